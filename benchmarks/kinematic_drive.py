@@ -14,7 +14,7 @@ from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.planning import PlannerInput, PlannerState, PlannerStatus, StarRoadmap, plan_step
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.regions.perception import SCAN_MEMORY, Perceived, PerceptionSettings, perceive
-from drake_starnav.regions.safe_region import SafetyStar, ScanMemory, safety_star
+from drake_starnav.regions.safe_region import CertifiedRegion, ScanMemory, certified_region
 from drake_starnav.scenario import Scenario
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.worlds import World
@@ -49,7 +49,7 @@ class CommandMoment:
     pose: np.ndarray
     twist: np.ndarray
     guidance: Guidance
-    star: SafetyStar
+    star: CertifiedRegion
     scan: LaserScan
     scan_pose: np.ndarray
 
@@ -77,11 +77,11 @@ def scan_processing(moment: ScanMoment) -> Perceived:
     return perceive(moment.before, moment.scan, moment.pose, SETTINGS)
 
 
-def safety(moment: ScanMoment, distance: np.ndarray) -> tuple[SafetyStar, ScanMemory]:
-    """The safety star with the scan added to the memory."""
+def safety(moment: ScanMoment, distance: np.ndarray) -> tuple[CertifiedRegion, ScanMemory]:
+    """The certified region with the scan added to the memory."""
     scan, pose, reach = moment.scan, moment.pose, MARGINS.safety_range
     kept = reach + 2.0 * SAFE_RADIUS, SCAN_MEMORY
-    return safety_star(moment.before.memory, scan, distance, pose, SAFE_RADIUS, reach, kept)
+    return certified_region(moment.before.memory, scan, distance, pose, SAFE_RADIUS, reach, kept)
 
 
 def command(moment: CommandMoment) -> np.ndarray:

@@ -35,7 +35,7 @@ from drake_starnav.regions.passages import MARGIN_STEPS, PASSAGE_DEPTH, SHUT
 from drake_starnav.regions.perception import SCAN_MEMORY
 from drake_starnav.regions.piecewise_cubic import JUMP, LARGEST_SHARE, SMALLEST_SPLIT, TOLERANCE
 from drake_starnav.regions.region_union import first_gap
-from drake_starnav.regions.safe_region import SafetyStar, ScanMemory
+from drake_starnav.regions.safe_region import CertifiedRegion, ScanMemory
 from drake_starnav.robot import RobotParameters
 
 
@@ -163,7 +163,7 @@ def adaptive_fit(samples: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarra
 
 
 def safety_values(memory: ScanMemory, scan: LaserScan, pose: np.ndarray, radius: float, reach: float) -> np.ndarray:
-    """As the values of `stars.safety.safety_star`; the latest scan is added to the memory here."""
+    """As the values of `stars.safety.certified_region`; the latest scan is added to the memory here."""
     counts = memory.counts
     old = sum(counts[max(len(counts) + 1 - SCAN_MEMORY, 0) :])
     kept = slice(len(memory.points) - old, None)
@@ -189,7 +189,7 @@ def command(
     pose: np.ndarray,
     twist: np.ndarray,
     guidance: Guidance,
-    star: SafetyStar,
+    star: CertifiedRegion,
     parameters: ControllerParameters,
     margins: Margins,
     robot: RobotParameters,
@@ -272,7 +272,7 @@ def _off_walls(position: np.ndarray, direction: np.ndarray, hits: np.ndarray, ra
     return push if length < 1e-6 else direction / length
 
 
-def _free_heading(position: np.ndarray, direction: np.ndarray, star: SafetyStar, limit: float) -> np.ndarray:
+def _free_heading(position: np.ndarray, direction: np.ndarray, star: CertifiedRegion, limit: float) -> np.ndarray:
     way = OPEN_WAY * np.arange(1, SAMPLES + 1) / SAMPLES
     steps = STEP * np.arange(1, int(limit / STEP) + 1)
     bearing = math.atan2(direction[1], direction[0])
@@ -289,7 +289,13 @@ def _free_heading(position: np.ndarray, direction: np.ndarray, star: SafetyStar,
 
 
 def _certified_twist(
-    pose: np.ndarray, twist: np.ndarray, v: float, omega: float, hold: float, star: SafetyStar, robot: RobotParameters
+    pose: np.ndarray,
+    twist: np.ndarray,
+    v: float,
+    omega: float,
+    hold: float,
+    star: CertifiedRegion,
+    robot: RobotParameters,
 ) -> tuple[float, float]:
     for candidate in PROPOSALS * (v, omega):
         if _covered(_motion(pose, twist, *candidate, hold, robot) - star.center, star):
@@ -330,7 +336,7 @@ def _ramped(value: float, target: float, rate: float, time: float) -> tuple[floa
     return after, (0.5 * (value + after) * ramp + after * (time - ramp)) / time
 
 
-def _covered(offset: np.ndarray, star: SafetyStar) -> bool:
+def _covered(offset: np.ndarray, star: CertifiedRegion) -> bool:
     squared = (offset * offset).sum(axis=1)
     samples = len(star.values)
     place = (np.arctan2(offset[:, 1], offset[:, 0]) - star.bearing_0) * samples / (2.0 * math.pi)

@@ -62,14 +62,14 @@ def foa_command(moment: CommandMoment) -> np.ndarray:
 
 
 def numpy_scan(moment: ScanMoment) -> tuple[np.ndarray, ...]:
-    """`scan_processing` in NumPy: the values of region and safety star, and the near hits."""
+    """`scan_processing` in NumPy: the values of region and certified region, and the near hits."""
     distance = numpy_pipeline.smoothed_distances(moment.scan)
     samples = numpy_pipeline.free_range(moment.scan, distance, ROBOT.radius, MARGINS)
     return numpy_pipeline.adaptive_fit(samples)[1], *numpy_safety(moment, distance)
 
 
 def numpy_safety(moment: ScanMoment, distance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """`safety` in NumPy: the values of the safety star, and the near hits."""
+    """`safety` in NumPy: the values of the certified region, and the near hits."""
     values = numpy_pipeline.safety_values(
         moment.before.memory, moment.scan, moment.pose, SAFE_RADIUS, MARGINS.safety_range
     )
@@ -147,7 +147,7 @@ def steps(kept: Drive) -> list[Step]:
     return [
         Step("erosion", erosion),
         Step("fit", fit),
-        Step("safety star", safe),
+        Step("certified region", safe),
         Step("whole scan", whole),
         Step("command", [(partial(command, moment), partial(numpy_command, moment)) for moment in kept.commands]),
         Step("cost-to-go", [(partial(package_cost, *known), partial(numpy_cost, *known)) for known in kept.roadmaps]),

@@ -334,10 +334,10 @@ def test_any_planner_s_guidance_can_be_put_before_the_controller() -> None:
     for source, name, system, port in (
         (station, "lidar.scan", perception, "scan"),
         (station, "localization.scan_pose", perception, "pose"),
-        (perception, "safety_star", controller, "safety_star"),
+        (perception, "certified_region", controller, "certified_region"),
         (station, "localization.state", controller, "state"),
         (controller, "desired_twist", shield, "desired_twist"),
-        (perception, "safety_star", shield, "safety_star"),
+        (perception, "certified_region", shield, "certified_region"),
         (station, "localization.state", shield, "state"),
         (shield, "twist_command", station, "drive.twist_command"),
     ):

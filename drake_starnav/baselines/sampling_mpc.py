@@ -39,7 +39,7 @@ from drake_starnav.control.motion import Actuation, Pose, Twist, roll_out, stepp
 from drake_starnav.control.path_following import followed
 from drake_starnav.control.rollout import (
     ARRIVED,
-    KnownSpace,
+    FreeSpace,
     clearance_within,
     next_way_point,
     region_around,
@@ -148,7 +148,7 @@ def rollout_costs(twists: np.ndarray, inputs: ControllerInputs, margins: Margins
     line = np.vstack((pose[:2], guidance.path))
     slowdown = GOAL_SLOWDOWN if guidance.arrives else np.inf
     settings = _Settings(slowdown, float(robot.radius), float(margins.safety))
-    known = KnownSpace.of(guidance.regions, star)
+    known = FreeSpace.of(guidance.regions, star)
     return _rollout_costs(twists, pose, twist, line, times_left(line, limits), known, limits, settings)
 
 

@@ -43,7 +43,7 @@ from drake_starnav.control.inputs import ControllerInputs, TrackedObstacles
 from drake_starnav.control.motion import Actuation, roll_out
 from drake_starnav.control.moving_certificate import MOVING_MARGIN, STANDING_SPEED
 from drake_starnav.control.moving_modulation import moving_modulation
-from drake_starnav.control.rollout import KnownSpace, times_left
+from drake_starnav.control.rollout import FreeSpace, times_left
 from drake_starnav.robot import Limits, RobotParameters
 from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.prediction import HORIZON
@@ -147,7 +147,7 @@ def avoid_collision(
     pose, twist, guidance, star = inputs
     limits, path = robot.limits, guidance.path
     line = np.vstack((pose[:2], path)) if len(path) else np.vstack((pose[:2], pose[:2]))
-    known = KnownSpace.of(guidance.regions, star)
+    known = FreeSpace.of(guidance.regions, star)
     standing = thinned(tracks.standing, pose[:2], HORIZON * robot.max_speed)
     trajectories, near = tracks.predicted_trajectories[foreseen], comfort(tracks, obstacles.guarded)[foreseen]
     discs = Discs(trajectories, tracks.radius[foreseen], near, standing, age)

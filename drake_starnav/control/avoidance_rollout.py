@@ -24,7 +24,7 @@ from drake_starnav.control.motion import Pose, Twist, stepped
 from drake_starnav.control.moving_certificate import MOVING_MARGIN, STANDING_SPEED
 from drake_starnav.control.rollout import (
     ARRIVED,
-    KnownSpace,
+    FreeSpace,
     clearance_within,
     next_way_point,
     region_around,
@@ -102,7 +102,7 @@ class Scene(NamedTuple):
 
     line: np.ndarray
     left: np.ndarray
-    known: KnownSpace
+    known: FreeSpace
     discs: Discs
     limits: Limits
     settings: Settings

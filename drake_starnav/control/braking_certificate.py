@@ -20,20 +20,20 @@ from numba import njit
 
 from drake_starnav.control.motion import Motion
 from drake_starnav.regions.region_union import covers
-from drake_starnav.regions.safe_region import SafetyStar
+from drake_starnav.regions.safe_region import CertifiedRegion
 
 STOPPED_DISTANCE = 0.001
 """A robot that stops within this distance counts as standing, m."""
 
 
 class StarCertificate(NamedTuple):
-    """Accepts motions inside the safety star.
+    """Accepts motions inside the certified region.
 
     Attributes:
         star: what the last scans certify.
     """
 
-    star: SafetyStar
+    star: CertifiedRegion
 
     def accepts(self, motion: Motion) -> bool:
         """Whether the star contains every sample after the first."""

@@ -10,7 +10,7 @@ from drake_starnav.control.inputs import TrackedObstacles
 from drake_starnav.control.motion import Actuation, Motion
 from drake_starnav.control.moving_certificate import MovingCertificate
 from drake_starnav.control.point_certificate import PointCertificate
-from drake_starnav.regions.safe_region import SafetyStar
+from drake_starnav.regions.safe_region import CertifiedRegion
 
 
 class Certificate(Protocol):
@@ -57,7 +57,11 @@ def first_accepted(motions: Iterable[Motion], certificates: Iterable[Certificate
 
 
 def standard_certificates(
-    star: SafetyStar, margin: float, actuation: Actuation, position: np.ndarray, tracked: TrackedObstacles | None = None
+    star: CertifiedRegion,
+    margin: float,
+    actuation: Actuation,
+    position: np.ndarray,
+    tracked: TrackedObstacles | None = None,
 ) -> tuple[Certificate, ...]:
     """The certificates for what the last scans show.
 

@@ -9,7 +9,7 @@ from drake_starnav.regions.region_union import covers
 FREE_HEADING_RANGE = 0.8
 """Largest turn of the guiding vector to a free bearing, rad."""
 OPEN_WAY = 0.02
-"""A bearing is free if the safety star contains the robot's path along it up to this distance, m."""
+"""A bearing is free if the certified region contains the robot's path along it up to this distance, m."""
 SAMPLES = 4
 """Points on that path that are checked."""
 STEP = math.radians(2.0)
@@ -34,8 +34,8 @@ def free_heading(x, y, ux, uy, star):
 
     Ranges are noisy, and the nearest of many hits has the largest error. Once a hit lies within the certificate's
     distance of a robot beside a wall, no motion along that wall is certified. A few degrees off the wall the space may
-    be free, but between two walls the near-wall term does not lead there: the robot would stop. `star` is the safety
-    star as a union of one region.
+    be free, but between two walls the near-wall term does not lead there: the robot would stop. `star` is the certified
+    region as a union of one region.
     """
     angle = math.atan2(uy, ux)
     if _open(x, y, angle, star):

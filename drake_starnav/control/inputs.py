@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_starnav.planning.guidance import Guidance
-from drake_starnav.regions.safe_region import SafetyStar
+from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 
@@ -23,7 +23,7 @@ class ControllerInputs(NamedTuple):
     pose: np.ndarray
     twist: np.ndarray
     guidance: Guidance
-    star: SafetyStar
+    star: CertifiedRegion
 
 
 class Proposal(NamedTuple):

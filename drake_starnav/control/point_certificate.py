@@ -1,14 +1,12 @@
 """The braking certificate against points: as `braking_certificate`, but with every hit at every sample of the motion.
 
-The safety star requires that the robot's centre stays in line of sight of where the last scan was taken; a motion along
-a curved gap between obstacles may be safe without it. Here a motion passes if the robot's disc keeps a margin to each
-hit of the last scans along the whole motion. The area that the disc sweeps must therefore have been visible in one of
-those scans, which adds to the assumptions of `braking_certificate`
- (5) every obstacle in the way of the motion (at most one period of driving and one braking distance long) was hit by
-     one of the remembered scans.
-The range within which the last scan's hits are known is no assumption: everything beyond it counts as an obstacle.
-Between two samples, s apart, the clearance of a disc of radius R dips by less than s^2/(8 R): 0.04 mm for the smallest
-robots of interest.
+The certified region requires that the robot's centre stays in line of sight of where the last scan was taken; a motion
+along a curved gap between obstacles may be safe without it. Here a motion passes if the robot's disc keeps a margin to
+each hit of the last scans along the whole motion. The area that the disc sweeps must therefore have been visible in one
+of those scans, which adds to the assumptions of `braking_certificate` (5) every obstacle in the way of the motion (at
+most one period of driving and one braking distance long) was hit by one of the remembered scans. The range within which
+the last scan's hits are known is no assumption: everything beyond it counts as an obstacle. Between two samples, s
+apart, the clearance of a disc of radius R dips by less than s^2/(8 R): 0.04 mm for the smallest robots of interest.
 """
 
 import math
@@ -20,7 +18,7 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.control.motion import Motion
-from drake_starnav.regions.safe_region import SafetyStar
+from drake_starnav.regions.safe_region import CertifiedRegion
 
 ESCAPE_CLEARANCE = 0.002
 """A move that begins within the margin may come no nearer than this, m."""
@@ -54,7 +52,7 @@ class PointCertificate:
         radius: of the robot, m.
     """
 
-    star: SafetyStar
+    star: CertifiedRegion
     margin: float
     radius: float
 

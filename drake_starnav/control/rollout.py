@@ -9,18 +9,18 @@ from numba import njit
 from drake_starnav.control.heading_controller import wrapped_angle
 from drake_starnav.planning.guidance import PASSED_DISTANCE
 from drake_starnav.regions.region_union import RegionUnion, cover_at, covers
-from drake_starnav.regions.safe_region import SafetyStar
+from drake_starnav.regions.safe_region import CertifiedRegion
 
 ARRIVED = 0.12
 """A predicted motion this near to the end of the path has arrived; a robot this near to its goal follows the law, m."""
 
 
-class KnownSpace(NamedTuple):
+class FreeSpace(NamedTuple):
     """Known free space and nearby hits.
 
     Attributes:
         regions: of the roadmap.
-        star: the safety star as a union of one region.
+        star: the certified region as a union of one region.
         hits: shape (n, 2), filtered hits close to the robot, W, m.
     """
 
@@ -29,9 +29,9 @@ class KnownSpace(NamedTuple):
     hits: np.ndarray
 
     @staticmethod
-    def of(regions: RegionUnion, star: SafetyStar) -> "KnownSpace":
+    def of(regions: RegionUnion, star: CertifiedRegion) -> "FreeSpace":
         """From the regions and the last scans."""
-        return KnownSpace(regions, star.alone, star.near_hits)
+        return FreeSpace(regions, star.alone, star.near_hits)
 
 
 @njit(cache=True)

@@ -26,14 +26,14 @@ class Beams(NamedTuple):
         hits: beams that hit a static or possibly moving obstacle, shape (n,), bool; includes -inf (too close), not NaN.
         moving: beams on a moving obstacle, shape (n,), bool.
         lost: beams without a measurement (NaN), shape (n,), bool.
-        silent: beams without information about static obstacles: lost, or on a moving obstacle; shape (n,), bool.
-        lasting: beams to be remembered: neither lost nor on a moving or possibly moving obstacle; shape (n,), bool.
+        uninformative: beams that tell nothing of static obstacles: lost, or on a moving obstacle; shape (n,), bool.
+        mappable: beams to be remembered: neither lost nor on a moving or possibly moving obstacle; shape (n,), bool.
         complete: whether no beam is lost.
 
     How a beam is classified, by where it ended:
 
     ```
-                                      hits  moving  lost  silent  lasting
+                                      hits  moving  lost  uninformative  mappable
     static obstacle (STATIC)            x                             x
     possibly moving one (UNKNOWN)      x
     moving obstacle (DYNAMIC)                   x              x
@@ -50,8 +50,8 @@ class Beams(NamedTuple):
     hits: np.ndarray
     moving: np.ndarray
     lost: np.ndarray
-    silent: np.ndarray
-    lasting: np.ndarray
+    uninformative: np.ndarray
+    mappable: np.ndarray
     complete: bool
 
 
@@ -67,22 +67,22 @@ def classified(ranges, motion, range_max, increment, seam):
     n = len(ranges)
     distance = np.empty(n)
     hits, moving, lost = np.empty(n, np.bool_), np.zeros(n, np.bool_), np.empty(n, np.bool_)
-    silent, lasting = np.empty(n, np.bool_), np.empty(n, np.bool_)
+    uninformative, mappable = np.empty(n, np.bool_), np.empty(n, np.bool_)
     complete = True
     for i in range(n):
         if len(motion):
             moving[i] = motion[i] == DYNAMIC
         lost[i] = math.isnan(ranges[i])
         hits[i] = ranges[i] < range_max and not moving[i]  # never if lost
-        silent[i] = lost[i] or moving[i]
-        lasting[i] = not lost[i] and (len(motion) == 0 or motion[i] == STATIC)
+        uninformative[i] = lost[i] or moving[i]
+        mappable[i] = not lost[i] and (len(motion) == 0 or motion[i] == STATIC)
         distance[i] = min(max(ranges[i], 0.0), range_max)
         if lost[i]:
             complete = False
             distance[i] = math.nan
     if not complete:
         distance = _bounded(distance, range_max, increment, seam)
-    return distance, hits, moving, lost, silent, lasting, complete
+    return distance, hits, moving, lost, uninformative, mappable, complete
 
 
 @njit(cache=True)

@@ -163,14 +163,14 @@ class LaserScan:
         return self.beams.lost
 
     @property
-    def silent(self) -> np.ndarray:
+    def uninformative(self) -> np.ndarray:
         """As in `Beams`, shape (n,), bool."""
-        return self.beams.silent
+        return self.beams.uninformative
 
     @property
-    def lasting(self) -> np.ndarray:
+    def mappable(self) -> np.ndarray:
         """As in `Beams`, shape (n,), bool."""
-        return self.beams.lasting
+        return self.beams.mappable
 
     @property
     def complete(self) -> bool:
@@ -188,9 +188,9 @@ class LaserScan:
         return _beams(self.angle_min, self.angle_increment, len(self.ranges))[1]
 
     @property
-    def lasting_hits(self) -> np.ndarray:
+    def mappable_hits(self) -> np.ndarray:
         """Beams that hit a static obstacle, shape (n,), bool."""
-        return self.hits & self.lasting
+        return self.hits & self.mappable
 
     def points(self, pose: np.ndarray | tuple[float, float, float] = (0.0, 0.0, 0.0)) -> np.ndarray:
         """The hits as points, shape (k, 2), m.

@@ -42,7 +42,7 @@ class Surfaces(NamedTuple):
     def of(scan: LaserScan, width: float) -> "Surfaces":
         """Those of a scan's static hits; for the width see `_lines`."""
         points = np.full((len(scan.ranges), 2), np.inf)
-        points[scan.lasting_hits] = scan.points_at(scan.distances, scan.lasting_hits, (0.0, 0.0, 0.0))
+        points[scan.mappable_hits] = scan.points_at(scan.distances, scan.mappable_hits, (0.0, 0.0, 0.0))
         anchor, normal = _lines(points, scan.angle_increment, scan.full_circle, width)
         return Surfaces(points, anchor, normal, scan.angle_min, scan.angle_increment, scan.full_circle)
 

@@ -118,7 +118,7 @@ def matched(known: ScanMap, scan: LaserScan, odometry: np.ndarray, error: Odomet
         odometry: (x, y, yaw) of S in O when the scan was taken.
         error: errors of odometry and lidar.
     """
-    hit = scan.lasting_hits
+    hit = scan.mappable_hits
     if not known.keyframes:
         first = Keyframe.of(scan, composed(known.correction, odometry), error.noise)
         return ScanMap((first,), first.pose[None, :2], known.correction, np.array(odometry, dtype=float), scan.time)

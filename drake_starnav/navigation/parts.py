@@ -20,9 +20,9 @@ class Parts:
     """Parts of a navigation loop of your own, in the place of those of its scenario.
 
     A planner or controller is wired by the names of its ports. Inputs are `scan`, `ranges`, `scan_pose`, `pose`,
-    `state`, `goal`, `observation`, `safety_star` and `tracks`, as of the systems that output them, and for a controller
-    `twist_command`, which is driven now, and the planner's outputs: `short_term_goal`, `guidance` and all others.
-    Inputs that are connected already stay so. Each system serves for one diagram.
+    `state`, `goal`, `observation`, `certified_region` and `tracks`, as of the systems that output them; for a
+    controller also `twist_command`, which is driven now, and the planner's outputs: `short_term_goal`, `guidance` and
+    all others. Inputs that are connected already stay so. Each system serves for one diagram.
 
     Attributes:
         world: in which to drive.

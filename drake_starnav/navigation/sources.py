@@ -22,7 +22,7 @@ def own_sources(navigation: Navigation) -> dict[str, OutputPort]:
     sources["goal"] = navigation.goal_position
     sources["observation"] = (navigation.matcher or navigation.perception).GetOutputPort("observation")
     if navigation.matcher is None:  # else these are in the frame of the odometry
-        sources["safety_star"] = navigation.perception.GetOutputPort("safety_star")
+        sources["certified_region"] = navigation.perception.GetOutputPort("certified_region")
         if navigation.tracker is not None:
             sources["tracks"] = navigation.tracker.GetOutputPort("tracks")
     return sources if navigation.planner is None else outputs(navigation.planner) | sources
@@ -42,7 +42,7 @@ def _guided_sources(builder: DiagramBuilder, needs: Needs, navigation: Navigatio
     """
     assert navigation.perception is not None and navigation.twist_command is not None
     scenario, rate = needs.scenario, needs.scenario.controller.rate
-    star = navigation.perception.GetOutputPort("safety_star")
+    star = navigation.perception.GetOutputPort("certified_region")
     state = navigation.station.GetOutputPort("localization.state")
     sources = {}
     guidance = navigation.planned("guidance")
@@ -54,7 +54,7 @@ def _guided_sources(builder: DiagramBuilder, needs: Needs, navigation: Navigatio
     if scenario.localization.jump > 0.0:
         guard = JumpGuard(tolerance=UNSEEN_JUMP, rate=rate, rolling=scenario.lidar.rolling)
         guard = builder.AddNamedSystem("jump_guard", guard)
-        builder.Connect(star, guard.GetInputPort("safety_star"))
+        builder.Connect(star, guard.GetInputPort("certified_region"))
         builder.Connect(state, guard.GetInputPort("state"))
         star = guard.get_output_port()
     if scenario.drive.delay > 0.0:
@@ -62,7 +62,7 @@ def _guided_sources(builder: DiagramBuilder, needs: Needs, navigation: Navigatio
         builder.Connect(state, predictor.GetInputPort("state"))
         builder.Connect(navigation.twist_command, predictor.GetInputPort("twist_command"))
         state = predictor.get_output_port()
-    return {**sources, "safety_star": star, "state": state}
+    return {**sources, "certified_region": star, "state": state}
 
 
 def _baseline_sources(builder: DiagramBuilder, needs: Needs, navigation: Navigation) -> dict[str, OutputPort]:

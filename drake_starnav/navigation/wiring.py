@@ -183,7 +183,7 @@ def _add_planning(builder: DiagramBuilder, needs: Needs, own: System | None, nav
     planner = add_system(builder, "planner", planner, "planner")
     if own is None:
         assert perception is not None
-        builder.Connect(perception.GetOutputPort("safety_star"), planner.GetInputPort("safety_star"))
+        builder.Connect(perception.GetOutputPort("certified_region"), planner.GetInputPort("certified_region"))
     connect_inputs(builder, planner, own_sources(navigation), "planner")
     if matcher is not None and "guidance" in outputs(planner):
         connect(builder, planner.GetOutputPort("guidance"), matcher.GetInputPort("guidance"), "planner")

@@ -45,7 +45,7 @@ class CostField:
         source: cell (i, j) towards which the search went; (-1, -1) if it went all ways alike.
         f_limit: cells that were not reached have at least this sum of the cost and the heuristic from `source`, in
             hundredths of a cell; -1 if the whole box was searched.
-        memory: the hits, which tell the freest place in a cell.
+        grid: the hits, which tell the freest place in a cell.
     """
 
     cost: np.ndarray
@@ -54,7 +54,7 @@ class CostField:
     cell: float
     source: tuple[int, int]
     f_limit: int
-    memory: DistanceGrid
+    grid: DistanceGrid
 
     def at(self, points: np.ndarray) -> np.ndarray:
         """From each point to the goal, shape (n, 2) in W -> (n,), m.
@@ -69,7 +69,7 @@ class CostField:
         One point a cell: its centre, or in a narrow place the centre of that cell of the grid of hits in it which is
         freest.
         """
-        return _path(self.cost, self.weight, start, self.origin, self.cell, self.memory.arrays)
+        return _path(self.cost, self.weight, start, self.origin, self.cell, self.grid.arrays)
 
 
 class Terrain(NamedTuple):
@@ -109,7 +109,7 @@ NO_ORIGINS = Origins(np.zeros((0, 2)), np.zeros(0), None)
 
 
 def cost_to_go(
-    memory: DistanceGrid,
+    grid: DistanceGrid,
     goal: np.ndarray,
     low: np.ndarray,
     high: np.ndarray,
@@ -119,7 +119,7 @@ def cost_to_go(
     """Length of the shortest path to the goal if all unknown space were free.
 
     Args:
-        memory: the hits.
+        grid: the hits.
         goal: shape (2,), W, m.
         low, high: corners of the box that is searched, W, m; it must contain the goal.
         terrain: which cells may be crossed.
@@ -128,20 +128,20 @@ def cost_to_go(
     Raises:
         StarnavError: the box has too many cells.
     """
-    first, count = memory.coarse_cells(low, high)
-    cell, origin = memory.resolution * STRIDE, (first + 0.5 * (STRIDE - 1)) * memory.resolution
+    first, count = grid.coarse_cells(low, high)
+    cell, origin = grid.resolution * STRIDE, (first + 0.5 * (STRIDE - 1)) * grid.resolution
     blocked = terrain.robot_radius - BLOCKED_SLACK
     limits = blocked - terrain.doubt, blocked, terrain.robot_radius + SOFT_ZONE, NEAR_WALL_COST
-    half_diagonal = math.hypot(0.5, 0.5) * memory.resolution  # a path is up to so far off its cells' centres
+    half_diagonal = math.hypot(0.5, 0.5) * grid.resolution  # a path is up to so far off its cells' centres
     closed = terrain.blacklist, BLACKLIST_RADIUS + half_diagonal
-    weight = _weights(memory.arrays, first, count, limits, closed)
+    weight = _weights(grid.arrays, first, count, limits, closed)
     points, cost_to_come, source, margin = origins or NO_ORIGINS
     margin_cells = NEIGHBOURHOOD + round(100.0 * margin / cell)
     costs = np.zeros(weight.shape, np.int32), np.zeros(weight.shape, np.int32)
     towards = goal if source is None else source
     ends = goal, towards, source is not None
     i, j, f_limit = _searched(weight, costs, origin, cell, (points, cost_to_come), ends, margin_cells)
-    return CostField(costs[0], weight, origin, cell, (i, j), f_limit, memory)
+    return CostField(costs[0], weight, origin, cell, (i, j), f_limit, grid)
 
 
 @njit(cache=True)

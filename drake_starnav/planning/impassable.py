@@ -17,7 +17,7 @@ def impassable_points(scan: LaserScan, pose: np.ndarray, margins: Margins, robot
     """Hits, and points every BRIDGE_SPACING between neighbouring hits closer than the robot's diameter; shape (n, 2).
 
     In W, m. A wall seen at a grazing angle thus remains closed although its hits are far apart. Only beams of
-    `Beams.lasting` count.
+    `Beams.mappable` count.
 
     Args:
         scan: in S.
@@ -34,8 +34,8 @@ def impassable_points(scan: LaserScan, pose: np.ndarray, margins: Margins, robot
 def bridged_ends(beams, distance, place, diameter):
     """As `impassable_points`, of distances along some `Beams` from a place (x, y, cosine and sine of the yaw)."""
     x, y, cosine, sine = place
-    points = placed_ends(beams.directions, distance, beams.lasting, x, y, cosine, sine)
-    hit, wrap = distance[beams.lasting] < beams.range_max, beams.seam < np.inf
+    points = placed_ends(beams.directions, distance, beams.mappable, x, y, cosine, sine)
+    hit, wrap = distance[beams.mappable] < beams.range_max, beams.seam < np.inf
     count = len(points)
     parts = np.zeros(count, np.int64)  # of the chord from each hit to the next
     wide = np.empty(count, np.int64)  # hits from which a chord has more than one part

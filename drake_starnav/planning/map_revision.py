@@ -48,9 +48,9 @@ FEWEST_HITS = 5
 """A new scan must observe free space at this many of a node's hits to contradict them."""
 
 
-def lasting_hits(scan: LaserScan, pose: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def mappable_hits(scan: LaserScan, pose: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Static hits of a scan taken at a pose: points, shape (k, 2), W, and their half gaps, shape (k,), m."""
-    hit = scan.lasting_hits
+    hit = scan.mappable_hits
     return scan.points_at(scan.distances, hit, pose), half_gaps(scan, scan.distances)[hit]
 
 
@@ -59,7 +59,7 @@ def cut_back(region: StarRegion, points: np.ndarray, gaps: np.ndarray, radius: f
 
     Args:
         region: made from an older scan.
-        points, gaps: hits of the new scan, as from `lasting_hits`.
+        points, gaps: hits of the new scan, as from `mappable_hits`.
         radius: of the robot with the region's margin, m.
     """
     within = float(region.free_range.max()) + radius + CUT_BORDER
@@ -72,7 +72,7 @@ def seen_through(old: LaserScan, old_pose: np.ndarray, scan: LaserScan, pose: np
 
     Only hits within the new scan's range count; 0 if fewer than FEWEST_HITS of them were seen through.
     """
-    distance, beam = scan.polar(old.points_at(old.distances, old.lasting_hits, old_pose), pose)
+    distance, beam = scan.polar(old.points_at(old.distances, old.mappable_hits, old_pose), pose)
     judged = (distance < scan.range_max) & (scan.full_circle | (beam <= len(scan.ranges) - 1))
     free = _free_around(beam, distance, scan.distances, scan.angle_increment, slack, scan.full_circle)
     through = judged & (distance < free - slack)
@@ -112,7 +112,7 @@ def reconcile(
         margins: of the regions.
         robot_radius: m.
     """
-    new_hits = lasting_hits(scan, pose)
+    new_hits = mappable_hits(scan, pose)
     if not len(roadmap):
         return roadmap
     nodes = list[StarRegion | None](roadmap.regions)

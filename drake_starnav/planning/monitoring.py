@@ -9,7 +9,7 @@ from numba import njit
 from drake_starnav.planning.guidance import PASSED_DISTANCE
 from drake_starnav.planning.impassable import bridged_ends
 from drake_starnav.planning.optimistic_path import is_obstructed
-from drake_starnav.planning.state import NO_PATH, PlannerInput, PlannerState, PlannerStatus
+from drake_starnav.planning.state import EMPTY_PATH, PlannerInput, PlannerState, PlannerStatus
 from drake_starnav.planning.string_pulling import last_in_sight
 from drake_starnav.regions.erosion import SMOOTHING_BEAMS, moving_average
 from drake_starnav.regions.region_union import cover_at, first_gap
@@ -58,9 +58,9 @@ def check_plan(state: PlannerState, region: StarRegion, now: PlannerInput) -> Pl
     driven, since_plan = distance_to(now.position, state.node_position), distance_to(now.position, state.plan_position)
     plan = (
         state.path,
-        NO_PATH if state.target is None else state.target[1:],
-        state.optimistic_path if since_plan > REPLAN_DISTANCE else NO_PATH,
-        state.next_segment if state.status is PlannerStatus.EXPLORING else NO_PATH,
+        EMPTY_PATH if state.target is None else state.target[1:],
+        state.optimistic_path if since_plan > REPLAN_DISTANCE else EMPTY_PATH,
+        state.next_segment if state.status is PlannerStatus.EXPLORING else EMPTY_PATH,
     )
     seen = scan.beams, place, now.margins.smoothing_slack
     return PlanCheck(*_checked((x, y), driven, plan, region.alone, state.roadmap.union, seen, now.robot_radius))

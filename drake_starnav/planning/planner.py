@@ -20,7 +20,7 @@ from drake_starnav.planning.recovery import (
 )
 from drake_starnav.planning.roadmap import StarRoadmap, extended, rebuilt, uncovered_share
 from drake_starnav.planning.search import Route, find_route
-from drake_starnav.planning.state import NO_PATH, PlannerInput, PlannerState, PlannerStatus
+from drake_starnav.planning.state import EMPTY_PATH, PlannerInput, PlannerState, PlannerStatus
 from drake_starnav.regions.observation import Observation
 from drake_starnav.regions.star_region import StarRegion
 
@@ -189,7 +189,9 @@ def _grown(
         roadmap = after_trying(roadmap, target, GrowthTrigger.ARRIVED in trigger, now)
         target = None
     node_position = seen.pose[:2].copy()
-    return dataclasses.replace(state, roadmap=roadmap, target=target, node_position=node_position, path=NO_PATH), region
+    return dataclasses.replace(
+        state, roadmap=roadmap, target=target, node_position=node_position, path=EMPTY_PATH
+    ), region
 
 
 def _unless_obstructed(state: PlannerState, check: PlanCheck, now: PlannerInput) -> PlannerState:
@@ -198,13 +200,13 @@ def _unless_obstructed(state: PlannerState, check: PlanCheck, now: PlannerInput)
         return state
     points = impassable_points(now.seen.scan, now.seen.pose, now.margins, now.robot_radius)
     roadmap = dataclasses.replace(state.roadmap, hits=state.roadmap.hits.stamped(points))
-    return dataclasses.replace(state, roadmap=roadmap, path=NO_PATH)
+    return dataclasses.replace(state, roadmap=roadmap, path=EMPTY_PATH)
 
 
 def _along_path(state: PlannerState, check: PlanCheck, position: np.ndarray) -> PlannerState:
     """The state with the path still ahead; without a path if the robot has lost sight of it."""
     if check.strayed:
-        return dataclasses.replace(state, path=NO_PATH)
+        return dataclasses.replace(state, path=EMPTY_PATH)
     return dataclasses.replace(state, path=state.path[check.passed :]) if check.passed else state
 
 
@@ -229,7 +231,7 @@ def _planned(state: PlannerState, region: StarRegion, first_plan: bool, now: Pla
         )
     if route is None:
         status = state.status if boxed_in else PlannerStatus.UNREACHABLE
-        return dataclasses.replace(state, status=status, path=NO_PATH, target=None)
+        return dataclasses.replace(state, status=status, path=EMPTY_PATH, target=None)
     target, roadmap = None, state.roadmap
     if route.blacklisted_probes is not None and len(route.blacklisted_probes) > len(roadmap.blacklisted_probes):
         roadmap = dataclasses.replace(roadmap, blacklisted_probes=route.blacklisted_probes)

@@ -10,7 +10,7 @@ from drake_starnav.planning.cost_field import BLACKLIST_RADIUS
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.roadmap import StarRoadmap, blacklist_target
 from drake_starnav.planning.search import cost_at_robot
-from drake_starnav.planning.state import NO_PATH, PlannerInput, PlannerState
+from drake_starnav.planning.state import EMPTY_PATH, PlannerInput, PlannerState
 from drake_starnav.regions.star_region import StarRegion, scan_region
 
 STALL_POINT_AHEAD = 0.05
@@ -72,7 +72,7 @@ def looked_ahead(state: PlannerState, now: PlannerInput) -> PlannerState:
 
 def place_ahead(state: PlannerState, position: np.ndarray) -> np.ndarray:
     """The place LOOK_AHEAD along the path and past the target, or its end; shape (2,), W, m."""
-    way = np.vstack((position, state.path, NO_PATH if state.target is None else state.target[1:]))
+    way = np.vstack((position, state.path, EMPTY_PATH if state.target is None else state.target[1:]))
     along = arc_lengths(way)
     return np.array([np.interp(LOOK_AHEAD, along, coordinate) for coordinate in way.T])
 

@@ -15,9 +15,9 @@ from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.observation import Observation
 from drake_starnav.utils.snapshot import snapshot
 
-NOWHERE = np.full(2, np.inf)
+UNSET_POSITION = np.full(2, np.inf)
 """A position infinitely far from every place, m."""
-NO_PATH = np.zeros((0, 2))
+EMPTY_PATH = np.zeros((0, 2))
 
 
 class PlannerStatus(Enum):
@@ -65,9 +65,9 @@ class PlannerState:
     progress_time: float
     plans: int
     began_with_map: bool = False
-    plan_position: np.ndarray = field(default_factory=lambda: NOWHERE)
-    optimistic_path: np.ndarray = field(default_factory=lambda: NO_PATH)
-    next_segment: np.ndarray = field(default_factory=lambda: NO_PATH)
+    plan_position: np.ndarray = field(default_factory=lambda: UNSET_POSITION)
+    optimistic_path: np.ndarray = field(default_factory=lambda: EMPTY_PATH)
+    next_segment: np.ndarray = field(default_factory=lambda: EMPTY_PATH)
     doubting: bool = False
     shut: int = 0
     anticipated: Guidance | None = None
@@ -78,10 +78,10 @@ class PlannerState:
         return PlannerState(
             roadmap=StarRoadmap.empty(parameters, robot_radius),
             status=PlannerStatus.WAITING,
-            path=NO_PATH,
+            path=EMPTY_PATH,
             target=None,
-            node_position=NOWHERE,
-            progress_position=NOWHERE,
+            node_position=UNSET_POSITION,
+            progress_position=UNSET_POSITION,
             progress_time=0.0,
             plans=0,
         )
@@ -91,9 +91,9 @@ class PlannerState:
         return dataclasses.replace(
             self,
             status=PlannerStatus.WAITING,
-            path=NO_PATH,
+            path=EMPTY_PATH,
             target=None,
-            progress_position=NOWHERE,
+            progress_position=UNSET_POSITION,
             doubting=False,
             shut=0,
             anticipated=None,

@@ -4,14 +4,14 @@ import drake_starnav.utils.compilation  # noqa: F401  (shows what is compiled)
 from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.observation import Observation
 from drake_starnav.regions.region_union import RegionUnion
-from drake_starnav.regions.safe_region import SafetyStar
+from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.regions.star_region import StarRegion, scan_region, united
 
 __all__ = [
     "Margins",
     "Observation",
     "RegionUnion",
-    "SafetyStar",
+    "CertifiedRegion",
     "StarRegion",
     "scan_region",
     "united",

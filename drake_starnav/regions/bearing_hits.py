@@ -64,7 +64,7 @@ def point_hits(
 @njit(cache=True)
 def half_chords(distance, beams):
     """The loop of `half_gaps`: of distances, shape (n,), m, along some `Beams`."""
-    n, silent = len(distance), beams.silent
+    n, silent = len(distance), beams.uninformative
     range_max, increment, seam = beams.range_max, beams.increment, beams.seam
     out = np.zeros(n)
     neighbouring = math.cos(increment)

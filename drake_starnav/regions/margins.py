@@ -12,7 +12,7 @@ class Margins:
         preferred: clearance that the planner keeps beyond it where there is room, m.
         least: clearance that the planner keeps in passages that `preferred` would close, m; from `preferred` on none is
             entered.
-        safety_range: extent of the safety star, m.
+        safety_range: extent of the certified region, m.
         smoothing_slack: additional range step allowed within a surface, and additional change allowed by smoothing, m.
         smoothed_beams: half width of a moving average over the certificate's ranges, in beams, which reduces the error
             of the nearest hit; 0: none.

@@ -7,7 +7,7 @@ import numpy as np
 from drake_starnav.lidar.field_of_view import TURN
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.regions.erosion import field_of_view
-from drake_starnav.regions.safe_region import BLIND_SIDE, SafetyStar
+from drake_starnav.regions.safe_region import BLIND_SIDE, CertifiedRegion
 
 SHORTEST_WAY = 0.05
 """Nothing that stands obstructs a robot that is certified to drive farther than this, m."""
@@ -15,7 +15,7 @@ AVOIDED = 1.5
 """What moves obstructs it within this distance, m."""
 
 
-def obstruction(star: SafetyStar, scan: LaserScan, towards: float, robot_radius: float) -> str:
+def obstruction(star: CertifiedRegion, scan: LaserScan, towards: float, robot_radius: float) -> str:
     """What keeps a robot from driving towards a bearing, in words: where it is blind or what is too near; or nothing.
 
     Args:

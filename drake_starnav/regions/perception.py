@@ -1,4 +1,4 @@
-"""From a scan to the planner's star-shaped region and the controller's safety star."""
+"""From a scan to the planner's star-shaped region and the controller's certified region."""
 
 import dataclasses
 import math
@@ -15,14 +15,14 @@ from drake_starnav.lidar.outlier_filter import HitHistory, without_outliers
 from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.observation import Observation
-from drake_starnav.regions.safe_region import SafetyStar, ScanMemory, safety_star
+from drake_starnav.regions.safe_region import CertifiedRegion, ScanMemory, certified_region
 from drake_starnav.regions.scan_averaging import averaged
 from drake_starnav.regions.star_region import smoothed_scan_region
 from drake_starnav.utils.snapshot import snapshot
 from drake_starnav.utils.stopwatch import Stopwatch
 
 SCAN_MEMORY = 5
-"""Number of scans from which the safety star is made."""
+"""Number of scans from which the certified region is made."""
 AVERAGED = 0.5
 """With `average_scans`, hits are averaged up to this distance from the robot's hull, m: only these restrict it."""
 
@@ -59,27 +59,27 @@ class Perceived:
 
     Attributes:
         observation: the scan, its pose, and its region with the planning margin.
-        safety: the safety star of the last scans.
-        memory: the scans from which the safety star is made.
+        safety: the certified region of the last scans.
+        memory: the scans from which the certified region is made.
         history: hits of the last scans, which confirm or refute new ones.
     """
 
     observation: Observation
-    safety: SafetyStar
+    safety: CertifiedRegion
     memory: ScanMemory
     history: HitHistory
 
     @staticmethod
     def nothing() -> "Perceived":
         """The state before the first scan."""
-        return Perceived(Observation.none(), SafetyStar.none(), ScanMemory(), HitHistory())
+        return Perceived(Observation.none(), CertifiedRegion.none(), ScanMemory(), HitHistory())
 
 
 class PerceptionSettings(NamedTuple):
     """What perception needs to know about robot and sensor.
 
     Attributes:
-        margins: of the planner's region and of the safety star.
+        margins: of the planner's region and of the certified region.
         robot_radius: m.
         outlier_noise: standard deviation of the ranges at which outliers are removed, see `without_outliers`, m; None:
             they are not.
@@ -129,9 +129,9 @@ def perceive(
         safe_radius = robot_radius + margins.safety
         kept = margins.safety_range + 2.0 * safe_radius, SCAN_MEMORY
         looked = distance, pose, safe_radius, margins.safety_range, kept
-        safety, memory = safety_star(before.memory, near, *looked, measured)
+        safety, memory = certified_region(before.memory, near, *looked, measured)
         if margins.average_scans and near.motion is None:
             near = dataclasses.replace(near, ranges=np.where(near.hits, measured, near.ranges))
             earlier, near = averaged(before.memory, near, pose, safe_radius + AVERAGED)
-            safety, _ = safety_star(earlier, near, *looked)
+            safety, _ = certified_region(earlier, near, *looked)
     return Perceived(Observation(region, scan, pose), safety, memory, history)

@@ -1,4 +1,4 @@
-"""The safety star: positions of the robot's centre that are free according to the last few scans.
+"""The certified region: positions of the robot's centre that are free according to the last few scans.
 
 The hits are used as measured. If the declared noise makes the nearest hit too unreliable, they are smoothed or averaged
 first.
@@ -25,7 +25,7 @@ from drake_starnav.regions.region_union import RegionUnion
 from drake_starnav.utils.snapshot import snapshot
 
 SCAN_PATIENCE = 3.0
-"""A safety star lasts so many scan periods beyond the lidar's delay; without a new scan the robot then brakes."""
+"""A certified region lasts so many scan periods beyond the lidar's delay; without a new scan the robot then brakes."""
 NEAR_HIT_RANGE = 1.0
 """Hits nearer than this enter the near-wall term, m."""
 BLIND_SIDE = math.radians(60.0)
@@ -36,7 +36,7 @@ NEAREST = 0.001
 
 
 @snapshot
-class SafetyStar:
+class CertifiedRegion:
     """A star-shaped set of positions of the robot's centre that the last scans certify. Immutable; W, m.
 
     At every point inside, and along the straight segment from the centre to it, the distance to all hits exceeds the
@@ -74,9 +74,9 @@ class SafetyStar:
         return RegionUnion.alone(self.center, self.bearing_0, self.values, np.zeros(0))
 
     @staticmethod
-    def none() -> "SafetyStar":
+    def none() -> "CertifiedRegion":
         """Before any scan: no motion can be certified."""
-        return SafetyStar(np.zeros(2), 0.0, np.zeros(4), np.zeros((0, 2)))
+        return CertifiedRegion(np.zeros(2), 0.0, np.zeros(4), np.zeros((0, 2)))
 
 
 @snapshot
@@ -96,7 +96,7 @@ class ScanMemory:
     time: float = -math.inf
 
 
-def safety_star(
+def certified_region(
     memory: ScanMemory,
     scan: LaserScan,
     distance: np.ndarray,
@@ -105,8 +105,8 @@ def safety_star(
     reach: float,
     kept: tuple[float, int],
     measured: np.ndarray | None = None,
-) -> tuple[SafetyStar, ScanMemory]:
-    """The safety star about the latest scan, and the memory with this scan, in one compiled call.
+) -> tuple[CertifiedRegion, ScanMemory]:
+    """The certified region about the latest scan, and the memory with this scan, in one compiled call.
 
     Args:
         memory: the last scans, without the latest.
@@ -123,7 +123,7 @@ def safety_star(
     first = sum(memory.counts[:forgotten])
     bearings = float(pose[2]) + scan.angle_min, *field_of_view(scan, BLIND_SIDE)
     place = float(pose[0]), float(pose[1]), math.cos(pose[2]), math.sin(pose[2])
-    points, gaps, hits, hit_gaps, values, near = _safety_star(
+    points, gaps, hits, hit_gaps, values, near = _certified_region(
         (memory.points, memory.half_gaps, first, scan.distances if measured is None else measured, far),
         scan.beams,
         distance,
@@ -135,12 +135,12 @@ def safety_star(
     )
     counts = *memory.counts[forgotten:], len(points) - len(memory.points) + first
     center = np.array(pose[:2], dtype=float)
-    star = SafetyStar(center, bearings[0], values, near, hits, hit_gaps, True, scan.time, far, memory.time, radius)
+    star = CertifiedRegion(center, bearings[0], values, near, hits, hit_gaps, True, scan.time, far, memory.time, radius)
     return star, ScanMemory(points, gaps, counts, scan.time)
 
 
 @njit(cache=True)
-def _safety_star(known, beams, distance, place, bearings, tables, radius, reach):
+def _certified_region(known, beams, distance, place, bearings, tables, radius, reach):
     """The memory's points and half gaps with the scan; the star's hits, half gaps and values, and the near hits.
 
     Args:
@@ -150,7 +150,7 @@ def _safety_star(known, beams, distance, place, bearings, tables, radius, reach)
         place: x, y, m, and cosine and sine of the yaw of the sensor.
         bearings: that of sample 0 in W, and the first and the last within the view from it on, rad.
         tables: as of `bearing_tables`.
-        radius, reach: as of `safety_star`, m.
+        radius, reach: as of `certified_region`, m.
     """
     measured, range_max, directions = beams.distances, beams.range_max, beams.directions
     x, y, cosine, sine = place

@@ -1,8 +1,8 @@
 """Ranges averaged over the remembered scans, which reduces the certificate's error and nearly removes its bias.
 
-Of all hits that several scans leave on a wall, the nearest bounds the safety star; its error is about three standard
-deviations. But the scans measure the same surfaces. The range of a beam of the latest scan is estimated from an earlier
-scan where the beam crosses the chord between two neighbouring hits of that scan.
+Of all hits that several scans leave on a wall, the nearest bounds the certified region; its error is about three
+standard deviations. But the scans measure the same surfaces. The range of a beam of the latest scan is estimated from
+an earlier scan where the beam crosses the chord between two neighbouring hits of that scan.
 """
 
 import dataclasses

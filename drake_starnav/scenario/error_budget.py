@@ -55,7 +55,7 @@ SYMBOLS: dict[str, ErrorTerm] = {
         f"{SAMPLED} + min(3/4 * lidar.noise, 0.006)", "what may stick out between beams without further margin, m"
     ),
     "G": ErrorTerm(
-        "max(1.2, min(1.25 * (B + v * L), C / (0.87 * lidar.widest_gap) - r))", "extent of the safety star, m"
+        "max(1.2, min(1.25 * (B + v * L), C / (0.87 * lidar.widest_gap) - r))", "extent of the certified region, m"
     ),
     "D": ErrorTerm("r + min(G, B + v * L)", "distance of the last scan by which a motion was accepted, m"),
     "b": ErrorTerm(
@@ -69,8 +69,8 @@ SYMBOLS: dict[str, ErrorTerm] = {
 }
 """What the texts of the terms call by a letter, each after those that its own text names.
 
-At full speed a robot that is too fast for its beams slows down near the edge of its safety star, of extent G, instead
-of keeping so far from corners.
+At full speed a robot that is too fast for its beams slows down near the edge of its certified region, of extent G,
+instead of keeping so far from corners.
 """
 
 TERMS: tuple[ErrorTerm, ...] = (

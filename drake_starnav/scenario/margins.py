@@ -24,9 +24,9 @@ LARGEST_MARGIN = 0.5
 def derive_margins(scenario: Scenario) -> Margins:
     """What follows from the faults, the robot and the rates that a scenario declares.
 
-    The safety margin is the sum of the `error_budget`. The safety star reaches farther than the robot needs to stop.
-    Where the localization is not exact, nodes whose hits a new scan sees through are discarded. Noise is smoothed; from
-    AVERAGED_NOISE on, ranges are averaged over the remembered scans.
+    The safety margin is the sum of the `error_budget`. The certified region reaches farther than the robot needs to
+    stop. Where the localization is not exact, nodes whose hits a new scan sees through are discarded. Noise is
+    smoothed; from AVERAGED_NOISE on, ranges are averaged over the remembered scans.
 
     Raises:
         StarnavError: the margin would be too wide.

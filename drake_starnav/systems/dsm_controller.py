@@ -10,7 +10,7 @@ from drake_starnav.control.inputs import TrackedObstacles
 from drake_starnav.control.motion import Actuation
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.regions.margins import Margins
-from drake_starnav.regions.safe_region import SafetyStar
+from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.robot import RobotParameters
 from drake_starnav.systems.controller import UNUSED_TWIST, Controller
 from drake_starnav.tracking import DynamicObstacleParameters, Tracks
@@ -21,20 +21,20 @@ class DsmController(Controller):
     """Turns guidance into the twist that follows its guiding vector, bent by dynamical system modulation.
 
     ```
-                    ┌───────────────┐
-    guidance ──────>│               │
-    safety_star ───>│               ├──> desired_twist
-    state ─────────>│ DsmController ├──> guiding_vector
-    tracks ────────>│               │
-    twist_command ─>│               │
-                    └───────────────┘
+                        ┌───────────────┐
+    guidance ──────────>│               │
+    certified_region ──>│               ├──> desired_twist
+    state ─────────────>│ DsmController ├──> guiding_vector
+    tracks ────────────>│               │
+    twist_command ─────>│               │
+                        └───────────────┘
     ```
 
     It proposes; what is driven of it, the `TwistShield` decides. It has no state.
 
     Ports:
         guidance: abstract, `Guidance` from any planner.
-        safety_star: abstract, `SafetyStar`.
+        certified_region: abstract, `CertifiedRegion`.
         state: vector (x, y, yaw, v, omega) of the robot in the world frame W; its pose is used.
         tracks: abstract, `Tracks` of the moving obstacles; only with `obstacles`.
         twist_command: vector (v, omega) that is commanded now, from the shield, m/s and rad/s; only with `obstacles`.
@@ -71,7 +71,7 @@ class DsmController(Controller):
         self._robot, self._margins, self._obstacles, self._state_lead = robot, margins, obstacles, state_lead
         self._actuation = Actuation(robot.limits, robot.radius, 1.0 / controller.rate, controller.delay)
         self._guidance = self.DeclareAbstractInputPort("guidance", Value(Guidance.none()))
-        self._safety_star = self.DeclareAbstractInputPort("safety_star", Value(SafetyStar.none()))
+        self._certified_region = self.DeclareAbstractInputPort("certified_region", Value(CertifiedRegion.none()))
         self._state = self.DeclareVectorInputPort("state", 5)
         self._tracks: InputPort | None = None
         self._twist: InputPort | None = None
@@ -82,7 +82,7 @@ class DsmController(Controller):
         self._declare_outputs()
 
     def _read(self, context: Context) -> tuple[ControllerInputs, TrackedObstacles | None]:
-        pose, star = self._state.Eval(context)[:3], self._safety_star.Eval(context)
+        pose, star = self._state.Eval(context)[:3], self._certified_region.Eval(context)
         twist = UNUSED_TWIST if self._twist is None else self._twist.Eval(context)
         inputs, tracked = ControllerInputs(pose, twist, self._guidance.Eval(context), star), None
         if self._obstacles is not None and self._tracks is not None:

@@ -5,23 +5,23 @@ import math
 from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import Context, DiscreteValues, EventStatus, LeafSystem
 
-from drake_starnav.regions.safe_region import SafetyStar
+from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.systems.release import weakly
 from drake_starnav.utils.timing import checked_period
 
 
 class JumpGuard(LeafSystem):
-    """Withholds the safety star from a jump of the estimated pose until a later scan arrives.
+    """Withholds the certified region from a jump of the estimated pose until a later scan arrives.
 
     ```
-                    ┌───────────┐
-    safety_star ───>│ JumpGuard ├──> safety_star
-    state ─────────>│           │
-                    └───────────┘
+                        ┌───────────┐
+    certified_region ──>│ JumpGuard ├──> certified_region
+    state ─────────────>│           │
+                        └───────────┘
     ```
 
     Ports:
-        safety_star: abstract, `SafetyStar`; as output, one that certifies nothing if it predates the last jump.
+        certified_region: abstract, `CertifiedRegion`; as output, an empty one if it predates the last jump.
         state: vector (x, y, yaw, v, omega) of the robot in the world frame W.
 
     The last position and the time of the last jump are discrete state, brought up to date before each command.
@@ -37,10 +37,12 @@ class JumpGuard(LeafSystem):
         super().__init__()
         self._period = checked_period(self, rate=rate)
         self._tolerance, self._rolling = tolerance, rolling
-        self._star = self.DeclareAbstractInputPort("safety_star", Value(SafetyStar.none()))
+        self._star = self.DeclareAbstractInputPort("certified_region", Value(CertifiedRegion.none()))
         self._now = self.DeclareVectorInputPort("state", 5)
         self.DeclareDiscreteState((math.nan, math.nan, -math.inf))
-        self.DeclareAbstractOutputPort("safety_star", lambda: Value(SafetyStar.none()), weakly(self._calc_star))
+        self.DeclareAbstractOutputPort(
+            "certified_region", lambda: Value(CertifiedRegion.none()), weakly(self._calc_star)
+        )
         self.DeclarePeriodicDiscreteUpdateEvent(self._period, 0.0, self._update)
 
     def _update(self, context: Context, values: DiscreteValues) -> EventStatus:
@@ -60,4 +62,4 @@ class JumpGuard(LeafSystem):
     def _calc_star(self, context: Context, output: AbstractValue) -> None:
         star = self._star.Eval(context)
         placed = star.previous if self._rolling else star.time
-        output.set_value(star if placed >= self._watched(context)[2] else SafetyStar.none())
+        output.set_value(star if placed >= self._watched(context)[2] else CertifiedRegion.none())

@@ -10,13 +10,13 @@ class PredictiveController(DsmController):
     """Proposes, of many twists that the certificates accept, the one with the best predicted motion.
 
     ```
-                    ┌──────────────────────┐
-    guidance ──────>│                      │
-    safety_star ───>│                      ├──> desired_twist
-    state ─────────>│ PredictiveController ├──> guiding_vector
-    tracks ────────>│                      │
-    twist_command ─>│                      │
-                    └──────────────────────┘
+                        ┌──────────────────────┐
+    guidance ──────────>│                      │
+    certified_region ──>│                      ├──> desired_twist
+    state ─────────────>│ PredictiveController ├──> guiding_vector
+    tracks ────────────>│                      │
+    twist_command ─────>│                      │
+                        └──────────────────────┘
     ```
 
     Its ports are those of `DsmController`, but `twist_command` is there also in a static world.

@@ -9,7 +9,7 @@ from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.perception import Perceive, Perceived, PerceptionSettings, check_view, perceive
-from drake_starnav.regions.safe_region import SCAN_PATIENCE, SafetyStar
+from drake_starnav.regions.safe_region import SCAN_PATIENCE, CertifiedRegion
 from drake_starnav.robot import RobotParameters
 from drake_starnav.systems.release import weakly
 from drake_starnav.systems.scan_state import ScanState
@@ -18,12 +18,12 @@ from drake_starnav.utils.timing import EARLY
 
 
 class StarPerception(LeafSystem):
-    """Turns each laser scan into the planner's star-shaped region and the controller's safety star.
+    """Turns each laser scan into the planner's star-shaped region and the controller's certified region.
 
     ```
             ┌────────────────┐
     scan ──>│ StarPerception ├──> observation
-    pose ──>│                ├──> safety_star
+    pose ──>│                ├──> certified_region
             └────────────────┘
     ```
 
@@ -31,7 +31,7 @@ class StarPerception(LeafSystem):
         scan: abstract, `LaserScan` in the sensor frame S, whose origin is the robot's centre.
         pose: vector (x, y, yaw) of S in the world frame W at the time of the scan, m and rad.
         observation: abstract, `Observation`: the scan, its pose, and its region with the planning margin.
-        safety_star: abstract, `SafetyStar` from the last scans; one that certifies nothing
+        certified_region: abstract, `CertifiedRegion` from the last scans; one that certifies nothing
             if the last scan is older than the delay and three scan periods.
 
     A new scan with at least one beam that is not lost is in the outputs at once, see `ScanState`; `perceive` does the
@@ -54,7 +54,7 @@ class StarPerception(LeafSystem):
             robot: its radius.
             margins: as of `derive_margins`.
             lidar: its rate and delay; if it declares outliers, they are discarded by `without_outliers` at its noise.
-            certifies: whether motion is certified by the safety star, which takes a wide view.
+            certifies: whether motion is certified by the certified region, which takes a wide view.
             perceive: the work as a pure function.
             stopwatch: where to note `scan` and `fit` times, if anywhere.
         """
@@ -73,9 +73,9 @@ class StarPerception(LeafSystem):
             "observation", lambda: Value(nothing.observation), weakly(self._calc_observation), depends
         )
         self.DeclareAbstractOutputPort(
-            "safety_star",
+            "certified_region",
             lambda: Value(nothing.safety),
-            weakly(self._calc_safety_star),
+            weakly(self._calc_certified_region),
             depends | {self.time_ticket()},
         )
 
@@ -95,7 +95,7 @@ class StarPerception(LeafSystem):
     def _calc_observation(self, context: Context, output: AbstractValue) -> None:
         output.set_value(self._perceived.Eval(context).observation)
 
-    def _calc_safety_star(self, context: Context, output: AbstractValue) -> None:
+    def _calc_certified_region(self, context: Context, output: AbstractValue) -> None:
         safety = self._perceived.Eval(context).safety
         fresh = safety.time - EARLY <= context.get_time() <= safety.time + self._expiry
-        output.set_value(safety if fresh else SafetyStar.none())
+        output.set_value(safety if fresh else CertifiedRegion.none())

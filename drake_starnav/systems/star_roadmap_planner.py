@@ -16,7 +16,7 @@ from drake_starnav.planning.state import PlannerStatus, PlanStep
 from drake_starnav.regions import Observation
 from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.obstruction import obstruction
-from drake_starnav.regions.safe_region import SafetyStar
+from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.robot import RobotParameters
 from drake_starnav.systems.release import weakly
 from drake_starnav.systems.scan_state import ScanState
@@ -53,20 +53,20 @@ class StarRoadmapPlanner(LeafSystem):
     """Grows a roadmap of star-shaped regions and chooses a short-term goal in it.
 
     ```
-                   ┌────────────────────┐
-    observation ──>│                    ├──> guidance
-    pose ─────────>│                    ├──> short_term_goal
-    goal ─────────>│ StarRoadmapPlanner ├──> planner_state
-    safety_star ──>│                    ├──> status
-                   │                    ├──> blocked_by
-                   └────────────────────┘
+                        ┌────────────────────┐
+    observation ───────>│                    ├──> guidance
+    pose ──────────────>│                    ├──> short_term_goal
+    goal ──────────────>│ StarRoadmapPlanner ├──> planner_state
+    certified_region ──>│                    ├──> status
+                        │                    ├──> blocked_by
+                        └────────────────────┘
     ```
 
     Ports:
         observation: abstract, `Observation` of the latest scan.
         pose: vector (x, y, yaw) of the robot in the world frame W, m and rad.
         goal: vector (x, y) in W, m.
-        safety_star: abstract, `SafetyStar` in any frame, to say what blocks the robot; may be left unconnected.
+        certified_region: abstract, `CertifiedRegion` in any frame, to say what blocks the robot; need not be connected.
         guidance: abstract, `Guidance` for the controller.
         short_term_goal: vector (x, y) in W, m; the robot's own position while there is none.
         planner_state: abstract, `PlannerState`: the roadmap and what the planner is about to do.
@@ -110,7 +110,7 @@ class StarRoadmapPlanner(LeafSystem):
         self._observation = self.DeclareAbstractInputPort("observation", Value(Observation.none()))
         self._pose = self.DeclareVectorInputPort("pose", 3)
         self._goal = self.DeclareVectorInputPort("goal", 2)
-        self._safety_star = self.DeclareAbstractInputPort("safety_star", Value(SafetyStar.none()))
+        self._certified_region = self.DeclareAbstractInputPort("certified_region", Value(CertifiedRegion.none()))
         initial = PlannerState.initial(planner, robot.radius)
         inputs = self._observation, self._goal
         self._plans = ScanState(self, _Plan(initial), self._after, inputs, rate=lidar.rate)
@@ -122,7 +122,7 @@ class StarRoadmapPlanner(LeafSystem):
         self.DeclareAbstractOutputPort(
             "planner_state", lambda: Value(initial), weakly(self._calc_planner_state), depends
         )
-        depends |= {self._pose.ticket(), self._safety_star.ticket(), self.time_ticket()}
+        depends |= {self._pose.ticket(), self._certified_region.ticket(), self.time_ticket()}
         self.DeclareAbstractOutputPort("status", lambda: Value(initial.status), weakly(self._calc_status), depends)
         self.DeclareAbstractOutputPort("blocked_by", lambda: Value(""), weakly(self._calc_blocked_by), depends)
 
@@ -198,9 +198,9 @@ class StarRoadmapPlanner(LeafSystem):
         path = plan.state.guidance.path
         to_x, to_y = (path[0] if len(path) else goal).tolist()
         reason = ""
-        if self._safety_star.HasValue(context):
+        if self._certified_region.HasValue(context):
             towards = math.atan2(to_y - y, to_x - x) - yaw
-            reason = obstruction(self._safety_star.Eval(context), seen.scan, towards, self._robot.radius)
+            reason = obstruction(self._certified_region.Eval(context), seen.scan, towards, self._robot.radius)
         if not reason and not len(path):
             return f"no way is seen that keeps {self._margins.least:.3g} m beyond robot.radius"
         return reason or "nothing that the certificate knows: the robot does not follow its guidance"

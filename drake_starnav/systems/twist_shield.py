@@ -13,7 +13,7 @@ from drake_starnav.control.motion import Actuation, BrakingMotion, roll_out
 from drake_starnav.control.shield import certified_twist, ramped_twist
 from drake_starnav.errors import StarnavError
 from drake_starnav.regions.margins import Margins
-from drake_starnav.regions.safe_region import SafetyStar
+from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.robot import RobotParameters, saturated
 from drake_starnav.systems.release import weakly
 from drake_starnav.tracking import DynamicObstacleParameters, Tracks
@@ -101,18 +101,18 @@ class TwistShield(Unshielded):
     """Drives what a controller desires as far as every certificate accepts it, and else slows down or brakes.
 
     ```
-                     ┌─────────────┐
-    desired_twist ──>│             │
-    state ──────────>│ TwistShield ├──> twist_command
-    safety_star ────>│             ├──> certificate
-    tracks ─────────>│             │
-                     └─────────────┘
+                        ┌─────────────┐
+    desired_twist ─────>│             │
+    state ─────────────>│ TwistShield ├──> twist_command
+    certified_region ──>│             ├──> certificate
+    tracks ────────────>│             │
+                        └─────────────┘
     ```
 
     Ports:
         desired_twist: vector (v, omega) of any controller, m/s and rad/s.
         state: vector (x, y, yaw, v, omega) of the robot in the world frame W; its pose is used.
-        safety_star: abstract, `SafetyStar`.
+        certified_region: abstract, `CertifiedRegion`.
         tracks: abstract, `Tracks` of the moving obstacles; only with `obstacles`.
         twist_command: vector (v, omega) within the robot's limits, m/s and rad/s.
         certificate: abstract, `BrakingMotion`.
@@ -145,12 +145,12 @@ class TwistShield(Unshielded):
         super().__init__(robot, controller, stopwatch=stopwatch)
         self._margin, self._own = margins.safety, certificates
         self._obstacles, self._state_lead = obstacles, state_lead
-        self._safety_star = self.DeclareAbstractInputPort("safety_star", Value(SafetyStar.none()))
+        self._certified_region = self.DeclareAbstractInputPort("certified_region", Value(CertifiedRegion.none()))
         if obstacles is not None:
             self._tracks = self.DeclareAbstractInputPort("tracks", Value(Tracks()))
 
     def _certificates(self, context: Context, position: np.ndarray) -> tuple[Certificate, ...] | None:
-        star, tracked = self._safety_star.Eval(context), None
+        star, tracked = self._certified_region.Eval(context), None
         if self._obstacles is not None:
             tracks = self._tracks.Eval(context)
             tracked = TrackedObstacles(tracks, context.get_time() + self._state_lead - tracks.time, self._obstacles)

@@ -227,7 +227,7 @@ ABLATIONS = (
     ),
     Ablation(
         "one_scan",
-        "safety star from the last scan only",
+        "certified region from the last scan only",
         "method 9",
         replaced={"drake_starnav.regions.perception.SCAN_MEMORY": 1},
     ),

@@ -39,7 +39,7 @@ from drake_starnav.parameters import unknown_name
 from drake_starnav.planning import PlannerInput, PlannerState, PlannerStatus
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.regions.perception import Perceived, PerceptionSettings
-from drake_starnav.regions.safe_region import SafetyStar
+from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.robot import saturated
 from drake_starnav.scenario import Scenario, load_scenario
 from drake_starnav.scenario.margins import derive_margins
@@ -147,7 +147,7 @@ class Guided:
         self._margins = derive_margins(scenario)
         self._settings = PerceptionSettings(self._margins, radius)
         self._perceived, self.state = Perceived.nothing(), PlannerState.initial(scenario.planner, radius)
-        self.inputs = ControllerInputs(np.array(world.start), np.zeros(2), Guidance.none(), SafetyStar.none())
+        self.inputs = ControllerInputs(np.array(world.start), np.zeros(2), Guidance.none(), CertifiedRegion.none())
 
     def twist(self, pose: np.ndarray, twist: np.ndarray, time: float, scan: LaserScan | None) -> np.ndarray | None:
         planner, robot = self._scenario.planner, self._scenario.robot

@@ -25,7 +25,7 @@ from drake_starnav.planning.guidance import PASSED_DISTANCE, Guidance
 from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.regions.perception import SCAN_MEMORY
 from drake_starnav.regions.region_union import RegionUnion
-from drake_starnav.regions.safe_region import SafetyStar, ScanMemory, safety_star
+from drake_starnav.regions.safe_region import CertifiedRegion, ScanMemory, certified_region
 from drake_starnav.regions.star_region import scan_region, united
 from drake_starnav.robot import RobotParameters
 from drake_starnav.worlds.world import World
@@ -36,19 +36,19 @@ ROBOT, PARAMETERS = RobotParameters(), ControllerParameters(kind="mpc")
 LIMITS = ROBOT.limits
 SPEEDS = np.array(LIMITS[:2])
 PERIOD = 1.0 / PARAMETERS.rate
-OPEN = SafetyStar(np.zeros(2), 0.0, np.full(720, 10.0), np.zeros((0, 2)))
+OPEN = CertifiedRegion(np.zeros(2), 0.0, np.full(720, 10.0), np.zeros((0, 2)))
 NOWHERE = RegionUnion.none()
 
 
-def known_from(world: World, pose: np.ndarray, memory: ScanMemory) -> tuple[RegionUnion, SafetyStar, ScanMemory]:
+def known_from(world: World, pose: np.ndarray, memory: ScanMemory) -> tuple[RegionUnion, CertifiedRegion, ScanMemory]:
     scan = cast(world, pose)
     kept = MARGINS.safety_range + 2.0 * RADIUS, SCAN_MEMORY
     safe = RADIUS + MARGINS.safety
-    star, memory = safety_star(memory, scan, smoothed_distances(scan), pose, safe, MARGINS.safety_range, kept)
+    star, memory = certified_region(memory, scan, smoothed_distances(scan), pose, safe, MARGINS.safety_range, kept)
     return united([scan_region(scan, pose, RADIUS, MARGINS)]), star, memory
 
 
-def situation(seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, RegionUnion, SafetyStar]:
+def situation(seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, RegionUnion, CertifiedRegion]:
     """A pose, a twist and a path of two legs in a random world, and what is known of it there."""
     rng = np.random.default_rng(seed)
     world = scattered(rng, discs=14, walls=8)

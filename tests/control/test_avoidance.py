@@ -13,7 +13,7 @@ from drake_starnav.control.moving_certificate import MovingCertificate
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.regions.region_union import RegionUnion
-from drake_starnav.regions.safe_region import SafetyStar, ScanMemory, safety_star
+from drake_starnav.regions.safe_region import CertifiedRegion, ScanMemory, certified_region
 from drake_starnav.regions.star_region import scan_region, united
 from drake_starnav.robot import RobotParameters
 from drake_starnav.tracking.kalman_tracks import Tracks
@@ -54,10 +54,10 @@ def obstacle(position: tuple[float, float], velocity: tuple[float, float]) -> Tr
     )
 
 
-def known() -> tuple[RegionUnion, SafetyStar]:
+def known() -> tuple[RegionUnion, CertifiedRegion]:
     """What the robot knows of an empty hall."""
     scan, pose = cast(hall()), np.zeros(3)
-    star, _ = safety_star(ScanMemory(), scan, smoothed_distances(scan), pose, ROBOT.radius + 0.01, 1.2, (2.0, 1))
+    star, _ = certified_region(ScanMemory(), scan, smoothed_distances(scan), pose, ROBOT.radius + 0.01, 1.2, (2.0, 1))
     return united((scan_region(scan, pose, ROBOT.radius, MARGINS),)), star
 
 
@@ -65,7 +65,7 @@ def avoided(
     tracks: Tracks,
     twist: tuple[float, float] = (0.5, 0.0),
     path: np.ndarray = PATH,
-    star: SafetyStar | None = None,
+    star: CertifiedRegion | None = None,
 ) -> Avoidance:
     regions, seen = known()
     inputs = ControllerInputs(np.zeros(3), np.array(twist), Guidance(path, True, regions), star or seen)
@@ -95,7 +95,7 @@ def test_a_robot_that_stands_in_the_way_moves_before_it_is_too_late() -> None:
 
 
 def test_without_a_certified_manoeuvre_there_is_none() -> None:
-    assert avoided(obstacle((0.8, 0.0), (-0.6, 0.0)), twist=(0.8, 0.0), star=SafetyStar.none()).twist is None
+    assert avoided(obstacle((0.8, 0.0), (-0.6, 0.0)), twist=(0.8, 0.0), star=CertifiedRegion.none()).twist is None
 
 
 def test_the_same_situation_has_the_same_manoeuvre() -> None:

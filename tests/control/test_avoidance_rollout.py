@@ -28,8 +28,8 @@ from drake_starnav.control.avoidance_rollout import (
     wanted_twist,
     way_cost,
 )
-from drake_starnav.control.rollout import KnownSpace, times_left
-from drake_starnav.regions.safe_region import SafetyStar
+from drake_starnav.control.rollout import FreeSpace, times_left
+from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.regions.star_region import scan_region, united
 from drake_starnav.robot import Limits
 from drake_starnav.worlds.world import World
@@ -45,7 +45,7 @@ def scene(*places: tuple[float, float]) -> Scene:
     """Discs of 0.3 m that stay where they are, on an empty floor that is seen 5 m far."""
     world = World("empty", (0.0, 0.0, 0.0), (2.0, 0.0), bounds=(-4.0, -4.0, 4.0, 4.0))
     regions = united([scan_region(cast(world), np.zeros(3), 0.25, MARGINS)])
-    known = KnownSpace.of(regions, SafetyStar.none())
+    known = FreeSpace.of(regions, CertifiedRegion.none())
     trajectories = np.repeat(np.array(places, float).reshape(-1, 1, 2), 60, axis=1)
     radius, comfort = np.full(len(places), 0.3), np.full(len(places), COMFORT)
     discs = Discs(trajectories, radius, comfort, np.zeros((0, 2)), 0.0)

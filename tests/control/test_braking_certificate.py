@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from drake_starnav.control.motion import SAMPLE_SPACING
 from drake_starnav.control.shield import PROPOSALS
 from drake_starnav.regions.erosion import smoothed_distances
-from drake_starnav.regions.safe_region import SafetyStar, ScanMemory, safety_star
+from drake_starnav.regions.safe_region import CertifiedRegion, ScanMemory, certified_region
 from drake_starnav.robot import RobotParameters
 from drake_starnav.worlds.world import World
 from tests.helpers.motions import certified, limited_twist, motion, starred_twist
@@ -21,12 +21,12 @@ LIMITS = ROBOT.limits
 SPEEDS, ACCELERATIONS = np.array(LIMITS[:2]), np.array(LIMITS[2:])
 SAFE, REACH = RADIUS + 0.01, 1.2
 PERIOD = 0.02
-OPEN = SafetyStar(np.zeros(2), 0.0, np.full(720, 10.0), np.zeros((0, 2)))
+OPEN = CertifiedRegion(np.zeros(2), 0.0, np.full(720, 10.0), np.zeros((0, 2)))
 
 
-def sensed(world: World, pose: np.ndarray, memory: ScanMemory) -> tuple[SafetyStar, ScanMemory]:
+def sensed(world: World, pose: np.ndarray, memory: ScanMemory) -> tuple[CertifiedRegion, ScanMemory]:
     scan = cast(world, pose)
-    return safety_star(memory, scan, smoothed_distances(scan), pose, SAFE, REACH, (REACH + 2.0 * SAFE, 5))
+    return certified_region(memory, scan, smoothed_distances(scan), pose, SAFE, REACH, (REACH + 2.0 * SAFE, 5))
 
 
 def moved(pose: np.ndarray, twist: np.ndarray, target: np.ndarray, time: float, step: float = 1e-3) -> tuple:
@@ -43,7 +43,7 @@ def moved(pose: np.ndarray, twist: np.ndarray, target: np.ndarray, time: float, 
     return np.array(poses), twist
 
 
-def random_situation(seed: int) -> tuple[World, SafetyStar, ScanMemory, np.ndarray, np.ndarray, np.ndarray]:
+def random_situation(seed: int) -> tuple[World, CertifiedRegion, ScanMemory, np.ndarray, np.ndarray, np.ndarray]:
     """A random world, what is known of it, a pose near the scan's, a twist and a desired twist."""
     rng = np.random.default_rng(seed)
     world = scattered(rng, discs=14, walls=8)
@@ -167,7 +167,7 @@ def test_the_first_certified_share_is_taken(seed):
 
 
 def test_braking_is_all_that_is_left_when_nothing_can_be_certified():
-    blind, pose = SafetyStar.none(), np.array((1.0, 1.0, 0.0))
+    blind, pose = CertifiedRegion.none(), np.array((1.0, 1.0, 0.0))
     assert starred_twist(pose, np.array((0.5, 0.3)), np.array((0.8, 1.0)), PERIOD, LIMITS, blind) == (0.0, 0.0, False)
     standing = starred_twist(pose, np.zeros(2), np.array((0.8, 1.0)), PERIOD, LIMITS, blind)
     assert standing == (0.0, 1.0, False)  # a disc that turns about its centre covers no new ground
@@ -176,7 +176,7 @@ def test_braking_is_all_that_is_left_when_nothing_can_be_certified():
 @pytest.mark.parametrize(("speed", "turn"), [(0.044, 1.0), (-0.044, 1.0), (0.046, 0.0), (-0.3, 0.0)])
 def test_without_a_certificate_only_a_robot_that_stops_within_a_millimetre_turns(speed, turn):
     twist, desired = np.array((speed, 0.0)), np.array((0.8, 1.0))
-    assert starred_twist(np.zeros(3), twist, desired, PERIOD, LIMITS, SafetyStar.none()) == (0.0, turn, False)
+    assert starred_twist(np.zeros(3), twist, desired, PERIOD, LIMITS, CertifiedRegion.none()) == (0.0, turn, False)
 
 
 def test_in_the_open_everything_is_certified():
@@ -184,8 +184,8 @@ def test_in_the_open_everything_is_certified():
     assert starred_twist(np.zeros(3), np.zeros(2), desired, PERIOD, LIMITS, OPEN) == (0.8, -1.0, True)
 
 
-def ring(reach: float) -> SafetyStar:
-    return SafetyStar(np.zeros(2), 0.0, np.full(720, reach), np.zeros((0, 2)))
+def ring(reach: float) -> CertifiedRegion:
+    return CertifiedRegion(np.zeros(2), 0.0, np.full(720, reach), np.zeros((0, 2)))
 
 
 @pytest.mark.parametrize("speed", [0.05, 0.2, 0.5, 0.8])
@@ -227,7 +227,7 @@ def test_driving_backwards_is_sampled_as_finely_and_mirrors_driving_forwards():
 def test_what_the_robot_drives_through_during_the_delay_is_checked_too():
     """A gap in the star that is behind the robot when its command takes effect."""
     bearing = 2.0 * math.pi / 720 * np.arange(720)
-    cut = SafetyStar(np.zeros(2), 0.0, np.where(np.abs(bearing - 0.5 * math.pi) < 0.1, 0.2, 5.0), np.zeros((0, 2)))
+    cut = CertifiedRegion(np.zeros(2), 0.0, np.where(np.abs(bearing - 0.5 * math.pi) < 0.1, 0.2, 5.0), np.zeros((0, 2)))
     pose, ahead = np.array((-0.3, 0.3, 0.0)), np.array((0.8, 0.0))
     assert certified(pose, ahead, ahead, PERIOD, LIMITS, OPEN, delay=0.5)
     assert certified(pose + (0.4, 0.0, 0.0), ahead, ahead, PERIOD, LIMITS, cut)

@@ -14,7 +14,7 @@ from drake_starnav.control.motion import Motion, roll_out
 from drake_starnav.control.moving_certificate import MOVING_MARGIN, MovingCertificate
 from drake_starnav.control.point_certificate import PointCertificate
 from drake_starnav.regions.erosion import smoothed_distances
-from drake_starnav.regions.safe_region import SafetyStar, ScanMemory, safety_star
+from drake_starnav.regions.safe_region import CertifiedRegion, ScanMemory, certified_region
 from drake_starnav.robot import RobotParameters
 from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
@@ -29,7 +29,7 @@ AHEAD = Tracks(time=0.0, hits=np.array([(0.7, 0.0)]), owner=np.array([-1]))
 
 
 def accepts(
-    star: SafetyStar,
+    star: CertifiedRegion,
     want: tuple[float, float],
     tracks: Tracks = NOTHING,
     v: float = 0.0,
@@ -41,10 +41,10 @@ def accepts(
     return accepted(roll_out(np.zeros(3), np.array((v, 0.0)), np.array(want), commands), asked)
 
 
-def seen(wall: float) -> SafetyStar:
+def seen(wall: float) -> CertifiedRegion:
     """What is certified in a hall whose column's face is `wall` (m) ahead."""
     scan, pose = cast(hall((wall + 0.2, 0.0, 0.2))), np.zeros(3)
-    return safety_star(ScanMemory(), scan, smoothed_distances(scan), pose, ROBOT.radius + 0.01, 1.2, (2.0, 1))[0]
+    return certified_region(ScanMemory(), scan, smoothed_distances(scan), pose, ROBOT.radius + 0.01, 1.2, (2.0, 1))[0]
 
 
 def test_either_certificate_may_refuse() -> None:
@@ -55,7 +55,7 @@ def test_either_certificate_may_refuse() -> None:
 
 
 def test_without_a_scan_nothing_is_accepted() -> None:
-    assert not accepts(SafetyStar.none(), (0.5, 0.0))
+    assert not accepts(CertifiedRegion.none(), (0.5, 0.0))
 
 
 @settings(max_examples=200, deadline=None)
@@ -64,7 +64,7 @@ def test_all_certificates_are_asked_for_all_that_is_declared(seed: int, margin: 
     rng = np.random.default_rng(seed)
     hits, gaps = rng.uniform(-1.2, 1.2, (8, 2)), rng.uniform(0.0, 0.1, 8)
     hits = hits[np.hypot(*hits.T) > 0.3]
-    star = SafetyStar(np.zeros(2), 0.0, np.full(8, 0.5), hits, hits, gaps[: len(hits)], seen=True, reach=0.8)
+    star = CertifiedRegion(np.zeros(2), 0.0, np.full(8, 0.5), hits, hits, gaps[: len(hits)], seen=True, reach=0.8)
     tracks = Tracks(time=0.0, hits=rng.uniform(-2.0, 2.0, (1, 2)), owner=np.array([-1]))
     tracked = TrackedObstacles(tracks, rng.uniform(0.0, 0.3), OBSTACLES)
     pose, twist = rng.uniform(-0.2, 0.2, 3), rng.uniform((0.0, -2.0), (0.8, 2.0))
@@ -104,10 +104,10 @@ def test_the_first_motion_that_all_accept_is_taken_and_later_ones_are_not_rolled
     assert first_accepted(motions(), (slow, Slow(0.0))) is None
 
 
-def beside(clearance: float) -> SafetyStar:
+def beside(clearance: float) -> CertifiedRegion:
     """A hit to the left of the robot, whose neighbour on the surface is 0.1 m away; known up to 2 m."""
     hits = np.array([(0.0, ROBOT.radius + clearance)])
-    return SafetyStar(np.zeros(2), 0.0, np.zeros(8), hits, hits, np.array([0.05]), seen=True, reach=2.0)
+    return CertifiedRegion(np.zeros(2), 0.0, np.zeros(8), hits, hits, np.array([0.05]), seen=True, reach=2.0)
 
 
 @pytest.mark.parametrize(("clearance", "passes"), [(0.0025, True), (0.0015, False)])

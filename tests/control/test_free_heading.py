@@ -12,7 +12,7 @@ from drake_starnav.control.free_heading import FREE_HEADING_RANGE, OPEN_WAY, SAM
 from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.regions.region_union import RegionUnion
-from drake_starnav.regions.safe_region import SafetyStar, ScanMemory, safety_star
+from drake_starnav.regions.safe_region import CertifiedRegion, ScanMemory, certified_region
 from drake_starnav.robot import RobotParameters
 from drake_starnav.worlds.world import World
 from tests.helpers.motions import stepped
@@ -23,15 +23,15 @@ PARAMETERS = ControllerParameters()
 MARGIN = MARGINS.safety
 
 
-def star_with_one_short_hit(world: World, pose: np.ndarray, bearing: float, short: float) -> SafetyStar:
-    """The safety star of an exact scan, except that the beam next to a bearing in W measures this much too little."""
+def star_with_one_short_hit(world: World, pose: np.ndarray, bearing: float, short: float) -> CertifiedRegion:
+    """The certified region of an exact scan, but the beam next to a bearing in W measures this much too little."""
     scan = cast(world, pose)
     beam = round((bearing - pose[2] - scan.angle_min) / scan.angle_increment) % len(scan.ranges)
     measured = dataclasses.replace(scan, ranges=scan.ranges - short * (np.arange(len(scan.ranges)) == beam))
-    return safety_star(ScanMemory(), measured, scan.distances, pose, RADIUS + MARGIN, 1.2, (2.0, 1))[0]
+    return certified_region(ScanMemory(), measured, scan.distances, pose, RADIUS + MARGIN, 1.2, (2.0, 1))[0]
 
 
-def way_is_open(star: SafetyStar, position: np.ndarray, angle: float) -> bool:
+def way_is_open(star: CertifiedRegion, position: np.ndarray, angle: float) -> bool:
     """Whether the star contains the way along a bearing, by the smaller of the samples beside each place of it."""
     samples = len(star.values)
     for share in np.arange(1, SAMPLES + 1) / SAMPLES:
@@ -43,7 +43,7 @@ def way_is_open(star: SafetyStar, position: np.ndarray, angle: float) -> bool:
     return True
 
 
-def free_direction(position: np.ndarray, direction: np.ndarray, star: SafetyStar) -> np.ndarray:
+def free_direction(position: np.ndarray, direction: np.ndarray, star: CertifiedRegion) -> np.ndarray:
     return np.array(free_heading(*position, *direction, star.alone))
 
 
@@ -52,7 +52,7 @@ def free_direction(position: np.ndarray, direction: np.ndarray, star: SafetyStar
 def test_the_nearest_open_bearing_is_taken(seed, angle):
     rng = np.random.default_rng(seed)
     values = np.where(np.repeat(rng.random(12) < 0.6, 30), 0.0, rng.uniform(0.0, 0.1, 360))
-    star = SafetyStar(rng.uniform(-1.0, 1.0, 2), rng.uniform(-3.0, 3.0), values, np.zeros((0, 2)))
+    star = CertifiedRegion(rng.uniform(-1.0, 1.0, 2), rng.uniform(-3.0, 3.0), values, np.zeros((0, 2)))
     position = star.center + rng.uniform(-0.005, 0.005, 2)
     direction = np.array((math.cos(angle), math.sin(angle)))
     out = free_direction(position, direction, star)
@@ -73,7 +73,7 @@ def test_the_nearest_open_bearing_is_taken(seed, angle):
 
 def test_where_nothing_is_seen_nothing_is_open():
     direction = np.array((0.6, 0.8))
-    np.testing.assert_array_equal(free_direction(np.ones(2), direction, SafetyStar.none()), direction)
+    np.testing.assert_array_equal(free_direction(np.ones(2), direction, CertifiedRegion.none()), direction)
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])

@@ -22,7 +22,7 @@ from drake_starnav.control.path_following import (
 )
 from drake_starnav.planning.guidance import PASSED_DISTANCE, Guidance
 from drake_starnav.regions.region_union import RegionUnion
-from drake_starnav.regions.safe_region import SafetyStar
+from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.regions.star_region import scan_region, united
 from drake_starnav.robot import RobotParameters
 from drake_starnav.worlds.world import World
@@ -32,7 +32,7 @@ from tests.helpers.scans import MARGINS, RADIUS, cast, in_view, seeds, smooth_re
 ROBOT = RobotParameters()
 PARAMETERS = ControllerParameters()
 PERIOD = 1.0 / PARAMETERS.rate
-OPEN = SafetyStar(np.zeros(2), 0.0, np.full(720, 100.0), np.zeros((0, 2)))
+OPEN = CertifiedRegion(np.zeros(2), 0.0, np.full(720, 100.0), np.zeros((0, 2)))
 NO_HITS = np.zeros((0, 2))
 components = st.floats(-5.0, 5.0)
 
@@ -77,7 +77,7 @@ def test_the_compiled_step_is_the_plain_one(seed):
     values = np.where(rng.random(360) < 0.9, rng.uniform(0.2, 1.0), rng.uniform(0.0, 0.3, 360))
     hits = rng.uniform(-1.0, 1.0, (20, 2))
     hits *= ((RADIUS + rng.uniform(0.0, 0.2, 20)) / np.hypot(*hits.T))[:, None]
-    star = SafetyStar(pose[:2] + rng.uniform(-0.05, 0.05, 2), rng.uniform(-3.0, 3.0), values, pose[:2] + hits)
+    star = CertifiedRegion(pose[:2] + rng.uniform(-0.05, 0.05, 2), rng.uniform(-3.0, 3.0), values, pose[:2] + hits)
     twist = rng.uniform((0.0, -2.0), (0.8, 2.0))
     guidance = Guidance(path, bool(rng.random() < 0.5), regions)
     if guidance.distance_to_goal(pose[:2]) < 2.0 * GOAL_REACHED:
@@ -215,7 +215,7 @@ def test_where_the_certificate_ends_the_robot_is_led_off_the_wall(margin, toward
 
 
 def test_without_a_scan_the_robot_brakes():
-    driven, certified = step(pose=(1.0, 1.0, 0.0), twist=(0.5, 0.0), path=((9.0, 1.0),), star=SafetyStar.none())
+    driven, certified = step(pose=(1.0, 1.0, 0.0), twist=(0.5, 0.0), path=((9.0, 1.0),), star=CertifiedRegion.none())
     assert not certified and driven[0] < 0.5
 
 

@@ -1,4 +1,4 @@
-"""The theorem of the certificate against points, and what it lets through that the safety star does not."""
+"""The theorem of the certificate against points, and what it lets through that the certified region does not."""
 
 import math
 
@@ -12,7 +12,7 @@ from drake_starnav.control.motion import Actuation, roll_out
 from drake_starnav.control.point_certificate import ESCAPE_CLEARANCE, PointCertificate, needed_distances
 from drake_starnav.control.shield import PROPOSALS
 from drake_starnav.regions.erosion import smoothed_distances
-from drake_starnav.regions.safe_region import SafetyStar, ScanMemory, safety_star
+from drake_starnav.regions.safe_region import CertifiedRegion, ScanMemory, certified_region
 from drake_starnav.robot import Limits, RobotParameters
 from drake_starnav.worlds.world import World
 from tests.helpers.motions import certified, least_clearance, limited_twist, motion
@@ -25,13 +25,15 @@ MARGIN, PERIOD = 0.005, 0.02
 REACH = 2.0
 
 
-def sensed(world: World, pose: np.ndarray, memory: ScanMemory, reach: float = REACH) -> tuple[SafetyStar, ScanMemory]:
+def sensed(
+    world: World, pose: np.ndarray, memory: ScanMemory, reach: float = REACH
+) -> tuple[CertifiedRegion, ScanMemory]:
     scan = cast(world, pose, beams=720)
-    return safety_star(memory, scan, smoothed_distances(scan), pose, RADIUS, reach, (reach, 5))
+    return certified_region(memory, scan, smoothed_distances(scan), pose, RADIUS, reach, (reach, 5))
 
 
 def clear_twist(
-    pose: np.ndarray, twist: np.ndarray, desired: np.ndarray, star: SafetyStar, limits: Limits = LIMITS
+    pose: np.ndarray, twist: np.ndarray, desired: np.ndarray, star: CertifiedRegion, limits: Limits = LIMITS
 ) -> np.ndarray | None:
     """The desired twist at the largest share of its speed that the certificate accepts; None if it accepts none."""
     for share in PROPOSALS[:7, 0]:
@@ -82,7 +84,7 @@ def test_the_least_clearance_is_that_of_the_braking_path(seed, hold, delay):
     pose, twist = np.array((0.0, 0.0, rng.uniform(-4.0, 4.0))), rng.uniform(-SPEEDS, SPEEDS)
     desired = rng.uniform(-SPEEDS, SPEEDS)
     away = least_clearance(motion(pose, twist, desired, hold, LIMITS, delay), hits, needed)
-    star = SafetyStar(np.zeros(2), 0.0, np.zeros(4), hits, hits, gaps, seen=True)
+    star = CertifiedRegion(np.zeros(2), 0.0, np.zeros(4), hits, hits, gaps, seen=True)
     driven = roll_out(pose, twist, desired, Actuation(LIMITS, RADIUS, hold, delay))
     kept, missed = ESCAPE_CLEARANCE, 3.0
     if not PointCertificate(star, kept, RADIUS).accepts(driven):

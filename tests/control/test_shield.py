@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from drake_starnav.control.shield import ramped_twist
-from drake_starnav.regions.safe_region import SafetyStar
+from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.robot import RobotParameters
 from tests.helpers.motions import PERIOD, actuation, starred_twist
 
@@ -12,7 +12,7 @@ ROBOT = RobotParameters()
 HITS = np.column_stack((np.full(81, 1.0), np.linspace(-2.0, 2.0, 81)))
 
 
-def driven(desired, star: SafetyStar, periods: int = 200) -> tuple[np.ndarray, list[bool]]:
+def driven(desired, star: CertifiedRegion, periods: int = 200) -> tuple[np.ndarray, list[bool]]:
     """Where a perfect robot gets in so many periods, and which commands were certified."""
     pose, twist, certified = np.zeros(3), np.zeros(2), []
     for _ in range(periods):
@@ -26,11 +26,11 @@ def driven(desired, star: SafetyStar, periods: int = 200) -> tuple[np.ndarray, l
     return pose, certified
 
 
-def wall() -> SafetyStar:
+def wall() -> CertifiedRegion:
     """A wall at x = 1 m, and free space up to 0.7 m for the robot's centre."""
     bearings = 2.0 * np.pi * np.arange(720) / 720
     values = np.where(np.cos(bearings) > 0.0, np.minimum(0.7 / np.maximum(np.cos(bearings), 1e-9), 5.0), 5.0)
-    return SafetyStar(np.zeros(2), 0.0, values, HITS, HITS, np.full(81, 0.025), seen=True, reach=5.0)
+    return CertifiedRegion(np.zeros(2), 0.0, values, HITS, HITS, np.full(81, 0.025), seen=True, reach=5.0)
 
 
 def test_it_stops_before_a_wall_that_the_twist_leads_to() -> None:
@@ -46,5 +46,5 @@ def test_a_free_twist_passes_within_the_limits() -> None:
 
 
 def test_nothing_seen_is_nothing_driven() -> None:
-    pose, _ = driven((0.8, 0.0), SafetyStar.none())
+    pose, _ = driven((0.8, 0.0), CertifiedRegion.none())
     assert pose == pytest.approx(np.zeros(3))

@@ -11,7 +11,7 @@ from drake_starnav.lidar.outlier_filter import HitHistory, without_outliers
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, plan_step
 from drake_starnav.regions import Observation
 from drake_starnav.regions.erosion import smoothed_distances
-from drake_starnav.regions.safe_region import ScanMemory, safety_star
+from drake_starnav.regions.safe_region import ScanMemory, certified_region
 from drake_starnav.regions.scan_averaging import averaged
 from drake_starnav.regions.star_region import scan_region
 from tests.helpers.inputs import fuzzed
@@ -44,9 +44,9 @@ def test_any_ranges_are_perceived(found, pose):
     scan = LaserScan(0.0, -np.pi, 2.0 * np.pi / 36, 0.0, 4.0, found, lost_beams=True)
     scan = without_outliers(scan, pose, HitHistory((scan.points(pose)[::2],)))[0]
     region = scan_region(scan, pose, RADIUS, MARGINS)
-    star, memory = safety_star(ScanMemory(), scan, smoothed_distances(scan), pose, RADIUS, 1.2, (2.0, 5))
+    star, memory = certified_region(ScanMemory(), scan, smoothed_distances(scan), pose, RADIUS, 1.2, (2.0, 5))
     earlier, mean = averaged(memory, scan, pose + 0.01, 1.0)
-    of_means, _ = safety_star(earlier, mean, smoothed_distances(mean), pose + 0.01, RADIUS, 1.2, (2.0, 5))
+    of_means, _ = certified_region(earlier, mean, smoothed_distances(mean), pose + 0.01, RADIUS, 1.2, (2.0, 5))
     for values in (region.boundary.values, star.values, of_means.values):
         assert np.isfinite(values).all() and values.min() >= 0.0
     samples = np.arange(36) * len(star.values) // 36

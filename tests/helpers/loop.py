@@ -13,7 +13,7 @@ from drake_starnav.control.shield import certified_twist, ramped_twist
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, plan_step
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.regions.perception import Perceived, PerceptionSettings, perceive
-from drake_starnav.regions.safe_region import SafetyStar
+from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.robot import RobotParameters
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.tracking.tracker import Tracked, track
@@ -37,7 +37,7 @@ class Run:
 
 
 def command(
-    pose: np.ndarray, twist: np.ndarray, guidance: Guidance, star: SafetyStar, tracked: TrackedObstacles
+    pose: np.ndarray, twist: np.ndarray, guidance: Guidance, star: CertifiedRegion, tracked: TrackedObstacles
 ) -> np.ndarray:
     """What is driven next: what the controller proposes, as far as the shield accepts it."""
     commands, inputs = actuation(ROBOT, 1.0 / CONTROLLER.rate), ControllerInputs(pose, twist, guidance, star)

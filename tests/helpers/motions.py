@@ -7,7 +7,7 @@ from drake_starnav.control.braking_certificate import StarCertificate
 from drake_starnav.control.certificates import accepted
 from drake_starnav.control.motion import Actuation, roll_out
 from drake_starnav.control.shield import certified_twist, ramped_twist
-from drake_starnav.regions.safe_region import SafetyStar
+from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.robot import Limits, RobotParameters, saturated
 from tests.helpers.scans import MARGINS
 
@@ -33,10 +33,10 @@ def certified(
     desired: np.ndarray,
     hold: float,
     limits: Limits,
-    star: SafetyStar,
+    star: CertifiedRegion,
     delay: float = 0.0,
 ) -> bool:
-    """Whether that motion stays inside the safety star, as the package decides it."""
+    """Whether that motion stays inside the certified region, as the package decides it."""
     target = np.array(saturated(desired, limits))
     return accepted(roll_out(pose, twist, target, Actuation(limits, 0.25, hold, delay)), (StarCertificate(star),))
 
@@ -47,7 +47,7 @@ def starred_twist(
     desired: np.ndarray,
     hold: float,
     limits: Limits,
-    star: SafetyStar,
+    star: CertifiedRegion,
     delay: float = 0.0,
 ) -> tuple[float, float, bool]:
     """What the shield makes of a twist in a static world: v, omega, and whether any motion was certified."""

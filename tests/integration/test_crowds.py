@@ -8,7 +8,7 @@ from hypothesis import given, settings
 
 from drake_starnav.control.inputs import TrackedObstacles
 from drake_starnav.planning.guidance import Guidance
-from drake_starnav.regions.safe_region import SafetyStar
+from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from tests.helpers.loop import CONTROLLER, ROBOT, command, drive, pacing
@@ -64,5 +64,5 @@ def test_it_brakes_where_nothing_can_be_certified() -> None:
     ring = 0.35 * np.column_stack((np.cos(angle), np.sin(angle)))
     tracks = Tracks(time=0.0, hits=ring, owner=np.full(len(ring), -1))
     twist = np.array((0.4, 0.1))
-    driven = command(np.zeros(3), twist, Guidance.none(), SafetyStar.none(), TrackedObstacles(tracks, 0.0, STRICT))
+    driven = command(np.zeros(3), twist, Guidance.none(), CertifiedRegion.none(), TrackedObstacles(tracks, 0.0, STRICT))
     assert math.isclose(driven[0], 0.4 - ROBOT.max_acceleration / CONTROLLER.rate)

@@ -12,14 +12,14 @@ from pydrake.systems.analysis import Simulator
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.navigation.validation import validated_margins
-from drake_starnav.regions.safe_region import SafetyStar
+from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario import Scenario, load_scenario
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.worlds.world import World
 from tests.helpers.motions import limited_twist, starred_twist
 
-OPEN = SafetyStar(np.zeros(2), 0.0, np.full(720, 1e3), np.zeros((0, 2)), seen=True)
+OPEN = CertifiedRegion(np.zeros(2), 0.0, np.full(720, 1e3), np.zeros((0, 2)), seen=True)
 PERIOD = 0.02
 
 

@@ -15,7 +15,7 @@ def test_beams_are_made_once_and_belong_to_one_scan() -> None:
     scan = cast(scattered(np.random.default_rng(1)))
     beams = scan.beams
     assert isinstance(beams, Beams) and scan.beams is beams
-    for name in ("distances", "hits", "moving", "lost", "silent", "lasting"):
+    for name in ("distances", "hits", "moving", "lost", "uninformative", "mappable"):
         assert getattr(scan, name) is getattr(beams, name) and len(getattr(beams, name)) == len(scan.ranges)
     later = dataclasses.replace(scan, ranges=np.full(len(scan.ranges), np.inf))
     assert not later.beams.hits.any() and beams.hits.any()
@@ -39,7 +39,7 @@ def test_kinds_of_beams_follow_from_range_and_motion(seed: int) -> None:
     np.testing.assert_array_equal(beams.lost, lost)
     np.testing.assert_array_equal(beams.moving, moving)
     np.testing.assert_array_equal(beams.hits, ~lost & ~moving & (ranges < 7.0))
-    np.testing.assert_array_equal(beams.silent, lost | moving)
-    np.testing.assert_array_equal(beams.lasting, ~lost & (motion == STATIC))
+    np.testing.assert_array_equal(beams.uninformative, lost | moving)
+    np.testing.assert_array_equal(beams.mappable, ~lost & (motion == STATIC))
     assert beams.complete == (not lost.any())
     assert ((beams.distances >= 0.0) & (beams.distances <= 7.0)).all()

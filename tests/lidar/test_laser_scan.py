@@ -197,9 +197,9 @@ def test_beams_are_free_up_to_a_moving_obstacle_which_is_no_hit():
         motion=np.array([STATIC, DYNAMIC, STATIC, STATIC, STATIC, STATIC, UNKNOWN, STATIC]),
     )
     np.testing.assert_array_equal(reported.hits, [True, False, False, True, False, True, True, True])
-    np.testing.assert_array_equal(reported.silent, [False, True, True, False, False, False, False, False])
-    np.testing.assert_array_equal(reported.lasting, [True, False, False, True, True, True, False, True])
-    np.testing.assert_array_equal(reported.lasting_hits, [True, False, False, True, False, True, False, True])
+    np.testing.assert_array_equal(reported.uninformative, [False, True, True, False, False, False, False, False])
+    np.testing.assert_array_equal(reported.mappable, [True, False, False, True, True, True, False, True])
+    np.testing.assert_array_equal(reported.mappable_hits, [True, False, False, True, False, True, False, True])
     assert reported.distances[1] == 1.0
     assert len(reported.points()) == 5
 
@@ -207,7 +207,7 @@ def test_beams_are_free_up_to_a_moving_obstacle_which_is_no_hit():
 def test_without_motion_everything_is_static():
     seen = scan()
     assert not seen.moving.any()
-    assert seen.hits.all() and seen.lasting.all() and not seen.silent.any()
+    assert seen.hits.all() and seen.mappable.all() and not seen.uninformative.any()
 
 
 @pytest.mark.parametrize("pose", [(0.0, 0.0, 0.0), (1.0, -2.0, 2.5)])

@@ -12,7 +12,7 @@ from drake_starnav.planning.map_revision import (
     _remade,
     clear_of,
     cut_back,
-    lasting_hits,
+    mappable_hits,
     reconcile,
     seen_through,
     with_stall_point,
@@ -65,7 +65,7 @@ def test_a_cut_region_is_clear_of_the_new_hits(seed):
     for region in moved.regions:
         if np.hypot(*(scan.points(pose) - region.center).T).min() < RADIUS + region.margin:
             continue  # its centre is no place for the robot: from there all ways out are ways away
-        values = cut_back(region, *lasting_hits(scan, pose), RADIUS + region.margin)
+        values = cut_back(region, *mappable_hits(scan, pose), RADIUS + region.margin)
         assert (values <= region.free_range).all()
         angle = region.bearing_0 + 2.0 * np.pi / len(values) * np.arange(len(values))
         tips = region.center + values[:, None] * np.column_stack((np.cos(angle), np.sin(angle)))
@@ -82,7 +82,7 @@ def test_a_drifted_map_yields_to_the_latest_scan(offset):
     assert len(found) < len(roadmap)
     for region in found.regions:
         radius = RADIUS + region.margin - CONTRADICTION
-        slack = region.free_range - cut_back(region, *lasting_hits(scan, HERE), radius)
+        slack = region.free_range - cut_back(region, *mappable_hits(scan, HERE), radius)
         assert slack.max() <= CONTRADICTION
     # ghosts of the old walls are gone with their nodes
     ahead = HERE[:2] + np.array([(0.0, 0.0), (-0.3, 0.2), (0.3, -0.2)])
@@ -135,7 +135,7 @@ def test_hits_of_dropped_nodes_are_forgotten_only_where_the_pose_may_err(pose_er
     margins = dataclasses.replace(MARGINS, drop_seen_through=pose_errs)
     doorway = np.array((0.55, 1.0))
     roadmap = explored(world, np.array([(-1.5, 0.0), doorway]), margins)
-    post = lasting_hits(*roadmap.scans[1])[0]
+    post = mappable_hits(*roadmap.scans[1])[0]
     post = post[np.hypot(*(post - (2.0, -1.2)).T) < 0.25]
     assert len(post) > 3 and (roadmap.hits.distance(post) < 0.05).all()
     after = with_stall_point(roadmap, doorway + (0.1, 0.0), margins, RADIUS)
@@ -171,7 +171,7 @@ def test_hits_that_may_not_disagree_cut_nothing_back(seed):
     world, roadmap = wandered(seed, nodes=4, margins=DROPPING)
     rng = np.random.default_rng(seed)
     for pose in (roadmap.scans[0][1], roadmap.scans[-1][1]):
-        points, gaps = lasting_hits(cast(world, pose), pose + rng.uniform(-0.15, 0.15, 3) * (1.0, 1.0, 0.2))
+        points, gaps = mappable_hits(cast(world, pose), pose + rng.uniform(-0.15, 0.15, 3) * (1.0, 1.0, 0.2))
         contested = _near_hits(roadmap.union, points, RADIUS)
         for k, region in enumerate(roadmap.regions):
             if k not in contested:

@@ -9,7 +9,7 @@ import pytest
 from drake_starnav.lidar.laser_scan import DYNAMIC, LaserScan
 from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.regions.obstruction import obstruction
-from drake_starnav.regions.safe_region import SafetyStar, ScanMemory, safety_star
+from drake_starnav.regions.safe_region import CertifiedRegion, ScanMemory, certified_region
 from tests.helpers.scans import RADIUS
 
 MARGIN, REACH = 0.0145, 1.2
@@ -20,7 +20,7 @@ def said(scan: LaserScan, towards: float = AHEAD, yaw: float = 2.0) -> str:
     """Why a robot that took a scan anywhere does not drive towards a bearing."""
     pose = np.array((3.0, -1.0, yaw))
     kept = REACH + 2.0 * (RADIUS + MARGIN), 5
-    star, _ = safety_star(ScanMemory(), scan, smoothed_distances(scan), pose, RADIUS + MARGIN, REACH, kept)
+    star, _ = certified_region(ScanMemory(), scan, smoothed_distances(scan), pose, RADIUS + MARGIN, REACH, kept)
     return obstruction(star, scan, towards, RADIUS)
 
 
@@ -69,4 +69,4 @@ def test_what_moves_is_named_too() -> None:
 
 
 def test_without_scans_no_hit_is_to_blame() -> None:
-    assert obstruction(SafetyStar.none(), LaserScan.nothing(), AHEAD, RADIUS) == ""
+    assert obstruction(CertifiedRegion.none(), LaserScan.nothing(), AHEAD, RADIUS) == ""

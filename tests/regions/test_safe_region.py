@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from drake_starnav.lidar.laser_scan import DYNAMIC, LaserScan
 from drake_starnav.regions.erosion import smoothed_distances
-from drake_starnav.regions.safe_region import NEAR_HIT_RANGE, SafetyStar, ScanMemory, safety_star
+from drake_starnav.regions.safe_region import NEAR_HIT_RANGE, CertifiedRegion, ScanMemory, certified_region
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import RADIUS, cast, scattered, seeds, segment_distance
 
@@ -16,15 +16,15 @@ REACH = 1.2
 KEPT = REACH + 2.0 * SAFE, 5
 
 
-def driven(seed: int, poses: int = 5, beams: int = 360) -> tuple[SafetyStar, ScanMemory, LaserScan, np.ndarray]:
-    """The safety star after some scans along a random path near the origin of a random world."""
+def driven(seed: int, poses: int = 5, beams: int = 360) -> tuple[CertifiedRegion, ScanMemory, LaserScan, np.ndarray]:
+    """The certified region after some scans along a random path near the origin of a random world."""
     rng = np.random.default_rng(seed)
     world = scattered(rng, discs=12, clear=0.6)
     pose, memory = np.array((0.0, 0.0, rng.uniform(-4.0, 4.0))), ScanMemory()
     for _ in range(poses):
         pose = pose + rng.uniform(-0.04, 0.04, 3)
         scan = cast(world, pose, beams=beams)
-        star, memory = safety_star(memory, scan, smoothed_distances(scan), pose, SAFE, REACH, KEPT)
+        star, memory = certified_region(memory, scan, smoothed_distances(scan), pose, SAFE, REACH, KEPT)
     return star, memory, scan, pose
 
 
@@ -44,7 +44,7 @@ def test_contained_points_are_clear_of_all_remembered_hits_and_so_is_the_way_the
 @given(seeds)
 def test_more_scans_never_certify_more(seed):
     star, _, scan, pose = driven(seed)
-    alone, _ = safety_star(ScanMemory(), scan, smoothed_distances(scan), pose, SAFE, REACH, KEPT)
+    alone, _ = certified_region(ScanMemory(), scan, smoothed_distances(scan), pose, SAFE, REACH, KEPT)
     assert (star.values <= alone.values + 1e-12).all()
 
 
@@ -55,7 +55,7 @@ def test_the_memory_keeps_the_last_scans_and_never_changes():
         memories = [ScanMemory()]
         for scan in scans:
             looked = scan, scan.distances, np.zeros(3), SAFE, REACH
-            memories.append(safety_star(memories[-1], *looked, (3.5, count))[1])
+            memories.append(certified_region(memories[-1], *looked, (3.5, count))[1])
         assert [len(m.counts) for m in memories] == [min(k, count) for k in range(5)]
         memory = memories[-2]
         assert tuple(np.hypot(*memory.points[::4].T).tolist()) == kept and set(memory.counts) == {4}
@@ -80,7 +80,7 @@ def test_near_hits_are_those_of_the_filtered_scan_close_by():
 def test_outside_the_field_of_view_nothing_is_certified():
     pose = np.array((1.0, 2.0, 0.5))
     scan = LaserScan(0.0, -math.pi / 2, math.pi / 180, 0.0, 5.0, np.full(181, np.inf))
-    star, _ = safety_star(ScanMemory(), scan, scan.distances, pose, SAFE, REACH, KEPT)
+    star, _ = certified_region(ScanMemory(), scan, scan.distances, pose, SAFE, REACH, KEPT)
     ahead, behind = (pose[:2] + r * np.array((math.cos(0.5), math.sin(0.5))) for r in (1.19, -0.01))
     assert star.alone.contains(np.array((ahead, behind))).tolist() == [True, False]
 
@@ -103,7 +103,8 @@ def test_a_seam_is_no_edge_of_the_view_wherever_it_lies(turn, seed, first):
     world, pose = scattered(np.random.default_rng(seed), discs=12, clear=0.6), np.array((0.0, 0.0, 0.3))
     scan, whole = cast(world, pose, beams=beams, angle_min=first, angle_increment=span / (beams - 1)), cast(world, pose)
     star, usual = (
-        safety_star(ScanMemory(), seen, smoothed_distances(seen), pose, SAFE, REACH, KEPT)[0] for seen in (scan, whole)
+        certified_region(ScanMemory(), seen, smoothed_distances(seen), pose, SAFE, REACH, KEPT)[0]
+        for seen in (scan, whole)
     )
     theta = np.linspace(-math.pi, math.pi, 500)
     along = np.column_stack((np.cos(theta), np.sin(theta)))
@@ -128,14 +129,14 @@ def test_a_robot_too_close_to_a_hit_may_only_move_away():
     ranges = np.full(360, np.inf)
     ranges[180] = SAFE - 0.005
     scan = LaserScan(0.0, -math.pi, 2.0 * math.pi / 360, 0.0, 5.0, ranges)
-    star, _ = safety_star(ScanMemory(), scan, scan.distances, np.zeros(3), SAFE, REACH, KEPT)
+    star, _ = certified_region(ScanMemory(), scan, scan.distances, np.zeros(3), SAFE, REACH, KEPT)
     angle = star.bearing_0 + 2.0 * math.pi / len(star.values) * np.arange(len(star.values))
     assert (star.values[np.cos(angle) > -1e-9] == 0.0).all()
     assert (star.values[np.cos(angle) < -1e-9] == REACH).all()
 
 
-def safe_star(scan: LaserScan, reach: float = REACH) -> SafetyStar:
-    return safety_star(ScanMemory(), scan, scan.distances, np.zeros(3), SAFE, reach, (reach + 2.0 * SAFE, 5))[0]
+def safe_star(scan: LaserScan, reach: float = REACH) -> CertifiedRegion:
+    return certified_region(ScanMemory(), scan, scan.distances, np.zeros(3), SAFE, reach, (reach + 2.0 * SAFE, 5))[0]
 
 
 def all_around(range_max: float = 5.0, **ranges: float) -> LaserScan:
@@ -168,7 +169,7 @@ def test_hits_know_how_far_apart_they_are() -> None:
 
 
 def test_no_scan_certifies_no_motion():
-    star = SafetyStar.none()
+    star = CertifiedRegion.none()
     assert not star.seen
     assert not star.alone.contains(np.array([(0.001, 0.0)]))[0]
 
@@ -179,7 +180,7 @@ def test_the_star_ends_before_the_edges_of_a_view() -> None:
     view = {"beams": 270, "angle_min": -0.3, "angle_increment": math.radians(1.0)}
     scan, pose = cast(world, **view), np.zeros(3)
     assert not scan.hits.any()
-    star, _ = safety_star(ScanMemory(), scan, scan.distances, pose, SAFE, REACH, KEPT)
+    star, _ = certified_region(ScanMemory(), scan, scan.distances, pose, SAFE, REACH, KEPT)
     bearing = star.bearing_0 + 2.0 * math.pi / len(star.values) * np.arange(len(star.values))
     edge = scan.angle_min + np.array((math.radians(60.0), math.radians(209.0)))
     inside = (bearing >= edge[0]) & (bearing <= edge[1])

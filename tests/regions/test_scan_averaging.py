@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.regions.safe_region import ScanMemory, safety_star
+from drake_starnav.regions.safe_region import ScanMemory, certified_region
 from drake_starnav.regions.scan_averaging import SAME_SURFACE, averaged
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import RADIUS, cast, noisy, seeds
@@ -26,7 +26,7 @@ def drive(start: np.ndarray, heading: float, step: float, count: int) -> np.ndar
 def remembered(scans: list[LaserScan], poses: np.ndarray) -> ScanMemory:
     memory = ScanMemory()
     for scan, pose in zip(scans, poses, strict=True):
-        _, memory = safety_star(memory, scan, scan.distances, pose, RADIUS, REACH, (REACH, COUNT))
+        _, memory = certified_region(memory, scan, scan.distances, pose, RADIUS, REACH, (REACH, COUNT))
     return memory
 
 
@@ -131,6 +131,6 @@ def test_between_two_walls_the_way_stays_open_in_spite_of_the_noise():
         earlier, mean = averaged(memory, scan, pose, REACH)
         for name, known, latest in (("averaged", earlier, mean), ("nearest", memory, scan)):
             looked = latest, latest.distances, pose, RADIUS + margin, 1.2
-            star, memory = safety_star(known, *looked, (REACH, COUNT))
+            star, memory = certified_region(known, *looked, (REACH, COUNT))
             opened[name] += star.values[round(-star.bearing_0 / (2.0 * math.pi) * len(star.values))] > 0.2
     assert opened["nearest"] < 5 and opened["averaged"] > 40

@@ -53,7 +53,9 @@ def test_where_there_is_room_the_preferred_clearance_is_kept_too() -> None:
         (("robot.max_speed=3",), 1.2),
     ],
 )
-def test_the_safety_star_reaches_farther_than_the_robot_needs_to_stop(changes: tuple[str, ...], reach: float) -> None:
+def test_the_certified_region_reaches_farther_than_the_robot_needs_to_stop(
+    changes: tuple[str, ...], reach: float
+) -> None:
     assert derive_margins(declaring(*changes)).safety_range == pytest.approx(reach)
 
 

@@ -13,7 +13,7 @@ from pydrake.systems.framework import LeafSystem
 from drake_starnav.control import ControllerParameters
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.regions.region_union import RegionUnion
-from drake_starnav.regions.safe_region import SafetyStar
+from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.robot import RobotParameters
 from drake_starnav.systems.dsm_controller import DsmController
 from drake_starnav.systems.twist_shield import TwistShield
@@ -23,16 +23,16 @@ from tests.helpers.controlling import PERIOD, Controlling
 from tests.helpers.scans import MARGINS
 
 ROBOT, PARAMETERS = RobotParameters(), ControllerParameters()
-WIDE = SafetyStar(np.zeros(2), 0.0, np.full(720, 5.0), np.zeros((0, 2)))
+WIDE = CertifiedRegion(np.zeros(2), 0.0, np.full(720, 5.0), np.zeros((0, 2)))
 AHEAD = Guidance(np.array([[3.0, 0.0]]), False, RegionUnion.none())
 
 
-def inputs(guidance: Guidance = AHEAD, star: SafetyStar = WIDE, state=(0.0,) * 5) -> dict:
-    return {"guidance": Value(guidance), "safety_star": Value(star), "state": np.array(state)}
+def inputs(guidance: Guidance = AHEAD, star: CertifiedRegion = WIDE, state=(0.0,) * 5) -> dict:
+    return {"guidance": Value(guidance), "certified_region": Value(star), "state": np.array(state)}
 
 
 def controlling_of(
-    guidance: Guidance = AHEAD, star: SafetyStar = WIDE, *, twist=(0.0, 0.0), pose=(0.0, 0.0, 0.0)
+    guidance: Guidance = AHEAD, star: CertifiedRegion = WIDE, *, twist=(0.0, 0.0), pose=(0.0, 0.0, 0.0)
 ) -> Controlling:
     systems = DsmController(ROBOT, PARAMETERS, MARGINS), TwistShield(ROBOT, PARAMETERS, MARGINS)
     return Controlling(*systems, inputs(guidance, star, (*pose, *twist)), twist)
@@ -46,7 +46,7 @@ def names(system: LeafSystem) -> tuple[list[str], list[str]]:
 def test_ports() -> None:
     """A controller has no state; of the twist commanded last it asks only where it must search."""
     inward, outward = names(DsmController(ROBOT, PARAMETERS, MARGINS))
-    assert inward == ["guidance", "safety_star", "state"]
+    assert inward == ["guidance", "certified_region", "state"]
     assert outward == ["desired_twist", "guiding_vector"]
     moving = DsmController(ROBOT, PARAMETERS, MARGINS, obstacles=DynamicObstacleParameters(max_speed=0.5))
     assert names(moving)[0] == [*inward, "tracks", "twist_command"]
@@ -71,8 +71,8 @@ def test_without_guidance_a_moving_robot_brakes_as_hard_as_it_may() -> None:
 
 
 @given(v=st.floats(0.15, 0.8), omega=st.floats(-2.0, 2.0))
-def test_without_a_safety_star_it_brakes_and_says_so(v, omega) -> None:
-    controlling = controlling_of(AHEAD, SafetyStar.none(), twist=(v, omega))
+def test_without_a_certified_region_it_brakes_and_says_so(v, omega) -> None:
+    controlling = controlling_of(AHEAD, CertifiedRegion.none(), twist=(v, omega))
     braked = controlling.update()
     assert not controlling.out("certificate").certified
     change = ROBOT.max_yaw_acceleration * PERIOD
@@ -123,7 +123,7 @@ def test_certificate_path_begins_at_the_robot_and_ends_standing(v, omega, x, yaw
 
 def test_certificate_path_is_where_the_robot_stops_when_sight_is_lost() -> None:
     """A perfect robot that follows the twists from then on ends where the certificate said."""
-    controlling = controlling_of(AHEAD, SafetyStar.none(), twist=(0.8, 0.6))
+    controlling = controlling_of(AHEAD, CertifiedRegion.none(), twist=(0.8, 0.6))
     promised = controlling.out("certificate").path[-1]
     pose = np.zeros(3)
     v, omega = 0.8, 0.6

@@ -6,11 +6,11 @@ import numpy as np
 from pydrake.common.value import Value
 from pydrake.systems.analysis import Simulator
 
-from drake_starnav.regions.safe_region import SafetyStar
+from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.systems.jump_guard import JumpGuard
 
 RATE = 50.0
-OPEN = SafetyStar(np.zeros(2), 0.0, np.full(720, 1.0), np.zeros((0, 2)), seen=True, time=0.0)
+OPEN = CertifiedRegion(np.zeros(2), 0.0, np.full(720, 1.0), np.zeros((0, 2)), seen=True, time=0.0)
 
 
 class Guarded:
@@ -24,7 +24,7 @@ class Guarded:
 
     def scanned(self, time: float, previous: float = 0.0) -> None:
         star = dataclasses.replace(OPEN, time=time, previous=previous)
-        self.system.GetInputPort("safety_star").FixValue(self.context, Value(star))
+        self.system.GetInputPort("certified_region").FixValue(self.context, Value(star))
 
     def certifies(self, x: float, y: float = 0.0, v: float = 0.0) -> bool:
         """Let one period pass, the robot at (x, y) at its end."""

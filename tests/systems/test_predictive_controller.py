@@ -6,7 +6,7 @@ from pydrake.common.value import Value
 
 from drake_starnav.control import ControllerParameters
 from drake_starnav.planning.guidance import Guidance
-from drake_starnav.regions.safe_region import SafetyStar
+from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.regions.star_region import united
 from drake_starnav.robot import RobotParameters
 from drake_starnav.systems.predictive_controller import PredictiveController
@@ -16,14 +16,14 @@ from tests.helpers.scans import MARGINS, smooth_region
 
 ROBOT, PARAMETERS = RobotParameters(), ControllerParameters()
 PERIOD = 1.0 / PARAMETERS.rate
-WIDE = SafetyStar(np.zeros(2), 0.0, np.full(720, 5.0), np.zeros((0, 2)))
+WIDE = CertifiedRegion(np.zeros(2), 0.0, np.full(720, 5.0), np.zeros((0, 2)))
 REGIONS = united([smooth_region(np.random.default_rng(0), np.zeros(2), mean=8.0)])
 AHEAD = Guidance(np.array([[3.0, 0.5]]), False, REGIONS)
 
 
-def twists(star: SafetyStar = WIDE, twist: tuple[float, float] = (0.0, 0.0), count: int = 60) -> np.ndarray:
+def twists(star: CertifiedRegion = WIDE, twist: tuple[float, float] = (0.0, 0.0), count: int = 60) -> np.ndarray:
     """The commands of some periods with fixed inputs."""
-    inputs = {"guidance": Value(AHEAD), "safety_star": Value(star), "state": [0.0, 0.0, 0.0, *twist]}
+    inputs = {"guidance": Value(AHEAD), "certified_region": Value(star), "state": [0.0, 0.0, 0.0, *twist]}
     systems = PredictiveController(ROBOT, PARAMETERS, MARGINS), TwistShield(ROBOT, PARAMETERS, MARGINS)
     controlling = Controlling(*systems, inputs, twist)
     return np.array([twist, *(controlling.update() for _ in range(count))])
@@ -38,7 +38,7 @@ def test_it_drives_within_the_limits_and_the_same_way_each_time() -> None:
     np.testing.assert_array_equal(twists(), driven)
 
 
-def test_without_a_safety_star_it_brakes_as_hard_as_it_may() -> None:
-    braked = twists(SafetyStar.none(), twist=(0.5, 0.4), count=40)
+def test_without_a_certified_region_it_brakes_as_hard_as_it_may() -> None:
+    braked = twists(CertifiedRegion.none(), twist=(0.5, 0.4), count=40)
     assert braked[1] == pytest.approx((0.5 - PERIOD * ROBOT.max_acceleration, 0.4 - PERIOD * 4.0))
     assert braked[-1, 0] == 0.0

@@ -1,4 +1,4 @@
-"""A scan goes in, the planner's region and the controller's safety star come out."""
+"""A scan goes in, the planner's region and the controller's certified region come out."""
 
 import dataclasses
 
@@ -66,7 +66,7 @@ def test_ports() -> None:
     assert [system.get_input_port(k).get_name() for k in range(system.num_input_ports())] == ["scan", "pose"]
     assert [system.get_output_port(k).get_name() for k in range(system.num_output_ports())] == [
         "observation",
-        "safety_star",
+        "certified_region",
     ]
 
 
@@ -76,7 +76,7 @@ def test_nothing_is_seen_before_the_first_scan() -> None:
     perceived.system.GetInputPort("pose").FixValue(perceived.context, POSE)
     perceived.simulator.AdvanceTo(0.01)
     assert perceived.out("observation").region is None
-    assert perceived.out("safety_star").values.max() == 0.0
+    assert perceived.out("certified_region").values.max() == 0.0
 
 
 def test_star_is_the_region_of_the_scan_at_its_pose() -> None:
@@ -96,15 +96,15 @@ def test_the_certificate_takes_smoothed_ranges_only_if_told_to() -> None:
         perceived = Perceived(margins=dataclasses.replace(MARGINS, smoothed_beams=beams))
         points = perceived.see(POST).points(POSE)
         perceived.update()
-        off = [np.hypot(*(points - hit).T).min() for hit in perceived.out("safety_star").hits]
+        off = [np.hypot(*(points - hit).T).min() for hit in perceived.out("certified_region").hits]
         assert len(off) > 20 and (max(off) > 1e-3) == bool(beams) and max(off) < 0.03
 
 
-def test_the_planner_s_region_keeps_more_clearance_than_the_safety_star() -> None:
+def test_the_planner_s_region_keeps_more_clearance_than_the_certified_region() -> None:
     perceived = Perceived()
     perceived.see(POST)
     perceived.update()
-    region, safety = perceived.out("observation").region, perceived.out("safety_star")
+    region, safety = perceived.out("observation").region, perceived.out("certified_region")
     assert np.array_equal(safety.center, region.center)
     assert safety.bearing_0 == region.bearing_0
     assert safety.values.max() <= MARGINS.safety_range + 1e-9
@@ -116,17 +116,17 @@ def test_the_planner_s_region_keeps_more_clearance_than_the_safety_star() -> Non
     assert region.boundary.values[sample] <= free - MARGINS.preferred + 5e-3  # smoothing flattens the post a little
 
 
-def test_the_safety_star_remembers_the_last_scans_and_no_more() -> None:
+def test_the_certified_region_remembers_the_last_scans_and_no_more() -> None:
     perceived = Perceived()
     perceived.see(POST)
     perceived.update()
-    near_post = perceived.out("safety_star").values.min()
+    near_post = perceived.out("certified_region").values.min()
     perceived.see(EMPTY)  # the post is gone from now on
     for _ in range(SCAN_MEMORY - 1):
         perceived.update()
-        assert perceived.out("safety_star").values.min() == pytest.approx(near_post, abs=1e-9)
+        assert perceived.out("certified_region").values.min() == pytest.approx(near_post, abs=1e-9)
     perceived.update()
-    assert perceived.out("safety_star").values.min() > near_post + 0.2
+    assert perceived.out("certified_region").values.min() > near_post + 0.2
 
 
 def test_a_scan_is_seen_at_once_whenever_it_comes() -> None:
@@ -148,12 +148,12 @@ def test_a_context_owns_its_memory() -> None:
     perceived.see(POST)
     perceived.update()
     other = perceived.context.Clone()
-    held = perceived.system.GetOutputPort("safety_star").Eval(other).values.copy()
+    held = perceived.system.GetOutputPort("certified_region").Eval(other).values.copy()
     perceived.see(EMPTY)
     for _ in range(SCAN_MEMORY):
         perceived.update()
-    assert np.array_equal(perceived.system.GetOutputPort("safety_star").Eval(other).values, held)
-    assert not np.array_equal(perceived.out("safety_star").values, held)
+    assert np.array_equal(perceived.system.GetOutputPort("certified_region").Eval(other).values, held)
+    assert not np.array_equal(perceived.out("certified_region").values, held)
     fresh = perceived.system.CreateDefaultContext()
     perceived.system.GetInputPort("scan").FixValue(fresh, Value(silence()))
     perceived.system.GetInputPort("pose").FixValue(fresh, POSE)
@@ -167,7 +167,7 @@ def test_each_scan_is_processed_once() -> None:
     for _ in range(3):
         perceived.update()
         for _ in range(2):
-            perceived.out("observation"), perceived.out("safety_star")
+            perceived.out("observation"), perceived.out("certified_region")
     assert {name: len(times) for name, times in stopwatch.seconds.items()} == {"scan": 3}
 
 
@@ -186,13 +186,13 @@ def test_a_silent_sensor_certifies_nothing_until_a_scan_comes() -> None:
     perceived.see(EMPTY)
     perceived.update()
     for _ in range(round(SCAN_PATIENCE) - 1):
-        assert perceived.out("safety_star").values.max() > 0.5
+        assert perceived.out("certified_region").values.max() > 0.5
         perceived.update(silent=True)
     perceived.update(silent=True)
-    assert not perceived.out("safety_star").values.any() and not perceived.out("safety_star").seen
+    assert not perceived.out("certified_region").values.any() and not perceived.out("certified_region").seen
     assert perceived.out("observation").region is not None  # the planner keeps what it knows
     perceived.update()
-    assert perceived.out("safety_star").values.max() > 0.5
+    assert perceived.out("certified_region").values.max() > 0.5
 
 
 def test_a_scan_without_a_valid_beam_is_none() -> None:
@@ -201,10 +201,10 @@ def test_a_scan_without_a_valid_beam_is_none() -> None:
     lost = dataclasses.replace(scan, ranges=np.full(len(scan.ranges), np.nan), lost_beams=True)
     perceived.system.GetInputPort("scan").FixValue(perceived.context, Value(lost))
     perceived.update(silent=True)
-    assert not perceived.out("safety_star").values.any()
+    assert not perceived.out("certified_region").values.any()
     assert perceived.out("observation").region is None  # a planner that sees nothing waits
     perceived.update()
-    assert perceived.out("safety_star").values.any()
+    assert perceived.out("certified_region").values.any()
 
 
 def test_hits_too_close_on_all_sides_certify_nothing() -> None:
@@ -213,7 +213,7 @@ def test_hits_too_close_on_all_sides_certify_nothing() -> None:
     close = dataclasses.replace(scan, ranges=np.full(len(scan.ranges), -np.inf))
     perceived.system.GetInputPort("scan").FixValue(perceived.context, Value(close))
     perceived.update(silent=True)
-    assert perceived.out("safety_star").seen and not perceived.out("safety_star").values.any()
+    assert perceived.out("certified_region").seen and not perceived.out("certified_region").values.any()
 
 
 def test_averaged_scans_tell_more_exactly_where_walls_are() -> None:
@@ -226,7 +226,7 @@ def test_averaged_scans_tell_more_exactly_where_walls_are() -> None:
             scan = perceived.see(box, np.zeros(3))
             perceived.system.GetInputPort("scan").FixValue(perceived.context, Value(noisy(scan, 0.01, rng)))
             perceived.update(silent=True)
-        error[averaging] = np.abs(perceived.out("safety_star").hits).max(axis=1) - 0.5
+        error[averaging] = np.abs(perceived.out("certified_region").hits).max(axis=1) - 0.5
     assert len(error[True]) < 1.1 * len(error[False]) / SCAN_MEMORY, "one scan speaks for all"
     assert error[True].std() < 0.6 * error[False].std()
     assert -error[True].min() < 0.6 * -error[False].min()
@@ -237,14 +237,14 @@ def test_when_time_is_set_back_another_run_begins() -> None:
     perceived.see(POST)
     for _ in range(10):
         perceived.update()
-    late = perceived.out("safety_star")
+    late = perceived.out("certified_region")
     assert late.seen
     perceived.context.SetTime(0.0)
     perceived.simulator.Initialize()
-    assert not perceived.out("safety_star").seen  # a star from the future certifies nothing
+    assert not perceived.out("certified_region").seen  # a star from the future certifies nothing
     perceived.see(EMPTY)
     perceived.update()
-    star = perceived.out("safety_star")
+    star = perceived.out("certified_region")
     assert star.seen and star.time < late.time and len(star.hits) < len(late.hits)
 
 
@@ -252,10 +252,10 @@ def test_the_star_says_when_the_scan_before_was_taken() -> None:
     perceived = Perceived()
     perceived.see(POST)
     perceived.update()
-    first = perceived.out("safety_star")
+    first = perceived.out("certified_region")
     assert first.previous == -np.inf
     perceived.update()
-    assert perceived.out("safety_star").previous == first.time < perceived.out("safety_star").time
+    assert perceived.out("certified_region").previous == first.time < perceived.out("certified_region").time
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.planning import PlannerParameters, PlannerStatus, StarRoadmap
 from drake_starnav.regions import Observation
-from drake_starnav.regions.safe_region import ScanMemory, safety_star
+from drake_starnav.regions.safe_region import ScanMemory, certified_region
 from drake_starnav.regions.star_region import scan_region
 from drake_starnav.robot import RobotParameters
 from drake_starnav.systems.star_roadmap_planner import STANDSTILL, StarRoadmapPlanner
@@ -72,7 +72,7 @@ class Planning:
 def test_ports() -> None:
     system = Planning().system
     inputs = [system.get_input_port(k).get_name() for k in range(system.num_input_ports())]
-    assert inputs == ["observation", "pose", "goal", "safety_star"]
+    assert inputs == ["observation", "pose", "goal", "certified_region"]
     outputs = [system.get_output_port(k).get_name() for k in range(system.num_output_ports())]
     assert outputs == ["guidance", "short_term_goal", "planner_state", "status", "blocked_by"]
     assert system.GetOutputPort("short_term_goal").size() == 2
@@ -107,8 +107,8 @@ def test_what_the_certificate_knows_is_named() -> None:
     close, pose = World("close", (0, 0, 0), (0, 0), cylinders=posts), np.zeros(3)
     scan = cast(close, pose)
     kept = ROBOT.radius + 0.0145
-    star, _ = safety_star(ScanMemory(), scan, scan.distances, pose, kept, 1.2, (2.0, 5))
-    planning.put("safety_star", Value(star))
+    star, _ = certified_region(ScanMemory(), scan, scan.distances, pose, kept, 1.2, (2.0, 5))
+    planning.put("certified_region", Value(star))
     standing(planning, close, STANDSTILL + 0.1, pose)
     assert planning.out("blocked_by").startswith("too near: a hit at 0.260 m, 0 degrees to the")
 

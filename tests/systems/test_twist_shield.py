@@ -7,22 +7,22 @@ from pydrake.systems.analysis import Simulator
 
 from drake_starnav.control import ControllerParameters
 from drake_starnav.errors import StarnavError
-from drake_starnav.regions.safe_region import SafetyStar
+from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.robot import RobotParameters
 from drake_starnav.systems.twist_shield import TwistShield, Unshielded
 from drake_starnav.tracking import Tracks
 from tests.helpers.scans import MARGINS
 
-WIDE = SafetyStar(np.zeros(2), 0.0, np.full(720, 5.0), np.zeros((0, 2)))
+WIDE = CertifiedRegion(np.zeros(2), 0.0, np.full(720, 5.0), np.zeros((0, 2)))
 
 
-def shielding(desired, star: SafetyStar = WIDE, pose=(0.0, 0.0, 0.0), kind=TwistShield, **changes) -> Simulator:
+def shielding(desired, star: CertifiedRegion = WIDE, pose=(0.0, 0.0, 0.0), kind=TwistShield, **changes) -> Simulator:
     needs = (RobotParameters(), ControllerParameters(), *([MARGINS] if kind is TwistShield else []))
     system = kind(*needs, **changes)
     simulator = Simulator(system)
     inputs = {
         "desired_twist": desired,
-        "safety_star": Value(star),
+        "certified_region": Value(star),
         "state": [*pose, 0.0, 0.0],
         "tracks": Value(Tracks()),
     }
@@ -46,7 +46,7 @@ def test_a_free_twist_is_reached_at_the_robots_accelerations() -> None:
 
 
 def test_before_anything_is_seen_it_stands() -> None:
-    simulator = shielding([0.5, 0.0], SafetyStar.none())
+    simulator = shielding([0.5, 0.0], CertifiedRegion.none())
     simulator.AdvanceTo(0.5)
     assert out(simulator, "twist_command") == pytest.approx([0.0, 0.0])
 
@@ -71,7 +71,7 @@ def test_nobody_is_faster_than_the_robot_may_be(kind) -> None:
 
 
 def test_without_the_shield_nothing_is_certified_and_nothing_held_back() -> None:
-    simulator = shielding([0.5, -1.0], SafetyStar.none(), kind=Unshielded)
+    simulator = shielding([0.5, -1.0], CertifiedRegion.none(), kind=Unshielded)
     simulator.AdvanceTo(0.21)
     assert out(simulator, "twist_command") == pytest.approx([11 * 0.02, -11 * 0.08])
     assert not out(simulator, "certificate").certified

@@ -10,7 +10,7 @@ from drake_starnav.regions.erosion import FreeRange, bearing_count, free_limit
 from drake_starnav.regions.observation import Observation
 from drake_starnav.regions.perception import Perceived, PerceptionSettings
 from drake_starnav.regions.piecewise_cubic import PiecewiseCubic, fit_piecewise_cubic
-from drake_starnav.regions.safe_region import SafetyStar
+from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.regions.star_region import fit_region
 from drake_starnav.utils.stopwatch import Stopwatch
 
@@ -27,13 +27,13 @@ def perceive(
 ) -> Perceived:
     """Process a new scan; arguments as for `regions.perception.perceive`.
 
-    Nothing is certified: of the safety star there are only the time and the hits.
+    Nothing is certified: of the certified region there are only the time and the hits.
     """
     stopwatch = stopwatch or Stopwatch()
     with stopwatch.measure("scan"):
         profile = sight_range(scan, scan.distances, constants.RANGE)
         region = fit_region(profile, pose[:2], pose[2] + scan.angle_min, fit_scan)
-        safety = SafetyStar(
+        safety = CertifiedRegion(
             center=np.array(pose[:2], dtype=float),
             bearing_0=region.bearing_0,
             values=np.zeros(len(profile.values)),

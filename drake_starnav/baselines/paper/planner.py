@@ -10,7 +10,7 @@ from drake_starnav.baselines.paper import constants
 from drake_starnav.baselines.paper.frontiers import frontier_points
 from drake_starnav.planning.frontiers import Frontiers
 from drake_starnav.planning.roadmap import StarRoadmap, with_node
-from drake_starnav.planning.state import NO_PATH, PlannerInput, PlannerState, PlannerStatus
+from drake_starnav.planning.state import EMPTY_PATH, PlannerInput, PlannerState, PlannerStatus
 from drake_starnav.regions.observation import Observation
 
 
@@ -80,7 +80,7 @@ def shortest_path(roadmap: StarRoadmap, goal: np.ndarray) -> tuple[np.ndarray, b
     ends = np.repeat(goal[None, :], len(inside), axis=0) if arrives else roadmap.frontiers.stand
     owner = inside if arrives else roadmap.frontiers.owner
     if not len(ends):
-        return NO_PATH, False
+        return EMPTY_PATH, False
     cost = distance[owner] + np.hypot(*(ends - center[owner]).T) + np.hypot(*(ends - goal).T)
     best = int(np.argmin(cost))
     nodes, node = [], int(owner[best])

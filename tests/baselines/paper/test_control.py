@@ -12,7 +12,7 @@ from drake_starnav.control import ControllerInputs
 from drake_starnav.control.heading_controller import HEADING_GAIN
 from drake_starnav.control.modulation import boundary_at
 from drake_starnav.planning.guidance import Guidance
-from drake_starnav.regions.safe_region import SafetyStar
+from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.regions.star_region import united
 from drake_starnav.robot import RobotParameters
 from tests.helpers.scans import RADIUS, seeds, smooth_region
@@ -87,12 +87,12 @@ def test_inside_the_radius_the_nearest_point_counts_alone():
 def test_the_robot_turns_towards_the_vector_and_drives_no_faster_than_it_is_long(heading):
     robot = RobotParameters(max_yaw_rate=20.0, max_yaw_acceleration=200.0)
     guidance = Guidance.along(0.3 * unit(heading)[None, :])
-    v, omega = proposal(ControllerInputs(np.zeros(3), np.zeros(2), guidance, SafetyStar.none()), robot).twist
+    v, omega = proposal(ControllerInputs(np.zeros(3), np.zeros(2), guidance, CertifiedRegion.none()), robot).twist
     assert v == pytest.approx(0.3 * max(math.cos(heading), 0.0) ** 3)
     assert omega == pytest.approx(HEADING_GAIN * heading)
 
 
 def test_an_empty_path_stops_the_robot():
-    inputs = ControllerInputs(np.zeros(3), np.zeros(2), Guidance.none(), SafetyStar.none())
+    inputs = ControllerInputs(np.zeros(3), np.zeros(2), Guidance.none(), CertifiedRegion.none())
     found = proposal(inputs, RobotParameters())
     assert not found.twist.any() and not found.guiding_vector.any()

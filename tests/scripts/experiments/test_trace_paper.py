@@ -6,7 +6,7 @@ import pytest
 from drake_starnav.baselines.paper import constants
 from drake_starnav.control.inputs import ControllerInputs
 from drake_starnav.planning.guidance import Guidance
-from drake_starnav.regions.safe_region import SafetyStar
+from drake_starnav.regions.safe_region import CertifiedRegion
 from scripts.experiments import trace_paper
 from tests.helpers.scans import RADIUS, smooth_region
 
@@ -20,7 +20,7 @@ from tests.helpers.scans import RADIUS, smooth_region
     ],
 )
 def test_the_cause_is_what_the_nearest_hit_does(hit, expected) -> None:
-    star = SafetyStar.none()
+    star = CertifiedRegion.none()
     object.__setattr__(star, "near_hits", np.array([hit]))
     inputs = ControllerInputs(np.zeros(3), np.zeros(2), Guidance.along([(1.0, 0.0)]), star)
     assert trace_paper.cause(inputs, RADIUS) == expected
@@ -32,7 +32,7 @@ def test_at_the_boundary_the_modulation_holds_the_robot() -> None:
     ray = np.array((np.cos(theta), np.sin(theta)))
     pose = np.append(0.999 * float(region.phi(theta)) * ray, 0.0)
     guidance = Guidance.along([pose[:2] + ray], [region])
-    inputs = ControllerInputs(pose, np.zeros(2), guidance, SafetyStar.none())
+    inputs = ControllerInputs(pose, np.zeros(2), guidance, CertifiedRegion.none())
     assert trace_paper.cause(inputs, RADIUS) == "modulation"
 
 
