@@ -39,7 +39,8 @@ class CommandParser(argparse.ArgumentParser):
 
 def command_name(name: str) -> str:
     """The name under which a command was started: through the package, or by its own script."""
-    return f"{program_name()} {name}" if Path(sys.argv[0]).stem in (ENTRY_POINT, "__main__") else f"{name}.py"
+    script = f"{name}.py"
+    return script if Path(sys.argv[0]).name == script else f"{program_name()} {name}"
 
 
 @dataclass(frozen=True)

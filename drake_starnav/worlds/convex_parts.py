@@ -42,8 +42,8 @@ def convex_parts(polygon: np.ndarray) -> list[np.ndarray]:
     # about the first corner, so that a polygon far from the origin loses no digits
     origin = corners[0].copy()
     outline = shapely.Polygon(evened(corners - origin))
-    if not outline.is_valid or outline.area == 0.0:
-        fault = shapely.is_valid_reason(outline) if outline.area else "no area"
+    if not outline.is_valid or outline.area < EVEN * EVEN:
+        fault = "no area" if outline.is_valid else shapely.is_valid_reason(outline)
         raise StarnavError(f"polygon {shown(corners.tolist())} has {fault.lower()}; allowed: a simple polygon")
     triangles = shapely.constrained_delaunay_triangles(outline).normalize().geoms
     return [np.array(piece) + origin for piece in _merged([list(t.exterior.coords[-2::-1]) for t in triangles])]

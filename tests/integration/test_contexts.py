@@ -14,6 +14,7 @@ from drake_starnav.navigation import add_navigation, make_diagram
 from drake_starnav.planning import PlannerStatus
 from drake_starnav.planning.distance_grid import DistanceGrid
 from drake_starnav.scenario import METHODS, parse_scenario
+from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.simulation import add_collision_monitor
 from drake_starnav.station.arrival_monitor import ArrivalMonitor
 from drake_starnav.station.collision_monitor import CollisionMonitor
@@ -244,7 +245,7 @@ def test_structure_tells_hidden_state() -> None:
         pass
 
     scenario = posts()
-    hoarder = Hoarder(scenario.robot, scenario.controller)
+    hoarder = Hoarder(scenario.robot, scenario.controller, derive_margins(scenario))
     hoarder.count, hoarder.seen, hoarder.last = 0, [], np.zeros(3)
     before = structure(vars(hoarder))
     assert structure(vars(hoarder)) == before
