@@ -1,10 +1,13 @@
 """The building's tour is free of obstacles, and its log is replayed."""
 
 import numpy as np
+import pytest
 
 from benchmarks.building import replayed
 from benchmarks.building_world import CLEARANCE, building, tour
 from drake_starnav.worlds.clearance import clearance
+
+pytestmark = pytest.mark.slow
 
 
 def test_the_tour_of_somebody_else_touches_nothing() -> None:

@@ -15,6 +15,8 @@ from drake_starnav.cli.benchmark import benchmark
 from drake_starnav.errors import StarnavError
 from drake_starnav.evaluation import cluster, dask_pool, read_trials
 
+pytestmark = pytest.mark.slow
+
 dask = pytest.importorskip("dask", reason="Dask is not installed")
 distributed = pytest.importorskip("distributed", reason="Dask is not installed")
 

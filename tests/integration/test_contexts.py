@@ -22,6 +22,8 @@ from drake_starnav.systems.twist_shield import TwistShield
 from drake_starnav.utils.stopwatch import Stopwatch
 from tests.helpers.posts import GOALS, POSTS, posts, simulated
 
+pytestmark = pytest.mark.slow
+
 OFF_GRID = 1.2013
 """Between two events of every system, s."""
 

@@ -15,6 +15,8 @@ from tests.helpers.loop import CONTROLLER, ROBOT, command, drive, pacing
 from tests.helpers.scans import seeds
 from tests.helpers.scenes import Scene, hall, straight
 
+pytestmark = pytest.mark.slow
+
 STRICT = DynamicObstacleParameters(max_speed=0.8, caution=1.0)
 START, GOAL = np.array((-2.5, 0.0, 0.0)), np.array((2.5, 0.0))
 

@@ -18,6 +18,8 @@ from drake_starnav.simulation import run_trial
 from drake_starnav.visualization.recorder import Recorder
 from drake_starnav.worlds import WORLD_KINDS, make_world
 
+pytestmark = pytest.mark.slow
+
 TEXT = "world: !Obstacles {cylinders: [[1.0, 0.9, 0.3]], goal: [1.5, 0.0], bounds: [-1, -2, 4, 2]}\n"
 MODES = {
     "localization": ["localization.drift=0.01"],

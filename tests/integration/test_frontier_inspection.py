@@ -18,6 +18,8 @@ from drake_starnav.regions.star_region import scan_region
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import MARGINS, RADIUS, cast
 
+pytestmark = pytest.mark.slow
+
 PARAMETERS = PlannerParameters()
 PERIOD = 0.05
 POSE = np.array((1.0, 1.01, 0.0))

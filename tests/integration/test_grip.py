@@ -19,6 +19,8 @@ from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.worlds.world import World
 from tests.helpers.motions import limited_twist, starred_twist
 
+pytestmark = pytest.mark.slow
+
 OPEN = CertifiedRegion(np.zeros(2), 0.0, np.full(720, 1e3), np.zeros((0, 2)), seen=True)
 PERIOD = 0.02
 

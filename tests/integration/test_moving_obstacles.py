@@ -13,6 +13,8 @@ from drake_starnav.visualization.recorder import Recorder
 from drake_starnav.worlds import Crowd, World, make_world, moving_obstacle_states
 from tests.helpers.camera import floor_to_page, plotted
 
+pytestmark = pytest.mark.slow
+
 TEXT = "world: !Crowd {moving_obstacles: [4, 4]}\nsimulation: {timeout: 2.5}\n"
 SEED = 1
 TIMES = (0.0, 2.0)

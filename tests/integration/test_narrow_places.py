@@ -6,6 +6,8 @@ from drake_starnav.scenario import load_scenario
 from drake_starnav.simulation import run_trial
 from drake_starnav.worlds.generators import channel
 
+pytestmark = pytest.mark.slow
+
 
 def trial(scenario: str, seed: int, *overrides: str):
     return run_trial(load_scenario(scenario, overrides=overrides), seed=seed)

@@ -8,6 +8,8 @@ from pydrake.systems.framework import DiagramBuilder
 from drake_starnav.navigation import add_navigation
 from drake_starnav.scenario import load_scenario
 
+pytestmark = pytest.mark.slow
+
 SILENT_FROM, SILENT_FOR = 2.0, 2.0
 
 

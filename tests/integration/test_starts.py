@@ -18,6 +18,8 @@ from tests.helpers.motions import actuation, limited_twist
 from tests.helpers.scans import seeds
 from tests.helpers.scenes import PERIOD, Scene, hall, moved
 
+pytestmark = pytest.mark.slow
+
 ROBOT = RobotParameters()
 TICKS, STEPS = 2, 5
 """Commands from scan to scan, and steps of the simulation from command to command."""

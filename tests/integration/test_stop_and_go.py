@@ -11,6 +11,8 @@ from drake_starnav.scenario import load_scenario
 from drake_starnav.simulation import run_trial
 from drake_starnav.worlds import MovingObstacles, World
 
+pytestmark = pytest.mark.slow
+
 ROOMS = json.loads((Path(__file__).parents[1] / "data" / "stop_and_go.json").read_text(encoding="utf-8"))
 """Twenty seconds of eight discs that stand for two to four seconds, then walk at the largest speed declared."""
 

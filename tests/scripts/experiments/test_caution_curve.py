@@ -7,6 +7,8 @@ import pytest
 
 from drake_starnav.evaluation import read_trials
 
+pytestmark = pytest.mark.slow
+
 SCRIPT = runpy.run_path(str(Path(__file__).parents[3] / "scripts" / "experiments" / "caution_curve.py"))
 
 

@@ -7,6 +7,8 @@ import pytest
 
 from drake_starnav.evaluation import make_cases, read_trials
 
+pytestmark = pytest.mark.slow
+
 SCRIPT = runpy.run_path(str(Path(__file__).parents[3] / "scripts" / "experiments" / "fault_table.py"))
 
 
