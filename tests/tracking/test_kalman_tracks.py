@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -153,6 +154,7 @@ def test_a_track_moves_on_evenly() -> None:
     np.testing.assert_allclose(tracks.at(time), tracks.predicted_trajectories[:, 0])
 
 
+@pytest.mark.slow
 @settings(max_examples=12, deadline=None)
 @given(
     seed=seeds,
@@ -175,6 +177,7 @@ def test_what_creeps_is_foreseen_before_the_robot_is_there(seed, speed, heading,
         assert known.tracks.confirmed[k] or not known.scan.mappable[own].any()  # it leaves no trace in the map
 
 
+@pytest.mark.slow
 @settings(max_examples=10, deadline=None)
 @given(seed=seeds, turning=st.floats(-0.5, 0.5))
 def test_what_stands_does_not_creep(seed: int, turning: float) -> None:
