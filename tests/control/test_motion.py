@@ -45,6 +45,7 @@ def test_the_twist_is_kept_the_target_is_held_and_the_robot_brakes_until_it_stan
     assert np.diff(motion.time).min() >= 0.0 and np.diff(motion.time).max() <= LONGEST_STEP + 1e-9
 
 
+@pytest.mark.slow
 @settings(max_examples=60)
 @given(seeds, st.sampled_from([0.02, 0.1, 0.3]))
 def test_the_samples_lie_on_the_motion_of_a_robot_that_ramps_continuously(seed, hold) -> None:

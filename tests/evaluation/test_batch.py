@@ -173,6 +173,7 @@ def test_what_cannot_be_tried_is_reported_once(capsys) -> None:
     assert "| 3 " in captured.out.split("unsupported")[1].splitlines()[2]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
 def test_an_ended_benchmark_leaves_no_process_and_goes_on(number: int, tiny: Path, whole: Path, tmp_path: Path) -> None:
     path = tmp_path / "trials.jsonl"

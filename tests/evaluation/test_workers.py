@@ -17,6 +17,8 @@ from drake_starnav.evaluation.jobs import Case, Job
 from drake_starnav.evaluation.workers import LONE_CRASHES, THREAD_VARIABLES, Pool, local_pool, local_processes, run_jobs
 from drake_starnav.utils.progress import Progress, silence
 
+pytestmark = pytest.mark.slow
+
 
 def shows_nothing(seconds: float) -> bool:
     """Whether this process is silent; a moment later, so that others are asked too."""

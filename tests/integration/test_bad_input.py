@@ -279,6 +279,7 @@ def test_a_scenario_may_have_any_name_that_a_file_may_have(name: str, folder: Pa
     assert written.read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:Glyph")
 def test_so_may_those_of_a_batch_and_of_a_recording(folder: Path, capsys) -> None:
     paths = [f"./{name}.yaml" for name in NAMES]

@@ -10,6 +10,8 @@ from drake_starnav.evaluation.report import chosen_trials, read_results, record_
 from drake_starnav.evaluation.report.results import make_results
 from tests.helpers.trials import made_up, record
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def trials(tmp_path_factory) -> Path:

@@ -22,6 +22,7 @@ def test_cells_of_each_scenario_stand_below_their_heads() -> None:
     assert [cell.partition(" ")[0] for cell in cells] == ["50.0", "1", "2.00", "100.0", "0", "1.00"]
 
 
+@pytest.mark.slow
 def test_the_size_of_all_rows_comes_first(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
     (tmp_path / "short.yaml").write_text("world: !Room {}\nsimulation: {timeout: 0.1}\n")
     parser = experiment_parser("mine.py", "", ["room"], tmp_path / "out")

@@ -14,6 +14,8 @@ from drake_starnav.worlds.outlines import rectangle
 from drake_starnav.worlds.shortest_path import shortest_path
 from scripts.experiments import explorer
 
+pytestmark = pytest.mark.slow
+
 RADIUS, TOLERANCE, RANGE = 0.25, 0.3, 5.0
 ROOM = (-1.0, -3.0, 7.0, 3.0)
 
