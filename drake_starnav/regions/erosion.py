@@ -79,14 +79,6 @@ def field_of_view(scan: LaserScan, side: float = 0.0) -> tuple[float, float]:
     return side, scan.field_of_view.span + 1e-9 - side
 
 
-def sight_limit(scan: LaserScan, limit: np.ndarray, radius: float) -> np.ndarray:
-    """The limit of `free_limit`, reduced where a moving obstacle occludes the space behind it, shape (M,), m.
-
-    Such hits are not eroded: the obstacle will have left, and until then obstacle avoidance keeps clear of it.
-    """
-    return within_sight(limit, scan.beams, radius)
-
-
 def eroded_range(hits: BearingHits, radius: float, limit: np.ndarray) -> np.ndarray:
     """Distance that a disc's centre can move along each bearing, shape (M,), m.
 
@@ -204,7 +196,11 @@ def moving_average(beams, half_width, slack):
 
 @njit(cache=True)
 def within_sight(limit, beams, radius):
-    """The loop of `sight_limit`: a moving obstacle occludes from the beam before to the beam after each that hit it."""
+    """The limit (M,) of `free_limit`, m, reduced where a moving obstacle occludes the space behind it, by some `Beams`.
+
+    It occludes from the beam before to the beam after each that hit it. Such hits are not eroded: the obstacle will
+    have left, and until then obstacle avoidance keeps clear of it.
+    """
     distance, moving, increment, seam = beams.distances, beams.moving, beams.increment, beams.seam
     samples, count = len(limit), len(distance)
     wrap = seam < np.inf

@@ -16,8 +16,8 @@ from drake_starnav.regions.erosion import (
     eroded_range,
     free_limit,
     free_range,
-    sight_limit,
     smoothed_distances,
+    within_sight,
 )
 from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.passages import PASSAGE_DEPTH, SHUT, with_passages
@@ -38,7 +38,7 @@ def eroded(scan: LaserScan, margin: float) -> np.ndarray:
     samples, inflated = 720, RADIUS + margin
     limit = free_limit(scan, samples, scan.range_max, RADIUS + MARGIN)
     hits = scan_hits(scan, scan.distances, half_gaps(scan, scan.distances), samples)
-    return eroded_range(hits, inflated, sight_limit(scan, limit, RADIUS + MARGIN))
+    return eroded_range(hits, inflated, within_sight(limit, scan.beams, RADIUS + MARGIN))
 
 
 def door(half: float, x: float = 0.3) -> World:
