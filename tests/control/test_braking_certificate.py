@@ -184,6 +184,14 @@ def test_in_the_open_everything_is_certified():
     assert starred_twist(np.zeros(3), np.zeros(2), desired, PERIOD, LIMITS, OPEN) == (0.8, -1.0, True)
 
 
+def test_a_robot_at_the_edge_of_the_star_may_drive_into_it_but_not_along_its_edge():
+    """Only where it goes counts, not where it is: an estimate may lie outside."""
+    outside, inwards = np.array((-0.3005, 0.0, 0.0)), np.array((0.3, 0.0))
+    assert certified(outside, inwards, inwards, PERIOD, LIMITS, ring(0.3))
+    assert not certified(outside, -inwards, -inwards, PERIOD, LIMITS, ring(0.3))
+    assert not certified(outside + (0.0, 0.0, 0.5 * math.pi), inwards, inwards, PERIOD, LIMITS, ring(0.3))
+
+
 def ring(reach: float) -> CertifiedRegion:
     return CertifiedRegion(np.zeros(2), 0.0, np.full(720, reach), np.zeros((0, 2)))
 

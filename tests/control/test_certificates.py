@@ -80,6 +80,14 @@ def test_all_certificates_are_asked_for_all_that_is_declared(seed: int, margin: 
     )
 
 
+@pytest.mark.parametrize(("twist", "grips"), [((0.8, 2.0), True), ((2.0, 5.0), False)])
+def test_a_motion_in_which_the_wheels_slide_is_refused_whatever_is_asked(twist: tuple[float, float], grips: bool):
+    commands = actuation(RobotParameters(max_speed=2.0, max_yaw_rate=5.0))
+    driven = roll_out(np.zeros(3), np.array(twist), np.array(twist), commands)
+    assert accepted(driven, ()) == grips
+    assert first_accepted([driven, driven], ()) == (0 if grips else None)
+
+
 class Slow:
     """Accepts what is slower than a limit, and remembers what it was asked."""
 

@@ -1,9 +1,13 @@
 """The shield: a free twist passes, one towards a wall is slowed down, and nothing unseen is driven into."""
 
+import dataclasses
+import math
+
 import numpy as np
 import pytest
 
-from drake_starnav.control.shield import ramped_twist
+from drake_starnav.control.braking_certificate import STOPPED_DISTANCE
+from drake_starnav.control.shield import PROPOSALS, certified_twist, ramped_twist
 from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.robot import RobotParameters
 from tests.helpers.motions import PERIOD, actuation, starred_twist
@@ -48,3 +52,27 @@ def test_a_free_twist_passes_within_the_limits() -> None:
 def test_nothing_seen_is_nothing_driven() -> None:
     pose, _ = driven((0.8, 0.0), CertifiedRegion.none())
     assert pose == pytest.approx(np.zeros(3))
+
+
+def test_no_proposal_asks_for_more_than_is_desired_or_backwards_and_each_is_another() -> None:
+    speeds, turns = PROPOSALS.T
+    assert tuple(PROPOSALS[0]) == (1.0, 1.0)
+    assert (speeds >= 0.0).all() and (speeds <= 1.0).all() and (np.abs(turns) <= 1.0).all()
+    assert len(np.unique(PROPOSALS, axis=0)) == len(PROPOSALS)
+
+
+def test_when_the_turn_is_not_possible_less_of_it_none_and_the_other_way_are_tried_driving_and_standing() -> None:
+    turned = {turn: set(PROPOSALS[PROPOSALS[:, 1] == turn, 0]) for turn in PROPOSALS[:, 1]}
+    assert set(turned) == {1.0, 0.5, 0.0, -0.5}
+    assert all(0.0 in speeds and len(speeds) > 1 for speeds in turned.values())
+
+
+@pytest.mark.parametrize("braking", [0.4, 1.0, 4.0])
+@pytest.mark.parametrize(("distance", "turns"), [(0.99 * STOPPED_DISTANCE, True), (1.01 * STOPPED_DISTANCE, False)])
+def test_a_robot_that_may_drive_nowhere_turns_if_it_stops_within_a_millimetre(braking, distance, turns) -> None:
+    robot = dataclasses.replace(ROBOT, max_acceleration=braking)
+    twist, desired = np.array((math.sqrt(2.0 * braking * distance), 0.0)), np.array((0.5, 1.5))
+    refusing = type("Refusing", (), {"accepts": lambda self, motion: False})()
+    target, certified = certified_twist(np.zeros(3), twist, desired, (refusing,), actuation(robot))
+    assert not certified
+    assert tuple(target) == (0.0, 1.5 if turns else 0.0)

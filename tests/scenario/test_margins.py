@@ -9,7 +9,7 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.scenario import Scenario, load_scenario
 from drake_starnav.scenario.error_budget import error_budget
-from drake_starnav.scenario.margins import derive_margins
+from drake_starnav.scenario.margins import AVERAGED_NOISE, LARGEST_MARGIN, derive_margins
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import MARGINS, RADIUS, cast
 
@@ -69,6 +69,20 @@ def test_without_an_exact_localization_nodes_are_dropped_whose_hits_are_seen_thr
 def test_what_no_margin_can_cover_is_refused():
     with pytest.raises(StarnavError, match="gives a safety margin of 1.51 m; allowed: at most 0.5 m"):
         derive_margins(declaring("lidar.noise=2"))
+
+
+def test_a_margin_of_half_a_metre_is_the_largest_that_is_allowed():
+    error = LARGEST_MARGIN - derive_margins(declaring()).safety
+    while derive_margins(declaring(f"drive.error={error!r}")).safety < LARGEST_MARGIN:
+        error = math.nextafter(error, 1.0)  # for rounding
+    assert derive_margins(declaring(f"drive.error={error!r}")).safety == LARGEST_MARGIN
+    with pytest.raises(StarnavError, match="gives a safety margin of 0.5 m; allowed: at most 0.5 m"):
+        derive_margins(declaring(f"drive.error={error + 1e-9!r}"))
+
+
+@pytest.mark.parametrize(("noise", "averages"), [(0.039, False), (AVERAGED_NOISE, True)])
+def test_from_a_noise_of_four_centimetres_on_scans_are_averaged(noise: float, averages: bool):
+    assert derive_margins(declaring(f"lidar.noise={noise}")).average_scans == averages
 
 
 def test_a_fine_lidar_with_noise_is_smoothed_too():

@@ -10,21 +10,30 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.robot import RobotParameters
 from drake_starnav.systems.twist_shield import TwistShield, Unshielded
-from drake_starnav.tracking import Tracks
+from drake_starnav.tracking import DynamicObstacleParameters, Tracks
+from drake_starnav.utils.stopwatch import Stopwatch
 from tests.helpers.scans import MARGINS
 
 WIDE = CertifiedRegion(np.zeros(2), 0.0, np.full(720, 5.0), np.zeros((0, 2)))
 
 
-def shielding(desired, star: CertifiedRegion = WIDE, pose=(0.0, 0.0, 0.0), kind=TwistShield, **changes) -> Simulator:
-    needs = (RobotParameters(), ControllerParameters(), *([MARGINS] if kind is TwistShield else []))
+def shielding(
+    desired,
+    star: CertifiedRegion = WIDE,
+    pose=(0.0, 0.0, 0.0),
+    kind=TwistShield,
+    tracks: Tracks | None = None,
+    controller: ControllerParameters | None = None,
+    **changes,
+) -> Simulator:
+    needs = (RobotParameters(), controller or ControllerParameters(), *([MARGINS] if kind is TwistShield else []))
     system = kind(*needs, **changes)
     simulator = Simulator(system)
     inputs = {
         "desired_twist": desired,
         "certified_region": Value(star),
         "state": [*pose, 0.0, 0.0],
-        "tracks": Value(Tracks()),
+        "tracks": Value(Tracks() if tracks is None else tracks),
     }
     for index in range(system.num_input_ports()):
         port = system.get_input_port(index)
@@ -75,3 +84,51 @@ def test_without_the_shield_nothing_is_certified_and_nothing_held_back() -> None
     simulator.AdvanceTo(0.21)
     assert out(simulator, "twist_command") == pytest.approx([11 * 0.02, -11 * 0.08])
     assert not out(simulator, "certificate").certified
+
+
+def test_the_first_command_is_sent_at_once_whatever_the_rate() -> None:
+    simulator = shielding([0.5, -1.0], controller=ControllerParameters(rate=12.5))
+    simulator.AdvanceTo(0.01)
+    assert out(simulator, "twist_command") == pytest.approx([0.08, -0.32])
+
+
+def test_the_certificate_shows_the_robot_braking_from_where_it_is_without_delay() -> None:
+    pose, late = (1.0, 2.0, 0.5), ControllerParameters(delay=0.02)
+    wide = CertifiedRegion(np.array(pose[:2]), 0.0, np.full(720, 5.0), np.zeros((0, 2)))
+    simulator = shielding([0.6, 0.0], wide, pose, controller=late)
+    simulator.AdvanceTo(1.0)
+    path = out(simulator, "certificate").path
+    assert path[0] == pytest.approx(pose)
+    stopping = 0.5 * 0.6**2
+    assert path[-1] == pytest.approx([1.0 + stopping * np.cos(0.5), 2.0 + stopping * np.sin(0.5), 0.5])
+
+
+def test_commands_are_timed_where_they_are_asked_to_be() -> None:
+    stopwatch = Stopwatch()
+    shielding([0.5, 0.0], stopwatch=stopwatch).AdvanceTo(0.1)
+    assert stopwatch.count("command") >= 5
+
+
+@pytest.mark.parametrize("now", [0.0, 2.0])
+@pytest.mark.parametrize(("scan_age", "lead"), [(0.5, None), (0.5, 0.0), (0.2, 0.3), (0.0, 0.5)])
+@pytest.mark.parametrize(("distance", "drives"), [(0.75, True), (0.66, False)])
+def test_what_may_move_has_had_time_to_come_since_the_scan_until_the_state(
+    now, scan_age, lead, distance, drives
+) -> None:
+    """At 0.8 m/s for 0.5 s, and until the robot has stopped again; it keeps its radius and 3 cm."""
+    place, yaw = np.array((1.0, 2.0)), 0.5
+    obstacles = DynamicObstacleParameters(max_speed=0.8, caution=1.0)
+    ahead = place + distance * np.array((np.cos(yaw), np.sin(yaw)))
+    tracks = Tracks(time=now - scan_age, hits=ahead[None], owner=np.array([-1]))
+    wide = CertifiedRegion(place, 0.0, np.full(720, 5.0), np.zeros((0, 2)))
+    ahead_of_time = {} if lead is None else {"state_lead": lead}
+    simulator = shielding([0.5, 0.0], wide, (*place, yaw), tracks=tracks, obstacles=obstacles, **ahead_of_time)
+    simulator.get_mutable_context().SetTime(now)
+    simulator.AdvanceTo(now + 0.01)
+    assert (out(simulator, "twist_command")[0] > 0.0) == drives
+
+
+def test_tracks_are_asked_for_only_among_moving_obstacles() -> None:
+    needs = RobotParameters(), ControllerParameters(), MARGINS
+    assert not TwistShield(*needs).HasInputPort("tracks")
+    assert TwistShield(*needs, obstacles=DynamicObstacleParameters(max_speed=0.8)).HasInputPort("tracks")

@@ -1,0 +1,435 @@
+"""Mutate the code that safety rests on, and count the mutants that its tests kill.
+
+A mutant is the module with one small change: another operator, number or function, a condition that is dropped, negated
+or never met, an assignment without effect. The formulas of the error budget are changed like code. Each mutant is
+imported without compilation, and the tests of its module run until one fails; the rest of the package stays compiled.
+The exit code is 1 if a group of modules has fewer kills than wanted.
+
+Run: python scripts/maintenance/mutate.py [MODULE...] [--mutants N] [--seed S] [--jobs N] [--out FILE]
+"""
+
+import argparse
+import ast
+import contextlib
+import difflib
+import importlib
+import importlib.machinery
+import io
+import json
+import os
+import random
+import re
+import resource
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import parso
+import pytest
+import yaml
+from cosmic_ray.ast import ast_nodes, get_ast
+from cosmic_ray.mutating import mutate_code
+from cosmic_ray.operators.operator import Operator
+from cosmic_ray.plugins import get_operator, operator_names
+from hypothesis import Phase, settings
+from tqdm import tqdm
+
+ROOT = Path(__file__).resolve().parents[2]
+EQUIVALENT = Path(__file__).with_name("equivalent_mutants.yaml")
+CONTROL = "tests/control/test_"
+GROUPS: dict[str, dict[str, tuple[str, ...]]] = {
+    "certificate": {
+        "control/point_certificate": (f"{CONTROL}point_certificate.py", f"{CONTROL}certificates.py"),
+        "control/braking_certificate": (f"{CONTROL}braking_certificate.py", f"{CONTROL}certificates.py"),
+        "control/certificates": (f"{CONTROL}certificates.py",),
+        "control/motion": (f"{CONTROL}motion.py", f"{CONTROL}braking_certificate.py", "tests/proof/test_roll_out.py"),
+        "control/rollout": (f"{CONTROL}rollout.py",),
+    },
+    "safety region": {"regions/safe_region": ("tests/regions/test_safe_region.py",)},
+    "shield": {
+        "control/shield": (f"{CONTROL}shield.py", f"{CONTROL}braking_certificate.py"),
+        "systems/twist_shield": ("tests/systems/test_twist_shield.py",),
+    },
+    "moving certificate": {"control/moving_certificate": (f"{CONTROL}moving_certificate.py",)},
+    "error budget": {
+        "scenario/error_budget": ("tests/scenario/test_error_budget.py", "tests/scenario/test_margins.py"),
+        "scenario/margins": ("tests/scenario/test_margins.py",),
+    },
+}
+"""The modules, and the tests that must kill their mutants. Records without code, as `regions/margins`, have none."""
+WANTED = 0.95
+"""Least share of the mutants of a group, but for equivalent ones, that must be killed."""
+LONGEST = 1.5
+"""Tests that take more processor time without compilation are left out, s."""
+SLOWER, LATE = 3.0, 5.0
+"""A mutant whose tests take so many times the time of the module's, and so many seconds more, is killed."""
+MEMORY = 4 << 30
+"""That a mutant may take beyond what its parent has, bytes."""
+SIMILAR = ({"Add", "Sub", "Mul", "Div"}, {"Mul", "Pow"}, {"Mod", "FloorDiv"}, {"BitOr", "BitAnd"})
+"""Operators that may stand for each other; with others, most mutants fail on the types."""
+EXCHANGED = ("min max", "minimum maximum", "any all", "floor ceil", "cos sin")
+
+
+class DropOperand(Operator):
+    """Leaves out a part of a condition."""
+
+    def mutation_positions(self, node):
+        if node.type in ("and_test", "or_test"):
+            yield from ((operand.start_pos, operand.end_pos) for operand in node.children[::2])
+
+    def mutate(self, node, index):
+        first = max(2 * index - 1, 0)
+        del node.children[first : first + 2]
+        return node
+
+    @classmethod
+    def examples(cls):
+        return ()
+
+
+class NeverMet(DropOperand):
+    """Leaves out what depends on a condition."""
+
+    def mutation_positions(self, node):
+        for keyword, condition in _pairs(node):
+            yield condition.start_pos, condition.end_pos
+            if keyword.value == "while":
+                break
+
+    def mutate(self, node, index):
+        _, condition = list(_pairs(node))[index]
+        node.children[node.children.index(condition)] = parso.parse(" False")
+        return node
+
+
+class Exchange(DropOperand):
+    """Calls another function."""
+
+    OTHERS = {name: other for pair in EXCHANGED for name, other in (pair.split(), pair.split()[::-1])}
+
+    def mutation_positions(self, node):
+        if node.type == "name" and node.value in self.OTHERS and node.get_next_leaf().value == "(":
+            yield node.start_pos, node.end_pos
+
+    def mutate(self, node, index):
+        node.value = self.OTHERS[node.value]
+        return node
+
+
+class NotChanged(DropOperand):
+    """Leaves out a change of a variable, as `x += 1`."""
+
+    def mutation_positions(self, node):
+        if node.type == "expr_stmt" and node.children[1].type == "operator" and len(node.children[1].value) > 1:
+            yield node.start_pos, node.end_pos
+
+    def mutate(self, node, index):
+        del node.children[1:]
+        return node
+
+
+def _pairs(node) -> Iterator[tuple[Any, Any]]:
+    """Keywords and conditions of a statement or an expression."""
+    if node.type in ("if_stmt", "while_stmt", "ternary", "test"):
+        for word, condition in zip(node.children, node.children[1:], strict=False):
+            if getattr(word, "value", None) in ("if", "elif", "while"):
+                yield word, condition
+
+
+def operators() -> Iterator[Operator]:
+    """What is applied, each wherever it can be."""
+    for name in operator_names():
+        kind, *pair = name.removeprefix("core/").split("_")
+        swaps = any(set(pair) <= group for group in SIMILAR)
+        compares = kind == "ReplaceComparisonOperator" and sum("Is" in side for side in pair) in (0, 2)
+        drops = kind == "ReplaceUnaryOperator" and "Delete" in pair
+        single = kind.startswith(("AddNot", "NumberReplacer", "ZeroIteration")) or "With" in kind
+        if (kind == "ReplaceBinaryOperator" and swaps) or compares or drops or single:
+            yield get_operator(name)()
+    yield from (DropOperand(), NeverMet(), Exchange(), NotChanged())
+
+
+class Mutant(NamedTuple):
+    """The source of a module with one change: the line, and what was there before and is after, without indentation."""
+
+    line: int
+    before: str
+    after: str
+    source: str
+
+
+def mutants(source: str) -> list[Mutant]:
+    """All mutants of a module that compile and differ."""
+    tree = ast.parse(source)
+    declared = [(d.lineno, d.end_lineno or 0) for node in ast.walk(tree) for d in getattr(node, "decorator_list", ())]
+    types = [a for node in ast.walk(tree) for a in (getattr(node, "annotation", None), getattr(node, "returns", None))]
+    names = [((t.lineno, t.col_offset), (t.end_lineno, t.end_col_offset)) for t in types if t is not None]
+    found = {}
+    for position, changed in _changes(source):
+        inert = any(a <= position[0] <= b for a, b in declared) or any(a <= position < b for a, b in names)
+        if not inert and changed not in found and _compiles(changed):
+            found[changed] = Mutant(position[0], *_difference(source, changed), changed)
+    return sorted((*found.values(), *_of_formulas(source, tree)), key=lambda mutant: mutant.line)
+
+
+def _changes(source: str) -> Iterator[tuple[tuple[int, int], str]]:
+    """Each change by each operator: its line and column, and the new source."""
+    nodes = list(ast_nodes(get_ast(source)))
+    for operator in operators():
+        places = ((node, place) for node in nodes for place in operator.mutation_positions(node))
+        for occurrence, (node, (begin, _)) in enumerate(places):
+            if node.type == "operator" and node.parent.type in ("parameters", "param"):
+                continue  # a lone star
+            changed = mutate_code(source, operator, occurrence)
+            if changed is not None and changed != source:
+                yield begin, changed
+
+
+def _of_formulas(source: str, tree: ast.Module) -> Iterator[Mutant]:
+    """Mutants in which the text of an `ErrorTerm` is changed as if it were code."""
+    terms = [c for c in ast.walk(tree) if isinstance(c, ast.Call) and getattr(c.func, "id", "") == "ErrorTerm"]
+    values: dict[str, Any] = {}
+    if terms:
+        exec(compile(source, "formulas", "exec"), values)
+    lines = source.splitlines(keepends=True)
+    starts = [sum(map(len, lines[:k])) for k in range(len(lines))]
+    for text in (term.args[0] for term in terms):
+        formula = eval(compile(ast.Expression(text), "formula", "eval"), values)
+        begin = starts[text.lineno - 1] + text.col_offset
+        end = starts[(text.end_lineno or 0) - 1] + (text.end_col_offset or 0)
+        for changed in dict.fromkeys(changed for _, changed in _changes(formula.replace("^", "**"))):
+            after = changed.replace("**", "^").strip()
+            yield Mutant(text.lineno, formula, _tidy(after), source[:begin] + repr(after) + source[end:])
+
+
+def _tidy(text: str) -> str:
+    """Without the spaces that the operators leave."""
+    return re.sub(r"(?<=[(\[:]) +(?=[-\d])| +(?= )", "", text).strip()
+
+
+def _compiles(source: str) -> bool:
+    try:
+        return compile(source, "mutant", "exec") is not None
+    except SyntaxError:
+        return False
+
+
+def _difference(source: str, changed: str) -> tuple[str, str]:
+    """The lines that differ, joined."""
+    old, new = source.splitlines(), changed.splitlines()
+    for tag, a, b, c, d in difflib.SequenceMatcher(None, old, new, autojunk=False).get_opcodes():
+        if tag != "equal":
+            return " ".join(map(str.strip, old[a:b])), _tidy(" ".join(map(str.strip, new[c:d])))
+    return "", ""
+
+
+class Tests:
+    """Runs the shortest tests first, does not shrink examples, and remembers what failed and the times, s."""
+
+    def __init__(self, durations: dict[str, float]) -> None:
+        self.durations, self.killer = dict(durations), ""
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_collection(self) -> None:
+        settings.register_profile("mutants", phases=[Phase.explicit, Phase.generate], report_multiple_bugs=False)
+        settings.load_profile("mutants")
+
+    def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
+        items[:] = [item for item in items if self.durations.get(item.nodeid, 0.0) < LONGEST]
+        items.sort(key=lambda item: self.durations.get(item.nodeid, 0.0))
+
+    def pytest_collectreport(self, report: pytest.CollectReport) -> None:
+        if report.failed:
+            self.killer = f"{report.nodeid}: does not import"
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtest_call(self, item: pytest.Item) -> Iterator[None]:
+        began = time.process_time()
+        yield
+        self.durations[item.nodeid] = time.process_time() - began
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        if report.failed:
+            self.killer = report.nodeid
+
+
+def run_tests(files: Sequence[str], durations: dict[str, float]) -> Tests:
+    """Run test files in this process until one fails."""
+    tests = Tests(durations)
+    quiet = ["-q", "-x", "-p", "no:cacheprovider", "-p", "no:xdist", "-m", "not slow", "--tb=line"]
+    code = pytest.main([*quiet, *files], plugins=[tests])
+    if code and not tests.killer:
+        tests.killer = f"pytest ended with {code}"
+    return tests
+
+
+class Mutated(importlib.machinery.SourceFileLoader):
+    """Imports one module from a changed source."""
+
+    changed = ""
+
+    def get_code(self, fullname: str) -> Any:
+        return compile(self.changed, self.path, "exec")
+
+    def find_spec(self, name: str, path: Any = None, target: Any = None) -> importlib.machinery.ModuleSpec | None:
+        return importlib.machinery.ModuleSpec(name, self, origin=self.path) if name == self.name else None
+
+
+def forget(name: str) -> None:
+    """Remove a module, and all that have imported it, from those that are loaded."""
+    ours = {n: m for n, m in sys.modules.items() if n.split(".")[0] in ("drake_starnav", "tests", "conftest")}
+    files = {n: m.__file__ for n, m in ours.items() if hasattr(m, "__file__") and m.__file__}
+    uses = {n: _imported(Path(file)) for n, file in files.items()}
+    stale, before = {name}, 0
+    while len(stale) > before:
+        before = len(stale)
+        stale |= {user for user, used in uses.items() if used & stale}
+    for module in stale | {n for n in ours if "test_" in n or "conftest" in n}:
+        sys.modules.pop(module, None)
+
+
+def _imported(file: Path) -> set[str]:
+    """Names of modules, and of what is taken from them, that a file imports."""
+    names = set()
+    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            names |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
+    return names
+
+
+def tried(loader: Mutated, files: Sequence[str], durations: dict[str, float], limit: float) -> dict[str, Any]:
+    """What becomes of a mutant, in a fork of this process: `killer`, empty if it survives, and `durations`, s."""
+    reader, writer = os.pipe()
+    child = os.fork()
+    if child == 0:
+        _die_of_the_limits(limit)
+        for stream in (1, 2):
+            os.dup2(os.open(os.devnull, os.O_WRONLY), stream)
+        os.environ["NUMBA_DISABLE_JIT"] = "1"
+        sys.meta_path.insert(0, loader)
+        try:
+            importlib.import_module(loader.name)
+            tests = run_tests(files, durations)
+            result = {"killer": tests.killer, "durations": tests.durations}
+        except BaseException as error:
+            result = {"killer": f"import: {type(error).__name__}"}
+        os.write(writer, json.dumps(result).encode())
+        os._exit(0)
+    os.close(writer)
+    with os.fdopen(reader) as pipe:
+        answer = pipe.read()
+    os.waitpid(child, 0)
+    return json.loads(answer) if answer else {"killer": "takes too long or too much memory"}
+
+
+def _die_of_the_limits(limit: float) -> None:
+    """Let the system end this process after so much processor time, s, or when it takes too much memory."""
+    resource.setrlimit(resource.RLIMIT_CPU, (int(limit) + 1, int(limit) + 1))
+    pages = int(Path("/proc/self/statm").read_text().split()[0]) if Path("/proc/self/statm").exists() else 0
+    most = pages * resource.getpagesize() + MEMORY
+    resource.setrlimit(resource.RLIMIT_AS, (most, most))
+
+
+def scored(module: str, files: Sequence[str], count: int, seed: int) -> list[dict[str, Any]]:
+    """The fate of a random draw of a module's mutants."""
+    import numba
+
+    os.chdir(ROOT)
+    path = ROOT / "drake_starnav" / f"{module}.py"
+    source = path.read_text(encoding="utf-8")
+    drawn = mutants(source)
+    total = len(drawn)
+    if total > count:
+        drawn = sorted(random.Random(f"{seed} {module}").sample(drawn, count), key=lambda mutant: mutant.line)
+    with contextlib.redirect_stdout(io.StringIO()):
+        run_tests(files, {})  # compiles and loads what stays
+    name = "drake_starnav." + module.replace("/", ".")
+    forget(name)
+    numba.config.DISABLE_JIT = True
+    loader = Mutated(name, str(path))
+    loader.changed = source
+    usual = tried(loader, files, {}, 600.0)
+    if usual["killer"]:
+        raise SystemExit(f"{module} itself does not pass its tests: {usual['killer']}")
+    limit = SLOWER * sum(spent for spent in usual["durations"].values() if spent < LONGEST) + LATE
+    records = []
+    for mutant in tqdm(drawn, desc=module, unit="mutant", disable=None, leave=False):
+        loader.changed, began = mutant.source, time.perf_counter()
+        killer = tried(loader, files, usual["durations"], limit)["killer"]
+        spent = round(time.perf_counter() - began, 2)
+        facts = {"module": module, "of": total, "seed": seed, **mutant._asdict(), "killer": killer, "seconds": spent}
+        del facts["source"]
+        if not killer and not equivalent(facts):
+            tqdm.write(f"{module}.py:{mutant.line}: {mutant.before}  ->  {mutant.after}")
+            sys.stdout.flush()
+        records.append(facts)
+    return records
+
+
+def equivalent(record: dict[str, Any]) -> bool:
+    """Whether a mutant is listed as one that behaves as the module does."""
+    listed = yaml.safe_load(EQUIVALENT.read_text(encoding="utf-8"))[record["module"]]
+    return any(record["before"] == entry["before"] and record["after"] in entry["after"] for entry in listed)
+
+
+def report(records: list[dict[str, Any]]) -> tuple[str, bool]:
+    """A line for each module and group, and whether all groups have enough kills."""
+    lines: list[str] = []
+    enough = True
+    for group, modules in GROUPS.items():
+        of_group = [r for r in records if r["module"] in modules]
+        for module in modules:
+            of_module = [r for r in of_group if r["module"] == module]
+            if of_module:
+                killed, counted = _score(of_module)
+                same, spent = len(of_module) - counted, sum(r["seconds"] for r in of_module)
+                counts = f"{killed} of {counted} killed, {same} equivalent, {of_module[0]['of']} possible"
+                lines.append(f"  {module}: {counts}, {spent:.0f} s")
+        if of_group:
+            killed, counted = _score(of_group)
+            enough &= killed >= WANTED * counted
+            lines.append(f"{group}: {killed} of {counted} killed, {100.0 * killed / max(counted, 1):.1f} %")
+    return "\n".join(lines), enough
+
+
+def _score(records: list[dict[str, Any]]) -> tuple[int, int]:
+    """Mutants that are killed, and those that should be."""
+    killed = sum(bool(r["killer"]) for r in records)
+    return killed, killed + sum(not r["killer"] and not equivalent(r) for r in records)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Mutate; see `--help`. Returns 1 where too few mutants are killed."""
+    tests = {module: files for modules in GROUPS.values() for module, files in modules.items()}
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("modules", nargs="*", metavar="MODULE", help=f"of {', '.join(tests)}; default: all")
+    parser.add_argument("--mutants", type=int, default=300, metavar="N", help="of each module at most; default: 300")
+    parser.add_argument("--seed", type=int, default=0, help="of the draw; default: 0")
+    parser.add_argument("--jobs", type=int, default=1, metavar="N", help="modules at a time; default: 1")
+    parser.add_argument("--out", type=Path, metavar="FILE", help="write what became of each, one JSON a line")
+    options = parser.parse_args(arguments)
+    chosen = {m.removesuffix(".py").removeprefix("drake_starnav/"): None for m in options.modules} or tests
+    if unknown := chosen.keys() - tests.keys():
+        parser.error(f"unknown: {', '.join(unknown)}")
+    records: list[dict[str, Any]] = []
+    spawned = get_context("spawn")
+    with ProcessPoolExecutor(options.jobs, mp_context=spawned, max_tasks_per_child=1) as pool:
+        each = [pool.submit(scored, module, tests[module], options.mutants, options.seed) for module in chosen]
+        for future in each:
+            records += future.result()
+            if options.out is not None:
+                options.out.parent.mkdir(parents=True, exist_ok=True)
+                options.out.write_text("".join(json.dumps(r) + "\n" for r in records), encoding="utf-8")
+    text, enough = report(records)
+    print(text)
+    return 0 if enough else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
