@@ -102,7 +102,7 @@ def _keeps_clear(position, hits, margin):
     for k in range(1, len(position)):
         spare -= math.hypot(position[k, 0] - x, position[k, 1] - y)
         x, y = position[k, 0], position[k, 1]
-        if spare <= 0.0 or k == len(position) - 1:
+        if spare <= 0.0:
             spare = _known_clearance(x, y, hits) - enough
             if spare < 0.0:
                 return False

@@ -12,6 +12,7 @@ import argparse
 import ast
 import contextlib
 import difflib
+import gc
 import importlib
 import importlib.machinery
 import io
@@ -35,7 +36,7 @@ from cosmic_ray.ast import ast_nodes, get_ast
 from cosmic_ray.mutating import mutate_code
 from cosmic_ray.operators.operator import Operator
 from cosmic_ray.plugins import get_operator, operator_names
-from hypothesis import Phase, settings
+from hypothesis import HealthCheck, Phase, settings
 from tqdm import tqdm
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -63,7 +64,7 @@ GROUPS: dict[str, dict[str, tuple[str, ...]]] = {
 """The modules, and the tests that must kill their mutants. Records without code, as `regions/margins`, have none."""
 WANTED = 0.95
 """Least share of the mutants of a group, but for equivalent ones, that must be killed."""
-LONGEST = 1.5
+LONGEST = 1.0
 """Tests that take more processor time without compilation are left out, s."""
 SLOWER, LATE = 3.0, 5.0
 """A mutant whose tests take so many times the time of the module's, and so many seconds more, is killed."""
@@ -235,12 +236,18 @@ class Tests:
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_collection(self) -> None:
-        settings.register_profile("mutants", phases=[Phase.explicit, Phase.generate], report_multiple_bugs=False)
+        settings.register_profile(
+            "mutants",
+            phases=[Phase.explicit, Phase.generate],
+            report_multiple_bugs=False,
+            suppress_health_check=list(HealthCheck),
+        )
         settings.load_profile("mutants")
 
     def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
-        items[:] = [item for item in items if self.durations.get(item.nodeid, 0.0) < LONGEST]
-        items.sort(key=lambda item: self.durations.get(item.nodeid, 0.0))
+        if self.durations:
+            items[:] = [item for item in items if item.nodeid in self.durations]
+            items.sort(key=lambda item: self.durations[item.nodeid])
 
     def pytest_collectreport(self, report: pytest.CollectReport) -> None:
         if report.failed:
@@ -260,8 +267,8 @@ class Tests:
 def run_tests(files: Sequence[str], durations: dict[str, float]) -> Tests:
     """Run test files in this process until one fails."""
     tests = Tests(durations)
-    quiet = ["-q", "-x", "-p", "no:cacheprovider", "-p", "no:xdist", "-m", "not slow", "--tb=line"]
-    code = pytest.main([*quiet, *files], plugins=[tests])
+    without = [f"-pno:{plugin}" for plugin in ("cacheprovider", "xdist", "unraisableexception", "threadexception")]
+    code = pytest.main([*without, "-q", "-x", "-m", "not slow", "--tb=no", *files], plugins=[tests])
     if code and not tests.killer:
         tests.killer = f"pytest ended with {code}"
     return tests
@@ -309,6 +316,7 @@ def tried(loader: Mutated, files: Sequence[str], durations: dict[str, float], li
     child = os.fork()
     if child == 0:
         _die_of_the_limits(limit)
+        gc.disable()
         for stream in (1, 2):
             os.dup2(os.open(os.devnull, os.O_WRONLY), stream)
         os.environ["NUMBA_DISABLE_JIT"] = "1"
@@ -357,11 +365,14 @@ def scored(module: str, files: Sequence[str], count: int, seed: int) -> list[dic
     usual = tried(loader, files, {}, 600.0)
     if usual["killer"]:
         raise SystemExit(f"{module} itself does not pass its tests: {usual['killer']}")
-    limit = SLOWER * sum(spent for spent in usual["durations"].values() if spent < LONGEST) + LATE
+    durations = {test: spent for test, spent in usual["durations"].items() if spent < LONGEST}
+    limit = SLOWER * sum(durations.values()) + LATE
     records = []
     for mutant in tqdm(drawn, desc=module, unit="mutant", disable=None, leave=False):
         loader.changed, began = mutant.source, time.perf_counter()
-        killer = tried(loader, files, usual["durations"], limit)["killer"]
+        killer = tried(loader, files, durations, limit)["killer"]
+        if killer in durations:
+            durations[killer] *= 0.5  # what kills one mutant probably kills another
         spent = round(time.perf_counter() - began, 2)
         facts = {"module": module, "of": total, "seed": seed, **mutant._asdict(), "killer": killer, "seconds": spent}
         del facts["source"]

@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drake_starnav.control.motion import Actuation, roll_out
+from drake_starnav.control.inputs import TrackedObstacles
+from drake_starnav.control.motion import Actuation, Motion, roll_out
 from drake_starnav.control.moving_certificate import (
     ESCAPE,
     MOVING_MARGIN,
@@ -17,7 +18,7 @@ from drake_starnav.control.moving_certificate import (
     within,
 )
 from drake_starnav.geometry.trajectory_metrics import STANDING
-from drake_starnav.robot import RobotParameters
+from drake_starnav.robot import Limits, RobotParameters
 from drake_starnav.tracking.kalman_tracks import SETTLED_AFTER, Tracks
 from drake_starnav.tracking.occlusions import OCCLUSION_SPACING
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
@@ -123,6 +124,88 @@ def test_reachable_discs_go_where_their_tracks_say_and_grow_meanwhile(seed: int,
     room = least_room(pose, twist, desired, hold, delay, rows, age)
     assert stays_clear(pose, twist, desired, MovingCertificate(rows, room - 1e-9, age), hold, delay)
     assert not stays_clear(pose, twist, desired, MovingCertificate(rows, room + 1e-9, age), hold, delay)
+
+
+def room(places: np.ndarray, times: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Distance of the robot at each place and time to what may be nearest by then, shape (n,), m; exact."""
+    centers = rows[:, :2] + times[:, None, None] * rows[:, 2:4]
+    grown = rows[:, 5] + times[:, None] * rows[:, 4]
+    return (np.hypot(*np.moveaxis(centers - places[:, None], -1, 0)) - grown).min(axis=1)
+
+
+@settings(max_examples=400)
+@given(seeds, st.sampled_from([0.0, ESCAPE]))
+def test_a_robot_that_moves_is_far_enough_from_all_that_may_have_come_near_until_it_has_stopped(seed, escape) -> None:
+    """Any motion: what is not far enough may be so only within `escape`, and no nearer than standing would be."""
+    rng = np.random.default_rng(seed)
+    count = rng.integers(3, 10)
+    samples = np.zeros((count, 6))
+    samples[:, :2] = rng.uniform(-2.0, 2.0, 2) + np.cumsum(
+        rng.choice([0.003, 0.2]) * rng.standard_normal((count, 2)), 0
+    )
+    samples[:, 3] = rng.choice([0.0, 0.004, -0.004, 0.006, 0.5, -0.5], count)
+    samples[:, 5] = np.concatenate(([0.0], np.cumsum(rng.uniform(0.0, 0.2, count - 1))))
+    motion = Motion(samples, 0, int(rng.integers(1, count)), True, RADIUS)
+    rows = np.hstack((samples[0, :2] + rng.uniform(-1.0, 1.0, (3, 2)), rng.uniform(-0.5, 0.5, (3, 4))))
+    rows[:, 4:] = rng.uniform(0.0, 0.3, (3, 2))
+    age, distance = rng.uniform(0.0, 0.3), rng.uniform(0.0, 0.4)
+    speed, times = np.abs(motion.twist[:, 0]), age + motion.time
+    left, stood = (room(p, times, rows) - distance for p in (motion.position, motion.position[:1].repeat(count, 0)))
+    stops = np.flatnonzero((np.arange(count) >= motion.braking) & (speed < STANDING_SPEED))
+    last = stops[0] if len(stops) else count - 1
+    moves = np.maximum(speed[1:], speed[:-1]) >= STANDING_SPEED
+    clear = (left >= 0.0) | ((left >= -escape) & (left >= stood))
+    expected = (clear[1:] | ~moves)[:last].all()
+    assert MovingCertificate(rows, distance, age, escape).accepts(motion) == expected
+
+
+@settings(max_examples=150)
+@given(seeds)
+def test_what_is_not_near_could_not_have_come_near(seed) -> None:
+    """Fast obstacles, late commands and old scans: leaving out what is far changes no decision."""
+    rng = np.random.default_rng(seed)
+    limits = Limits(rng.uniform(0.1, 1.5), 2.0, rng.uniform(0.5, 8.0), 4.0)
+    acting = Actuation(limits, RADIUS, *rng.uniform(0.0, 0.3, 2) + (0.01, 0.0))
+    age, obstacles = rng.choice([0.0, 0.2]), DynamicObstacleParameters(max_speed=rng.uniform(0.2, 3.0), caution=1.0)
+    place, yaw = rng.uniform(-3.0, 3.0, 2), rng.uniform(-4.0, 4.0)
+    ahead = np.array((math.cos(yaw), math.sin(yaw)))
+    straight = np.array((limits.max_speed, 0.0))
+    driven = roll_out(np.array((*place, yaw)), straight, straight, acting)
+    needed = room(
+        driven.position, age + driven.time, np.array([(*(place + 9.0 * ahead), 0.0, 0.0, obstacles.max_speed, 0.0)])
+    )
+    for spare in (-1e-3, 1e-3):  # a hit ahead that just comes too near, or just does not
+        hit = place + (9.0 - needed.min() + RADIUS + MOVING_MARGIN + spare) * ahead
+        tracks = Tracks(time=0.0, hits=hit[None], owner=np.array([-1]))
+        everything = MovingCertificate(reachable_discs(tracks, obstacles), RADIUS + MOVING_MARGIN, age, ESCAPE)
+        near_by = MovingCertificate.near(TrackedObstacles(tracks, age, obstacles), place, acting)
+        assert near_by.accepts(driven) == everything.accepts(driven)
+        assert near_by.age == age
+
+
+def test_what_cannot_come_near_at_full_speed_while_the_robot_stops_is_left_out() -> None:
+    """Both at 0.8 m/s, for 0.2 + 0.1 + 0.3 s, and the 0.8 s that braking takes."""
+    acting = Actuation(LIMITS, RADIUS, 0.3, 0.1)
+    farthest = RADIUS + MOVING_MARGIN + (0.8 + 0.8) * (0.2 + 0.1 + 0.3 + 0.8)
+    hits = np.array([(1.0, 2.0 + farthest - 1e-6), (1.0, 2.0 - farthest - 1e-6)])
+    tracked = TrackedObstacles(Tracks(time=0.0, hits=hits, owner=np.full(2, -1)), 0.2, OBSTACLES)
+    np.testing.assert_array_equal(MovingCertificate.near(tracked, np.array((1.0, 2.0)), acting).discs[:, :2], hits[:1])
+
+
+def test_of_tracks_that_are_out_of_sight_the_place_is_predicted_as_far_as_they_are_trusted() -> None:
+    """Where it is by its track, as large as it was, with the share of its velocity that is trusted."""
+    tracks = Tracks(
+        time=1.0,
+        position=np.array([(1.0, 0.0), (4.0, 0.0), (7.0, 0.0)]),
+        velocity=np.array([(0.5, 0.1), (0.5, 0.0), (0.5, 0.0)]),
+        radius=np.array([0.2, 0.3, 0.4]),
+        scans=np.array([20, 20, SETTLED_AFTER - 1]),
+        seen=np.array([0.5, 1.0, 0.5]),  # the second is in view, the third is not known for long
+        motion=np.array([1.0, 1.0, 1.0]),
+        pace=np.array([0.5, 0.5, 0.5]),
+    )
+    (disc,) = reachable_discs(tracks, DynamicObstacleParameters(max_speed=0.8, caution=0.25))
+    np.testing.assert_allclose(disc, (1.0, 0.0, 0.75 * 0.5, 0.75 * 0.1, 0.25 * 0.8, 0.2))
 
 
 def test_standing_and_turning_is_always_certified() -> None:

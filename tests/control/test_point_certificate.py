@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_starnav.control.certificates import accepted
-from drake_starnav.control.motion import Actuation, roll_out
+from drake_starnav.control.motion import Actuation, Motion, roll_out
 from drake_starnav.control.point_certificate import ESCAPE_CLEARANCE, PointCertificate, needed_distances
 from drake_starnav.control.shield import PROPOSALS
 from drake_starnav.regions.erosion import smoothed_distances
@@ -98,6 +98,38 @@ def test_the_least_clearance_is_that_of_the_braking_path(seed, hold, delay):
             missed = middle
     now = float((np.hypot(*hits.T) - needed).min())
     assert kept == pytest.approx(away, abs=1e-12) or away == pytest.approx(now, abs=1e-12)  # it need not gain any
+
+
+def visiting(places: np.ndarray) -> Motion:
+    """A motion from place to place, shape (n, 2), W, m; whatever robot can do so."""
+    samples = np.zeros((len(places), 6))
+    samples[:, :2] = places
+    return Motion(samples, 0, 0, True, RADIUS)
+
+
+@settings(max_examples=300)
+@given(seeds)
+def test_each_place_of_a_motion_keeps_the_margin_or_the_clearance_that_the_robot_has(seed):
+    """Whatever way leads there, from hits as well as from what lies beyond the reach of the last scan."""
+    rng = np.random.default_rng(seed)
+    steps = rng.choice([0.01, 0.1, 0.4]) * rng.standard_normal((rng.integers(2, 9), 2))
+    places = rng.uniform(-3.0, 3.0, 2) + np.cumsum(steps, axis=0)
+    hits, gaps = places[0] + rng.uniform(-1.5, 1.5, (4, 2)), rng.uniform(0.0, 0.1, 4)
+    center, margin = places[0] + rng.uniform(-0.3, 0.3, 2), rng.uniform(0.0, 0.3)
+    star = CertifiedRegion(center, 0.0, np.zeros(4), hits, hits, gaps, seen=True, reach=rng.uniform(0.5, 3.0))
+    away = np.hypot(*np.moveaxis(places[:, None] - hits, -1, 0)) - np.hypot(RADIUS, gaps)
+    known = star.reach - RADIUS - np.hypot(*(places - center).T)
+    kept = max(min(margin, away[0].min()), ESCAPE_CLEARANCE)
+    keeps = min(away.min(), known.min()) >= kept
+    assert PointCertificate(star, margin, RADIUS).accepts(visiting(places)) == keeps
+
+
+def test_a_robot_that_almost_touches_something_is_not_driven_even_away_from_it():
+    for clearance, moves in ((0.9 * ESCAPE_CLEARANCE, False), (1.1 * ESCAPE_CLEARANCE, True)):
+        hits = np.array([(RADIUS + clearance, 0.0)])
+        star = CertifiedRegion(np.zeros(2), 0.0, np.zeros(4), hits, hits, np.zeros(1), seen=True)
+        backwards = np.array((-0.5, 0.0))
+        assert (clear_twist(np.zeros(3), backwards, backwards, star) is not None) == moves
 
 
 def recklessly_driven(

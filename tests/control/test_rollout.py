@@ -9,16 +9,22 @@ from hypothesis import strategies as st
 
 from drake_starnav.control.motion import Pose, Twist
 from drake_starnav.control.rollout import (
+    FreeSpace,
     clearance_within,
     heading_loss,
     next_way_point,
+    region_around,
     time_to_go,
     times_left,
     turning_time,
 )
+from drake_starnav.planning.guidance import PASSED_DISTANCE
+from drake_starnav.regions.region_union import RegionUnion
 from drake_starnav.robot import Limits
+from tests.helpers.scans import seeds
 
 LIMITS = Limits(0.8, 2.0, 1.0, 4.0)
+SLOW = Limits(1.3, 1.1, 0.6, 2.5)
 LINE = np.array(((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (2.0, 1.0)))
 
 
@@ -35,27 +41,94 @@ def test_the_next_way_point_is_in_sight_beyond_the_backward_extension_of_its_leg
     assert next_way_point(LINE, 3, 2.0, 1.0) == 3  # the last one stays
 
 
-def fastest_turn(angle: float, rate: float) -> float:
+@given(seeds, st.floats(0.2, 2.5), st.sampled_from([-1.0, 1.0]))
+def test_at_a_bend_the_next_leg_is_taken_where_its_line_is_crossed_or_the_bend_is_near(seed, turn, side) -> None:
+    """The obstacle lies on the inner side of the bend: from beyond the next leg.s line its end is in view."""
+    rng = np.random.default_rng(seed)
+    yaw, corner = rng.uniform(-math.pi, math.pi), rng.uniform(-3.0, 3.0, 2)
+    before, leg = (np.array((math.cos(a), math.sin(a))) for a in (yaw, yaw + side * turn))
+    line = np.array((corner - rng.uniform(1.0, 2.0) * before, corner, corner + rng.uniform(1.0, 2.0) * leg))
+    outwards = side * np.array((leg[1], -leg[0]))
+    place = corner + rng.uniform(0.01, 0.5) * rng.choice([-1.0, 1.0]) * outwards + rng.uniform(-0.5, 0.5) * leg
+    passed = (place - corner) @ outwards > 0.0 or math.dist(place, corner) < PASSED_DISTANCE
+    assert next_way_point(line, 1, *place) == (2 if passed else 1)
+
+
+def test_all_way_points_that_are_near_are_passed_at_once() -> None:
+    close = np.array(((0.0, 0.0), (1.0, 0.0), (1.0, 0.03), (0.96, 0.03), (0.0, 0.03)))
+    assert next_way_point(close, 1, 0.99, 0.001) == 4
+    straight = np.array(((0.0, 0.0), (1.0, 0.0), (2.0, 0.0)))
+    assert [next_way_point(straight, 1, 1.0 + away, 0.0) for away in (-0.061, -0.059, 0.059, 0.061)] == [1, 2, 2, 1]
+
+
+def fastest_turn(angle: float, rate: float, limits: Limits) -> float:
     """`turning_time` step by step: towards where it would stop too soon, or too late, then brake, s."""
-    step, turned, omega, time = 1e-3, 0.0, rate, 0.0
-    sign = 1.0 if rate * abs(rate) / (2.0 * LIMITS.max_yaw_acceleration) < angle else -1.0
-    while sign * (turned + omega * abs(omega) / (2.0 * LIMITS.max_yaw_acceleration) - angle) < 0.0:
-        omega = min(max(omega + sign * LIMITS.max_yaw_acceleration * step, -LIMITS.max_yaw_rate), LIMITS.max_yaw_rate)
-        turned, time = turned + omega * step, time + step
-    return time + abs(omega) / LIMITS.max_yaw_acceleration
+    step, turned, omega, time = 2e-4, 0.0, rate, 0.0
+    most, change = limits.max_yaw_rate, limits.max_yaw_acceleration * step
+    sign = 1.0 if rate * abs(rate) / (2.0 * limits.max_yaw_acceleration) < angle else -1.0
+    while sign * (turned + omega * abs(omega) / (2.0 * limits.max_yaw_acceleration) - angle) < 0.0:
+        after = min(max(omega + sign * change, -most), most)
+        turned, omega, time = turned + 0.5 * (omega + after) * step, after, time + step
+    return time + abs(omega) / limits.max_yaw_acceleration
 
 
-@pytest.mark.parametrize("angle", [0.1, 0.7, 3.0])
-@pytest.mark.parametrize("rate", [-1.0, 0.0, 0.6])
-def test_the_turning_time_is_that_of_the_fastest_turn(angle: float, rate: float) -> None:
-    assert turning_time(angle, rate, LIMITS) == pytest.approx(fastest_turn(angle, rate), abs=0.01)
-    assert turning_time(-angle, -rate, LIMITS) == turning_time(angle, rate, LIMITS)
+@pytest.mark.parametrize("limits", [LIMITS, SLOW])
+@pytest.mark.parametrize("angle", [0.02, 0.1, 0.7, 3.0])
+@pytest.mark.parametrize("rate", [-1.0, -0.2, 0.0, 0.6, 1.1])
+def test_the_turning_time_is_that_of_the_fastest_turn(angle: float, rate: float, limits: Limits) -> None:
+    assert turning_time(angle, rate, limits) == pytest.approx(fastest_turn(angle, rate, limits), abs=2e-3)
+    assert turning_time(-angle, -rate, limits) == turning_time(angle, rate, limits)
 
 
 @given(st.floats(-math.pi, math.pi), st.floats(0.0, 0.8), st.floats(-2.0, 2.0))
 def test_no_heading_gains_time(error: float, v: float, omega: float) -> None:
     assert heading_loss(error, v, omega, LIMITS) >= 0.0
     assert heading_loss(0.0, LIMITS.max_speed, 0.0, LIMITS) == 0.0
+
+
+@pytest.mark.parametrize("limits", [LIMITS, SLOW])
+@pytest.mark.parametrize(("error", "v", "omega"), [(0.0, 0.0, 0.0), (0.0, 0.3, 0.5), (0.5, 0.6, -0.4), (2.5, 0.7, 0.1)])
+def test_the_time_lost_is_that_of_the_turn_and_of_getting_up_to_speed(error, v, omega, limits: Limits) -> None:
+    along, lost, step = v * math.cos(error), 0.0, 1e-4
+    while along < limits.max_speed:
+        lost += (1.0 - along / limits.max_speed) * step
+        along += limits.max_acceleration * step
+    assert heading_loss(error, v, omega, limits) == pytest.approx(turning_time(error, omega, limits) + lost, abs=1e-3)
+
+
+@given(seeds, st.integers(2, 6), st.sampled_from([LIMITS, SLOW]))
+def test_the_time_left_is_that_of_the_legs_and_of_the_bends_between_them(seed, count, limits: Limits) -> None:
+    rng = np.random.default_rng(seed)
+    line = np.cumsum(rng.uniform(-1.5, 1.5, (count, 2)), axis=0)
+    legs = np.diff(line, axis=0)
+    headings, lengths = np.arctan2(legs[:, 1], legs[:, 0]), np.hypot(*legs.T)
+    bends = [
+        heading_loss((b + math.pi) % (2.0 * math.pi) - math.pi, limits.max_speed, 0.0, limits)
+        for b in np.diff(headings)
+    ]
+    left = times_left(line, limits)
+    for k in range(1, count):
+        assert left[k] == pytest.approx(lengths[k:].sum() / limits.max_speed + sum(bends[k:]))
+    yaw, twist = rng.uniform(-9.0, 9.0), Twist(rng.uniform(0.0, limits.max_speed), rng.uniform(-1.0, 1.0))
+    for k in range(1, count):
+        place = line[k] - rng.uniform(-1.0, 1.0, 2)
+        way = line[k] - place
+        off = (math.atan2(way[1], way[0]) - yaw + math.pi) % (2.0 * math.pi) - math.pi
+        expected = math.hypot(*way) / limits.max_speed + heading_loss(off, *twist, limits) + left[k]
+        if k + 1 < count:
+            bend = (headings[k] - math.atan2(way[1], way[0]) + math.pi) % (2.0 * math.pi) - math.pi
+            expected += heading_loss(bend, limits.max_speed, 0.0, limits)
+        assert time_to_go(line, left, k, Pose(*place, yaw), twist, limits) == pytest.approx(expected)
+
+
+def test_the_region_of_the_last_place_is_kept_while_it_contains_the_robot() -> None:
+    disc = np.full((1, 8), 1.0)
+    centers = np.array(((0.0, 0.0), (0.0, 0.5), (5.0, 0.0)))
+    union = RegionUnion(centers, np.zeros(3), np.repeat(disc, 3, axis=0), np.zeros((3, 0)))
+    known = FreeSpace(union, union, np.zeros((0, 2)))
+    assert [region_around(known, last, 0.0, 0.2) for last in (0, 1, 2, -1)] == [0, 1, 1, 1]  # else the newest
+    assert [region_around(known, last, 5.0, 0.2) for last in (0, 2, -1)] == [2, 2, 2]
+    assert region_around(known, 0, 3.0, 3.0) == -1
 
 
 def test_the_time_to_go_is_the_legs_and_the_turns() -> None:
