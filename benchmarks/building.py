@@ -28,7 +28,7 @@ from drake_starnav.worlds.view import scan_from, visible_shapes
 
 SCENARIO = Scenario("default", None)
 ROBOT, PLANNER, MARGINS = SCENARIO.robot, SCENARIO.planner, derive_margins(SCENARIO)
-SETTINGS = PerceptionSettings(MARGINS, ROBOT.radius)
+SETTINGS = PerceptionSettings(MARGINS, ROBOT.shape)
 PHASES = {
     "reconcile": (planner, "reconcile"),
     "extend": (planner, "extended"),

@@ -25,8 +25,8 @@ LIDAR, ROBOT, PLANNER, CONTROLLER = SCENARIO.lidar, SCENARIO.robot, SCENARIO.pla
 MARGINS = replace(derive_margins(SCENARIO), smoothed_beams=0)
 """Of the default scenario, but the plain pipeline does not smooth the certificate's ranges."""
 SAFE_RADIUS = ROBOT.radius + MARGINS.safety
-SETTINGS = PerceptionSettings(MARGINS, ROBOT.radius)
-COMMANDS = Actuation(ROBOT.limits, ROBOT.radius, 1.0 / CONTROLLER.rate, CONTROLLER.delay)
+SETTINGS = PerceptionSettings(MARGINS, ROBOT.shape)
+COMMANDS = Actuation(ROBOT.limits, ROBOT.shape, 1.0 / CONTROLLER.rate, CONTROLLER.delay)
 ARRIVED = 0.3
 """At the goal the drive ends this far from it, m."""
 SAMPLED = 10

@@ -185,10 +185,10 @@ class KinematicMotion:
     def __init__(self, scenario: Scenario, world: World, seed: int, shield: bool) -> None:
         margins = derive_margins(scenario)
         self._scenario, self._world, self._seed, self._shield = scenario, world, seed, shield
-        self._settings = PerceptionSettings(margins, scenario.robot.radius)
+        self._settings = PerceptionSettings(margins, scenario.robot.shape)
         controller, robot = scenario.controller, scenario.robot
         self._margin, self._rate, self._shapes = margins.safety, controller.rate, visible_shapes(world)
-        self._actuation = Actuation(robot.limits, robot.radius, 1.0 / controller.rate, controller.delay)
+        self._actuation = Actuation(robot.limits, robot.shape, 1.0 / controller.rate, controller.delay)
         self.pose, self.twist, self.touched = np.array(world.start, dtype=float), np.zeros(2), False
         self._ticks, self._scans, self._seen = 0, 0, Perceived.nothing()
         self._look()

@@ -1,12 +1,14 @@
 """The robot's body and limits."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from drake_starnav.errors import StarnavError, shown
+from drake_starnav.geometry.footprint import Footprint, disc, footprint
 from drake_starnav.parameters import check_parameters, parameter
 
 
@@ -40,7 +42,7 @@ def saturated(twist: Sequence[float] | np.ndarray, limits: Limits) -> tuple[floa
 
 @dataclass(frozen=True)
 class RobotParameters:
-    """A disc-shaped differential drive."""
+    """A differential drive: a disc, or of polygons."""
 
     model: str = parameter("starbot", "shipped robot by name, or a path to a URDF (docs/extend.md)")
     wheel_joints: tuple[str, str] = parameter(
@@ -52,7 +54,15 @@ class RobotParameters:
         unit="m",
         low=0.01,
         high=5.0,
-        when="another robot: half the diagonal of its outline",
+        when="a round robot of another size",
+    )
+    footprint: list[Any] = field(
+        default_factory=list,
+        metadata={
+            "help": "what it covers of the floor, if it is no disc: a convex polygon [[x, y], ...], m, x ahead, in the "
+            "frame that it turns about; or a list of such polygons, of which it is the union",
+            "when": "a robot that is no disc",
+        },
     )
     max_speed: float = parameter(
         0.8,
@@ -78,6 +88,33 @@ class RobotParameters:
 
     def __post_init__(self) -> None:
         check_parameters(self, "robot")
+        if not self.footprint:
+            return
+        circumscribed = self.shape.radius
+        if self.radius not in (RobotParameters.radius, circumscribed):
+            raise StarnavError(
+                f"robot.radius is {self.radius:g} m beside robot.footprint; allowed: one of them, as the radius of a "
+                "polygon follows from it"
+            )
+        object.__setattr__(self, "radius", circumscribed)
+
+    @cached_property
+    def shape(self) -> Footprint:
+        """What it covers of the floor; `radius` is that of the disc which contains it.
+
+        Raises:
+            StarnavError: `footprint` holds no convex polygons.
+        """
+        if not self.footprint:
+            return disc(self.radius)
+        try:
+            return footprint(_tuples(self.footprint))
+        except (IndexError, TypeError, ValueError):
+            raise StarnavError(
+                f"robot.footprint is {shown(self.footprint)}; allowed: [[x, y], ...], or a list of such lists, m"
+            ) from None
+        except StarnavError as error:
+            raise StarnavError(f"robot.{error}") from None
 
     @cached_property
     def limits(self) -> Limits:
@@ -88,3 +125,8 @@ class RobotParameters:
             float(self.max_acceleration),
             float(self.max_yaw_acceleration),
         )
+
+
+def _tuples(value: Any) -> Any:
+    """A nested list as nested tuples."""
+    return tuple(_tuples(part) for part in value) if isinstance(value, (list, tuple)) else value

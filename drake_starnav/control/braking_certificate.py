@@ -14,6 +14,7 @@ so by induction it never touches anything. Turning in place is always allowed at
 within STOPPED_DISTANCE, since a disc that turns about its centre covers no new ground.
 """
 
+import math
 from typing import NamedTuple
 
 from numba import njit
@@ -27,7 +28,7 @@ STOPPED_DISTANCE = 0.001
 
 
 class StarCertificate(NamedTuple):
-    """Accepts motions inside the certified region.
+    """Accepts motions on which the centres of all discs that cover the footprint stay inside the certified region.
 
     Attributes:
         star: what the last scans certify.
@@ -37,14 +38,18 @@ class StarCertificate(NamedTuple):
 
     def accepts(self, motion: Motion) -> bool:
         """Whether the star contains every sample after the first."""
-        return _covered(self.star.alone, motion.position)
+        return _covered(self.star.alone, motion.pose, motion.footprint.cover)
 
 
 @njit(cache=True)
-def _covered(star, position):
-    """Whether a union of one region contains all places (n, 2) but the first."""
+def _covered(star, poses, places):
+    """Whether a union of one region contains places (m, 2) of a robot at all poses (n, 3) but the first."""
     center, bearing_0, values = star.center, star.bearing_0, star.values
-    for k in range(1, len(position)):  # noqa: SIM110 - compiled, a loop is faster
-        if not covers(center, bearing_0, values, 0, position[k, 0], position[k, 1], 0.0):
-            return False
+    for k in range(1, len(poses)):
+        x, y, cosine, sine = poses[k, 0], poses[k, 1], math.cos(poses[k, 2]), math.sin(poses[k, 2])
+        for j in range(len(places)):
+            px, py = places[j]
+            px, py = x + cosine * px - sine * py, y + sine * px + cosine * py
+            if not covers(center, bearing_0, values, 0, px, py, 0.0):
+                return False
     return True

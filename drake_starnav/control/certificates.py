@@ -6,6 +6,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from drake_starnav.control.braking_certificate import StarCertificate
+from drake_starnav.control.footprint_certificate import FootprintCertificate
 from drake_starnav.control.inputs import TrackedObstacles
 from drake_starnav.control.motion import Actuation, Motion
 from drake_starnav.control.moving_certificate import MovingCertificate
@@ -65,8 +66,9 @@ def standard_certificates(
 ) -> tuple[Certificate, ...]:
     """The certificates for what the last scans show.
 
-    In a static world the robot stays inside the star. Among moving obstacles it must be able to leave it, past what
-    stood between it and the place of the last scan; the lidars allowed there see nearly all around.
+    In a static world a disc stays inside the star, and polygons keep clear of all surfaces; that the discs which cover
+    them stay inside the star is enough, and decided faster. Among moving obstacles a disc must be able to leave it,
+    past what stood between it and the place of the last scan; the lidars allowed there see nearly all around.
 
     Args:
         star: what the last scans certify.
@@ -75,8 +77,11 @@ def standard_certificates(
         position: of the robot, shape (2,), W, m.
         tracked: the moving obstacles; None in a static world.
     """
-    inside = StarCertificate(star)
+    inside, footprint = StarCertificate(star), actuation.footprint
+    if footprint.is_disc:
+        beside: Certificate = PointCertificate(star, margin, footprint.radius)
+    else:
+        beside = FootprintCertificate(star, margin, footprint)
     if tracked is None:
-        return (inside,)
-    points = PointCertificate(star, margin, actuation.radius)
-    return AnyOf((inside, points)), MovingCertificate.near(tracked, position, actuation)
+        return (inside,) if footprint.is_disc else (AnyOf((inside, beside)),)
+    return AnyOf((inside, beside)), MovingCertificate.near(tracked, position, actuation)

@@ -11,6 +11,7 @@ from numba import njit
 from numba.extending import register_jitable
 
 from drake_starnav.control.heading_controller import slides
+from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.robot import Limits
 from drake_starnav.utils.snapshot import snapshot
 
@@ -64,13 +65,13 @@ class Actuation(NamedTuple):
 
     Attributes:
         limits: of the robot.
-        radius: of its disc, m.
+        footprint: of the robot.
         hold: how long a command is followed, s: one control period.
         delay: from a command to its effect, s.
     """
 
     limits: Limits
-    radius: float
+    footprint: Footprint
     hold: float
     delay: float
 
@@ -78,7 +79,8 @@ class Actuation(NamedTuple):
 class Motion(NamedTuple):
     """What the robot does if a command is sent and then it brakes, as samples.
 
-    No two neighbours are farther apart than SAMPLE_SPACING, LONGEST_STEP or LARGEST_TURN.
+    No two neighbours are farther apart than LONGEST_STEP or LARGEST_TURN; nor than SAMPLE_SPACING, each point of a
+    footprint of polygons.
 
     Attributes:
         samples: shape (n, 6): x, y, yaw, v, omega and the time from now; W, SI units. The first is the robot now, in
@@ -86,14 +88,14 @@ class Motion(NamedTuple):
         commanded: index of the sample from which on the command has effect.
         braking: index of the sample from which on the robot brakes.
         grips: whether no sample after `commanded` asks the wheels for more than they grip.
-        radius: of the robot's disc, m.
+        footprint: of the robot.
     """
 
     samples: np.ndarray
     commanded: int
     braking: int
     grips: bool
-    radius: float
+    footprint: Footprint
 
     @property
     def position(self) -> np.ndarray:
@@ -125,13 +127,15 @@ def roll_out(pose: np.ndarray, twist: np.ndarray, target: np.ndarray, actuation:
         target: (v, omega) that is commanded, within the robot's limits.
         actuation: what commands do.
     """
-    limits, radius, hold, delay = actuation
-    samples = np.empty((SAMPLES, 6))
-    count, commanded, braking, grips = _roll_out(pose, twist, target, hold, delay, tuple(limits), samples)
+    limits, footprint, hold, delay = actuation
+    samples, phases = np.empty((SAMPLES, 6)), (delay, hold)
+    count, commanded, braking, grips = _roll_out(pose, twist, target, phases, tuple(limits), footprint.lever, samples)
     while count > len(samples):  # made here, as Numba takes longer to hand out an array
         samples = np.empty((2 * len(samples), 6))
-        count, commanded, braking, grips = _roll_out(pose, twist, target, hold, delay, tuple(limits), samples)
-    return Motion(samples[:count], commanded, braking, grips, radius)
+        count, commanded, braking, grips = _roll_out(
+            pose, twist, target, phases, tuple(limits), footprint.lever, samples
+        )
+    return Motion(samples[:count], commanded, braking, grips, footprint)
 
 
 @register_jitable
@@ -160,8 +164,9 @@ def stepped(pose, twist, target, step, limits):
 
 
 @njit(cache=True)
-def _roll_out(pose, twist, target, hold, delay, limits, samples):
+def _roll_out(pose, twist, target, phases, limits, lever, samples):
     """`roll_out` on arrays and numbers: the number of samples, which may not all have room, and the fields after."""
+    delay, hold = phases
     limits = Limits(limits[0], limits[1], limits[2], limits[3])
     now, moves = Pose(pose[0], pose[1], pose[2]), Twist(twist[0], twist[1])
     samples[0] = now.x, now.y, now.yaw, moves.v, moves.omega, 0.0
@@ -171,6 +176,7 @@ def _roll_out(pose, twist, target, hold, delay, limits, samples):
         wanted, left, kept = Twist(target[0], target[1]), hold, 1
     while kept < 2 or abs(moves.v) >= AT_REST or abs(moves.omega) >= AT_REST:
         fastest, turning = max(abs(moves.v), abs(wanted.v)), max(abs(moves.omega), abs(wanted.omega))
+        fastest += lever * turning
         step = min(LONGEST_STEP, SAMPLE_SPACING / max(fastest, 1e-9), LARGEST_TURN / max(turning, 1e-9))
         if kept < 2:
             step = min(step, left)

@@ -66,7 +66,7 @@ class MovingCertificate(NamedTuple):
     def near(tracked: TrackedObstacles, position: np.ndarray, actuation: Actuation) -> "MovingCertificate":
         """Of what may come near a robot at a place, shape (2,), W, m, before it has stopped."""
         tracks, age, obstacles = tracked
-        limits, distance = actuation.limits, actuation.radius + MOVING_MARGIN
+        limits, distance = actuation.limits, actuation.footprint.radius + MOVING_MARGIN
         longest = age + actuation.delay + actuation.hold + limits.max_speed / limits.max_acceleration
         reach = distance + (limits.max_speed + obstacles.max_speed) * longest
         return MovingCertificate(within(reachable_discs(tracks, obstacles), position, reach), distance, age, ESCAPE)

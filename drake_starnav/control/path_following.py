@@ -45,7 +45,7 @@ def followed(inputs: ControllerInputs, margins: Margins, robot: RobotParameters)
     """
     pose, _, guidance, star = inputs
     known = guidance.path, guidance.arrives, guidance.regions, star.near_hits
-    near_wall = near_wall_radius(margins.safety, robot.radius)
+    near_wall = near_wall_radius(margins.safety, robot.shape.narrow)
     ux, uy, v, omega = _followed(pose, known, star.alone, near_wall, tuple(robot.limits))
     return Proposal(np.array((v, omega)), np.array((ux, uy)))
 

@@ -39,7 +39,8 @@ def certified_twist(
     if k is not None:
         return proposed[k], True
     standing = twist[0] * twist[0] <= 2.0 * actuation.limits.max_acceleration * STOPPED_DISTANCE
-    return np.array((0.0, desired[1] if standing else 0.0)), False
+    turns = standing and actuation.footprint.is_disc  # which covers no new ground
+    return np.array((0.0, desired[1] if turns else 0.0)), False
 
 
 def ramped_twist(

@@ -6,12 +6,13 @@ import numpy as np
 
 from drake_starnav.control.motion import Motion
 from drake_starnav.errors import StarnavError
+from drake_starnav.geometry.se2 import places
 
 
 class KeepOut:
-    """Accepts motions on which the robot's disc stays out of a polygon.
+    """Accepts motions on which the robot, as the discs that cover its footprint, stays out of a polygon.
 
-    A robot that begins nearer than its radius may move, but not nearer to the polygon. The planner does not know the
+    A robot that begins nearer may move, but not nearer to the polygon. The planner does not know the
     area: a robot whose way leads through it stops at its edge.
     """
 
@@ -19,7 +20,7 @@ class KeepOut:
         """
         Args:
             polygon: corners, shape (n, 2), n >= 3, W, m; simple, in either order.
-            margin: kept beyond the robot's radius, m: half the distance between two samples, and the base's error.
+            margin: kept beyond those discs, m: half the distance between two samples, and the base's error.
 
         Raises:
             StarnavError: the polygon has another shape or is not finite, or the margin is negative.
@@ -30,8 +31,9 @@ class KeepOut:
 
     def accepts(self, motion: Motion) -> bool:
         """Whether the robot keeps its distance, or the one that it has."""
-        distance = signed_distance(self._polygon, motion.position)
-        return bool(distance.min() >= min(motion.radius + self._margin, distance[0]) - 1e-9)
+        narrow, cover = motion.footprint.narrow, motion.footprint.cover
+        distance = signed_distance(self._polygon, places(motion.pose, cover)).reshape(-1, len(cover)).min(axis=1)
+        return bool(distance.min() >= min(narrow + self._margin, distance[0]) - 1e-9)
 
 
 class SpeedZone:

@@ -36,3 +36,11 @@ def placed(frame: np.ndarray, points: np.ndarray) -> np.ndarray:
     dx, dy = points[:, 0], points[:, 1]
     cosine, sine = math.cos(yaw), math.sin(yaw)
     return np.column_stack((x + dx * cosine - dy * sine, y + dx * sine + dy * cosine))
+
+
+def places(poses: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Where points (k, 2) of a robot are at its poses (n, 3), shape (n * k, 2), W, m; the points of a pose in a row."""
+    cosine, sine = np.cos(poses[:, 2, None]), np.sin(poses[:, 2, None])
+    x = poses[:, 0, None] + cosine * points[:, 0] - sine * points[:, 1]
+    y = poses[:, 1, None] + sine * points[:, 0] + cosine * points[:, 1]
+    return np.stack((x, y), axis=-1).reshape(-1, 2)

@@ -3,15 +3,18 @@
 import dataclasses
 import math
 from collections.abc import Callable
+from dataclasses import field
 from typing import NamedTuple
 
 import numpy as np
 
 from drake_starnav.errors import StarnavError
+from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.lidar.deskew import deskewed
 from drake_starnav.lidar.field_of_view import TURN, FieldOfView
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.outlier_filter import HitHistory, without_outliers
+from drake_starnav.regions.chords import hits_behind
 from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.observation import Observation
@@ -62,12 +65,15 @@ class Perceived:
         safety: the certified region of the last scans.
         memory: the scans from which the certified region is made.
         history: hits of the last scans, which confirm or refute new ones.
+        behind: hits of all earlier scans near the robot where the last one did not look, shape (m, 2), W, m; only with
+            a limited view, and for polygons, which sweep what lies there when they turn.
     """
 
     observation: Observation
     safety: CertifiedRegion
     memory: ScanMemory
     history: HitHistory
+    behind: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
 
     @staticmethod
     def nothing() -> "Perceived":
@@ -80,13 +86,13 @@ class PerceptionSettings(NamedTuple):
 
     Attributes:
         margins: of the planner's region and of the certified region.
-        robot_radius: m.
+        footprint: of the robot.
         outlier_noise: standard deviation of the ranges at which outliers are removed, see `without_outliers`, m; None:
             they are not.
     """
 
     margins: Margins
-    robot_radius: float
+    footprint: Footprint
     outlier_noise: float | None = None
 
 
@@ -110,7 +116,8 @@ def perceive(
         settings: of robot and sensor.
         stopwatch: records the times `scan` and `fit`; None: no times are recorded.
     """
-    margins, robot_radius, noise = settings
+    margins, footprint, noise = settings
+    robot_radius = footprint.narrow
     stopwatch = stopwatch or Stopwatch()
     with stopwatch.measure("scan"):
         if scan.time_increment and before.observation.region is not None:
@@ -134,4 +141,8 @@ def perceive(
             near = dataclasses.replace(near, ranges=np.where(near.hits, measured, near.ranges))
             earlier, near = averaged(before.memory, near, pose, safe_radius + AVERAGED)
             safety, _ = certified_region(earlier, near, *looked)
-    return Perceived(Observation(region, scan, pose), safety, memory, history)
+        behind = before.behind
+        if not footprint.is_disc and not scan.full_circle:
+            behind = hits_behind(behind, before.safety.hits, scan.field_of_view, pose, kept[0])
+            safety = dataclasses.replace(safety, behind=behind)
+    return Perceived(Observation(region, scan, pose), safety, memory, history, behind)

@@ -13,6 +13,7 @@ from numba import njit
 
 from drake_starnav.lidar.laser_scan import LaserScan, placed_ends
 from drake_starnav.regions.bearing_hits import CONNECTED_CHORD, half_chords, points_to_bearings
+from drake_starnav.regions.chords import Chords, chords
 from drake_starnav.regions.erosion import (
     bearing_count,
     bearing_limit,
@@ -53,7 +54,9 @@ class CertifiedRegion:
         time: when the last scan was taken, s.
         reach: `hits` is complete for the last scan within this distance of `center`, m; farther hits are unknown.
         previous: when the scan before the last was taken, s; its pose also serves to de-skew a rolling scan.
-        radius: distance that is kept from the hits, the robot's radius with the safety margin, m.
+        radius: distance that is kept from the hits, the robot's narrow radius with the safety margin, m.
+        newest: index of the first of `hits` that is the last scan's.
+        behind: shape (m, 2), hits of earlier scans where the last one did not look; only for polygons.
     """
 
     center: np.ndarray
@@ -67,11 +70,18 @@ class CertifiedRegion:
     reach: float = math.inf
     previous: float = -math.inf
     radius: float = 0.0
+    newest: int = 0
+    behind: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
 
     @cached_property
     def alone(self) -> RegionUnion:
         """Center and boundary as a union of one region."""
         return RegionUnion.alone(self.center, self.bearing_0, self.values, np.zeros(0))
+
+    @cached_property
+    def chords(self) -> Chords:
+        """Its hits as surfaces."""
+        return chords(self.hits, self.newest, self.behind, self.center)
 
     @staticmethod
     def none() -> "CertifiedRegion":
@@ -133,9 +143,11 @@ def certified_region(
         radius,
         reach,
     )
-    counts = *memory.counts[forgotten:], len(points) - len(memory.points) + first
+    newest = len(memory.points) - first
+    counts = *memory.counts[forgotten:], len(points) - newest
     center = np.array(pose[:2], dtype=float)
-    star = CertifiedRegion(center, bearings[0], values, near, hits, hit_gaps, True, scan.time, far, memory.time, radius)
+    times = scan.time, far, memory.time
+    star = CertifiedRegion(center, bearings[0], values, near, hits, hit_gaps, True, *times, radius, newest)
     return star, ScanMemory(points, gaps, counts, scan.time)
 
 

@@ -60,7 +60,7 @@ class DsmController(Controller):
     ) -> None:
         """
         Args:
-            robot: its radius and limits.
+            robot: its footprint and limits.
             controller: rate and delay.
             margins: as of `derive_margins`.
             obstacles: what is declared about moving obstacles; None: the world is static.
@@ -69,7 +69,7 @@ class DsmController(Controller):
         """
         super().__init__(stopwatch)
         self._robot, self._margins, self._obstacles, self._state_lead = robot, margins, obstacles, state_lead
-        self._actuation = Actuation(robot.limits, robot.radius, 1.0 / controller.rate, controller.delay)
+        self._actuation = Actuation(robot.limits, robot.shape, 1.0 / controller.rate, controller.delay)
         self._guidance = self.DeclareAbstractInputPort("guidance", Value(Guidance.none()))
         self._certified_region = self.DeclareAbstractInputPort("certified_region", Value(CertifiedRegion.none()))
         self._state = self.DeclareVectorInputPort("state", 5)

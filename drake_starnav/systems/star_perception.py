@@ -51,7 +51,7 @@ class StarPerception(LeafSystem):
     ) -> None:
         """
         Args:
-            robot: its radius.
+            robot: its footprint.
             margins: as of `derive_margins`.
             lidar: its rate and delay; if it declares outliers, they are discarded by `without_outliers` at its noise.
             certifies: whether motion is certified by the certified region, which takes a wide view.
@@ -61,7 +61,7 @@ class StarPerception(LeafSystem):
         super().__init__()
         outlier_noise = lidar.noise if lidar.outliers > 0.0 else None
         self._certifies, self._perceive = certifies, perceive
-        self._settings = PerceptionSettings(margins, robot.radius, outlier_noise)
+        self._settings = PerceptionSettings(margins, robot.shape, outlier_noise)
         self._stopwatch = stopwatch or Stopwatch()
         self._expiry = lidar.delay + SCAN_PATIENCE / lidar.rate
         self._scan = self.DeclareAbstractInputPort("scan", Value(LaserScan.nothing()))

@@ -95,7 +95,7 @@ class StarRoadmapPlanner(LeafSystem):
     ) -> None:
         """
         Args:
-            robot: its radius.
+            robot: its footprint.
             planner: parameters.
             margins: as of `derive_margins`.
             lidar: its rate.
@@ -111,7 +111,7 @@ class StarRoadmapPlanner(LeafSystem):
         self._pose = self.DeclareVectorInputPort("pose", 3)
         self._goal = self.DeclareVectorInputPort("goal", 2)
         self._certified_region = self.DeclareAbstractInputPort("certified_region", Value(CertifiedRegion.none()))
-        initial = PlannerState.initial(planner, robot.radius)
+        initial = PlannerState.initial(planner, robot.shape.narrow)
         inputs = self._observation, self._goal
         self._plans = ScanState(self, _Plan(initial), self._after, inputs, rate=lidar.rate)
         depends = {self._plans.ticket}
@@ -136,7 +136,7 @@ class StarRoadmapPlanner(LeafSystem):
             return before
         state, interval = before.state, time - before.time
         if interval < 0.0:  # time was set back: another run begins
-            state, interval, moved = PlannerState.initial(self._planner, self._robot.radius), 0.0, True
+            state, interval, moved = PlannerState.initial(self._planner, self._robot.shape.narrow), 0.0, True
         if moved:
             if not np.isfinite(goal).all():
                 raise StarnavError(f"the planner's goal is {goal.tolist()}; allowed: finite x and y, m")
@@ -148,7 +148,7 @@ class StarRoadmapPlanner(LeafSystem):
             time,
             self._planner,
             self._margins,
-            self._robot.radius,
+            self._robot.shape.narrow,
             self._goal_tolerance,
             interval,
         )
@@ -200,7 +200,7 @@ class StarRoadmapPlanner(LeafSystem):
         reason = ""
         if self._certified_region.HasValue(context):
             towards = math.atan2(to_y - y, to_x - x) - yaw
-            reason = obstruction(self._certified_region.Eval(context), seen.scan, towards, self._robot.radius)
+            reason = obstruction(self._certified_region.Eval(context), seen.scan, towards, self._robot.shape.narrow)
         if not reason and not len(path):
             return f"no way is seen that keeps {self._margins.least:.3g} m beyond robot.radius"
         return reason or "nothing that the certificate knows: the robot does not follow its guidance"

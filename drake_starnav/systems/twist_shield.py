@@ -50,12 +50,12 @@ class Unshielded(LeafSystem):
     ) -> None:
         """
         Args:
-            robot: its radius and limits.
+            robot: its footprint and limits.
             controller: its rate.
             stopwatch: records `command` times, those of the controller included, if given.
         """
         super().__init__()
-        self._actuation = Actuation(robot.limits, robot.radius, 1.0 / controller.rate, controller.delay)
+        self._actuation = Actuation(robot.limits, robot.shape, 1.0 / controller.rate, controller.delay)
         self._stopwatch = stopwatch or Stopwatch()
         self._desired = self.DeclareVectorInputPort("desired_twist", 2)
         self._state = self.DeclareVectorInputPort("state", 5)
@@ -134,7 +134,7 @@ class TwistShield(Unshielded):
     ) -> None:
         """
         Args:
-            robot: its radius and limits.
+            robot: its footprint and limits.
             controller: rate and delay.
             margins: as of `derive_margins`.
             certificates: of your own, each of which must accept a motion, too; as `KeepOut` and `SpeedZone`.

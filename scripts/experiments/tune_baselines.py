@@ -34,6 +34,7 @@ from drake_starnav.control.motion import Actuation
 from drake_starnav.control.shield import ramped_twist
 from drake_starnav.evaluation import trial_seed
 from drake_starnav.evaluation.summary import markdown_table
+from drake_starnav.geometry.footprint import disc
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.parameters import unknown_name
 from drake_starnav.planning import PlannerInput, PlannerState, PlannerStatus
@@ -145,7 +146,7 @@ class Guided:
     def __init__(self, scenario: Scenario, world: World) -> None:
         self._scenario, self._goal, radius = scenario, np.array(world.goal), scenario.robot.radius
         self._margins = derive_margins(scenario)
-        self._settings = PerceptionSettings(self._margins, radius)
+        self._settings = PerceptionSettings(self._margins, disc(radius))
         self._perceived, self.state = Perceived.nothing(), PlannerState.initial(scenario.planner, radius)
         self.inputs = ControllerInputs(np.array(world.start), np.zeros(2), Guidance.none(), CertifiedRegion.none())
 
@@ -169,7 +170,7 @@ def drive(scenario: Scenario, seed: int, method: Steered | None = None) -> tuple
     method = method or (Guided if guided else Reactive)(scenario, world)
     shapes, goal, period = visible_shapes(world), np.array(world.goal), 1.0 / scenario.controller.rate
     pose, twist, scans, timeout = np.array(world.start), np.zeros(2), 0, world.timeout if guided else TIMEOUT
-    actuation = Actuation(robot.limits, robot.radius, period, 0.0)
+    actuation = Actuation(robot.limits, robot.shape, period, 0.0)
     free = -1.0  # the robot can drive so far without a collision, m
     for k in range(int(timeout / period)):
         if math.hypot(*(pose[:2] - goal)) < scenario.simulation.goal_tolerance:

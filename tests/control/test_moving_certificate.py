@@ -17,6 +17,7 @@ from drake_starnav.control.moving_certificate import (
     reachable_discs,
     within,
 )
+from drake_starnav.geometry.footprint import disc
 from drake_starnav.geometry.trajectory_metrics import STANDING
 from drake_starnav.robot import Limits, RobotParameters
 from drake_starnav.tracking.kalman_tracks import SETTLED_AFTER, Tracks
@@ -48,7 +49,7 @@ def seen(centers: np.ndarray, radius: float, time: float = 0.0) -> Tracks:
 
 def stays_clear(pose, twist, desired, certificate: MovingCertificate, hold: float = PERIOD, delay: float = 0.0) -> bool:
     """Whether the certificate accepts what follows from a command."""
-    return certificate.accepts(roll_out(pose, twist, desired, Actuation(LIMITS, RADIUS, hold, delay)))
+    return certificate.accepts(roll_out(pose, twist, desired, Actuation(LIMITS, disc(RADIUS), hold, delay)))
 
 
 @pytest.mark.parametrize(("margin", "escape"), [(MARGIN, 0.0), (MOVING_MARGIN, ESCAPE)])
@@ -102,7 +103,7 @@ def test_a_larger_speed_or_a_later_command_certifies_nothing_more(seed: int, des
 
 def least_room(pose, twist, desired, hold: float, delay: float, rows: np.ndarray, age: float) -> float:
     """Least distance (m) of a robot that follows `desired` and brakes to where a threat may be, at every sample."""
-    motion, least = roll_out(pose, twist, desired, Actuation(LIMITS, RADIUS, hold, delay)), math.inf
+    motion, least = roll_out(pose, twist, desired, Actuation(LIMITS, disc(RADIUS), hold, delay)), math.inf
     speed = np.abs(motion.twist[:, 0])
     for k in range(1, len(speed)):
         if max(speed[k], speed[k - 1]) >= STANDING_SPEED:

@@ -11,6 +11,7 @@ from drake_starnav.control.certificates import accepted
 from drake_starnav.control.motion import Actuation, Motion, roll_out
 from drake_starnav.control.point_certificate import ESCAPE_CLEARANCE, PointCertificate, needed_distances
 from drake_starnav.control.shield import PROPOSALS
+from drake_starnav.geometry.footprint import disc
 from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.regions.safe_region import CertifiedRegion, ScanMemory, certified_region
 from drake_starnav.robot import Limits, RobotParameters
@@ -38,7 +39,7 @@ def clear_twist(
     """The desired twist at the largest share of its speed that the certificate accepts; None if it accepts none."""
     for share in PROPOSALS[:7, 0]:
         tried = desired * (share, 1.0)
-        motion = roll_out(pose, twist, tried, Actuation(limits, RADIUS, PERIOD, 0.0))
+        motion = roll_out(pose, twist, tried, Actuation(limits, disc(RADIUS), PERIOD, 0.0))
         if accepted(motion, (PointCertificate(star, MARGIN, RADIUS),)):
             return tried
     return None
@@ -85,7 +86,7 @@ def test_the_least_clearance_is_that_of_the_braking_path(seed, hold, delay):
     desired = rng.uniform(-SPEEDS, SPEEDS)
     away = least_clearance(motion(pose, twist, desired, hold, LIMITS, delay), hits, needed)
     star = CertifiedRegion(np.zeros(2), 0.0, np.zeros(4), hits, hits, gaps, seen=True)
-    driven = roll_out(pose, twist, desired, Actuation(LIMITS, RADIUS, hold, delay))
+    driven = roll_out(pose, twist, desired, Actuation(LIMITS, disc(RADIUS), hold, delay))
     kept, missed = ESCAPE_CLEARANCE, 3.0
     if not PointCertificate(star, kept, RADIUS).accepts(driven):
         assert away < kept + 1e-12

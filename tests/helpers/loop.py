@@ -22,7 +22,7 @@ from tests.helpers.scans import MARGINS
 from tests.helpers.scenes import PERIOD, Scene, hall, moved
 
 ROBOT, PLANNER, CONTROLLER = RobotParameters(), PlannerParameters(), ControllerParameters(rate=40.0)
-SETTINGS = PerceptionSettings(MARGINS, ROBOT.radius)
+SETTINGS = PerceptionSettings(MARGINS, ROBOT.shape)
 TICKS = 2
 """Commands from scan to scan."""
 

@@ -7,6 +7,7 @@ from drake_starnav.control.braking_certificate import StarCertificate
 from drake_starnav.control.certificates import accepted
 from drake_starnav.control.motion import Actuation, roll_out
 from drake_starnav.control.shield import certified_twist, ramped_twist
+from drake_starnav.geometry.footprint import disc
 from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.robot import Limits, RobotParameters, saturated
 from tests.helpers.scans import MARGINS
@@ -16,7 +17,7 @@ PERIOD = 0.02
 
 def actuation(robot: RobotParameters, hold: float = PERIOD, delay: float = 0.0) -> Actuation:
     """What commands do to a robot."""
-    return Actuation(robot.limits, robot.radius, hold, delay)
+    return Actuation(robot.limits, robot.shape, hold, delay)
 
 
 def motion(
@@ -24,7 +25,7 @@ def motion(
 ) -> np.ndarray:
     """Poses (x, y, yaw) until the robot stands, shape (n, 3): `twist` for the delay, then `desired`, then braking."""
     target = np.array(saturated(desired, limits))
-    return roll_out(pose, twist, target, Actuation(limits, 0.25, hold, delay)).pose
+    return roll_out(pose, twist, target, Actuation(limits, disc(0.25), hold, delay)).pose
 
 
 def certified(
@@ -38,7 +39,7 @@ def certified(
 ) -> bool:
     """Whether that motion stays inside the certified region, as the package decides it."""
     target = np.array(saturated(desired, limits))
-    return accepted(roll_out(pose, twist, target, Actuation(limits, 0.25, hold, delay)), (StarCertificate(star),))
+    return accepted(roll_out(pose, twist, target, Actuation(limits, disc(0.25), hold, delay)), (StarCertificate(star),))
 
 
 def starred_twist(
@@ -52,7 +53,7 @@ def starred_twist(
 ) -> tuple[float, float, bool]:
     """What the shield makes of a twist in a static world: v, omega, and whether any motion was certified."""
     target = np.array(saturated(desired, limits))
-    command = Actuation(limits, 0.25, hold, delay)
+    command = Actuation(limits, disc(0.25), hold, delay)
     (v, omega), certain = certified_twist(pose, twist, target, (StarCertificate(star),), command)
     return float(v), float(omega), certain
 

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from drake_starnav.control.heading_controller import slides
 from drake_starnav.control.motion import Actuation, Motion, roll_out
 from drake_starnav.control.parameters import ControllerParameters
+from drake_starnav.geometry.footprint import disc
 from drake_starnav.parameters import declared
 from drake_starnav.robot import Limits, RobotParameters
 from drake_starnav.scenario.error_budget import SAMPLED
@@ -55,7 +56,7 @@ def cases(draw: st.DrawFn) -> tuple[np.ndarray, np.ndarray, Actuation]:
     twist, target = np.array(shares).reshape(2, 2) * (limits.max_speed, limits.max_yaw_rate)
     hold = 1.0 / draw(within(ControllerParameters, "rate", low=2.0))
     delay = draw(st.just(0.0) | st.floats(*allowed(DriveParameters, "delay")))
-    return twist, target, Actuation(limits, draw(within(RobotParameters, "radius")), hold, delay)
+    return twist, target, Actuation(limits, disc(draw(within(RobotParameters, "radius"))), hold, delay)
 
 
 def overrating(motion: Motion, limits: Limits) -> float:
@@ -71,7 +72,7 @@ def overrating(motion: Motion, limits: Limits) -> float:
     bulge = np.where(v[1:] * v[:-1] < 0.0, aside + faster, aside) * step**2 / 8.0
     uneven = faster * turn * step**2 / 12.0 + 2.0 / 3.0 * speed * turned * step
     drift = uneven + 0.5 * speed * step * (turn / math.sqrt(12.0) + turned) ** 2
-    short = motion.radius - math.sqrt(max(motion.radius**2 - chord**2 / 4.0, 0.0))
+    short = motion.footprint.radius - math.sqrt(max(motion.footprint.radius**2 - chord**2 / 4.0, 0.0))
     return float(short + bulge.max(initial=0.0) + drift.sum())
 
 
@@ -97,7 +98,7 @@ def nearest(path: np.ndarray, points: np.ndarray) -> np.ndarray:
 
 
 @given(cases())
-@example((np.array((0.22, 19.0)), np.array((0.2, 18.0)), Actuation(Limits(1.7, 20.0, 4.5, 4.0), 0.01, 0.05, 1.0)))
+@example((np.array((0.22, 19.0)), np.array((0.2, 18.0)), Actuation(Limits(1.7, 20.0, 4.5, 4.0), disc(0.01), 0.05, 1.0)))
 def test_the_budget_covers_what_samples_overrate(case) -> None:
     twist, target, actuation = case
     motion = roll_out(STILL, twist, target, actuation)
@@ -109,7 +110,7 @@ def test_the_budget_covers_what_samples_overrate(case) -> None:
 def test_samples_overrate_clearance_by_no_more_than_the_bound(case, seed: int) -> None:
     twist, target, actuation = case
     actuation = actuation._replace(delay=min(actuation.delay, 0.2))  # short enough to integrate finely
-    limits, radius, *_ = actuation
+    limits, radius = actuation.limits, actuation.footprint.radius
     motion, exact = roll_out(STILL, twist, target, actuation), integrated(twist, target, actuation)
     random = np.random.default_rng(seed)
     away = random.uniform(-math.pi, math.pi, 12)

@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 
+from drake_starnav.geometry.footprint import disc
 from drake_starnav.planning import PlannerParameters
 from drake_starnav.regions import scan_region
 from drake_starnav.regions.perception import Perceived, PerceptionSettings, perceive
@@ -13,7 +14,7 @@ from drake_starnav.worlds import World
 from tests.helpers.scans import MARGINS, cast
 
 RADIUS, PLANNER = 0.25, PlannerParameters()
-SETTINGS = PerceptionSettings(MARGINS, RADIUS)
+SETTINGS = PerceptionSettings(MARGINS, disc(RADIUS))
 POST = World("post", (0.0, 0.0, 0.0), (5.0, 0.0), cylinders=[(1.5, 0.2, 0.3)])
 POSES = np.array([(0.0, 0.0, 0.3), (0.2, 0.05, 0.4)])
 

@@ -7,12 +7,13 @@ import pytest
 
 from drake_starnav.baselines.paper import constants
 from drake_starnav.baselines.paper.perception import TOLERANCE, perceive, sight_range
+from drake_starnav.geometry.footprint import disc
 from drake_starnav.regions.perception import Perceived, PerceptionSettings
 from drake_starnav.utils.stopwatch import Stopwatch
 from drake_starnav.worlds import World
 from tests.helpers.scans import MARGINS, RADIUS, cast, scattered
 
-SETTINGS = PerceptionSettings(MARGINS, RADIUS)
+SETTINGS = PerceptionSettings(MARGINS, disc(RADIUS))
 
 
 @pytest.mark.parametrize(("reach", "radius"), [(math.inf, 0.0), (math.inf, 0.25), (2.0, 0.0)])

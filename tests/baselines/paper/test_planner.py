@@ -8,6 +8,7 @@ import pytest
 from drake_starnav.baselines.paper import constants
 from drake_starnav.baselines.paper.perception import perceive
 from drake_starnav.baselines.paper.planner import extended, plan_step, shortest_path, without_point
+from drake_starnav.geometry.footprint import disc
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, StarRoadmap
 from drake_starnav.regions import Observation
 from drake_starnav.regions.perception import Perceived, PerceptionSettings
@@ -17,7 +18,7 @@ from drake_starnav.worlds import World
 from tests.helpers.scans import MARGINS, RADIUS, cast, free_point, scattered
 
 PARAMETERS = PlannerParameters()
-SETTINGS = PerceptionSettings(MARGINS, RADIUS)
+SETTINGS = PerceptionSettings(MARGINS, disc(RADIUS))
 OPEN = World("open", (0, 0, 0), (1.5, 0), bounds=(-1.5, -1.5, 2.5, 1.5))
 GATE = World("gate", (0, 0, 0), (7.0, 0.0), cylinders=[(1.2, 0.9, 0.3), (1.2, -0.9, 0.3)])
 START = PlannerState.initial(PARAMETERS, RADIUS)

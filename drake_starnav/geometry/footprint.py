@@ -1,0 +1,160 @@
+"""What a robot covers of the floor: a disc, a convex polygon, or a union of a few convex polygons."""
+
+import functools
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import shapely
+
+from drake_starnav.errors import StarnavError
+
+COVER_EXCESS = 0.008
+"""The discs that cover a polygon are wider than the polygon by no more than this, m."""
+MOST_DISCS = 12
+"""Of each part; one that is longer is covered by wider discs."""
+LEAST_SIZE = 0.01
+"""A footprint is at least so wide, m."""
+
+
+class Polygons(NamedTuple):
+    """Convex polygons as compiled functions take them, in the robot's frame, m.
+
+    Attributes:
+        vertices: of all polygons, counterclockwise, shape (n, 2).
+        normals: outward, of the edge that begins at each vertex, shape (n, 2).
+        offsets: shape (n,); a polygon is where normals @ point <= offsets.
+        ends: where the vertices of each polygon end, shape (p,).
+    """
+
+    vertices: np.ndarray
+    normals: np.ndarray
+    offsets: np.ndarray
+    ends: np.ndarray
+
+
+class Footprint(NamedTuple):
+    """What a robot covers of the floor, in its frame: the origin is where it turns about, x is ahead; m.
+
+    Attributes:
+        parts: convex polygons, each counterclockwise of shape (n, 2); none: a disc about the origin.
+        cover: centres of discs that together cover it, shape (k, 2).
+        narrow: radius of these discs. Where a disc of this radius does not pass, the robot does not pass either, but
+            for `COVER_EXCESS`.
+        radius: of the least disc about the origin that contains it.
+    """
+
+    parts: tuple[np.ndarray, ...]
+    cover: np.ndarray
+    narrow: float
+    radius: float
+
+    @property
+    def is_disc(self) -> bool:
+        """Whether it stays where it is when the robot turns."""
+        return not self.parts
+
+    @property
+    def lever(self) -> float:
+        """By how much more than the origin a point of it moves for each radian of a turn, m; 0 for a disc."""
+        return 0.0 if self.is_disc else self.radius
+
+    @property
+    def polygons(self) -> Polygons:
+        """The parts for compiled functions."""
+        return _polygons(tuple(part.tobytes() for part in self.parts))
+
+    @property
+    def outline(self) -> np.ndarray:
+        """The boundary of its convex hull, counterclockwise, shape (n, 2); of a disc 48 points."""
+        if self.is_disc:
+            angle = np.linspace(0.0, 2.0 * math.pi, 48, endpoint=False)
+            return self.radius * np.column_stack((np.cos(angle), np.sin(angle)))
+        return _hull(np.vstack(self.parts))
+
+
+def disc(radius: float) -> Footprint:
+    """A disc about the origin, m."""
+    return Footprint((), np.zeros((1, 2)), float(radius), float(radius))
+
+
+@functools.lru_cache(maxsize=64)
+def footprint(corners: tuple) -> Footprint:
+    """The footprint of one convex polygon, or of a union of them, from tuples of (x, y), m.
+
+    Args:
+        corners: ((x, y), ...), or (((x, y), ...), ...), in either order.
+
+    Raises:
+        StarnavError: they are no convex polygons, or too small to be a robot.
+    """
+    parts = tuple(_convex(part) for part in (corners if isinstance(corners[0][0], Sequence) else (corners,)))
+    boxes = [_box(part) for part in parts]
+    counts = [_discs(length, width) for _, _, length, width in boxes]
+    narrow = max(math.hypot(0.5 * box[2] / k, 0.5 * box[3]) for box, k in zip(boxes, counts, strict=True))
+    cover = []
+    for (middle, along, length, width), _ in zip(boxes, counts, strict=True):
+        k = max(math.ceil(length / (2.0 * math.sqrt(max(narrow**2 - 0.25 * width**2, 1e-12))) - 1e-9), 1)
+        cover.append(middle + along * (length * ((np.arange(k) + 0.5) / k - 0.5))[:, None])
+    radius = float(np.hypot(*np.vstack(parts).T).max())
+    return Footprint(parts, np.vstack(cover), narrow, radius)
+
+
+def covered(shape: Footprint, pose: np.ndarray) -> shapely.Geometry:
+    """The area that a robot covers at a pose (x, y, yaw); a disc as a polygon of 48 corners."""
+    x, y, yaw = pose
+    turn = np.array(((math.cos(yaw), math.sin(yaw)), (-math.sin(yaw), math.cos(yaw))))
+    return shapely.union_all([shapely.Polygon(part @ turn + (x, y)) for part in shape.parts or (shape.outline,)])
+
+
+def _convex(corners: Sequence) -> np.ndarray:
+    points = np.array(corners, dtype=float)
+    if points.ndim != 2 or points.shape[1:] != (2,) or len(points) < 3 or not np.isfinite(points).all():
+        raise StarnavError(f"footprint has corners of shape {points.shape}; allowed: (n, 2), n >= 3, finite x and y, m")
+    hull = _hull(points)
+    area, polygon = shapely.Polygon(hull).area, shapely.Polygon(points)
+    if not polygon.is_valid or polygon.area < (1.0 - 1e-6) * area:
+        raise StarnavError(
+            f"footprint {points.tolist()} is not convex; allowed: a convex polygon, or a list of convex polygons"
+        )
+    if _box(hull)[3] < LEAST_SIZE:
+        raise StarnavError(f"footprint {points.tolist()} is too narrow; allowed: at least {LEAST_SIZE:g} m wide")
+    return hull
+
+
+def _hull(points: np.ndarray) -> np.ndarray:
+    """The convex hull counterclockwise, shape (n, 2), without corners in line."""
+    hull = shapely.MultiPoint(points).convex_hull
+    if not isinstance(hull, shapely.Polygon):
+        return points
+    return shapely.get_coordinates(shapely.orient_polygons(hull.simplify(1e-9)))[:-1]
+
+
+def _box(polygon: np.ndarray) -> tuple[np.ndarray, np.ndarray, float, float]:
+    """Of the least rectangle around a polygon: its middle, unit vector along its longer side, length and width."""
+    corners = shapely.get_coordinates(shapely.oriented_envelope(shapely.MultiPoint(polygon)))[:4]
+    if len(corners) < 4:
+        return polygon.mean(axis=0), np.array((1.0, 0.0)), 0.0, 0.0
+    sides = corners[1:3] - corners[0:2]
+    lengths = np.hypot(*sides.T)
+    longer = int(lengths.argmax())
+    along = sides[longer] / lengths[longer]
+    return corners.mean(axis=0), along, float(lengths[longer]), float(lengths[1 - longer])
+
+
+def _discs(length: float, width: float) -> int:
+    for k in range(1, MOST_DISCS):
+        if math.hypot(0.5 * length / k, 0.5 * width) < 0.5 * width + COVER_EXCESS:
+            return k
+    return MOST_DISCS
+
+
+@functools.lru_cache(maxsize=64)
+def _polygons(parts: tuple[bytes, ...]) -> Polygons:
+    corners = [np.frombuffer(part).reshape(-1, 2) for part in parts]
+    edges = [np.roll(part, -1, axis=0) - part for part in corners]
+    normals = [np.column_stack((e[:, 1], -e[:, 0])) / np.hypot(*e.T)[:, None] for e in edges]
+    offsets = [(n * part).sum(axis=1) for n, part in zip(normals, corners, strict=True)]
+    ends = np.cumsum([len(part) for part in corners])
+    return Polygons(np.vstack(corners), np.vstack(normals), np.concatenate(offsets), ends)

@@ -1,0 +1,90 @@
+"""Hits as chords: the stretches of surface between neighbouring hits, and what they hide from the lidar."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from drake_starnav.lidar.field_of_view import FieldOfView
+from drake_starnav.regions.bearing_hits import CONNECTED_CHORD
+
+BEHIND_CELL = 0.02
+"""Of the hits behind the robot one is kept for each cell of this size, m."""
+
+
+class Chords(NamedTuple):
+    """Surfaces that scans have hit, and what the last one could not see behind them; W, m.
+
+    Attributes:
+        ends: shape (k, 4): x, y of both ends; the same twice for a hit without a neighbour on its surface.
+        shades: shape (k,), whether all that lies behind the chord, as seen from `center`, counts as occupied, too.
+        center: of the last scan, shape (2,).
+    """
+
+    ends: np.ndarray
+    shades: np.ndarray
+    center: np.ndarray
+
+
+def chords(hits: np.ndarray, newest: int, behind: np.ndarray, center: np.ndarray) -> Chords:
+    """Hits of the last scans as chords.
+
+    Args:
+        hits: shape (n, 2), W, m; of each scan in the order of its beams, the last scan's at the end.
+        newest: index of the first hit of the last scan, which alone shades.
+        behind: hits of earlier scans, which no later one has looked for, shape (m, 2), W, m.
+        center: of the last scan, shape (2,), W, m.
+    """
+    latest = hits[newest:] - center
+    order = np.argsort(np.arctan2(latest[:, 1], latest[:, 0]), kind="stable")
+    earlier = _joined(hits[:newest], False)
+    last = _joined(hits[newest:][order], True)
+    lone = np.hstack((behind, behind))
+    shades = np.zeros(len(earlier) + len(lone) + len(last), np.bool_)
+    shades[len(earlier) + len(lone) :] = True
+    return Chords(np.vstack((earlier, lone, last)), shades, np.array(center, dtype=float))
+
+
+def hits_behind(behind: np.ndarray, hits: np.ndarray, view: FieldOfView, pose: np.ndarray, reach: float) -> np.ndarray:
+    """Hits near a robot on which its lidar does not look, one for each cell of BEHIND_CELL, shape (m, 2), W, m.
+
+    Args:
+        behind: those before the scan, shape (k, 2), W, m.
+        hits: of earlier scans, shape (n, 2), W, m.
+        view: of the scan.
+        pose: (x, y, yaw) of the lidar at the scan, W.
+        reach: farther hits are forgotten, m.
+    """
+    known = np.vstack((behind, hits))
+    away = known - pose[:2]
+    bearing = np.arctan2(away[:, 1], away[:, 0]) - pose[2] - view.angle_min
+    unseen = np.mod(bearing, 2.0 * math.pi) > view.span
+    known = known[unseen & (np.hypot(*away.T) < reach)]
+    _, first = np.unique(np.floor(known / BEHIND_CELL).astype(np.int64), axis=0, return_index=True)
+    return known[np.sort(first)]
+
+
+@njit(cache=True)
+def _joined(points, circular):
+    """Chords between successive points (n, 2) on one surface, and points without such a neighbour; shape (k, 4)."""
+    count = len(points)
+    out, k = np.empty((count, 4)), 0
+    for i in range(count):
+        x, y = points[i]
+        follows = (i > 0 or circular) and _near(points[i - 1], points[i])
+        after = (i + 1) % count
+        if (after > i or circular) and after != i and _near(points[i], points[after]):
+            out[k, 0], out[k, 1], out[k, 2], out[k, 3] = x, y, points[after, 0], points[after, 1]
+            k += 1
+        elif not follows:
+            out[k, 0], out[k, 1], out[k, 2], out[k, 3] = x, y, x, y
+            k += 1
+    return out[:k].copy()
+
+
+@njit(cache=True)
+def _near(a, b):
+    """Whether two points (2,) may lie on one surface."""
+    dx, dy = b[0] - a[0], b[1] - a[1]
+    return dx * dx + dy * dy < CONNECTED_CHORD * CONNECTED_CHORD

@@ -1,0 +1,156 @@
+"""The certificate of polygons touches nothing and stays in seen space, and refuses hardly anything that is safe."""
+
+import math
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import given, settings
+
+from drake_starnav.control.braking_certificate import StarCertificate
+from drake_starnav.control.certificates import AnyOf
+from drake_starnav.control.footprint_certificate import FootprintCertificate, separation
+from drake_starnav.control.motion import Actuation, roll_out
+from drake_starnav.geometry.footprint import Footprint, covered, footprint
+from drake_starnav.regions.chords import Chords
+from drake_starnav.regions.erosion import smoothed_distances
+from drake_starnav.regions.safe_region import CertifiedRegion, ScanMemory, certified_region
+from drake_starnav.robot import RobotParameters
+from drake_starnav.worlds.world import World
+from tests.helpers.scans import cast, noisy, scattered, seeds
+
+LIMITS = RobotParameters().limits
+SPEEDS = np.array(LIMITS[:2])
+MARGIN, PERIOD, REACH, NOISE = 0.0145, 0.02, 2.0, 0.01
+
+
+def rectangle(length: float, width: float, ahead: float = 0.0) -> tuple:
+    x, y = 0.5 * length, 0.5 * width
+    return ((ahead - x, -y), (ahead + x, -y), (ahead + x, y), (ahead - x, y))
+
+
+SHAPES = {
+    "jackal": footprint(rectangle(0.508, 0.43)),
+    "carrier": footprint(rectangle(0.8, 0.5)),
+    "rear axle": footprint(rectangle(0.6, 0.3, 0.2)),
+    "triangle": footprint(((0.35, 0.0), (-0.2, 0.25), (-0.2, -0.25))),
+    "ell": footprint((rectangle(0.6, 0.25), ((-0.3, -0.1), (-0.05, -0.1), (-0.05, 0.4), (-0.3, 0.4)))),
+}
+
+
+def solid(world: World) -> shapely.Geometry:
+    discs = [shapely.Point(x, y).buffer(r, quad_segs=64) for x, y, r in world.discs]
+    walls = shapely.Polygon([(-9, -9), (9, -9), (9, 9), (-9, 9)], [[(-3, -3), (3, -3), (3, 3), (-3, 3)]])
+    return shapely.union_all([walls, *discs, *(shapely.Polygon(p) for p in world.polygons)])
+
+
+def sensed(world: World, pose: np.ndarray, shape: Footprint, rng: np.random.Generator | None = None) -> CertifiedRegion:
+    """What two scans certify, the first from 2 cm behind, with noise if there is an `rng`."""
+    memory = ScanMemory()
+    for step in (-0.02, 0.0):
+        place = pose + (step * math.cos(pose[2]), step * math.sin(pose[2]), 0.0)
+        scan = cast(world, place, beams=720)
+        scan = scan if rng is None else noisy(scan, NOISE, rng)
+        radius = shape.narrow + MARGIN
+        star, memory = certified_region(
+            memory, scan, smoothed_distances(scan), place, radius, REACH, (REACH + 2.0 * radius, 5)
+        )
+    return star
+
+
+def driven(
+    pose: np.ndarray, twist: np.ndarray, target: np.ndarray, delay: float, hold: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Poses every 4 ms of a robot that keeps its twist, then ramps to the target, then brakes; the last twist."""
+    poses, step = [pose], 4e-3
+    for aim, time in ((twist, delay), (target, hold), (np.zeros(2), 1.0)):
+        for _ in range(round(time / step)):
+            after = twist + np.clip(aim - twist, *(sign * step * np.array(LIMITS[2:4]) for sign in (-1.0, 1.0)))
+            v, omega = 0.5 * (twist + after)
+            middle, twist = pose[2] + 0.5 * omega * step, after
+            pose = pose + step * np.array((v * math.cos(middle), v * math.sin(middle), omega))
+            poses.append(pose)
+    return np.array(poses), twist
+
+
+def tried(seed: int, shape: Footprint, noise: bool) -> tuple[bool, float]:
+    """Whether a random command beside random obstacles is accepted; and the least distance that it would keep, m."""
+    rng = np.random.default_rng(seed)
+    world = scattered(rng, discs=14, walls=8, clear=shape.narrow + 0.02)
+    obstacles = solid(world)
+    while True:
+        pose = np.array((*rng.uniform(-0.6, 0.6, 2), rng.uniform(-math.pi, math.pi)))
+        if shapely.distance(covered(shape, pose), obstacles) > MARGIN + 0.01:
+            break
+    twist, target = rng.uniform((0.0, -SPEEDS[1]), SPEEDS), rng.uniform(-SPEEDS, SPEEDS)
+    twist *= rng.random() < 0.5
+    delay, hold = rng.choice((0.0, 0.02)), rng.choice((0.02, 0.1))
+    motion = roll_out(pose, twist, target, Actuation(LIMITS, shape, hold, delay))
+    if not motion.grips:
+        return False, math.inf
+    star = sensed(world, pose, shape, rng if noise else None)
+    certificate = AnyOf((StarCertificate(star), FootprintCertificate(star, MARGIN, shape)))
+    poses, _ = driven(pose, twist, target, delay, hold)
+    least = min(float(shapely.distance(covered(shape, p), obstacles)) for p in poses[::3])
+    return certificate.accepts(motion), least
+
+
+@pytest.mark.parametrize("name", SHAPES)
+@settings(max_examples=40)
+@given(seed=seeds)
+def test_what_is_accepted_touches_nothing(name, seed):
+    accepts, least = tried(seed, SHAPES[name], noise=True)
+    assert not accepts or least > 0.0
+
+
+@pytest.mark.parametrize("name", ["jackal", "ell"])
+def test_hardly_anything_safe_is_refused(name):
+    outcomes = [tried(seed, SHAPES[name], noise=False) for seed in range(150)]
+    safe = [accepts for accepts, least in outcomes if MARGIN + 0.012 < least < math.inf]
+    assert len(safe) > 40
+    assert np.mean(safe) >= 0.97
+
+
+def wall(gap: float) -> World:
+    """A wall 0.1 m thick with a gap."""
+    half, far = 0.5 * gap, 2.0
+    above = np.array(((0.4, half), (0.5, half), (0.5, far), (0.4, far)))
+    return World("wall", (0, 0, 0), (0, 0), polygons=(above, above * (1.0, -1.0)), bounds=(-3.0, -3.0, 3.0, 3.0))
+
+
+def test_a_rectangle_fits_where_the_disc_around_it_does_not():
+    shape, twist = SHAPES["jackal"], np.array((0.3, 0.0))
+    for gap, fits in ((0.48, True), (0.45, False)):
+        accepted = []
+        for x in np.arange(-0.3, 1.0, 0.05):
+            pose = np.array((x, 0.0, 0.0))
+            star = sensed(wall(gap), pose, shape)
+            motion = roll_out(pose, twist, twist, Actuation(LIMITS, shape, PERIOD, 0.0))
+            accepted.append(FootprintCertificate(star, MARGIN, shape).accepts(motion))
+        assert all(accepted) == fits
+        assert gap < 2.0 * shape.radius
+
+
+def test_the_separation_is_never_more_than_the_distance_and_decides_contact():
+    shape, rng = SHAPES["ell"], np.random.default_rng(5)
+    for _ in range(400):
+        pose = np.array((*rng.uniform(-0.5, 0.5, 2), rng.uniform(-math.pi, math.pi)))
+        ends = rng.uniform(-1.0, 1.0, 4)
+        ends[2:] = ends[:2] + rng.uniform(-0.1, 0.1, 2)
+        for shades in (False, True):
+            surfaces = Chords(ends[None], np.array([shades]), np.zeros(2))
+            far = (50.0 if shades else 1.0) * ends.reshape(2, 2)
+            hidden = shapely.MultiPoint(np.vstack((ends.reshape(2, 2), far))).convex_hull
+            body, apart = covered(shape, pose), separation(pose, shape, surfaces)
+            exact = shapely.distance(body, hidden)
+            assert apart <= exact + 1e-9
+            assert (apart > 0.0) == (exact > 1e-12)
+
+
+def test_nothing_is_accepted_without_a_scan_or_beyond_what_is_known():
+    shape, pose = SHAPES["jackal"], np.zeros(3)
+    standing = roll_out(pose, np.zeros(2), np.array((0.1, 0.0)), Actuation(LIMITS, shape, PERIOD, 0.0))
+    assert not FootprintCertificate(CertifiedRegion.none(), MARGIN, shape).accepts(standing)
+    star = sensed(wall(1.0), pose, shape)
+    fast = roll_out(pose + (1.5, 0.0, 0.0), SPEEDS * (1, 0), SPEEDS * (1, 0), Actuation(LIMITS, shape, 0.5, 0.0))
+    assert not FootprintCertificate(star, MARGIN, shape).accepts(fast)

@@ -1,0 +1,63 @@
+"""Footprints: discs that cover them, their polygons, and what is refused."""
+
+import math
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import given
+from hypothesis import strategies as st
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.geometry.footprint import COVER_EXCESS, covered, disc, footprint
+
+SQUARE = ((0.2, 0.2), (-0.2, 0.2), (-0.2, -0.2), (0.2, -0.2))
+corner = st.tuples(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0))
+
+
+@given(st.lists(corner, min_size=3, max_size=8))
+def test_discs_cover_every_convex_polygon(points):
+    hull = shapely.MultiPoint(points).convex_hull
+    if not isinstance(hull, shapely.Polygon) or shapely.minimum_rotated_rectangle(hull).buffer(-0.01).is_empty:
+        return
+    shape = footprint(tuple(map(tuple, shapely.get_coordinates(hull)[:-1].tolist())))
+    inside = np.random.default_rng(0).dirichlet(np.ones(len(shape.parts[0])), 200) @ shape.parts[0]
+    away = np.hypot(*np.moveaxis(inside[:, None] - shape.cover, -1, 0)).min(axis=1)
+    assert away.max() <= shape.narrow + 1e-9
+    assert np.hypot(*inside.T).max() <= shape.radius + 1e-9
+    assert (inside @ shape.polygons.normals.T <= shape.polygons.offsets + 1e-9).all()
+
+
+def test_a_rectangle_is_covered_by_discs_hardly_wider_than_it():
+    shape = footprint(((0.254, -0.215), (0.254, 0.215), (-0.254, 0.215), (-0.254, -0.215)))
+    assert 0.215 < shape.narrow < 0.215 + COVER_EXCESS
+    assert shape.radius == pytest.approx(math.hypot(0.254, 0.215))
+    assert shape.lever == shape.radius and not shape.is_disc
+
+
+def test_a_disc_is_one_disc_and_turns_on_the_spot():
+    shape = disc(0.3)
+    assert (shape.narrow, shape.radius, shape.lever, len(shape.cover)) == (0.3, 0.3, 0.0, 1)
+    assert covered(shape, np.array((1.0, 2.0, 3.0))).area == pytest.approx(math.pi * 0.09, rel=0.01)
+
+
+def test_a_union_covers_what_its_parts_do():
+    shape = footprint((SQUARE, ((0.2, 0.0), (0.5, 0.0), (0.5, 0.1), (0.2, 0.1))))
+    assert covered(shape, np.array((0.0, 0.0, 1.0))).area == pytest.approx(0.16 + 0.03)
+    assert list(shape.polygons.ends) == [4, 8]
+    assert shapely.Polygon(shape.outline).area > 0.19
+
+
+@pytest.mark.parametrize(
+    ("corners", "reason"),
+    [
+        (((0.0, 0.0), (1.0, 0.0)), "shape"),
+        (((0.0, 0.0), (1.0, 0.0), (0.2, 0.2), (0.0, 1.0)), "not convex"),
+        (((0.0, 0.0), (1.0, 1.0), (1.0, 0.0), (0.0, 1.0)), "not convex"),
+        (((0.0, 0.0), (1.0, 0.0), (math.nan, 1.0)), "finite"),
+        (((0.0, 0.0), (1.0, 0.0), (1.0, 0.001), (0.0, 0.001)), "narrow"),
+    ],
+)
+def test_what_is_no_footprint_is_refused(corners, reason):
+    with pytest.raises(StarnavError, match=reason):
+        footprint(corners)
