@@ -14,8 +14,10 @@ from drake_starnav.control.heading_controller import (
     wrapped_angle,
 )
 from drake_starnav.control.inputs import ControllerInputs, Proposal
+from drake_starnav.control.manoeuvre_following import aligned_direction, followed_manoeuvre
 from drake_starnav.control.modulation import limited_turn, modulated_direction, near_wall_direction
 from drake_starnav.planning.guidance import PASSED_DISTANCE
+from drake_starnav.planning.passage import tight_passage
 from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.region_union import RegionUnion, first_gap
 from drake_starnav.robot import Limits, RobotParameters
@@ -46,8 +48,19 @@ def followed(inputs: ControllerInputs, margins: Margins, robot: RobotParameters)
     pose, _, guidance, star = inputs
     known = guidance.path, guidance.arrives, guidance.regions, star.near_hits
     near_wall = near_wall_radius(margins.safety, robot.shape.narrow)
-    ux, uy, v, omega = _followed(pose, known, star.alone, near_wall, tuple(robot.limits))
-    return Proposal(np.array((v, omega)), np.array((ux, uy)))
+    limits = robot.limits
+    if len(guidance.poses):
+        twist = followed_manoeuvre(pose, guidance.poses, limits)
+        return Proposal(twist, math.copysign(1.0, twist[0]) * np.array((math.cos(pose[2]), math.sin(pose[2]))))
+    ux, uy, v, omega = _followed(pose, known, star.alone, near_wall, tuple(limits))
+    direction = np.array((ux, uy))
+    if direction.any() and not robot.shape.is_disc:
+        passage = tight_passage(pose, guidance.path, star.hits, robot.shape, margins.safety)
+        aligned = aligned_direction(pose, direction, passage, float(np.ptp(robot.shape.outline[:, 0])))
+        if aligned is not direction:
+            direction, error = aligned, wrapped_angle(math.atan2(aligned[1], aligned[0]) - pose[2])
+            v, omega = turning_twist(error, limits.max_speed, limits)
+    return Proposal(np.array((v, omega)), direction)
 
 
 def guiding_vector(

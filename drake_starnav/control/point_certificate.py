@@ -19,9 +19,7 @@ from numba import njit
 
 from drake_starnav.control.motion import Motion
 from drake_starnav.regions.safe_region import CertifiedRegion
-
-ESCAPE_CLEARANCE = 0.002
-"""A move that begins within the margin may come no nearer than this, m."""
+from drake_starnav.regions.separation import ESCAPE_CLEARANCE
 
 
 class Hits(NamedTuple):

@@ -20,6 +20,8 @@ from drake_starnav.planning.distance_grid import (
 
 NEAR_WALL_COST = 0.4
 """Additional cost of a metre right at an obstacle, as a multiple of its length: wide paths are preferred."""
+ALIGNED_COST = 3.6
+"""Additional cost of a metre where a robot that is no disc only just fits, as a multiple of its length."""
 BLOCKED_SLACK = 0.01
 """Cells this much nearer to a hit than the robot's radius still count as passable in the cost-to-go, m."""
 DOUBTFUL_COST = 10
@@ -80,11 +82,13 @@ class Terrain(NamedTuple):
         blacklist: shape (k, 3), places (x, y) in W around which cells are blocked too, those with hits nearer than the
             third number; all in m.
         doubt: cells that hits block by no more than this are passable at DOUBTFUL_COST, m.
+        swept_radius: cells nearer than this, where the robot cannot turn, cost more, by up to ALIGNED_COST, m.
     """
 
     robot_radius: float
     blacklist: np.ndarray = NO_PLACES
     doubt: float = 0.0
+    swept_radius: float = 0.0
 
 
 class Origins(NamedTuple):
@@ -131,7 +135,9 @@ def cost_to_go(
     first, count = grid.coarse_cells(low, high)
     cell, origin = grid.resolution * STRIDE, (first + 0.5 * (STRIDE - 1)) * grid.resolution
     blocked = terrain.robot_radius - BLOCKED_SLACK
-    limits = blocked - terrain.doubt, blocked, terrain.robot_radius + SOFT_ZONE, NEAR_WALL_COST
+    soft = terrain.robot_radius + SOFT_ZONE
+    swept = terrain.swept_radius if terrain.swept_radius > terrain.robot_radius else 0.0  # of a disc nothing
+    limits = blocked - terrain.doubt, blocked, soft, NEAR_WALL_COST, swept, ALIGNED_COST
     half_diagonal = math.hypot(0.5, 0.5) * grid.resolution  # a path is up to so far off its cells' centres
     closed = terrain.blacklist, BLACKLIST_RADIUS + half_diagonal
     weight = _weights(grid.arrays, first, count, limits, closed)
@@ -147,11 +153,14 @@ def cost_to_go(
 @njit(cache=True)
 def _cell_weight(distance, limits):
     """Cost of a cell in tenths, 0 where blocked."""
-    shut, blocked, soft, near_wall_cost = limits
-    if distance >= soft:
+    shut, blocked, soft, near_wall_cost, swept, aligned_cost = limits
+    if distance >= max(soft, swept):
         return 10
     if distance >= blocked:
-        return int(10.0 * (1.0 + near_wall_cost * (soft - distance) / (soft - blocked)))
+        near_wall = near_wall_cost * (max(soft, distance) - distance) / (soft - blocked)
+        if distance < swept:
+            near_wall += aligned_cost * (swept - distance) / (swept - blocked)
+        return int(10.0 * (1.0 + near_wall))
     return 10 * DOUBTFUL_COST if distance >= shut else 0
 
 

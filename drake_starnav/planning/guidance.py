@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import field
 
 import numpy as np
 
@@ -23,11 +24,14 @@ class Guidance:
         path: shape (k, 2), waypoints ahead; the first is the short-term goal. Empty: stop.
         arrives: whether the last waypoint is the goal, at which the robot stops.
         regions: star-shaped regions of the roadmap, for the modulation.
+        poses: shape (k, 4), of a manoeuvre to drive instead of following the path: x, y, yaw in W, and the gear: 0
+            turns on the spot, 1 drives forwards, -1 backwards.
     """
 
     path: np.ndarray
     arrives: bool
     regions: RegionUnion
+    poses: np.ndarray = field(default_factory=lambda: np.zeros((0, 4)))
 
     @staticmethod
     def none() -> "Guidance":
@@ -60,4 +64,5 @@ class Guidance:
 
     def moved(self, frame: np.ndarray) -> "Guidance":
         """The same guidance in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""
-        return Guidance(placed(frame, self.path), self.arrives, self.regions.moved(frame))
+        poses = np.column_stack((placed(frame, self.poses), self.poses[:, 2] + frame[2], self.poses[:, 3]))
+        return Guidance(placed(frame, self.path), self.arrives, self.regions.moved(frame), poses)

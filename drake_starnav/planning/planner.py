@@ -8,6 +8,7 @@ import numpy as np
 from drake_starnav.errors import StarnavError
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.planning.impassable import impassable_points
+from drake_starnav.planning.manoeuvre import manoeuvring
 from drake_starnav.planning.map_revision import clear_of, reconcile, with_stall_point
 from drake_starnav.planning.monitoring import PlanCheck, check_plan, distance_to, passed_points, points_ahead
 from drake_starnav.planning.recovery import (
@@ -88,7 +89,17 @@ def plan_step(state: PlannerState, now: PlannerInput) -> PlannerState:
         state = _planned(state, region, first_plan, now)
         region = clear_of(seen.region, state.roadmap.stall_points, now.robot_radius)
         ahead = points_ahead(state.next_segment, region, now.position)
-    return _with_anticipation(state, region, ahead)
+    return _manoeuvred(_with_anticipation(state, region, ahead), now)
+
+
+def _manoeuvred(state: PlannerState, now: PlannerInput) -> PlannerState:
+    """The state with the manoeuvres of a robot that is no disc."""
+    if now.body is None:
+        return state
+    path = EMPTY_PATH if _may_stand(state, now) else state.path
+    return dataclasses.replace(
+        state, manoeuvring=manoeuvring(state.manoeuvring, path, now.seen.pose, now.time, now.body)
+    )
 
 
 def check_beams(roadmap: StarRoadmap, seen: Observation) -> None:
@@ -225,7 +236,7 @@ def _planned(state: PlannerState, region: StarRegion, first_plan: bool, now: Pla
     boxed_in = region.reach < PROGRESS_DISTANCE < region.limit.max()
     if route is None and (first_plan or (boxed_in and state.plans == 0)):
         return dataclasses.replace(
-            PlannerState.initial(now.parameters, now.robot_radius),
+            PlannerState.initial(now.parameters, now.swept_radius),
             progress_position=state.progress_position,
             progress_time=state.progress_time,
         )

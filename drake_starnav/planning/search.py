@@ -287,7 +287,7 @@ def optimistic_cost(
         points = np.vstack((roadmap.frontiers.probe, position))
         costs = np.append(cost_to_come, 0.0 if at_robot else np.inf)
         origins = Origins(points, costs, position, HYSTERESIS)
-    terrain = Terrain(robot_radius, blacklist, doubt(now) if doubting else 0.0)
+    terrain = Terrain(robot_radius, blacklist, doubt(now) if doubting else 0.0, now.swept_radius)
     return cost_to_go(roadmap.hits, goal, low, high, terrain, origins)
 
 

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_starnav.planning.guidance import Guidance
+from drake_starnav.planning.manoeuvre import Body, Manoeuvring
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.roadmap import StarRoadmap
 from drake_starnav.regions.margins import Margins
@@ -53,6 +54,7 @@ class PlannerState:
         next_segment: shape (n, 2), its next segment, to which the robot may turn.
         doubting: whether no way was left once. Nothing is then given up before enough scans speak against it.
         shut: how many more of the latest scans have shown that the robot does not fit ahead than that it does.
+        manoeuvring: of a robot that is no disc.
         anticipated: guidance that replaces the path once the latest scan shows part of `next_segment`; or None.
     """
 
@@ -70,6 +72,7 @@ class PlannerState:
     next_segment: np.ndarray = field(default_factory=lambda: EMPTY_PATH)
     doubting: bool = False
     shut: int = 0
+    manoeuvring: Manoeuvring = Manoeuvring()
     anticipated: Guidance | None = None
 
     @staticmethod
@@ -103,11 +106,12 @@ class PlannerState:
     @property
     def guidance(self) -> Guidance:
         """The plan as the controller receives it."""
-        if self.anticipated is not None:
+        if self.anticipated is not None and not len(self.manoeuvring.poses):
             return self.anticipated
         if not len(self.path):
             return Guidance.none()
-        return Guidance(self.path, self.status is PlannerStatus.APPROACHING, self.roadmap.union)
+        arrives = self.status is PlannerStatus.APPROACHING
+        return Guidance(self.path, arrives, self.roadmap.union, self.manoeuvring.poses)
 
 
 class PlannerInput(NamedTuple):
@@ -120,9 +124,10 @@ class PlannerInput(NamedTuple):
         time: then, s.
         parameters: of the roadmap.
         margins: of its regions.
-        robot_radius: m.
+        robot_radius: of the robot, or of the narrowest disc that covers a part of it, m.
         goal_tolerance: a robot this near to the goal has reached it, m.
         interval: time since the update before, s.
+        body: the robot, if it is no disc.
     """
 
     seen: Observation
@@ -134,6 +139,12 @@ class PlannerInput(NamedTuple):
     robot_radius: float
     goal_tolerance: float = 0.0
     interval: float = 0.0
+    body: Body | None = None
+
+    @property
+    def swept_radius(self) -> float:
+        """Radius of the disc that the robot covers when it turns, m."""
+        return self.robot_radius if self.body is None else self.body.footprint.radius
 
 
 PlanStep = Callable[[PlannerState, PlannerInput], PlannerState]

@@ -29,6 +29,7 @@ class ErrorTerm(NamedTuple):
 
 SYMBOLS: dict[str, ErrorTerm] = {
     "r": ErrorTerm("robot.radius", "radius, m"),
+    "l": ErrorTerm("robot.shape.lever", "that of a footprint of polygons, 0 of a disc, m"),
     "v": ErrorTerm("robot.max_speed", "largest speed, m/s"),
     "w": ErrorTerm("robot.max_yaw_rate", "largest yaw rate, rad/s"),
     "a": ErrorTerm("robot.max_acceleration", "largest acceleration, m/s^2"),
@@ -55,7 +56,8 @@ SYMBOLS: dict[str, ErrorTerm] = {
         f"{SAMPLED} + min(3/4 * lidar.noise, 0.006)", "what may stick out between beams without further margin, m"
     ),
     "G": ErrorTerm(
-        "max(1.2, min(1.25 * (B + v * L), C / (0.87 * lidar.widest_gap) - r))", "extent of the certified region, m"
+        "max(1.2, min(1.25 * (B + v * L), C / (0.87 * lidar.widest_gap) - r)) + r - robot.shape.narrow",
+        "extent of the certified region, m",
     ),
     "D": ErrorTerm("r + min(G, B + v * L)", "distance of the last scan by which a motion was accepted, m"),
     "b": ErrorTerm(
@@ -82,6 +84,10 @@ TERMS: tuple[ErrorTerm, ...] = (
     ErrorTerm(
         "localization.drift * v * max(M + lidar.delay, R + 0.4 * w * R^2)",
         "drift of position and heading until the robot stands",
+    ),
+    ErrorTerm(
+        "l * (0.004 + localization.drift * w * (M + lidar.delay))",
+        "heading of a base of the shipped kind, and its drift, until the robot stands",
     ),
     ErrorTerm(f"J * min(localization.jump, {UNSEEN_JUMP})", "jumps too small to be detected"),
     ErrorTerm("drive.error", "a base that strays farther"),

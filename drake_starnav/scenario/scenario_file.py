@@ -19,6 +19,9 @@ from drake_starnav.utils.resources import model_path
 from drake_starnav.utils.yaml_text import LARGEST_TEXT, load_yaml
 from drake_starnav.worlds import WORLD_KINDS, Model
 
+SHAPES = {"radius", "footprint"}
+"""Keys of `robot`, of which one says what it covers of the floor."""
+
 
 def scenario_path(name_or_path: str | Path) -> Path:
     """The file of a shipped scenario, or the one at a path; a `StarnavError` if there is neither."""
@@ -167,6 +170,9 @@ def _override(sections: dict[str, Any], text: str) -> None:
     if not isinstance(sections.get(part), dict):
         sections[part] = {}
     sections[part][name] = parsed
+    if part == "robot" and name in SHAPES:  # what is said last of the robot's shape replaces what was said before
+        for other in SHAPES - {name}:
+            sections[part].pop(other, None)
 
 
 def _world(mapping: Any, place: str) -> Any:

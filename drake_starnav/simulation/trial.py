@@ -7,13 +7,14 @@ from typing import Any
 import numpy as np
 
 from drake_starnav.geometry.polyline import simplified
+from drake_starnav.geometry.se2 import places
 from drake_starnav.geometry.trajectory import evenly_sampled
 from drake_starnav.geometry.trajectory_metrics import motion_metrics
 from drake_starnav.scenario import Scenario
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.station.collision_monitor import COLLISION, contact_in
 from drake_starnav.systems.star_roadmap_planner import STANDSTILL
-from drake_starnav.worlds.clearance import clearance
+from drake_starnav.worlds.clearance import body_clearance
 from drake_starnav.worlds.difficulty import tightest_gap
 from drake_starnav.worlds.moving_obstacles import moving_obstacle_clearance
 from drake_starnav.worlds.shortest_path import shortest_path
@@ -127,10 +128,12 @@ def figures(scenario: Scenario, world: World, shortest: tuple[float, np.ndarray]
         shortest: the path for comparison, as of `omniscient_path`.
         run: what was simulated.
     """
-    path, radius = run.driven[:, :2], scenario.robot.radius
-    standing = clearance(world, path)
-    outcome = COLLISION if standing.min() < radius else run.message.split()[0]
-    clearances = np.minimum(standing, moving_obstacle_clearance(world.moving_obstacles, path, run.times)) - radius
+    path, footprint = run.driven[:, :2], scenario.robot.shape
+    standing = body_clearance(world, run.driven[:, :3], footprint)
+    outcome = COLLISION if standing.min() < 0.0 else run.message.split()[0]
+    centres, count = places(run.driven[:, :3], footprint.cover), len(footprint.cover)
+    moving = moving_obstacle_clearance(world.moving_obstacles, centres, np.repeat(run.times, count))
+    clearances = np.minimum(standing, moving.reshape(-1, count).min(axis=1) - footprint.narrow)
     length = float(np.hypot(*np.diff(path.T, axis=1)).sum())
     blocked_s, blocked_by = run.blocked[0] if run.blocked else (None, None)
     still = length < NEVER_MOVED and run.elapsed > STANDSTILL
@@ -140,7 +143,7 @@ def figures(scenario: Scenario, world: World, shortest: tuple[float, np.ndarray]
         outcome = "occupied"
     samples = evenly_sampled(run.times, np.column_stack((path, run.driven[:, 3:], clearances)), METRICS_PERIOD)
     motion = motion_metrics(
-        samples[:, :2], samples[:, 2:4], samples[:, 4], time_step=METRICS_PERIOD, robot_radius=radius
+        samples[:, :2], samples[:, 2:4], samples[:, 4], time_step=METRICS_PERIOD, robot_radius=scenario.robot.radius
     )
     return {
         "outcome": outcome,

@@ -1,15 +1,18 @@
 """Ends a run when the robot touches anything but the ground."""
 
+import math
 from collections.abc import Collection
 from typing import NamedTuple
 
+import numpy as np
 from pydrake.common.value import Value
 from pydrake.geometry import FrameId, GeometryId, QueryObject, SceneGraphInspector
 from pydrake.systems.framework import Context, DiscreteValues, EventStatus, LeafSystem
 
+from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.geometry.trajectory_metrics import STANDING
 from drake_starnav.utils.timing import checked_period
-from drake_starnav.worlds.clearance import nearest_obstacle
+from drake_starnav.worlds.clearance import body_clearance, nearest_obstacle
 from drake_starnav.worlds.world import World
 
 COLLISION, STRUCK = "collision", "struck"
@@ -17,16 +20,16 @@ COLLISION, STRUCK = "collision", "struck"
 
 
 class Hull(NamedTuple):
-    """The upright disc by which a robot is checked against obstacles with which its plant has no contact.
+    """The footprint by which a robot is checked against obstacles with which its plant has no contact.
 
     Attributes:
-        frame: of its base, whose z axis is the disc's.
-        radius: m.
+        frame: of its base, about whose z axis it turns.
+        footprint: what it covers in that frame.
         surfaces: the obstacles.
     """
 
     frame: FrameId
-    radius: float
+    footprint: Footprint
     surfaces: World
 
 
@@ -108,9 +111,11 @@ class CollisionMonitor(LeafSystem):
     def _check_surfaces(self, context: Context) -> EventStatus:
         if self._hull is None:
             return EventStatus.DidNothing()
-        x, y, _ = self._query.Eval(context).GetPoseInWorld(self._hull.frame).translation()
-        name, distance = nearest_obstacle(self._hull.surfaces, (x, y))
-        if distance >= self._hull.radius:
+        X_WB, (_, footprint, surfaces) = self._query.Eval(context).GetPoseInWorld(self._hull.frame), self._hull
+        (x, y, _), (forward_x, forward_y, _) = X_WB.translation(), X_WB.rotation().col(0)
+        name, distance = nearest_obstacle(surfaces, (x, y))
+        pose = np.array([(x, y, math.atan2(forward_y, forward_x))])
+        if distance >= footprint.radius or body_clearance(surfaces, pose, footprint)[0] >= 0.0:
             return EventStatus.DidNothing()
         message = f"{COLLISION} of base_link with {name} at {context.get_time():.3f} s"
         return EventStatus.ReachedTermination(self, message)

@@ -10,6 +10,7 @@ from pydrake.multibody.tree import ModelInstanceIndex
 from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort, OutputPort
 
 from drake_starnav.errors import StarnavError
+from drake_starnav.geometry.footprint import disc
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.collision_monitor import Hull
 from drake_starnav.station.moving_bodies import add_moving_obstacle_drive
@@ -146,7 +147,8 @@ def add_station(
     connect_robot(builder, plant, scene_graph, model, robot)
     moving_geometries = add_moving_obstacle_drive(builder, plant, world.moving_obstacles)
     surfaces = surface_world(world)
-    hull = None if surfaces is None else Hull(robot.base_frame, robot.reach, surfaces)
+    shape = disc(robot.reach) if scenario.robot.shape.is_disc else scenario.robot.shape
+    hull = None if surfaces is None else Hull(robot.base_frame, shape, surfaces)
     return Station(plant, scene_graph, robot, ground, moving_geometries, hull)
 
 

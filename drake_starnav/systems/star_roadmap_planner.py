@@ -11,6 +11,7 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, plan_step
 from drake_starnav.planning.guidance import Guidance
+from drake_starnav.planning.manoeuvre import Body
 from drake_starnav.planning.monitoring import distance_to
 from drake_starnav.planning.state import PlannerStatus, PlanStep
 from drake_starnav.regions import Observation
@@ -111,7 +112,7 @@ class StarRoadmapPlanner(LeafSystem):
         self._pose = self.DeclareVectorInputPort("pose", 3)
         self._goal = self.DeclareVectorInputPort("goal", 2)
         self._certified_region = self.DeclareAbstractInputPort("certified_region", Value(CertifiedRegion.none()))
-        initial = PlannerState.initial(planner, robot.shape.narrow)
+        initial = PlannerState.initial(planner, robot.radius)
         inputs = self._observation, self._goal
         self._plans = ScanState(self, _Plan(initial), self._after, inputs, rate=lidar.rate)
         depends = {self._plans.ticket}
@@ -136,7 +137,7 @@ class StarRoadmapPlanner(LeafSystem):
             return before
         state, interval = before.state, time - before.time
         if interval < 0.0:  # time was set back: another run begins
-            state, interval, moved = PlannerState.initial(self._planner, self._robot.shape.narrow), 0.0, True
+            state, interval, moved = PlannerState.initial(self._planner, self._robot.radius), 0.0, True
         if moved:
             if not np.isfinite(goal).all():
                 raise StarnavError(f"the planner's goal is {goal.tolist()}; allowed: finite x and y, m")
@@ -151,6 +152,7 @@ class StarRoadmapPlanner(LeafSystem):
             self._robot.shape.narrow,
             self._goal_tolerance,
             interval,
+            self._body(context),
         )
         with self._stopwatch.measure("update"):
             after = self._step(state, now)
@@ -160,6 +162,12 @@ class StarRoadmapPlanner(LeafSystem):
         if moved or not distance_to(now.position, stand) <= STAND:
             stand, since = now.position.copy(), time
         return _Plan(after, now.goal, time, stand, since)
+
+    def _body(self, context: Context) -> Body | None:
+        """The robot, if it is no disc and it is known what its certificate knows."""
+        if self._robot.shape.is_disc or not self._certified_region.HasValue(context):
+            return None
+        return Body(self._robot.shape, self._certified_region.Eval(context), self._margins.safety)
 
     def _state(self, context: Context) -> PlannerState:
         return self._plans.Eval(context).state

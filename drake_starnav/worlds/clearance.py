@@ -1,11 +1,15 @@
-"""How far a point is from the nearest obstacle of a world."""
+"""How far a point, or a robot, is from the nearest obstacle of a world."""
 
 import numpy as np
 import shapely
 
 from drake_starnav.errors import StarnavError
+from drake_starnav.geometry.footprint import Footprint, covered
+from drake_starnav.geometry.se2 import places
 from drake_starnav.worlds.world import World
 
+NEAR_BODY = 0.1
+"""Farther from a robot than this its covering discs tell the clearance, m: too little by their excess at most."""
 _PAIRS = 1_000_000  # of points and discs whose distances are in memory at a time
 
 
@@ -23,6 +27,36 @@ def clearance(world: World, points: np.ndarray) -> np.ndarray:
         Shape (n,), m; +inf everywhere in a world without obstacles.
     """
     return np.min([distance for distance, _ in _nearest(world, points).values()], axis=0)
+
+
+def body_clearance(world: World, poses: np.ndarray, footprint: Footprint) -> np.ndarray:
+    """Signed distance from a robot to the nearest obstacle surface; negative if and only if they overlap.
+
+    Args:
+        world: the obstacles.
+        poses: (x, y, yaw) of the robot, shape (n, 3), m and rad, frame W.
+        footprint: of the robot.
+
+    Returns:
+        Shape (n,), m. Where polygons overlap an obstacle, how deep the discs that cover them do.
+    """
+    count = len(footprint.cover)
+    least = clearance(world, places(poses, footprint.cover)).reshape(-1, count).min(axis=1) - footprint.narrow
+    if footprint.is_disc:
+        return least
+    near = np.flatnonzero(least < NEAR_BODY)
+    bodies = np.array([covered(footprint, pose) for pose in poses[near]])
+    exact = np.full(len(near), np.inf)
+    if world.polygons and len(near):
+        (_, _), exact = world.tree.query_nearest(bodies, return_distance=True, all_matches=False)
+    if world.bounds is not None and len(near):
+        inside = shapely.box(*world.bounds)
+        walls = shapely.get_exterior_ring(inside)
+        exact = np.minimum(exact, np.where(shapely.within(bodies, inside), shapely.distance(bodies, walls), 0.0))
+    for x, y, radius in world.discs:
+        exact = np.minimum(exact, np.maximum(shapely.distance(bodies, shapely.Point(x, y)) - radius, 0.0))
+    least[near] = np.where(exact > 0.0, exact, -np.abs(least[near]))
+    return least
 
 
 def nearest_obstacle(world: World, point: tuple[float, float]) -> tuple[str, float]:

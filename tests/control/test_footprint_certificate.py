@@ -9,10 +9,9 @@ from hypothesis import given, settings
 
 from drake_starnav.control.braking_certificate import StarCertificate
 from drake_starnav.control.certificates import AnyOf
-from drake_starnav.control.footprint_certificate import FootprintCertificate, separation
+from drake_starnav.control.footprint_certificate import FootprintCertificate
 from drake_starnav.control.motion import Actuation, roll_out
 from drake_starnav.geometry.footprint import Footprint, covered, footprint
-from drake_starnav.regions.chords import Chords
 from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.regions.safe_region import CertifiedRegion, ScanMemory, certified_region
 from drake_starnav.robot import RobotParameters
@@ -129,22 +128,6 @@ def test_a_rectangle_fits_where_the_disc_around_it_does_not():
             accepted.append(FootprintCertificate(star, MARGIN, shape).accepts(motion))
         assert all(accepted) == fits
         assert gap < 2.0 * shape.radius
-
-
-def test_the_separation_is_never_more_than_the_distance_and_decides_contact():
-    shape, rng = SHAPES["ell"], np.random.default_rng(5)
-    for _ in range(400):
-        pose = np.array((*rng.uniform(-0.5, 0.5, 2), rng.uniform(-math.pi, math.pi)))
-        ends = rng.uniform(-1.0, 1.0, 4)
-        ends[2:] = ends[:2] + rng.uniform(-0.1, 0.1, 2)
-        for shades in (False, True):
-            surfaces = Chords(ends[None], np.array([shades]), np.zeros(2))
-            far = (50.0 if shades else 1.0) * ends.reshape(2, 2)
-            hidden = shapely.MultiPoint(np.vstack((ends.reshape(2, 2), far))).convex_hull
-            body, apart = covered(shape, pose), separation(pose, shape, surfaces)
-            exact = shapely.distance(body, hidden)
-            assert apart <= exact + 1e-9
-            assert (apart > 0.0) == (exact > 1e-12)
 
 
 def test_nothing_is_accepted_without_a_scan_or_beyond_what_is_known():

@@ -1,0 +1,119 @@
+"""Manoeuvres keep their distance, get through, out of dead ends, and end when they do not work."""
+
+import math
+
+import numpy as np
+import pytest
+import shapely
+
+from drake_starnav.geometry.footprint import covered, footprint
+from drake_starnav.planning.manoeuvre import (
+    PATIENCE,
+    STUCK,
+    TRIES,
+    Body,
+    Manoeuvring,
+    found_manoeuvre,
+    manoeuvring,
+    reached,
+)
+from drake_starnav.regions.erosion import smoothed_distances
+from drake_starnav.regions.safe_region import ScanMemory, certified_region
+from drake_starnav.worlds.world import World
+from tests.helpers.scans import cast
+
+SHAPE = footprint(((0.254, -0.215), (0.254, 0.215), (-0.254, 0.215), (-0.254, -0.215)))
+MARGIN = 0.0145
+
+
+def body(world: World, pose: np.ndarray) -> Body:
+    scan = cast(world, pose, beams=720)
+    reach = 2.0
+    star, _ = certified_region(
+        ScanMemory(), scan, smoothed_distances(scan), pose, SHAPE.narrow + MARGIN, reach, (reach + 0.5, 5)
+    )
+    return Body(SHAPE, star, MARGIN)
+
+
+def boxes(*sides: tuple[float, float, float, float]) -> World:
+    corners = tuple(np.array(((a, b), (c, b), (c, d), (a, d))) for a, b, c, d in sides)
+    return World("boxes", (0, 0, 0), (0, 0), polygons=corners, bounds=(-3.0, -3.0, 3.0, 3.0))
+
+
+DOOR = boxes((0.5, 0.27, 0.6, 3.0), (0.5, -3.0, 0.6, -0.27))
+DEAD_END = boxes((-0.6, 0.28, 0.5, 0.4), (-0.6, -0.4, 0.5, -0.28), (0.4, -0.4, 0.5, 0.4))
+
+
+def swept_clearance(world: World, start: np.ndarray, poses: np.ndarray) -> float:
+    """Least distance to the obstacles of the footprint on its way over the poses of a manoeuvre."""
+    solid, least, before = shapely.union_all([shapely.Polygon(p) for p in world.polygons]), math.inf, start
+    for x, y, yaw, gear in poses:
+        count = 1 + int(math.hypot(x - before[0], y - before[1]) / 0.01 + abs(yaw - before[2]) / 0.02)
+        turn, way = yaw - before[2], gear * math.hypot(x - before[0], y - before[1])
+        pose = np.array(before[:3], dtype=float)
+        arc = way if abs(turn) < 1e-9 else way * 0.5 * turn / math.sin(0.5 * turn) if gear else 0.0
+        for _ in range(count):
+            middle = pose[2] + 0.5 * turn / count
+            pose = pose + np.array((math.cos(middle) * arc / count, math.sin(middle) * arc / count, turn / count))
+            least = min(least, float(shapely.distance(covered(SHAPE, pose), solid)))
+        before = np.array((x, y, yaw))
+    return least
+
+
+@pytest.mark.parametrize(
+    ("world", "start", "path"),
+    [
+        (DOOR, (0.0, 0.05, 0.6), [(1.6, 0.0)]),
+        (DOOR, (0.0, -0.4, -1.2), [(0.4, 0.0), (1.6, 0.0)]),
+        (DEAD_END, (0.05, 0.0, 0.0), [(-1.0, 0.0)]),
+    ],
+)
+def test_a_manoeuvre_keeps_its_distance_and_leads_along_the_path(world, start, path):
+    start, path = np.array(start), np.array(path)
+    poses = found_manoeuvre(start, path, body(world, start), 0)
+    assert len(poses)
+    assert swept_clearance(world, start, poses) > 0.004
+    before, after = (math.dist(place[:2], path[-1]) for place in (start, poses[-1]))
+    assert after < before - 0.3
+
+
+def test_no_manoeuvre_leads_where_the_robot_does_not_fit():
+    narrow = boxes((0.5, 0.22, 0.6, 3.0), (0.5, -3.0, 0.6, -0.22))
+    start = np.array((0.1, 0.0, 0.0))
+    poses = found_manoeuvre(start, np.array(((1.9, 0.0),)), body(narrow, start), 0)
+    assert not len(poses) or poses[:, 0].max() < 0.3
+
+
+def test_poses_are_reached_in_their_gear():
+    poses = np.array(((0.0, 0.0, 0.5, 0.0), (0.3, 0.0, 0.5, 1.0), (0.1, 0.0, 0.5, -1.0)))
+    assert reached(np.array((0.0, 0.0, 0.4)), poses) == 0
+    assert reached(np.array((0.0, 0.0, 0.49)), poses) == 1
+    assert reached(np.array((0.3, 0.0, 0.5)), poses) == 2
+    assert reached(np.array((0.1, 0.0, 0.5 - 2.0 * math.pi)), poses[2:]) == 1
+
+
+def test_a_robot_that_stands_with_a_path_begins_a_manoeuvre_and_gives_up_after_some():
+    pose, path = np.array((0.0, 0.05, 0.6)), np.array(((1.6, 0.0),))
+    robot, state, time = body(DOOR, pose), Manoeuvring(), 0.0
+    state = manoeuvring(state, path, pose, time, robot)
+    assert not len(state.poses)
+    time += STUCK + 0.01
+    state = manoeuvring(state, path, pose, time, robot)
+    assert len(state.poses)
+    begun = 1
+    for _ in range(200):  # it never moves
+        time += 0.1
+        after = manoeuvring(state, path, pose, time, robot)
+        begun += len(after.begun) > len(state.begun)
+        state = after
+    assert begun == TRIES and not len(state.poses)
+    assert time > PATIENCE
+
+
+def test_a_robot_without_a_path_or_that_moves_begins_none():
+    pose, path = np.array((0.0, 0.05, 0.6)), np.array(((1.6, 0.0),))
+    robot, state, creeping = body(DOOR, pose), Manoeuvring(), Manoeuvring()
+    for k in range(30):
+        state = manoeuvring(state, path[:0], pose, 0.1 * k, robot)
+        creeping = manoeuvring(creeping, path, pose + (0.02 * k, 0.0, 0.0), 0.1 * k, robot)
+        assert not len(state.poses) and not len(creeping.poses)
