@@ -46,16 +46,17 @@ class Frontiers:
     def __len__(self) -> int:
         return len(self.owner)
 
-    def where(self, keep: np.ndarray) -> "Frontiers":
-        """The frontiers selected by a boolean mask of shape (n,)."""
-        return Frontiers(self.stand[keep], self.probe[keep], self.owner[keep])
+    def where(self, chosen: np.ndarray) -> "Frontiers":
+        """Those that a boolean mask of shape (n,) or indices choose."""
+        return Frontiers(self.stand[chosen], self.probe[chosen], self.owner[chosen])
 
-    def joined(self, other: "Frontiers") -> "Frontiers":
+    def joined(self, *others: "Frontiers") -> "Frontiers":
         """These frontiers followed by the others."""
+        parts = (self, *others)
         return Frontiers(
-            np.vstack((self.stand, other.stand)),
-            np.vstack((self.probe, other.probe)),
-            np.concatenate((self.owner, other.owner)),
+            np.vstack([part.stand for part in parts]),
+            np.vstack([part.probe for part in parts]),
+            np.concatenate([part.owner for part in parts]),
         )
 
 

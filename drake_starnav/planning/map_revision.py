@@ -14,26 +14,15 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.planning.distance_grid import DistanceGrid
-from drake_starnav.planning.edge_coverage import UNKNOWN, EdgeCoverage, revised
+from drake_starnav.planning.frontiers import Frontiers
 from drake_starnav.planning.impassable import impassable_points
-from drake_starnav.planning.roadmap import (
-    COVER_SLACK,
-    STANDING_THERE,
-    StarRoadmap,
-    edge_rows,
-    enterable,
-    without_nodes,
-)
-from drake_starnav.planning.roadmap_edges import revised_edges
+from drake_starnav.planning.roadmap import StarRoadmap, remade
 from drake_starnav.regions.bearing_hits import half_gaps, point_hits, points_to_bearings
 from drake_starnav.regions.erosion import bearing_tables, erode, eroded_range
 from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.piecewise_cubic import fit_piecewise_cubic
-from drake_starnav.regions.region_index import indexed
-from drake_starnav.regions.region_union import CELL, WORD, RegionUnion
+from drake_starnav.regions.region_union import CELL, WORD
 from drake_starnav.regions.star_region import Fit, StarRegion
-from drake_starnav.utils.shared_rows import SharedRows
 
 CONTRADICTION = 0.2
 """A region with hits of a new scan deeper inside than this is contradicted, m. It is twice the distance between two
@@ -207,83 +196,16 @@ def _with_free_range(region: StarRegion, free_range: np.ndarray, fit: Fit = fit_
 def _remade(
     roadmap: StarRoadmap, nodes: Sequence[StarRegion | None], margins: Margins, robot_radius: float
 ) -> StarRoadmap:
-    """The roadmap with these regions of its nodes (None: dropped); it keeps its retired, closed and blocked places.
+    """The roadmap with these regions of its nodes (None: dropped).
 
-    It also keeps all hits, unless the pose may err: then only those of the nodes' scans. Edges and edge frontiers are
-    found anew only where a region has changed; frontiers of other kinds are dropped.
+    It keeps all hits, unless the pose may err: then only those of the nodes' scans.
     """
-    kept = np.array([k for k, region in enumerate(nodes) if region is not None], np.int64)
-    number = np.full(len(nodes), -1)
-    number[kept] = np.arange(len(kept))
-    regions = [region for region in nodes if region is not None]
-    scans = tuple(roadmap.scans[k] for k in kept)
-    changed = np.array([new is not roadmap.regions[old] for new, old in zip(regions, kept, strict=True)], bool)
-    hits = roadmap.hits
+    kept = [(region, *seen) for region, seen in zip(nodes, roadmap.scans, strict=True) if region is not None]
     if margins.drop_seen_through:
-        hits, changed = roadmap.hits.emptied(), np.ones(len(kept), bool)
-        for scan, pose in scans:
+        hits = roadmap.hits.emptied()
+        for _, scan, pose in kept:
             hits = hits.stamped(impassable_points(scan, pose, margins, robot_radius))
-    if not regions:
-        return dataclasses.replace(without_nodes(roadmap), hits=hits)
-    rows = _revised_rows(roadmap.union, kept, changed, regions)
-    union = RegionUnion(*rows.in_use)
-    if len(kept) == len(nodes):
-        union = indexed(union, roadmap.union, np.flatnonzero(changed))
-    else:  # the regions get other bits in the index
-        union = indexed(union, RegionUnion.none(), np.arange(len(kept)))
-    edges, lengths = revised_edges((roadmap.edges, roadmap.lengths), roadmap.union.center, number, changed, union)
-    fresh = _edge_frontiers(regions, np.flatnonzero(changed), hits, robot_radius)
-    coverage = revised(roadmap.coverage, number, changed, fresh, union, COVER_SLACK)
-    roadmap = dataclasses.replace(
-        roadmap,
-        regions=tuple(regions),
-        union=union,
-        rows=rows,
-        scans=scans,
-        edges=edges,
-        lengths=lengths,
-        hits=hits,
-        coverage=coverage,
-    )
-    frontiers = coverage.frontiers
-    frontiers = frontiers.where(enterable(frontiers, roadmap, robot_radius))
-    away = _away_from_nodes(frontiers.stand, frontiers.owner, union.center, STANDING_THERE)
-    return dataclasses.replace(roadmap, frontiers=frontiers.where(away))
-
-
-def _revised_rows(
-    union: RegionUnion, kept: np.ndarray, changed: np.ndarray, regions: Sequence[StarRegion]
-) -> SharedRows:
-    """The rows of the regions that remain, shape (n,), with those of the changed ones replaced."""
-    rows = SharedRows.copied(union.rows, kept)
-    for k in np.flatnonzero(changed).tolist():
-        for array, value in zip(rows.arrays, regions[k].row, strict=True):
-            array[k] = value
-    return rows
-
-
-def _edge_frontiers(
-    regions: Sequence[StarRegion], nodes: np.ndarray, hits: DistanceGrid, robot_radius: float
-) -> EdgeCoverage:
-    """The edge frontiers of some nodes, of which it is unknown what covers them."""
-    rows = [edge_rows(regions[k], hits, robot_radius) for k in nodes.tolist()]
-    owner = np.repeat(nodes, [len(each) for each in rows])
-    together = np.concatenate(rows) if rows else np.zeros((0, 4))
-    return EdgeCoverage.of(together, owner, np.full(len(owner), UNKNOWN, np.int32), np.zeros(0, np.int64))
-
-
-@njit(cache=True)
-def _away_from_nodes(stand, owner, center, distance):
-    """Whether each stand is farther than `distance` from its node and all newer ones."""
-    order = np.argsort(center[:, 0])
-    x = center[order, 0]
-    out = np.ones(len(stand), np.bool_)
-    for i in range(len(stand)):
-        k = np.searchsorted(x, stand[i, 0] - 1.001 * distance)
-        while k < len(x) and x[k] <= stand[i, 0] + 1.001 * distance:
-            dx, dy = stand[i, 0] - x[k], stand[i, 1] - center[order[k], 1]
-            if order[k] >= owner[i] and dx * dx + dy * dy <= distance * distance:
-                out[i] = False
-                break
-            k += 1
-    return out
+        roadmap = dataclasses.replace(
+            roadmap, hits=hits, regions=(), edge_frontiers=Frontiers.none(), covered=np.zeros(0, bool)
+        )
+    return remade(roadmap, kept, robot_radius)

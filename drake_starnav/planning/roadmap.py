@@ -2,7 +2,7 @@
 
 import dataclasses
 import math
-from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import field
 
 import numpy as np
@@ -10,11 +10,10 @@ from numba import njit
 
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.planning.distance_grid import DistanceGrid, distances
-from drake_starnav.planning.edge_coverage import EdgeCoverage, with_newest
 from drake_starnav.planning.frontiers import PROBE_DISTANCE, PROBE_REACHED, Frontiers, edge_frontiers
 from drake_starnav.planning.impassable import impassable_points
 from drake_starnav.planning.parameters import PlannerParameters
-from drake_starnav.planning.roadmap_edges import revised_edges
+from drake_starnav.planning.roadmap_edges import edges_from
 from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.region_index import indexed
 from drake_starnav.regions.region_union import RegionUnion, covers, newest_cover
@@ -56,7 +55,8 @@ class StarRoadmap:
         inspection_points: shape (v, 2), places from which a target was inspected without seeing past it, but kept.
         stall_points: shape (b, 2), places in front of which the robot stalled: no region lets it touch one, and they
             are obstacles for the cost-to-go.
-        coverage: of the edge frontiers of all nodes.
+        edge_frontiers: of all nodes, m of them sorted by node, covered ones too, except those at hits.
+        covered: shape (m,), whether a region covers their probes.
     """
 
     hits: DistanceGrid
@@ -72,7 +72,8 @@ class StarRoadmap:
     closed_places: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
     inspection_points: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
     stall_points: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
-    coverage: EdgeCoverage = field(default_factory=EdgeCoverage.none)
+    edge_frontiers: Frontiers = field(default_factory=Frontiers.none)
+    covered: np.ndarray = field(default_factory=lambda: np.zeros(0, bool))
 
     def __len__(self) -> int:
         return len(self.regions)
@@ -90,7 +91,6 @@ def extended(
     pose: np.ndarray,
     margins: Margins,
     robot_radius: float,
-    stamp: bool = True,
 ) -> StarRoadmap:
     """The roadmap with one more node.
 
@@ -101,25 +101,20 @@ def extended(
         pose: (x, y, yaw) of S in W when the scan was taken.
         margins: of the regions.
         robot_radius: m.
-        stamp: whether to add the scan's hits to the distance grid.
     """
-    hits = roadmap.hits
-    if stamp:
-        hits = hits.stamped(impassable_points(scan, pose, margins, robot_radius))
+    hits = roadmap.hits.stamped(impassable_points(scan, pose, margins, robot_radius))
     grown = with_node(roadmap, region, scan, pose, hits)
-    rows = edge_rows(region, hits, robot_radius)
-    coverage = with_newest(roadmap.coverage, rows, grown.union, COVER_SLACK)
-    old = roadmap.frontiers
-    frontiers = _grown_frontiers(
-        (old.stand, old.probe, old.owner), coverage.arrays, _bars(grown, robot_radius), grown.union, COVER_SLACK
+    own = _edges_off_hits(region, len(roadmap), hits, robot_radius)
+    own_covered = grown.union.contains(own.probe, COVER_SLACK)
+    covered = roadmap.covered | region.alone.contains(roadmap.edge_frontiers.probe, COVER_SLACK)
+    known = roadmap.frontiers.where(~region.alone.contains(roadmap.frontiers.probe, COVER_SLACK))
+    frontiers = known.joined(own.where(~own_covered))
+    return dataclasses.replace(
+        grown,
+        frontiers=frontiers.where(enterable(frontiers, grown, robot_radius)),
+        edge_frontiers=roadmap.edge_frontiers.joined(own),
+        covered=np.concatenate((covered, own_covered)),
     )
-    return dataclasses.replace(grown, frontiers=Frontiers(*frontiers), coverage=coverage)
-
-
-def edge_rows(region: StarRegion, hits: DistanceGrid, robot_radius: float) -> np.ndarray:
-    """Stands and probes of a region's edge frontiers that are not at a hit, shape (n, 4), W, m."""
-    edges = edge_frontiers(region, 0)
-    return np.hstack((edges.stand, edges.probe))[hits.distance(edges.probe) > robot_radius - PROBE_SLACK]
 
 
 def with_node(
@@ -129,44 +124,63 @@ def with_node(
     known = len(roadmap)
     rows = roadmap.rows.extended(known, 1, region.row) if known else SharedRows(united((region,)).rows, 1)
     union = indexed(RegionUnion(*rows.in_use), roadmap.union, np.array([known]))
-    numbers, before = np.arange(known + 1), (roadmap.edges, roadmap.lengths)
-    edges, lengths = revised_edges(before, roadmap.union.center, numbers[:-1], numbers == known, union)
+    edges, lengths = edges_from(union, known)
     return dataclasses.replace(
         roadmap,
         regions=(*roadmap.regions, region),
         union=union,
         rows=rows,
         scans=(*roadmap.scans, (scan, np.array(pose, dtype=float))),
-        edges=edges,
-        lengths=lengths,
+        edges=np.vstack((roadmap.edges, edges)),
+        lengths=np.concatenate((roadmap.lengths, lengths)),
         hits=hits,
     )
 
 
-def with_nodes(
-    roadmap: StarRoadmap,
-    nodes: Iterable[tuple[StarRegion, LaserScan, np.ndarray]],
-    margins: Margins,
-    robot_radius: float,
-    *,
-    stamp: bool,
+def remade(
+    roadmap: StarRoadmap, nodes: Sequence[tuple[StarRegion, LaserScan, np.ndarray]], robot_radius: float
 ) -> StarRoadmap:
-    """The roadmap extended by nodes (region, scan, pose) in turn; arguments as for `extended`."""
-    for region, scan, pose in nodes:
-        roadmap = extended(roadmap, region, scan, pose, margins, robot_radius, stamp)
-    return roadmap
+    """The roadmap with nodes (region, scan, pose) in place of its own, and their edge frontiers in place of all others.
 
-
-def without_nodes(roadmap: StarRoadmap) -> StarRoadmap:
-    """The roadmap without nodes and frontiers; it keeps its hits, and its retired, inspected and blocked places."""
-    return StarRoadmap(
-        roadmap.hits,
-        blacklisted_targets=roadmap.blacklisted_targets,
-        blacklisted_probes=roadmap.blacklisted_probes,
-        closed_places=roadmap.closed_places,
-        inspection_points=roadmap.inspection_points,
-        stall_points=roadmap.stall_points,
+    It keeps its hits, and its retired, closed, inspected and blocked places.
+    """
+    regions, old = tuple(region for region, _, _ in nodes), roadmap.edge_frontiers
+    number = {region: k for k, region in enumerate(regions)}
+    renumbered = np.array([number.pop(region, -1) for region in roadmap.regions], np.int64)
+    news = np.array(list(number.values()), np.int64)
+    same = len(regions) == len(roadmap)  # else the regions have other bits in the index
+    union = united(regions)
+    union = indexed(union, roadmap.union, news) if same else indexed(union, RegionUnion.none(), np.arange(union.size))
+    edges, lengths = edges_from(union, 0)
+    every, kept = Frontiers(old.stand, old.probe, renumbered[old.owner]), renumbered[old.owner] >= 0
+    fresh = (_edges_off_hits(regions[k], k, roadmap.hits, robot_radius) for k in news.tolist())
+    every = every.where(kept).joined(*fresh)
+    covered = np.append(roadmap.covered[kept], np.zeros(len(every) - kept.sum(), bool))
+    lost = united(region for region, k in zip(roadmap.regions, renumbered, strict=True) if k < 0)
+    doubtful = covered & lost.contains(every.probe, COVER_SLACK)
+    doubtful[kept.sum() :] = True
+    covered |= united(regions[k] for k in news.tolist()).contains(every.probe, COVER_SLACK)
+    covered[doubtful] = union.contains(every.probe[doubtful], COVER_SLACK)
+    order = np.argsort(every.owner, kind="stable")
+    every, covered = every.where(order), covered[order]
+    roadmap = dataclasses.replace(
+        roadmap,
+        regions=regions,
+        union=union,
+        rows=SharedRows(union.rows, len(regions)),
+        scans=tuple((scan, np.array(pose, dtype=float)) for _, scan, pose in nodes),
+        edges=edges,
+        lengths=lengths,
+        frontiers=Frontiers.none(),
+        edge_frontiers=every,
+        covered=covered,
     )
+    if not regions:
+        return roadmap
+    frontiers = every.where(~covered)
+    frontiers = frontiers.where(enterable(frontiers, roadmap, robot_radius))
+    away = _away_from_nodes(frontiers.stand, frontiers.owner, union.center, STANDING_THERE)
+    return dataclasses.replace(roadmap, frontiers=frontiers.where(away))
 
 
 def blacklist_target(roadmap: StarRoadmap, place: np.ndarray, radius: float, probe: np.ndarray) -> StarRoadmap:
@@ -183,8 +197,14 @@ def blacklist_target(roadmap: StarRoadmap, place: np.ndarray, radius: float, pro
 def rebuilt(roadmap: StarRoadmap, margins: Margins, robot_radius: float) -> StarRoadmap:
     """A roadmap of the same scans, in which nothing was tried in vain but what is closed for good."""
     empty = StarRoadmap(roadmap.hits, closed_places=roadmap.closed_places)
-    nodes = ((scan_region(scan, pose, robot_radius, margins), scan, pose) for scan, pose in roadmap.scans)
-    return with_nodes(empty, nodes, margins, robot_radius, stamp=False)
+    nodes = [(scan_region(scan, pose, robot_radius, margins), scan, pose) for scan, pose in roadmap.scans]
+    return remade(empty, nodes, robot_radius)
+
+
+def _edges_off_hits(region: StarRegion, owner: int, hits: DistanceGrid, robot_radius: float) -> Frontiers:
+    """The edge frontiers of a region that are not at a hit."""
+    edges = edge_frontiers(region, owner)
+    return edges.where(hits.distance(edges.probe) > robot_radius - PROBE_SLACK)
 
 
 def uncovered_share(region: StarRegion, others: RegionUnion) -> float:
@@ -194,13 +214,9 @@ def uncovered_share(region: StarRegion, others: RegionUnion) -> float:
 
 def enterable(frontiers: Frontiers, roadmap: StarRoadmap, robot_radius: float) -> np.ndarray:
     """Frontiers that are not at the newest node, in a retired place, or at a hit or blocked place; shape (n,)."""
-    return _enterable(frontiers.stand, frontiers.probe, _bars(roadmap, robot_radius))
-
-
-def _bars(roadmap: StarRoadmap, robot_radius: float) -> tuple:
-    """What bars frontiers, for compiled loops."""
     places = roadmap.stall_points, roadmap.blacklisted_targets
-    return roadmap.union.center[-1], roadmap.hits.arrays, *places, robot_radius
+    bars = roadmap.union.center[-1], roadmap.hits.arrays, *places, robot_radius
+    return _enterable(frontiers.stand, frontiers.probe, bars)
 
 
 @njit(cache=True)
@@ -223,32 +239,20 @@ def _enterable(stand, probe, bars):
 
 
 @njit(cache=True)
-def _grown_frontiers(old, coverage, bars, union, slack):
-    """Stands, probes and owners of the old frontiers that the newest region does not cover, and of its own open ones.
-
-    Only those that are `enterable`.
-    """
-    old_stand, old_probe, old_owner = old
-    center, bearing_0, values = union.center, union.bearing_0, union.values
-    (rows, row_owner, _, is_open), newest = coverage, len(center) - 1
-    first = len(is_open)
-    while first > 0 and row_owner[is_open[first - 1]] == newest:
-        first -= 1
-    most = len(old_owner) + len(is_open) - first
-    stand, probe, owner = np.empty((most, 2)), np.empty((most, 2)), np.empty(most, np.int64)
-    n = 0
-    for i in range(len(old_owner)):
-        x, y = old_probe[i, 0], old_probe[i, 1]
-        if not covers(center, bearing_0, values, newest, x, y, slack):
-            stand[n, 0], stand[n, 1], probe[n, 0], probe[n, 1] = old_stand[i, 0], old_stand[i, 1], x, y
-            owner[n] = old_owner[i]
-            n += 1
-    for k in is_open[first:]:
-        stand[n, 0], stand[n, 1], probe[n, 0], probe[n, 1] = rows[k, 0], rows[k, 1], rows[k, 2], rows[k, 3]
-        owner[n] = newest
-        n += 1
-    keep = _enterable(stand[:n], probe[:n], bars)
-    return stand[:n][keep], probe[:n][keep], owner[:n][keep]
+def _away_from_nodes(stand, owner, center, distance):
+    """Whether each stand is farther than `distance` from its node and all newer ones."""
+    order = np.argsort(center[:, 0])
+    x = center[order, 0]
+    out = np.ones(len(stand), np.bool_)
+    for i in range(len(stand)):
+        k = np.searchsorted(x, stand[i, 0] - 1.001 * distance)
+        while k < len(x) and x[k] <= stand[i, 0] + 1.001 * distance:
+            dx, dy = stand[i, 0] - x[k], stand[i, 1] - center[order[k], 1]
+            if order[k] >= owner[i] and dx * dx + dy * dy <= distance * distance:
+                out[i] = False
+                break
+            k += 1
+    return out
 
 
 @njit(cache=True)

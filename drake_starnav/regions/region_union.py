@@ -67,7 +67,7 @@ class RegionUnion(NamedTuple):
 
     def contains(self, points: np.ndarray, slack: float = 0.0) -> np.ndarray:
         """Whether points in W are in the union, or up to `slack` (m) beyond a boundary; shape (n, 2) -> (n,), bool."""
-        return np.array([cover_at(self, x, y, slack) >= 0 for x, y in points.tolist()], bool)
+        return _contained(self, np.ascontiguousarray(points, dtype=float), slack)
 
     def moved(self, frame: np.ndarray) -> "RegionUnion":
         """The same regions in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""
@@ -81,6 +81,20 @@ def cover_at(union, x, y, slack):
     With an index, the slack is less than `region_index.SLACK`.
     """
     return newest_cover(union.center, union.bearing_0, union.values, union.marks, union.corner, (x, y), slack)
+
+
+@njit(cache=True)
+def _contained(union, points, slack):
+    """The loop of `RegionUnion.contains`: the region that contains a point is tried first on the next."""
+    center, bearing_0, values, marks, corner = union.center, union.bearing_0, union.values, union.marks, union.corner
+    out = np.empty(len(points), np.bool_)
+    last = -1
+    for n in range(len(points)):
+        x, y = points[n, 0], points[n, 1]
+        if last < 0 or not covers(center, bearing_0, values, last, x, y, slack):
+            last = newest_cover(center, bearing_0, values, marks, corner, (x, y), slack)
+        out[n] = last >= 0
+    return out
 
 
 @njit(cache=True, error_model="numpy")
