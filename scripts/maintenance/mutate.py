@@ -21,6 +21,7 @@ import os
 import random
 import re
 import resource
+import signal
 import sys
 import time
 from collections.abc import Iterator, Sequence
@@ -66,6 +67,8 @@ WANTED = 0.95
 """Least share of the mutants of a group, but for equivalent ones, that must be killed."""
 LONGEST = 1.0
 """Tests that take more processor time without compilation are left out, s."""
+WARM_UP = 5.0
+"""The same with compilation, before the first mutant."""
 SLOWER, LATE = 3.0, 5.0
 """A mutant whose tests take so many times the time of the module's, and so many seconds more, is killed."""
 MEMORY = 4 << 30
@@ -229,10 +232,16 @@ def _difference(source: str, changed: str) -> tuple[str, str]:
 
 
 class Tests:
-    """Runs the shortest tests first, does not shrink examples, and remembers what failed and the times, s."""
+    """Runs the tests of known durations, the shortest first; or all, and keeps the durations of those that end in time.
 
-    def __init__(self, durations: dict[str, float]) -> None:
-        self.durations, self.killer = dict(durations), ""
+    Attributes:
+        durations: processor time of each test, s.
+        longest: time that a test may take if none is known, s.
+        killer: the test that failed.
+    """
+
+    def __init__(self, durations: dict[str, float], longest: float = LONGEST) -> None:
+        self.chosen, self.durations, self.longest, self.killer = durations, dict(durations), longest, ""
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_collection(self) -> None:
@@ -245,9 +254,9 @@ class Tests:
         settings.load_profile("mutants")
 
     def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
-        if self.durations:
-            items[:] = [item for item in items if item.nodeid in self.durations]
-            items.sort(key=lambda item: self.durations[item.nodeid])
+        if self.chosen:
+            items[:] = [item for item in items if item.nodeid in self.chosen]
+            items.sort(key=lambda item: self.chosen[item.nodeid])
 
     def pytest_collectreport(self, report: pytest.CollectReport) -> None:
         if report.failed:
@@ -255,18 +264,22 @@ class Tests:
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_call(self, item: pytest.Item) -> Iterator[None]:
+        signal.signal(signal.SIGVTALRM, lambda number, frame: pytest.skip("it takes too long"))
+        signal.setitimer(signal.ITIMER_VIRTUAL, 0.0 if self.chosen else self.longest)
         began = time.process_time()
-        yield
-        self.durations[item.nodeid] = time.process_time() - began
+        try:
+            yield
+            self.durations[item.nodeid] = time.process_time() - began
+        finally:
+            signal.setitimer(signal.ITIMER_VIRTUAL, 0.0)
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         if report.failed:
             self.killer = report.nodeid
 
 
-def run_tests(files: Sequence[str], durations: dict[str, float]) -> Tests:
+def run_tests(files: Sequence[str], tests: Tests) -> Tests:
     """Run test files in this process until one fails."""
-    tests = Tests(durations)
     without = [f"-pno:{plugin}" for plugin in ("cacheprovider", "xdist", "unraisableexception", "threadexception")]
     code = pytest.main([*without, "-q", "-x", "-m", "not slow", "--tb=no", *files], plugins=[tests])
     if code and not tests.killer:
@@ -323,7 +336,7 @@ def tried(loader: Mutated, files: Sequence[str], durations: dict[str, float], li
         sys.meta_path.insert(0, loader)
         try:
             importlib.import_module(loader.name)
-            tests = run_tests(files, durations)
+            tests = run_tests(files, Tests(durations))
             result = {"killer": tests.killer, "durations": tests.durations}
         except BaseException as error:
             result = {"killer": f"import: {type(error).__name__}"}
@@ -356,7 +369,7 @@ def scored(module: str, files: Sequence[str], count: int, seed: int) -> list[dic
     if total > count:
         drawn = sorted(random.Random(f"{seed} {module}").sample(drawn, count), key=lambda mutant: mutant.line)
     with contextlib.redirect_stdout(io.StringIO()):
-        run_tests(files, {})  # compiles and loads what stays
+        run_tests(files, Tests({}, WARM_UP))  # compiles and loads what stays
     name = "drake_starnav." + module.replace("/", ".")
     forget(name)
     numba.config.DISABLE_JIT = True
@@ -365,7 +378,7 @@ def scored(module: str, files: Sequence[str], count: int, seed: int) -> list[dic
     usual = tried(loader, files, {}, 600.0)
     if usual["killer"]:
         raise SystemExit(f"{module} itself does not pass its tests: {usual['killer']}")
-    durations = {test: spent for test, spent in usual["durations"].items() if spent < LONGEST}
+    durations = usual["durations"]
     limit = SLOWER * sum(durations.values()) + LATE
     records = []
     for mutant in tqdm(drawn, desc=module, unit="mutant", disable=None, leave=False):

@@ -8,6 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_starnav.control.motion import (
+    AT_REST,
+    LARGEST_TURN,
     LONGEST_STEP,
     SAMPLE_SPACING,
     SAMPLES,
@@ -43,6 +45,32 @@ def test_the_twist_is_kept_the_target_is_held_and_the_robot_brakes_until_it_stan
     assert change[: motion.braking].max() <= 1e-9
     assert np.hypot(*np.diff(motion.position, axis=0).T).max() <= SAMPLE_SPACING + 1e-9
     assert np.diff(motion.time).min() >= 0.0 and np.diff(motion.time).max() <= LONGEST_STEP + 1e-9
+
+
+@settings(max_examples=100)
+@given(seeds, st.sampled_from([0.02, 0.3]), st.sampled_from([0.0, 0.05]))
+def test_it_brakes_as_hard_as_it_can_and_the_drive_and_the_motion_end_at_samples(seed, hold, delay) -> None:
+    """However fast it drives and turns, and whichever ends first; its samples are never far apart."""
+    rng = np.random.default_rng(seed)
+    robot = RobotParameters(max_speed=2.0, max_yaw_rate=15.0, max_acceleration=3.0, max_yaw_acceleration=9.0)
+    twist, target = rng.uniform(-1.0, 1.0, (2, 2)) * robot.limits[:2]
+    motion = roll_out(np.zeros(3), twist, target, actuation(robot, hold, delay))
+    times, speeds, rates = motion.samples[motion.braking :, (5, 3, 4)].T
+    stops = abs(speeds[0]) / robot.max_acceleration, abs(rates[0]) / robot.max_yaw_acceleration
+    assert times[np.abs(speeds) < AT_REST][0] - times[0] == pytest.approx(stops[0], abs=1e-6)
+    assert times[-1] - times[0] == pytest.approx(max(stops), abs=1e-6)
+    assert np.hypot(*np.diff(motion.position, axis=0).T).max() <= SAMPLE_SPACING + 1e-9
+    assert np.abs(np.diff(motion.pose[:, 2])).max() <= LARGEST_TURN + 1e-9
+    assert np.diff(motion.time).max() <= LONGEST_STEP + 1e-9
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize(("twist", "steps"), [((0.8, 0.0), 100), ((0.1, 0.0), 25), ((0.0, 10.0), 40), ((0.0, 0.0), 25)])
+def test_there_are_no_more_samples_than_needed(twist, steps, sign) -> None:
+    """Of a second: 8 mm apart, or 0.04 s where it is slow, or a quarter of a radian where it turns fast."""
+    steady = sign * np.array(twist)
+    motion = roll_out(np.zeros(3), steady, steady, actuation(RobotParameters(max_yaw_rate=10.0), 1.0))
+    assert abs(motion.braking - motion.commanded - steps) <= 1  # rounding may add one
 
 
 @pytest.mark.slow
@@ -94,9 +122,16 @@ def test_a_motion_in_which_the_wheels_slide_does_not_grip(twist, grips) -> None:
     assert motion.grips == grips
 
 
+def test_what_was_commanded_before_may_slide_until_the_command_takes_effect() -> None:
+    robot = RobotParameters(max_speed=2.0, max_yaw_rate=5.0)
+    sliding, still = np.array((2.0, 4.005)), np.zeros(2)
+    assert roll_out(np.zeros(3), sliding, still, actuation(robot, delay=0.1)).grips
+    assert not roll_out(np.zeros(3), sliding, sliding, actuation(robot, delay=0.1)).grips
+
+
 def test_nothing_is_guaranteed_before_the_first_command() -> None:
     none = BrakingMotion.none()
     assert not none.certified
-    assert none.path.shape == (1, 3)
+    np.testing.assert_array_equal(none.path, np.zeros((1, 3)))
     with pytest.raises(AttributeError):
         none.certified = True

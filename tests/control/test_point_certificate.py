@@ -108,13 +108,13 @@ def visiting(places: np.ndarray) -> Motion:
     return Motion(samples, 0, 0, True, RADIUS)
 
 
-@settings(max_examples=300)
+@settings(max_examples=500)
 @given(seeds)
 def test_each_place_of_a_motion_keeps_the_margin_or_the_clearance_that_the_robot_has(seed):
     """Whatever way leads there, from hits as well as from what lies beyond the reach of the last scan."""
     rng = np.random.default_rng(seed)
     steps = rng.choice([0.01, 0.1, 0.4]) * rng.standard_normal((rng.integers(2, 9), 2))
-    places = rng.uniform(-3.0, 3.0, 2) + np.cumsum(steps, axis=0)
+    places = rng.choice([0.3, 3.0]) * rng.uniform(-1.0, 1.0, 2) + np.cumsum(steps, axis=0)
     hits, gaps = places[0] + rng.uniform(-1.5, 1.5, (4, 2)), rng.uniform(0.0, 0.1, 4)
     center, margin = places[0] + rng.uniform(-0.3, 0.3, 2), rng.uniform(0.0, 0.3)
     star = CertifiedRegion(center, 0.0, np.zeros(4), hits, hits, gaps, seen=True, reach=rng.uniform(0.5, 3.0))
@@ -123,6 +123,13 @@ def test_each_place_of_a_motion_keeps_the_margin_or_the_clearance_that_the_robot
     kept = max(min(margin, away[0].min()), ESCAPE_CLEARANCE)
     keeps = min(away.min(), known.min()) >= kept
     assert PointCertificate(star, margin, RADIUS).accepts(visiting(places)) == keeps
+
+
+def test_a_robot_within_the_margin_may_turn_on_the_spot():
+    hits = np.array([(RADIUS + 0.01, 0.0)])
+    star = CertifiedRegion(np.zeros(2), 0.0, np.zeros(4), hits, hits, np.zeros(1), seen=True)
+    turning = roll_out(np.zeros(3), np.zeros(2), np.array((0.0, 1.0)), Actuation(LIMITS, RADIUS, PERIOD, 0.0))
+    assert PointCertificate(star, 0.05, RADIUS).accepts(turning)
 
 
 def test_a_robot_that_almost_touches_something_is_not_driven_even_away_from_it():

@@ -1,3 +1,4 @@
+import dataclasses
 import math
 
 import numpy as np
@@ -7,7 +8,7 @@ from hypothesis import strategies as st
 
 from drake_starnav.lidar.laser_scan import DYNAMIC, LaserScan
 from drake_starnav.regions.erosion import smoothed_distances
-from drake_starnav.regions.safe_region import NEAR_HIT_RANGE, CertifiedRegion, ScanMemory, certified_region
+from drake_starnav.regions.safe_region import CertifiedRegion, ScanMemory, certified_region
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import RADIUS, cast, scattered, seeds, segment_distance
 
@@ -63,6 +64,48 @@ def test_the_memory_keeps_the_last_scans_and_never_changes():
         assert len(memory.points) == len(memory.half_gaps) == sum(memory.counts)
 
 
+def test_the_latest_scan_is_kept_even_if_none_is_asked_for() -> None:
+    scan = all_around(b0_360=0.8)
+    _, memory = certified_region(ScanMemory(), scan, scan.distances, np.zeros(3), SAFE, REACH, (3.0, 0))
+    _, memory = certified_region(memory, scan, scan.distances, np.zeros(3), SAFE, REACH, (3.0, 0))
+    assert memory.counts == (360,) and len(memory.points) == 360
+
+
+def test_the_star_knows_when_and_where_its_scans_were_taken_and_what_distance_it_keeps() -> None:
+    scans = [dataclasses.replace(all_around(b0_360=0.8), time=time) for time in (1.5, 2.5)]
+    memory, pose = ScanMemory(), np.array((1.0, 2.0, 0.5))
+    for scan in scans:
+        star, memory = certified_region(memory, scan, scan.distances, pose, SAFE, REACH, KEPT)
+    assert (star.previous, star.time, memory.time) == (1.5, 2.5, 2.5)
+    assert star.radius == SAFE and tuple(star.center) == (1.0, 2.0)
+    np.testing.assert_allclose(np.hypot(*(star.hits - pose[:2]).T), 0.8)
+    np.testing.assert_allclose(star.hits[0], pose[:2] - 0.8 * np.array((math.cos(0.5), math.sin(0.5))))
+
+
+def test_what_is_remembered_may_differ_from_what_was_measured() -> None:
+    """Averaged ranges bound the star; the planner's near hits are the smoothed ones."""
+    scan = all_around(b0_360=0.8)
+    averaged, smoothed = np.full(360, 0.7), np.full(360, 0.9)
+    star, memory = certified_region(ScanMemory(), scan, smoothed, np.zeros(3), SAFE, REACH, KEPT, averaged)
+    for points, away in ((star.hits, 0.7), (memory.points, 0.7), (star.near_hits, 0.9)):
+        np.testing.assert_allclose(np.hypot(*points.T), away)
+    assert star.values == pytest.approx(np.full(len(star.values), 0.7 - SAFE), abs=1e-3)
+
+
+@pytest.mark.parametrize("between", [-math.inf, math.nan])
+def test_what_touches_the_lidar_is_a_millimetre_away_along_its_beam(between: float) -> None:
+    """Also what a beam between two such beams has lost."""
+    seen = all_around(b269_270=-math.inf, b270_271=between, b271_272=-math.inf)
+    hits = safe_star(seen).hits
+    bearings = np.radians(np.array((89.0, 90.0, 91.0)))
+    found = hits[np.argsort(-hits[:, 0])]
+    np.testing.assert_allclose(found, 0.001 * np.column_stack((np.cos(bearings), np.sin(bearings))), atol=1e-9)
+
+
+def test_a_lidar_that_sees_no_farther_than_the_robot_certifies_nothing() -> None:
+    assert (safe_star(all_around(0.8 * SAFE)).values == 0.0).all()
+
+
 def test_the_star_holds_all_remembered_hits():
     star, memory, _, _ = driven(5)
     np.testing.assert_array_equal(star.hits, memory.points)
@@ -72,7 +115,7 @@ def test_the_star_holds_all_remembered_hits():
 def test_near_hits_are_those_of_the_filtered_scan_close_by():
     star, _, scan, pose = driven(3)
     filtered = smoothed_distances(scan)
-    near = filtered < NEAR_HIT_RANGE
+    near = filtered < 1.0
     away = np.hypot(*(star.near_hits - pose[:2]).T)
     np.testing.assert_allclose(away, filtered[near])
 
@@ -169,8 +212,11 @@ def test_hits_know_how_far_apart_they_are() -> None:
 
 
 def test_no_scan_certifies_no_motion():
-    star = CertifiedRegion.none()
-    assert not star.seen
+    star, memory = CertifiedRegion.none(), ScanMemory()
+    assert not star.seen and star.time == star.previous == memory.time == -math.inf
+    assert star.hits.shape == star.near_hits.shape == memory.points.shape == (0, 2)
+    assert star.half_gaps.shape == memory.half_gaps.shape == (0,) and memory.counts == ()
+    assert star.center.shape == (2,) and star.reach == math.inf and star.radius == 0.0
     assert not star.alone.contains(np.array([(0.001, 0.0)]))[0]
 
 
