@@ -54,7 +54,7 @@ def followed(inputs: ControllerInputs, margins: Margins, robot: RobotParameters)
         return Proposal(twist, math.copysign(1.0, twist[0]) * np.array((math.cos(pose[2]), math.sin(pose[2]))))
     ux, uy, v, omega = _followed(pose, known, star.alone, near_wall, tuple(limits))
     direction = np.array((ux, uy))
-    if direction.any() and not robot.shape.is_disc:
+    if not robot.shape.is_disc and direction.any():
         passage = tight_passage(pose, guidance.path, star.hits, robot.shape, margins.safety)
         aligned = aligned_direction(pose, direction, passage, float(np.ptp(robot.shape.outline[:, 0])))
         if aligned is not direction:

@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+import operator
 from collections.abc import Sequence
 from functools import cached_property, lru_cache
 
@@ -18,7 +19,10 @@ from drake_starnav.lidar.field_of_view import SEAM, TURN, FieldOfView
 from drake_starnav.utils.snapshot import snapshot
 
 NOT_TRACKED = np.zeros(0, np.int8)
+LEAST = math.ulp(0.0)
+"""Ranges of 0 and less are no measurement: this is the least that is one, m."""
 _NUMBERS = ("time", "angle_min", "angle_increment", "range_min", "range_max", "time_increment", "scan_time")
+_numbers = operator.attrgetter(*_NUMBERS)
 
 
 @snapshot
@@ -61,9 +65,9 @@ class LaserScan:
 
     def __post_init__(self) -> None:
         ranges = np.array(self.ranges, dtype=float)
-        for name in _NUMBERS:
-            if not math.isfinite(getattr(self, name)):
-                raise StarnavError(f"laser scan: {name} is {getattr(self, name)}; allowed: a finite number")
+        for name, value in zip(_NUMBERS, _numbers(self), strict=True):
+            if not math.isfinite(value):
+                raise StarnavError(f"laser scan: {name} is {value}; allowed: a finite number")
         if self.scan_time < 0.0:
             raise StarnavError(f"laser scan: scan_time is {self.scan_time:g}; allowed: 0 <= scan_time")
         if ranges.ndim != 1 or len(ranges) < 3:
@@ -89,7 +93,7 @@ class LaserScan:
             }
             for name, value in turned.items():
                 object.__setattr__(self, name, value)
-        lost = np.isnan(ranges) | (np.isfinite(ranges) & ((ranges < self.range_min) | (ranges <= 0.0)))
+        lost = ~((ranges >= max(self.range_min, LEAST)) | (ranges == -math.inf))
         if not self.lost_beams and lost.any():
             bad = np.flatnonzero(lost)
             raise StarnavError(

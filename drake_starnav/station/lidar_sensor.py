@@ -3,7 +3,7 @@
 import dataclasses
 import math
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from pydrake.common.value import AbstractValue, Value
@@ -147,17 +147,15 @@ class LidarSensor(LeafSystem):
         self._seed = int(seed)
         view = parameters.field_of_view
         self._fan = Fan.regular(*view, parameters.clockwise)
-        self._before = LaserScan(
-            time=0.0,
-            ranges=np.full(parameters.beams, np.nan),
-            angle_min=view.angle_min,
-            angle_increment=view.angle_increment,
-            range_min=parameters.range_min,
-            range_max=parameters.range_max,
-            time_increment=parameters.time_increment,
-            scan_time=1.0 / parameters.rate,
-            lost_beams=True,
-        )
+        self._fields: dict[str, Any] = {
+            "angle_min": view.angle_min,
+            "angle_increment": view.angle_increment,
+            "range_min": parameters.range_min,
+            "range_max": parameters.range_max,
+            "time_increment": parameters.time_increment,
+            "scan_time": 1.0 / parameters.rate,
+            "lost_beams": True,
+        }
         exclude = {*mount.exclude_frames, mount.parent_frame_id} - {SceneGraph.world_frame_id()}
 
         self._query_port = self.DeclareAbstractInputPort("geometry_query", Value[QueryObject]())
@@ -170,7 +168,7 @@ class LidarSensor(LeafSystem):
             ),
             {self.nothing_ticket()},
         )
-        nothing = _Measurement(self._before, np.eye(3, 4))
+        nothing = _Measurement(self._scan(0.0, np.full(parameters.beams, np.nan)), np.eye(3, 4))
         if sampled:
             held = _Held(nothing, (nothing,) * parameters.waiting_scans, math.nan, nothing.X_WS)
             self._state = self.DeclareAbstractState(Value[object](held))
@@ -214,7 +212,7 @@ class LidarSensor(LeafSystem):
         return measure(distances, p, self._seed, scan_index(context.get_time(), p.rate))
 
     def _scan(self, time: float, ranges: np.ndarray) -> LaserScan:
-        return dataclasses.replace(self._before, time=time, ranges=ranges)
+        return LaserScan(time, ranges=ranges, **self._fields)
 
     def _measure(self, context: Context, measurement: AbstractValue) -> None:
         query = self._query_port.Eval(context)

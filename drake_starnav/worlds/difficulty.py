@@ -5,8 +5,8 @@ import math
 import numpy as np
 
 from drake_starnav.geometry.polyline import resampled
-from drake_starnav.lidar.sensor_model import LidarParameters
-from drake_starnav.worlds.view import scan_from, visible_shapes
+from drake_starnav.geometry.raycast import Fan, cast_grid
+from drake_starnav.worlds.view import visible_shapes
 from drake_starnav.worlds.world import World
 
 STEP = 0.1
@@ -30,10 +30,10 @@ def tightest_gap(world: World, path: np.ndarray) -> float:
 
     Source: the characteristic dimension of D. Perille et al., Benchmarking metric ground navigation, 2020.
     """
-    shapes = visible_shapes(world)
-    lidar = LidarParameters(beams=BEAMS, range_min=0.0, range_max=FARTHEST, noise=0.0)
-    least = math.inf
-    for x, y in resampled(path, STEP):
-        ranges = scan_from(shapes, np.array([x, y, 0.0]), lidar).ranges
+    shapes, fan, least = visible_shapes(world), Fan.regular(-math.pi, 2.0 * math.pi / BEAMS, BEAMS), math.inf
+    for x, y in resampled(path, STEP).tolist():
+        ranges = np.full(BEAMS, np.inf)
+        cast_grid(shapes, (x, y, 0.0), fan, ranges, FARTHEST)
+        ranges[ranges >= FARTHEST] = np.inf
         least = min(least, float((ranges[: BEAMS // 2] + ranges[BEAMS // 2 :]).min()))
     return least
