@@ -146,7 +146,7 @@ def test_a_robot_that_moves_is_far_enough_from_all_that_may_have_come_near_until
     )
     samples[:, 3] = rng.choice([0.0, 0.004, -0.004, 0.006, 0.5, -0.5], count)
     samples[:, 5] = np.concatenate(([0.0], np.cumsum(rng.uniform(0.0, 0.2, count - 1))))
-    motion = Motion(samples, 0, int(rng.integers(1, count)), True, RADIUS)
+    motion = Motion(samples, 0, int(rng.integers(1, count)), True, disc(RADIUS))
     rows = np.hstack((samples[0, :2] + rng.uniform(-1.0, 1.0, (3, 2)), rng.uniform(-0.5, 0.5, (3, 4))))
     rows[:, 4:] = rng.uniform(0.0, 0.3, (3, 2))
     age, distance = rng.uniform(0.0, 0.3), rng.uniform(0.0, 0.4)
@@ -166,7 +166,7 @@ def test_what_is_not_near_could_not_have_come_near(seed) -> None:
     """Fast obstacles, late commands and old scans: leaving out what is far changes no decision."""
     rng = np.random.default_rng(seed)
     limits = Limits(rng.uniform(0.1, 1.5), 2.0, rng.uniform(0.5, 8.0), 4.0)
-    acting = Actuation(limits, RADIUS, *rng.uniform(0.0, 0.3, 2) + (0.01, 0.0))
+    acting = Actuation(limits, disc(RADIUS), *rng.uniform(0.0, 0.3, 2) + (0.01, 0.0))
     age, obstacles = rng.choice([0.0, 0.2]), DynamicObstacleParameters(max_speed=rng.uniform(0.2, 3.0), caution=1.0)
     place, yaw = rng.uniform(-3.0, 3.0, 2), rng.uniform(-4.0, 4.0)
     ahead = np.array((math.cos(yaw), math.sin(yaw)))
@@ -186,7 +186,7 @@ def test_what_is_not_near_could_not_have_come_near(seed) -> None:
 
 def test_what_cannot_come_near_at_full_speed_while_the_robot_stops_is_left_out() -> None:
     """Both at 0.8 m/s, for 0.2 + 0.1 + 0.3 s, and the 0.8 s that braking takes."""
-    acting = Actuation(LIMITS, RADIUS, 0.3, 0.1)
+    acting = Actuation(LIMITS, disc(RADIUS), 0.3, 0.1)
     farthest = RADIUS + MOVING_MARGIN + (0.8 + 0.8) * (0.2 + 0.1 + 0.3 + 0.8)
     hits = np.array([(1.0, 2.0 + farthest - 1e-6), (1.0, 2.0 - farthest - 1e-6)])
     tracked = TrackedObstacles(Tracks(time=0.0, hits=hits, owner=np.full(2, -1)), 0.2, OBSTACLES)
@@ -205,8 +205,13 @@ def test_of_tracks_that_are_out_of_sight_the_place_is_predicted_as_far_as_they_a
         motion=np.array([1.0, 1.0, 1.0]),
         pace=np.array([0.5, 0.5, 0.5]),
     )
-    (disc,) = reachable_discs(tracks, DynamicObstacleParameters(max_speed=0.8, caution=0.25))
-    np.testing.assert_allclose(disc, (1.0, 0.0, 0.75 * 0.5, 0.75 * 0.1, 0.25 * 0.8, 0.2))
+    (found,) = reachable_discs(tracks, DynamicObstacleParameters(max_speed=0.8, caution=0.25))
+    np.testing.assert_allclose(found, (1.0, 0.0, 0.75 * 0.5, 0.75 * 0.1, 0.25 * 0.8, 0.2))
+
+
+def test_where_nothing_may_come_near_any_motion_is_accepted() -> None:
+    nothing = MovingCertificate(reachable_discs(Tracks(time=0.0), OBSTACLES), RADIUS, 0.0)
+    assert stays_clear(np.zeros(3), np.zeros(2), np.array((0.8, 1.0)), nothing)
 
 
 def test_standing_and_turning_is_always_certified() -> None:

@@ -9,11 +9,12 @@ from hypothesis import strategies as st
 
 from drake_starnav.control.certificates import accepted
 from drake_starnav.control.motion import Actuation, Motion, roll_out
-from drake_starnav.control.point_certificate import ESCAPE_CLEARANCE, PointCertificate, needed_distances
+from drake_starnav.control.point_certificate import PointCertificate, needed_distances
 from drake_starnav.control.shield import PROPOSALS
 from drake_starnav.geometry.footprint import disc
 from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.regions.safe_region import CertifiedRegion, ScanMemory, certified_region
+from drake_starnav.regions.separation import ESCAPE_CLEARANCE
 from drake_starnav.robot import Limits, RobotParameters
 from drake_starnav.worlds.world import World
 from tests.helpers.motions import certified, least_clearance, limited_twist, motion
@@ -105,7 +106,7 @@ def visiting(places: np.ndarray) -> Motion:
     """A motion from place to place, shape (n, 2), W, m; whatever robot can do so."""
     samples = np.zeros((len(places), 6))
     samples[:, :2] = places
-    return Motion(samples, 0, 0, True, RADIUS)
+    return Motion(samples, 0, 0, True, disc(RADIUS))
 
 
 @settings(max_examples=500)
@@ -128,7 +129,7 @@ def test_each_place_of_a_motion_keeps_the_margin_or_the_clearance_that_the_robot
 def test_a_robot_within_the_margin_may_turn_on_the_spot():
     hits = np.array([(RADIUS + 0.01, 0.0)])
     star = CertifiedRegion(np.zeros(2), 0.0, np.zeros(4), hits, hits, np.zeros(1), seen=True)
-    turning = roll_out(np.zeros(3), np.zeros(2), np.array((0.0, 1.0)), Actuation(LIMITS, RADIUS, PERIOD, 0.0))
+    turning = roll_out(np.zeros(3), np.zeros(2), np.array((0.0, 1.0)), Actuation(LIMITS, disc(RADIUS), PERIOD, 0.0))
     assert PointCertificate(star, 0.05, RADIUS).accepts(turning)
 
 
