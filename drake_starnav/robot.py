@@ -11,6 +11,9 @@ from drake_starnav.errors import StarnavError, shown
 from drake_starnav.geometry.footprint import Footprint, disc, footprint
 from drake_starnav.parameters import check_parameters, parameter
 
+MODEL_FILES = (".urdf", ".xacro")
+"""What the name of a robot's own file ends with."""
+
 
 class Limits(NamedTuple):
     """The limits of the drive, as compiled functions take them.
@@ -46,7 +49,7 @@ class RobotParameters:
 
     model: str = parameter("starbot", "shipped robot by name, or a path to a URDF (docs/extend.md)")
     wheel_joints: tuple[str, str] = parameter(
-        ("left_wheel", "right_wheel"), "names of the joints of the left and the right wheel in a URDF of your own"
+        ("", ""), "joints of the left and the right wheel, several separated by spaces; empty: found by their axes"
     )
     radius: float = parameter(
         0.25,

@@ -7,6 +7,7 @@ from typing import Any
 import yaml
 
 from drake_starnav.errors import StarnavError, shown
+from drake_starnav.robot import MODEL_FILES
 from drake_starnav.scenario.tagged_yaml import Loader, Tagged, TaggedDumper
 from drake_starnav.utils.files import reason_of
 from drake_starnav.utils.yaml_text import load_yaml
@@ -43,7 +44,7 @@ def make_paths_absolute(sections: dict[str, Any], folder: Path) -> None:
                 _make_absolute(world, "world", field_.name, folder)
         if world.tag == Model.__name__ and "directives" in world:
             world["directives"] = with_absolute_files(world["directives"], folder)
-    if isinstance(robot, dict) and str(robot.get("model")).endswith(".urdf"):  # else it names a shipped robot
+    if isinstance(robot, dict) and str(robot.get("model")).endswith(MODEL_FILES):  # else it names a shipped robot
         _make_absolute(robot, "robot", "model", folder)
 
 

@@ -5,6 +5,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from drake_starnav.errors import StarnavError
+from drake_starnav.robot import MODEL_FILES
 from drake_starnav.scenario.scenario_file import scenario_path
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.utils.resources import resolve_path
@@ -32,7 +33,7 @@ def source_files(scenario: Scenario) -> set[Path]:
                 models.directives(world.directives, Path.cwd())
             else:
                 models.model(resolve_path(world.directives))
-    if scenario.robot.model.endswith(".urdf"):
+    if scenario.robot.model.endswith(MODEL_FILES):
         with suppress(StarnavError):
             models.model(Path(scenario.robot.model))
     with suppress(OSError, RuntimeError, ValueError):  # too long a name, a loop of links, a null byte

@@ -47,9 +47,8 @@ def check_drive(
     follows = judged & (done * np.sign(told) >= SHARE * (1.0 - slip) * np.abs(told))
     if follows.any() or not judged.any(axis=1).all():
         return
-    drive = drive_geometry(plant, station.scene_graph, model)
-    asked = np.abs(commands @ np.array(((1.0, 1.0), (-0.5 * drive["track"], 0.5 * drive["track"])))).mean()
-    rolled = drive["wheel_radius"] * np.abs(states @ wheel_rates(plant, model).T).mean()
+    asked = np.abs(drive_geometry(plant, station.scene_graph, model).rates(*commands.T[:, :, None])).mean()
+    rolled = np.abs(states @ wheel_rates(plant, model).T).mean()
     cause = (
         "its wheels turn, but do not move it; allowed: wheels that stand on the floor with their weight and grip it"
         if rolled > 0.5 * asked

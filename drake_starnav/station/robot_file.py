@@ -1,41 +1,52 @@
-"""Model files of robots, adapted before the plant reads them: names, wheels, the shipped robots' size."""
+"""Model files of robots, adapted before the plant reads them: root, joints held still, the shipped robots' size."""
 
 import math
 import os
+import re
+import warnings
 import xml.etree.ElementTree as ElementTree
+from collections.abc import Collection
 from pathlib import Path
 
-from drake_starnav.errors import StarnavError, shown
-from drake_starnav.robot import RobotParameters
+from pydrake.math import RigidTransform, RollPitchYaw
+
+from drake_starnav.errors import StarnavError, said_by, shown
+from drake_starnav.robot import MODEL_FILES, RobotParameters
 from drake_starnav.utils.resources import model_path
 from drake_starnav.worlds.formats.model_files import Models, parsed_xml
+from drake_starnav.worlds.formats.model_folders import find
 
-WHEELS = ("left_wheel", "right_wheel")
-"""Names that the joints and actuators of the wheels have in a plant, whatever they are called in the model's file."""
 HULL = "hull"
 """Geometries of the shipped robots whose name begins so get the radius of `robot.radius`; wheels stay inside it."""
+KEPT = ("link", "joint", "material", "frame")
+"""Of a robot's parts; sensors, transmissions, `ros2_control`, `gazebo` and the like are left out."""
 
 
-def robot_urdf(robot: RobotParameters) -> tuple[str, str]:
-    """The robot's model file and its text as the plant reads it.
+def robot_urdf(robot: RobotParameters) -> tuple[str, ElementTree.Element]:
+    """The robot's model file and its content, with `base_link` as the root of all links, without motors.
 
     The hull of a shipped robot gets the radius `robot.radius`; the base's mass and inertia grow by `robot.mass_error`.
-    Wheels get the names `WHEELS` and motors; a `base_footprint` above `base_link` is left out.
     """
     path = model_path("robots", f"{robot.model}.urdf")
     shipped = os.path.isfile(path)
     if not shipped:
         path = Path(robot.model)
-        if path.suffix != ".urdf" or not os.path.isfile(path):
+        if path.suffix not in MODEL_FILES or not os.path.isfile(path):
             names = ", ".join(sorted(p.stem for p in model_path("robots").glob("*.urdf")))
-            raise StarnavError(f"robot.model is {shown(robot.model)}; allowed: {names}, or the path of a .urdf file")
+            raise StarnavError(
+                f"robot.model is {shown(robot.model)}; allowed: {names}, or the path of a .urdf or .xacro file"
+            )
     try:
-        root = parsed_xml(path.read_bytes())
+        data = path.read_bytes()
+        root = parsed_xml(_expanded(path) if re.search(rb"<xacro:|\$[{(]", data) else data)
+    except StarnavError:
+        raise
     except (OSError, ValueError, ElementTree.ParseError) as error:
         raise StarnavError(f"robot model {path} cannot be read: {error}; allowed: a URDF file with one robot") from None
-    _leave_out_footprint(root)
-    _name_wheels(root, robot.wheel_joints)
-    _round_wheels(root)
+    for part in list(root):
+        if part.tag not in KEPT and not part.tag.startswith("{"):
+            root.remove(part)
+    _hang_on_base(root)
     if shipped:
         for element in (*root.iter("collision"), *root.iter("visual")):
             cylinder = element.find("geometry/cylinder")
@@ -47,65 +58,116 @@ def robot_urdf(robot: RobotParameters) -> tuple[str, str]:
         for element in (*inertial.iter("mass"), *inertial.iter("inertia")):
             for key, value in element.attrib.items():
                 element.set(key, repr(float(value) * (1.0 + robot.mass_error)))
-    Models().urdf(root, path.resolve().parent)
-    return str(path), ElementTree.tostring(root, encoding="unicode")
+    for link in root.iter("link"):
+        mass = link.find("inertial/mass")
+        if mass is not None and float(mass.get("value", "0")) == 0.0:
+            link.remove(link.find("inertial"))  # type: ignore[arg-type]
+    models = Models()
+    models.urdf(root, path.resolve().parent)
+    if models.unseen:
+        warnings.warn(f"robot model {path}: not shown: {', '.join(sorted(models.unseen))}", stacklevel=2)
+    return str(path), root
 
 
-def _leave_out_footprint(root: ElementTree.Element) -> None:
-    """Let `base_link` be the root if it is fixed, upright, on an empty `base_footprint`."""
-    link, joint = root.find("link[@name='base_footprint']"), root.find("joint[child]/child[@link='base_link']/..")
-    parents = [parent for parent in root.iterfind("joint/parent") if parent.get("link") == "base_footprint"]
-    if (
-        link is None
-        or len(link)
-        or joint is None
-        or joint.get("type") != "fixed"
-        or joint.find("parent") not in parents
-    ):
-        return
-    origin = joint.find("origin")
-    turned = "0 0 0" if origin is None else origin.get("rpy", "0 0 0")
-    if len(parents) > 1 or any(float(angle) != 0.0 for angle in turned.split()):
-        return
-    root.remove(link)
-    root.remove(joint)
+def hold(root: ElementTree.Element, wheels: Collection[str]) -> list[str]:
+    """Fix all joints but the wheels', which turn without end and friction; returns the names of those that moved."""
+    held = []
+    for joint in root.iterfind("joint"):
+        name = joint.get("name", "")
+        parts: tuple[str, ...] = ("mimic", "dynamics", "safety_controller", "calibration")
+        if name in wheels:
+            joint.set("type", "continuous")
+        elif joint.get("type") != "fixed":
+            held.append(name)
+            joint.set("type", "fixed")
+            parts = (*parts, "axis", "limit")
+        for part in [each for each in joint if each.tag in parts]:
+            joint.remove(part)
+    return held
 
 
-def _name_wheels(root: ElementTree.Element, joints: tuple[str, str]) -> None:
-    """Give the joints of the wheels and their actuators the names `WHEELS`, and a motor to one without."""
-    for given, name in zip(joints, WHEELS, strict=True):
-        joint = root.find(f"joint[@name='{given}']")
-        if joint is None:
-            continue
-        joint.set("name", name)
-        drives = [
-            each
-            for each in root.iter("transmission")  # Drake ignores those of other types
-            if each.find(f"joint[@name='{given}']") is not None
-            and each.findtext("type", "").strip().endswith("SimpleTransmission")
-        ]
-        if not drives:
-            drives = [ElementTree.SubElement(root, "transmission", name=name)]
-            ElementTree.SubElement(drives[0], "type").text = "transmission_interface/SimpleTransmission"
-            ElementTree.SubElement(drives[0], "joint", name=given)
-            ElementTree.SubElement(drives[0], "actuator")
-        for element in (*drives[0].iter("joint"), *drives[0].iter("actuator")):
-            element.set("name", name)
+def center(root: ElementTree.Element, x: float, y: float) -> None:
+    """Move the origin of `base_link` to a point (x, y) of it, m."""
+    base = root.find("link[@name='base_link']")
+    parts = [] if base is None else [part for part in base if part.tag in ("inertial", "visual", "collision")]
+    parts += [frame for frame in root.iterfind("frame") if frame.get("link") == "base_link"]
+    parts += [joint for joint in root.iterfind("joint[parent]") if _link(joint, "parent") == "base_link"]
+    for part in parts:
+        X = _pose(part)
+        _set_pose(part, RigidTransform(X.rotation(), X.translation() - (x, y, 0.0)))
 
 
-def _round_wheels(root: ElementTree.Element) -> None:
-    """Let wheels that collide as cylinders collide as spheres of their radius.
+def effort(root: ElementTree.Element, joint: str) -> float:
+    """The largest torque that a joint's limits allow, N m; infinite if they are silent."""
+    limit = root.find(f"joint[@name='{joint}']/limit")
+    value = 0.0 if limit is None else float(limit.get("effort", "0"))
+    return value if value > 0.0 else math.inf
 
-    The edge of a cylinder on the floor makes the robot 0.03 m/s too slow.
-    """
-    for name in WHEELS:
-        child = root.find(f"joint[@name='{name}']/child")
-        link = None if child is None else root.find(f"link[@name='{child.get('link')}']")
-        for geometry in () if link is None else link.findall("collision/geometry"):
-            cylinder = geometry.find("cylinder")
-            if cylinder is not None:
-                geometry.remove(cylinder)
-                ElementTree.SubElement(geometry, "sphere", radius=cylinder.get("radius", "0"))
+
+def _expanded(path: Path) -> bytes:
+    """The text of a model file whose macros of xacro are expanded."""
+    try:
+        import xacro  # an extra
+        from xacro import substitution_args
+    except ImportError:
+        raise StarnavError(
+            f"robot model {path} has macros of xacro; allowed: pip install 'drake-starnav[xacro]', or a file that is "
+            "expanded already (xacro IN > OUT)"
+        ) from None
+
+    def found(package: str) -> str:
+        """Where it lies; else a pattern without a match: only what is used of the package is missed."""
+        return str(find(f"package://{package}", path.resolve().parent) or f"/no_package_{package}*")
+
+    asked, substitution_args._eval_find = substitution_args._eval_find, found  # else it asks an installation of ROS
+    try:
+        return xacro.process_file(str(path)).toxml(encoding="utf-8")
+    except Exception as error:  # whatever a broken macro makes it raise
+        raise StarnavError(
+            f"robot model {path}: xacro: {said_by(error)}; allowed: a file that xacro expands, its packages beside it "
+            "or in ROS_PACKAGE_PATH"
+        ) from None
+    finally:
+        substitution_args._eval_find = asked
+
+
+def _hang_on_base(root: ElementTree.Element) -> None:
+    """Turn round the joints above `base_link`, which become fixed, and leave out the link `world`."""
+    on = {_link(joint, "child"): joint for joint in root.iterfind("joint[child]")}
+    link: str | None = "base_link"
+    while (joint := on.pop(link, None)) is not None:
+        parent, child = joint.find("parent"), joint.find("child")
+        link = None if parent is None else parent.get("link")
+        if link is None or link == "world":
+            root.remove(joint)
+            break
+        parent.set("link", child.get("link", ""))  # type: ignore[union-attr]
+        child.set("link", link)  # type: ignore[union-attr]
+        _set_pose(joint, _pose(joint).inverse())
+        joint.set("type", "fixed")
+    world = root.find("link[@name='world']")
+    if world is not None and not any("world" in (_link(j, "parent"), _link(j, "child")) for j in root.iter("joint")):
+        root.remove(world)
+
+
+def _link(joint: ElementTree.Element, end: str) -> str | None:
+    element = joint.find(end)
+    return None if element is None else element.get("link")
+
+
+def _pose(element: ElementTree.Element) -> RigidTransform:
+    """Of a frame in its link, or of what has an `<origin>`."""
+    origin = element if element.tag == "frame" else element.find("origin")
+    xyz, rpy = (("0 0 0" if origin is None else origin.get(key, "0 0 0")).split() for key in ("xyz", "rpy"))
+    return RigidTransform(RollPitchYaw([float(angle) for angle in rpy]), [float(value) for value in xyz])
+
+
+def _set_pose(element: ElementTree.Element, X: RigidTransform) -> None:
+    origin = element if element.tag == "frame" else element.find("origin")
+    if origin is None:
+        origin = ElementTree.SubElement(element, "origin")
+    for key, values in (("xyz", X.translation()), ("rpy", RollPitchYaw(X.rotation()).vector())):
+        origin.set(key, " ".join(repr(float(value)) for value in values))
 
 
 def _pull_in(root: ElementTree.Element, radius: float) -> None:

@@ -2,8 +2,8 @@
 
 import itertools
 import math
-from collections.abc import Iterable, Mapping
-from typing import Any
+from collections.abc import Iterable, Iterator, Mapping
+from typing import NamedTuple
 
 import numpy as np
 from pydrake.geometry import (
@@ -12,17 +12,23 @@ from pydrake.geometry import (
     Cylinder,
     Ellipsoid,
     GeometryId,
+    ProximityProperties,
     SceneGraph,
     SceneGraphInspector,
     Sphere,
 )
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import BodyIndex, ModelInstanceIndex
+from pydrake.multibody.tree import BodyIndex, ModelInstanceIndex, RevoluteJoint, RigidBody
+from scipy.spatial import ConvexHull
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.station.robot_file import WHEELS
 from drake_starnav.worlds.footprints import ball_vertices
+
+FLOOR_CONTACT = ("starnav", "floor")
+"""Group and name of a property of a robot's collision shapes."""
+ROUND = 48
+"""Vertices of the polygon around a ball's outline."""
 
 
 def lidar_pose(plant: MultibodyPlant, model: ModelInstanceIndex) -> RigidTransform | None:
@@ -37,13 +43,67 @@ def robot_reach(
 ) -> tuple[float, str]:
     """How far from base_link's z axis a robot's links at their poses in base_link collide, m, and which of them."""
     inspector, reaches = scene_graph.model_inspector(), [(0.0, "base_link")]
+    for body, geometry, X_BG in _extents(plant, scene_graph, poses):
+        points, grown = outline(inspector, geometry)
+        reaches.append((float(np.hypot(*(X_BG @ points)[:2]).max()) + grown, body.name()))
+    return max(reaches)
+
+
+def robot_outline(
+    plant: MultibodyPlant, scene_graph: SceneGraph, poses: Mapping[BodyIndex, RigidTransform]
+) -> np.ndarray:
+    """The convex hull of what a robot's links at their poses in base_link collide with, seen from above.
+
+    Returns:
+        Vertices, counter-clockwise, shape (n, 2), about base_link's z axis, m; a round shape lies within them.
+    """
+    inspector, found = scene_graph.model_inspector(), []
+    angle = 2.0 * math.pi / ROUND * np.arange(ROUND)
+    circle = np.column_stack((np.cos(angle), np.sin(angle))) / math.cos(math.pi / ROUND)
+    for _, geometry, X_BG in _extents(plant, scene_graph, poses):
+        points, grown = outline(inspector, geometry)
+        found.append(((X_BG @ points)[:2].T[:, None] + grown * (circle if grown else circle[:1])).reshape(-1, 2))
+    points = np.vstack(found)
+    return points[ConvexHull(points).vertices]
+
+
+def _extents(
+    plant: MultibodyPlant, scene_graph: SceneGraph, poses: Mapping[BodyIndex, RigidTransform]
+) -> Iterator[tuple[RigidBody, GeometryId, RigidTransform]]:
+    """Shapes with which a robot touches other things than the floor, and where they are in base_link."""
+    inspector = scene_graph.model_inspector()
     for index, X_BL in poses.items():
         body = plant.get_body(index)
-        for geometry in plant.GetCollisionGeometriesForBody(body):
-            points, grown = outline(inspector, geometry)
-            reach = float(np.hypot(*((X_BL @ inspector.GetPoseInFrame(geometry)) @ points)[:2]).max()) + grown
-            reaches.append((reach, body.name()))
-    return max(reaches)
+        for geometry in collision_shapes(plant, scene_graph, body):
+            if floor_contact(inspector, geometry) is not True:
+                yield body, geometry, X_BL @ inspector.GetPoseInFrame(geometry)
+
+
+def collision_shapes(plant: MultibodyPlant, scene_graph: SceneGraph, body: RigidBody) -> list[GeometryId]:
+    """Those of a body that still collide."""
+    inspector = scene_graph.model_inspector()
+    return [g for g in plant.GetCollisionGeometriesForBody(body) if inspector.GetProximityProperties(g) is not None]
+
+
+def set_floor_contact(properties: ProximityProperties, floor: bool) -> None:
+    """Say that a shape touches nothing but the floor, or anything but it; `RobotInterface` sees to that."""
+    properties.AddProperty(*FLOOR_CONTACT, floor)
+
+
+def floor_contact(inspector: SceneGraphInspector, geometry: GeometryId) -> bool | None:
+    """Whether a shape touches nothing but the floor; None if nothing is said of it."""
+    properties = inspector.GetProximityProperties(geometry)
+    if properties is None or not properties.HasProperty(*FLOOR_CONTACT):
+        return None
+    return properties.GetProperty(*FLOOR_CONTACT)
+
+
+def carried(plant: MultibodyPlant, model: ModelInstanceIndex, link: RigidBody) -> list[RigidBody]:
+    """A link of a robot, and all that hang on it."""
+    joints, found = [plant.get_joint(index) for index in plant.GetJointIndices(model)], [link]
+    for body in found:  # grows
+        found += [joint.child_body() for joint in joints if joint.parent_body().index() == body.index()]
+    return found
 
 
 def link_poses(plant: MultibodyPlant, model: ModelInstanceIndex) -> dict[BodyIndex, RigidTransform]:
@@ -83,29 +143,10 @@ def outline(inspector: SceneGraphInspector, geometry: GeometryId) -> tuple[np.nd
     return np.array([hull.vertex(k) for k in range(hull.num_vertices())]).T, 0.0
 
 
-def joint_pose(plant: MultibodyPlant, model: ModelInstanceIndex, name: str) -> RigidTransform:
-    """Of a joint in base_link, with all joints at zero; in its parent link if that is not joined to base_link."""
-    frame = plant.GetJointByName(name, model).frame_on_parent()
-    X_BP = link_poses(plant, model).get(frame.body().index(), RigidTransform())
-    return X_BP @ frame.GetFixedPoseInBodyFrame()
-
-
-def axles(plant: MultibodyPlant, model: ModelInstanceIndex) -> list[np.ndarray]:
-    """Where the left and the right wheel's joints are, shape (3,), base_link, m."""
-    return [joint_pose(plant, model, name).translation() for name in WHEELS]
-
-
-def wheel_radii(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelInstanceIndex) -> list[float]:
-    """Radii of the left and the right wheel's collision spheres, m."""
-    bodies = (plant.GetJointByName(name, model).child_body() for name in WHEELS)
-    spheres = (plant.GetCollisionGeometriesForBody(body)[0] for body in bodies)
-    return [scene_graph.model_inspector().GetShape(sphere).radius() for sphere in spheres]
-
-
-def actuator_names(plant: MultibodyPlant, model: ModelInstanceIndex) -> list[str]:
-    """Names of a model's actuators, in their order; the plant need not be finalized."""
+def actuated_joints(plant: MultibodyPlant, model: ModelInstanceIndex) -> list[RevoluteJoint]:
+    """A robot's wheels, in the order of their actuators."""
     actuators = (plant.get_joint_actuator(index) for index in plant.GetJointActuatorIndices())
-    return [actuator.name() for actuator in actuators if actuator.model_instance() == model]
+    return [actuator.joint() for actuator in actuators if actuator.model_instance() == model]
 
 
 def massless_links(plant: MultibodyPlant, bodies: Iterable[BodyIndex]) -> list[str]:
@@ -134,21 +175,40 @@ def massless_links(plant: MultibodyPlant, bodies: Iterable[BodyIndex]) -> list[s
     return [plant.get_body(body).name() for body in bodies if body not in heavy and body not in welded]
 
 
-def drive_geometry(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelInstanceIndex) -> dict[str, Any]:
-    """What `WheelSpeedCommand` asks of a model: wheel radius and track, m, and which actuator is the first."""
-    left, right = axles(plant, model)
-    return {
-        "wheel_radius": wheel_radii(plant, scene_graph, model)[0],
-        "track": math.hypot(left[0] - right[0], left[1] - right[1]),
-        "right_first": actuator_names(plant, model)[0] == WHEELS[1],
-    }
+class Drive(NamedTuple):
+    """Where a robot's wheels touch the floor.
+
+    Attributes:
+        radii: of the wheels in the order of their actuators, shape (n,), m; negative if they turn about -y.
+        arms: how far to the right of base_link's z axis they are, shape (n,), m.
+    """
+
+    radii: np.ndarray
+    arms: np.ndarray
+
+    def rates(self, v: float | np.ndarray, omega: float | np.ndarray) -> np.ndarray:
+        """How fast the wheels turn where the robot drives at v, m/s, and omega, rad/s: rad/s."""
+        return (v + self.arms * omega) / self.radii
+
+
+def drive_geometry(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelInstanceIndex) -> Drive:
+    """Of a robot as from `add_robot`."""
+    inspector, poses, drive = scene_graph.model_inspector(), link_poses(plant, model), []
+    for joint in actuated_joints(plant, model):
+        link = joint.child_body()
+        (sphere,) = (g for g in collision_shapes(plant, scene_graph, link) if floor_contact(inspector, g))
+        X_BL = poses[link.index()]
+        axis = X_BL.rotation() @ (joint.frame_on_child().GetFixedRotationMatrixInBodyFrame() @ joint.revolute_axis())
+        y = (X_BL @ inspector.GetPoseInFrame(sphere)).translation()[1]
+        drive.append((math.copysign(inspector.GetShape(sphere).radius(), axis[1]), -y))
+    return Drive(*np.array(drive).T)
 
 
 def wheel_rates(plant: MultibodyPlant, model: ModelInstanceIndex) -> np.ndarray:
     """The matrix that takes the wheels' rates, in the order of their actuators, out of the state of a model."""
     rows = []
-    for name in actuator_names(plant, model):
+    for joint in actuated_joints(plant, model):
         rates = np.zeros(plant.num_velocities())
-        rates[plant.GetJointByName(name, model).velocity_start()] = 1.0
+        rates[joint.velocity_start()] = 1.0
         rows.append((*np.zeros(plant.num_positions(model)), *plant.GetVelocitiesFromArray(model, rates)))
     return np.array(rows)

@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from functools import cached_property
 
-from pydrake.geometry import GeometryId, Role, SceneGraph
+from pydrake.geometry import CollisionFilterDeclaration, GeometryId, GeometrySet, Role, SceneGraph
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import BodyIndex, ModelInstanceIndex
 from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort, OutputPort, System
@@ -15,7 +15,7 @@ from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.lidar_sensor import LidarMount, LidarSensor
 from drake_starnav.station.model_world import floor_geometries
 from drake_starnav.station.planar_localization import PlanarLocalization
-from drake_starnav.station.robot_geometry import drive_geometry, lidar_pose, robot_reach
+from drake_starnav.station.robot_geometry import drive_geometry, floor_contact, lidar_pose, robot_reach
 from drake_starnav.station.wheel_servo import WheelServo
 from drake_starnav.station.wheel_slip import WheelSlip
 from drake_starnav.station.wheel_speed_command import WheelSpeedCommand
@@ -81,11 +81,13 @@ class RobotInterface(Diagram):
         base, context = plant.GetBodyByName("base_link", model).body_frame(), plant.CreateDefaultContext()
         bodies = joined_bodies(plant, model)
         poses = {i: plant.CalcRelativeTransform(context, base, plant.get_body(i).body_frame()) for i in bodies}
+        self._drive = drive_geometry(plant, scene_graph, model)
         self.reach, self.farthest = robot_reach(plant, scene_graph, poses)
         builder = DiagramBuilder()
         inspector = scene_graph.model_inspector()
         frames = [plant.GetBodyFrameIdOrThrow(index) for index in (*bodies, *carried)]
         self.robot_geometries = [g for f in frames for g in inspector.GetGeometries(f, Role.kProximity)]
+        self._keep_to_the_floor()
         self.base_frame = plant.GetBodyFrameIdOrThrow(plant.GetBodyByName("base_link", model).index())
         mount = LidarMount(
             parent_frame_id=self.base_frame,
@@ -106,9 +108,7 @@ class RobotInterface(Diagram):
                 seed=seed,
             ),
         )
-        wheels = builder.AddNamedSystem(
-            "wheels", WheelSpeedCommand(limits=self.robot.limits, **drive_geometry(plant, scene_graph, model))
-        )
+        wheels = builder.AddNamedSystem("wheels", WheelSpeedCommand(limits=self.robot.limits, drive=self._drive))
         builder.ExportInput(sensor.GetInputPort("geometry_query"), "geometry_query")
         command, turning = self._add_drive_faults(builder, wheels, seed)
         state = builder.ExportInput(where.GetInputPort("multibody_state"), "multibody_state")
@@ -141,13 +141,24 @@ class RobotInterface(Diagram):
         """Collision shapes that the robot may touch."""
         return floor_geometries(self.plant, self.scene_graph)
 
+    def _keep_to_the_floor(self) -> None:
+        """Let some shapes of the robot touch nothing but the floor, and some anything but it."""
+        inspector, filters = self.scene_graph.model_inspector(), CollisionFilterDeclaration()
+        said = {geometry: floor_contact(inspector, geometry) for geometry in self.robot_geometries}
+        others = set(inspector.GetAllGeometryIds(Role.kProximity)) - set(self.floor)
+        for only, kept_from in ((True, others), (False, self.floor)):
+            shapes = [geometry for geometry, floor in said.items() if floor is only]
+            filters.ExcludeBetween(GeometrySet(shapes), GeometrySet(list(kept_from)))
+        self.scene_graph.collision_filter_manager().Apply(filters)
+
     def _add_drive_faults(
         self, builder: DiagramBuilder, wheels: WheelSpeedCommand, seed: int
     ) -> tuple[InputPort, OutputPort]:
         """The port that takes the twist, behind the delay, and the one of the wheels' speeds, with their slip."""
         command, turning = wheels.GetInputPort("twist_command"), wheels.GetOutputPort("desired_state")
         if self.drive.slip > 0.0:
-            slipping = builder.AddNamedSystem("wheel_slip", WheelSlip(slip=self.drive.slip, seed=seed))
+            sides = (self._drive.arms > 0.0).astype(int)
+            slipping = builder.AddNamedSystem("wheel_slip", WheelSlip(sides=sides, slip=self.drive.slip, seed=seed))
             builder.Connect(turning, slipping.get_input_port())
             turning = slipping.get_output_port()
         if self.drive.delay > 0.0:

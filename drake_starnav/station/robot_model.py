@@ -1,29 +1,28 @@
 """Robots as models of a plant: read, checked, and put on the floor."""
 
-from pydrake.geometry import (
-    CollisionFilterDeclaration,
-    GeometrySet,
-    ProximityProperties,
-    RoleAssign,
-    SceneGraph,
-    Sphere,
-)
+import warnings
+from xml.etree import ElementTree
+
+from pydrake.geometry import CollisionFilterDeclaration, GeometrySet, SceneGraph
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.parsing import Parser
-from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
+from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex, PdControllerGains
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.robot import RobotParameters
 from drake_starnav.station.parser_warnings import none_skipped
-from drake_starnav.station.robot_checks import check_robot
-from drake_starnav.station.robot_file import WHEELS, robot_urdf
-from drake_starnav.station.robot_geometry import axles, link_poses, wheel_radii
+from drake_starnav.station.robot_checks import missing, model_faults
+from drake_starnav.station.robot_file import center, effort, hold, robot_urdf
+from drake_starnav.station.robot_geometry import actuated_joints, carried, collision_shapes, drive_geometry
+from drake_starnav.station.robot_wheels import found_wheels, stand_on_wheels
 
 WHEEL_GAIN = 10.0
-"""Velocity servo of the wheels, N m s/rad."""
-CASTER_CLEARANCE = 0.005
-"""A sphere this near to the floor, or nearer, is a caster, m."""
+"""Velocity servo of the wheels, N m s/rad, if those of `SERVO_LAG` do not need more."""
+SERVO_LAG = 0.02
+"""A robot's speed follows its wheels' commands within this, s."""
+EXACT = 1e-6
+"""A model whose axles' middle lies so near to the origin of base_link stays as it is, m."""
 
 
 def add_robot(
@@ -44,60 +43,70 @@ def add_robot(
         name: prefix of the model's own name, to distinguish several robots.
 
     Raises:
-        StarnavError: there is no such model, Drake cannot read it, it lacks what a robot must have, its wheels do not
-            turn it about base_link's axis, or it is larger than `robot.radius`.
+        StarnavError: there is no such model, Drake cannot read it, it lacks what a robot must have, it has no wheels on
+            both sides, or it is larger than `robot.radius`.
     """
-    path, text = robot_urdf(robot)
-    parser = Parser(plant, model_name_prefix=name)
+    path, root = robot_urdf(robot)
+    sketch, scene, wheels = MultibodyPlant(1.0), SceneGraph(), None
+    sketch.RegisterAsSourceForSceneGraph(scene)
+    model = _parsed(Parser(sketch), root, path)
+    faults = list(missing(sketch, model))
+    if sketch.HasBodyNamed("base_link", model):  # else there is nothing from which to measure
+        try:
+            wheels = found_wheels(sketch, scene, model, robot.wheel_joints)
+        except ValueError as error:
+            faults.append(str(error))
+    names = () if wheels is None else (*wheels.left, *wheels.right)
+    if wheels is not None and max(map(abs, wheels.middle)) > EXACT:
+        center(root, *wheels.middle)
+    held = hold(root, names)
+    if held and wheels is not None:
+        warnings.warn(f"robot model {path}: joints held still: {', '.join(held)}", stacklevel=2)
+    model = _parsed(Parser(plant, model_name_prefix=name), root, path)
+    floor = None
+    if wheels is not None:
+        efforts = [effort(root, joint) for joint in names]
+        floor = stand_on_wheels(plant, scene_graph, model, wheels, efforts)
+    faults += model_faults(plant, scene_graph, model, robot.radius, floor)
+    if faults or floor is None:
+        counted = faults if len(faults) == 1 else [f"({k}) {fault}" for k, fault in enumerate(faults, start=1)]
+        raise StarnavError(f"robot model {path}: {'; '.join(counted)}")
+    _set_gains(plant, scene_graph, model)
+    _free_wheels(plant, scene_graph, model)
+    X_WB = RigidTransform(RotationMatrix.MakeZRotation(start[2]), [start[0], start[1], -floor])
+    plant.SetDefaultFloatingBaseBodyPose(plant.GetBodyByName("base_link", model), X_WB)
+    return model
+
+
+def _parsed(parser: Parser, root: ElementTree.Element, path: str) -> ModelInstanceIndex:
     try:
         with none_skipped(f"robot model {path}"):
-            (model,) = parser.AddModelsFromString(text, "urdf")
+            (model,) = parser.AddModelsFromString(ElementTree.tostring(root, encoding="unicode"), "urdf")
     except StarnavError:
         raise
     except (RuntimeError, ValueError) as error:
         raise StarnavError(
             f"robot model {path} cannot be read: {' '.join(str(error).split())}; allowed: a URDF file with one robot"
         ) from None
-    check_robot(plant, scene_graph, model, robot, path)
-    if plant.time_step() > 0.0:  # a continuous plant has the servo outside: `WheelServo`
-        for wheel in WHEELS:
-            plant.GetJointActuatorByName(wheel, model).set_controller_gains(PdControllerGains(p=0.0, d=WHEEL_GAIN))
-    base = plant.GetBodyByName("base_link", model)
-    height = wheel_radii(plant, scene_graph, model)[0] - axles(plant, model)[0][2]
-    _free_wheels(plant, scene_graph, model)
-    _free_casters(plant, scene_graph, model, -height)
-    X_WB = RigidTransform(RotationMatrix.MakeZRotation(start[2]), [start[0], start[1], height])
-    plant.SetDefaultFloatingBaseBodyPose(base, X_WB)
     return model
+
+
+def _set_gains(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelInstanceIndex) -> None:
+    """Let the wheels hold their speeds: a discrete plant does it itself, a continuous one by its `WheelServo`."""
+    mass = sum(plant.get_body(index).default_mass() for index in plant.GetBodyIndices(model))
+    joints, radii = actuated_joints(plant, model), drive_geometry(plant, scene_graph, model).radii
+    for joint, radius in zip(joints, radii, strict=True):
+        gain = max(WHEEL_GAIN, mass * radius**2 / SERVO_LAG)
+        plant.GetJointActuatorByName(joint.name(), model).set_controller_gains(PdControllerGains(p=0.0, d=gain))
 
 
 def _free_wheels(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelInstanceIndex) -> None:
     """Let the wheels touch no link of their robot: Drake excepts only the one that their joint hangs on."""
-    shapes = {
-        index: plant.GetCollisionGeometriesForBody(plant.get_body(index)) for index in plant.GetBodyIndices(model)
-    }
-    wheels = [g for name in WHEELS for g in shapes[plant.GetJointByName(name, model).child_body().index()]]
-    links = [g for geometries in shapes.values() for g in geometries]
-    apart = CollisionFilterDeclaration().ExcludeBetween(GeometrySet(wheels), GeometrySet(links))
+    turned = [part for joint in actuated_joints(plant, model) for part in carried(plant, model, joint.child_body())]
+    links = [plant.get_body(index) for index in plant.GetBodyIndices(model)]
+    wheels, all_of_them = (
+        GeometrySet([g for body in bodies for g in collision_shapes(plant, scene_graph, body)])
+        for bodies in (turned, links)
+    )
+    apart = CollisionFilterDeclaration().ExcludeBetween(wheels, all_of_them)
     scene_graph.collision_filter_manager().Apply(apart)
-
-
-def _free_casters(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelInstanceIndex, floor: float) -> None:
-    """Take the friction from the spheres that stand on the floor beside the wheels, as a caster's wheel turns freely.
-
-    Args:
-        plant, scene_graph, model: the robot's.
-        floor: its height in base_link, m.
-    """
-    inspector = scene_graph.model_inspector()
-    wheels = {plant.GetJointByName(name, model).child_body().index() for name in WHEELS}
-    for index, X_BL in link_poses(plant, model).items():
-        for geometry in () if index in wheels else plant.GetCollisionGeometriesForBody(plant.get_body(index)):
-            shape = inspector.GetShape(geometry)
-            if not isinstance(shape, Sphere):
-                continue
-            middle = (X_BL @ inspector.GetPoseInFrame(geometry)).translation()
-            if middle[2] - shape.radius() < floor + CASTER_CLEARANCE:
-                properties = ProximityProperties(inspector.GetProximityProperties(geometry))
-                properties.UpdateProperty("material", "coulomb_friction", CoulombFriction(0.0, 0.0))
-                scene_graph.AssignRole(plant.get_source_id(), geometry, properties, RoleAssign.kReplace)

@@ -6,12 +6,11 @@ from pydrake.multibody.tree import ModelInstanceIndex
 from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import MatrixGain, Multiplexer
 
-from drake_starnav.station.robot_geometry import wheel_rates
-from drake_starnav.station.robot_model import WHEEL_GAIN
+from drake_starnav.station.robot_geometry import actuated_joints, wheel_rates
 
 
 class WheelServo(Diagram):
-    """Torques that let the wheels turn as desired: WHEEL_GAIN times what each lacks in speed.
+    """Torques that let the wheels turn as desired: the gain of its actuator times what each lacks in speed.
 
     ```
                         ┌────────────┐
@@ -38,9 +37,12 @@ class WheelServo(Diagram):
         """
         super().__init__()
         rates = wheel_rates(plant, model)
-        gains = WHEEL_GAIN * np.hstack((np.zeros((2, 2)), np.eye(2), -rates))
+        n, size = rates.shape
+        actuators = [plant.GetJointActuatorByName(joint.name(), model) for joint in actuated_joints(plant, model)]
+        gain_of_each = np.array([[actuator.get_controller_gains().d] for actuator in actuators])
+        gains = gain_of_each * np.hstack((np.zeros((n, n)), np.eye(n), -rates))
         builder = DiagramBuilder()
-        both = builder.AddNamedSystem("both", Multiplexer([4, rates.shape[1]]))
+        both = builder.AddNamedSystem("both", Multiplexer([2 * n, size]))
         gain = builder.AddNamedSystem("gain", MatrixGain(gains))
         builder.Connect(both.get_output_port(), gain.get_input_port())
         builder.ExportInput(both.get_input_port(0), "desired_state")

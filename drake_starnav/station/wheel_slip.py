@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 from pydrake.systems.framework import BasicVector, Context, LeafSystem
 
 from drake_starnav.station.fault_models import wheel_shares
@@ -12,7 +13,7 @@ SLIP_PERIOD = 1.0
 
 
 class WheelSlip(LeafSystem):
-    """Reduces the desired speed of each wheel by a seeded random share.
+    """Reduces the desired speed of the wheels of each side by a seeded random share.
 
     ```
                       ┌───────────┐
@@ -21,22 +22,24 @@ class WheelSlip(LeafSystem):
     ```
 
     Ports:
-        desired_state: vector (0, 0, left, right) as of `WheelSpeedCommand`, rad/s.
+        desired_state: vector of 2 n values as of `WheelSpeedCommand`, rad/s.
         slipping_state: vector, the same with less speed.
     """
 
-    def __init__(self, *, slip: float, seed: int) -> None:
+    def __init__(self, *, sides: np.ndarray, slip: float, seed: int) -> None:
         """
         Args:
+            sides: of each wheel, shape (n,): 0 for the left one, 1 for the right one.
             slip: largest share of its speed that a wheel loses.
             seed: a non-negative whole number below 2**64.
         """
         super().__init__()
-        self._slip, self._seed = slip, seed
-        self._desired = self.DeclareVectorInputPort("desired_state", 4)
-        self.DeclareVectorOutputPort("slipping_state", 4, weakly(self._calc))
+        self._sides, self._slip, self._seed = sides, slip, seed
+        self._desired = self.DeclareVectorInputPort("desired_state", 2 * len(sides))
+        self.DeclareVectorOutputPort("slipping_state", 2 * len(sides), weakly(self._calc))
 
     def _calc(self, context: Context, output: BasicVector) -> None:
         desired = self._desired.Eval(context).copy()
-        desired[2:] *= wheel_shares(self._slip, self._seed, math.floor(context.get_time() / SLIP_PERIOD + 1e-9))
+        shares = wheel_shares(self._slip, self._seed, math.floor(context.get_time() / SLIP_PERIOD + 1e-9))
+        desired[len(self._sides) :] *= shares[self._sides]
         output.SetFromVector(desired)

@@ -36,6 +36,7 @@ from drake_starnav.station.lidar_sensor import LidarMount, LidarSensor
 from drake_starnav.station.moving_bodies import MovingObstacleDrive
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.station.planar_localization import PlanarLocalization
+from drake_starnav.station.robot_geometry import Drive
 from drake_starnav.station.wheel_servo import WheelServo
 from drake_starnav.station.wheel_slip import WheelSlip
 from drake_starnav.station.wheel_speed_command import WheelSpeedCommand
@@ -99,10 +100,10 @@ def all_systems() -> list[System]:
         TwistShield(robot, controller, margins, obstacles=defaults.obstacles),
         Unshielded(robot, controller),
         WheelServo(station.plant, station.robot_model),
-        WheelSpeedCommand(limits=robot.limits, wheel_radius=0.05, track=0.32),
+        WheelSpeedCommand(limits=robot.limits, drive=Drive(np.array([0.05, 0.05]), np.array([-0.16, 0.16]))),
         StatePredictor(delay=0.05, rate=controller.rate),
         JumpGuard(tolerance=0.05, rate=controller.rate),
-        WheelSlip(slip=0.05, seed=0),
+        WheelSlip(sides=np.array([0, 1]), slip=0.05, seed=0),
         CollisionMonitor(robot=(), ground=()),
         MovingObstacleDrive(
             MovingObstacles(np.array([0.3]), (np.array([(0.0, 0.0, 0.0), (1.0, 1.0, 0.0)]),)), time_step=0.005

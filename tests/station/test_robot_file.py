@@ -1,5 +1,7 @@
 """Robots as ROS users write them drive, with their own names for joints and frames."""
 
+import dataclasses
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -10,8 +12,6 @@ from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario import Scenario
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.station.plant import make_simulator
-from drake_starnav.station.robot_file import robot_urdf
-from drake_starnav.utils.resources import model_path
 from drake_starnav.worlds.world import World
 
 JOINTS = ("wheel_left_joint", "wheel_right_joint")
@@ -88,52 +88,68 @@ def test_what_a_plain_urdf_needs_is_said(tmp_path: Path) -> None:
     robot = written(tmp_path, ros_urdf())
     with pytest.raises(StarnavError, match="it has no frame lidar; allowed: a frame or a link lidar"):
         standing(robot)
-    with pytest.raises(StarnavError, match="no joints left_wheel, right_wheel; .*robot.wheel_joints.* wheel_left_jo"):
-        standing(RobotParameters(model=robot.model))
+
+
+def test_joints_that_are_no_wheels_are_held_still_and_motors_ignored(tmp_path: Path) -> None:
+    mast = (
+        '<transmission><type>transmission_interface/SimpleTransmission</type><joint name="mast"/><actuator name="m"/>'
+        '</transmission><joint name="mast" type="continuous"><parent link="base_link"/><child link="top"/></joint>'
+        '<link name="top"/><gazebo><plugin name="drive"/></gazebo><ros2_control name="all" type="system"/></robot>'
+    )
+    with pytest.warns(UserWarning, match="plain.urdf: joints held still: mast$"):
+        station = standing(written(tmp_path, EDITED.replace("</robot>", mast)))
+    assert station.plant.num_actuators() == 2 and station.plant.num_velocities() == 6 + 2
 
 
 @pytest.mark.parametrize(
-    ("old", "new"),
+    ("joints", "said"),
     [
-        ('<link name="base_footprint"/>', f'<link name="base_footprint">{inertial(1.0, 0.1)}</link>'),
-        ('xyz="0 0 0.06" rpy="0 0 0"', 'xyz="0 0 0.06" rpy="0 0.1 0"'),
+        (
+            ("wheel_left_joint", "port"),
+            "no joint port about y or -y; allowed: robot.wheel_joints: .* wheel_left_j",
+        ),
+        (("wheel_left_joint", ""), "no joint on one side about y"),
+        (
+            ("wheel_right_joint", "wheel_left_joint"),
+            "y -0.13, 0.13 m of base_link; allowed: .* left ones at",
+        ),
     ],
 )
-def test_a_footprint_that_is_more_than_a_name_is_refused(tmp_path: Path, old: str, new: str) -> None:
-    assert old in EDITED
-    with pytest.raises(StarnavError, match="base_link hangs by joint base_joint on base_footprint"):
-        standing(written(tmp_path, EDITED.replace(old, new, 1)))
+def test_wheels_that_are_named_must_be_there(tmp_path: Path, joints: tuple[str, str], said: str) -> None:
+    robot = dataclasses.replace(written(tmp_path, EDITED), wheel_joints=joints)
+    with pytest.raises(StarnavError, match=said):
+        standing(robot)
 
 
-def test_actuators_get_the_names_of_their_wheels(tmp_path: Path) -> None:
-    text = model_path("robots", "starbot.urdf").read_text(encoding="utf-8")
-    path = tmp_path / "motors.urdf"
-    path.write_text(text.replace('<actuator name="right_wheel"/>', '<actuator name="motor"/>'), encoding="utf-8")
-    _, adapted = robot_urdf(RobotParameters(model=str(path)))
-    assert adapted is not None and '<actuator name="right_wheel"' in adapted and "motor" not in adapted
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "said"),
-    [
-        ('<axis xyz="0 0 1"/>', '<axis xyz="0 0 -1"/>', "joint wheel_left_joint turns about 0 -1 "),
-        ('<origin xyz="0 0.13 0"', '<origin xyz="0 0.1 0"', "joints wheel_left_joint, wheel_right_joint lie at x 0, 0"),
-        ("</robot>", '<transmission><type>transmission_interface/SimpleTransmission</type><joint name="mast"/>'
-         '<actuator name="mast"/></transmission><joint name="mast" type="continuous"><parent link="base_link"/>'
-         '<child link="top"/></joint><link name="top"/></robot>',
-         "actuators mast, wheel_left_joint, wheel_right_joint; allowed: wheel_left_joint, wheel_right_joint"),
-    ],
-)  # fmt: skip
-def test_messages_name_the_wheels_as_the_file_does(tmp_path: Path, old: str, new: str, said: str) -> None:
-    assert old in EDITED
-    with pytest.raises(StarnavError, match=said) as caught:
-        standing(written(tmp_path, EDITED.replace(old, new, 1)))
-    assert "left_wheel" not in str(caught.value)
-
-
-def test_a_transmission_that_drake_does_not_know_leaves_the_wheel_a_motor(tmp_path: Path) -> None:
-    other = (
-        '<transmission><type>FourBarLinkage</type><joint name="wheel_left_joint"/><actuator name="m"/></transmission>'
+def test_what_is_not_shown_is_said_and_what_does_not_collide_is_refused(tmp_path: Path) -> None:
+    mesh = '<geometry><mesh filename="package://away/shell.dae"/></geometry>'
+    visual, collision = (
+        EDITED.replace("</link>", f"<{kind}>{mesh}</{kind}></link>", 1) for kind in ("visual", "collision")
     )
-    station = standing(written(tmp_path, EDITED.replace("</robot>", f"{other}</robot>")))
-    assert station.plant.num_actuators() == 2
+    with pytest.warns(UserWarning, match="not shown: package://away/shell.dae"):
+        standing(written(tmp_path, visual))
+    with pytest.raises(StarnavError, match="link base_link: mesh 'package://away/shell.dae': no such file; allowed: "):
+        standing(written(tmp_path, collision))
+
+
+MACROS = """<robot name="plain" xmlns:xacro="http://ros.org/wiki/xacro">
+<xacro:property name="width" value="0.26"/><xacro:include filename="$(find plain_description)/wheel.xacro"/>
+<xacro:include filename="$(find elsewhere)/sensor.xacro"/>"""
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_macros_are_expanded(tmp_path: Path) -> None:
+    pytest.importorskip("xacro")
+    text = EDITED.replace('<robot name="plain">', MACROS).replace('"0 0.13 0"', '"0 ${width / 2} 0"')
+    (tmp_path / "package.xml").write_text('<package format="2"><name>plain_description</name></package>')
+    (tmp_path / "wheel.xacro").write_text('<robot xmlns:xacro="http://ros.org/wiki/xacro"/>')
+    station = standing(written(tmp_path, text))
+    assert station.robot_interface.robot.model and station.plant.num_actuators() == 2
+    with pytest.raises(StarnavError, match="plain.urdf: xacro: .*away"):
+        standing(written(tmp_path, text.replace("${width / 2}", "${away}")))
+
+
+def test_macros_without_the_extra_are_refused(tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.setitem(sys.modules, "xacro", None)
+    with pytest.raises(StarnavError, match="has macros of xacro; allowed: pip install .*xacro.*, or a file"):
+        standing(written(tmp_path, EDITED.replace('<robot name="plain">', MACROS)))

@@ -4,7 +4,6 @@ import re
 from pathlib import Path
 
 import pytest
-from pydrake.systems.analysis import Simulator
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.robot import RobotParameters
@@ -48,36 +47,28 @@ def changed_starbot(folder: Path, old: str, new: str) -> str:
     [
         ('"base_link"', '"chassis"', "has no link base_link"),
         ('<frame name="lidar"', '<frame name="laser"', "has no frame lidar"),
-        (
-            'joint name="left_wheel"',
-            'joint name="port_wheel"',
-            "has no joint left_wheel",
-        ),
-        ('<sphere radius="0.05"/>', '<box size="0.1 0.03 0.1"/>', "link left_wheel collides as Box"),
         ("</robot>", "", "cannot be read"),
         ('link="base_link" xyz="0 0 0.08"', 'link="base_link" xyz="0.15 0 0.08"', "frame lidar lies at x 0.15, y 0 m"),
         ('xyz="0 0 0.08" rpy="0 0 0"', 'xyz="0 0 0.08" rpy="0 0 1.57"', "frame lidar .* yaw 1.57 rad"),
         ('xyz="0 0 0.08" rpy="0 0 0"', 'xyz="0 0 0.08" rpy="0 0.1 0"', "frame lidar .* pitch 0.1, yaw 0 rad"),
-        ('<origin xyz="0 0.16 0"/>', '<origin xyz="-0.02 0.16 0"/>', "joints .* lie at x -0.02, 0, y 0.16, -0.16 m"),
-        ('<origin xyz="0 -0.16 0"/>', '<origin xyz="0 -0.1 0"/>', "joints .* lie at x 0, 0, y 0.16, -0.1 m"),
-        ('<axis xyz="0 1 0"/>', '<axis xyz="0 -1 0"/>', "joint left_wheel turns about 0 -1 0"),
+        (
+            '<origin xyz="0 0.16 0"/>',
+            '<origin xyz="-0.02 0.16 0"/>',
+            "no two joints .* opposite",
+        ),
+        ('<axis xyz="0 1 0"/>', '<axis xyz="1 0 0"/>', "no two joints about y or -y"),
         ('xyz="0.15 0 -0.02995"', 'xyz="0.15 0 -0.04"', "reaches .* mm lower than the wheels"),
-        ('type="continuous"', 'type="prismatic"', "joint left_wheel is a PrismaticJoint"),
+        ('type="continuous"', 'type="prismatic"', "no two joints about y or -y"),
+        (
+            '<geometry><sphere radius="0.05"/></geometry>',
+            '<geometry><sphere radius="0.01"/></geometry>',
+            "lower than the",
+        ),
     ],
 )
 def test_a_robot_model_says_what_it_lacks(tmp_path: Path, old: str, new: str, message: str) -> None:
     path = changed_starbot(tmp_path, old, new)
     with pytest.raises(StarnavError, match=rf"robot model .*changed.urdf.*{message}.*; allowed: "):
-        standing(RobotParameters(model=path))
-
-
-@pytest.mark.parametrize("root", ["cart", "world"])
-def test_a_base_that_hangs_on_something_is_refused(tmp_path: Path, root: str) -> None:
-    joint = f'<joint name="up" type="fixed"><parent link="{root}"/><child link="base_link"/></joint>'
-    path = changed_starbot(tmp_path, "</robot>", f'<link name="{root}"/>{joint}</robot>')
-    with pytest.raises(
-        StarnavError, match=f"link base_link hangs by joint up on {root}; allowed: base_link as the root"
-    ):
         standing(RobotParameters(model=path))
 
 
@@ -90,20 +81,9 @@ def test_a_broken_model_is_reported_whatever_is_to_be_changed_in_it(tmp_path: Pa
 def test_wheels_of_two_sizes_are_refused(tmp_path: Path) -> None:
     path = changed_starbot(tmp_path, '<link name="right_wheel">', '<link name="right_wheel"><!-- -->')
     head, tail = Path(path).read_text(encoding="utf-8").split('<link name="right_wheel">')
-    tail = tail.replace('<sphere radius="0.05"/>', '<sphere radius="0.06"/>')
+    tail = tail.replace('<sphere radius="0.05"/>', '<sphere radius="0.07"/>')
     Path(path).write_text(f'{head}<link name="right_wheel">{tail}', encoding="utf-8")
-    with pytest.raises(StarnavError, match="wheels have radii 0.05, 0.06 m; allowed: the same"):
-        standing(RobotParameters(model=path))
-
-
-def test_a_third_actuator_is_refused(tmp_path: Path) -> None:
-    mast = (
-        '<link name="mast"/><joint name="mast" type="revolute"><parent link="base_link"/><child link="mast"/>'
-        '<axis xyz="0 0 1"/><limit effort="1" lower="-1" upper="1" velocity="1"/></joint><transmission>'
-        '<type>SimpleTransmission</type><joint name="mast"/><actuator name="mast"/></transmission></robot>'
-    )
-    path = changed_starbot(tmp_path, "</robot>", mast)
-    with pytest.raises(StarnavError, match="has the actuators left_wheel, right_wheel, mast; allowed: left_wheel, "):
+    with pytest.raises(StarnavError, match="no two joints about y or -y, .* down to one floor; allowed: "):
         standing(RobotParameters(model=path))
 
 
@@ -133,46 +113,12 @@ def test_a_robot_without_an_end_is_refused(tmp_path: Path) -> None:
         standing(RobotParameters(model=path))
 
 
-def test_the_order_of_the_wheels_does_not_matter(tmp_path: Path) -> None:
-    text = model_path("robots", "starbot.urdf").read_text(encoding="utf-8")
-    left, right = re.findall("<transmission .*?</transmission>", text, re.DOTALL)
-    assert "left_wheel" in left and "right_wheel" in right
-    swapped = text.replace(right, "").replace(left, right + left)
-    path = tmp_path / "swapped.urdf"
-    path.write_text(swapped, encoding="utf-8")
-    station = standing(RobotParameters(model=str(path)))
-    simulator = Simulator(station)
-    station.GetInputPort("drive.twist_command").FixValue(simulator.get_mutable_context(), [0.3, 0.5])
-    simulator.AdvanceTo(1.0)
-    v, omega = station.GetOutputPort("localization.state").Eval(simulator.get_context())[3:]
-    assert (v, omega) == pytest.approx((0.3, 0.5), abs=0.02)
-
-
 def test_a_base_without_mass_is_refused(tmp_path: Path) -> None:
     text = model_path("robots", "starbot.urdf").read_text(encoding="utf-8")
     path = tmp_path / "massless.urdf"
     path.write_text(re.sub("<inertial>.*?</inertial>", "", text, count=1, flags=re.DOTALL), encoding="utf-8")
     with pytest.raises(StarnavError, match="link base_link has no mass; allowed: <inertial> with a mass and an in"):
         standing(RobotParameters(model=str(path)))
-
-
-def test_wheels_may_hang_on_brackets(tmp_path: Path) -> None:
-    path = changed_starbot(tmp_path, '<parent link="base_link"/>', '<parent link="{}_bracket"/>')
-    text = Path(path).read_text(encoding="utf-8").replace('<axis xyz="0 1 0"/>', '<axis xyz="0 0 -1"/>')
-    for side, y in (("left", 0.16), ("right", -0.16)):
-        text = text.replace('link="{}_bracket"', f'link="{side}_bracket"', 1).replace(f"0 {y} 0", "0 0.04 -0.01")
-        text = text.replace(
-            "</robot>",
-            f'<link name="{side}_bracket"/><joint name="{side}_bracket" type="fixed"><parent link="base_link"/><child '
-            f'link="{side}_bracket"/><origin xyz="0 {y - 0.01} -0.04" rpy="1.5707963267948966 0 0"/></joint></robot>',
-        )
-    Path(path).write_text(text, encoding="utf-8")
-    station = standing(RobotParameters(model=path))
-    simulator = Simulator(station)
-    station.GetInputPort("drive.twist_command").FixValue(simulator.get_mutable_context(), [0.3, 0.5])
-    simulator.AdvanceTo(1.0)
-    v, omega = station.GetOutputPort("localization.state").Eval(simulator.get_context())[3:]
-    assert (v, omega) == pytest.approx((0.3, 0.5), abs=0.02)
 
 
 @pytest.mark.parametrize("package", ["mine", "other"])
@@ -200,33 +146,28 @@ def test_a_robot_model_finds_the_meshes_beside_it(tmp_path: Path, mass_error: fl
 
 def test_what_is_missing_hides_nothing_else(tmp_path: Path) -> None:
     path = changed_starbot(tmp_path, '<frame name="lidar"', '<frame name="laser"')
-    text = Path(path).read_text(encoding="utf-8").replace('joint name="left_wheel"', 'joint name="port_wheel"')
-    text = text.replace('<sphere radius="0.05"/>', '<box size="0.1 0.03 0.1"/>')
+    text = Path(path).read_text(encoding="utf-8").replace('type="continuous"', 'type="fixed"')
     text = text.replace('<cylinder radius="0.25" length="0.1"/>', '<cylinder radius="0.28" length="0.1"/>')
     Path(path).write_text(text, encoding="utf-8")
     with pytest.raises(StarnavError) as caught:
         standing(RobotParameters(model=path))
-    for said in ("no frame lidar", "no joint left_wheel", "link right_wheel collides as Box", "reaches 0.280 m"):
+    for said in ("no frame lidar", "no two joints about y", "reaches 0.280 m"):
         assert said in str(caught.value)
 
 
 def test_all_that_a_model_lacks_is_said_at_once(tmp_path: Path) -> None:
     path = changed_starbot(tmp_path, 'link="base_link" xyz="0 0 0.08"', 'link="base_link" xyz="0.15 0 0.08"')
-    text = Path(path).read_text(encoding="utf-8").replace('<axis xyz="0 1 0"/>', '<axis xyz="0 -1 0"/>')
-    text = text.replace('<origin xyz="0 0.16 0"/>', '<origin xyz="-0.02 0.16 0"/>')
-    text = text.replace('xyz="0.15 0 -0.02995"', 'xyz="0.15 0 -0.04"')
+    text = Path(path).read_text(encoding="utf-8").replace('xyz="0.15 0 -0.02995"', 'xyz="0.15 0 -0.04"')
     text = text.replace('<cylinder radius="0.25" length="0.1"/>', '<cylinder radius="0.28" length="0.1"/>')
-    Path(path).write_text(text, encoding="utf-8")
+    Path(path).write_text(re.sub("<inertial>.*?</inertial>", "", text, count=1, flags=re.DOTALL), encoding="utf-8")
     with pytest.raises(StarnavError) as caught:
         standing(RobotParameters(model=path))
     said = str(caught.value)
     for words in (
-        "(1) frame lidar lies at x 0.15",
-        "lie at x -0.02, 0",
-        "left_wheel turns about 0 -1 0",
-        "right_wheel turns",
+        "(1) link base_link has no mass",
+        "frame lidar lies at x 0.15",
         "base_link reaches 0.280 m",
         "mm lower than the wheels",
     ):
         assert words in said
-    assert said.count("changed.urdf") == 1 and "(6)" in said
+    assert said.count("changed.urdf") == 1 and "(4)" in said

@@ -6,11 +6,12 @@ from pydrake.systems.framework import DiagramBuilder
 
 from drake_starnav.robot import RobotParameters
 from drake_starnav.station.plant import add_plant
-from drake_starnav.station.robot_file import WHEELS
 from drake_starnav.station.robot_geometry import wheel_rates
 from drake_starnav.station.robot_model import WHEEL_GAIN
 from drake_starnav.station.wheel_servo import WheelServo
 from drake_starnav.worlds.world import World
+
+WHEELS = ("left_wheel", "right_wheel")
 
 
 @pytest.fixture(scope="module")

@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drake_starnav.robot import Limits
+from drake_starnav.station.robot_geometry import Drive
 from drake_starnav.station.wheel_speed_command import WheelSpeedCommand
 
 FAST = Limits(10.0, 10.0, 1.0, 4.0)
@@ -13,9 +14,14 @@ sizes = st.floats(0.01, 2.0)
 speeds = st.floats(-5.0, 5.0)
 
 
+def two_wheels(radius: float, track: float) -> Drive:
+    """The left and the right wheel of a differential drive."""
+    return Drive(np.array((radius, radius)), np.array((-0.5 * track, 0.5 * track)))
+
+
 def wheel_speeds(v: float, omega: float, wheel_radius: float = 0.05, track: float = 0.32) -> np.ndarray:
     """Desired state of the actuators for a twist, through a context."""
-    system = WheelSpeedCommand(limits=FAST, wheel_radius=wheel_radius, track=track)
+    system = WheelSpeedCommand(limits=FAST, drive=two_wheels(wheel_radius, track))
     context = system.CreateDefaultContext()
     system.GetInputPort("twist_command").FixValue(context, [v, omega])
     return system.GetOutputPort("desired_state").Eval(context)
@@ -35,7 +41,7 @@ def test_left_turn_is_driven_by_the_right_wheel() -> None:
 
 
 def test_output_follows_the_input_at_once() -> None:
-    system = WheelSpeedCommand(limits=FAST, wheel_radius=0.1, track=0.4)
+    system = WheelSpeedCommand(limits=FAST, drive=two_wheels(0.1, 0.4))
     context = system.CreateDefaultContext()
     twist = system.GetInputPort("twist_command")
     for v in (0.3, -0.7):
@@ -48,9 +54,14 @@ def test_output_follows_the_input_at_once() -> None:
 
 @given(v=st.floats(-1e3, 1e3), omega=st.floats(-1e3, 1e3))
 def test_no_twist_beyond_the_limits_reaches_the_wheels(v, omega) -> None:
-    system = WheelSpeedCommand(limits=Limits(0.8, 2.0, 1.0, 4.0), wheel_radius=0.05, track=0.32)
+    system = WheelSpeedCommand(limits=Limits(0.8, 2.0, 1.0, 4.0), drive=two_wheels(0.05, 0.32))
     context = system.CreateDefaultContext()
     system.GetInputPort("twist_command").FixValue(context, [v, omega])
     _, _, left, right = system.GetOutputPort("desired_state").Eval(context)
     driven = 0.025 * (left + right), 0.05 * (right - left) / 0.32
     assert driven == pytest.approx((min(max(v, -0.8), 0.8), min(max(omega, -2.0), 2.0)))
+
+
+def test_wheels_of_any_size_and_axis_roll_at_the_speed_of_their_place() -> None:
+    drive = Drive(np.array((0.1, -0.2, 0.1)), np.array((-0.3, -0.3, 0.4)))
+    assert drive.rates(1.0, 2.0) == pytest.approx((4.0, -2.0, 18.0))

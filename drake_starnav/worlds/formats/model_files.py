@@ -45,6 +45,7 @@ class Models:
 
     Attributes:
         read: all files that have been opened.
+        unseen: meshes of robots that are not shown, as there is no such file or Drake does not read it.
     """
 
     def __init__(self, *, weld: bool = False) -> None:
@@ -53,6 +54,7 @@ class Models:
             weld: whether bodies that no joint holds will not move.
         """
         self.read: set[Path] = set()
+        self.unseen: set[str] = set()
         self._weld = weld
         self._open: list[Path] = []
         self._written: dict[str, Path] = {}
@@ -111,6 +113,7 @@ class Models:
                 mesh = visual.find("geometry/mesh")
                 if mesh is not None and not self._look(mesh, "filename", folder):
                     link.remove(visual)
+                    self.unseen.add(mesh.get("filename", ""))
             for collision in link.findall("collision"):
                 mesh = collision.find("geometry/mesh")
                 if mesh is None:
@@ -280,7 +283,7 @@ class Models:
 def parsed_xml(data: bytes) -> Element:
     """The root of an XML file, which need not declare the prefix `drake`: Drake takes it as it is."""
     ElementTree.register_namespace("drake", DRAKE_NAMESPACE)  # Drake reads the prefix, not the namespace
-    if b"<xacro:" in data:
+    if b"<xacro:" in re.sub(rb"<!--.*?-->", b"", data, flags=re.DOTALL):
         raise ElementTree.ParseError("it has macros of xacro, which are still to be expanded")
     if b"<drake:" in data and b"xmlns:drake" not in data:
         data = re.sub(rb"<(robot|sdf)\b", rb'<\1 xmlns:drake="%s"' % DRAKE_NAMESPACE.encode(), data, count=1)
