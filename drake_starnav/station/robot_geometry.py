@@ -20,15 +20,12 @@ from pydrake.geometry import (
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import BodyIndex, ModelInstanceIndex, RevoluteJoint, RigidBody
-from scipy.spatial import ConvexHull
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.worlds.footprints import ball_vertices
+from drake_starnav.worlds.footprints import ball_vertices, convex_footprint
 
 FLOOR_CONTACT = ("starnav", "floor")
 """Group and name of a property of a robot's collision shapes."""
-ROUND = 48
-"""Vertices of the polygon around a ball's outline."""
 
 
 def lidar_pose(plant: MultibodyPlant, model: ModelInstanceIndex) -> RigidTransform | None:
@@ -51,20 +48,19 @@ def robot_reach(
 
 def robot_outline(
     plant: MultibodyPlant, scene_graph: SceneGraph, poses: Mapping[BodyIndex, RigidTransform]
-) -> np.ndarray:
+) -> np.ndarray | None:
     """The convex hull of what a robot's links at their poses in base_link collide with, seen from above.
 
     Returns:
-        Vertices, counter-clockwise, shape (n, 2), about base_link's z axis, m; a round shape lies within them.
+        Vertices, counter-clockwise, shape (n, 2), about base_link's z axis, m; round shapes lie within them. None if
+        they enclose nothing.
     """
     inspector, found = scene_graph.model_inspector(), []
-    angle = 2.0 * math.pi / ROUND * np.arange(ROUND)
-    circle = np.column_stack((np.cos(angle), np.sin(angle))) / math.cos(math.pi / ROUND)
     for _, geometry, X_BG in _extents(plant, scene_graph, poses):
         points, grown = outline(inspector, geometry)
-        found.append(((X_BG @ points)[:2].T[:, None] + grown * (circle if grown else circle[:1])).reshape(-1, 2))
-    points = np.vstack(found)
-    return points[ConvexHull(points).vertices]
+        around = ball_vertices(np.full(3, grown)) if grown else np.zeros((1, 3))
+        found.append(((X_BG @ points).T[:, None] + around).reshape(-1, 3))
+    return convex_footprint(np.vstack(found), -math.inf, math.inf)
 
 
 def _extents(

@@ -51,7 +51,7 @@ TABLE = {
     "baselines": Room(f"{SENSING} regions planning control", f"{ARRAYS} sklearn"),
     "scenario": Room(METHOD, "numpy yaml"),
     "systems": Room(METHOD, DRAKE),
-    "station": Room(f"{SENSING} worlds planning scenario systems", DRAKE),
+    "station": Room(f"{SENSING} worlds planning scenario systems", f"{DRAKE} xacro"),
     "navigation": Room(f"{METHOD} scenario systems station", DRAKE),
     "visualization": Room(LOOP, f"{DRAKE} matplotlib PIL playwright imageio_ffmpeg"),
     "simulation": Room(f"{LOOP} visualization", DRAKE),
