@@ -46,12 +46,21 @@ CONTROL = "tests/control/test_"
 GROUPS: dict[str, dict[str, tuple[str, ...]]] = {
     "certificate": {
         "control/point_certificate": (f"{CONTROL}point_certificate.py", f"{CONTROL}certificates.py"),
-        "control/braking_certificate": (f"{CONTROL}braking_certificate.py", f"{CONTROL}certificates.py"),
+        "control/braking_certificate": (
+            f"{CONTROL}braking_certificate.py",
+            f"{CONTROL}certificates.py",
+            f"{CONTROL}footprint_certificate.py",
+        ),
+        "control/footprint_certificate": (f"{CONTROL}footprint_certificate.py",),
         "control/certificates": (f"{CONTROL}certificates.py",),
         "control/motion": (f"{CONTROL}motion.py", f"{CONTROL}braking_certificate.py", "tests/proof/test_roll_out.py"),
         "control/rollout": (f"{CONTROL}rollout.py",),
+        "regions/separation": ("tests/regions/test_separation.py", f"{CONTROL}footprint_certificate.py"),
     },
-    "safety region": {"regions/safe_region": ("tests/regions/test_safe_region.py",)},
+    "safety region": {
+        "regions/safe_region": ("tests/regions/test_safe_region.py",),
+        "regions/chords": ("tests/regions/test_chords.py",),
+    },
     "shield": {
         "control/shield": (f"{CONTROL}shield.py", f"{CONTROL}braking_certificate.py"),
         "systems/twist_shield": ("tests/systems/test_twist_shield.py",),

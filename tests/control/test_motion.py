@@ -34,6 +34,7 @@ def test_the_twist_is_kept_the_target_is_held_and_the_robot_brakes_until_it_stan
     twist, target = rng.uniform(-SPEEDS, SPEEDS), rng.uniform(-SPEEDS, SPEEDS)
     motion = roll_out(rng.uniform(-3.0, 3.0, 3), twist, target, actuation(ROBOT, hold, delay))
     assert motion.time[motion.commanded] == pytest.approx(delay)
+    assert (motion.commanded == 0) == (delay == 0.0)
     assert motion.time[motion.braking] == pytest.approx(delay + hold)
     assert (motion.twist[: motion.commanded + 1] == twist).all()
     np.testing.assert_allclose(motion.twist[-1], 0.0, atol=1e-9)

@@ -78,6 +78,7 @@ def test_the_star_knows_when_and_where_its_scans_were_taken_and_what_distance_it
         star, memory = certified_region(memory, scan, scan.distances, pose, SAFE, REACH, KEPT)
     assert (star.previous, star.time, memory.time) == (1.5, 2.5, 2.5)
     assert star.radius == SAFE and tuple(star.center) == (1.0, 2.0)
+    assert star.alone.size == 1 and star.alone.slopes.size == 0  # nothing is modulated by it
     np.testing.assert_allclose(np.hypot(*(star.hits - pose[:2]).T), 0.8)
     np.testing.assert_allclose(star.hits[0], pose[:2] - 0.8 * np.array((math.cos(0.5), math.sin(0.5))))
 
