@@ -117,7 +117,7 @@ class Pipeline:
         self.goal = goal
         spent.clear()
         begin = time.thread_time()
-        self.known = perceive(self.known, scan, pose, SETTINGS)
+        self.known = perceive(self.known, (scan,), pose, SETTINGS)
         middle = time.thread_time()
         now = PlannerInput(self.known.observation, pose[:2], goal, scan.time, PLANNER, MARGINS, ROBOT.radius)
         self.state = plan_step(self.state, now)

@@ -74,7 +74,7 @@ class Drive:
 
 def scan_processing(moment: ScanMoment) -> Perceived:
     """The complete processing of a scan."""
-    return perceive(moment.before, moment.scan, moment.pose, SETTINGS)
+    return perceive(moment.before, (moment.scan,), moment.pose, SETTINGS)
 
 
 def safety(moment: ScanMoment, distance: np.ndarray) -> tuple[CertifiedRegion, ScanMemory]:

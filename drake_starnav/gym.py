@@ -96,6 +96,8 @@ class NavigationEnv(gymnasium.Env):
             raise StarnavError(f"render_mode is {render_mode}; allowed: rgb_array, or None")
         self.render_mode = render_mode
         self._scenario = load_scenario(scenario) if isinstance(scenario, str) else scenario
+        if self._scenario.lidars:
+            raise UnsupportedError(f"lidars has {len(self._scenario.lidars)} entries; allowed: the one lidar")
         self._shield = shield
         self._motion_kind: type[PlantMotion | KinematicMotion] = PlantMotion if plant else KinematicMotion
         if not plant:
@@ -197,7 +199,7 @@ class KinematicMotion:
         self.scan = scan_from(self._shapes, self.pose, self._scenario.lidar, self._seed, self._scans)
         self._scans += 1
         if self._shield:
-            self._seen = perceive(self._seen, self.scan, self.pose.copy(), self._settings)
+            self._seen = perceive(self._seen, (self.scan,), self.pose.copy(), self._settings)
 
     def drive(self, action: np.ndarray) -> None:
         """Drive for `PERIOD` at a twist (v, omega), m/s and rad/s."""

@@ -19,6 +19,11 @@ YARD = parse_scenario(
 AHEAD = np.array([0.8, 0.0], dtype=np.float32)
 
 
+def test_several_lidars_are_no_observation() -> None:
+    with pytest.raises(UnsupportedError, match="lidars has 2 entries; allowed: the one lidar"):
+        NavigationEnv(parse_scenario("world: !Obstacles {}\nlidars: [{}, {}]", name="two"))
+
+
 @pytest.mark.filterwarnings("ignore::UserWarning")
 @pytest.mark.parametrize("plant", [False, True])
 @pytest.mark.parametrize("shield", [False, True])

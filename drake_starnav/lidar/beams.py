@@ -20,9 +20,9 @@ class Beams(NamedTuple):
         range_max: of the sensor, m.
         increment: bearing step between beams, rad.
         seam: angle from the last beam on to the first, rad; infinite if they are no neighbours.
-        distances: ranges as plain distances, shape (n,), m: no return is `range_max`, too close is 0. A lost beam is
-            bounded by its neighbours. It counts as free up to the shorter of the beams on both sides of the run of lost
-            beams, and no farther than where an obstacle of width LARGEST_UNSEEN fits between these two.
+        distances: ranges as plain distances, shape (n,), m: no return is `range_max`, too close is 0. Unless the scan
+            says up to where a lost beam is free, it counts as free up to the shorter of the beams on both sides of the
+            run of lost beams, and no farther than where an obstacle of width LARGEST_UNSEEN fits between these two.
         hits: beams that hit a static or possibly moving obstacle, shape (n,), bool; includes -inf (too close), not NaN.
         moving: beams on a moving obstacle, shape (n,), bool.
         lost: beams without a measurement (NaN), shape (n,), bool.
@@ -56,12 +56,13 @@ class Beams(NamedTuple):
 
 
 @njit(cache=True)
-def classified(ranges, motion, range_max, increment, seam):
+def classified(ranges, motion, free, range_max, increment, seam):
     """The fields of `Beams` from `distances` on.
 
     Args:
         ranges: shape (n,), m.
         motion: shape (n,), of the obstacle that each beam hit; empty if everything is static.
+        free: shape (n,), up to where lost beams are free, m; empty if their neighbours bound them.
         range_max, increment, seam: as in `Beams`.
     """
     n = len(ranges)
@@ -79,8 +80,8 @@ def classified(ranges, motion, range_max, increment, seam):
         distance[i] = min(max(ranges[i], 0.0), range_max)
         if lost[i]:
             complete = False
-            distance[i] = math.nan
-    if not complete:
+            distance[i] = min(max(free[i], 0.0), range_max) if len(free) else math.nan
+    if not complete and len(free) == 0:
         distance = _bounded(distance, range_max, increment, seam)
     return distance, hits, moving, lost, uninformative, mappable, complete
 

@@ -18,7 +18,7 @@ from drake_starnav.lidar.beams import Beams, classified
 from drake_starnav.lidar.field_of_view import SEAM, TURN, FieldOfView
 from drake_starnav.utils.snapshot import snapshot
 
-NOT_TRACKED = np.zeros(0, np.int8)
+NOT_TRACKED, NO_BOUNDS = np.zeros(0, np.int8), np.zeros(0)
 LEAST = math.ulp(0.0)
 """Ranges of 0 and less are no measurement: this is the least that is one, m."""
 _NUMBERS = ("time", "angle_min", "angle_increment", "range_min", "range_max", "time_increment", "scan_time")
@@ -48,6 +48,7 @@ class LaserScan:
         lost_beams: whether beams may have no measurement.
         motion: shape (n,), motion of the obstacle that each beam hit: STATIC, UNKNOWN or DYNAMIC. A beam of the last
             kind saw free space up to the obstacle, but no static obstacle. None: everything is static.
+        free: shape (n,), distance up to which space is free along each lost beam, m. None: its neighbours bound it.
 
     What follows from these is in `beams`.
     """
@@ -62,6 +63,7 @@ class LaserScan:
     scan_time: float = 0.0
     lost_beams: bool = False
     motion: np.ndarray | None = None
+    free: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         ranges = np.array(self.ranges, dtype=float)
@@ -90,6 +92,7 @@ class LaserScan:
                 "angle_increment": -self.angle_increment,
                 "time_increment": -self.time_increment,
                 "motion": None if self.motion is None else np.asarray(self.motion)[::-1],
+                "free": None if self.free is None else np.asarray(self.free)[::-1],
             }
             for name, value in turned.items():
                 object.__setattr__(self, name, value)
@@ -138,8 +141,9 @@ class LaserScan:
     def beams(self) -> Beams:
         """What follows from the ranges, derived when it is first asked for."""
         motion = NOT_TRACKED if self.motion is None else np.asarray(self.motion, np.int8)
+        free = NO_BOUNDS if self.free is None else np.asarray(self.free, float)
         view = self.range_max, self.angle_increment, self.field_of_view.seam
-        return Beams(self.directions, *view, *classified(self.ranges, motion, *view))
+        return Beams(self.directions, *view, *classified(self.ranges, motion, free, *view))
 
     @property
     def full_circle(self) -> bool:

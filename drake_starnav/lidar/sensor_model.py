@@ -3,6 +3,7 @@
 import math
 import threading
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numba import njit
@@ -67,6 +68,11 @@ class LidarParameters:
         0.0, "hits are rounded to multiples of this; 0 for none", unit="m", low=0.0, high=1.0
     )
     rolling: bool = parameter(False, "sweep the beams over the period before the scan, as a spinning sensor does")
+    frame: str = parameter(
+        "lidar",
+        "link or frame of the robot's model in whose x-y plane it scans",
+        when="your model calls it otherwise: laser, base_scan, ...",
+    )
 
     def __post_init__(self) -> None:
         check_parameters(self, "lidar")
@@ -89,6 +95,20 @@ class LidarParameters:
         step = TURN / self.beams if span > TURN - ROUNDING else span / (self.beams - 1)
         last = self.angle_min - step * (self.beams - 1)
         return FieldOfView(last if self.clockwise else self.angle_min, step, self.beams)
+
+    @property
+    def scan_fields(self) -> dict[str, Any]:
+        """All fields of its `LaserScan` but the time and the ranges, which are counter-clockwise."""
+        view = self.field_of_view
+        return {
+            "angle_min": view.angle_min,
+            "angle_increment": view.angle_increment,
+            "range_min": self.range_min,
+            "range_max": self.range_max,
+            "time_increment": self.time_increment,
+            "scan_time": 1.0 / self.rate,
+            "lost_beams": True,
+        }
 
     @property
     def clockwise(self) -> bool:

@@ -6,7 +6,7 @@ from drake_starnav.navigation.parts import AS_DECLARED, Parts
 from drake_starnav.navigation.wiring import add_navigation
 from drake_starnav.scenario import Scenario
 from drake_starnav.station.drake_configs import scenario_simulator_config
-from drake_starnav.station.navigation_station import STATION_OUTPUTS
+from drake_starnav.station.navigation_station import station_outputs
 from drake_starnav.systems.connecting import outputs
 
 
@@ -29,8 +29,9 @@ class NavigationDiagram(Diagram):
             system = getattr(self.navigation, name)
             for port_name, port in ({} if system is None else outputs(system)).items():
                 builder.ExportOutput(port, f"{name}.{port_name}")
-        for name in STATION_OUTPUTS:
-            builder.ExportOutput(self.navigation.station.GetOutputPort(name), name)
+        station = self.navigation.station
+        for name in station_outputs(station.robot_interface):
+            builder.ExportOutput(station.GetOutputPort(name), name)
         builder.BuildInto(self)
         self.set_name(scenario.name)
 

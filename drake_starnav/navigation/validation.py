@@ -1,15 +1,21 @@
 """Parameters for which the guarantees would not hold; they are refused before anything is wired."""
 
 import dataclasses
+from collections.abc import Sequence
+
+import numpy as np
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.navigation.methods import BY_KIND
+from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.lidar.mounts import ON_AXIS, Mount
+from drake_starnav.lidar.sensor_model import LidarParameters
+from drake_starnav.navigation.methods import BY_KIND, SHIELDED
 from drake_starnav.regions.margins import Margins
-from drake_starnav.regions.perception import check_view
+from drake_starnav.regions.perception import check_views
 from drake_starnav.robot import Limits
 from drake_starnav.scenario import Scenario
 from drake_starnav.scenario.error_budget import error_budget
-from drake_starnav.scenario.margins import derive_margins
+from drake_starnav.scenario.margins import AVERAGED_NOISE, derive_margins
 from drake_starnav.station.navigation_station import StationInterface
 from drake_starnav.station.robot_checks import TOLERANCE
 
@@ -20,8 +26,13 @@ HARDEST_BRAKING = 6.0
 def check_interface(scenario: Scenario, station: StationInterface) -> None:
     """Raise a `StarnavError` where a station was made with parameters that navigation does not expect."""
     robot = station.robot_interface
-    for section in ("lidar", "localization", "drive", "robot"):
-        has, declared = getattr(robot, section), getattr(scenario, section)
+    if len(robot.lidars) != len(scenario.all_lidars):
+        raise StarnavError(
+            f"the station has {len(robot.lidars)} lidars, the scenario {len(scenario.all_lidars)}; allowed: the same"
+        )
+    pairs = [("lidar", *each) for each in zip(robot.lidars, scenario.all_lidars, strict=True)]
+    pairs += [(name, getattr(robot, name), getattr(scenario, name)) for name in ("localization", "drive", "robot")]
+    for section, has, declared in pairs:
         for field in dataclasses.fields(declared):
             value, wanted = getattr(has, field.name), getattr(declared, field.name)
             if value != wanted and (section != "robot" or field.name in Limits._fields):
@@ -42,30 +53,64 @@ def check_interface(scenario: Scenario, station: StationInterface) -> None:
         )
 
 
-def validated_margins(scenario: Scenario) -> Margins:
-    """The margins of a scenario; a `StarnavError` where the guarantees of its controller would not hold."""
-    controller, lidar = scenario.controller, scenario.lidar
-    margins = derive_margins(scenario)
+def validated_margins(scenario: Scenario, mounts: Sequence[Mount] = (ON_AXIS,)) -> Margins:
+    """The margins of a scenario; a `StarnavError` where the guarantees of its controller would not hold.
+
+    Args:
+        scenario: of the loop.
+        mounts: of its lidars.
+    """
+    controller, lidars = scenario.controller, scenario.all_lidars
+    margins = derive_margins(scenario, mounts)
+    _check_mounts(scenario, margins, mounts)
     if not BY_KIND[controller.kind].shielded:
         return margins
-    budget = error_budget(scenario).symbols
-    _check_beams(scenario, budget["D"])
-    reach = scenario.robot.radius + margins.preferred
-    if lidar.range_max <= reach:
-        raise StarnavError(
-            f"lidar.range_max is {lidar.range_max:g} m, robot.radius with its margin {reach:g} m; allowed: a lidar "
-            "that sees farther than the robot reaches"
-        )
-    backwards = scenario.obstacles.max_speed > 0.0
-    check_view(lidar.field_of_view, backwards=backwards)
-    _check_range(scenario, reach + budget["F"])
+    reach, backwards = scenario.robot.radius + margins.preferred, scenario.obstacles.max_speed > 0.0
+    blank = [LaserScan(0.0, ranges=np.full(lidar.beams, np.inf), **lidar.scan_fields) for lidar in lidars]
+    for lidar, mount in zip(lidars, mounts, strict=True):
+        budget = error_budget(scenario, mount, lidar).symbols
+        _check_beams(scenario, lidar, budget["D"])
+        if lidar.range_max <= reach + mount.offset:
+            raise StarnavError(
+                f"lidar.range_max is {lidar.range_max:g} m, robot.radius with its margin {reach + mount.offset:g} m; "
+                "allowed: a lidar that sees farther than the robot reaches"
+            )
+        _check_range(scenario, lidar, reach + mount.offset + budget["F"])
+    check_views(blank, mounts, scenario.robot.shape, backwards=backwards)
     _check_braking(scenario)
     return margins
 
 
-def _check_beams(scenario: Scenario, distance: float) -> None:
+def _check_mounts(scenario: Scenario, margins: Margins, mounts: Sequence[Mount]) -> None:
+    """What needs a single lidar on the robot's axis."""
+    lone = len(mounts) == 1 and mounts[0].offset == 0.0
+    if not lone and scenario.obstacles.max_speed > 0.0:
+        raise StarnavError(
+            f"obstacles.max_speed is {scenario.obstacles.max_speed:g} with {_placed(mounts)}; allowed: one on the "
+            "axis, from which what moves is tracked"
+        )
+    if not lone and margins.average_scans:
+        raise StarnavError(
+            f"lidar.noise is {max(lidar.noise for lidar in scenario.all_lidars):g} with {_placed(mounts)}; allowed: "
+            f"one on the axis, whose scans are averaged, or less than {AVERAGED_NOISE:g} m"
+        )
+    kind = scenario.controller.kind
+    if tuple(mounts) != (ON_AXIS,) and not BY_KIND[kind].shielded:
+        raise StarnavError(
+            f"controller.kind is {kind} with {_placed(mounts)}; allowed: one on the axis, unturned, or {SHIELDED}"
+        )
+
+
+def _placed(mounts: Sequence[Mount]) -> str:
+    if len(mounts) > 1:
+        return f"{len(mounts)} lidars"
+    place = f"at x {mounts[0].x:g}, y {mounts[0].y:g} m, yaw {mounts[0].yaw:g} rad"
+    return f"a lidar {place}{', upside down' if mounts[0].upside_down else ''}"
+
+
+def _check_beams(scenario: Scenario, lidar: LidarParameters, distance: float) -> None:
     """Two beams must be less apart than the radius where the robot must begin to stop (m): walls would seem open."""
-    robot, lidar = scenario.robot, scenario.lidar
+    robot = scenario.robot
     if distance * lidar.widest_gap > robot.radius:
         raise StarnavError(
             f"lidar.beams is {lidar.beams}: at {distance:.3g} m, where a robot with robot.max_speed "
@@ -85,9 +130,9 @@ def _check_braking(scenario: Scenario) -> None:
         )
 
 
-def _check_range(scenario: Scenario, needed: float) -> None:
+def _check_range(scenario: Scenario, lidar: LidarParameters, needed: float) -> None:
     """The lidar must see obstacles that approach in time for the robot to stand, from `needed`, m."""
-    range_max, speed = scenario.lidar.range_max, scenario.obstacles.max_speed
+    range_max, speed = lidar.range_max, scenario.obstacles.max_speed
     if speed > 0.0 and range_max < needed:
         raise StarnavError(
             f"lidar.range_max is {range_max:g} m with obstacles that move at up to {speed:g} m/s; allowed: at least "

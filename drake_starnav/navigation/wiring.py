@@ -5,6 +5,7 @@ import dataclasses
 from pydrake.systems.framework import DiagramBuilder, System
 
 from drake_starnav.errors import StarnavError, check_kind
+from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.localization.scan_matching import OdometryError
 from drake_starnav.navigation.methods import BY_KIND, SHIELDED, Needs
 from drake_starnav.navigation.parts import AS_DECLARED, Navigation, Parts
@@ -17,7 +18,7 @@ from drake_starnav.systems.connecting import add_system, connect, connect_inputs
 from drake_starnav.systems.fixed_goal import FixedGoal
 from drake_starnav.systems.obstacle_tracker import ObstacleTracker
 from drake_starnav.systems.scan_matcher import ScanMatcher
-from drake_starnav.systems.star_perception import StarPerception
+from drake_starnav.systems.star_perception import StarPerception, lidar_names
 from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
 from drake_starnav.systems.twist_shield import TwistShield, Unshielded
 from drake_starnav.utils.stopwatch import Stopwatch
@@ -63,12 +64,12 @@ def add_navigation(
     check_kind(scenario, Scenario, "scenario", "as from load_scenario")
     check_kind(parts, Parts, "parts", "of your own")
     _check_parts(scenario, parts)
-    needs = Needs(scenario, validated_margins(scenario), stopwatch)
     _check_names(builder, parts)
     world = _checked_world(scenario, parts, seed)
     station = parts.station
     if station is None:
         station = builder.AddNamedSystem("station", NavigationStation(world, scenario, seed=seed))
+    needs = Needs(scenario, validated_margins(scenario, station.robot_interface.mounts), stopwatch)
     goal = add_system(builder, "goal", parts.goal or FixedGoal(world.goal), "goal")
     navigation = Navigation(world, station, goal)
     if needs.plans:
@@ -140,32 +141,43 @@ def _add_perception(builder: DiagramBuilder, needs: Needs, navigation: Navigatio
     """The navigation with what processes scans: tracker, perception and matcher."""
     scenario, station = needs.scenario, navigation.station
     lidar, localization = scenario.lidar, scenario.localization
-    scan, tracker, matcher = station.GetOutputPort("lidar.scan"), None, None
+    mounts, tracker, matcher = station.robot_interface.mounts, None, None
+    names = lidar_names("scan", len(mounts))
+    scans = [station.GetOutputPort(f"{lidar}.scan") for lidar in lidar_names("lidar", len(mounts))]
     scan_pose = station.GetOutputPort("localization.scan_pose")
     if needs.obstacles is not None:
         tracker = ObstacleTracker(needs.obstacles, lidar, stopwatch=needs.stopwatch)
         builder.AddNamedSystem("tracker", tracker)
-        builder.Connect(scan, tracker.GetInputPort("scan"))
+        builder.Connect(scans[0], tracker.GetInputPort("scan"))  # others are refused among moving obstacles
         builder.Connect(scan_pose, tracker.GetInputPort("pose"))
-        scan = tracker.GetOutputPort("scan")
+        scans = [tracker.GetOutputPort("scan")]
     perception = StarPerception(
         scenario.robot,
         needs.margins,
-        lidar,
+        _doubtful(scenario),
+        mounts=mounts,
         certifies=needs.method.shielded,
         perceive=needs.method.perceive,
         stopwatch=needs.stopwatch,
     )
     builder.AddNamedSystem("perception", perception)
-    builder.Connect(scan, perception.GetInputPort("scan"))
+    for name, scan in zip(names, scans, strict=True):
+        builder.Connect(scan, perception.GetInputPort(name))
     builder.Connect(scan_pose, perception.GetInputPort("pose"))
     if needs.matches:
-        error = OdometryError(localization.drift, localization.jump, lidar.noise)
+        error = OdometryError(localization.drift, localization.jump, _doubtful(scenario).noise)
         matcher = builder.AddNamedSystem("matcher", ScanMatcher(error, rate=lidar.rate))
         builder.Connect(perception.GetOutputPort("observation"), matcher.GetInputPort("observation"))
         builder.Connect(station.GetOutputPort("localization.state"), matcher.GetInputPort("state"))
         builder.Connect(scan_pose, matcher.GetInputPort("scan_pose"))
     return dataclasses.replace(navigation, perception=perception, tracker=tracker, matcher=matcher)
+
+
+def _doubtful(scenario: Scenario) -> LidarParameters:
+    """The first lidar, with the noise and the outliers of the one that has most."""
+    lidars = scenario.all_lidars
+    noise, outliers = max(lidar.noise for lidar in lidars), max(lidar.outliers for lidar in lidars)
+    return dataclasses.replace(lidars[0], noise=noise, outliers=outliers)
 
 
 def _add_planning(builder: DiagramBuilder, needs: Needs, own: System | None, navigation: Navigation) -> Navigation:

@@ -2,7 +2,7 @@
 
 import dataclasses
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import field
 from typing import NamedTuple
 
@@ -11,8 +11,9 @@ import numpy as np
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.lidar.deskew import deskewed
-from drake_starnav.lidar.field_of_view import TURN, FieldOfView
+from drake_starnav.lidar.field_of_view import TURN
 from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.lidar.mounts import ON_AXIS, Mount, unturned
 from drake_starnav.lidar.outlier_filter import HitHistory, without_outliers
 from drake_starnav.regions.chords import hits_behind
 from drake_starnav.regions.erosion import smoothed_distances
@@ -21,6 +22,7 @@ from drake_starnav.regions.observation import Observation
 from drake_starnav.regions.safe_region import CertifiedRegion, ScanMemory, certified_region
 from drake_starnav.regions.scan_averaging import averaged
 from drake_starnav.regions.star_region import smoothed_scan_region
+from drake_starnav.regions.views import merged, view
 from drake_starnav.utils.snapshot import snapshot
 from drake_starnav.utils.stopwatch import Stopwatch
 
@@ -35,24 +37,50 @@ FEWEST_BEAMS = 36
 """Beams that a lidar needs per turn: with fewer, hits on one wall are not recognised as connected."""
 
 
-def check_view(view: FieldOfView, *, backwards: bool) -> None:
-    """Raise a `StarnavError` if a lidar observes too little for a certificate.
+def check_views(scans: Sequence[LaserScan], mounts: Sequence[Mount], footprint: Footprint, *, backwards: bool) -> None:
+    """Raise a `StarnavError` if lidars observe too little for a certificate.
 
     Args:
-        view: of the lidar.
+        scans: of each lidar, any.
+        mounts: of the lidars.
+        footprint: of the robot.
         backwards: whether the robot may reverse.
     """
-    wanted = 0.5 * (WIDE_VIEW if backwards else FRONT_VIEW)
-    if min(view.sides) < wanted - 1e-6:
+    views = [mount.view(scan.field_of_view) for scan, mount in zip(scans, mounts, strict=True)]
+    for each, mount in zip(views, mounts, strict=True):
+        if each.angle_increment > TURN / FEWEST_BEAMS + 1e-9:
+            raise StarnavError(
+                f"lidar.beams is {each.beams}, one every {math.degrees(each.angle_increment):.3g} degrees, with "
+                f"a certificate; allowed: at least {FEWEST_BEAMS} a turn"
+            )
+        if mount.offset > footprint.radius:
+            raise StarnavError(
+                f"a lidar is {mount.offset:g} m from the robot's axis; allowed: at most robot.radius, "
+                f"{footprint.radius:g} m"
+            )
+    if len(mounts) > 1 or mounts[0].offset > 0.0:
+        _check_cover(scans, mounts, footprint)
+        return
+    (lone,), wanted = views, 0.5 * (WIDE_VIEW if backwards else FRONT_VIEW)
+    if min(lone.sides) < wanted - 1e-6:
         raise StarnavError(
-            f"lidar.angle_min {view.angle_min:g} and lidar.angle_max {view.angle_max:g} with a certificate; "
+            f"lidar.angle_min {lone.angle_min:g} and lidar.angle_max {lone.angle_max:g} with a certificate; "
             f"allowed: a view that reaches {math.degrees(wanted):.0f} degrees to each side of straight ahead, as "
             "space that no beam has observed is not certified"
         )
-    if view.angle_increment > TURN / FEWEST_BEAMS + 1e-9:
+
+
+def _check_cover(scans: Sequence[LaserScan], mounts: Sequence[Mount], footprint: Footprint) -> None:
+    """Raise a `StarnavError` unless the views of lidars, in an empty world, meet all around the robot."""
+    blank = [dataclasses.replace(scan, ranges=np.full(len(scan.ranges), math.inf), motion=None) for scan in scans]
+    around = merged([unturned(*each) for each in zip(blank, mounts, strict=True)], mounts, footprint)
+    unseen = np.flatnonzero(around.lost)
+    if len(unseen):
+        middle = np.exp(1j * around.bearings[unseen]).sum()
         raise StarnavError(
-            f"lidar.beams is {view.beams}, one every {math.degrees(view.angle_increment):.3g} degrees, with "
-            f"a certificate; allowed: at least {FEWEST_BEAMS} a turn"
+            f"the lidars' views end at the robot's own body for {360 * len(unseen) / len(around.lost):.0f} degrees, "
+            f"around {math.degrees(math.atan2(middle.imag, middle.real)):.0f} degrees from straight ahead; allowed: "
+            "views that meet all around, by a second lidar there, or the one lidar on the robot's axis"
         )
 
 
@@ -64,7 +92,7 @@ class Perceived:
         observation: the scan, its pose, and its region with the planning margin.
         safety: the certified region of the last scans.
         memory: the scans from which the certified region is made.
-        history: hits of the last scans, which confirm or refute new ones.
+        histories: for each lidar, hits of its last scans, which confirm or refute new ones.
         behind: hits of all earlier scans near the robot where the last one did not look, shape (m, 2), W, m; only with
             a limited view, and for polygons, which sweep what lies there when they turn.
     """
@@ -72,13 +100,13 @@ class Perceived:
     observation: Observation
     safety: CertifiedRegion
     memory: ScanMemory
-    history: HitHistory
+    histories: tuple[HitHistory, ...]
     behind: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
 
     @staticmethod
     def nothing() -> "Perceived":
         """The state before the first scan."""
-        return Perceived(Observation.none(), CertifiedRegion.none(), ScanMemory(), HitHistory())
+        return Perceived(Observation.none(), CertifiedRegion.none(), ScanMemory(), ())
 
 
 class PerceptionSettings(NamedTuple):
@@ -89,60 +117,99 @@ class PerceptionSettings(NamedTuple):
         footprint: of the robot.
         outlier_noise: standard deviation of the ranges at which outliers are removed, see `without_outliers`, m; None:
             they are not.
+        mounts: of the lidars.
     """
 
     margins: Margins
     footprint: Footprint
     outlier_noise: float | None = None
+    mounts: tuple[Mount, ...] = (ON_AXIS,)
 
 
-Perceive = Callable[[Perceived, LaserScan, np.ndarray, PerceptionSettings, Stopwatch | None], Perceived]
+Perceive = Callable[[Perceived, Sequence[LaserScan], np.ndarray, PerceptionSettings, Stopwatch | None], Perceived]
 """Perception as a pure function: `perceive`, or the paper's."""
 
 
 def perceive(
     before: Perceived,
-    scan: LaserScan,
+    scans: Sequence[LaserScan],
     pose: np.ndarray,
     settings: PerceptionSettings,
     stopwatch: Stopwatch | None = None,
 ) -> Perceived:
-    """Process a new scan.
+    """Process new scans.
 
     Args:
-        before: state before the scan.
-        scan: in the sensor frame S, whose origin is the robot's centre; a rolling scan is de-skewed.
-        pose: (x, y, yaw) of S in the world frame W at the time of the scan, m and rad.
-        settings: of robot and sensor.
+        before: state before the scans.
+        scans: one of each lidar in its sensor frame S, all taken at one time; rolling ones are de-skewed.
+        pose: (x, y, yaw) of the robot in the world frame W at that time, m and rad.
+        settings: of robot and sensors.
         stopwatch: records the times `scan` and `fit`; None: no times are recorded.
     """
-    margins, footprint, noise = settings
+    margins, footprint, noise, mounts = settings
     robot_radius = footprint.narrow
     stopwatch = stopwatch or Stopwatch()
     with stopwatch.measure("scan"):
-        if scan.time_increment and before.observation.region is not None:
-            scan = deskewed(scan, before.observation.pose, before.observation.scan.time, pose)
-        history, near = before.history, scan  # `near` is the scan for the certificate
+        scans = [unturned(*each) for each in zip(scans, mounts, strict=True)]
+        scans = _deskewed(before.observation, scans, pose, mounts)
+        histories, near = before.histories, scans  # `near` is for the certificate
         if noise is not None:
-            history = history.remembered(scan.points(pose))
-            near, scan = without_outliers(scan, pose, before.history, noise, robot_radius)
+            histories, near, scans = _without_outliers(before.histories, scans, pose, settings)
         first = before.observation.region
         samples = None if first is None else len(first.free_range)  # though the number of beams may vary
+        measured = [_measured(each, margins) for each in near]
+        seen = view(near, mounts, footprint, measured)
+        scan = seen.scan if near is scans else merged(scans, mounts, footprint)
         distance, region = smoothed_scan_region(scan, pose, robot_radius, margins, samples)
-        measured = near.distances
-        if margins.smoothed_beams > 0:
-            smooth = smoothed_distances(near, margins.smoothing_slack, margins.smoothed_beams)
-            measured = np.where(near.hits, smooth, measured)
         safe_radius = robot_radius + margins.safety
         kept = margins.safety_range + 2.0 * safe_radius, SCAN_MEMORY
         looked = distance, pose, safe_radius, margins.safety_range, kept
-        safety, memory = certified_region(before.memory, near, *looked, measured)
-        if margins.average_scans and near.motion is None:
-            near = dataclasses.replace(near, ranges=np.where(near.hits, measured, near.ranges))
-            earlier, near = averaged(before.memory, near, pose, safe_radius + AVERAGED)
-            safety, _ = certified_region(earlier, near, *looked)
+        safety, memory = certified_region(before.memory, seen.scan, *looked, (seen.points, seen.half_gaps))
+        if margins.average_scans and seen.scan.motion is None:
+            (lone,) = near  # more are refused
+            lone = dataclasses.replace(lone, ranges=np.where(lone.hits, measured[0], lone.ranges))
+            earlier, lone = averaged(before.memory, lone, pose, safe_radius + AVERAGED)
+            safety, _ = certified_region(earlier, lone, *looked)
         behind = before.behind
         if not footprint.is_disc and not scan.full_circle:
             behind = hits_behind(behind, before.safety.hits, scan.field_of_view, pose, kept[0])
             safety = dataclasses.replace(safety, behind=behind)
-    return Perceived(Observation(region, scan, pose), safety, memory, history, behind)
+    return Perceived(Observation(region, scan, pose), safety, memory, histories, behind)
+
+
+def _deskewed(
+    last: Observation, scans: Sequence[LaserScan], pose: np.ndarray, mounts: Sequence[Mount]
+) -> Sequence[LaserScan]:
+    """The scans of lidars parallel to the robot, each as if taken at one time, since the last observation."""
+    if last.region is None or not any(scan.time_increment for scan in scans):
+        return scans
+    return [
+        deskewed(scan, mount.unturned(last.pose), last.scan.time, mount.unturned(pose)) if scan.time_increment else scan
+        for scan, mount in zip(scans, mounts, strict=True)
+    ]
+
+
+def _without_outliers(
+    before: tuple[HitHistory, ...], scans: Sequence[LaserScan], pose: np.ndarray, settings: PerceptionSettings
+) -> tuple[tuple[HitHistory, ...], list[LaserScan], list[LaserScan]]:
+    """The histories with the scans, and the scans without doubted hits, for the certificate and for the roadmap."""
+    histories: list[HitHistory] = []
+    near: list[LaserScan] = []
+    sure: list[LaserScan] = []
+    before = before or (HitHistory(),) * len(scans)
+    for scan, mount, history in zip(scans, settings.mounts, before, strict=True):
+        place = mount.unturned(pose)
+        body = settings.footprint.narrow - mount.offset
+        histories.append(history.remembered(scan.points(place)))
+        kept, trusted = without_outliers(scan, place, history, settings.outlier_noise or 0.0, body)
+        near.append(kept)
+        sure.append(trusted)
+    return tuple(histories), near, sure
+
+
+def _measured(scan: LaserScan, margins: Margins) -> np.ndarray:
+    """The distances at which the certificate has a scan's hits, shape (n,), m."""
+    if margins.smoothed_beams == 0:
+        return scan.distances
+    smooth = smoothed_distances(scan, margins.smoothing_slack, margins.smoothed_beams)
+    return np.where(scan.hits, smooth, scan.distances)

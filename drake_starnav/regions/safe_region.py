@@ -12,7 +12,8 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.lidar.laser_scan import LaserScan, placed_ends
-from drake_starnav.regions.bearing_hits import CONNECTED_CHORD, half_chords, points_to_bearings
+from drake_starnav.lidar.mounts import ON_AXIS
+from drake_starnav.regions.bearing_hits import CONNECTED_CHORD, points_to_bearings
 from drake_starnav.regions.chords import Chords, chords
 from drake_starnav.regions.erosion import (
     bearing_count,
@@ -23,6 +24,7 @@ from drake_starnav.regions.erosion import (
     within_sight,
 )
 from drake_starnav.regions.region_union import RegionUnion
+from drake_starnav.regions.views import NEAREST, hit_points
 from drake_starnav.utils.snapshot import snapshot
 
 SCAN_PATIENCE = 3.0
@@ -32,8 +34,6 @@ NEAR_HIT_RANGE = 1.0
 BLIND_SIDE = math.radians(60.0)
 """No motion is certified towards bearings nearer than this to an edge of the field of view: there, the disc would sweep
 unobserved space by more than 0.155 of its radius from where it stood."""
-NEAREST = 0.001
-"""A hit that is too close to be measured is placed at this distance along its beam, to give it a direction, m."""
 
 
 @snapshot
@@ -114,68 +114,75 @@ def certified_region(
     radius: float,
     reach: float,
     kept: tuple[float, int],
-    measured: np.ndarray | None = None,
+    hits: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> tuple[CertifiedRegion, ScanMemory]:
     """The certified region about the latest scan, and the memory with this scan, in one compiled call.
 
     Args:
         memory: the last scans, without the latest.
-        scan: the latest, in the sensor frame S at the robot's centre.
+        scan: the latest, about the robot's axis.
         distance: shape (n,), its `smoothed_distances`, used for the near hits, m.
-        pose: (x, y, yaw) of S in W when it was taken.
+        pose: (x, y, yaw) of the robot in W when it was taken.
         radius: of the robot with the safety margin, m.
         reach: maximum extent of the star, m.
-        kept: farther hits of the scan are dropped, m; and the number of scans to keep.
-        measured: shape (n,), distances to remember in place of the scan's, m.
+        kept: farther hits are dropped, m; and the number of scans to keep.
+        hits: points and half gaps as of a `View`; None: those of the scan.
     """
     far, count = min(kept[0], scan.range_max), kept[1]
+    latest, latest_gaps = hits or hit_points(scan, ON_AXIS, scan.distances)
     forgotten = max(len(memory.counts) + 1 - max(count, 1), 0)
     first = sum(memory.counts[:forgotten])
     bearings = float(pose[2]) + scan.angle_min, *field_of_view(scan, BLIND_SIDE)
     place = float(pose[0]), float(pose[1]), math.cos(pose[2]), math.sin(pose[2])
-    points, gaps, hits, hit_gaps, values, near = _certified_region(
-        (memory.points, memory.half_gaps, first, scan.distances if measured is None else measured, far),
+    points, gaps, known, known_gaps, values, near = _certified_region(
+        (memory.points, memory.half_gaps, first),
+        (latest, latest_gaps, far, scan.free is not None),
         scan.beams,
         distance,
         place,
         bearings,
         bearing_tables(bearing_count(scan)),
-        radius,
-        reach,
+        (radius, reach),
     )
     newest = len(memory.points) - first
     counts = *memory.counts[forgotten:], len(points) - newest
+    if scan.free is not None:
+        newest = len(points)  # what hides from the axis are the ends of its rays
     center = np.array(pose[:2], dtype=float)
     times = scan.time, far, memory.time
-    star = CertifiedRegion(center, bearings[0], values, near, hits, hit_gaps, True, *times, radius, newest)
+    star = CertifiedRegion(center, bearings[0], values, near, known, known_gaps, True, *times, radius, newest)
     return star, ScanMemory(points, gaps, counts, scan.time)
 
 
 @njit(cache=True)
-def _certified_region(known, beams, distance, place, bearings, tables, radius, reach):
-    """The memory's points and half gaps with the scan; the star's hits, half gaps and values, and the near hits.
+def _certified_region(known, seen, beams, distance, place, bearings, tables, sizes):
+    """The memory's points and half gaps with the latest; the star's hits, half gaps and values, and the near hits.
 
     Args:
-        known: points and half gaps of the memory, the first that is kept, distances to remember, and how far, m.
+        known: points and half gaps of the memory, and the first that is kept.
+        seen: latest points and half gaps, up to which distance they are remembered, m, and whether the scan is merged:
+            then the ends of all its rays are among the star's hits, too.
         beams: of the latest scan.
         distance: their smoothed distances, shape (n,), m.
-        place: x, y, m, and cosine and sine of the yaw of the sensor.
+        place: x, y, m, and cosine and sine of the yaw of the robot.
         bearings: that of sample 0 in W, and the first and the last within the view from it on, rad.
         tables: as of `bearing_tables`.
-        radius, reach: as of `certified_region`, m.
+        sizes: radius and reach as of `certified_region`, m.
     """
     measured, range_max, directions = beams.distances, beams.range_max, beams.directions
     x, y, cosine, sine = place
     bearing_0, first, last = bearings
     cosines, squares = tables
-    old_points, old_gaps, begin, remembered, far = known
-    near = (remembered < far) & beams.hits
-    latest = placed_ends(directions, np.maximum(remembered, NEAREST), near, x, y, cosine, sine)
-    points = np.concatenate((old_points[begin:], latest))
-    gaps = np.concatenate((old_gaps[begin:], half_chords(remembered, beams)[near]))
+    radius, reach = sizes
+    old_points, old_gaps, begin = known
+    latest, latest_gaps, far, is_merged = seen
+    away = np.hypot(latest[:, 0], latest[:, 1])
+    placed = placed_ends(latest, np.ones(len(latest)), away < far, x, y, cosine, sine)
+    points = np.concatenate((old_points[begin:], placed))
+    gaps = np.concatenate((old_gaps[begin:], latest_gaps[away < far]))
     hits, hit_gaps = points, gaps
-    if not beams.complete:  # space behind lost beams of the latest scan is not certified
-        bounded = beams.lost & (measured < range_max)
+    if is_merged or not beams.complete:  # space behind lost beams of the latest scan is not certified
+        bounded = (beams.lost | (beams.hits & is_merged)) & (measured < range_max)
         edge = placed_ends(directions, np.maximum(measured, NEAREST), bounded, x, y, cosine, sine)
         hits, hit_gaps = np.concatenate((points, edge)), np.concatenate((gaps, np.zeros(len(edge))))
     within = reach + radius + CONNECTED_CHORD  # farther hits restrict nothing

@@ -7,6 +7,8 @@ import math
 from types import CodeType
 from typing import NamedTuple
 
+from drake_starnav.lidar.mounts import ON_AXIS, Mount
+from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.localization.scan_matching import UNSEEN_JUMP
 from drake_starnav.regions.safe_region import SCAN_PATIENCE
 from drake_starnav.scenario.schema import Scenario
@@ -34,6 +36,7 @@ SYMBOLS: dict[str, ErrorTerm] = {
     "w": ErrorTerm("robot.max_yaw_rate", "largest yaw rate, rad/s"),
     "a": ErrorTerm("robot.max_acceleration", "largest acceleration, m/s^2"),
     "A": ErrorTerm("robot.max_yaw_acceleration", "that of the yaw rate, rad/s^2"),
+    "o": ErrorTerm("mount.offset", "distance of the lidar from the robot's axis, m"),
     "t": ErrorTerm("1 / controller.rate", "period of the commands, s"),
     "d": ErrorTerm("drive.delay", "time until a command takes effect, s"),
     "T": ErrorTerm("v / a", "braking time from full speed, s"),
@@ -56,10 +59,10 @@ SYMBOLS: dict[str, ErrorTerm] = {
         f"{SAMPLED} + min(3/4 * lidar.noise, 0.006)", "what may stick out between beams without further margin, m"
     ),
     "G": ErrorTerm(
-        "max(1.2, min(1.25 * (B + v * L), C / (0.87 * lidar.widest_gap) - r)) + r - robot.shape.narrow",
+        "max(1.2, min(1.25 * (B + v * L), C / (0.87 * lidar.widest_gap) - r - o)) + r - robot.shape.narrow",
         "extent of the certified region, m",
     ),
-    "D": ErrorTerm("r + min(G, B + v * L)", "distance of the last scan by which a motion was accepted, m"),
+    "D": ErrorTerm("r + o + min(G, B + v * L)", "distance from the lidar up to which a scan accepts a motion, m"),
     "b": ErrorTerm(
         "L + simulation.time_step + (1 / lidar.rate if lidar.rolling else 0)",
         "age of a scan that just missed an obstacle when a command that knows of it takes effect, s",
@@ -140,10 +143,11 @@ class ErrorBudget(NamedTuple):
 _CODES = {name: term.code for name, term in SYMBOLS.items()}, tuple(term.code for term in TERMS)
 
 
-def error_budget(scenario: Scenario) -> ErrorBudget:
-    """The formulas, evaluated for what a scenario declares."""
+def error_budget(scenario: Scenario, mount: Mount = ON_AXIS, lidar: LidarParameters | None = None) -> ErrorBudget:
+    """The formulas, evaluated for what a scenario declares, and for one of its lidars; None: for `lidar`."""
     symbols, terms = _CODES
-    known = {"__builtins__": {"max": max, "min": min, "floor": math.floor}, **vars(scenario)}
+    known = {"__builtins__": {"max": max, "min": min, "floor": math.floor}, **vars(scenario), "mount": mount}
+    known["lidar"] = lidar or scenario.lidar
     for name, code in symbols.items():
         known[name] = eval(code, known)
     return ErrorBudget({name: known[name] for name in symbols}, tuple(float(eval(code, known)) for code in terms))

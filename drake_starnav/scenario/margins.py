@@ -1,8 +1,10 @@
 """Margins, ranges and smoothing that follow from what a scenario declares, narrower as well as wider."""
 
 import math
+from collections.abc import Sequence
 
 from drake_starnav.errors import StarnavError
+from drake_starnav.lidar.mounts import ON_AXIS, Mount
 from drake_starnav.regions.margins import Margins
 from drake_starnav.scenario.error_budget import SAMPLED, error_budget
 from drake_starnav.scenario.schema import Scenario
@@ -21,31 +23,37 @@ LARGEST_MARGIN = 0.5
 """Safety margins are no wider than this, m."""
 
 
-def derive_margins(scenario: Scenario) -> Margins:
+def derive_margins(scenario: Scenario, mounts: Sequence[Mount] = ()) -> Margins:
     """What follows from the faults, the robot and the rates that a scenario declares.
 
     The safety margin is the sum of the `error_budget`. The certified region reaches farther than the robot needs to
     stop. Where the localization is not exact, nodes whose hits a new scan sees through are discarded. Noise is
-    smoothed; from AVERAGED_NOISE on, ranges are averaged over the remembered scans.
+    smoothed; from AVERAGED_NOISE on, ranges are averaged over the remembered scans. Of several lidars the worst counts.
+
+    Args:
+        scenario: what is declared.
+        mounts: of its lidars; none: all are on the axis.
 
     Raises:
         StarnavError: the margin would be too wide.
     """
-    budget, lidar = error_budget(scenario), scenario.lidar
-    safety = budget.total
+    lidars = scenario.all_lidars
+    mounts = mounts or (ON_AXIS,) * len(lidars)
+    budgets = [error_budget(scenario, *each) for each in zip(mounts, lidars, strict=True)]
+    safety, noise = max(budget.total for budget in budgets), max(lidar.noise for lidar in lidars)
     if safety > LARGEST_MARGIN:
         raise StarnavError(
             f"what is declared of lidar, localization, drive and robot gives a safety margin of {safety:.3g} m; "
             f"allowed: at most {LARGEST_MARGIN:g} m"
         )
-    width = math.radians(lidar.noise / NOISE_PER_DEGREE) / lidar.angle_increment
+    width = max(math.radians(lidar.noise / NOISE_PER_DEGREE) / lidar.angle_increment for lidar in lidars)
     return Margins(
         safety=safety,
         preferred=safety + scenario.planner.preferred_clearance,
         least=safety - SAMPLED,  # regions are not motions that are sampled
-        safety_range=budget.symbols["G"],
-        smoothing_slack=SMOOTHED_DEVIATIONS * max(lidar.noise - NOMINAL_NOISE, 0.0),
+        safety_range=min(budget.symbols["G"] for budget in budgets),
+        smoothing_slack=SMOOTHED_DEVIATIONS * max(noise - NOMINAL_NOISE, 0.0),
         smoothed_beams=math.ceil(width - 1e-9) if width >= FINE_ENOUGH else 0,
-        average_scans=lidar.noise >= AVERAGED_NOISE,
+        average_scans=noise >= AVERAGED_NOISE,
         drop_seen_through=not scenario.localization.exact,
     )

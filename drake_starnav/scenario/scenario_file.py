@@ -9,6 +9,7 @@ from typing import Any
 import yaml
 
 from drake_starnav.errors import StarnavError, shown
+from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.parameters import build, declared, unknown_name
 from drake_starnav.scenario.directives import directives_text, make_paths_absolute, move_directives
 from drake_starnav.scenario.schema import DRAKE_CONFIGS, KEYS, SECTIONS, Scenario, check_known
@@ -95,6 +96,7 @@ def parse_scenario(
         key: build(cls, sections.get(key), key, base=build(cls, METHODS[method].get(key), key))
         for key, cls in SECTIONS.items()
     }
+    parts |= _lidars(sections.get("lidars"), parts["lidar"])
     configs: dict[str, Any] = {key: _drake_config(sections.get(key), key) for key in DRAKE_CONFIGS}
     return Scenario(name=name, world=_world(sections.get("world"), place), **parts, **configs)
 
@@ -110,8 +112,10 @@ def save_scenario(scenario: Scenario, path: str | Path) -> None:
 
 def scenario_text(scenario: Scenario) -> str:
     """The scenario as YAML text that `parse_scenario` reads back to an equal one; every key is written out."""
-    sections = {"world": section(_declared(scenario.world), type(scenario.world).__name__)}
+    sections: dict[str, Any] = {"world": section(_declared(scenario.world), type(scenario.world).__name__)}
     sections |= {key: section(_declared(getattr(scenario, key))) for key in SECTIONS}
+    if scenario.lidars:
+        sections["lidars"] = [section(_declared(each)) for each in scenario.lidars]
     sections |= {key: section(getattr(scenario, key)) for key in DRAKE_CONFIGS if getattr(scenario, key)}
     return yaml.dump(
         sections, Dumper=SectionDumper, default_flow_style=None, sort_keys=False, width=math.inf, allow_unicode=True
@@ -132,7 +136,19 @@ def differences(text: str, other: str, sections: Sequence[str], place: str = "sc
         elif isinstance(ours, dict) and isinstance(theirs, dict):
             pairs = [(key, ours[key], theirs[key]) for key in ours if key in theirs]
             found += [f"{name}.{key} {a} and {b}" for key, a, b in pairs if _without_folder(a) != _without_folder(b)]
+        elif isinstance(ours, list) and ours != theirs:
+            found.append(f"{name} {ours} and {theirs}")
     return found
+
+
+def _lidars(listed: Any, base: LidarParameters) -> dict[str, Any]:
+    """The sections `lidar` and `lidars` of a scenario that lists lidars, each with the values of a base."""
+    if listed is None:
+        return {}
+    if not isinstance(listed, list) or not listed:
+        raise StarnavError(f"lidars is {shown(listed)}; allowed: a list of mappings, one for each lidar")
+    lidars = tuple(build(LidarParameters, each, f"lidars[{k}]", base=base) for k, each in enumerate(listed))
+    return {"lidar": lidars[0], "lidars": lidars}
 
 
 def _drake_config(mapping: Any, key: str) -> dict[str, Any]:
@@ -156,9 +172,11 @@ def _declared(part: Any) -> dict[str, Any]:
 def _override(sections: dict[str, Any], text: str) -> None:
     key, separator, value = text.partition("=")
     names = key.split(".")
-    if not separator or len(names) != 2 or not all(names):
-        raise StarnavError(f"override {shown(text)}; allowed: section.key=value, e.g. robot.radius=0.3")
-    part, name = names
+    if key != "lidars" and (not separator or len(names) != 2 or not all(names)):
+        raise StarnavError(
+            f"override {shown(text)}; allowed: section.key=value, e.g. robot.radius=0.3, or lidars=[...]"
+        )
+    part = names[0]
     if part not in KEYS:
         raise unknown_name(f"key {key}", part, KEYS)
     try:
@@ -167,11 +185,14 @@ def _override(sections: dict[str, Any], text: str) -> None:
         raise StarnavError(
             f"override {shown(text)}: the value is not valid YAML; allowed: e.g. robot.radius=0.3"
         ) from None
+    if key == "lidars":
+        sections[part] = parsed
+        return
     if not isinstance(sections.get(part), dict):
         sections[part] = {}
-    sections[part][name] = parsed
-    if part == "robot" and name in SHAPES:  # what is said last of the robot's shape replaces what was said before
-        for other in SHAPES - {name}:
+    sections[part][names[1]] = parsed
+    if part == "robot" and names[1] in SHAPES:  # what is said last of the robot's shape replaces what was said before
+        for other in SHAPES - {names[1]}:
             sections[part].pop(other, None)
 
 

@@ -1,9 +1,10 @@
 """What a scenario holds.
 
 A scenario has the sections `world, robot, lidar, localization, drive, planner, controller, obstacles, simulation,
-recording` and one for each baseline; each is a dataclass with defaults, so that a file only contains what differs. The
-world is chosen by a tag, e.g. `world: !Forest {width: 20}`; the models of a `!Model` may stand in `directives`.
-`plant_config` and `simulator_config` hold what Drake's structs of these names hold.
+recording` and one for each baseline; each is a dataclass with defaults, so that a file only contains what differs.
+`lidars` is a list of lidars, each of which has the values of `lidar` where it does not say otherwise. The world is
+chosen by a tag, e.g. `world: !Forest {width: 20}`; the models of a `!Model` may stand in `directives`. `plant_config`
+and `simulator_config` hold what Drake's structs of these names hold.
 """
 
 import dataclasses
@@ -42,7 +43,10 @@ class SimulationParameters:
 
 @dataclass(frozen=True)
 class Scenario:
-    """Everything that, with a seed, defines a trial."""
+    """Everything that, with a seed, defines a trial.
+
+    `lidars` are those of a robot that has several; the first of them is `lidar`.
+    """
 
     name: str
     world: Any
@@ -61,6 +65,25 @@ class Scenario:
     recording: RecordingParameters = field(default_factory=RecordingParameters)
     plant_config: dict[str, Any] = field(default_factory=dict)
     simulator_config: dict[str, Any] = field(default_factory=dict)
+    lidars: tuple[LidarParameters, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.lidars and self.lidar != self.lidars[0]:
+            raise StarnavError("lidar differs from lidars[0]; allowed: the same, or lidars alone")
+        first, others = self.all_lidars[0], self.all_lidars[1:]
+        for k, other in enumerate(others, start=1):
+            for name in ("rate", "delay"):
+                value, wanted = getattr(other, name), getattr(first, name)
+                if value != wanted:
+                    raise StarnavError(
+                        f"lidars[{k}].{name} is {value:g}, lidars[0].{name} {wanted:g}; allowed: the same, as scans of "
+                        "one time are merged"
+                    )
+
+    @property
+    def all_lidars(self) -> tuple[LidarParameters, ...]:
+        """Of the robot: `lidars`, or the one `lidar`."""
+        return self.lidars or (self.lidar,)
 
 
 DRAKE_CONFIGS = ("plant_config", "simulator_config")
@@ -68,9 +91,9 @@ DRAKE_CONFIGS = ("plant_config", "simulator_config")
 SECTIONS: dict[str, Any] = {
     part.name: part.default_factory
     for part in dataclasses.fields(Scenario)
-    if part.name not in ("name", "world", *DRAKE_CONFIGS)
+    if part.name not in ("name", "world", "lidars", *DRAKE_CONFIGS)
 }
-KEYS = ("world", *SECTIONS, *DRAKE_CONFIGS)
+KEYS = ("world", *SECTIONS, "lidars", *DRAKE_CONFIGS)
 """Of a scenario's mapping, where they may be overridden; it may also hold `directives`."""
 
 

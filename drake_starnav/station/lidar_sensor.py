@@ -3,7 +3,7 @@
 import dataclasses
 import math
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from pydrake.common.value import AbstractValue, Value
@@ -145,17 +145,8 @@ class LidarSensor(LeafSystem):
         self._cloud_in_W = point_cloud_frame == "W"
         self._parent, self._X_PS = mount.parent_frame_id, RigidTransform(mount.X_PS)
         self._seed = int(seed)
-        view = parameters.field_of_view
-        self._fan = Fan.regular(*view, parameters.clockwise)
-        self._fields: dict[str, Any] = {
-            "angle_min": view.angle_min,
-            "angle_increment": view.angle_increment,
-            "range_min": parameters.range_min,
-            "range_max": parameters.range_max,
-            "time_increment": parameters.time_increment,
-            "scan_time": 1.0 / parameters.rate,
-            "lost_beams": True,
-        }
+        self._fan = Fan.regular(*parameters.field_of_view, parameters.clockwise)
+        self._fields = parameters.scan_fields
         exclude = {*mount.exclude_frames, mount.parent_frame_id} - {SceneGraph.world_frame_id()}
 
         self._query_port = self.DeclareAbstractInputPort("geometry_query", Value[QueryObject]())

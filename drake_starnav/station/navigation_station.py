@@ -17,16 +17,20 @@ from drake_starnav.station.moving_bodies import add_moving_obstacle_drive
 from drake_starnav.station.plant import DISCRETE_ONLY, add_plant
 from drake_starnav.station.robot_interface import LIDAR_PORTS, POSE_PORTS, RobotInterface, connect_robot
 from drake_starnav.station.world_geometry import surface_world
+from drake_starnav.systems.star_perception import lidar_names
 from drake_starnav.worlds.world import World
 
-STATION_OUTPUTS = (
-    *(f"lidar.{port}" for port in LIDAR_PORTS),
-    *(f"localization.{port}" for port in POSE_PORTS),
-    "cheat.robot_state",
-    "cheat.contact_results",
-    "cheat.geometry_query",
-)
-"""Output ports of a station; see `NavigationStation`."""
+CHEAT_PORTS = ("cheat.robot_state", "cheat.contact_results", "cheat.geometry_query")
+
+
+def station_outputs(robot: RobotInterface) -> list[str]:
+    """Names of the output ports of a station with that robot; see `NavigationStation`."""
+    lidars = lidar_names("lidar", len(robot.lidars))
+    return [
+        *(f"{lidar}.{port}" for lidar in lidars for port in LIDAR_PORTS),
+        *(f"localization.{port}" for port in POSE_PORTS),
+        *CHEAT_PORTS,
+    ]
 
 
 class StationInterface(Protocol):
@@ -69,7 +73,7 @@ class StationInterface(Protocol):
         """The port of the scene, in the builder that holds the station."""
 
     def GetOutputPort(self, name: str) -> OutputPort:
-        """The port of a name in `STATION_OUTPUTS`."""
+        """The port of a name in `station_outputs`."""
 
     def GetInputPort(self, name: str) -> InputPort:
         """`drive.twist_command`."""
@@ -107,7 +111,7 @@ class Station:
         return self.scene_graph.get_query_output_port()
 
     def GetOutputPort(self, name: str) -> OutputPort:
-        """The port of a name in `STATION_OUTPUTS`."""
+        """The port of a name in `station_outputs`."""
         if name == "cheat.robot_state":
             return self.plant.get_state_output_port(self.robot_model)
         if name == "cheat.contact_results":
@@ -167,7 +171,7 @@ class NavigationStation(Diagram):
 
     Ports:
         drive.twist_command: vector (v, omega), m/s and rad/s.
-        lidar.*: as of `LidarSensor`; the sensor frame S lies on the robot's axis.
+        lidar.*: as of `LidarSensor`; further lidars are lidar_2, lidar_3, ...
         localization.pose: vector (x, y, yaw) of the robot's base in the world frame W, m and rad, with its
             declared error.
         localization.state: vector (x, y, yaw, v, omega).
@@ -189,7 +193,7 @@ class NavigationStation(Diagram):
         self.ground = parts.ground
         self.moving_obstacle_geometries, self.hull = parts.moving_obstacle_geometries, parts.hull
         builder.ExportInput(parts.GetInputPort("drive.twist_command"), "drive.twist_command")
-        for name in STATION_OUTPUTS:
+        for name in station_outputs(self.robot_interface):
             builder.ExportOutput(parts.GetOutputPort(name), name)
         builder.BuildInto(self)
         self.set_name("station")

@@ -1,17 +1,14 @@
 """What a robot's model must have."""
 
-import math
 from collections.abc import Iterator
 
 from pydrake.geometry import SceneGraph
-from pydrake.math import RollPitchYaw
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex
 
 from drake_starnav.station.robot_geometry import (
     collision_shapes,
     floor_contact,
-    lidar_pose,
     link_poses,
     massless_links,
     outline,
@@ -19,15 +16,13 @@ from drake_starnav.station.robot_geometry import (
 )
 
 TOLERANCE = 1e-3
-"""Of where a model's lidar and wheels are, how they are turned, its wheels' radii and `robot.radius`, m and rad."""
+"""Of where a model's wheels are, how they are turned, their radii and `robot.radius`, m and rad."""
 
 
 def missing(plant: MultibodyPlant, model: ModelInstanceIndex) -> Iterator[str]:
     """What the model of a file lacks in names."""
     if not plant.HasBodyNamed("base_link", model):
         yield "it has no link base_link; allowed: link base_link, whose x axis is the robot's heading"
-    if not plant.HasFrameNamed("lidar", model):
-        yield "it has no frame lidar; allowed: a frame or a link lidar"
 
 
 def model_faults(
@@ -45,26 +40,9 @@ def model_faults(
         yield f"link {name} has no mass; allowed: <inertial> with a mass and an inertia"
     if not plant.HasBodyNamed("base_link", model):
         return
-    yield from _lidar_faults(plant, model)
     yield from _reach_faults(plant, scene_graph, model, radius)
     if floor is not None:
         yield from _floor_faults(plant, scene_graph, model, floor)
-
-
-def _lidar_faults(plant: MultibodyPlant, model: ModelInstanceIndex) -> Iterator[str]:
-    if not plant.HasFrameNamed("lidar", model):
-        return
-    X_BL = lidar_pose(plant, model)
-    if X_BL is None:
-        yield "frame lidar is not joined to link base_link; allowed: a joint between them"
-        return
-    x, y, _ = X_BL.translation()
-    if math.hypot(x, y) > TOLERANCE or not X_BL.rotation().IsNearlyIdentity(TOLERANCE):
-        roll, pitch, yaw = RollPitchYaw(X_BL.rotation()).vector() + 0.0  # no -0
-        yield (
-            f"frame lidar lies at x {x:g}, y {y:g} m of base_link, turned by roll {roll:g}, pitch {pitch:g}, yaw "
-            f"{yaw:g} rad; allowed: on its z axis, unturned (lidar.angle_min says where beams begin)"
-        )
 
 
 def _reach_faults(

@@ -28,13 +28,6 @@ FLOOR_CONTACT = ("starnav", "floor")
 """Group and name of a property of a robot's collision shapes."""
 
 
-def lidar_pose(plant: MultibodyPlant, model: ModelInstanceIndex) -> RigidTransform | None:
-    """Of frame `lidar` in base_link, with all joints at zero; None if it is not joined to it."""
-    frame = plant.GetFrameByName("lidar", model)
-    X_BL = link_poses(plant, model).get(frame.body().index())
-    return None if X_BL is None else X_BL @ frame.GetFixedPoseInBodyFrame()
-
-
 def robot_reach(
     plant: MultibodyPlant, scene_graph: SceneGraph, poses: Mapping[BodyIndex, RigidTransform]
 ) -> tuple[float, str]:

@@ -12,14 +12,18 @@ from pydrake.systems.primitives import DiscreteTimeDelay
 
 from drake_starnav.scenario.faults import DriveParameters
 from drake_starnav.scenario.schema import Scenario
+from drake_starnav.station.lidar_mounts import lidar_poses, mount_of
 from drake_starnav.station.lidar_sensor import LidarMount, LidarSensor
 from drake_starnav.station.model_world import floor_geometries
 from drake_starnav.station.planar_localization import PlanarLocalization
-from drake_starnav.station.robot_geometry import drive_geometry, floor_contact, lidar_pose, robot_reach
+from drake_starnav.station.robot_geometry import drive_geometry, floor_contact, robot_reach
 from drake_starnav.station.wheel_servo import WheelServo
 from drake_starnav.station.wheel_slip import WheelSlip
 from drake_starnav.station.wheel_speed_command import WheelSpeedCommand
+from drake_starnav.systems.star_perception import lidar_names
 
+LIDAR_SEEDS = 0x9E3779B97F4A7C15
+"""Added to the seed of a robot for each further lidar: no two have the same noise, whatever seeds trials have."""
 LIDAR_PORTS = ("scan", "ranges", "point_cloud", "X_WS")
 POSE_PORTS = ("pose", "state", "scan_pose")
 
@@ -45,7 +49,10 @@ class RobotInterface(Diagram):
     The lidar sees other robots in the plant where they reach into its plane, but not its own robot. Bodies
     joined to the robot, such as an arm, and what it carries belong to it.
 
+    A robot with several lidars has the ports of the others under lidar_2, lidar_3, ...
+
     Attributes:
+        mounts: of the lidars.
         robot_geometries: collision shapes of all that.
         reach: how far from the robot's axis it collides, with all joints at their defaults, m, without what it carries.
         farthest: the link that reaches so far.
@@ -73,7 +80,7 @@ class RobotInterface(Diagram):
         """
         super().__init__()
         self.plant, self.scene_graph = plant, scene_graph
-        self.robot, self.lidar = scenario.robot, scenario.lidar
+        self.robot, self.lidars = scenario.robot, scenario.all_lidars
         self.localization, self.drive = scenario.localization, scenario.drive
         self.model = self.robot_model = model
         self.moving_obstacle_geometries, self.hull = (), None  # nobody knows of them here
@@ -89,32 +96,34 @@ class RobotInterface(Diagram):
         self.robot_geometries = [g for f in frames for g in inspector.GetGeometries(f, Role.kProximity)]
         self._keep_to_the_floor()
         self.base_frame = plant.GetBodyFrameIdOrThrow(plant.GetBodyByName("base_link", model).index())
-        mount = LidarMount(
-            parent_frame_id=self.base_frame,
-            X_PS=lidar_pose(plant, model),
-            exclude_frames=frames,
-        )
-        sensor = builder.AddNamedSystem(
-            "lidar",
-            LidarSensor(self.lidar, mount, seed=seed),
-        )
+        places = lidar_poses(plant, model, self.lidars)
+        self.mounts = tuple(mount_of(X, lidar.frame) for X, lidar in zip(places, self.lidars, strict=True))
+        sensors = {}
+        for k, (name, lidar) in enumerate(zip(lidar_names("lidar", len(places)), self.lidars, strict=True)):
+            mount = LidarMount(self.base_frame, places[k], frames)
+            sensor = LidarSensor(lidar, mount, seed=(seed + k * LIDAR_SEEDS) % 2**64)
+            sensors[name] = builder.AddNamedSystem(name, sensor)
         where = builder.AddNamedSystem(
             "localization",
             PlanarLocalization(
                 num_positions=plant.num_positions(model),
                 num_velocities=plant.num_velocities(model),
-                lidar=self.lidar,
+                lidar=self.lidars[0],
                 error=self.localization,
                 seed=seed,
             ),
         )
         wheels = builder.AddNamedSystem("wheels", WheelSpeedCommand(limits=self.robot.limits, drive=self._drive))
-        builder.ExportInput(sensor.GetInputPort("geometry_query"), "geometry_query")
+        query = [sensor.GetInputPort("geometry_query") for sensor in sensors.values()]
+        exported = builder.ExportInput(query[0], "geometry_query")
+        for port in query[1:]:
+            builder.ConnectInput(exported, port)
         command, turning = self._add_drive_faults(builder, wheels, seed)
         state = builder.ExportInput(where.GetInputPort("multibody_state"), "multibody_state")
         builder.ExportInput(command, "drive.twist_command")
-        for name in LIDAR_PORTS:
-            builder.ExportOutput(sensor.GetOutputPort(name), f"lidar.{name}")
+        for name, sensor in sensors.items():
+            for port_name in LIDAR_PORTS:
+                builder.ExportOutput(sensor.GetOutputPort(port_name), f"{name}.{port_name}")
         for name in POSE_PORTS:
             builder.ExportOutput(where.GetOutputPort(name), f"localization.{name}")
         if plant.time_step() > 0.0:

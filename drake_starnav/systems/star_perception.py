@@ -1,14 +1,17 @@
 """Each scan is turned into star-shaped regions once, for all consumers."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import Context, LeafSystem
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.lidar.mounts import ON_AXIS, Mount
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.regions.margins import Margins
-from drake_starnav.regions.perception import Perceive, Perceived, PerceptionSettings, check_view, perceive
+from drake_starnav.regions.perception import Perceive, Perceived, PerceptionSettings, check_views, perceive
 from drake_starnav.regions.safe_region import SCAN_PATIENCE, CertifiedRegion
 from drake_starnav.robot import RobotParameters
 from drake_starnav.systems.release import weakly
@@ -18,7 +21,7 @@ from drake_starnav.utils.timing import EARLY
 
 
 class StarPerception(LeafSystem):
-    """Turns each laser scan into the planner's star-shaped region and the controller's certified region.
+    """Turns laser scans into the planner's star-shaped region and the controller's certified region.
 
     ```
             ┌────────────────┐
@@ -28,15 +31,16 @@ class StarPerception(LeafSystem):
     ```
 
     Ports:
-        scan: abstract, `LaserScan` in the sensor frame S, whose origin is the robot's centre.
-        pose: vector (x, y, yaw) of S in the world frame W at the time of the scan, m and rad.
-        observation: abstract, `Observation`: the scan, its pose, and its region with the planning margin.
+        scan: abstract, `LaserScan` in the sensor frame S. Further lidars have the ports scan_2, scan_3, ...
+        pose: vector (x, y, yaw) of the robot in the world frame W at the time of the scan, m and rad.
+        observation: abstract, `Observation`: the scan, or that of all lidars about the robot's axis, the robot's pose,
+            and the region with the planning margin.
         certified_region: abstract, `CertifiedRegion` from the last scans; one that certifies nothing
             if the last scan is older than the delay and three scan periods.
 
-    A new scan with at least one beam that is not lost is in the outputs at once, see `ScanState`; `perceive` does the
-    work. A lidar whose view is too narrow for the certificate, and a pose that is not finite, end the simulation with a
-    `StarnavError`.
+    A new scan with at least one beam that is not lost is in the outputs at once, see `ScanState`; with several lidars,
+    once all have one of the same time. `perceive` does the work. Lidars whose view is too narrow for the certificate,
+    and a pose that is not finite, end the simulation with a `StarnavError`.
     """
 
     def __init__(
@@ -45,6 +49,7 @@ class StarPerception(LeafSystem):
         margins: Margins,
         lidar: LidarParameters,
         *,
+        mounts: Sequence[Mount] = (ON_AXIS,),
         certifies: bool = True,
         perceive: Perceive = perceive,
         stopwatch: Stopwatch | None = None,
@@ -54,6 +59,7 @@ class StarPerception(LeafSystem):
             robot: its footprint.
             margins: as of `derive_margins`.
             lidar: its rate and delay; if it declares outliers, they are discarded by `without_outliers` at its noise.
+            mounts: where each lidar is on the robot; there are as many ports for scans.
             certifies: whether motion is certified by the certified region, which takes a wide view.
             perceive: the work as a pure function.
             stopwatch: where to note `scan` and `fit` times, if anywhere.
@@ -61,13 +67,14 @@ class StarPerception(LeafSystem):
         super().__init__()
         outlier_noise = lidar.noise if lidar.outliers > 0.0 else None
         self._certifies, self._perceive = certifies, perceive
-        self._settings = PerceptionSettings(margins, robot.shape, outlier_noise)
+        self._settings = PerceptionSettings(margins, robot.shape, outlier_noise, tuple(mounts))
         self._stopwatch = stopwatch or Stopwatch()
         self._expiry = lidar.delay + SCAN_PATIENCE / lidar.rate
-        self._scan = self.DeclareAbstractInputPort("scan", Value(LaserScan.nothing()))
+        names = lidar_names("scan", len(mounts))
+        self._scans = [self.DeclareAbstractInputPort(name, Value(LaserScan.nothing())) for name in names]
         self._pose = self.DeclareVectorInputPort("pose", 3)
         nothing = Perceived.nothing()
-        self._perceived = ScanState(self, nothing, self._after, (self._scan, self._pose), rate=lidar.rate)
+        self._perceived = ScanState(self, nothing, self._after, (*self._scans, self._pose), rate=lidar.rate)
         depends = {self._perceived.ticket}
         self.DeclareAbstractOutputPort(
             "observation", lambda: Value(nothing.observation), weakly(self._calc_observation), depends
@@ -80,17 +87,19 @@ class StarPerception(LeafSystem):
         )
 
     def _after(self, context: Context, before: Perceived) -> Perceived:
-        scan = self._scan.Eval(context)
-        if scan.time == before.safety.time or (not scan.complete and scan.lost.all()):
+        scans = [port.Eval(context) for port in self._scans]
+        time = scans[0].time
+        if time == before.safety.time or any(scan.time != time or _is_silent(scan) for scan in scans):
             return before
-        if scan.time < before.safety.time:
+        if time < before.safety.time:
             before = Perceived.nothing()  # time was set back: another run begins
         pose = self._pose.Eval(context).copy()
         if not np.isfinite(pose).all():
             raise StarnavError(f"the perception's pose is {pose.tolist()}; allowed: finite x, y, m, and yaw, rad")
         if before.observation.region is None and self._certifies:
-            check_view(scan.field_of_view, backwards=scan.motion is not None)
-        return self._perceive(before, scan, pose, self._settings, self._stopwatch)
+            backwards, settings = scans[0].motion is not None, self._settings
+            check_views(scans, settings.mounts, settings.footprint, backwards=backwards)
+        return self._perceive(before, scans, pose, self._settings, self._stopwatch)
 
     def _calc_observation(self, context: Context, output: AbstractValue) -> None:
         output.set_value(self._perceived.Eval(context).observation)
@@ -99,3 +108,12 @@ class StarPerception(LeafSystem):
         safety = self._perceived.Eval(context).safety
         fresh = safety.time - EARLY <= context.get_time() <= safety.time + self._expiry
         output.set_value(safety if fresh else CertifiedRegion.none())
+
+
+def lidar_names(name: str, count: int) -> list[str]:
+    """What systems and ports of several lidars are called: name, name_2, name_3, ..."""
+    return [name, *(f"{name}_{k}" for k in range(2, count + 1))]
+
+
+def _is_silent(scan: LaserScan) -> bool:
+    return not scan.complete and bool(scan.lost.all())

@@ -153,7 +153,7 @@ class Guided:
     def twist(self, pose: np.ndarray, twist: np.ndarray, time: float, scan: LaserScan | None) -> np.ndarray | None:
         planner, robot = self._scenario.planner, self._scenario.robot
         if scan is not None:
-            self._perceived = paper.perceive(self._perceived, scan, pose, self._settings)
+            self._perceived = paper.perceive(self._perceived, (scan,), pose, self._settings)
             seen = self._perceived.observation
             now = PlannerInput(seen, pose[:2], self._goal, time, planner, self._margins, robot.radius)
             self.state = paper.plan_step(self.state, now)

@@ -69,7 +69,7 @@ def drive(
             return Run("reached", np.array(poses), plan)
         if k % TICKS == 0:
             known = track(known, scene.scan(time, pose, rng), pose, obstacles)
-            perceived = perceive(perceived, known.scan, pose, SETTINGS)
+            perceived = perceive(perceived, (known.scan,), pose, SETTINGS)
             plan = plan_step(
                 plan, PlannerInput(perceived.observation, pose[:2], goal, time, PLANNER, MARGINS, ROBOT.radius)
             )

@@ -43,3 +43,13 @@ def test_kinds_of_beams_follow_from_range_and_motion(seed: int) -> None:
     np.testing.assert_array_equal(beams.mappable, ~lost & (motion == STATIC))
     assert beams.complete == (not lost.any())
     assert ((beams.distances >= 0.0) & (beams.distances <= 7.0)).all()
+
+
+def test_a_lost_beam_may_have_a_bound_of_its_own() -> None:
+    ranges, free = np.array((2.0, np.nan, np.nan, np.inf)), np.array((9.0, 1.5, 9.0, 9.0))
+    scan = LaserScan(0.0, 0.0, 0.02, 0.0, 7.0, ranges, lost_beams=True)
+    assert scan.distances.tolist() == [2.0, 2.0, 2.0, 7.0]
+    bounded = dataclasses.replace(scan, free=free)
+    assert bounded.distances.tolist() == [2.0, 1.5, 7.0, 7.0] and bounded.lost.tolist() == scan.lost.tolist()
+    clockwise = LaserScan(0.0, 0.0, -0.02, 0.0, 7.0, ranges, lost_beams=True, free=free)
+    assert clockwise.distances.tolist() == [7.0, 7.0, 1.5, 2.0]

@@ -24,7 +24,7 @@ def looks(*poses: np.ndarray) -> list[Perceived]:
     known = [Perceived.nothing()]
     for number, pose in enumerate(poses):
         scan = dataclasses.replace(cast(POST, pose), time=0.1 * number)
-        known.append(perceive(known[-1], scan, pose, SETTINGS))
+        known.append(perceive(known[-1], (scan,), pose, SETTINGS))
     return known[1:]
 
 
@@ -42,7 +42,7 @@ def test_the_region_is_that_of_the_scan_and_the_star_also_of_the_one_before() ->
 def test_perception_is_repeatable_and_leaves_the_state_before_unchanged() -> None:
     first, second = looks(*POSES)
     kept = first.safety.values.copy()
-    again = perceive(first, second.observation.scan, POSES[1], SETTINGS)
+    again = perceive(first, (second.observation.scan,), POSES[1], SETTINGS)
     assert np.array_equal(again.safety.values, second.safety.values)
     assert np.array_equal(first.safety.values, kept)
 
@@ -51,7 +51,7 @@ def test_the_number_of_beams_may_vary_from_scan_to_scan() -> None:
     known, free = Perceived.nothing(), []
     for number, beams in enumerate((450, 455, 449, 456)):
         scan = cast(POST, POSES[0], beams=beams, angle_min=0.0, angle_increment=2.0 * math.pi / (beams - 1))
-        known = perceive(known, dataclasses.replace(scan, time=0.1 * number), POSES[0], SETTINGS)
+        known = perceive(known, (dataclasses.replace(scan, time=0.1 * number),), POSES[0], SETTINGS)
         free.append(known.observation.region.free_range)
     assert {len(samples) for samples in free} == {898}
     assert max(np.abs(samples - free[0]).mean() for samples in free) < 0.03
@@ -60,6 +60,6 @@ def test_the_number_of_beams_may_vary_from_scan_to_scan() -> None:
 def test_times_are_noted_where_asked_for() -> None:
     (first,) = looks(POSES[0])
     stopwatch = Stopwatch()
-    perceive(first, first.observation.scan, POSES[0], SETTINGS, stopwatch)
+    perceive(first, (first.observation.scan,), POSES[0], SETTINGS, stopwatch)
     (scan,) = stopwatch.seconds["scan"]
     assert scan > 0.0

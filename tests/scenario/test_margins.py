@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from drake_starnav.errors import StarnavError
+from drake_starnav.lidar.mounts import Mount
 from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.scenario import Scenario, load_scenario
 from drake_starnav.scenario.error_budget import error_budget
@@ -149,3 +150,20 @@ def test_the_margin_covers_a_corner_seen_from_where_the_robot_must_begin_to_stop
     for scan in wedge_scans(60.0, distance, lidar):
         too_far = scan.distances.min() - distance
         assert too_far < derive_margins(scenario).safety * (1.0 + 2.0 * lidar.angle_increment)
+
+
+def test_corners_stick_out_farther_between_beams_of_a_lidar_that_is_off_the_axis() -> None:
+    scenario, mount = declaring("lidar.beams=120"), Mount(0.1, 0.2, 0.0, False)
+    farther = error_budget(scenario, mount).symbols["D"] - error_budget(scenario).symbols["D"]
+    assert farther == pytest.approx(mount.offset)
+    gap = 0.87 * scenario.lidar.widest_gap * mount.offset
+    assert derive_margins(scenario, (mount,)).safety == pytest.approx(derive_margins(scenario).safety + gap)
+
+
+def test_the_worst_of_several_lidars_counts() -> None:
+    two = declaring("lidars=[{beams: 120}, {noise: 0.03}]")
+    alone = [derive_margins(declaring(f"lidar.{each}")) for each in ("beams=120", "noise=0.03")]
+    margins = derive_margins(two)
+    assert margins.safety == max(each.safety for each in alone)
+    assert margins.smoothed_beams == max(each.smoothed_beams for each in alone)
+    assert margins.safety_range == min(each.safety_range for each in alone)

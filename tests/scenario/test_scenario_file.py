@@ -1,10 +1,12 @@
 """Scenario files: what they may hold, and that they read back equal."""
 
+import dataclasses
 from pathlib import Path
 
 import pytest
 
 from drake_starnav.errors import StarnavError
+from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.scenario import METHODS, load_scenario, parse_scenario, scenario_names
 from drake_starnav.scenario.scenario_file import differences, scenario_text
 
@@ -146,3 +148,41 @@ def test_paths_of_shipped_files_stay_as_they_are(tmp_path: Path) -> None:
 def test_worlds_of_one_kind_do_not_differ_where_one_of_them_says_nothing() -> None:
     assert differences("world: !Room {}", "world: !Room {width: 6.0}", ["world"]) == []
     assert differences("world: !Room {}", "world: !Maze {}", ["world"]) == ["world !Room and !Maze"]
+
+
+def test_each_of_several_lidars_has_the_values_of_the_lidar_where_it_says_nothing() -> None:
+    text = "world: !Room {}\nlidar: {rate: 10, beams: 271}\nlidars: [{frame: front}, {frame: rear, beams: 100}]"
+    scenario = parse_scenario(text, name="two", overrides=["lidar.noise=0.02"])
+    assert [(each.frame, each.beams, each.rate, each.noise) for each in scenario.all_lidars] == [
+        ("front", 271, 10.0, 0.02),
+        ("rear", 100, 10.0, 0.02),
+    ]
+    assert scenario.lidar is scenario.lidars[0]
+    assert parse_scenario(scenario_text(scenario), name="two") == scenario
+    assert parse_scenario("world: !Room {}", name="two", overrides=["lidars=[{frame: a}]"]).lidar.frame == "a"
+    lone = parse_scenario("world: !Room {}", name="one")
+    assert lone.lidars == () and lone.all_lidars == (lone.lidar,)
+    assert len(differences(scenario_text(scenario), text.replace("rear", "back"), ["lidars"])) == 1
+    assert differences(scenario_text(scenario), scenario_text(scenario), ["lidars"]) == []
+
+
+@pytest.mark.parametrize(
+    ("lidars", "said"),
+    [
+        ("{}", r"lidars is {}; allowed: a list of mappings"),
+        ("[]", r"lidars is \[\]; allowed: a list of mappings"),
+        ("[{beam: 3}]", r"unknown key lidars\[0\].beam: did you mean beams"),
+        ("[{}, {beams: 1}]", "beams is 1; allowed: 3 <= x"),
+        ("[{}, {rate: 5}]", r"lidars\[1\].rate is 5, lidars\[0\].rate 20; allowed: the same"),
+        ("[{delay: 0.1}, {}]", r"lidars\[1\].delay is 0, lidars\[0\].delay 0.1; allowed: the same"),
+    ],
+)
+def test_lists_of_lidars_that_cannot_be_are_refused(lidars: str, said: str) -> None:
+    with pytest.raises(StarnavError, match=said):
+        parse_scenario(f"world: !Room {{}}\nlidars: {lidars}", name="bad")
+
+
+def test_the_first_of_several_lidars_is_the_lidar() -> None:
+    scenario = parse_scenario("world: !Room {}\nlidars: [{}, {}]", name="two")
+    with pytest.raises(StarnavError, match="lidar differs from lidars"):
+        dataclasses.replace(scenario, lidar=LidarParameters(beams=90))

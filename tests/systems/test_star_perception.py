@@ -13,6 +13,7 @@ from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.planning import PlannerParameters
 from drake_starnav.regions.margins import Margins
+from drake_starnav.regions.observation import Observation
 from drake_starnav.regions.perception import SCAN_MEMORY
 from drake_starnav.regions.safe_region import SCAN_PATIENCE
 from drake_starnav.regions.star_region import scan_region
@@ -20,6 +21,7 @@ from drake_starnav.robot import RobotParameters
 from drake_starnav.systems.star_perception import StarPerception
 from drake_starnav.utils.stopwatch import Stopwatch
 from drake_starnav.worlds.world import World
+from tests.helpers.mounts import CORNERS, looks
 from tests.helpers.scans import MARGINS, cast, noisy, silence
 
 ROBOT, PLANNER, CONTROLLER = RobotParameters(), PlannerParameters(), ControllerParameters()
@@ -285,3 +287,25 @@ def test_a_pose_that_is_no_number_is_refused() -> None:
     perceived.system.GetInputPort("pose").FixValue(perceived.context, (0.0, np.nan, 0.0))
     with pytest.raises(StarnavError, match="the perception's pose is .*nan.*; allowed: finite"):
         perceived.update(silent=True)
+
+
+def test_scans_of_several_lidars_count_once_all_have_come() -> None:
+    mounts = [lidar.mount for lidar in CORNERS]
+    system = StarPerception(ROBOT, MARGINS, LIDAR, mounts=mounts)
+    context = system.CreateDefaultContext()
+    scans = looks(POST, CORNERS, POSE)
+    system.GetInputPort("pose").FixValue(context, POSE)
+
+    def show(*times: float) -> Observation:
+        for name, scan, time in zip(("scan", "scan_2"), scans, times, strict=True):
+            system.GetInputPort(name).FixValue(context, Value(dataclasses.replace(scan, time=time)))
+        return system.GetOutputPort("observation").Eval(context)
+
+    context.SetTime(0.05)
+    assert show(0.05, 0.0).region is None
+    seen = show(0.05, 0.05)
+    assert seen.region is not None and seen.scan.full_circle and seen.scan.time == 0.05
+    assert np.array_equal(seen.pose, POSE)
+    region = system.GetOutputPort("certified_region").Eval(context)
+    away = np.abs(np.hypot(*(region.hits - (0.9, 0.0)).T) - 0.2)
+    assert len(region.hits) > 30 and np.sort(away)[:20].max() < 1e-6

@@ -1,6 +1,7 @@
 """The paper's perception: the scan itself bounds the star, by cubics through its samples."""
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -20,16 +21,16 @@ TOLERANCE = 0.1
 
 def perceive(
     before: Perceived,
-    scan: LaserScan,
+    scans: Sequence[LaserScan],
     pose: np.ndarray,
     settings: PerceptionSettings,
     stopwatch: Stopwatch | None = None,
 ) -> Perceived:
-    """Process a new scan; arguments as for `regions.perception.perceive`.
+    """Process a new scan; arguments as for `regions.perception.perceive`, of one lidar on the axis.
 
     Nothing is certified: of the certified region there are only the time and the hits.
     """
-    stopwatch = stopwatch or Stopwatch()
+    (scan,), stopwatch = scans, stopwatch or Stopwatch()
     with stopwatch.measure("scan"):
         profile = sight_range(scan, scan.distances, constants.RANGE)
         region = fit_region(profile, pose[:2], pose[2] + scan.angle_min, fit_scan)
@@ -41,7 +42,7 @@ def perceive(
             time=scan.time,
             previous=before.safety.time,
         )
-    return Perceived(Observation(region, scan, pose), safety, before.memory, before.history)
+    return Perceived(Observation(region, scan, pose), safety, before.memory, before.histories)
 
 
 def sight_range(scan: LaserScan, distance: np.ndarray, reach: float = math.inf, radius: float = 0.0) -> FreeRange:

@@ -27,7 +27,7 @@ def test_each_beam_counts_alone(reach: float, radius: float) -> None:
 def test_the_region_is_as_far_as_the_beams_see() -> None:
     pose = np.array((0.3, -0.2, 0.7))
     scan = cast(World("box", (0, 0, 0), (1, 0), bounds=(-1.5, -1.2, 1.4, 1.3)), pose)
-    region = perceive(Perceived.nothing(), scan, pose, SETTINGS).observation.region
+    region = perceive(Perceived.nothing(), (scan,), pose, SETTINGS).observation.region
     assert region is not None and region.margin == 0.0
     assert np.abs(region.phi(pose[2] + scan.bearings) - scan.distances).max() < TOLERANCE
 
@@ -36,7 +36,7 @@ def test_nothing_is_certified_but_hits_and_times_are_kept() -> None:
     pose = np.zeros(3)
     world = World("posts", (0, 0, 0), (3, 0), cylinders=[(0.8, 0.2, 0.1), (3.5, -0.5, 0.2), (-5.4, 0.0, 0.2)])
     scan, stopwatch = cast(world, pose, range_max=8.0), Stopwatch()
-    seen = perceive(Perceived.nothing(), scan, pose, SETTINGS, stopwatch)
+    seen = perceive(Perceived.nothing(), (scan,), pose, SETTINGS, stopwatch)
     assert not seen.safety.seen and not seen.safety.values.any() and seen.safety.time == scan.time
     distance = np.sort(scan.distances[scan.hits])
     near = distance[distance < constants.RANGE]

@@ -27,7 +27,7 @@ START = PlannerState.initial(PARAMETERS, RADIUS)
 def observed(world: World, x: float, y: float = 0.0, time: float = 0.0) -> Observation:
     pose = np.array((x, y, 0.0))
     scan = dataclasses.replace(cast(world, pose), time=time)
-    return perceive(Perceived.nothing(), scan, pose, SETTINGS).observation
+    return perceive(Perceived.nothing(), (scan,), pose, SETTINGS).observation
 
 
 def given(seen: Observation, goal: tuple[float, float]) -> PlannerInput:

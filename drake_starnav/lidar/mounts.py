@@ -1,0 +1,57 @@
+"""Where a lidar is on its robot, and its scans in a frame that is parallel to the robot's."""
+
+import dataclasses
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from drake_starnav.geometry.se2 import composed
+from drake_starnav.lidar.field_of_view import TURN, FieldOfView
+from drake_starnav.lidar.laser_scan import LaserScan
+
+
+class Mount(NamedTuple):
+    """Pose of a level sensor frame S in the robot's frame B, whose z axis is the one about which the robot turns.
+
+    Attributes:
+        x, y: m.
+        yaw: bearing of S's x axis in B, rad.
+        upside_down: whether S's z axis points down, so that bearings in S turn clockwise in B.
+    """
+
+    x: float
+    y: float
+    yaw: float
+    upside_down: bool
+
+    @property
+    def offset(self) -> float:
+        """Distance from the robot's axis, m."""
+        return math.hypot(self.x, self.y)
+
+    def unturned(self, pose: np.ndarray) -> np.ndarray:
+        """Pose of the lidar parallel to the robot, shape (3,), for the pose (x, y, yaw) of the robot, m and rad."""
+        return composed(pose, (self.x, self.y, 0.0)) if self.offset > 0.0 else pose
+
+    def view(self, view: FieldOfView) -> FieldOfView:
+        """The beams of a field of view in S, in a frame parallel to B."""
+        if not (self.yaw or self.upside_down):
+            return view
+        first = self.yaw - view.angle_max if self.upside_down else self.yaw + view.angle_min
+        return view._replace(angle_min=math.remainder(first, TURN))
+
+
+ON_AXIS = Mount(0.0, 0.0, 0.0, False)
+"""On the robot's axis, unturned."""
+
+
+def unturned(scan: LaserScan, mount: Mount) -> LaserScan:
+    """The scan in a frame at the lidar's place that is parallel to the robot's; the same object where S is."""
+    if not (mount.yaw or mount.upside_down):
+        return scan
+    changes: dict = {"angle_min": mount.view(scan.field_of_view).angle_min}
+    if mount.upside_down:
+        changes |= {"ranges": scan.ranges[::-1], "time_increment": -scan.time_increment}
+        changes["motion"] = None if scan.motion is None else scan.motion[::-1].copy()
+    return dataclasses.replace(scan, **changes)

@@ -1,0 +1,248 @@
+"""The scans of lidars anywhere on the robot as one scan about its axis, and their hits as points.
+
+What one lidar sees is the polygon of its beam ends: the space on the near side of it is free, or was when the scan was
+taken. A ray from the robot's axis is free as far as it stays in the union of these polygons. It ends at an obstacle
+where it crosses the chord between two connected hits, and at unknown space where it leaves the union through the edge
+of a shadow or of a field of view. Such an edge is not radial: a robot beside the ray could enter what is behind it.
+Hence a ray that ends there is a lost beam with a bound of its own, which regions are eroded by like by a hit.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from drake_starnav.geometry.footprint import Footprint
+from drake_starnav.lidar.field_of_view import TURN
+from drake_starnav.lidar.laser_scan import LaserScan, placed_ends, third_side
+from drake_starnav.lidar.mounts import Mount
+from drake_starnav.regions.bearing_hits import CONNECTED_CHORD, half_chords
+
+BEARINGS = 720
+"""Rays of a merged scan."""
+CROSSINGS = 64
+"""Edges that a ray may cross; one that crosses more, among needles, is free no farther than the robot's body."""
+ROUNDING = 1e-6
+"""By which a merged scan's range falls short, m, so that no ray leaves a view by rounding before it ends."""
+NEAREST = 0.001
+"""A hit that is too close to be measured is placed at this distance along its beam, to give it a direction, m."""
+BODY_SLACK = 0.001
+"""Views may begin so far outside the robot, m: within the margin that is kept from everything."""
+PARALLEL = 1e-9
+"""Sine of the angle up to which an edge counts as lying on a ray."""
+FREE, HIT, OPEN = 0, 1, 2
+"""Where a ray ends: at its range, at an obstacle, at unknown space."""
+
+
+class View(NamedTuple):
+    """What lidars saw at one time, in the robot's frame B, with its axis as the origin.
+
+    Attributes:
+        scan: about the axis.
+        points: all static or possibly moving hits, shape (k, 2), m. Rays of the scan may pass beside a thin obstacle.
+        half_gaps: half the chord from each to its lidar's neighbouring hit on the same surface, shape (k,), m.
+    """
+
+    scan: LaserScan
+    points: np.ndarray
+    half_gaps: np.ndarray
+
+
+def view(scans: Sequence[LaserScan], mounts: Sequence[Mount], body: Footprint, measured: Sequence[np.ndarray]) -> View:
+    """The view of lidars.
+
+    Args:
+        scans: taken at the same time, as of `unturned`.
+        mounts: of the lidars.
+        body: of the robot: what is inside it is the robot itself.
+        measured: per lidar, the distances at which its hits are, shape (n,), m.
+    """
+    ends = [hit_points(*each) for each in zip(scans, mounts, measured, strict=True)]
+    scan = merged(scans, mounts, body)
+    if len(ends) == 1:
+        return View(scan, *ends[0])
+    return View(scan, *(np.concatenate(parts) for parts in zip(*ends, strict=True)))
+
+
+def hit_points(scan: LaserScan, mount: Mount, measured: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The hits of one scan as points in B, and their half gaps; arguments as of `view`."""
+    return _hit_points(scan.beams, measured, mount.x, mount.y)
+
+
+def merged(scans: Sequence[LaserScan], mounts: Sequence[Mount], body: Footprint) -> LaserScan:
+    """One scan about the robot's axis; arguments as of `view`. That of a single lidar on the axis is as it is."""
+    if len(scans) == 1 and mounts[0].offset == 0.0:
+        return scans[0]
+    crossings = _Crossings(
+        np.empty((BEARINGS, CROSSINGS)),
+        np.empty((BEARINGS, CROSSINGS), np.int64),
+        np.empty((BEARINGS, CROSSINGS), np.int8),
+        np.zeros(BEARINGS, np.int64),
+    )
+    far = 0.0
+    for bit, (scan, mount) in enumerate(zip(scans, mounts, strict=True)):
+        _cross_view(crossings, scan.beams, mount.x, mount.y, 1 << bit)
+        gap = 0.5 * scan.field_of_view.widest_gap
+        far = max(far, scan.range_max * math.cos(gap) - mount.offset - ROUNDING)
+    distance, kind = _walked(crossings, _reach(body) + BODY_SLACK, far)
+    for scan, mount in zip(scans, mounts, strict=True):
+        _add_thin(distance, kind, *hit_points(scan, mount, scan.distances))
+    ranges = np.where(kind == HIT, distance, np.where(kind == OPEN, math.nan, math.inf))
+    return LaserScan(
+        scans[0].time, -math.pi, TURN / BEARINGS, 0.0, far, ranges, lost_beams=True, free=distance,
+        scan_time=scans[0].scan_time,
+    )  # fmt: skip
+
+
+def _reach(body: Footprint) -> np.ndarray:
+    """How far the robot reaches along each ray, shape (BEARINGS,), m."""
+    if body.is_disc:
+        return np.full(BEARINGS, body.radius)
+    bearing = TURN / BEARINGS * np.arange(BEARINGS) - math.pi
+    rays = np.column_stack((np.cos(bearing), np.sin(bearing)))
+    _, normals, offsets, ends = body.polygons
+    reach, begin = np.zeros(BEARINGS), 0
+    for end in ends.tolist():
+        outward, off = rays @ normals[begin:end].T, offsets[begin:end]
+        begin = end
+        if (off > 0.0).all():  # the axis is inside
+            leaves = np.where(outward > PARALLEL, off / np.maximum(outward, PARALLEL), np.inf)
+            reach = np.maximum(reach, leaves.min(axis=1))
+    return reach
+
+
+class _Crossings(NamedTuple):
+    """Where the ray of each bearing crosses edges of views, by distance.
+
+    Attributes:
+        distance: shape (BEARINGS, CROSSINGS), m.
+        view: bit of the lidar whose view the edge bounds, of that shape.
+        kind: HIT or OPEN, of that shape.
+        number: of the crossings of each ray, shape (BEARINGS,); those beyond CROSSINGS are only counted.
+    """
+
+    distance: np.ndarray
+    view: np.ndarray
+    kind: np.ndarray
+    number: np.ndarray
+
+
+@njit(cache=True)
+def _hit_points(beams, measured, x, y):
+    """Points and half gaps of the hits at some distances, shape (n,), m, along beams of a lidar at (x, y)."""
+    hits = beams.hits
+    points = placed_ends(beams.directions, np.maximum(measured, NEAREST), hits, x, y, 1.0, 0.0)
+    return points, half_chords(measured, beams)[hits]
+
+
+@njit(cache=True)
+def _cross_view(crossings, beams, x, y, bit):
+    """Add the edges of the view of one lidar at (x, y) to the crossings.
+
+    Between two connected hits the edge is their chord. Between other beams the view ends at the nearer one, and the
+    edge of a shadow lies on the farther one.
+    """
+    distance, hits, directions = beams.distances, beams.hits, beams.directions
+    n, full, cosine = len(distance), beams.seam < np.inf, math.cos(beams.increment)
+    seam = math.cos(beams.seam) if full else cosine
+    cells = n if full else n - 1
+    vertices, kinds = np.empty((2 * cells + 1, 2)), np.full(2 * cells + 1, OPEN, np.int8)
+    for i in range(cells):
+        j = (i + 1) % n
+        a, b = distance[i], distance[j]
+        if hits[i] and hits[j] and third_side(a, b, seam if j == 0 else cosine) < CONNECTED_CHORD:
+            kinds[2 * i] = HIT
+        else:
+            a = b = min(a, b)
+        vertices[2 * i, 0], vertices[2 * i, 1] = x + a * directions[i, 0], y + a * directions[i, 1]
+        vertices[2 * i + 1, 0], vertices[2 * i + 1, 1] = x + b * directions[j, 0], y + b * directions[j, 1]
+    vertices[2 * cells] = vertices[0]
+    if not full:
+        vertices[2 * cells, 0], vertices[2 * cells, 1] = x, y
+    last = len(vertices) - 1
+    ax, ay = vertices[last, 0], vertices[last, 1]
+    place = _bearing(ax, ay)
+    for k in range(last + 1):  # the edge that leads to each vertex
+        bx, by = vertices[k, 0], vertices[k, 1]
+        there = _bearing(bx, by)
+        if place >= 0.0 and there >= 0.0:
+            _cross_edge(crossings, (ax, ay, place), (bx, by, there), kinds[k - 1], bit)
+        ax, ay, place = bx, by, there
+
+
+@njit(cache=True)
+def _bearing(x, y):
+    """Bearing of a place as a real number of rays; -1 on the axis, which all rays begin at."""
+    return (math.atan2(y, x) + math.pi) * (BEARINGS / TURN) if x * x + y * y > 1e-18 else -1.0
+
+
+@njit(cache=True)
+def _cross_edge(crossings, start, end, kind, bit):
+    """Add an edge to the rays that cross it. One through an end belongs to the edge that begins there on its left."""
+    distance, view, kinds, count = crossings
+    (ax, ay, a), (bx, by, b) = start, end
+    low, high = (a, b) if a < b else (b, a)
+    first, beyond = int(math.ceil(low)), int(math.ceil(high))
+    if high - low > 0.5 * BEARINGS:
+        first, beyond = beyond, first + BEARINGS
+    ex, ey = bx - ax, by - ay
+    for n in range(first, beyond):
+        k = n % BEARINGS
+        bearing = k * (TURN / BEARINGS) - math.pi
+        across = math.cos(bearing) * ey - math.sin(bearing) * ex
+        t, most = math.hypot(ax, ay), math.hypot(bx, by)
+        t, most = min(t, most), max(t, most)
+        if abs(across) > PARALLEL * (abs(ex) + abs(ey)):
+            t = min(max((ax * ey - ay * ex) / across, 0.0), most)
+        i = count[k]
+        count[k] += 1
+        if i < CROSSINGS:
+            while i > 0 and distance[k, i - 1] > t:
+                distance[k, i], view[k, i], kinds[k, i] = distance[k, i - 1], view[k, i - 1], kinds[k, i - 1]
+                i -= 1
+            distance[k, i], view[k, i], kinds[k, i] = t, bit, kind
+
+
+@njit(cache=True)
+def _walked(crossings, body, far):
+    """How far each ray is free, m, up to `far`, and where it ends; within `body` (m) it may be outside all views."""
+    distance, view, kinds, count = crossings
+    free, end = np.full(len(count), far), np.zeros(len(count), np.int8)
+    for k in range(len(count)):
+        inside = 0
+        for i in range(min(count[k], CROSSINGS)):
+            inside ^= view[k, i]
+        known = count[k] <= CROSSINGS
+        reached = body[k]
+        for i in range(count[k] if known else 0):
+            t = distance[k, i]
+            if inside == 0 and t > body[k]:
+                break
+            if t >= far:
+                reached = far
+                break
+            if kinds[k, i] == HIT:
+                reached, end[k] = t, HIT
+                break
+            inside ^= view[k, i]
+            if inside == 0 and t >= body[k]:
+                reached = t
+                break
+        free[k] = reached
+        if reached < far and end[k] == FREE:
+            end[k] = OPEN
+    return free, end
+
+
+@njit(cache=True)
+def _add_thin(distance, end, points, half_gaps):
+    """Let rays end at hits that they may pass beside: those whose chords are no longer than rays are apart there."""
+    step = TURN / BEARINGS
+    for i in range(len(points)):
+        away = math.hypot(points[i, 0], points[i, 1])
+        if 2.0 * half_gaps[i] <= away * step:
+            k = int(math.floor((math.atan2(points[i, 1], points[i, 0]) + math.pi) / step + 0.5)) % len(distance)
+            if away < distance[k]:
+                distance[k], end[k] = away, HIT
