@@ -69,3 +69,37 @@ def bridged_ends(beams, distance, place, diameter):
                 n += 1
         k += 1
     return out
+
+
+def narrowest_place(points: np.ndarray, way: np.ndarray, width: float) -> np.ndarray | None:
+    """The middle, shape (2,), between the two of some points (n, 2) that are nearest to each other across a way (k, 2).
+
+    None if no two on both sides of the way are nearer than `width`. All in m, in one frame.
+    """
+    i, j = _nearest_across(points, way, width)
+    return None if i < 0 else 0.5 * (points[i] + points[j])
+
+
+@njit(cache=True)
+def _nearest_across(points, way, width):
+    """The indices of the two points of `narrowest_place`; -1, -1 without any."""
+    first = second = -1
+    least = width * width
+    side, near = np.empty(len(points)), np.empty(len(points), np.int64)
+    for k in range(len(way) - 1):
+        ax, ay, bx, by = way[k, 0], way[k, 1], way[k + 1, 0], way[k + 1, 1]
+        ux, uy, count = bx - ax, by - ay, 0
+        for i in range(len(points)):
+            x, y = points[i, 0], points[i, 1]
+            if min(ax, bx) - width < x < max(ax, bx) + width and min(ay, by) - width < y < max(ay, by) + width:
+                side[count], near[count] = ux * (y - ay) - uy * (x - ax), i
+                count += 1
+        for m in range(count):
+            px, py = points[near[m], 0], points[near[m], 1]
+            for n in range(m):
+                qx, qy = points[near[n], 0] - px, points[near[n], 1] - py
+                if qx * qx + qy * qy >= least or (side[m] > 0.0) == (side[n] > 0.0):
+                    continue
+                if (qx * (ay - py) - qy * (ax - px) > 0.0) != (qx * (by - py) - qy * (bx - px) > 0.0):
+                    first, second, least = near[n], near[m], qx * qx + qy * qy
+    return first, second

@@ -63,7 +63,8 @@ def check_plan(state: PlannerState, region: StarRegion, now: PlannerInput) -> Pl
         state.next_segment if state.status is PlannerStatus.EXPLORING else EMPTY_PATH,
     )
     seen = scan.beams, place, now.margins.smoothing_slack
-    return PlanCheck(*_checked((x, y), driven, plan, region.alone, state.roadmap.union, seen, now.robot_radius))
+    unions = state.roadmap.union, region.alone, region.alone if state.doubting else state.roadmap.union
+    return PlanCheck(*_checked((x, y), driven, plan, unions, seen, now.robot_radius))
 
 
 def points_ahead(points: np.ndarray, region: StarRegion, position: np.ndarray) -> int:
@@ -77,14 +78,14 @@ def distance_to(a: np.ndarray, b: np.ndarray) -> float:
 
 
 @njit(cache=True)
-def _checked(position, driven, plan, here, union, seen, robot_radius):
+def _checked(position, driven, plan, unions, seen, robot_radius):
     """The loop of `check_plan`: the fields of a `PlanCheck`."""
-    (x, y), (path, probe, optimistic, segment) = position, plan
+    (x, y), (path, probe, optimistic, segment), (union, here, sight) = position, plan, unions
     sees_probe = driven > PROBE_SEEN_AFTER and len(probe) > 0 and cover_at(here, probe[0, 0], probe[0, 1], 0.0) >= 0
     outside = driven > OUTSIDE_TOLERANCE and cover_at(union, x, y, OUTSIDE_TOLERANCE) < 0
     if len(path) == 0:
         return sees_probe, outside, False, 0, False, -1
-    passed = passed_points(x, y, path, union)
+    passed = passed_points(x, y, path, sight)
     strayed = (
         cover_at(union, x, y, 0.0) >= 0 and first_gap(union, position, (path[passed, 0], path[passed, 1]), 0.0) > 0.0
     )

@@ -12,17 +12,17 @@ from drake_starnav.planning.manoeuvre import manoeuvring
 from drake_starnav.planning.map_revision import clear_of, reconcile, with_stall_point
 from drake_starnav.planning.monitoring import PlanCheck, check_plan, distance_to, passed_points, points_ahead
 from drake_starnav.planning.recovery import (
-    SHUT_LOOKS,
+    LOOKS,
     after_trying,
     has_arrived,
-    looked_ahead,
-    place_ahead,
     stall_point_ahead,
+    too_narrow,
 )
 from drake_starnav.planning.roadmap import StarRoadmap, extended, rebuilt, uncovered_share
 from drake_starnav.planning.search import Route, find_route
 from drake_starnav.planning.state import EMPTY_PATH, PlannerInput, PlannerState, PlannerStatus
 from drake_starnav.regions.observation import Observation
+from drake_starnav.regions.region_union import RegionUnion
 from drake_starnav.regions.star_region import StarRegion
 
 PROGRESS_DISTANCE = 0.15
@@ -74,7 +74,7 @@ def plan_step(state: PlannerState, now: PlannerInput) -> PlannerState:
         return state
     check_beams(state.roadmap, seen)
     region = clear_of(seen.region, state.roadmap.stall_points, now.robot_radius)
-    state, stalled = watched(state, now)
+    state, stalled = watched(dataclasses.replace(state, looks=(*state.looks, seen)[-LOOKS:]), now)
     check = check_plan(state, region, now)
     trigger = _growth_trigger(state, region, check, stalled, now)
     if trigger:
@@ -120,11 +120,9 @@ def watched(state: PlannerState, now: PlannerInput) -> tuple[PlannerState, bool]
     A robot may stand at its goal, without scans, and where it may be giving way.
     """
     may_stand = _may_stand(state, now)
-    if not may_stand:
-        state = looked_ahead(state, now)
     if may_stand or not distance_to(now.position, state.progress_position) <= PROGRESS_DISTANCE:
         return dataclasses.replace(state, progress_position=now.position.copy(), progress_time=now.time), False
-    if now.time - state.progress_time > now.parameters.progress_timeout or state.shut >= SHUT_LOOKS:
+    if now.time - state.progress_time > now.parameters.progress_timeout:
         return dataclasses.replace(state, progress_time=now.time), True
     return state, False
 
@@ -186,11 +184,6 @@ def _grown(
         return dataclasses.replace(state, node_position=now.position.copy()), region
     roadmap = extended(roadmap, region, seen.scan, seen.pose, margins, robot_radius)
     target = state.target
-    if state.shut >= SHUT_LOOKS:
-        closed = np.vstack((roadmap.closed_places, place_ahead(state, now.position)))
-        roadmap, state = dataclasses.replace(roadmap, closed_places=closed), dataclasses.replace(state, shut=0)
-        if GrowthTrigger.ARRIVED in trigger:
-            trigger, target = GrowthTrigger.NONE, None
     if GrowthTrigger.STALLED in trigger:
         place = stall_point_ahead(roadmap, state.guidance.path, now)
         if place is not None:
@@ -206,10 +199,12 @@ def _grown(
 
 
 def _unless_obstructed(state: PlannerState, check: PlanCheck, now: PlannerInput) -> PlannerState:
-    """The state; if the latest scan blocks the optimistic path from the target, with its hits and without a path."""
-    if not check.obstructed:
+    """The state; if the latest scans show the way past the target to be blocked, with their hits and without a path."""
+    points = too_narrow(state, now)
+    if check.obstructed:
+        points = np.vstack((points, impassable_points(now.seen.scan, now.seen.pose, now.margins, now.robot_radius)))
+    if not len(points):
         return state
-    points = impassable_points(now.seen.scan, now.seen.pose, now.margins, now.robot_radius)
     roadmap = dataclasses.replace(state.roadmap, hits=state.roadmap.hits.stamped(points))
     return dataclasses.replace(state, roadmap=roadmap, path=EMPTY_PATH)
 
@@ -221,9 +216,9 @@ def _along_path(state: PlannerState, check: PlanCheck, position: np.ndarray) -> 
     return dataclasses.replace(state, path=state.path[check.passed :]) if check.passed else state
 
 
-def _path_ahead(roadmap: StarRoadmap, path: np.ndarray, position: np.ndarray) -> np.ndarray:
+def _path_ahead(regions: RegionUnion, path: np.ndarray, position: np.ndarray) -> np.ndarray:
     """The path without way points already passed, or that the robot can see past."""
-    return path[passed_points(*position, path, roadmap.union) :] if len(path) > 1 else path
+    return path[passed_points(*position, path, regions) :] if len(path) > 1 else path
 
 
 def _planned(state: PlannerState, region: StarRegion, first_plan: bool, now: PlannerInput) -> PlannerState:
@@ -254,7 +249,7 @@ def _planned(state: PlannerState, region: StarRegion, first_plan: bool, now: Pla
         state,
         roadmap=roadmap,
         status=PlannerStatus.APPROACHING if target is None else PlannerStatus.EXPLORING,
-        path=_path_ahead(roadmap, route.path, now.position),
+        path=_path_ahead(region.alone if state.doubting else roadmap.union, route.path, now.position),
         target=target,
         plans=state.plans + 1,
         plan_position=now.position.copy(),

@@ -5,13 +5,17 @@ import math
 
 import numpy as np
 
-from drake_starnav.geometry.polyline import arc_lengths, distance_to_segment
+from drake_starnav.geometry.polyline import distance_to_segment
 from drake_starnav.planning.cost_field import BLACKLIST_RADIUS
+from drake_starnav.planning.impassable import narrowest_place
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.roadmap import StarRoadmap, blacklist_target
 from drake_starnav.planning.search import cost_at_robot
 from drake_starnav.planning.state import EMPTY_PATH, PlannerInput, PlannerState
-from drake_starnav.regions.star_region import StarRegion, scan_region
+from drake_starnav.regions.erosion import smoothed_distances
+from drake_starnav.regions.safe_region import ScanMemory
+from drake_starnav.regions.scan_averaging import averaged
+from drake_starnav.regions.star_region import StarRegion
 
 STALL_POINT_AHEAD = 0.05
 """A blocked place lies this far ahead of the robot, beyond radius and margin, m."""
@@ -27,12 +31,10 @@ AT_STAND = 0.04
 """After a first inspection in vain, the robot has arrived only this near to the stand, m."""
 INSPECTION_DETOUR = 1.0
 """A target is inspected from its very stand if giving it up would lengthen the optimistic path by more than this, m."""
-SHUT_LOOKS = 8
-"""A place is closed once so many more scans speak against it than for it."""
-AROUND_TRIED = 0.6
-"""Paths may lead around a place that was tried in vain up to so far from it, m."""
-LOOK_AHEAD = 0.2
-"""So far ahead the robot looks whether it fits, m."""
+LOOKS = 16
+"""A place is closed by the mean of so many scans, which nearly removes the bias of the nearest hit."""
+LOOKED_AT = 0.5
+"""Hits farther than this from the robot's hull close no place, m: there the beams are too far apart to average."""
 INSPECTED_WITHIN = 2.0
 """An inspection counts within this many arrival distances of where it was made."""
 
@@ -40,7 +42,7 @@ INSPECTED_WITHIN = 2.0
 def has_arrived(state: PlannerState, region: StarRegion, now: PlannerInput) -> bool:
     """Whether the robot has arrived at its target; after an inspection in vain, at its very stand.
 
-    Where it doubts, it has arrived once the latest region leads on, or enough scans have shown that nothing does.
+    Where it doubts, it has arrived once the latest region leads on.
     """
     if state.target is None:
         return False
@@ -48,33 +50,29 @@ def has_arrived(state: PlannerState, region: StarRegion, now: PlannerInput) -> b
     if not away < ARRIVAL_DISTANCE:
         return False
     if state.doubting:
-        return state.shut >= SHUT_LOOKS or _shows(region, state.target[1], now.parameters.grid_resolution)
+        return _shows(region, state.target[1], now.parameters.grid_resolution)
     return away < AT_STAND or not _has_inspected(state.roadmap, now)
 
 
-def looked_ahead(state: PlannerState, now: PlannerInput) -> PlannerState:
-    """The state in which the latest scan is counted for or against the `place_ahead`, if the robot doubts.
+def too_narrow(state: PlannerState, now: PlannerInput) -> np.ndarray:
+    """What shows that a robot which doubts does not fit on its way past the target, shape (n, 2), W, m; or nothing.
 
-    It counts against it if the robot would not fit there even without a margin. Near what was tried in vain, around
-    which the path may lead too close to hits, it does not count.
+    That is where two hits on both sides of the way are nearer to each other than its diameter: the hits around the
+    robot and the place between those two. The latest scans are averaged, since the nearest of the many hits in a single
+    one is too near by the errors of most.
     """
-    if not state.doubting or not len(state.path):
-        return state
-    place = place_ahead(state, now.position)
-    tried = np.vstack((state.roadmap.stall_points, state.roadmap.blacklisted_probes))
-    if (np.hypot(*(tried - place).T) < AROUND_TRIED).any():
-        return state
-    bare = dataclasses.replace(now.margins, preferred=0.0, least=0.0)
-    region = scan_region(now.seen.scan, now.seen.pose, now.robot_radius, bare)
-    fits = _shows(region, place, now.parameters.grid_resolution)
-    return dataclasses.replace(state, shut=max(state.shut - 1, 0) if fits else state.shut + 1)
-
-
-def place_ahead(state: PlannerState, position: np.ndarray) -> np.ndarray:
-    """The place LOOK_AHEAD along the path and past the target, or its end; shape (2,), W, m."""
-    way = np.vstack((position, state.path, EMPTY_PATH if state.target is None else state.target[1:]))
-    along = arc_lengths(way)
-    return np.array([np.interp(LOOK_AHEAD, along, coordinate) for coordinate in way.T])
+    if not state.doubting or state.target is None or len(state.looks) < LOOKS:
+        return EMPTY_PATH
+    *before, (scan, pose) = ((seen.scan, seen.pose) for seen in state.looks)
+    earlier = [old.points_at(old.distances, old.mappable_hits, there) for old, there in before]
+    points, reach = np.concatenate(earlier), now.robot_radius + LOOKED_AT
+    memory = ScanMemory(points, np.zeros(len(points)), tuple(len(each) for each in earlier))
+    scan = averaged(memory, scan, pose, reach)[1]
+    distance = smoothed_distances(scan, now.margins.smoothing_slack)
+    hits = scan.points_at(distance, scan.mappable_hits & (distance < reach), pose)
+    way = np.vstack((now.position, state.path, state.optimistic_path))
+    narrow = narrowest_place(hits, way, 2.0 * now.robot_radius)
+    return EMPTY_PATH if narrow is None else np.vstack((hits, narrow))
 
 
 def after_trying(roadmap: StarRoadmap, target: np.ndarray, arrived: bool, now: PlannerInput) -> StarRoadmap:

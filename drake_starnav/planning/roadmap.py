@@ -51,7 +51,6 @@ class StarRoadmap:
             are discarded.
         blacklisted_probes: shape (k, 2), probes of these targets; the cost-to-go treats narrow space around them as
             closed.
-        closed_places: shape (c, 2), the same where the robot would not fit even without a margin.
         inspection_points: shape (v, 2), places from which a target was inspected without seeing past it, but kept.
         stall_points: shape (b, 2), places in front of which the robot stalled: no region lets it touch one, and they
             are obstacles for the cost-to-go.
@@ -69,7 +68,6 @@ class StarRoadmap:
     frontiers: Frontiers = field(default_factory=Frontiers.none)
     blacklisted_targets: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
     blacklisted_probes: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
-    closed_places: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
     inspection_points: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
     stall_points: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
     edge_frontiers: Frontiers = field(default_factory=Frontiers.none)
@@ -142,7 +140,7 @@ def remade(
 ) -> StarRoadmap:
     """The roadmap with nodes (region, scan, pose) in place of its own, and their edge frontiers in place of all others.
 
-    It keeps its hits, and its retired, closed, inspected and blocked places.
+    It keeps its hits, and its retired, inspected and blocked places.
     """
     regions, old = tuple(region for region, _, _ in nodes), roadmap.edge_frontiers
     number = {region: k for k, region in enumerate(regions)}
@@ -195,10 +193,9 @@ def blacklist_target(roadmap: StarRoadmap, place: np.ndarray, radius: float, pro
 
 
 def rebuilt(roadmap: StarRoadmap, margins: Margins, robot_radius: float) -> StarRoadmap:
-    """A roadmap of the same scans, in which nothing was tried in vain but what is closed for good."""
-    empty = StarRoadmap(roadmap.hits, closed_places=roadmap.closed_places)
+    """A roadmap of the same scans and hits, in which nothing was tried in vain."""
     nodes = [(scan_region(scan, pose, robot_radius, margins), scan, pose) for scan, pose in roadmap.scans]
-    return remade(empty, nodes, robot_radius)
+    return remade(StarRoadmap(roadmap.hits), nodes, robot_radius)
 
 
 def _edges_off_hits(region: StarRegion, owner: int, hits: DistanceGrid, robot_radius: float) -> Frontiers:

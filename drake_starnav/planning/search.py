@@ -19,7 +19,7 @@ from drake_starnav.planning.roadmap import StarRoadmap
 from drake_starnav.planning.state import PlannerInput
 from drake_starnav.planning.string_pulling import string_pulled
 from drake_starnav.planning.virtual_frontiers import is_blacklisted, virtual_frontier, virtual_frontier_in_sight
-from drake_starnav.regions.region_union import cover_at, first_gap
+from drake_starnav.regions.region_union import RegionUnion, cover_at, first_gap
 from drake_starnav.regions.star_region import StarRegion
 
 HYSTERESIS = 0.5
@@ -113,7 +113,7 @@ def find_route(
     position, ways = now.position, graph_distances(roadmap, here, now.position)
     arrival = _arrival(roadmap, here, now, ways)
     if arrival is not None:
-        return Route(_pulled(roadmap, position, arrival.path), arrival.target)
+        return Route(_pulled(roadmap.union, position, arrival.path), arrival.target)
     if doubting:
         roadmap = dataclasses.replace(roadmap, frontiers=Frontiers.none())
     for closed in range(MOST_BLACKLISTED + 1):
@@ -126,12 +126,13 @@ def find_route(
         return None
     _, kind, target, path = ranked[0]
     if kind is Kind.GOAL:
-        return Route(_pulled(roadmap, position, path), target)
+        return Route(_pulled(roadmap.union, position, path), target)
     if kind is Kind.VIRTUAL:
         target, path = virtual_frontier_in_sight(roadmap, here, to_go, target, path)
     beyond = optimistic_path_beyond(to_go, target)
     next_segment = next_segment_of(beyond, to_go, position)
-    return Route(_pulled(roadmap, position, path), target, beyond, next_segment, roadmap.blacklisted_probes)
+    path = _pulled(here.alone if doubting else roadmap.union, position, path)
+    return Route(path, target, beyond, next_segment, roadmap.blacklisted_probes)
 
 
 def _arrival(
@@ -274,7 +275,7 @@ def optimistic_cost(
     border = roadmap.scans[0][0].range_max + 0.5
     corners = np.vstack((roadmap.union.center, goal[None, :]))
     low, high = corners.min(axis=0) - border, corners.max(axis=0) + border
-    probes = np.vstack((roadmap.closed_places, roadmap.blacklisted_probes))
+    probes = roadmap.blacklisted_probes
     clearance = np.full(len(probes), robot_radius + now.margins.preferred + BLACKLIST_SLACK)
     blacklist = np.column_stack(
         (
@@ -303,5 +304,5 @@ def estimates(field: CostField, frontiers: Frontiers, goal: np.ndarray) -> np.nd
     return np.maximum(field.at(frontiers.probe), np.hypot(*(frontiers.probe - goal).T))
 
 
-def _pulled(roadmap: StarRoadmap, position: np.ndarray, path: np.ndarray) -> np.ndarray:
-    return path if len(path) < 2 else string_pulled(path, position, roadmap.union)
+def _pulled(regions: RegionUnion, position: np.ndarray, path: np.ndarray) -> np.ndarray:
+    return path if len(path) < 2 else string_pulled(path, position, regions)

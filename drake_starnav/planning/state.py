@@ -53,7 +53,7 @@ class PlannerState:
         optimistic_path: shape (m, 2), the optimistic path from the target frontier's probe to the goal, W, m.
         next_segment: shape (n, 2), its next segment, to which the robot may turn.
         doubting: whether no way was left once. Nothing is then given up before enough scans speak against it.
-        shut: how many more of the latest scans have shown that the robot does not fit ahead than that it does.
+        looks: the latest observations, oldest first.
         manoeuvring: of a robot that is no disc.
         anticipated: guidance that replaces the path once the latest scan shows part of `next_segment`; or None.
     """
@@ -71,7 +71,7 @@ class PlannerState:
     optimistic_path: np.ndarray = field(default_factory=lambda: EMPTY_PATH)
     next_segment: np.ndarray = field(default_factory=lambda: EMPTY_PATH)
     doubting: bool = False
-    shut: int = 0
+    looks: tuple[Observation, ...] = ()
     manoeuvring: Manoeuvring = Manoeuvring()
     anticipated: Guidance | None = None
 
@@ -98,7 +98,6 @@ class PlannerState:
             target=None,
             progress_position=UNSET_POSITION,
             doubting=False,
-            shut=0,
             anticipated=None,
             began_with_map=len(self.roadmap) > 0,
         )

@@ -9,7 +9,7 @@ from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState
 from drake_starnav.regions import Observation
 from drake_starnav.regions.star_region import scan_region
 from drake_starnav.worlds.world import World
-from tests.helpers.scans import MARGINS, RADIUS, cast, distance
+from tests.helpers.scans import MARGINS, RADIUS, cast, distance, noisy
 
 PERIOD = 0.05
 SLACK = 0.03
@@ -45,11 +45,12 @@ def drive(
     averted: float = 0.0,
     stop: bool = True,
     begin: PlannerState | None = None,
+    noise: tuple[float, np.random.Generator] | None = None,
 ) -> list[PlannerState]:
     """The planner's states until the goal is reached (unless `stop` is False), it gives up, or the steps are used up.
 
     The robot does not move to places that are `refused`; it looks `averted` (rad) from its way, swaying. `begin` is the
-    state to begin with, if it is not the first one.
+    state to begin with, if it is not the first one; `noise` the standard deviation of the ranges, m.
     """
     position, goal = np.array(world.start[:2]), np.array(world.goal)
     state, states = begin or PlannerState.initial(parameters, RADIUS), []
@@ -59,6 +60,7 @@ def drive(
         way = path[0] - position if len(path) else np.array((1.0, 0.0))
         pose = np.array((*position, np.arctan2(way[1], way[0]) + averted + 0.3 * np.sin(0.1 * k)))
         scan = dataclasses.replace(cast(world, pose), time=PERIOD * k)
+        scan = scan if noise is None else noisy(scan, *noise)
         seen = Observation(scan_region(scan, pose, RADIUS, MARGINS), scan, pose)
         state = plan_step(state, PlannerInput(seen, position, goal, PERIOD * k, parameters, MARGINS, RADIUS))
         states.append(state)

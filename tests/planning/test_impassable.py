@@ -1,9 +1,10 @@
 import numpy as np
+from hypothesis import given
 
 from drake_starnav.geometry.se2 import placed
-from drake_starnav.planning.impassable import BRIDGE_SPACING, impassable_points
+from drake_starnav.planning.impassable import BRIDGE_SPACING, impassable_points, narrowest_place
 from drake_starnav.worlds.world import World
-from tests.helpers.scans import MARGINS, RADIUS, cast
+from tests.helpers.scans import MARGINS, RADIUS, cast, seeds
 
 POSE = np.array((1.0, -0.5, 0.4))
 WALL = placed(POSE, np.array([(0.5, 0.3), (4.9, 0.3), (4.9, 0.35), (0.5, 0.35)]))
@@ -24,3 +25,26 @@ def test_a_wall_is_closed_between_hits_that_the_robot_does_not_fit_between() -> 
             assert np.diff(inside).max() <= BRIDGE_SPACING + 0.02
         elif high - low > 2.0 * RADIUS + 0.02:
             assert np.diff(inside).max() > 2.0 * RADIUS - 0.04
+
+
+def crosses(p: np.ndarray, q: np.ndarray, way: np.ndarray) -> bool:
+    """Whether the segment from p to q crosses a way (k, 2): both parameters of the crossing lie in [0, 1]."""
+    for a, b in zip(way[:-1], way[1:], strict=True):
+        t, u = np.linalg.solve(np.column_stack((q - p, a - b)), a - p)
+        if 0.0 <= t <= 1.0 and 0.0 <= u <= 1.0:
+            return True
+    return False
+
+
+@given(seeds)
+def test_the_narrowest_place_lies_between_the_nearest_points_across_the_way(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    points, way = rng.uniform(-1.0, 1.0, (12, 2)), rng.uniform(-1.0, 1.0, (4, 2))
+    pairs = [(p, q) for k, p in enumerate(points) for q in points[:k] if crosses(p, q, way)]
+    width = rng.uniform(0.2, 1.5)
+    nearest = min(pairs, key=lambda pair: np.hypot(*(pair[1] - pair[0])), default=None)
+    found = narrowest_place(points, way, width)
+    if nearest is None or np.hypot(*(nearest[1] - nearest[0])) >= width:
+        assert found is None
+    else:
+        np.testing.assert_allclose(found, 0.5 * (nearest[0] + nearest[1]))

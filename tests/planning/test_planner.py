@@ -79,10 +79,22 @@ def test_a_goal_behind_gaps_narrower_than_the_robot_is_soon_given_up(gap):
     assert len(states[-1].roadmap) < 60
 
 
+@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("gap", [2.0 * 0.97 * RADIUS, 2.0 * (RADIUS + MARGINS.least)])
+def test_with_noise_only_a_goal_that_cannot_be_reached_is_given_up(gap, seed):
+    """The narrowest gap that it fits through and the widest that it does not differ by less than two deviations."""
+    world = fenced(gap)
+    rng = np.random.default_rng(seed)
+    states = drive(
+        world, PARAMETERS, 1500, refused=lambda place: distance(world, place[None])[0] < RADIUS, noise=(0.01, rng)
+    )
+    assert (states[-1].status is PlannerStatus.UNREACHABLE) == (gap < 2.0 * RADIUS)
+
+
 @pytest.mark.parametrize("gap", [2.0 * (RADIUS + MARGINS.least) + 0.005, 0.56])
 def test_a_goal_behind_a_gap_that_the_robot_fits_through_is_not_given_up(gap):
     states = drive(fenced(gap), PARAMETERS, steps=700)
-    assert states[-1].status is PlannerStatus.APPROACHING and not len(states[-1].roadmap.closed_places)
+    assert states[-1].status is PlannerStatus.APPROACHING and len(states) < 700
 
 
 def test_equal_inputs_give_equal_states():

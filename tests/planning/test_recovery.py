@@ -8,12 +8,12 @@ import pytest
 from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, UNKNOWN
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, plan_step
 from drake_starnav.planning.cost_field import BLACKLIST_RADIUS
-from drake_starnav.planning.recovery import looked_ahead
+from drake_starnav.planning.recovery import LOOKS, too_narrow
 from drake_starnav.regions import Observation
 from drake_starnav.regions.star_region import scan_region
 from drake_starnav.worlds.world import World
 from tests.helpers.path_follower import BAFFLES, PERIOD, VAULT, drive
-from tests.helpers.scans import MARGINS, RADIUS, cast
+from tests.helpers.scans import MARGINS, RADIUS, cast, noisy
 
 PARAMETERS = PlannerParameters()
 
@@ -101,25 +101,53 @@ def test_a_passage_that_scans_show_open_is_never_given_up():
         assert not len(states[k].roadmap.blacklisted_targets) and not len(states[k].roadmap.blacklisted_probes)
 
 
-@pytest.mark.parametrize(("half", "shut"), [(RADIUS - 0.005, 3), (RADIUS + MARGINS.least, 1)])
-def test_a_scan_counts_against_a_gap_only_if_the_robot_itself_does_not_fit(half, shut):
-    walls = ([(1, -2), (1.1, -2), (1.1, -half), (1, -half)], [(1, half), (1.1, half), (1.1, 2), (1, 2)])
-    world = World("gap", (0, 0, 0), (3, 0), polygons=walls, bounds=(-1, -2, 5, 2))
-    pose, target = np.array((0.84, 0.0, 0.0)), np.array(((0.85, 0.0), (1.05, 0.0)))
-    now = moment_at(world, pose)
-    state = dataclasses.replace(PlannerState.initial(PARAMETERS, RADIUS), path=target[:1], target=target, shut=2)
-    assert looked_ahead(state, now) is state
-    doubting = dataclasses.replace(state, doubting=True)
-    assert looked_ahead(doubting, now).shut == shut
-    back = dataclasses.replace(doubting, path=np.array(((0.4, 0.0),)), target=None)
-    assert looked_ahead(back, now).shut == 1
-    tried = dataclasses.replace(doubting, roadmap=dataclasses.replace(doubting.roadmap, stall_points=target[1:] + 0.3))
-    assert looked_ahead(tried, now) is tried
+def wall_with_door(half: float) -> World:
+    walls = ([(1, -2), (1.3, -2), (1.3, -half), (1, -half)], [(1, half), (1.3, half), (1.3, 2), (1, 2)])
+    return World("door", (0, 0, 0), (3, 0), polygons=walls, bounds=(-1, -2, 5, 2))
 
 
-def moment_at(world: World, pose: np.ndarray) -> PlannerInput:
-    """What the planner receives at a pose."""
-    scan = cast(world, pose)
+def poles(half: float) -> World:
+    places = np.arange(-3.5, 4.0) * 2.0 * (half + 0.04)
+    return World("poles", (0, 0, 0), (3, 0), cylinders=[(1.0, y, 0.04) for y in places], bounds=(-1, -2, 5, 2))
+
+
+def channel(half: float) -> World:
+    walls = [[(1, side * half), (3, side * half), (3, side * 2), (1, side * 2)] for side in (-1, 1)]
+    return World("channel", (0, 0, 0), (4, 0), polygons=walls, bounds=(-1, -2, 5, 2))
+
+
+@pytest.mark.parametrize("make", [wall_with_door, poles, channel])
+@pytest.mark.parametrize("half", [0.97 * RADIUS, RADIUS + MARGINS.least])
+def test_many_noisy_scans_tell_whether_the_robot_fits(make, half):
+    """A robot that sways in front of a gap, straight ahead or a little aside, and then turns back."""
+    path, beyond = np.array(((0.8, 0.0),)), np.column_stack((np.arange(0.85, 2.0, 0.1), np.zeros(12)))
+    state = dataclasses.replace(
+        PlannerState.initial(PARAMETERS, RADIUS),
+        path=path,
+        target=np.array((path[0], beyond[0])),
+        optimistic_path=beyond,
+        doubting=True,
+    )
+    for seed in range(5):
+        rng = np.random.default_rng(seed)
+        x, y = rng.uniform(0.55, 0.7), rng.uniform(-0.1, 0.1)
+        looks = []
+        for k in range(LOOKS):
+            now = moment_at(make(half), np.array((x, y, 0.3 * np.sin(0.1 * k))), rng)
+            looks.append(now.seen)
+            assert not len(too_narrow(dataclasses.replace(state, looks=tuple(looks[:-1])), now))  # too few
+        seen = dataclasses.replace(state, looks=tuple(looks))
+        points = too_narrow(seen, now)
+        assert bool(len(points)) == (half < RADIUS)
+        assert not len(points) or abs(points[-1, 1]) < 0.05
+        back = dataclasses.replace(seen, path=np.array(((-0.4, 0.0),)), optimistic_path=beyond[:0])
+        for other in (back, dataclasses.replace(seen, doubting=False), dataclasses.replace(seen, target=None)):
+            assert not len(too_narrow(other, now))
+
+
+def moment_at(world: World, pose: np.ndarray, rng: np.random.Generator) -> PlannerInput:
+    """What the planner receives at a pose, with noisy ranges."""
+    scan = noisy(cast(world, pose), 0.01, rng)
     seen = Observation(scan_region(scan, pose, RADIUS, MARGINS), scan, pose)
     return PlannerInput(seen, pose[:2], np.array(world.goal), 0.0, PARAMETERS, MARGINS, RADIUS)
 

@@ -33,7 +33,7 @@ def test_anticipated_guidance_precedes_the_path() -> None:
 
 
 def test_a_new_goal_keeps_the_map_and_resets_the_search() -> None:
-    given_up = dataclasses.replace(INITIAL, path=PATH, status=PlannerStatus.UNREACHABLE, doubting=True, shut=3, plans=7)
+    given_up = dataclasses.replace(INITIAL, path=PATH, status=PlannerStatus.UNREACHABLE, doubting=True, plans=7)
     after = given_up.with_new_goal()
     assert after.roadmap is given_up.roadmap and after.plans == 7
-    assert after.status is PlannerStatus.WAITING and not after.doubting and after.shut == 0 and len(after.path) == 0
+    assert after.status is PlannerStatus.WAITING and not after.doubting and len(after.path) == 0
