@@ -13,8 +13,7 @@ from drake_starnav.planning.roadmap import StarRoadmap, blacklist_target
 from drake_starnav.planning.search import cost_at_robot
 from drake_starnav.planning.state import EMPTY_PATH, PlannerInput, PlannerState
 from drake_starnav.regions.erosion import smoothed_distances
-from drake_starnav.regions.safe_region import ScanMemory
-from drake_starnav.regions.scan_averaging import averaged
+from drake_starnav.regions.scan_averaging import mean_scan
 from drake_starnav.regions.star_region import StarRegion
 
 STALL_POINT_AHEAD = 0.05
@@ -32,7 +31,8 @@ AT_STAND = 0.04
 INSPECTION_DETOUR = 1.0
 """A target is inspected from its very stand if giving it up would lengthen the optimistic path by more than this, m."""
 LOOKS = 16
-"""A place is closed by the mean of so many scans, which nearly removes the bias of the nearest hit."""
+"""A place is closed by the mean of so many scans, which nearly removes the bias of the nearest hit, and by hits that at
+least half of them confirm."""
 LOOKED_AT = 0.5
 """Hits farther than this from the robot's hull close no place, m: there the beams are too far apart to average."""
 INSPECTED_WITHIN = 2.0
@@ -63,13 +63,9 @@ def too_narrow(state: PlannerState, now: PlannerInput) -> np.ndarray:
     """
     if not state.doubting or state.target is None or len(state.looks) < LOOKS:
         return EMPTY_PATH
-    *before, (scan, pose) = ((seen.scan, seen.pose) for seen in state.looks)
-    earlier = [old.points_at(old.distances, old.mappable_hits, there) for old, there in before]
-    points, reach = np.concatenate(earlier), now.robot_radius + LOOKED_AT
-    memory = ScanMemory(points, np.zeros(len(points)), tuple(len(each) for each in earlier))
-    scan = averaged(memory, scan, pose, reach)[1]
+    scan, count = mean_scan(state.looks, now.robot_radius + LOOKED_AT)
     distance = smoothed_distances(scan, now.margins.smoothing_slack)
-    hits = scan.points_at(distance, scan.mappable_hits & (distance < reach), pose)
+    hits = scan.points_at(distance, scan.hits & (2 * count > LOOKS), state.looks[-1].pose)
     way = np.vstack((now.position, state.path, state.optimistic_path))
     narrow = narrowest_place(hits, way, 2.0 * now.robot_radius)
     return EMPTY_PATH if narrow is None else np.vstack((hits, narrow))

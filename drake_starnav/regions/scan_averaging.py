@@ -7,12 +7,14 @@ an earlier scan where the beam crosses the chord between two neighbouring hits o
 
 import dataclasses
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numba import njit
 
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.regions.bearing_hits import CONNECTED_CHORD
+from drake_starnav.regions.observation import Observation
 from drake_starnav.regions.safe_region import ScanMemory
 
 SAME_SURFACE = 0.04
@@ -34,21 +36,48 @@ def averaged(memory: ScanMemory, scan: LaserScan, pose: np.ndarray, reach: float
     """
     if not memory.counts:
         return memory, scan
-    hits = scan.hits & (scan.ranges < reach)
-    measured = np.where(hits, scan.ranges, np.inf)
-    rays = scan.points_at(np.ones(len(hits)), np.full(len(hits), True), (0.0, 0.0, pose[2]))
     points, ends = memory.points, np.cumsum(memory.counts)
+    hits = scan.hits & (scan.ranges < reach)
+    mean, _ = _averaged_ranges(scan, pose, hits, points, ends, reach)
     place = float(pose[0]), float(pose[1]), float(pose[2]) + scan.angle_min
-    mean, again = _averaged(measured, rays, points, ends, scan.beams, place, reach + SAME_SURFACE)
+    again = _seen_again(mean, points, scan.beams, place, reach + SAME_SURFACE)
     kept = np.cumsum(np.append(0, ~again))
     counts = tuple(np.diff(kept[ends], prepend=0).tolist())
     memory = dataclasses.replace(memory, points=points[~again], half_gaps=memory.half_gaps[~again], counts=counts)
     return memory, dataclasses.replace(scan, ranges=np.where(hits, mean, scan.ranges))
 
 
+def mean_scan(observations: Sequence[Observation], reach: float) -> tuple[LaserScan, np.ndarray]:
+    """The last of several scans with averaged ranges, and of how many scans the range of each beam is the mean.
+
+    Args:
+        observations: the scans with their poses, oldest first; at least two.
+        reach: hits farther than this are left out, m.
+
+    Returns:
+        A scan in which all other beams have no return, and shape (n,).
+    """
+    *before, last = observations
+    earlier = [seen.scan.points_at(seen.scan.distances, seen.scan.mappable_hits, seen.pose) for seen in before]
+    ends = np.cumsum([len(each) for each in earlier])
+    hits = last.scan.mappable_hits & (last.scan.ranges < reach)
+    mean, count = _averaged_ranges(last.scan, last.pose, hits, np.concatenate(earlier), ends, reach)
+    return dataclasses.replace(last.scan, ranges=mean), count
+
+
+def _averaged_ranges(
+    scan: LaserScan, pose: np.ndarray, hits: np.ndarray, points: np.ndarray, ends: np.ndarray, reach: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """As `_averaged`, for the `hits` (n,) of a scan taken at a pose."""
+    measured = np.where(hits, scan.ranges, np.inf)
+    rays = scan.points_at(np.ones(len(hits)), np.full(len(hits), True), (0.0, 0.0, pose[2]))
+    place = float(pose[0]), float(pose[1]), float(pose[2]) + scan.angle_min
+    return _averaged(measured, rays, points, ends, scan.beams, place, reach + SAME_SURFACE)
+
+
 @njit(cache=True)
 def _averaged(measured, rays, points, ends, beams, place, reach):
-    """The mean ranges, and whether each point lies on a surface that the scan sees.
+    """The mean ranges, and of how many scans each is the mean.
 
     Args:
         measured: ranges of the hits to average, shape (n,), m; infinite for all other beams.
@@ -63,8 +92,7 @@ def _averaged(measured, rays, points, ends, beams, place, reach):
     for end in ends:
         _add_estimates(measured, rays, points[begin:end], beams, place, reach, total, count)
         begin = end
-    mean = total / count
-    return mean, _seen_again(mean, points, beams, place, reach)
+    return total / count, count
 
 
 @njit(cache=True)

@@ -102,7 +102,7 @@ def test_a_passage_that_scans_show_open_is_never_given_up():
 
 
 def wall_with_door(half: float) -> World:
-    walls = ([(1, -2), (1.3, -2), (1.3, -half), (1, -half)], [(1, half), (1.3, half), (1.3, 2), (1, 2)])
+    walls = ([(1, -2), (1.1, -2), (1.1, -half), (1, -half)], [(1, half), (1.1, half), (1.1, 2), (1, 2)])
     return World("door", (0, 0, 0), (3, 0), polygons=walls, bounds=(-1, -2, 5, 2))
 
 
@@ -143,6 +143,24 @@ def test_many_noisy_scans_tell_whether_the_robot_fits(make, half):
         back = dataclasses.replace(seen, path=np.array(((-0.4, 0.0),)), optimistic_path=beyond[:0])
         for other in (back, dataclasses.replace(seen, doubting=False), dataclasses.replace(seen, target=None)):
             assert not len(too_narrow(other, now))
+
+
+@pytest.mark.parametrize(("x", "sway"), [(0.88, 0.05), (0.945, 0.05), (0.945, 0.3)])
+def test_noise_does_not_close_the_doorway_in_which_the_robot_stands(x, sway):
+    """Few of the scans have a hit where a beam passes close to an edge, and no neighbour smooths it."""
+    rng, beyond = np.random.default_rng(1), np.column_stack((np.arange(1.1, 2.0, 0.1), np.zeros(9)))
+    state = dataclasses.replace(
+        PlannerState.initial(PARAMETERS, RADIUS),
+        path=beyond[:1],
+        target=beyond[:2],
+        optimistic_path=beyond,
+        doubting=True,
+    )
+    door = wall_with_door(RADIUS + MARGINS.least)
+    for k in range(300):
+        now = moment_at(door, np.array((x, 0.0, sway * np.sin(0.1 * k))), rng)
+        state = dataclasses.replace(state, looks=(*state.looks, now.seen)[-LOOKS:])
+        assert not len(too_narrow(state, now))
 
 
 def moment_at(world: World, pose: np.ndarray, rng: np.random.Generator) -> PlannerInput:
