@@ -11,7 +11,9 @@ import yaml
 from drake_starnav.errors import StarnavError, shown
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.parameters import build, declared, unknown_name
+from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.directives import directives_text, make_paths_absolute, move_directives
+from drake_starnav.scenario.robot_limits import limits_file, of_model
 from drake_starnav.scenario.schema import DRAKE_CONFIGS, KEYS, SECTIONS, Scenario, check_known
 from drake_starnav.scenario.shipped import METHODS, scenario_names
 from drake_starnav.scenario.tagged_yaml import Loader, SectionDumper, Tagged, read_mapping, section
@@ -42,6 +44,8 @@ def load_scenario(name_or_path: str | Path, *, method: str = "star", overrides: 
         name_or_path: e.g. "forest", or "my/world.yaml".
         method: whose settings the scenario's own keys are laid over; see `METHODS`.
         overrides: "dotted.key=value" texts, laid over the scenario's keys.
+
+    What the scenario does not say is taken from the YAML file beside the robot's model, see `robot_limits`.
 
     Raises:
         StarnavError: no such scenario or method, broken YAML, unknown key, or a value that is not allowed.
@@ -92,11 +96,13 @@ def parse_scenario(
     for key in sections:
         if key not in KEYS:
             raise unknown_name(f"key {key} in {place}", str(key), (*KEYS, "directives"))
-    parts = {
-        key: build(cls, sections.get(key), key, base=build(cls, METHODS[method].get(key), key))
-        for key, cls in SECTIONS.items()
-    }
-    parts |= _lidars(sections.get("lidars"), parts["lidar"])
+    robot = sections.get("robot")
+    model = str(robot.get("model", RobotParameters.model) if isinstance(robot, dict) else RobotParameters.model)
+    limits, parts = of_model(model, sections), {}
+    for key, cls in SECTIONS.items():
+        base = build(cls, limits.get(key), f"{limits_file(model)}: {key}" if key in limits else key)
+        parts[key] = build(cls, sections.get(key), key, base=build(cls, METHODS[method].get(key), key, base=base))
+    parts |= _lidars(sections.get("lidars", limits.get("lidars")), parts["lidar"])
     configs: dict[str, Any] = {key: _drake_config(sections.get(key), key) for key in DRAKE_CONFIGS}
     return Scenario(name=name, world=_world(sections.get("world"), place), **parts, **configs)
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.robot import MODEL_FILES
+from drake_starnav.scenario.robot_limits import limits_file
 from drake_starnav.scenario.scenario_file import scenario_path
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.utils.resources import resolve_path
@@ -34,6 +35,8 @@ def source_files(scenario: Scenario) -> set[Path]:
             else:
                 models.model(resolve_path(world.directives))
     if scenario.robot.model.endswith(MODEL_FILES):
+        beside = limits_file(scenario.robot.model)
+        models.read |= set() if beside is None else {beside.resolve()}
         with suppress(StarnavError):
             models.model(Path(scenario.robot.model))
     with suppress(OSError, RuntimeError, ValueError):  # too long a name, a loop of links, a null byte
