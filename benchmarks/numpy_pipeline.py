@@ -12,7 +12,7 @@ from scipy.sparse.csgraph import dijkstra
 from drake_starnav.control import ControllerParameters
 from drake_starnav.control.braking_certificate import STOPPED_DISTANCE
 from drake_starnav.control.free_heading import FREE_HEADING_RANGE, OPEN_WAY, SAMPLES, STEP
-from drake_starnav.control.heading_controller import CREEP_SPEED, GOAL_SLOWDOWN, HEADING_GAIN
+from drake_starnav.control.heading_controller import CREEP_SPEED, GOAL_SLOWDOWN
 from drake_starnav.control.modulation import CENTER, FARTHEST, NEAR_WALL_SCALE, SIGMA
 from drake_starnav.control.motion import LONGEST_STEP, SAMPLE_SPACING
 from drake_starnav.control.path_following import (
@@ -22,7 +22,6 @@ from drake_starnav.control.path_following import (
     TURNING_TIMES,
     near_wall_radius,
 )
-from drake_starnav.control.shield import PROPOSALS
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.planning import StarRoadmap
 from drake_starnav.planning.cost_field import BLOCKED_SLACK, NEAR_WALL_COST, SOFT_ZONE
@@ -37,6 +36,8 @@ from drake_starnav.regions.piecewise_cubic import JUMP, LARGEST_SHARE, SMALLEST_
 from drake_starnav.regions.region_union import first_gap
 from drake_starnav.regions.safe_region import CertifiedRegion, ScanMemory
 from drake_starnav.robot import RobotParameters
+from drake_starnav.robot.base import SHARES
+from drake_starnav.robot.limits import HEADING_GAIN
 
 
 def smoothed_distances(scan: LaserScan) -> np.ndarray:
@@ -297,7 +298,7 @@ def _certified_twist(
     star: CertifiedRegion,
     robot: RobotParameters,
 ) -> tuple[float, float]:
-    for candidate in PROPOSALS * (v, omega):
+    for candidate in SHARES * (v, omega):
         if _covered(_motion(pose, twist, *candidate, hold, robot) - star.center, star):
             return float(candidate[0]), float(candidate[1])
     standing = twist[0] ** 2 <= 2.0 * robot.max_acceleration * STOPPED_DISTANCE

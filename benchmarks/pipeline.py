@@ -33,14 +33,14 @@ from benchmarks.kinematic_drive import (
     scan_processing,
 )
 from drake_starnav.baselines import foa_velocity
-from drake_starnav.control.heading_controller import HEADING_GAIN
 from drake_starnav.control.shield import ramped_twist
 from drake_starnav.planning import StarRoadmap
 from drake_starnav.planning.cost_field import Terrain, cost_to_go
 from drake_starnav.regions.erosion import free_range, smoothed_distances
 from drake_starnav.regions.piecewise_cubic import fit_piecewise_cubic
 from drake_starnav.regions.safe_region import NEAR_HIT_RANGE
-from drake_starnav.robot import saturated
+from drake_starnav.robot import BASES
+from drake_starnav.robot.limits import HEADING_GAIN
 from drake_starnav.worlds import Corridor, Forest, Maze, Room, make_world
 
 TOLERANCE = 1e-9
@@ -58,7 +58,7 @@ def foa_command(moment: CommandMoment) -> np.ndarray:
     turn = math.atan2(velocity[1], velocity[0]) - moment.pose[2]
     heading = (turn + math.pi) % (2.0 * math.pi) - math.pi
     desired = np.array((math.hypot(*velocity) * max(math.cos(heading), 0.0) ** 3, HEADING_GAIN * heading))
-    return np.array(ramped_twist(moment.twist, saturated(desired, ROBOT.limits), COMMANDS))
+    return np.array(ramped_twist(moment.twist, BASES["differential"].saturated(desired, ROBOT.limits), COMMANDS))
 
 
 def numpy_scan(moment: ScanMoment) -> tuple[np.ndarray, ...]:

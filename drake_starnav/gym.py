@@ -190,7 +190,7 @@ class KinematicMotion:
         self._settings = PerceptionSettings(margins, scenario.robot.shape)
         controller, robot = scenario.controller, scenario.robot
         self._margin, self._rate, self._shapes = margins.safety, controller.rate, visible_shapes(world)
-        self._actuation = Actuation(robot.limits, robot.shape, 1.0 / controller.rate, controller.delay)
+        self._actuation = Actuation(robot.limits, robot.shape, 1.0 / controller.rate, controller.delay, robot.drive)
         self.pose, self.twist, self.touched = np.array(world.start, dtype=float), np.zeros(2), False
         self._ticks, self._scans, self._seen = 0, 0, Perceived.nothing()
         self._look()
@@ -210,7 +210,7 @@ class KinematicMotion:
                 certificates = standard_certificates(self._seen.safety, self._margin, actuation, self.pose[:2])
                 want, _ = certified_twist(self.pose, self.twist, action, certificates, actuation)
             driven = ramped_twist(self.twist, want, actuation)
-            pose, twist, _ = stepped(Pose(*self.pose), Twist(*self.twist), driven, 1.0 / rate, robot.limits)
+            pose, twist, _ = stepped(Pose(*self.pose), Twist(*self.twist), Twist(*driven), 1.0 / rate, robot.limits)
             self.pose, self.twist = np.array(pose), np.array(twist)
             self._ticks += 1
             if clearance(self._world, self.pose[None, :2])[0] < robot.radius:

@@ -11,9 +11,10 @@ from typing import Protocol
 import numpy as np
 
 from drake_starnav.baselines.known_obstacles import KnownObstacles
-from drake_starnav.control.heading_controller import CREEP_SPEED, GOAL_SLOWDOWN, turning_law, wrapped_angle
+from drake_starnav.control.heading_controller import CREEP_SPEED, GOAL_SLOWDOWN, turning_law
 from drake_starnav.control.inputs import Proposal
 from drake_starnav.robot import RobotParameters
+from drake_starnav.robot.limits import wrapped_angle
 
 AT_REST = 0.12
 """A robot this near to its goal stops, m: nearby obstacles may keep a baseline from coming nearer."""

@@ -27,13 +27,7 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.control.certificates import Certificate, first_accepted
-from drake_starnav.control.heading_controller import (
-    CREEP_SPEED,
-    GOAL_SLOWDOWN,
-    gripped,
-    turning_twist,
-    wrapped_angle,
-)
+from drake_starnav.control.heading_controller import CREEP_SPEED, GOAL_SLOWDOWN, gripped
 from drake_starnav.control.inputs import ControllerInputs, Proposal
 from drake_starnav.control.motion import Actuation, Pose, Twist, roll_out, stepped
 from drake_starnav.control.path_following import followed
@@ -49,6 +43,7 @@ from drake_starnav.control.rollout import (
 from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.region_union import RegionUnion, covers, first_gap
 from drake_starnav.robot import RobotParameters
+from drake_starnav.robot.limits import turning_twist, wrapped_angle
 
 HORIZON = 1.5
 """How far ahead the law looks, s."""

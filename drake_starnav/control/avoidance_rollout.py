@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from drake_starnav.control.heading_controller import CREEP_SPEED, turning_twist, wrapped_angle
+from drake_starnav.control.heading_controller import CREEP_SPEED
 from drake_starnav.control.motion import Pose, Twist, stepped
 from drake_starnav.control.moving_certificate import MOVING_MARGIN, STANDING_SPEED
 from drake_starnav.control.rollout import (
@@ -32,6 +32,7 @@ from drake_starnav.control.rollout import (
 )
 from drake_starnav.regions.region_union import covers
 from drake_starnav.robot import Limits
+from drake_starnav.robot.limits import turning_twist, wrapped_angle
 from drake_starnav.tracking.prediction import HORIZON, PREDICTION_STEP
 
 COMFORT = 0.4

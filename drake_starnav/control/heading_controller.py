@@ -1,14 +1,11 @@
 """From a heading error to a twist of the differential drive."""
 
-import math
-
 import numpy as np
 from numba import njit
 
 from drake_starnav.robot import RobotParameters
+from drake_starnav.robot.limits import turning_twist
 
-HEADING_GAIN = 4.0
-"""Turning rate per heading error, 1/s."""
 GOAL_SLOWDOWN = 1.2
 """Speed per metre of distance to the goal on arrival, 1/s."""
 CREEP_SPEED = 0.08
@@ -30,26 +27,6 @@ def turning_law(heading: float, speed: float, robot: RobotParameters) -> np.ndar
         robot: its limits.
     """
     return np.array(turning_twist(heading, speed, robot.limits))
-
-
-@njit(cache=True)
-def turning_twist(heading, speed, limits):
-    """`turning_law`, compiled."""
-    v = speed * max(math.cos(heading), 0.0) ** 3.0
-    stopping = math.sqrt(2.0 * limits.max_yaw_acceleration * abs(heading))
-    return v, limited(HEADING_GAIN * heading, min(limits.max_yaw_rate, stopping))
-
-
-@njit(cache=True)
-def limited(value, limit):
-    """The value, cut off at `limit` in size."""
-    return min(max(value, -limit), limit)
-
-
-@njit(cache=True)
-def wrapped_angle(angle):
-    """The angle in [-pi, pi), rad."""
-    return (angle + math.pi) % (2.0 * math.pi) - math.pi
 
 
 @njit(cache=True)

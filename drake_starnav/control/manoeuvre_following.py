@@ -4,44 +4,41 @@ import math
 
 import numpy as np
 
-from drake_starnav.control.heading_controller import limited
 from drake_starnav.planning.manoeuvre import reached
 from drake_starnav.planning.passage import Passage
-from drake_starnav.robot import Limits
+from drake_starnav.robot import Base, Limits
 
 SLOW_SHARE, SLOW_SPEED = 0.35, 0.1
 """Of a manoeuvre: share of the largest speed, at most of 0.8 m/s, and what is added to it, m/s."""
 APPROACH_GAIN, CREEP = 2.0, 0.05
 """Speed for each metre that is left to a pose at which the gear changes, 1/s; and what remains of it, m/s."""
-TURN_GAIN, TURN_RATE = 4.0, 1.5
-"""Of turns on the spot: rate for each radian that is left, 1/s, and the largest, rad/s."""
-HEADING_GAIN, ASIDE_GAIN = 2.5, 3.0
-"""Turning rate for an error of the heading, 1/s, and for each metre that the pose lies aside, 1/(m s)."""
 ALIGNING, FAR, NEARLY_ALIGNED = 0.35, 1.2, 0.1
 """A passage is aligned with if it is at most so far aside, and so far away, m; from afar only if hardly aside."""
 CAPTURE = 0.22
 """Distance ahead on the axis of a passage that the robot heads for, m."""
 
 
-def followed_manoeuvre(pose: np.ndarray, poses: np.ndarray, limits: Limits) -> np.ndarray:
-    """The twist (v, omega), m/s and rad/s, towards the first pose of a manoeuvre that is not reached.
+def followed_manoeuvre(
+    pose: np.ndarray, poses: np.ndarray, base: Base, limits: Limits
+) -> tuple[np.ndarray, np.ndarray]:
+    """The twist towards the first pose of a manoeuvre that is not reached, and the direction of motion, W.
 
     Args:
         pose: (x, y, yaw) of the robot, W, m and rad.
         poses: shape (k, 4), as of `planning.manoeuvre.Manoeuvring`.
+        base: of the robot.
         limits: of the robot.
     """
-    k = min(reached(pose, poses), len(poses) - 1)
+    k = min(reached(pose, poses, base), len(poses) - 1)
     x, y, yaw, gear = poses[k].tolist()
-    error = math.remainder(yaw - pose[2], 2.0 * math.pi)
-    if gear == 0.0:
-        return np.array((0.0, limited(TURN_GAIN * error, min(TURN_RATE, limits.max_yaw_rate))))
     dx, dy, cosine, sine = x - pose[0], y - pose[1], math.cos(pose[2]), math.sin(pose[2])
     ahead, aside = cosine * dx + sine * dy, cosine * dy - sine * dx
     speed = SLOW_SHARE * min(limits.max_speed, 0.8) + SLOW_SPEED
     if k + 1 == len(poses) or poses[k + 1, 3] != gear:
-        speed = min(speed, APPROACH_GAIN * abs(ahead) + CREEP)
-    return np.array((gear * speed, limited(HEADING_GAIN * error + gear * ASIDE_GAIN * aside, limits.max_yaw_rate)))
+        speed = min(speed, APPROACH_GAIN * math.hypot(ahead, aside if base.holonomic else 0.0) + CREEP)
+    twist = base.pursued(ahead, aside, math.remainder(yaw - pose[2], 2.0 * math.pi), gear, speed)
+    direction = np.array((dx, dy)) if base.holonomic else math.copysign(1.0, twist[0]) * np.array((cosine, sine))
+    return base.saturated(twist, limits), direction / max(math.hypot(*direction), 1e-9)
 
 
 def aligned_direction(pose: np.ndarray, direction: np.ndarray, passage: Passage | None, length: float) -> np.ndarray:

@@ -12,7 +12,7 @@ from numba.extending import register_jitable
 
 from drake_starnav.control.heading_controller import slides
 from drake_starnav.geometry.footprint import Footprint
-from drake_starnav.robot import Limits
+from drake_starnav.robot import BASES, Base, Limits
 from drake_starnav.utils.snapshot import snapshot
 
 SAMPLE_SPACING = 0.008
@@ -42,6 +42,17 @@ class Twist(NamedTuple):
     omega: float
 
 
+class Velocity(NamedTuple):
+    """What the drive of any base does: speeds along the robot's x and y axes, m/s, and its turning, rad/s.
+
+    The turning of a base that steers is its curvature, 1/m.
+    """
+
+    ahead: float
+    aside: float
+    turning: float
+
+
 @snapshot
 class BrakingMotion:
     """What the shield guarantees about the robot's motion. Immutable.
@@ -68,12 +79,14 @@ class Actuation(NamedTuple):
         footprint: of the robot.
         hold: how long a command is followed, s: one control period.
         delay: from a command to its effect, s.
+        base: how the robot moves.
     """
 
     limits: Limits
     footprint: Footprint
     hold: float
     delay: float
+    base: Base = BASES["differential"]
 
 
 class Motion(NamedTuple):
@@ -83,8 +96,8 @@ class Motion(NamedTuple):
     footprint of polygons.
 
     Attributes:
-        samples: shape (n, 6): x, y, yaw, v, omega and the time from now; W, SI units. The first is the robot now, in
-            the last it stands.
+        samples: shape (n, 6): x, y, yaw, speed, turning rate and the time from now; W, SI units. The first is the
+            robot now, in the last it stands.
         commanded: index of the sample from which on the command has effect.
         braking: index of the sample from which on the robot brakes.
         grips: whether no sample after `commanded` asks the wheels for more than they grip.
@@ -109,7 +122,7 @@ class Motion(NamedTuple):
 
     @property
     def twist(self) -> np.ndarray:
-        """(v, omega), shape (n, 2), m/s and rad/s."""
+        """Speed, with the sign of that along x, m/s, and turning rate, rad/s, shape (n, 2)."""
         return self.samples[:, 3:5]
 
     @property
@@ -123,11 +136,11 @@ def roll_out(pose: np.ndarray, twist: np.ndarray, target: np.ndarray, actuation:
 
     Args:
         pose: (x, y, yaw) of the robot in W, m and rad.
-        twist: (v, omega) commanded now, m/s and rad/s; the robot keeps it for the delay.
-        target: (v, omega) that is commanded, within the robot's limits.
+        twist: commanded now, as many numbers as the base's twists have; the robot keeps it for the delay.
+        target: that is commanded, within the robot's limits.
         actuation: what commands do.
     """
-    limits, footprint, hold, delay = actuation
+    limits, footprint, hold, delay, _ = actuation
     samples, phases = np.empty((SAMPLES, 6)), (delay, hold)
     count, commanded, braking, grips = _roll_out(pose, twist, target, phases, tuple(limits), footprint.lever, samples)
     while count > len(samples):  # made here, as Numba takes longer to hand out an array
@@ -154,46 +167,93 @@ def ramp_mean(value, target, change):
 
 
 @njit(cache=True)
-def stepped(pose, twist, target, step, limits):
-    """Pose and twist after a step (s) towards a target twist, and the way driven (m), at the mean rates of the step."""
+def velocity_of(twist):
+    """A twist of 2 or 3 components as a `Velocity`."""
+    if len(twist) == 3:
+        return Velocity(twist[0], twist[1], twist[2])
+    return Velocity(twist[0], 0.0, twist[1])
+
+
+@njit(cache=True)
+def ramped_velocity(now, target, step, limits):
+    """The velocity after a step (s) towards a target, and the mean one of the step."""
     faster, turned = limits.max_acceleration * step, limits.max_yaw_acceleration * step
-    way, turn = ramp_mean(twist.v, target.v, faster) * step, ramp_mean(twist.omega, target.omega, turned) * step
+    turning, mean_turning = ramped(now.turning, target.turning, turned), ramp_mean(now.turning, target.turning, turned)
+    if now.aside == 0.0 and target.aside == 0.0:
+        after = Velocity(ramped(now.ahead, target.ahead, faster), 0.0, turning)
+        return after, Velocity(ramp_mean(now.ahead, target.ahead, faster), 0.0, mean_turning)
+    dx, dy = target.ahead - now.ahead, target.aside - now.aside
+    change = max(math.hypot(dx, dy), 1e-12)
+    end, mean = ramped(0.0, change, faster) / change, ramp_mean(0.0, change, faster) / change
+    after = Velocity(now.ahead + end * dx, now.aside + end * dy, turning)
+    return after, Velocity(now.ahead + mean * dx, now.aside + mean * dy, mean_turning)
+
+
+@njit(cache=True)
+def advanced(pose, velocity, target, step, limits):
+    """Pose and velocity after a step (s) towards a target velocity, and the way driven (m), at its mean rates."""
+    after, mean = ramped_velocity(velocity, target, step, limits)
+    way, side, turn = mean.ahead * step, mean.aside * step, mean.turning * step
+    if limits.steers > 0.0:
+        turn = mean.turning * way
     middle = pose.yaw + 0.5 * turn
-    after = Pose(pose.x + way * math.cos(middle), pose.y + way * math.sin(middle), pose.yaw + turn)
-    return after, Twist(ramped(twist.v, target.v, faster), ramped(twist.omega, target.omega, turned)), way
+    cosine, sine = math.cos(middle), math.sin(middle)
+    return Pose(pose.x + way * cosine - side * sine, pose.y + way * sine + side * cosine, pose.yaw + turn), after, way
+
+
+@njit(cache=True)
+def stepped(pose, twist, target, step, limits):
+    """Pose and twist of a differential drive after a step (s) towards a target twist, and the way driven (m)."""
+    velocity, wanted = Velocity(twist.v, 0.0, twist.omega), Velocity(target.v, 0.0, target.omega)
+    pose, after, way = advanced(pose, velocity, wanted, step, limits)
+    return pose, Twist(after.ahead, after.turning), way
+
+
+@njit(cache=True)
+def body_rates(velocity, limits):
+    """Speed, with the sign of that along x, m/s, and turning rate, rad/s."""
+    speed = velocity.ahead
+    if velocity.aside != 0.0:
+        speed = math.copysign(math.hypot(velocity.ahead, velocity.aside), velocity.ahead)
+    return speed, velocity.turning * speed if limits.steers > 0.0 else velocity.turning
 
 
 @njit(cache=True)
 def _roll_out(pose, twist, target, phases, limits, lever, samples):
     """`roll_out` on arrays and numbers: the number of samples, which may not all have room, and the fields after."""
     delay, hold = phases
-    limits = Limits(limits[0], limits[1], limits[2], limits[3])
-    now, moves = Pose(pose[0], pose[1], pose[2]), Twist(twist[0], twist[1])
-    samples[0] = now.x, now.y, now.yaw, moves.v, moves.omega, 0.0
+    limits = Limits(limits[0], limits[1], limits[2], limits[3], limits[4])
+    now, moves, commanded_velocity = Pose(pose[0], pose[1], pose[2]), velocity_of(twist), velocity_of(target)
+    speed, rate = body_rates(moves, limits)
+    samples[0] = now.x, now.y, now.yaw, speed, rate, 0.0
     count, commanded, braking, time, grips = 1, 0, 0, 0.0, True
     wanted, left, kept = moves, delay, 0  # the phases: keeping the twist, the target, and zero
     if delay <= 0.0:
-        wanted, left, kept = Twist(target[0], target[1]), hold, 1
-    while kept < 2 or abs(moves.v) >= AT_REST or abs(moves.omega) >= AT_REST:
-        fastest, turning = max(abs(moves.v), abs(wanted.v)), max(abs(moves.omega), abs(wanted.omega))
+        wanted, left, kept = commanded_velocity, hold, 1
+    while kept < 2 or abs(speed) >= AT_REST or abs(rate) >= AT_REST:
+        wanted_speed, wanted_rate = body_rates(wanted, limits)
+        fastest, turning = max(abs(speed), abs(wanted_speed)), max(abs(rate), abs(wanted_rate))
+        if limits.steers > 0.0:
+            turning = fastest * max(abs(moves.turning), abs(wanted.turning))
         fastest += lever * turning
         step = min(LONGEST_STEP, SAMPLE_SPACING / max(fastest, 1e-9), LARGEST_TURN / max(turning, 1e-9))
         if kept < 2:
             step = min(step, left)
             left -= step
-        elif abs(moves.v) >= AT_REST:
-            step = min(step, abs(moves.v) / limits.max_acceleration)
+        elif abs(speed) >= AT_REST:
+            step = min(step, abs(speed) / limits.max_acceleration)
         else:
-            step = min(step, abs(moves.omega) / limits.max_yaw_acceleration)
-        now, moves, _ = stepped(now, moves, wanted, step, limits)
+            step = min(step, abs(rate) / limits.max_yaw_acceleration)
+        now, moves, _ = advanced(now, moves, wanted, step, limits)
+        speed, rate = body_rates(moves, limits)
         time += step
-        grips = grips and (kept == 0 or not slides(moves.v, moves.omega, limits))
+        grips = grips and (kept == 0 or not slides(speed, rate, limits))
         if count < len(samples):
-            samples[count] = now.x, now.y, now.yaw, moves.v, moves.omega, time
+            samples[count] = now.x, now.y, now.yaw, speed, rate, time
         if kept < 2 and left < 1e-9:
             if kept == 0:
-                wanted, left, kept, commanded = Twist(target[0], target[1]), hold, 1, count
+                wanted, left, kept, commanded = commanded_velocity, hold, 1, count
             else:
-                wanted, kept, braking = Twist(0.0, 0.0), 2, count
+                wanted, kept, braking = Velocity(0.0, 0.0, moves.turning if limits.steers > 0.0 else 0.0), 2, count
         count += 1
     return count, commanded, braking, grips

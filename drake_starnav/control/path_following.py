@@ -6,13 +6,7 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.control.free_heading import free_heading
-from drake_starnav.control.heading_controller import (
-    CREEP_SPEED,
-    GOAL_SLOWDOWN,
-    HEADING_GAIN,
-    turning_twist,
-    wrapped_angle,
-)
+from drake_starnav.control.heading_controller import CREEP_SPEED, GOAL_SLOWDOWN
 from drake_starnav.control.inputs import ControllerInputs, Proposal
 from drake_starnav.control.manoeuvre_following import aligned_direction, followed_manoeuvre
 from drake_starnav.control.modulation import limited_turn, modulated_direction, near_wall_direction
@@ -21,6 +15,7 @@ from drake_starnav.planning.passage import tight_passage
 from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.region_union import RegionUnion, first_gap
 from drake_starnav.robot import Limits, RobotParameters
+from drake_starnav.robot.limits import HEADING_GAIN, turning_twist, wrapped_angle
 
 GOAL_REACHED = 0.02
 """A robot this near to its final goal stops, m."""
@@ -50,16 +45,14 @@ def followed(inputs: ControllerInputs, margins: Margins, robot: RobotParameters)
     near_wall = near_wall_radius(margins.safety, robot.shape.narrow)
     limits = robot.limits
     if len(guidance.poses):
-        twist = followed_manoeuvre(pose, guidance.poses, limits)
-        return Proposal(twist, math.copysign(1.0, twist[0]) * np.array((math.cos(pose[2]), math.sin(pose[2]))))
-    ux, uy, v, omega = _followed(pose, known, star.alone, near_wall, tuple(limits))
+        return Proposal(*followed_manoeuvre(pose, guidance.poses, robot.drive, limits))
+    ux, uy, v, omega, most = _followed(pose, known, star.alone, near_wall, tuple(limits))
     direction = np.array((ux, uy))
-    if not robot.shape.is_disc and direction.any():
+    if not (robot.shape.is_disc and robot.base == "differential") and direction.any():
         passage = tight_passage(pose, guidance.path, star.hits, robot.shape, margins.safety)
-        aligned = aligned_direction(pose, direction, passage, float(np.ptp(robot.shape.outline[:, 0])))
-        if aligned is not direction:
-            direction, error = aligned, wrapped_angle(math.atan2(aligned[1], aligned[0]) - pose[2])
-            v, omega = turning_twist(error, limits.max_speed, limits)
+        direction = aligned_direction(pose, direction, passage, float(np.ptp(robot.shape.outline[:, 0])))
+        error = wrapped_angle(math.atan2(direction[1], direction[0]) - pose[2])
+        return Proposal(robot.drive.towards(error, min(limits.max_speed, most), limits), direction)
     return Proposal(np.array((v, omega)), direction)
 
 
@@ -98,21 +91,20 @@ def near_wall_radius(safety_margin: float, robot_radius: float) -> float:
 
 @njit(cache=True)
 def _followed(pose, known, star, near_wall, limits):
-    """`followed` as numbers: the guiding vector (x, y), zero where there is nowhere to go, and (v, omega)."""
+    """`followed` as numbers: the guiding vector (x, y), zero where it shall stand, (v, omega), and the most speed."""
     x, y, yaw = pose
     path, arrives, regions, hits = known
-    limits = Limits(limits[0], limits[1], limits[2], limits[3])
+    limits = Limits(limits[0], limits[1], limits[2], limits[3], limits[4])
     count = len(path)
     if count == 0 or (arrives and math.hypot(path[-1, 0] - x, path[-1, 1] - y) <= GOAL_REACHED):
-        return 0.0, 0.0, 0.0, 0.0
+        return 0.0, 0.0, 0.0, 0.0, 0.0
     ux, uy, distance = guided(x, y, path, regions, hits, near_wall, limits.max_speed)
     if ux == 0.0 and uy == 0.0:
-        return 0.0, 0.0, 0.0, 0.0
+        return 0.0, 0.0, 0.0, 0.0, 0.0
     ux, uy = free_heading(x, y, ux, uy, star)
     v, omega = turning_twist(wrapped_angle(math.atan2(uy, ux) - yaw), limits.max_speed, limits)
-    if arrives and count == 1:
-        v = min(v, GOAL_SLOWDOWN * distance + CREEP_SPEED)
-    return ux, uy, v, omega
+    most = GOAL_SLOWDOWN * distance + CREEP_SPEED if arrives and count == 1 else np.inf
+    return ux, uy, min(v, most), omega, most
 
 
 @njit(cache=True)

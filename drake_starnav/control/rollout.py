@@ -6,10 +6,10 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from drake_starnav.control.heading_controller import wrapped_angle
 from drake_starnav.planning.guidance import PASSED_DISTANCE
 from drake_starnav.regions.region_union import RegionUnion, cover_at, covers
 from drake_starnav.regions.safe_region import CertifiedRegion
+from drake_starnav.robot.limits import wrapped_angle
 
 ARRIVED = 0.12
 """A predicted motion this near to the end of the path has arrived; a robot this near to its goal follows the law, m."""

@@ -19,15 +19,14 @@ from drake_starnav.planning.passage import tight_passage
 from drake_starnav.regions.chords import Chords
 from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.regions.separation import keeps_clear, separation
+from drake_starnav.robot import Base
 
 CELL, HEADINGS = 0.04, 96
 """Of the search: cell size, m, and headings in a turn."""
-STEP, TURN = 0.1, math.radians(15.0)
-"""A move is so long, m; a turn, and the turn of a curve, is so wide, rad."""
 STRAIGHTEN = (0.03, 0.06, 0.1, 0.15, 0.2)
-"""Turns that are tried first, either way, rad."""
-REVERSE_COST, TURN_COST, GEAR_COST = 1.2, 0.09, 0.15
-"""Cost of a metre backwards, of a turn, m, and of a change between forwards and backwards, m."""
+"""Turns that are tried first, either way, by a base that turns on the spot, rad."""
+GEAR_COST = 0.15
+"""Of a change between forwards and backwards, m."""
 SPACING = 0.02
 """No point of the footprint moves farther between two poses that are checked, m."""
 REACH = 1.8
@@ -65,11 +64,13 @@ class Body(NamedTuple):
         footprint: of the robot.
         star: what its certificate knows.
         margin: that the certificate keeps, m.
+        base: how it moves.
     """
 
     footprint: Footprint
     star: CertifiedRegion
     margin: float
+    base: Base
 
 
 class Manoeuvring(NamedTuple):
@@ -116,7 +117,7 @@ def manoeuvring(before: Manoeuvring, path: np.ndarray, pose: np.ndarray, time: f
     if not len(path) or not math.dist(pose[:2], before.pose[:2]) < MOVED or turned > TURNED:
         now = now._replace(pose=pose.copy(), still=time)
     if len(now.poses):
-        passed = reached(pose, now.poses)
+        passed = reached(pose, now.poses, body.base)
         if passed == len(now.poses) or not len(path):
             return now._replace(poses=NO_POSES, still=time)
         if passed:
@@ -134,15 +135,17 @@ def manoeuvring(before: Manoeuvring, path: np.ndarray, pose: np.ndarray, time: f
     return now._replace(poses=poses, since=time, still=time, begun=begun)
 
 
-def reached(pose: np.ndarray, poses: np.ndarray) -> int:
+def reached(pose: np.ndarray, poses: np.ndarray, base: Base) -> int:
     """How many of the poses (k, 4) of a manoeuvre a robot at a pose (x, y, yaw) has reached."""
     count = 0
     for x, y, yaw, gear in poses.tolist():
+        dx, dy = x - pose[0], y - pose[1]
         if gear == 0.0:
             there = abs(math.remainder(yaw - pose[2], 2.0 * math.pi)) < AT_HEADING
+        elif base.holonomic:
+            there = math.hypot(dx, dy) < 2.0 * AT_POSE
         else:
-            ahead = math.cos(pose[2]) * (x - pose[0]) + math.sin(pose[2]) * (y - pose[1])
-            there = gear * ahead < AT_POSE
+            there = gear * (math.cos(pose[2]) * dx + math.sin(pose[2]) * dy) < AT_POSE
         if not there:
             break
         count += 1
@@ -163,14 +166,14 @@ def found_manoeuvre(pose: np.ndarray, path: np.ndarray, body: Body, tried: int) 
     margin = body.margin + EXTRA_MARGINS[tried % len(EXTRA_MARGINS)]
     margin = max(min(margin, now - YIELDED), LEAST_MARGIN)
     space = _Space(surfaces, body.footprint.polygons, (margin, body.footprint.radius, REACH))
-    goals = _goals(pose, path, body)
+    goals, first = _goals(pose, path, body), _STRAIGHTENING if body.base.turns_on_the_spot else _STRAIGHTENING[:0]
     turn = tried % max(len(goals), 1)
     for goal in goals[turn:] + goals[:turn]:
         x, y, yaw, aligned = goal
         turned = abs(math.remainder(yaw - pose[2], 2.0 * math.pi))
         if math.hypot(x - pose[0], y - pose[1]) < NEAR_GOAL and turned < aligned:
             continue
-        poses = _searched(pose, np.array(goal), _MOVES, space)
+        poses = _searched(pose, np.array(goal), body.base.moves, first, space)
         if len(poses):
             return poses
     return NO_POSES
@@ -204,21 +207,7 @@ def _near_surfaces(surfaces: Chords, place: np.ndarray) -> Chords:
     return Chords(ends, np.zeros(len(ends), np.bool_), np.array(place, dtype=float))
 
 
-def _moves() -> np.ndarray:
-    """Moves of the search, shape (k, 5): dx, dy, dyaw in the robot's frame, cost, gear."""
-    curve = STEP * 1.2
-    rows = [(gear * STEP, 0.0, 0.0, STEP * (1.0 if gear > 0 else REVERSE_COST), gear) for gear in (1.0, -1.0)]
-    for gear in (1.0, -1.0):
-        cost = (curve + 0.02) * (1.0 if gear > 0 else REVERSE_COST)
-        rows += [(gear * curve, 0.0, side * TURN, cost, gear) for side in (1.0, -1.0)]
-    rows += [(0.0, 0.0, side * TURN, TURN_COST, 0.0) for side in (1.0, -1.0)]
-    rows += [(0.0, 0.0, side * turn, 0.05 + 0.3 * turn, 0.0) for turn in STRAIGHTEN for side in (1.0, -1.0)]
-    return np.array(rows)
-
-
-_MOVES = _moves()
-_USUAL = len(_MOVES) - 2 * len(STRAIGHTEN)
-"""Number of the moves that are made from every pose; the others only from the first."""
+_STRAIGHTENING = np.array([(0.0, 0.0, s * turn, 0.05 + 0.3 * turn, 0.0) for turn in STRAIGHTEN for s in (1.0, -1.0)])
 
 
 @njit(cache=True)
@@ -266,11 +255,15 @@ def _shot(x, y, yaw, goal, space):
 
 
 @njit(cache=True)
-def _searched(start, goal, moves, space):
-    """Poses (k, 4) of the cheapest way found from a pose to a goal (x, y, yaw, largest error of the heading)."""
+def _searched(start, goal, moves, first, space):
+    """Poses (k, 4) of the cheapest way found from a pose to a goal (x, y, yaw, largest error of the heading).
+
+    `first` are turns on the spot that are tried from the start alone; none if the base does not turn so.
+    """
     side = int(2.0 * REACH / CELL) + 1
     best = np.full((side, side, HEADINGS), np.inf, np.float32)
-    room = MOST_EXPANDED * len(moves) + 4
+    room, usual, turns = MOST_EXPANDED * len(moves) + len(first) + 4, len(moves), len(first) > 0
+    moves = np.concatenate((moves, first))
     nodes, parents, costs = np.empty((room, 4)), np.full(room, -1, np.int64), np.zeros(room)
     nodes[0] = start[0], start[1], start[2], 0.0
     queue, count, last = [(0.0, 0)], 1, -1
@@ -283,7 +276,7 @@ def _searched(start, goal, moves, space):
         if away < NEAR_GOAL and abs(_wrapped(yaw - goal[2])) < goal[3]:
             last = n
             break
-        if expanded % 4 == 0 or away < 0.4:
+        if turns and (expanded % 4 == 0 or away < 0.4):
             shot, heading = _shot(x, y, yaw, goal, space)
             if shot != 0.0:
                 nodes[count] = x, y, heading, 0.0
@@ -292,13 +285,13 @@ def _searched(start, goal, moves, space):
                 parents[count], parents[count + 1], parents[count + 2] = n, count, count + 1
                 last = count + 2
                 break
-        for m in range(len(moves) if n == 0 else _USUAL):
+        for m in range(len(moves) if n == 0 else usual):
             px, py, turned = _after(x, y, yaw, moves[m, 0], moves[m, 1], moves[m, 2])
             i, j = int(round((px - start[0] + REACH) / CELL)), int(round((py - start[1] + REACH) / CELL))
             h = int(round(turned / (2.0 * math.pi) * HEADINGS)) % HEADINGS
             cost = costs[n] + moves[m, 3] + (GEAR_COST if gear * moves[m, 4] < 0.0 else 0.0)
             outside = i < 0 or j < 0 or i >= side or j >= side
-            if outside or (m < _USUAL and best[i, j, h] <= cost) or not _is_free(x, y, yaw, moves[m], space):
+            if outside or (m < usual and best[i, j, h] <= cost) or not _is_free(x, y, yaw, moves[m], space):
                 continue
             best[i, j, h] = min(best[i, j, h], cost)
             nodes[count], parents[count], costs[count] = (px, py, turned, moves[m, 4]), n, cost

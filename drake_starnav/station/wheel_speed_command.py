@@ -3,7 +3,7 @@
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, LeafSystem
 
-from drake_starnav.robot import Limits, saturated
+from drake_starnav.robot import BASES, Limits
 from drake_starnav.station.robot_geometry import Drive
 from drake_starnav.systems.release import weakly
 
@@ -30,11 +30,12 @@ class WheelSpeedCommand(LeafSystem):
             drive: its n wheels.
         """
         super().__init__()
+        self._base = BASES["differential"]
         self._limits, self._drive, n = limits, drive, len(drive.radii)
         self._angles = np.zeros(n)
         self._twist = self.DeclareVectorInputPort("twist_command", 2)
         self.DeclareVectorOutputPort("desired_state", 2 * n, weakly(self._calc_state), {self._twist.ticket()})
 
     def _calc_state(self, context: Context, output: BasicVector) -> None:
-        rates = self._drive.rates(*saturated(self._twist.Eval(context), self._limits))
+        rates = self._drive.rates(*self._base.saturated(self._twist.Eval(context), self._limits).tolist())
         output.SetFromVector(np.concatenate((self._angles, rates)))

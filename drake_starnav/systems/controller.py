@@ -24,9 +24,9 @@ class Controller(LeafSystem):
         super().__init__()
         self._stopwatch = stopwatch or Stopwatch()
 
-    def _declare_outputs(self) -> None:
-        """Declare the outputs; to be called when all inputs and states are declared."""
-        self.DeclareVectorOutputPort("desired_twist", 2, weakly(self._calc_twist))
+    def _declare_outputs(self, size: int = 2) -> None:
+        """Declare the outputs, with so many components of a twist; called when inputs and states are declared."""
+        self.DeclareVectorOutputPort("desired_twist", size, weakly(self._calc_twist))
         self.DeclareVectorOutputPort("guiding_vector", 2, weakly(self._calc_vector))
 
     def _read(self, context: Context) -> Any:

@@ -38,7 +38,7 @@ class DsmController(Controller):
         state: vector (x, y, yaw, v, omega) of the robot in the world frame W; its pose is used.
         tracks: abstract, `Tracks` of the moving obstacles; only with `obstacles`.
         twist_command: vector (v, omega) that is commanded now, from the shield, m/s and rad/s; only with `obstacles`.
-        desired_twist: vector (v, omega), m/s and rad/s.
+        desired_twist: vector, as the base's twists are; see `robot.base`.
         guiding_vector: unit vector (x, y) in W that a holonomic robot would follow; zero when there is none.
 
     Where the path leads too near to something that moves, the twist begins the best manoeuvre past it; see
@@ -69,7 +69,7 @@ class DsmController(Controller):
         """
         super().__init__(stopwatch)
         self._robot, self._margins, self._obstacles, self._state_lead = robot, margins, obstacles, state_lead
-        self._actuation = Actuation(robot.limits, robot.shape, 1.0 / controller.rate, controller.delay)
+        self._actuation = Actuation(robot.limits, robot.shape, 1.0 / controller.rate, controller.delay, robot.drive)
         self._guidance = self.DeclareAbstractInputPort("guidance", Value(Guidance.none()))
         self._certified_region = self.DeclareAbstractInputPort("certified_region", Value(CertifiedRegion.none()))
         self._state = self.DeclareVectorInputPort("state", 5)
@@ -79,7 +79,7 @@ class DsmController(Controller):
             self._tracks = self.DeclareAbstractInputPort("tracks", Value(Tracks()))
         if obstacles is not None or self.SEARCHES:
             self._twist = self.DeclareVectorInputPort("twist_command", 2)
-        self._declare_outputs()
+        self._declare_outputs(len(robot.drive.components))
 
     def _read(self, context: Context) -> tuple[ControllerInputs, TrackedObstacles | None]:
         pose, star = self._state.Eval(context)[:3], self._certified_region.Eval(context)

@@ -165,9 +165,10 @@ class StarRoadmapPlanner(LeafSystem):
 
     def _body(self, context: Context) -> Body | None:
         """The robot, if it is no disc and it is known what its certificate knows."""
-        if self._robot.shape.is_disc or not self._certified_region.HasValue(context):
+        robot = self._robot
+        if robot.shape.is_disc or not self._certified_region.HasValue(context):
             return None
-        return Body(self._robot.shape, self._certified_region.Eval(context), self._margins.safety)
+        return Body(robot.shape, self._certified_region.Eval(context), self._margins.safety, robot.drive)
 
     def _state(self, context: Context) -> PlannerState:
         return self._plans.Eval(context).state

@@ -14,13 +14,11 @@ from drake_starnav.control.shield import certified_twist, ramped_twist
 from drake_starnav.errors import StarnavError
 from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.safe_region import CertifiedRegion
-from drake_starnav.robot import RobotParameters, saturated
+from drake_starnav.robot import RobotParameters
 from drake_starnav.systems.release import weakly
 from drake_starnav.tracking import DynamicObstacleParameters, Tracks
 from drake_starnav.utils.stopwatch import Stopwatch
 from drake_starnav.utils.timing import checked_period
-
-REST = np.zeros(2)
 
 
 class Unshielded(LeafSystem):
@@ -36,9 +34,9 @@ class Unshielded(LeafSystem):
     For methods to compare with, as published; `TwistShield` is for everything else.
 
     Ports:
-        desired_twist: vector (v, omega) of any controller, m/s and rad/s.
+        desired_twist: vector of any controller, as the base's twists are; see `robot.base`.
         state: vector (x, y, yaw, v, omega) of the robot in the world frame W; its pose is used.
-        twist_command: vector (v, omega) within the robot's limits, m/s and rad/s.
+        twist_command: vector of the same size, within the robot's limits.
         certificate: abstract, `BrakingMotion`, to be drawn; it is never certified.
 
     Periodic update at `controller.rate`; the last twist is discrete state, from which the next one is ramped. A twist
@@ -50,16 +48,17 @@ class Unshielded(LeafSystem):
     ) -> None:
         """
         Args:
-            robot: its footprint and limits.
+            robot: its footprint, base and limits.
             controller: its rate.
             stopwatch: records `command` times, those of the controller included, if given.
         """
         super().__init__()
-        self._actuation = Actuation(robot.limits, robot.shape, 1.0 / controller.rate, controller.delay)
+        self._actuation = Actuation(robot.limits, robot.shape, 1.0 / controller.rate, controller.delay, robot.drive)
         self._stopwatch = stopwatch or Stopwatch()
-        self._desired = self.DeclareVectorInputPort("desired_twist", 2)
+        size = len(robot.drive.components)
+        self._desired = self.DeclareVectorInputPort("desired_twist", size)
         self._state = self.DeclareVectorInputPort("state", 5)
-        self._twist, self._certified = self.DeclareDiscreteState(2), self.DeclareDiscreteState(1)
+        self._twist, self._certified = self.DeclareDiscreteState(size), self.DeclareDiscreteState(1)
         self.DeclareStateOutputPort("twist_command", self._twist)
         self.DeclareAbstractOutputPort(
             "certificate", lambda: Value(BrakingMotion.none()), weakly(self._calc_certificate)
@@ -77,7 +76,7 @@ class Unshielded(LeafSystem):
                     f"desired_twist is {desired.tolist()} at the pose {pose.tolist()}; allowed: finite numbers"
                 )
             twist, certified = context.get_discrete_state(self._twist).value(), False
-            target = np.array(saturated(desired, self._actuation.limits))
+            target = self._actuation.base.saturated(desired, self._actuation.limits)
             if certificates is not None:
                 target, certified = certified_twist(pose, twist, target, certificates, self._actuation)
             driven = ramped_twist(twist, target, self._actuation)
@@ -93,7 +92,8 @@ class Unshielded(LeafSystem):
         twist = context.get_discrete_state(self._twist).value()
         certified = bool(context.get_discrete_state(self._certified).value()[0])
         now = self._actuation._replace(delay=0.0)
-        path = roll_out(self._state.Eval(context)[:3], twist, REST, now).pose
+        rest = now.base.braking(twist, twist, False)
+        path = roll_out(self._state.Eval(context)[:3], twist, rest, now).pose
         output.set_value(BrakingMotion(certified, path))
 
 
@@ -110,11 +110,11 @@ class TwistShield(Unshielded):
     ```
 
     Ports:
-        desired_twist: vector (v, omega) of any controller, m/s and rad/s.
+        desired_twist: vector of any controller, as the base's twists are; see `robot.base`.
         state: vector (x, y, yaw, v, omega) of the robot in the world frame W; its pose is used.
         certified_region: abstract, `CertifiedRegion`.
         tracks: abstract, `Tracks` of the moving obstacles; only with `obstacles`.
-        twist_command: vector (v, omega) within the robot's limits, m/s and rad/s.
+        twist_command: vector of the same size, within the robot's limits.
         certificate: abstract, `BrakingMotion`.
 
     Periodic update at `controller.rate`; the last twist is discrete state, from which the next one is ramped. A twist
@@ -134,7 +134,7 @@ class TwistShield(Unshielded):
     ) -> None:
         """
         Args:
-            robot: its footprint and limits.
+            robot: its footprint, base and limits.
             controller: rate and delay.
             margins: as of `derive_margins`.
             certificates: of your own, each of which must accept a motion, too; as `KeepOut` and `SpeedZone`.

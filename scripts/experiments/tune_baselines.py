@@ -41,7 +41,7 @@ from drake_starnav.planning import PlannerInput, PlannerState, PlannerStatus
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.regions.perception import Perceived, PerceptionSettings
 from drake_starnav.regions.safe_region import CertifiedRegion
-from drake_starnav.robot import saturated
+from drake_starnav.robot import BASES
 from drake_starnav.scenario import Scenario, load_scenario
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.utils.files import check_writable, write_text
@@ -185,7 +185,7 @@ def drive(scenario: Scenario, seed: int, method: Steered | None = None) -> tuple
         desired = method.twist(pose, twist, k * period, scan)
         if desired is None:
             return "unreachable", k * period
-        twist = np.array(ramped_twist(twist, saturated(desired, robot.limits), actuation))
+        twist = np.array(ramped_twist(twist, BASES["differential"].saturated(desired, robot.limits), actuation))
         heading, free = pose[2] + 0.5 * twist[1] * period, free - abs(twist[0]) * period
         pose = pose + period * np.array((twist[0] * math.cos(heading), twist[0] * math.sin(heading), twist[1]))
     return "timeout", timeout

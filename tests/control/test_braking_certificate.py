@@ -8,17 +8,17 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from drake_starnav.control.motion import SAMPLE_SPACING
-from drake_starnav.control.shield import PROPOSALS
 from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.regions.safe_region import CertifiedRegion, ScanMemory, certified_region
 from drake_starnav.robot import RobotParameters
+from drake_starnav.robot.base import SHARES
 from drake_starnav.worlds.world import World
 from tests.helpers.motions import certified, limited_twist, motion, starred_twist
 from tests.helpers.scans import RADIUS, cast, distance, free_point, scattered, seeds
 
 ROBOT = RobotParameters()
 LIMITS = ROBOT.limits
-SPEEDS, ACCELERATIONS = np.array(LIMITS[:2]), np.array(LIMITS[2:])
+SPEEDS, ACCELERATIONS = np.array(LIMITS[:2]), np.array(LIMITS[2:4])
 SAFE, REACH = RADIUS + 0.01, 1.2
 PERIOD = 0.02
 OPEN = CertifiedRegion(np.zeros(2), 0.0, np.full(720, 10.0), np.zeros((0, 2)))
@@ -155,7 +155,7 @@ def test_the_braking_path_is_what_is_certified(seed, hold):
 @given(seeds)
 def test_the_first_certified_share_is_taken(seed):
     _, star, _, pose, twist, desired = random_situation(seed)
-    tried = PROPOSALS * desired
+    tried = SHARES * desired
     good = [t for t in tried if certified(pose, twist, np.array(t), PERIOD, LIMITS, star)]
     v, omega, accepted = starred_twist(pose, twist, desired, PERIOD, LIMITS, star)
     assert accepted == bool(good)
@@ -163,7 +163,7 @@ def test_the_first_certified_share_is_taken(seed):
         assert (v, omega) == pytest.approx(good[0])
     else:
         assert v == 0.0
-    assert (PROPOSALS[0] == 1.0).all() and (np.diff(PROPOSALS[:7, 0]) < 0.0).all()
+    assert (SHARES[0] == 1.0).all() and (np.diff(SHARES[:7, 0]) < 0.0).all()
 
 
 def test_braking_is_all_that_is_left_when_nothing_can_be_certified():

@@ -14,12 +14,12 @@ from drake_starnav.control.motion import Actuation, roll_out
 from drake_starnav.geometry.footprint import Footprint, covered, footprint
 from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.regions.safe_region import CertifiedRegion, ScanMemory, certified_region
-from drake_starnav.robot import RobotParameters
+from drake_starnav.robot import BASES, RobotParameters
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import cast, noisy, scattered, seeds
 
-LIMITS = RobotParameters().limits
-SPEEDS = np.array(LIMITS[:2])
+ROBOTS = {name: RobotParameters(base=name) for name in BASES}
+LIMITS = ROBOTS["differential"].limits
 MARGIN, PERIOD, REACH, NOISE = 0.0145, 0.02, 2.0, 0.01
 
 
@@ -58,21 +58,30 @@ def sensed(world: World, pose: np.ndarray, shape: Footprint, rng: np.random.Gene
 
 
 def driven(
-    pose: np.ndarray, twist: np.ndarray, target: np.ndarray, delay: float, hold: float
-) -> tuple[np.ndarray, np.ndarray]:
-    """Poses every 4 ms of a robot that keeps its twist, then ramps to the target, then brakes; the last twist."""
-    poses, step = [pose], 4e-3
-    for aim, time in ((twist, delay), (target, hold), (np.zeros(2), 1.0)):
+    robot: RobotParameters, pose: np.ndarray, twist: np.ndarray, target: np.ndarray, phases: tuple[float, float]
+) -> np.ndarray:
+    """Poses (n, 3) every 4 ms of a robot that keeps its twist, ramps to the target, and then brakes."""
+    poses, step, limits = [pose], 4e-3, robot.limits
+    steers, moving = limits.steers > 0.0, np.array((*twist[:-1], *(() if len(twist) > 2 else (0.0,)), twist[-1]))
+    wanted = np.array((*target[:-1], *(() if len(target) > 2 else (0.0,)), target[-1]))
+    for aim, time in ((moving, phases[0]), (wanted, phases[1]), (None, 1.0)):
         for _ in range(round(time / step)):
-            after = twist + np.clip(aim - twist, *(sign * step * np.array(LIMITS[2:4]) for sign in (-1.0, 1.0)))
-            v, omega = 0.5 * (twist + after)
-            middle, twist = pose[2] + 0.5 * omega * step, after
-            pose = pose + step * np.array((v * math.cos(middle), v * math.sin(middle), omega))
+            want = np.array((0.0, 0.0, moving[2] if steers else 0.0)) if aim is None else aim
+            change, faster = want[:2] - moving[:2], limits.max_acceleration * step
+            change *= min(faster / max(math.hypot(*change), 1e-12), 1.0)
+            turned = np.clip(
+                want[2] - moving[2], -limits.max_yaw_acceleration * step, limits.max_yaw_acceleration * step
+            )
+            after = moving + (*change, turned)
+            x, y, turning = 0.5 * (moving + after)
+            omega, moving = turning * x if steers else turning, after
+            c, s = math.cos(pose[2] + 0.5 * omega * step), math.sin(pose[2] + 0.5 * omega * step)
+            pose = pose + step * np.array((c * x - s * y, s * x + c * y, omega))
             poses.append(pose)
-    return np.array(poses), twist
+    return np.array(poses)
 
 
-def tried(seed: int, shape: Footprint, noise: bool) -> tuple[bool, float]:
+def tried(seed: int, shape: Footprint, noise: bool, robot: RobotParameters) -> tuple[bool, float]:
     """Whether a random command beside random obstacles is accepted; and the least distance that it would keep, m."""
     rng = np.random.default_rng(seed)
     world = scattered(rng, discs=14, walls=8, clear=shape.narrow + 0.02)
@@ -81,30 +90,36 @@ def tried(seed: int, shape: Footprint, noise: bool) -> tuple[bool, float]:
         pose = np.array((*rng.uniform(-0.6, 0.6, 2), rng.uniform(-math.pi, math.pi)))
         if shapely.distance(covered(shape, pose), obstacles) > MARGIN + 0.01:
             break
-    twist, target = rng.uniform((0.0, -SPEEDS[1]), SPEEDS), rng.uniform(-SPEEDS, SPEEDS)
+    limits, speeds = robot.limits, np.full(len(robot.drive.components), robot.max_speed)
+    speeds[-1] = limits.max_yaw_rate
+    twist, target = (robot.drive.saturated(rng.uniform(-speeds, speeds), limits) for _ in range(2))
     twist *= rng.random() < 0.5
     delay, hold = rng.choice((0.0, 0.02)), rng.choice((0.02, 0.1))
-    motion = roll_out(pose, twist, target, Actuation(LIMITS, shape, hold, delay))
+    motion = roll_out(pose, twist, target, Actuation(limits, shape, hold, delay, robot.drive))
     if not motion.grips:
         return False, math.inf
     star = sensed(world, pose, shape, rng if noise else None)
     certificate = AnyOf((StarCertificate(star), FootprintCertificate(star, MARGIN, shape)))
-    poses, _ = driven(pose, twist, target, delay, hold)
+    poses = driven(robot, pose, twist, target, (delay, hold))
     least = min(float(shapely.distance(covered(shape, p), obstacles)) for p in poses[::3])
     return certificate.accepts(motion), least
 
 
-@pytest.mark.parametrize("name", SHAPES)
+@pytest.mark.parametrize(
+    ("name", "base"),
+    [*((name, "differential") for name in SHAPES), ("carrier", "omnidirectional"), ("ell", "omnidirectional"),
+     ("jackal", "car"), ("rear axle", "car")],
+)  # fmt: skip
 @settings(max_examples=40)
 @given(seed=seeds)
-def test_what_is_accepted_touches_nothing(name, seed):
-    accepts, least = tried(seed, SHAPES[name], noise=True)
+def test_what_is_accepted_touches_nothing(name, base, seed):
+    accepts, least = tried(seed, SHAPES[name], True, ROBOTS[base])
     assert not accepts or least > 0.0
 
 
 @pytest.mark.parametrize("name", ["jackal", "ell"])
 def test_hardly_anything_safe_is_refused(name):
-    outcomes = [tried(seed, SHAPES[name], noise=False) for seed in range(150)]
+    outcomes = [tried(seed, SHAPES[name], False, ROBOTS["differential"]) for seed in range(150)]
     safe = [accepts for accepts, least in outcomes if MARGIN + 0.012 < least < math.inf]
     assert len(safe) > 40
     assert np.mean(safe) >= 0.97
@@ -135,5 +150,10 @@ def test_nothing_is_accepted_without_a_scan_or_beyond_what_is_known():
     standing = roll_out(pose, np.zeros(2), np.array((0.1, 0.0)), Actuation(LIMITS, shape, PERIOD, 0.0))
     assert not FootprintCertificate(CertifiedRegion.none(), MARGIN, shape).accepts(standing)
     star = sensed(wall(1.0), pose, shape)
-    fast = roll_out(pose + (1.5, 0.0, 0.0), SPEEDS * (1, 0), SPEEDS * (1, 0), Actuation(LIMITS, shape, 0.5, 0.0))
+    fast = roll_out(
+        pose + (1.5, 0.0, 0.0),
+        np.array((0.8, 0.0)),
+        np.array((0.8, 0.0)),
+        Actuation(LIMITS, shape, 0.5, 0.0),
+    )
     assert not FootprintCertificate(star, MARGIN, shape).accepts(fast)

@@ -7,17 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drake_starnav.control.heading_controller import (
-    GRIP,
-    GRIP_WHILE_BRAKING,
-    gripped,
-    limited,
-    slides,
-    turning_law,
-    wrapped_angle,
-)
+from drake_starnav.control.heading_controller import GRIP, GRIP_WHILE_BRAKING, gripped, slides, turning_law
 from drake_starnav.control.motion import ramped
 from drake_starnav.robot import Limits, RobotParameters
+from drake_starnav.robot.limits import limited, wrapped_angle
 from tests.helpers.motions import limited_twist
 
 ROBOT = RobotParameters()

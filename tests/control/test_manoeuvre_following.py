@@ -11,8 +11,9 @@ from drake_starnav.control.shield import ramped_twist
 from drake_starnav.geometry.footprint import disc
 from drake_starnav.planning.manoeuvre import reached
 from drake_starnav.planning.passage import Passage
-from drake_starnav.robot import RobotParameters
+from drake_starnav.robot import BASES, RobotParameters
 
+BASE = BASES["differential"]
 LIMITS = RobotParameters().limits
 PERIOD = 0.02
 THREE_POINT = np.array(((0.0, 0.0, 0.6, 0.0), (-0.3, -0.2, 0.6, -1.0), (-0.3, -0.2, 0.0, 0.0), (0.4, -0.2, 0.0, 1.0)))
@@ -22,12 +23,12 @@ THREE_POINT = np.array(((0.0, 0.0, 0.6, 0.0), (-0.3, -0.2, 0.6, -1.0), (-0.3, -0
 def test_a_robot_reaches_all_poses_of_a_manoeuvre(start):
     pose, twist, poses = Pose(*start), Twist(0.0, 0.0), THREE_POINT
     for _ in range(1500):
-        poses = poses[reached(np.array(pose), poses) :]
+        poses = poses[reached(np.array(pose), poses, BASE) :]
         if not len(poses):
             break
-        target = followed_manoeuvre(np.array(pose), poses, LIMITS)
+        target = followed_manoeuvre(np.array(pose), poses, BASE, LIMITS)[0]
         twist = ramped_twist(twist, target, Actuation(LIMITS, disc(0.2), PERIOD, 0.0))
-        pose, _, _ = stepped(pose, twist, twist, PERIOD, LIMITS)
+        pose, _, _ = stepped(pose, Twist(*twist), Twist(*twist), PERIOD, LIMITS)
     assert not len(poses)
     assert math.hypot(pose.x - 0.4, pose.y + 0.2) < 0.04
     assert abs(pose.yaw) < 0.1

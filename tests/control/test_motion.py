@@ -24,7 +24,7 @@ from tests.helpers.motions import actuation
 from tests.helpers.scans import seeds
 
 ROBOT = RobotParameters()
-SPEEDS, ACCELERATIONS = np.array(ROBOT.limits[:2]), np.array(ROBOT.limits[2:])
+SPEEDS, ACCELERATIONS = np.array(ROBOT.limits[:2]), np.array(ROBOT.limits[2:4])
 
 
 @settings(max_examples=60)

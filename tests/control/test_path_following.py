@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from benchmarks import numpy_pipeline
 from drake_starnav.baselines import paper
 from drake_starnav.control import ControllerInputs, path_following
-from drake_starnav.control.heading_controller import GOAL_SLOWDOWN, HEADING_GAIN, turning_law
+from drake_starnav.control.heading_controller import GOAL_SLOWDOWN, turning_law
 from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.control.path_following import (
     CREEP_SPEED,
@@ -25,6 +25,7 @@ from drake_starnav.regions.region_union import RegionUnion
 from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.regions.star_region import scan_region, united
 from drake_starnav.robot import RobotParameters
+from drake_starnav.robot.limits import HEADING_GAIN
 from drake_starnav.worlds.world import World
 from tests.helpers.motions import limited_twist, stepped
 from tests.helpers.scans import MARGINS, RADIUS, cast, in_view, seeds, smooth_region

@@ -10,19 +10,19 @@ from hypothesis import strategies as st
 from drake_starnav.control.certificates import accepted
 from drake_starnav.control.motion import Actuation, Motion, roll_out
 from drake_starnav.control.point_certificate import PointCertificate, needed_distances
-from drake_starnav.control.shield import PROPOSALS
 from drake_starnav.geometry.footprint import disc
 from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.regions.safe_region import CertifiedRegion, ScanMemory, certified_region
 from drake_starnav.regions.separation import ESCAPE_CLEARANCE
 from drake_starnav.robot import Limits, RobotParameters
+from drake_starnav.robot.base import SHARES
 from drake_starnav.worlds.world import World
 from tests.helpers.motions import certified, least_clearance, limited_twist, motion
 from tests.helpers.scans import RADIUS, cast, distance, free_point, scattered, seeds
 
 ROBOT = RobotParameters()
 LIMITS = ROBOT.limits
-SPEEDS, ACCELERATIONS = np.array(LIMITS[:2]), np.array(LIMITS[2:])
+SPEEDS, ACCELERATIONS = np.array(LIMITS[:2]), np.array(LIMITS[2:4])
 MARGIN, PERIOD = 0.005, 0.02
 REACH = 2.0
 
@@ -38,7 +38,7 @@ def clear_twist(
     pose: np.ndarray, twist: np.ndarray, desired: np.ndarray, star: CertifiedRegion, limits: Limits = LIMITS
 ) -> np.ndarray | None:
     """The desired twist at the largest share of its speed that the certificate accepts; None if it accepts none."""
-    for share in PROPOSALS[:7, 0]:
+    for share in SHARES[:7, 0]:
         tried = desired * (share, 1.0)
         motion = roll_out(pose, twist, tried, Actuation(limits, disc(RADIUS), PERIOD, 0.0))
         if accepted(motion, (PointCertificate(star, MARGIN, RADIUS),)):

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from drake_starnav.control.braking_certificate import STOPPED_DISTANCE
-from drake_starnav.control.shield import PROPOSALS, certified_twist, ramped_twist
+from drake_starnav.control.shield import certified_twist, ramped_twist
 from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.robot import RobotParameters
+from drake_starnav.robot.base import SHARES
 from tests.helpers.motions import PERIOD, actuation, starred_twist
 
 ROBOT = RobotParameters()
@@ -55,14 +56,14 @@ def test_nothing_seen_is_nothing_driven() -> None:
 
 
 def test_no_proposal_asks_for_more_than_is_desired_or_backwards_and_each_is_another() -> None:
-    speeds, turns = PROPOSALS.T
-    assert tuple(PROPOSALS[0]) == (1.0, 1.0)
+    speeds, turns = SHARES.T
+    assert tuple(SHARES[0]) == (1.0, 1.0)
     assert (speeds >= 0.0).all() and (speeds <= 1.0).all() and (np.abs(turns) <= 1.0).all()
-    assert len(np.unique(PROPOSALS, axis=0)) == len(PROPOSALS)
+    assert len(np.unique(SHARES, axis=0)) == len(SHARES)
 
 
 def test_when_the_turn_is_not_possible_less_of_it_none_and_the_other_way_are_tried_driving_and_standing() -> None:
-    turned = {turn: set(PROPOSALS[PROPOSALS[:, 1] == turn, 0]) for turn in PROPOSALS[:, 1]}
+    turned = {turn: set(SHARES[SHARES[:, 1] == turn, 0]) for turn in SHARES[:, 1]}
     assert set(turned) == {1.0, 0.5, 0.0, -0.5}
     assert all(0.0 in speeds and len(speeds) > 1 for speeds in turned.values())
 

@@ -9,7 +9,7 @@ from drake_starnav.control.motion import Actuation, roll_out
 from drake_starnav.control.shield import certified_twist, ramped_twist
 from drake_starnav.geometry.footprint import disc
 from drake_starnav.regions.safe_region import CertifiedRegion
-from drake_starnav.robot import Limits, RobotParameters, saturated
+from drake_starnav.robot import BASES, Limits, RobotParameters
 from tests.helpers.scans import MARGINS
 
 PERIOD = 0.02
@@ -24,7 +24,7 @@ def motion(
     pose: np.ndarray, twist: np.ndarray, desired: np.ndarray, hold: float, limits: Limits, delay: float = 0.0
 ) -> np.ndarray:
     """Poses (x, y, yaw) until the robot stands, shape (n, 3): `twist` for the delay, then `desired`, then braking."""
-    target = np.array(saturated(desired, limits))
+    target = BASES["differential"].saturated(desired, limits)
     return roll_out(pose, twist, target, Actuation(limits, disc(0.25), hold, delay)).pose
 
 
@@ -38,7 +38,7 @@ def certified(
     delay: float = 0.0,
 ) -> bool:
     """Whether that motion stays inside the certified region, as the package decides it."""
-    target = np.array(saturated(desired, limits))
+    target = BASES["differential"].saturated(desired, limits)
     return accepted(roll_out(pose, twist, target, Actuation(limits, disc(0.25), hold, delay)), (StarCertificate(star),))
 
 
@@ -52,7 +52,7 @@ def starred_twist(
     delay: float = 0.0,
 ) -> tuple[float, float, bool]:
     """What the shield makes of a twist in a static world: v, omega, and whether any motion was certified."""
-    target = np.array(saturated(desired, limits))
+    target = BASES["differential"].saturated(desired, limits)
     command = Actuation(limits, disc(0.25), hold, delay)
     (v, omega), certain = certified_twist(pose, twist, target, (StarCertificate(star),), command)
     return float(v), float(omega), certain
@@ -60,7 +60,7 @@ def starred_twist(
 
 def limited_twist(twist: np.ndarray, desired: np.ndarray, robot: RobotParameters, period: float) -> np.ndarray:
     """The twist after one period of a robot that follows its commands within its limits."""
-    return np.array(ramped_twist(twist, saturated(desired, robot.limits), actuation(robot, period)))
+    return ramped_twist(twist, robot.drive.saturated(desired, robot.limits), actuation(robot, period))
 
 
 def stepped(

@@ -19,9 +19,11 @@ from drake_starnav.planning.manoeuvre import (
 )
 from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.regions.safe_region import ScanMemory, certified_region
+from drake_starnav.robot import BASES
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import cast
 
+BASE = BASES["differential"]
 SHAPE = footprint(((0.254, -0.215), (0.254, 0.215), (-0.254, 0.215), (-0.254, -0.215)))
 MARGIN = 0.0145
 
@@ -32,7 +34,7 @@ def body(world: World, pose: np.ndarray) -> Body:
     star, _ = certified_region(
         ScanMemory(), scan, smoothed_distances(scan), pose, SHAPE.narrow + MARGIN, reach, (reach + 0.5, 5)
     )
-    return Body(SHAPE, star, MARGIN)
+    return Body(SHAPE, star, MARGIN, BASE)
 
 
 def boxes(*sides: tuple[float, float, float, float]) -> World:
@@ -86,10 +88,10 @@ def test_no_manoeuvre_leads_where_the_robot_does_not_fit():
 
 def test_poses_are_reached_in_their_gear():
     poses = np.array(((0.0, 0.0, 0.5, 0.0), (0.3, 0.0, 0.5, 1.0), (0.1, 0.0, 0.5, -1.0)))
-    assert reached(np.array((0.0, 0.0, 0.4)), poses) == 0
-    assert reached(np.array((0.0, 0.0, 0.49)), poses) == 1
-    assert reached(np.array((0.3, 0.0, 0.5)), poses) == 2
-    assert reached(np.array((0.1, 0.0, 0.5 - 2.0 * math.pi)), poses[2:]) == 1
+    assert reached(np.array((0.0, 0.0, 0.4)), poses, BASE) == 0
+    assert reached(np.array((0.0, 0.0, 0.49)), poses, BASE) == 1
+    assert reached(np.array((0.3, 0.0, 0.5)), poses, BASE) == 2
+    assert reached(np.array((0.1, 0.0, 0.5 - 2.0 * math.pi)), poses[2:], BASE) == 1
 
 
 def test_a_robot_that_stands_with_a_path_begins_a_manoeuvre_and_gives_up_after_some():

@@ -41,7 +41,7 @@ TABLE = {
     "utils": Room("errors", "numpy numba tqdm yaml"),
     "geometry": Room("errors utils", f"{ARRAYS} shapely collada"),
     "lidar": Room(f"{GROUND} geometry", f"{ARRAYS} rosbags"),
-    "robot": Room(f"{GROUND} geometry", "numpy"),
+    "robot": Room(f"{GROUND} geometry", "numpy numba"),
     "regions": Room(SENSING, ARRAYS),
     "tracking": Room(SENSING, ARRAYS),
     "localization": Room(SENSING, ARRAYS),

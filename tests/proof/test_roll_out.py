@@ -78,7 +78,7 @@ def overrating(motion: Motion, limits: Limits) -> float:
 
 def integrated(twist: np.ndarray, target: np.ndarray, actuation: Actuation) -> np.ndarray:
     """(x, y) of the robot from (0, 0) on, while it does exactly what `roll_out` describes, shape (n, 2), m."""
-    limits, _, hold, delay = actuation
+    limits, _, hold, delay, _ = actuation
     rates = np.array((limits.max_acceleration, limits.max_yaw_acceleration))
     change = np.clip(target - twist, -rates * hold, rates * hold)
     time = np.arange(0.0, delay + hold + float((abs(twist + change) / rates).max()) + FINE, FINE)[:, None]

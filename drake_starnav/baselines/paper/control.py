@@ -16,11 +16,12 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.baselines.paper import constants
-from drake_starnav.control.heading_controller import turning_law, wrapped_angle
+from drake_starnav.control.heading_controller import turning_law
 from drake_starnav.control.inputs import ControllerInputs, Proposal
 from drake_starnav.control.modulation import boundary_at
 from drake_starnav.regions.region_union import RegionUnion
 from drake_starnav.robot import RobotParameters
+from drake_starnav.robot.limits import wrapped_angle
 
 LARGEST_GAMMA = 1e6
 """Gamma at a reference point, where it has no bound."""

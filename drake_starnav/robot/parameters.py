@@ -1,51 +1,27 @@
 """The robot's body and limits."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, NamedTuple
-
-import numpy as np
+from typing import Any
 
 from drake_starnav.errors import StarnavError, shown
 from drake_starnav.geometry.footprint import Footprint, disc, footprint
 from drake_starnav.parameters import check_parameters, parameter
+from drake_starnav.robot.base import Base
+from drake_starnav.robot.car import Car
+from drake_starnav.robot.differential import Differential
+from drake_starnav.robot.limits import Limits
+from drake_starnav.robot.omnidirectional import Omnidirectional
 
+BASES: dict[str, Base] = {"differential": Differential(), "omnidirectional": Omnidirectional(), "car": Car()}
+"""By the value of `robot.base`."""
 MODEL_FILES = (".urdf", ".xacro")
 """What the name of a robot's own file ends with."""
 
 
-class Limits(NamedTuple):
-    """The limits of the drive, as compiled functions take them.
-
-    Attributes:
-        max_speed: m/s.
-        max_yaw_rate: rad/s.
-        max_acceleration: m/s^2.
-        max_yaw_acceleration: rad/s^2.
-    """
-
-    max_speed: float
-    max_yaw_rate: float
-    max_acceleration: float
-    max_yaw_acceleration: float
-
-
-def saturated(twist: Sequence[float] | np.ndarray, limits: Limits) -> tuple[float, float]:
-    """A twist (v, omega), m/s and rad/s, each cut off where it exceeds the robot's limit; NaN stays NaN.
-
-    The one place where what is asked of a robot becomes what it can do: the shield asks here, and so do the wheels.
-    """
-    v, omega = float(twist[0]), float(twist[1])
-    return (
-        min(max(v, -limits.max_speed), limits.max_speed),
-        min(max(omega, -limits.max_yaw_rate), limits.max_yaw_rate),
-    )
-
-
 @dataclass(frozen=True)
 class RobotParameters:
-    """A differential drive: a disc, or of polygons."""
+    """What a robot covers, how it moves, and what its drive can do."""
 
     model: str = parameter("starbot", "shipped robot by name, or a path to a URDF (docs/extend.md)")
     wheel_joints: tuple[str, str] = parameter(
@@ -66,6 +42,10 @@ class RobotParameters:
             "frame that it turns about; or a list of such polygons, of which it is the union",
             "when": "a robot that is no disc",
         },
+    )
+    base: str = parameter("differential", "how it moves", choices=tuple(BASES), when="it has other wheels")
+    least_radius: float = parameter(
+        0.5, "least radius of the circles that a base of kind car drives", unit="m", low=0.01, high=100.0
     )
     max_speed: float = parameter(
         0.8,
@@ -105,29 +85,36 @@ class RobotParameters:
     def shape(self) -> Footprint:
         """What it covers of the floor; `radius` is that of the disc which contains it.
 
+        A disc of a base that cannot turn on the spot is a polygon, since it needs manoeuvres.
+
         Raises:
             StarnavError: `footprint` holds no convex polygons.
         """
         if not self.footprint:
-            return disc(self.radius)
+            round = disc(self.radius)
+            return round if self.drive.turns_on_the_spot else footprint(_tuples(round.outline.tolist()))
         try:
             return footprint(_tuples(self.footprint))
+        except StarnavError as error:
+            raise StarnavError(f"robot.{error}") from None
         except (IndexError, TypeError, ValueError):
             raise StarnavError(
                 f"robot.footprint is {shown(self.footprint)}; allowed: [[x, y], ...], or a list of such lists, m"
             ) from None
-        except StarnavError as error:
-            raise StarnavError(f"robot.{error}") from None
 
     @cached_property
     def limits(self) -> Limits:
         """Of speeds and accelerations; all floats, or kernels would be compiled again for whole numbers."""
-        return Limits(
-            float(self.max_speed),
-            float(self.max_yaw_rate),
-            float(self.max_acceleration),
-            float(self.max_yaw_acceleration),
-        )
+        speed, acceleration = float(self.max_speed), float(self.max_acceleration)
+        turning, change = float(self.max_yaw_rate), float(self.max_yaw_acceleration)
+        if self.base == "car":  # at full speed its turning rate and acceleration are within the limits
+            return Limits(speed, min(1.0 / self.least_radius, turning / speed), acceleration, change / speed, 1.0)
+        return Limits(speed, turning, acceleration, change)
+
+    @property
+    def drive(self) -> Base:
+        """How it moves."""
+        return BASES[self.base]
 
 
 def _tuples(value: Any) -> Any:

@@ -1,0 +1,85 @@
+"""How a robot moves: what it is commanded, what of it it can do, and which motions it may try."""
+
+from typing import Protocol
+
+import numpy as np
+
+from drake_starnav.robot.limits import Limits
+
+SHARES = np.array(
+    [(speed, 1.0) for speed in (1.0, 0.8, 0.6, 0.4, 0.25, 0.1, 0.0)]
+    + [(speed, turn) for turn in (0.5, 0.0, -0.5) for speed in (0.5, 0.0)]
+)
+"""Shares of the desired speed and of the desired turning that are proposed, in this order."""
+MOVE = 0.1
+"""Length of a move of a manoeuvre, m."""
+REVERSE_COST = 1.2
+"""A metre backwards costs so many metres."""
+
+
+class Base(Protocol):
+    """A base, commanded by twists; inside the package as an array with one number for each of `components`.
+
+    The motion that follows a twist is `control.motion.roll_out`: two components are a speed along x and a turning rate,
+    or with `Limits.steers` a curvature; three are speeds along x and y, and a turning rate.
+    """
+
+    @property
+    def components(self) -> tuple[str, ...]:
+        """Names of a twist's components, with their units."""
+
+    @property
+    def turns_on_the_spot(self) -> bool:
+        """Whether it turns without driving."""
+
+    @property
+    def holonomic(self) -> bool:
+        """Whether it drives in any direction without turning."""
+
+    @property
+    def moves(self) -> np.ndarray:
+        """Moves of a manoeuvre, shape (k, 5): dx, dy, dyaw in the robot's frame, m and rad, cost, m, and gear.
+
+        Gear 0 turns on the spot, 1 drives forwards or aside, -1 backwards.
+        """
+
+    def saturated(self, twist: np.ndarray, limits: Limits) -> np.ndarray:
+        """The twist, cut off where it exceeds the limits; NaN stays NaN.
+
+        The one place where what is asked of a robot becomes what it can do: shield and drive ask here.
+        """
+
+    def towards(self, error: float, speed: float, limits: Limits) -> np.ndarray:
+        """The twist that begins to drive in a direction that is `error` (rad) to the left of the heading."""
+
+    def proposals(self, desired: np.ndarray, limits: Limits) -> np.ndarray:
+        """Twists to try for a desired one, shape (k, n), the best first."""
+
+    def braking(self, twist: np.ndarray, desired: np.ndarray, turns: bool) -> np.ndarray:
+        """What brakes the robot.
+
+        Args:
+            twist: commanded now.
+            desired: by the controller.
+            turns: whether the robot stands, and may turn as desired, since it covers no new ground.
+        """
+
+    def pursued(self, ahead: float, aside: float, turn: float, gear: float, speed: float) -> np.ndarray:
+        """The twist towards a pose of a manoeuvre.
+
+        Args:
+            ahead, aside: where it is in the robot's frame, m.
+            turn: by how much it is turned against the robot, rad.
+            gear: in which it is to be reached, as in `moves`.
+            speed: at which, m/s.
+        """
+
+
+def straight_and_curved(length: float, turn: float, gears: tuple[float, ...] = (1.0, -1.0)) -> list[tuple]:
+    """Moves of a length (m): straight on, and with a turn (rad) either way, in each gear."""
+    rows = []
+    for gear in gears:
+        cost = 1.0 if gear > 0.0 else REVERSE_COST
+        rows.append((gear * length, 0.0, 0.0, cost * length, gear))
+        rows += [(gear * 1.2 * length, 0.0, side * turn, cost * (1.2 * length + 0.02), gear) for side in (1.0, -1.0)]
+    return rows

@@ -1,0 +1,53 @@
+"""Two wheels, or two rows of wheels, on one axle."""
+
+import math
+
+import numpy as np
+
+from drake_starnav.robot.base import MOVE, SHARES, straight_and_curved
+from drake_starnav.robot.limits import Limits, turning_twist
+
+TURN, TURN_COST = math.radians(15.0), 0.09
+"""Of the manoeuvres: a turn on the spot or of a curve, rad, and the cost of the former, m."""
+TURN_GAIN, TURN_RATE = 4.0, 1.5
+"""Of turns on the spot: rate for each radian that is left, 1/s, and the largest, rad/s."""
+YAW_GAIN, ASIDE_GAIN = 2.5, 3.0
+"""Turning rate for an error of the heading, 1/s, and for each metre that a pose lies aside, 1/(m s)."""
+
+
+class Differential:
+    """Commanded a speed and a turning rate."""
+
+    components = ("v m/s", "omega rad/s")
+    turns_on_the_spot, holonomic = True, False
+    moves = np.array(
+        [*straight_and_curved(MOVE, TURN), (0.0, 0.0, TURN, TURN_COST, 0.0), (0.0, 0.0, -TURN, TURN_COST, 0.0)]
+    )
+
+    def saturated(self, twist: np.ndarray, limits: Limits) -> np.ndarray:
+        """As of `Base`: each component for itself."""
+        v, omega = float(twist[0]), float(twist[1])
+        return np.array((limited_to(v, limits.max_speed), limited_to(omega, limits.max_yaw_rate)))
+
+    def towards(self, error: float, speed: float, limits: Limits) -> np.ndarray:
+        """As of `Base`: it turns first."""
+        return np.array(turning_twist(error, speed, limits))
+
+    def proposals(self, desired: np.ndarray, limits: Limits) -> np.ndarray:
+        """As of `Base`: slower, and turning less."""
+        return SHARES * desired
+
+    def braking(self, twist: np.ndarray, desired: np.ndarray, turns: bool) -> np.ndarray:
+        """As of `Base`."""
+        return np.array((0.0, desired[1] if turns else 0.0))
+
+    def pursued(self, ahead: float, aside: float, turn: float, gear: float, speed: float) -> np.ndarray:
+        """As of `Base`."""
+        if gear == 0.0:
+            return np.array((0.0, limited_to(TURN_GAIN * turn, TURN_RATE)))
+        return np.array((gear * speed, YAW_GAIN * turn + gear * ASIDE_GAIN * aside))
+
+
+def limited_to(value: float, limit: float) -> float:
+    """The value, cut off at `limit` in size; NaN stays NaN."""
+    return min(max(value, -limit), limit)
