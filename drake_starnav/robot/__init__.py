@@ -2,6 +2,6 @@
 
 from drake_starnav.robot.base import Base
 from drake_starnav.robot.limits import Limits
-from drake_starnav.robot.parameters import BASES, RobotParameters
+from drake_starnav.robot.parameters import BASES, MODEL_FILES, RobotParameters
 
-__all__ = ["BASES", "Base", "Limits", "RobotParameters"]
+__all__ = ["BASES", "MODEL_FILES", "Base", "Limits", "RobotParameters"]

@@ -60,7 +60,7 @@ def situation(seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, RegionUnio
 
 def plain_cost(candidate, pose, twist, path, arrives, regions, star) -> float:
     """One candidate's cost, written as the module's docstring says it."""
-    v_max, omega_max, a, alpha = LIMITS
+    v_max, omega_max, a, alpha, _ = LIMITS
     line = [pose[:2], *path]
     (x, y, yaw), (v, omega), ahead = pose, twist, 1
 
