@@ -134,6 +134,27 @@ def test_drift_counts_as_long_as_old_scans_do():
     assert margin == pytest.approx(NOMINAL + 0.02 * 0.8 * (memory + 0.1))
 
 
+def test_drift_counts_for_a_second_however_often_the_lidar_scans():
+    """The memory is used as long."""
+    lidar, drifting = LidarParameters(beams=3600, rate=40.0, delay=0.1), LocalizationParameters(drift=0.02)
+    assert (1.0 + SCAN_PATIENCE) / 40.0 + 0.8 < 1.0
+    assert margin_of(lidar=lidar, localization=drifting) == pytest.approx(NOMINAL + 0.02 * 0.8 * (1.0 + 0.1))
+
+
+@pytest.mark.parametrize("yaw_rate", [0.8, 2.0])
+@pytest.mark.parametrize("drift", [0.0, 0.02])
+def test_a_heading_that_errs_counts_at_the_farthest_corner_of_a_footprint(drift: float, yaw_rate: float):
+    """By 4 mrad, and by the drift for each radian that the robot may turn until it stands; a disc hides it."""
+    corners = ((0.4, 0.3), (-0.4, 0.3), (-0.4, -0.3), (0.4, -0.3))
+    lidar, drifting = LidarParameters(beams=3600, rate=5.0, delay=0.1), LocalizationParameters(drift=drift)
+    margins = [
+        margin_of(lidar=lidar, localization=drifting, robot=RobotParameters(max_yaw_rate=yaw_rate, **changes))
+        for changes in ({"footprint": corners}, {"radius": 0.5})
+    ]
+    turned = yaw_rate * ((1.0 + SCAN_PATIENCE) / 5.0 + 0.8 + 0.1)
+    assert margins[0] - margins[1] == pytest.approx(0.5 * (0.004 + drift * turned))
+
+
 def test_drift_of_the_heading_counts_beyond_that_of_the_position_where_scans_are_rare():
     """At 1 Hz the heading drifts for a second, a period and half of the braking; the robot turns at 2 rad/s."""
     lidar, drifting = LidarParameters(beams=3600, rate=1.0), LocalizationParameters(drift=0.02)
