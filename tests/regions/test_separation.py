@@ -3,11 +3,14 @@
 import math
 
 import numpy as np
+import pytest
 import shapely
+from hypothesis import given, settings
 
 from drake_starnav.geometry.footprint import covered, footprint
 from drake_starnav.regions.chords import Chords
-from drake_starnav.regions.separation import separation
+from drake_starnav.regions.separation import ESCAPE_CLEARANCE, keeps_clear, separation
+from tests.helpers.scans import seeds
 
 ELL = footprint(
     (
@@ -31,3 +34,43 @@ def test_the_separation_is_never_more_than_the_distance_and_decides_contact():
             exact = shapely.distance(body, hidden)
             assert apart <= exact + 1e-9
             assert (apart > 0.0) == (exact > 1e-12)
+
+
+def hidden(ends: np.ndarray, shades: bool, center: np.ndarray) -> shapely.Geometry:
+    """A chord (4,) with all that it hides from a place, as far as anything comes here."""
+    corners = ends.reshape(2, 2)
+    return shapely.MultiPoint(np.vstack((corners, center + (50.0 if shades else 1.0) * (corners - center)))).convex_hull
+
+
+@settings(max_examples=300)
+@given(seeds)
+def test_a_motion_keeps_clear_if_it_does_so_at_each_of_its_poses(seed: int) -> None:
+    """Of each surface by the margin or by the bound that holds at first: else it is refused, and only then."""
+    rng = np.random.default_rng(seed)
+    steps = rng.choice([0.005, 0.1]) * rng.standard_normal((rng.integers(2, 9), 3)) * (1.0, 1.0, 2.0)
+    poses = rng.uniform(-1.0, 1.0, 3) * (0.5, 0.5, math.pi) + np.cumsum(steps, axis=0)
+    ends = np.empty((3, 4))
+    ends[:, :2] = poses[0, :2] + rng.uniform(-0.9, 0.9, (3, 2))
+    ends[:, 2:] = ends[:, :2] + rng.uniform(-0.1, 0.1, (3, 2))
+    surfaces = Chords(ends, rng.random(3) < 0.5, poses[0, :2] + rng.uniform(-0.1, 0.1, 2))
+    margin, room = rng.uniform(0.0, 0.1), rng.uniform(0.1, 2.0)
+    accepts = keeps_clear(poses, surfaces, ELL.polygons, (margin, ELL.radius, room))
+    inside = (np.hypot(*(poses[:, :2] - surfaces.center).T) <= room).all()
+    bounds, distances = np.empty((2, 3, len(poses)))
+    for j in range(3):
+        one = Chords(ends[j : j + 1], surfaces.shades[j : j + 1], surfaces.center)
+        behind = hidden(ends[j], surfaces.shades[j], surfaces.center)
+        bounds[j] = [separation(pose, ELL, one) for pose in poses]
+        distances[j] = [shapely.distance(covered(ELL, pose), behind) for pose in poses]
+    kept = np.maximum(np.minimum(margin, bounds[:, :1]), ESCAPE_CLEARANCE)
+    if accepts:
+        assert inside and (distances >= kept - 2e-9).all()
+    else:
+        assert not (inside and (bounds >= kept).all())
+
+
+@pytest.mark.parametrize(("room", "clear"), [(0.29, False), (0.31, True), (-1.0, False)])
+def test_what_leaves_the_known_area_does_not_keep_clear(room: float, clear: bool) -> None:
+    nothing = Chords(np.zeros((0, 4)), np.zeros(0, bool), np.array((1.0, 2.0)))
+    poses = np.array(((1.0, 2.0, 0.0), (1.3, 2.0, 0.0), (1.0, 2.1, 0.0)))
+    assert keeps_clear(poses, nothing, ELL.polygons, (0.01, ELL.radius, room)) == clear
