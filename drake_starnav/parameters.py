@@ -101,9 +101,9 @@ def allowed_text(field: dataclasses.Field) -> str:
     return f"[least, most], {text}" if is_range else text
 
 
-def is_finite(value: float) -> bool:
-    """Whether arithmetic with a number is possible; a whole number may be too large for that."""
-    return abs(value) <= LARGEST
+def is_number(value: Any) -> bool:
+    """Whether a value is a number with which arithmetic is possible; a whole one may be too large for that."""
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) <= LARGEST
 
 
 @functools.cache
@@ -160,7 +160,7 @@ def _within_limits(value: Any, meta: Mapping[str, Any]) -> bool:
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         return True
     return (
-        is_finite(value)
+        is_number(value)
         and not (meta.get("low") is not None and value < meta["low"])
         and not (meta.get("high") is not None and value > meta["high"])
         and not (meta.get("above") is not None and value <= meta["above"])

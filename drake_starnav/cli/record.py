@@ -1,12 +1,11 @@
 """The command `record`: recordings, stills and clips of one run, or of several methods in one world."""
 
 import argparse
-import json
 import math
 import sys
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from drake_starnav.cli.options import (
     NOT_REACHED,
@@ -19,13 +18,13 @@ from drake_starnav.cli.options import (
     print_written,
     progress_bar,
 )
-from drake_starnav.errors import StarnavError, shown
-from drake_starnav.evaluation.trial_file import PACKED, read_trials
+from drake_starnav.errors import StarnavError
+from drake_starnav.evaluation.report.recordings import read_trial
 from drake_starnav.scenario import METHODS, Scenario, load_scenario, parse_scenario, scenario_names
 from drake_starnav.scenario.scenario_file import scenario_path
 from drake_starnav.scenario.schema import in_world
 from drake_starnav.scenario.source_files import source_files
-from drake_starnav.utils.files import check_outputs, file_name, read_bytes, reason_of
+from drake_starnav.utils.files import check_outputs, file_name
 from drake_starnav.utils.progress import Progress
 
 if TYPE_CHECKING:
@@ -35,8 +34,6 @@ if TYPE_CHECKING:
 
 TRIAL_SUFFIXES = (".json", ".jsonl", ".jsonl.xz")
 """Suffixes of files with trials; every other argument is a scenario."""
-SINGLE_KINDS = {"scenario": str, "method": str, "seed": int}
-"""Required fields of a file with a single trial; the scenario, `text`, is optional."""
 STILLS = {
     "png": "stills as pixels", "svg": "vector graphics with axes in metres", "pdf": "the same as PDF",
 }  # fmt: skip
@@ -130,7 +127,7 @@ def _record(options: argparse.Namespace) -> int:
     check_view(options.view)
     shown = _shown_layers(options)
     pictures = [still for still in stills if still.path.suffix == ".png"]
-    _check_tools(options, bool(clips or pictures))
+    plotted = _without_browser(options, bool(clips or pictures))
     recorded, same = _shoot(run, html, options, shown)
     for still in stills:
         if (still.time or 0.0) > recorded.duration:
@@ -139,7 +136,7 @@ def _record(options: argparse.Namespace) -> int:
                 f"--{kind} is {still.time:g}, after the run; allowed: times up to {recorded.duration:.1f} s"
             )
     if clips or pictures:
-        with _camera(recorded, html, options) as camera:
+        with _camera(recorded, html, options, plotted) as camera:
             _develop(camera, recorded, pictures, clips, options)
     for still in stills:
         if still not in pictures:
@@ -181,49 +178,10 @@ def chosen_run(options: argparse.Namespace) -> Run:
             option = "set" if name == "overrides" else name
             raise StarnavError(f"--{option} with a trial, which has its own; allowed: with a scenario")
     trial = read_trial(path, options.line)
+    check_seed(trial["seed"])
     method, name, text = trial["method"], trial["scenario"], trial.get("text")
     scenario = parse_scenario(text, name=name, method=method) if text else load_scenario(name, method=method)
     return Run({method: in_world(scenario, trial.get("world"))}, trial["seed"], trial.get("state_hash"))
-
-
-def read_trial(path: Path, line: int | None = None) -> dict[str, Any]:
-    """One trial of a file: its record, and under `text` its scenario, if the file has it.
-
-    Args:
-        path: a file by `simulate --json` or `benchmark --json`.
-        line: of the trial, from 1; None if there is only one.
-
-    Raises:
-        StarnavError: the file cannot be read, or has no such trial.
-    """
-    try:
-        data = b"" if path.name.endswith(PACKED) else read_bytes(path)
-    except OSError as error:
-        raise StarnavError(f"cannot read {path}: {reason_of(error)}; allowed: a file with a trial") from None
-    try:
-        single = json.loads(data)
-    except (ValueError, RecursionError):
-        single = None
-    if isinstance(single, dict) and SINGLE_KINDS.keys() <= single.keys():
-        if line not in (None, 1):
-            raise StarnavError(f"{path} has no trial in line {line}; allowed: 1, the only trial")
-        for name, kind in {**SINGLE_KINDS, "text": str}.items():
-            value = single.get(name, kind())
-            if not isinstance(value, kind) or isinstance(value, bool):
-                raise StarnavError(f"{path}: {name} is {shown(single[name])}; allowed: as `simulate --json` writes it")
-        check_seed(single["seed"])
-        return single
-    header, records = read_trials(path)
-    if line is None and len(records) == 1:
-        line = 2
-    if line is None or not 2 <= line <= len(records) + 1:
-        said = "which trial is not said" if line is None else f"there is no trial in line {line}"
-        raise StarnavError(f"{path}: {said}; allowed: --line 2 to --line {len(records) + 1}")
-    chosen = records[line - 2]
-    for case in header["cases"]:
-        if (case["scenario"], case["method"]) == (chosen["scenario"], chosen["method"]):
-            return {**chosen, "text": case["text"]}
-    return chosen
 
 
 def _check_numbers(options: argparse.Namespace) -> None:
@@ -234,8 +192,8 @@ def _check_numbers(options: argparse.Namespace) -> None:
     check_numbers(options, width=(100, 4400), rate=(1, 50), speed=(0.1, 100.0))
 
 
-def _check_tools(options: argparse.Namespace, pictures: bool) -> None:
-    """Raise `StarnavError` before the run if a program needed for its pictures is missing."""
+def _without_browser(options: argparse.Namespace, pictures: bool) -> bool:
+    """Whether pictures are drawn by matplotlib; a `StarnavError` before the run if a program for them is missing."""
     from drake_starnav.visualization.browser import browser_missing
     from drake_starnav.visualization.clips import find_ffmpeg
 
@@ -247,6 +205,7 @@ def _check_tools(options: argparse.Namespace, pictures: bool) -> None:
     if missing is not None and (options.renderer == "browser" or options.view == "oblique"):
         what = "--renderer browser" if options.renderer == "browser" else "--view oblique"
         raise StarnavError(f"{what} needs {missing}; allowed: install it, or --renderer matplotlib --view top")
+    return options.renderer == "matplotlib" or missing is not None
 
 
 def _shown_layers(options: argparse.Namespace) -> frozenset[str] | None:
@@ -279,12 +238,15 @@ def _shoot(
     return recorder.recorded, run.state_hash in (None, trial.state_hash)
 
 
-def _camera(recorded: "RecordedRun", html: Path, options: argparse.Namespace) -> "BrowserCamera | PlotCamera":
-    from drake_starnav.visualization.browser import BrowserCamera, browser_missing
-    from drake_starnav.visualization.plot import PlotCamera
+def _camera(
+    recorded: "RecordedRun", html: Path, options: argparse.Namespace, plotted: bool
+) -> "BrowserCamera | PlotCamera":
+    if plotted:
+        from drake_starnav.visualization.plot import PlotCamera
 
-    if options.renderer == "matplotlib" or browser_missing() is not None:
         return PlotCamera(recorded, options.view, options.width)
+    from drake_starnav.visualization.browser import BrowserCamera
+
     return BrowserCamera(html, options.view, options.width)
 
 
@@ -323,9 +285,8 @@ def _stills(html: Path, options: argparse.Namespace) -> list[Still]:
     stills = []
     for kind in STILLS:
         times = getattr(options, kind)
-        stills += [Still(html.with_name(f"{html.stem}-{time:g}s.{kind}"), time) for time in times or []]
-        if times == []:
-            stills.append(Still(html.with_suffix(f".{kind}"), None))
+        for time in [None] if times == [] else times or []:
+            stills.append(Still(html.with_name(f"{html.stem}{'' if time is None else f'-{time:g}s'}.{kind}"), time))
     return stills
 
 

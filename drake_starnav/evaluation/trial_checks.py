@@ -5,12 +5,8 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from drake_starnav.evaluation.jobs import NEVER_RAN
-from drake_starnav.parameters import is_finite
+from drake_starnav.parameters import is_number
 from drake_starnav.utils.stopwatch import STEPS
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and is_finite(value)
 
 
 def _is_whole(value: Any) -> bool:
@@ -31,8 +27,8 @@ ALLOWED: dict[str, Callable[[Any], bool]] = {
     "true or false": lambda value: isinstance(value, bool),
     "a mapping": lambda value: isinstance(value, dict),
     "a list": lambda value: isinstance(value, list),
-    "a list of [x, y]": lambda value: _is_list(value, lambda place: _is_list(place, _is_number) and len(place) == 2),
-    "a finite number": _is_number,
+    "a list of [x, y]": lambda value: _is_list(value, lambda place: _is_list(place, is_number) and len(place) == 2),
+    "a finite number": is_number,
     "a whole number": _is_whole,
     "a whole number >= 0": lambda value: _is_whole(value) and value >= 0,
 }

@@ -301,17 +301,10 @@ def parse_trials(lines: Iterable[bytes], place: str) -> tuple[Header, list[Recor
 
 def check_same(found: Header, wanted: Header, place: str) -> None:
     """Raise `StarnavError` unless trials of two headers may share a file; the number of trials may differ."""
-    differences = []
-    if found["format"] != wanted["format"]:
-        differences.append(f"format {found['format']}, now {wanted['format']}")
-    for name, value in wanted["versions"].items():
-        if found["versions"].get(name) != value:
-            differences.append(f"{name} {found['versions'].get(name)}, now {value}")
-    if found["seed"] != wanted["seed"]:
-        differences.append(f"seed {found['seed']}, now {wanted['seed']}")
     ways = ["by world" if header.get("in_worlds") else "by seed" for header in (found, wanted)]
-    if ways[0] != ways[1]:
-        differences.append(f"trials {ways[0]}, now {ways[1]}")
+    pairs = [(name, found["versions"].get(name), value) for name, value in wanted["versions"].items()]
+    pairs += [(name, found[name], wanted[name]) for name in ("format", "seed")]
+    differences = [f"{name} {one}, now {other}" for name, one, other in (*pairs, ("trials", *ways)) if one != other]
     before, now = ({f"{c['scenario']} {c['method']}": c["text"] for c in h["cases"]} for h in (found, wanted))
     if before.keys() != now.keys():
         differences.append(f"cases {', '.join(before)}, now {', '.join(now)}")

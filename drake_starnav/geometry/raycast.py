@@ -113,14 +113,13 @@ def segment_rows(segments: np.ndarray) -> np.ndarray:
     return rows
 
 
-def cast_grid(
-    bins: ShapeBins, pose: tuple[float, float, float] | np.ndarray, fan: Fan, ranges: np.ndarray, reach: float
-) -> None:
+@njit(cache=True)
+def cast_grid(bins, pose, fan, ranges, reach):
     """Shorten `ranges` to the first crossing with the shapes of a grid.
 
     Args:
         bins: made by `ShapeBins.grid`.
-        pose: (x, y, yaw) of S in the frame of the shapes, m and rad.
+        pose: (x, y, yaw) of S in the frame of the shapes, shape (3,), m and rad.
         fan: the beams.
         ranges: shape (n,), m, changed in place; start from `+inf`.
         reach: shapes farther than this are ignored, m.
@@ -129,9 +128,10 @@ def cast_grid(
         StarnavError: the bins are not a grid.
     """
     if bins.cell <= 0.0:
-        raise StarnavError(f"ray cast: grid cell is {bins.cell:g}; allowed: bins made by ShapeBins.grid, 0 < cell")
-    x, y, yaw = float(pose[0]), float(pose[1]), float(pose[2])
-    _cast_grid(bins, (x, y, yaw), fan, ranges, reach)
+        raise StarnavError("ray cast: the bins are no grid; allowed: bins made by ShapeBins.grid")
+    place = pose[0], pose[1], math.cos(pose[2]), math.sin(pose[2])
+    for first, last in _near_runs(bins, pose[0], pose[1], reach):
+        cast_rows(bins.rows[first:last], place, fan, ranges, reach)
 
 
 @njit(cache=True)
@@ -183,15 +183,6 @@ def _near_runs(bins, x, y, reach):
             runs[count, 0], runs[count, 1] = 0, starts[end - buckets]
             count += 1
     return runs[:count]
-
-
-@njit(cache=True)
-def _cast_grid(bins, pose, fan, ranges, reach):
-    """The loop of `cast_grid`."""
-    x, y, yaw = pose
-    place = x, y, math.cos(yaw), math.sin(yaw)
-    for first, last in _near_runs(bins, x, y, reach):
-        cast_rows(bins.rows[first:last], place, fan, ranges, reach)
 
 
 @njit(cache=True)

@@ -80,6 +80,27 @@ def first_disc(
     return float(x), float(y), radius, whole
 
 
+def partners(discs: list[tuple[float, float, float, bool]], places: np.ndarray, gates: np.ndarray) -> dict[int, int]:
+    """Track -> cluster, the nearest pairs first.
+
+    Args:
+        discs: of the clusters, as from `first_disc`.
+        places: where the tracks are predicted, shape (n, 2), W, m.
+        gates: no track continues farther from there, shape (n,), m.
+    """
+    pairs = []
+    for c, (x, y, _, _) in enumerate(discs):
+        for k, (place, gate) in enumerate(zip(places, gates, strict=True)):
+            apart = math.hypot(x - place[0], y - place[1])
+            if apart < gate:
+                pairs.append((apart, c, k))
+    partner: dict[int, int] = {}
+    for _, c, k in sorted(pairs):
+        if c not in partner.values():
+            partner.setdefault(k, c)
+    return partner
+
+
 @njit(cache=True)
 def fitted_radius(points, start, radius, weight):
     """The radius of the disc that fits points on its boundary, by Gauss-Newton from a centre and a radius.

@@ -8,8 +8,15 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, UNKNOWN, LaserScan
-from drake_starnav.tracking.clusters import SMALLEST_RADIUS, clusters, first_disc, fitted_center, fitted_radius
-from drake_starnav.tracking.occlusions import occlusion_points
+from drake_starnav.tracking.clusters import (
+    SMALLEST_RADIUS,
+    clusters,
+    first_disc,
+    fitted_center,
+    fitted_radius,
+    partners,
+)
+from drake_starnav.tracking.occlusions import occlusion_points, seen_past
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.tracking.prediction import predicted_trajectories
 from drake_starnav.utils.snapshot import snapshot
@@ -197,13 +204,13 @@ def updated(
     everything = np.ones(len(doubtful), bool)
     points = scan.points_at(scan.distances, everything, pose)
     discs = [first_disc(scan, run, points[run], pose[:2], parameters.max_radius) for run in runs]
-    partner = _partners(discs, before)
+    partner = partners(discs, before.position, _gates(before))
     owner = {cluster: k for k, cluster in partner.items()}
     spread = FIRST_SPEED_SHARE * parameters.max_speed
     rows: list[Track] = []
     owner_of_beam = np.full(len(doubtful), -1)
     for k in range(len(before)):
-        absent = before.scans[k] <= CONFIRMED_AFTER or _seen_past(scan, pose, before.position[k])
+        absent = before.scans[k] <= CONFIRMED_AFTER or seen_past(scan, pose, before.position[k])
         if k not in partner and scan.time - before.seen[k] < (FORGOTTEN_NEW if absent else FORGOTTEN_AFTER):
             rows.append(_track(before, k))
     for c, run in enumerate(runs):
@@ -286,14 +293,6 @@ def _turned(place: np.ndarray, before: np.ndarray, now: np.ndarray) -> float:
     return math.atan2(a * d - b * c, a * c + b * d)
 
 
-def _seen_past(scan: LaserScan, pose: np.ndarray, place: np.ndarray) -> bool:
-    """Whether the beam nearest to a place (2,) in W ended behind it, or the scan did not look there."""
-    dx, dy = place - pose[:2]
-    beam = ((math.atan2(dy, dx) - pose[2] - scan.angle_min) % (2.0 * math.pi)) / scan.angle_increment
-    k = int(beam + 0.5) % len(scan.ranges) if scan.full_circle else int(beam + 0.5)
-    return k >= len(scan.ranges) or bool(scan.distances[k] > math.hypot(dx, dy))
-
-
 def _track(tracks: Tracks, k: int) -> Track:
     return Track._make(getattr(tracks, name)[k] for name in Track._fields)
 
@@ -308,22 +307,10 @@ def _predicted(tracks: Tracks, time: float) -> Tracks:
     return dataclasses.replace(tracks, time=time, position=tracks.at(time), variance=variance)
 
 
-def _partners(discs: list[tuple[float, float, float, bool]], tracks: Tracks) -> dict[int, int]:
-    """Track -> cluster, the nearest pairs first."""
-    pairs = []
-    for c, (x, y, _, _) in enumerate(discs):
-        for k in range(len(tracks)):
-            apart = math.hypot(x - tracks.position[k, 0], y - tracks.position[k, 1])
-            gate = GATE + GATE_SPEED * (tracks.time - tracks.seen[k])
-            if apart < min(gate + (GATE_NEW if tracks.scans[k] < CONFIRMED_AFTER else 0.0), GATE_WIDEST):
-                pairs.append((apart, c, k))
-    partner: dict[int, int] = {}
-    taken: set[int] = set()
-    for _, c, k in sorted(pairs):
-        if c not in taken and k not in partner:
-            partner[k] = c
-            taken.add(c)
-    return partner
+def _gates(tracks: Tracks) -> np.ndarray:
+    """How far from the prediction of each track a cluster may continue it, shape (n,), m."""
+    gates = GATE + GATE_SPEED * (tracks.time - tracks.seen)
+    return np.minimum(gates + np.where(tracks.scans < CONFIRMED_AFTER, GATE_NEW, 0.0), GATE_WIDEST)
 
 
 def _corrected(

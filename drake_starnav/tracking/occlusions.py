@@ -25,6 +25,14 @@ def occlusion_points(scan: LaserScan, pose: np.ndarray) -> np.ndarray:
     return _occlusion_points(scan.distances, scan.angle_increment, scan.full_circle, *pose[:2], bearing_0)
 
 
+def seen_past(scan: LaserScan, pose: np.ndarray, place: np.ndarray) -> bool:
+    """Whether the beam nearest to a place (2,) in W ended behind it, or a scan taken at a pose did not look there."""
+    dx, dy = place - pose[:2]
+    beam = ((math.atan2(dy, dx) - pose[2] - scan.angle_min) % (2.0 * math.pi)) / scan.angle_increment
+    k = int(beam + 0.5) % len(scan.ranges) if scan.full_circle else int(beam + 0.5)
+    return k >= len(scan.ranges) or bool(scan.distances[k] > math.hypot(dx, dy))
+
+
 @njit(cache=True)
 def _occlusion_points(distance, increment, wrap, x, y, bearing_0):
     """Points (k, 2) behind the edges between beams of distances (n,), of a sensor at (x, y)."""

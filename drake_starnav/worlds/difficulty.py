@@ -31,9 +31,9 @@ def tightest_gap(world: World, path: np.ndarray) -> float:
     Source: the characteristic dimension of D. Perille et al., Benchmarking metric ground navigation, 2020.
     """
     shapes, fan, least = visible_shapes(world), Fan.regular(-math.pi, 2.0 * math.pi / BEAMS, BEAMS), math.inf
-    for x, y in resampled(path, STEP).tolist():
+    for x, y in resampled(path, STEP):
         ranges = np.full(BEAMS, np.inf)
-        cast_grid(shapes, (x, y, 0.0), fan, ranges, FARTHEST)
+        cast_grid(shapes, np.array((x, y, 0.0)), fan, ranges, FARTHEST)
         ranges[ranges >= FARTHEST] = np.inf
         least = min(least, float((ranges[: BEAMS // 2] + ranges[BEAMS // 2 :]).min()))
     return least

@@ -43,7 +43,7 @@ def ellipse_rows(ellipses: np.ndarray) -> np.ndarray:
 
 def cast(rows, pose=(0.0, 0.0, 0.0), fan=FAN, reach=5.0, cell=1.0):
     ranges = np.full(len(fan.directions), np.inf)
-    cast_grid(ShapeBins.grid(rows, cell), pose, fan, ranges, reach)
+    cast_grid(ShapeBins.grid(rows, cell), np.array(pose), fan, ranges, reach)
     return np.where(ranges < reach, ranges, np.inf)
 
 
@@ -155,5 +155,5 @@ def test_an_empty_plane_returns_nothing():
 
 
 def test_groups_are_no_grid():
-    with pytest.raises(StarnavError, match="cell is 0"):
-        cast_grid(ShapeBins.grouped([]), (0.0, 0.0, 0.0), FAN, np.full(BEAMS, np.inf), 5.0)
+    with pytest.raises(StarnavError, match="no grid"):
+        cast_grid(ShapeBins.grouped([]), np.zeros(3), FAN, np.full(BEAMS, np.inf), 5.0)

@@ -1,17 +1,23 @@
 """Choose trials worth a closer look, run them again and record them beside the report."""
 
+import json
 import logging
 from collections.abc import Callable, Sequence
 from concurrent.futures import as_completed
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
-from drake_starnav.errors import StarnavError
+from drake_starnav.errors import StarnavError, shown
 from drake_starnav.evaluation.jobs import NEVER_RAN, Record
 from drake_starnav.evaluation.report.results import Results
-from drake_starnav.evaluation.trial_file import record_key
+from drake_starnav.evaluation.trial_file import PACKED, read_trials, record_key
 from drake_starnav.evaluation.workers import local_processes
 from drake_starnav.scenario import Scenario
+from drake_starnav.utils.files import read_bytes, reason_of
+
+SINGLE_KINDS = {"scenario": str, "method": str, "seed": int}
+"""Required fields of a file with a single trial; the scenario, `text`, is optional."""
 
 
 @dataclass(frozen=True)
@@ -48,6 +54,43 @@ def chosen_trials(results: Results) -> list[Recording]:
 
 def _slowness(record: Record) -> float:
     return record["time_s"] / (record["shortest_path_m"] or 1.0)
+
+
+def read_trial(path: Path, line: int | None = None) -> dict[str, Any]:
+    """One trial of a file: its record, and under `text` its scenario, if the file has it.
+
+    Args:
+        path: a file by `simulate --json` or `benchmark --json`.
+        line: of the trial, from 1; None if there is only one.
+
+    Raises:
+        StarnavError: the file cannot be read, or has no such trial.
+    """
+    try:
+        data = b"" if path.name.endswith(PACKED) else read_bytes(path)
+    except OSError as error:
+        raise StarnavError(f"cannot read {path}: {reason_of(error)}; allowed: a file with a trial") from None
+    try:
+        single = json.loads(data)
+    except (ValueError, RecursionError):
+        single = None
+    if isinstance(single, dict) and SINGLE_KINDS.keys() <= single.keys():
+        if line not in (None, 1):
+            raise StarnavError(f"{path} has no trial in line {line}; allowed: 1, the only trial")
+        for name, kind in {**SINGLE_KINDS, "text": str}.items():
+            value = single.get(name, kind())
+            if not isinstance(value, kind) or isinstance(value, bool):
+                raise StarnavError(f"{path}: {name} is {shown(single[name])}; allowed: as `simulate --json` writes it")
+        return single
+    header, records = read_trials(path)
+    if line is None and len(records) == 1:
+        line = 2
+    if line is None or not 2 <= line <= len(records) + 1:
+        said = "which trial is not said" if line is None else f"there is no trial in line {line}"
+        raise StarnavError(f"{path}: {said}; allowed: --line 2 to --line {len(records) + 1}")
+    chosen = records[line - 2]
+    texts = {(case["scenario"], case["method"]): case["text"] for case in header["cases"]}
+    return {**chosen, "text": texts[chosen["scenario"], chosen["method"]]}
 
 
 def record_chosen(

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from drake_starnav.errors import StarnavError, shown
-from drake_starnav.parameters import is_finite
+from drake_starnav.parameters import is_number
 
 
 def listing(default: list, help: str) -> Any:
@@ -32,8 +32,7 @@ def check_numbers(value: Any, name: str, entries: tuple[str, ...], *, or_empty: 
     numbers = check_list(value, name)
     if or_empty and not numbers:
         return numbers
-    good = all(isinstance(x, (int, float)) and not isinstance(x, bool) and is_finite(x) for x in numbers)
-    if len(numbers) != len(entries) or not good:
+    if len(numbers) != len(entries) or not all(map(is_number, numbers)):
         empty = ", or an empty list" if or_empty else ""
         raise StarnavError(f"{name} is {shown(list(numbers))}; allowed: finite [{', '.join(entries)}]{empty}")
     return numbers

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from drake_starnav.errors import StarnavError, shown
-from drake_starnav.parameters import is_finite
+from drake_starnav.parameters import is_number
 from drake_starnav.utils.files import read_text, reason_of
 from drake_starnav.utils.yaml_text import LARGEST_TEXT, load_yaml
 
@@ -69,7 +69,7 @@ def read_map(path: Path) -> OccupancyMap:
     if not FINEST <= resolution <= COARSEST:
         raise StarnavError(f"map {path}: resolution is {resolution:g}; allowed: {FINEST:g} <= x <= {COARSEST:g} m")
     origin = keys["origin"]
-    if not (isinstance(origin, list) and len(origin) == 3 and all(_is_number(x) for x in origin)):
+    if not (isinstance(origin, list) and len(origin) == 3 and all(map(is_number, origin))):
         raise StarnavError(f"map {path}: origin is {shown(origin)}; allowed: finite [x, y, yaw], m and rad")
     free, occupied = _number(keys, "free_thresh", path), _number(keys, "occupied_thresh", path)
     if not 0.0 <= free <= occupied <= 1.0:
@@ -213,12 +213,8 @@ def _read_yaml(path: Path) -> dict[str, Any]:
     return keys
 
 
-def _is_number(value: Any) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and is_finite(value)
-
-
 def _number(keys: dict[str, Any], key: str, path: Path) -> float:
     value = keys[key]
-    if not _is_number(value):
+    if not is_number(value):
         raise StarnavError(f"map {path}: {key} is {shown(value)}; allowed: a finite number")
     return float(value)
