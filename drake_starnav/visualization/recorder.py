@@ -13,6 +13,7 @@ from drake_starnav.navigation import Navigation
 from drake_starnav.scenario import Scenario
 from drake_starnav.scenario.recording import RecordingParameters
 from drake_starnav.station.navigation_station import StationInterface
+from drake_starnav.systems.star_perception import lidar_names
 from drake_starnav.utils.files import write_text
 from drake_starnav.visualization.camera import FIELD_OF_VIEW, SCENE, Extent, camera_pose, check_view
 from drake_starnav.visualization.collision_shapes import show_collision_shapes
@@ -148,13 +149,16 @@ def add_visualizers(
         MeshcatVisualizerParams(publish_period=period, role=Role.kIllustration, prefix=WORLD_PREFIX),
     )
     canvas = meshcat if timeline is None else Broadcast(meshcat, timeline)
+    mounts = station.robot_interface.mounts
     visualizer = builder.AddNamedSystem(
-        "star_roadmap_visualizer", StarRoadmapVisualizer(canvas, scenario.recording, scenario.robot, keep=keep)
+        "star_roadmap_visualizer",
+        StarRoadmapVisualizer(canvas, scenario.recording, scenario.robot, keep=keep, mounts=mounts),
     )
+    names = zip(lidar_names("lidar", len(mounts)), lidar_names("scan", len(mounts)), strict=True)
     goal = navigation.goal
     for port, name in (
         (navigation.localization("pose"), "pose"),
-        (station.GetOutputPort("lidar.scan"), "scan"),
+        *((station.GetOutputPort(f"{lidar}.scan"), scan) for lidar, scan in names),
         (navigation.localization("scan_pose"), "scan_pose"),
         (None if goal is None else goal.get_output_port(), "goal"),
         (navigation.twist_command, "twist"),

@@ -1,6 +1,7 @@
 """Draws what the robot sees and decides into Meshcat, live or as a recording."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from types import SimpleNamespace
 from typing import Any
@@ -11,6 +12,7 @@ from pydrake.geometry import Meshcat
 from pydrake.systems.framework import Context, EventStatus, InputPort, LeafSystem
 
 from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.lidar.mounts import ON_AXIS, Mount, unturned
 from drake_starnav.planning.frontiers import Frontiers
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.roadmap import StarRoadmap
@@ -18,6 +20,7 @@ from drake_starnav.planning.state import PlannerState
 from drake_starnav.regions import StarRegion
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.recording import RecordingParameters
+from drake_starnav.systems.star_perception import lidar_names
 from drake_starnav.visualization import meshes
 from drake_starnav.visualization.meshcat_stage import MeshcatStage
 from drake_starnav.visualization.meshes import LAYERS, LINE_WIDTH, Mesh
@@ -60,8 +63,8 @@ class StarRoadmapVisualizer(LeafSystem):
 
     Ports, all of them in the world frame W; what is left unconnected is not drawn:
         pose: vector of size 3, (x, y, yaw) of the robot now, m and rad.
-        scan: abstract, `LaserScan`, in the sensor frame S.
-        scan_pose: vector of size 3, (x, y, yaw) of S when the scan was taken.
+        scan: abstract, `LaserScan`, in the sensor frame S. Further lidars have the ports scan_2, scan_3, ...
+        scan_pose: vector of size 3, (x, y, yaw) of the robot when the scan was taken.
         planner_state: abstract, `PlannerState`.
         goal: vector of size 2, m.
         twist: vector of size 2, (v, omega) commanded, m/s and rad/s; colours the trail.
@@ -82,6 +85,7 @@ class StarRoadmapVisualizer(LeafSystem):
         robot: RobotParameters,
         name: str = "starnav",
         keep: bool = True,
+        mounts: Sequence[Mount] = (ON_AXIS,),
     ) -> None:
         """
         Args:
@@ -90,6 +94,7 @@ class StarRoadmapVisualizer(LeafSystem):
             robot: defines the radius and the maximum speed that are drawn.
             name: of the folder in Meshcat's panel.
             keep: whether hidden objects stay in Meshcat, as a recording needs them.
+            mounts: where each lidar is on the robot; there are as many ports for scans.
         """
         super().__init__()
         self._parameters = parameters
@@ -99,7 +104,9 @@ class StarRoadmapVisualizer(LeafSystem):
         self._nothing = state.roadmap
         self._drawn = _Drawn(self._nothing)
         self.DeclareVectorInputPort("pose", 3)
-        self.DeclareAbstractInputPort("scan", Value[object](LaserScan.nothing()))
+        self._mounts = dict(zip(lidar_names("scan", len(mounts)), mounts, strict=True))
+        for scan in self._mounts:
+            self.DeclareAbstractInputPort(scan, Value[object](LaserScan.nothing()))
         self.DeclareVectorInputPort("scan_pose", 3)
         self.DeclareAbstractInputPort("planner_state", Value[object](state))
         self.DeclareVectorInputPort("goal", 2)
@@ -134,7 +141,8 @@ class StarRoadmapVisualizer(LeafSystem):
             self._drawn.trail.append((pose[0], pose[1], 0.0 if twist is None else twist[0]))
         if self._is_due(time, self._drawn.next_scan_time):
             self._drawn.next_scan_time = time + 1.0 / self._parameters.scan_rate
-            self._draw_scan(self._input("scan", context), self._input("scan_pose", context), time)
+            scans = [(self._input(name, context), mount) for name, mount in self._mounts.items()]
+            self._draw_scans(scans, self._input("scan_pose", context), time)
             self._draw_path(pose, state, time)
             self._draw_certificate(self._input("certificate", context), time)
             self._draw_trail(time)
@@ -237,11 +245,12 @@ class StarRoadmapVisualizer(LeafSystem):
         self._stage.move("short_term_goal", path[0] if len(path) else None, time)  # at once, or they would come apart
         self._stage.swap("path", meshes.ribbon(points, LINE_WIDTH, LAYERS["path"].height), time)
 
-    def _draw_scan(self, scan: LaserScan | None, pose: np.ndarray | None, time: float) -> None:
-        if scan is None or pose is None or scan is self._drawn.scan:
+    def _draw_scans(self, scans: list[tuple[LaserScan | None, Mount]], pose: np.ndarray | None, time: float) -> None:
+        seen = [(scan, mount) for scan, mount in scans if scan is not None]
+        if not seen or pose is None or seen[0][0] is self._drawn.scan:
             return
-        self._drawn.scan = scan
-        points = scan.points(pose)
+        self._drawn.scan = seen[0][0]
+        points = np.vstack([unturned(scan, mount).points(mount.unturned(pose)) for scan, mount in seen])
         every = math.ceil(max(len(points), 1) / SCAN_POINTS)
         self._stage.swap_points("scan", points[::every], time)
 

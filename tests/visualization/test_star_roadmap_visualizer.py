@@ -26,6 +26,8 @@ from drake_starnav.visualization.star_roadmap_visualizer import (
     SCAN_POINTS,
     StarRoadmapVisualizer,
 )
+from drake_starnav.worlds.world import World
+from tests.helpers.mounts import CORNERS, looks
 from tests.helpers.scans import MARGINS
 
 ROBOT = RobotParameters()
@@ -245,3 +247,19 @@ def test_every_object_belongs_to_a_layer(script):
         layer = next(name for name in LAYERS if path.startswith(f"/starnav/{name}"))
         count[layer] += 1
     assert set(count) >= set(LAYERS) - {"frontiers/stuck"}
+
+
+def test_hits_of_every_lidar_are_drawn_where_they_are():
+    pose = np.array((0.5, -0.2, 0.7))
+    world = World("posts", (0, 0, 0), (0, 0), cylinders=POSTS)
+    scans = dict(zip(("scan", "scan_2"), looks(world, CORNERS, pose), strict=True))
+    script, builder = Script(), DiagramBuilder()
+    replay = builder.AddSystem(Replay([{"scan_pose": pose, **scans}]))
+    places = [lidar.mount for lidar in CORNERS]
+    visualizer = builder.AddSystem(StarRoadmapVisualizer(script, RecordingParameters(), ROBOT, mounts=places))
+    for name in ("scan_pose", *scans):
+        builder.Connect(replay.GetOutputPort(name), visualizer.GetInputPort(name))
+    Simulator(builder.Build()).Initialize()
+    (points,) = [call[2].xyzs() for call in script if call[0] == "SetObject" and call[1] in script.objects("scan")]
+    away = np.abs(np.hypot(*(points[:2].T[:, None] - POSTS[:, :2]).transpose(2, 0, 1)) - POSTS[:, 2]).min(axis=1)
+    assert len(away) > 60 and away.max() < 1e-5
