@@ -23,7 +23,7 @@ MODEL_FILES = (".urdf", ".xacro")
 class RobotParameters:
     """What a robot covers, how it moves, and what its drive can do."""
 
-    model: str = parameter("starbot", "shipped robot by name, or a path to a URDF (docs/extend.md)")
+    model: str = parameter("starbot", "shipped robot by name, or a path to a URDF (docs/your_robot.md)")
     wheel_joints: tuple[str, str] = parameter(
         ("", ""), "joints of the left and the right wheel, several separated by spaces; empty: found by their axes"
     )
