@@ -2,8 +2,8 @@
 
 The roadmap is searched for the narrowest disc of the footprint, so its paths tell no heading. Where the robot stands
 although it has a path, a way is searched in (x, y, yaw) with the exact footprint: to a pose beyond a tight passage, or
-to a place farther along the path. If that fails again and again near one place, no more is tried there: the robot then
-counts as stalled, which closes the way.
+to a place farther along the path. If the robot is stuck again and again near one place, its way is closed for its
+footprint: it then counts as stalled, and another way is planned, on which it may try anew.
 """
 
 import heapq
@@ -15,7 +15,7 @@ from numba import njit
 
 from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.geometry.polyline import arc_lengths
-from drake_starnav.planning.passage import tight_passage
+from drake_starnav.planning.passage import Passage, tight_passage
 from drake_starnav.regions.chords import Chords
 from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.regions.separation import keeps_clear, separation
@@ -42,16 +42,14 @@ THINNED = 0.02
 """Of the surfaces one is kept for each cell of this size, m."""
 EXTRA_MARGINS = (0.003, 0.009, 0.015, 0.021)
 """Beyond the certificate's margin, since its scans differ; a wider one after each manoeuvre that it refused, m."""
-YIELDED, LEAST_MARGIN = 0.002, 0.005
-"""Where the robot is nearer than the margin already, so much less than its distance is kept, but no less, m."""
 STUCK = 0.3
 """A robot that has not moved for so long is stuck, s."""
 MOVED, TURNED = 0.01, 0.05
 """It has moved if it did so by more than this, m or rad."""
 PATIENCE = 4.0
 """A manoeuvre is given up if no pose of it is reached for so long, s."""
-TRIES, SAME_PLACE = 3, 0.6
-"""So many manoeuvres are begun within so far of one place, m."""
+TRIES, SAME_PLACE, REMEMBERED = 3, 0.6, 8
+"""So many of the last ones, whose number is the third, are begun within so far of one place, m."""
 AT_POSE, AT_HEADING = 0.01, 0.02
 """A pose of a manoeuvre is reached this near to it, along the motion, m, or in heading, rad."""
 NO_POSES = np.zeros((0, 4))
@@ -72,6 +70,10 @@ class Body(NamedTuple):
     margin: float
     base: Base
 
+    def passage(self, pose: np.ndarray, path: np.ndarray) -> Passage | None:
+        """The tight passage ahead of a pose (x, y, yaw) on a path (k, 2) in W, if any."""
+        return tight_passage(pose, path, self.star.hits, self.footprint, self.margin)
+
 
 class Manoeuvring(NamedTuple):
     """What the planner knows of the robot's manoeuvres.
@@ -82,8 +84,8 @@ class Manoeuvring(NamedTuple):
         since: when one of them was last reached, s.
         pose: where the robot last moved to, shape (3,).
         still: since when it has been there, s.
-        begun: where manoeuvres began, shape (n, 2), W, m.
-        refused: number of them that the robot did not follow to the end.
+        begun: where the last ones began, or were searched in vain, since the way was last given up, shape (n, 2), W, m.
+        gives_up: whether no more is tried on this way.
     """
 
     poses: np.ndarray = NO_POSES
@@ -91,7 +93,7 @@ class Manoeuvring(NamedTuple):
     pose: np.ndarray = np.full(3, np.inf)
     still: float = 0.0
     begun: np.ndarray = np.zeros((0, 2))
-    refused: int = 0
+    gives_up: bool = False
 
 
 class _Space(NamedTuple):
@@ -112,7 +114,7 @@ def manoeuvring(before: Manoeuvring, path: np.ndarray, pose: np.ndarray, time: f
         time: of the scan, s.
         body: the robot.
     """
-    now = before
+    now = before._replace(begun=before.begun[:0], gives_up=False) if before.gives_up else before
     turned = abs(math.remainder(pose[2] - before.pose[2], 2.0 * math.pi)) if np.isfinite(before.pose[2]) else math.inf
     if not len(path) or not math.dist(pose[:2], before.pose[:2]) < MOVED or turned > TURNED:
         now = now._replace(pose=pose.copy(), still=time)
@@ -124,14 +126,14 @@ def manoeuvring(before: Manoeuvring, path: np.ndarray, pose: np.ndarray, time: f
             return now._replace(poses=now.poses[passed:], since=time)
         if time - now.since < PATIENCE and time - now.still < 2.0 * STUCK:
             return now
-        now = now._replace(poses=NO_POSES, refused=now.refused + 1)
-    tries = np.hypot(*(now.begun - pose[:2]).T) < SAME_PLACE
-    if time - now.still < STUCK or tries.sum() >= TRIES:
+        now = now._replace(poses=NO_POSES)
+    if time - now.still < STUCK:
         return now
-    if not tries.any():
-        now = now._replace(begun=now.begun[:0], refused=0)
-    poses = found_manoeuvre(pose, path, body, now.refused)
-    begun = np.vstack((now.begun, pose[:2]))
+    tries = int((np.hypot(*(now.begun - pose[:2]).T) < SAME_PLACE).sum())
+    if tries >= TRIES:
+        return now._replace(still=time, gives_up=True)
+    begun = np.vstack((now.begun[1 - REMEMBERED :], pose[:2]))
+    poses = found_manoeuvre(pose, path, body, tries)
     return now._replace(poses=poses, since=time, still=time, begun=begun)
 
 
@@ -162,9 +164,8 @@ def found_manoeuvre(pose: np.ndarray, path: np.ndarray, body: Body, tried: int) 
         tried: how many manoeuvres failed here; others are tried then.
     """
     surfaces = _near_surfaces(body.star.chords, pose[:2])
-    now = separation(pose, body.footprint, surfaces)
     margin = body.margin + EXTRA_MARGINS[tried % len(EXTRA_MARGINS)]
-    margin = max(min(margin, now - YIELDED), LEAST_MARGIN)
+    margin = max(min(margin, separation(pose, body.footprint, surfaces)), body.margin)
     space = _Space(surfaces, body.footprint.polygons, (margin, body.footprint.radius, REACH))
     goals, first = _goals(pose, path, body), _STRAIGHTENING if body.base.turns_on_the_spot else _STRAIGHTENING[:0]
     turn = tried % max(len(goals), 1)
@@ -182,7 +183,7 @@ def found_manoeuvre(pose: np.ndarray, path: np.ndarray, body: Body, tried: int) 
 def _goals(pose: np.ndarray, path: np.ndarray, body: Body) -> list[tuple[float, float, float, float]]:
     """Poses (x, y, yaw) to search for, with the largest error of the heading, rad."""
     goals = []
-    passage = tight_passage(pose, path, body.star.hits, body.footprint, body.margin)
+    passage = body.passage(pose, path)
     if passage is not None:
         front, back = body.footprint.outline[:, 0].max(), body.footprint.outline[:, 0].min()
         before = passage.along(pose) < -0.6 * front
@@ -199,9 +200,10 @@ def _goals(pose: np.ndarray, path: np.ndarray, body: Body) -> list[tuple[float, 
 
 
 def _near_surfaces(surfaces: Chords, place: np.ndarray) -> Chords:
-    """Surfaces within the search's reach, one for each cell of THINNED; they hide nothing."""
+    """Surfaces within the search's reach, the nearest one for each cell of THINNED; they hide nothing."""
     middle = 0.5 * (surfaces.ends[:, :2] + surfaces.ends[:, 2:])
-    near = np.flatnonzero(np.hypot(*(middle - place).T) < REACH + 0.5)
+    away = np.hypot(*(middle - place).T)
+    near = np.argsort(away, kind="stable")[: int((away < REACH + 0.5).sum())]
     _, first = np.unique(np.floor(middle[near] / THINNED).astype(np.int64), axis=0, return_index=True)
     ends = surfaces.ends[near[np.sort(first)]]
     return Chords(ends, np.zeros(len(ends), np.bool_), np.array(place, dtype=float))

@@ -117,12 +117,14 @@ def check_beams(roadmap: StarRoadmap, seen: Observation) -> None:
 def watched(state: PlannerState, now: PlannerInput) -> tuple[PlannerState, bool]:
     """The state with its progress monitor updated, and whether the robot has stalled.
 
-    A robot may stand at its goal, without scans, and where it may be giving way.
+    A robot may stand at its goal, without scans, and where it may be giving way; a manoeuvre has a patience of its own.
     """
     may_stand = _may_stand(state, now)
-    if may_stand or not distance_to(now.position, state.progress_position) <= PROGRESS_DISTANCE:
+    manoeuvres = state.manoeuvring
+    moves = len(manoeuvres.poses) > 0 or not distance_to(now.position, state.progress_position) <= PROGRESS_DISTANCE
+    if may_stand or (moves and not manoeuvres.gives_up):
         return dataclasses.replace(state, progress_position=now.position.copy(), progress_time=now.time), False
-    if now.time - state.progress_time > now.parameters.progress_timeout:
+    if manoeuvres.gives_up or now.time - state.progress_time > now.parameters.progress_timeout:
         return dataclasses.replace(state, progress_time=now.time), True
     return state, False
 

@@ -101,16 +101,21 @@ def without_target(roadmap: StarRoadmap, target: np.ndarray) -> StarRoadmap:
 def stall_point_ahead(
     roadmap: StarRoadmap, path: np.ndarray, now: PlannerInput, margin: float | None = None
 ) -> np.ndarray | None:
-    """The place just ahead of a stalled robot, shape (2,), W, m; None where nothing need bar its path (k, 2) in W.
+    """The place that bars a stalled robot's path (k, 2), shape (2,), W, m; None where nothing need bar it.
 
-    It may stand only to turn; it may have come along there; or it may be slow to leave another blocked place. `margin`
-    (m) is that of the regions; None: the planner's.
+    It is just ahead, or in the middle of a passage that is too tight for a robot that is no disc.
+
+    It may stand only to turn, if it is a disc; it may have come along there; or it may be slow to leave another blocked
+    place. `margin` (m) is that of the regions; None: the planner's.
     """
-    if not len(path) or not _faces(now.seen.pose, path[0]):
+    if not len(path) or (now.body is None and not _faces(now.seen.pose, path[0])):
         return None
     way = path[0] - now.position
     distance = now.robot_radius + (now.margins.preferred if margin is None else margin) + STALL_POINT_AHEAD
     ahead = now.position + way * (distance / max(float(np.hypot(*way)), 1e-9))
+    passage = None if now.body is None else now.body.passage(now.seen.pose, path)
+    if passage is not None and passage.along(now.seen.pose) < 0.0:
+        ahead = np.array(passage.at(0.0))
     if _came_along(roadmap, ahead, now.parameters, now.robot_radius) or _is_enclosed(
         now.position, ahead, roadmap.stall_points
     ):

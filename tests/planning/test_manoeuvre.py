@@ -94,22 +94,38 @@ def test_poses_are_reached_in_their_gear():
     assert reached(np.array((0.1, 0.0, 0.5 - 2.0 * math.pi)), poses[2:], BASE) == 1
 
 
-def test_a_robot_that_stands_with_a_path_begins_a_manoeuvre_and_gives_up_after_some():
+def stuck_for(duration: float, poses: list[np.ndarray], path: np.ndarray, robot: Body) -> list[Manoeuvring]:
+    """The manoeuvring at each scan of a robot that is at one pose after the other, and follows none of its own."""
+    state, states = Manoeuvring(), []
+    for k in range(int(duration / 0.1)):
+        state = manoeuvring(state, path, poses[k % len(poses)], 0.1 * k, robot)
+        states.append(state)
+    return states
+
+
+def test_a_robot_that_stands_with_a_path_begins_manoeuvres_gives_its_way_up_and_begins_anew():
     pose, path = np.array((0.0, 0.05, 0.6)), np.array(((1.6, 0.0),))
-    robot, state, time = body(DOOR, pose), Manoeuvring(), 0.0
-    state = manoeuvring(state, path, pose, time, robot)
-    assert not len(state.poses)
-    time += STUCK + 0.01
-    state = manoeuvring(state, path, pose, time, robot)
-    assert len(state.poses)
-    begun = 1
-    for _ in range(200):  # it never moves
-        time += 0.1
-        after = manoeuvring(state, path, pose, time, robot)
-        begun += len(after.begun) > len(state.begun)
-        state = after
-    assert begun == TRIES and not len(state.poses)
-    assert time > PATIENCE
+    states = stuck_for(20.0, [pose], path, body(DOOR, pose))
+    assert not len(states[int(STUCK / 0.1) - 1].poses)
+    assert any(len(state.poses) for state in states)
+    first = next(k for k, state in enumerate(states) if state.gives_up)
+    assert len(states[first].begun) == TRIES and not len(states[first].poses)
+    assert 0.1 * first < TRIES * PATIENCE + 1.0
+    assert not states[first + 1].gives_up and len(states[first + 1].begun) == 0
+    assert any(state.gives_up for state in states[first + 1 :])
+
+
+def test_a_robot_that_shuttles_between_two_places_gives_its_way_up():
+    path, poses, state = np.array(((1.6, 0.0),)), [np.array((x, 0.05, 0.6)) for x in (0.1, -0.9)], Manoeuvring()
+    time, gave_up = 0.0, False
+    for k in range(2 * TRIES + 2):  # each time stuck at the other place
+        for _ in range(5):
+            time += 0.1
+            state = manoeuvring(
+                state._replace(poses=state.poses[:0]), path, poses[k % 2], time, body(DOOR, poses[k % 2])
+            )
+            gave_up |= state.gives_up
+    assert gave_up
 
 
 def test_a_robot_without_a_path_or_that_moves_begins_none():
