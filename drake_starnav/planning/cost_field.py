@@ -20,7 +20,7 @@ from drake_starnav.planning.distance_grid import (
 
 NEAR_WALL_COST = 0.4
 """Additional cost of a metre right at an obstacle, as a multiple of its length: wide paths are preferred."""
-ALIGNED_COST = 3.6
+ALIGNED_COST = 8.0
 """Additional cost of a metre where a robot that is no disc only just fits, as a multiple of its length."""
 BLOCKED_SLACK = 0.01
 """Cells this much nearer to a hit than the robot's radius still count as passable in the cost-to-go, m."""
