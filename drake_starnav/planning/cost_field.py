@@ -11,11 +11,7 @@ from drake_starnav.planning.bucket_search import NEIGHBOURHOOD, UNREACHED, bucke
 from drake_starnav.planning.distance_grid import (
     STRIDE,
     DistanceGrid,
-    coarse_cells,
-    coarse_overlap,
-    coarsened,
     distances,
-    freest,
 )
 
 NEAR_WALL_COST = 0.4
@@ -132,7 +128,7 @@ def cost_to_go(
     Raises:
         StarnavError: the box has too many cells.
     """
-    first, count = grid.coarse_cells(low, high)
+    distance, first = grid.window(low, high)
     cell, origin = grid.resolution * STRIDE, (first + 0.5 * (STRIDE - 1)) * grid.resolution
     blocked = terrain.robot_radius - BLOCKED_SLACK
     soft = terrain.robot_radius + SOFT_ZONE
@@ -140,7 +136,7 @@ def cost_to_go(
     limits = blocked - terrain.doubt, blocked, soft, NEAR_WALL_COST, swept, ALIGNED_COST
     half_diagonal = math.hypot(0.5, 0.5) * grid.resolution  # a path is up to so far off its cells' centres
     closed = terrain.blacklist, BLACKLIST_RADIUS + half_diagonal
-    weight = _weights(grid.arrays, first, count, limits, closed)
+    weight = _weights(distance, limits, origin, cell, closed)
     points, cost_to_come, source, margin = origins or NO_ORIGINS
     margin_cells = NEIGHBOURHOOD + round(100.0 * margin / cell)
     costs = np.zeros(weight.shape, np.int32), np.zeros(weight.shape, np.int32)
@@ -165,44 +161,28 @@ def _cell_weight(distance, limits):
 
 
 @njit(cache=True)
-def _weights(grid, corner, count, limits, closed):
-    """What crossing each coarse cell costs in tenths, 0 where blocked; with a blocked border."""
-    tiles, rows, first, _, cap = grid
-    out = np.zeros((count[0] + 2, count[1] + 2), np.uint8)
-    out[1:-1, 1:-1] = _cell_weight(np.float32(cap), limits)
-    for t in range(rows.shape[0]):
-        for u in range(rows.shape[1]):
-            if rows[t, u] < 0:
-                continue
-            p, q, i_low, i_high, j_low, j_high = coarse_overlap(first, corner, count, t, u)
-            for i in range(i_low, i_high):
-                for j in range(j_low, j_high):
-                    free = freest(tiles, rows[t, u], i, j)
-                    out[p + i + 1, q + j + 1] = _cell_weight(free, limits)
+def _weights(distance, limits, origin, cell, closed):
+    """What crossing each cell costs in tenths, 0 where blocked; with a blocked border."""
+    nx, ny = distance.shape
+    out = np.zeros((nx + 2, ny + 2), np.uint8)
+    for i in range(nx):
+        for j in range(ny):
+            out[i + 1, j + 1] = _cell_weight(distance[i, j], limits)
     places, radius = closed
     for k in range(len(places)):
-        _close(out, grid, corner, places[k], radius)
+        place = (places[k, 0] - origin[0]) / cell + 1.0, (places[k, 1] - origin[1]) / cell + 1.0
+        _close(out, distance, place, radius / cell, places[k, 2])
     return out
 
 
 @njit(cache=True)
-def _close(weight, grid, corner, place, radius):
-    """Block cells about a place (x, y, clearance), as `Terrain.blacklist`."""
-    resolution = grid[3]
-    cell = resolution * STRIDE
-    low, high = np.empty(2), np.empty(2)
-    for axis in range(2):
-        low[axis], high[axis] = place[axis] - radius - cell, place[axis] + radius + cell
-    near, count = coarse_cells(low, high, resolution)
-    distance = coarsened(grid, near, count)
-    p, q = (near[0] - corner[0]) // STRIDE, (near[1] - corner[1]) // STRIDE
-    x = (place[0] - (corner[0] + 0.5 * (STRIDE - 1)) * resolution) / cell + 1.0
-    y = (place[1] - (corner[1] + 0.5 * (STRIDE - 1)) * resolution) / cell + 1.0
-    cells = radius / cell
-    for i in range(max(math.ceil(x - cells), 1), min(math.floor(x + cells), weight.shape[0] - 2) + 1):
-        for j in range(max(math.ceil(y - cells), 1), min(math.floor(y + cells), weight.shape[1] - 2) + 1):
+def _close(weight, distance, place, radius, clearance):
+    """Block cells about a place (x, y), as `Terrain.blacklist`; place and radius in cells of `weight`."""
+    x, y = place
+    for i in range(max(math.ceil(x - radius), 1), min(math.floor(x + radius), weight.shape[0] - 2) + 1):
+        for j in range(max(math.ceil(y - radius), 1), min(math.floor(y + radius), weight.shape[1] - 2) + 1):
             squared = (i - x) ** 2 + (j - y) ** 2
-            narrow = squared <= cells * cells and distance[i - 1 - p, j - 1 - q] < place[2]
+            narrow = squared <= radius * radius and distance[i - 1, j - 1] < clearance
             if narrow or squared <= BLACKLIST_CORE * BLACKLIST_CORE:
                 weight[i, j] = 0
 

@@ -96,18 +96,15 @@ class DistanceGrid:
         Raises:
             StarnavError: there would be more than LARGEST_GRID cells.
         """
-        first, count = self.coarse_cells(low, high)
-        return coarsened(self.arrays, first, count), first
-
-    def coarse_cells(self, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The first cell of the first coarse cell in a box in W, and the number of coarse cells; as for `window`."""
         cell = self.resolution * STRIDE
         if float(np.prod((high - low) / cell)) > LARGEST_GRID:
             raise StarnavError(
                 f"the goal is too far: a grid from {low.tolist()} to {high.tolist()} would have more than "
                 f"{LARGEST_GRID:.0e} cells of {cell:g} m; allowed: a nearer goal, or a larger planner.grid_resolution"
             )
-        return coarse_cells(low, high, self.resolution)
+        first = np.floor(low / self.resolution / STRIDE).astype(np.int64) * STRIDE
+        count = np.ceil((high - low) / self.resolution / STRIDE).astype(np.int64) + 1
+        return _coarsened(self.arrays, first, count), first
 
 
 def _widened(first: np.ndarray, rows: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -122,16 +119,6 @@ def _widened(first: np.ndarray, rows: np.ndarray, low: np.ndarray, high: np.ndar
     i, j = first - new_first
     out[i : i + rows.shape[0], j : j + rows.shape[1]] = rows
     return new_first, out
-
-
-@njit(cache=True)
-def coarse_cells(low, high, resolution):
-    """The loop of `coarse_cells`."""
-    first, count = np.empty(2, np.int64), np.empty(2, np.int64)
-    for axis in range(2):
-        first[axis] = int(math.floor(low[axis] / resolution / STRIDE)) * STRIDE
-        count[axis] = int(math.ceil((high[axis] - low[axis]) / resolution / STRIDE)) + 1
-    return first, count
 
 
 @njit(cache=True)
@@ -191,24 +178,17 @@ def freest(tiles, row, i, j):
 
 
 @njit(cache=True)
-def coarsened(grid, corner, count):
+def _coarsened(grid, corner, count):
     """The distances of `window` from the cell `corner` on."""
     tiles, rows, first, _, cap = grid
     out = np.full((count[0], count[1]), np.float32(cap))
+    side = TILE // STRIDE
     for t in range(rows.shape[0]):
         for u in range(rows.shape[1]):
             if rows[t, u] < 0:
                 continue
-            p, q, i_low, i_high, j_low, j_high = coarse_overlap(first, corner, count, t, u)
-            for i in range(i_low, i_high):
-                for j in range(j_low, j_high):
+            p, q = ((first[0] + t) * TILE - corner[0]) // STRIDE, ((first[1] + u) * TILE - corner[1]) // STRIDE
+            for i in range(max(-p, 0), min(side, count[0] - p)):
+                for j in range(max(-q, 0), min(side, count[1] - q)):
                     out[p + i, q + j] = freest(tiles, rows[t, u], i, j)
     return out
-
-
-@njit(cache=True)
-def coarse_overlap(first, corner, count, t, u):
-    """Where tile (t, u) begins in coarse cells from `corner` on, and which of its own lie among the first `count`."""
-    side = TILE // STRIDE
-    p, q = ((first[0] + t) * TILE - corner[0]) // STRIDE, ((first[1] + u) * TILE - corner[1]) // STRIDE
-    return p, q, max(-p, 0), min(side, count[0] - p), max(-q, 0), min(side, count[1] - q)
