@@ -113,4 +113,9 @@ class Navigation:
     @property
     def twist_command(self) -> OutputPort | None:
         """The port of the twist that is driven; None without a shield."""
-        return None if self.shield is None else output_port(self.shield, "twist_command", 2, "shield")
+        return None if self.shield is None else output_port(self.shield, "twist_command", self.twist_size, "shield")
+
+    @property
+    def twist_size(self) -> int:
+        """Number of components of the robot's twists."""
+        return len(self.station.robot_interface.robot.drive.components)

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from drake_starnav.errors import StarnavError
+from drake_starnav.errors import StarnavError, shown
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import ON_AXIS, Mount
 from drake_starnav.lidar.sensor_model import LidarParameters
@@ -63,6 +63,7 @@ def validated_margins(scenario: Scenario, mounts: Sequence[Mount] = (ON_AXIS,)) 
     controller, lidars = scenario.controller, scenario.all_lidars
     margins = derive_margins(scenario, mounts)
     _check_mounts(scenario, margins, mounts)
+    _check_base(scenario)
     if not BY_KIND[controller.kind].shielded:
         return margins
     reach, backwards = scenario.robot.radius + margins.preferred, scenario.obstacles.max_speed > 0.0
@@ -79,6 +80,26 @@ def validated_margins(scenario: Scenario, mounts: Sequence[Mount] = (ON_AXIS,)) 
     check_views(blank, mounts, scenario.robot.shape, backwards=backwards)
     _check_braking(scenario)
     return margins
+
+
+def _check_base(scenario: Scenario) -> None:
+    """What needs a differential drive."""
+    if scenario.robot.base == "differential":
+        return
+    needing = {
+        "controller.kind": (scenario.controller.kind, "star"),
+        "obstacles.max_speed": (scenario.obstacles.max_speed, 0.0),
+        "localization.drift": (scenario.localization.drift, 0.0),
+        "localization.jump": (scenario.localization.jump, 0.0),
+        "drive.delay": (scenario.drive.delay, 0.0),
+        "drive.slip": (scenario.drive.slip, 0.0),
+    }
+    for key, (value, allowed) in needing.items():
+        if value != allowed:
+            raise StarnavError(
+                f"{key} is {shown(value)} with robot.base {scenario.robot.base}; allowed: {shown(allowed)}, or a "
+                "differential drive"
+            )
 
 
 def _check_mounts(scenario: Scenario, margins: Margins, mounts: Sequence[Mount]) -> None:

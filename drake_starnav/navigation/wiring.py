@@ -212,5 +212,5 @@ def _connect_control(builder: DiagramBuilder, needs: Needs, parts: Parts, naviga
         names = ", ".join(outputs(navigation.planner)) or "none"
         raise StarnavError(f"planner has the output ports {names}; allowed: one named guidance, or your own controller")
     connect_inputs(builder, navigation.controller, own_sources(navigation) | driven if own else sources, "controller")
-    sources["desired_twist"] = output_port(navigation.controller, "desired_twist", 2, "controller")
+    sources["desired_twist"] = output_port(navigation.controller, "desired_twist", navigation.twist_size, "controller")
     connect_inputs(builder, navigation.shield, sources, "shield")

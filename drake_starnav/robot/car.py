@@ -38,6 +38,10 @@ class Car:
         v, curvature = float(twist[0]), float(twist[1])
         return np.array((limited_to(v, limits.max_speed), limited_to(curvature, limits.max_yaw_rate)))
 
+    def body_rates(self, twist: np.ndarray) -> tuple[float, float]:
+        """As of `Base`."""
+        return float(twist[0]), float(twist[0] * twist[1])
+
     def towards(self, error: float, speed: float, limits: Limits) -> np.ndarray:
         """As of `Base`: a circle that leads into the direction; towards what lies behind it as tight as it can."""
         behind = abs(error) > 0.5 * math.pi

@@ -13,6 +13,8 @@ from drake_starnav.station.fault_models import drifted, jumped
 from drake_starnav.systems.release import weakly
 from drake_starnav.utils.timing import begins_run
 
+PLANAR = 3
+"""Positions of a planar base, see `planar_drive`; a floating one has more."""
 DRIFT_PERIOD = 0.02
 """The believed pose takes up its error this often, s."""
 
@@ -29,10 +31,11 @@ class PlanarLocalization(LeafSystem):
     ```
 
     Ports:
-        multibody_state: vector of the model's positions (quaternion and position of its floating base first) and
-            velocities (angular and translational, in W, first).
+        multibody_state: vector of the model's positions (quaternion and position of its floating base first; or x, y,
+            yaw of a planar base alone) and velocities (angular and translational, in W, first; or those of x, y, yaw).
         pose: vector (x, y, yaw) of the base in the world frame W, m and rad.
-        state: vector (x, y, yaw, v, omega); v is the speed along the base's x axis, m/s, omega about W's z, rad/s.
+        state: vector (x, y, yaw, v, omega); v is the speed along the base's x axis, of a planar base its speed with the
+            sign of that, m/s; omega about W's z, rad/s.
         scan_pose: vector (x, y, yaw), the pose at which the scan was taken that arrived last; discrete state.
 
     With an error, W is where the robot believes the world frame to be, and the error accumulates in discrete state;
@@ -135,8 +138,13 @@ class PlanarLocalization(LeafSystem):
     def _calc_state(self, context: Context, output: BasicVector) -> None:
         x = self._multibody_state.Eval(context).tolist()
         px, py, yaw = planar_pose(x)
-        omega_z, v_x, v_y = x[self._num_positions + 2 : self._num_positions + 5]
+        if self._num_positions == PLANAR:
+            v_x, v_y, omega_z = x[PLANAR:]
+        else:
+            omega_z, v_x, v_y = x[self._num_positions + 2 : self._num_positions + 5]
         speed = v_x * math.cos(yaw) + v_y * math.sin(yaw)
+        if self._num_positions == PLANAR:
+            speed = math.copysign(math.hypot(v_x, v_y), speed)
         if not self._error.exact:
             px, py, yaw = self._believed_pose(context)
         output.SetFromVector(np.array((px, py, yaw, speed, omega_z)))
@@ -152,6 +160,10 @@ def planar_states(multibody_states: np.ndarray, num_positions: int) -> np.ndarra
     Returns:
         Shape (n, 5): x, y, yaw, v, omega.
     """
+    if num_positions == PLANAR:
+        x, y, yaw, v_x, v_y, omega = multibody_states.T
+        along = np.copysign(np.hypot(v_x, v_y), v_x * np.cos(yaw) + v_y * np.sin(yaw))
+        return np.column_stack((x, y, yaw, along, omega))
     qw, qx, qy, qz, x, y = multibody_states[:, :6].T
     yaw = np.arctan2(2.0 * (qw * qz + qx * qy), qw * qw + qx * qx - qy * qy - qz * qz)
     omega, v_x, v_y = multibody_states[:, num_positions + 2 : num_positions + 5].T
@@ -159,7 +171,9 @@ def planar_states(multibody_states: np.ndarray, num_positions: int) -> np.ndarra
 
 
 def planar_pose(x: Sequence[float]) -> tuple[float, float, float]:
-    """(x, y, yaw) in W, m and rad, from a state that begins with quaternion and position of a floating base."""
+    """(x, y, yaw) in W, m and rad, from a state as on port `multibody_state`."""
+    if len(x) == 2 * PLANAR:
+        return x[0], x[1], x[2]
     # the plant lets the quaternion's length drift: only ratios of its elements count
     qw, qx, qy, qz, px, py = x[:6]
     return px, py, math.atan2(2.0 * (qw * qz + qx * qy), qw * qw + qx * qx - qy * qy - qz * qz)

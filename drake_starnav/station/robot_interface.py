@@ -7,7 +7,7 @@ from functools import cached_property
 from pydrake.geometry import CollisionFilterDeclaration, GeometryId, GeometrySet, Role, SceneGraph
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import BodyIndex, ModelInstanceIndex
-from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort, OutputPort, System
+from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort, LeafSystem, OutputPort, System
 from pydrake.systems.primitives import DiscreteTimeDelay
 
 from drake_starnav.scenario.faults import DriveParameters
@@ -15,6 +15,7 @@ from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.lidar_mounts import lidar_poses, mount_of
 from drake_starnav.station.lidar_sensor import LidarMount, LidarSensor
 from drake_starnav.station.model_world import floor_geometries
+from drake_starnav.station.planar_drive import PlanarVelocityCommand
 from drake_starnav.station.planar_localization import PlanarLocalization
 from drake_starnav.station.robot_geometry import drive_geometry, floor_contact, robot_reach
 from drake_starnav.station.wheel_servo import WheelServo
@@ -88,7 +89,7 @@ class RobotInterface(Diagram):
         base, context = plant.GetBodyByName("base_link", model).body_frame(), plant.CreateDefaultContext()
         bodies = joined_bodies(plant, model)
         poses = {i: plant.CalcRelativeTransform(context, base, plant.get_body(i).body_frame()) for i in bodies}
-        self._drive = drive_geometry(plant, scene_graph, model)
+        self._drive = None if self.robot.drive.holonomic else drive_geometry(plant, scene_graph, model)
         self.reach, self.farthest = robot_reach(plant, scene_graph, poses)
         builder = DiagramBuilder()
         inspector = scene_graph.model_inspector()
@@ -113,13 +114,20 @@ class RobotInterface(Diagram):
                 seed=seed,
             ),
         )
-        wheels = builder.AddNamedSystem("wheels", WheelSpeedCommand(limits=self.robot.limits, drive=self._drive))
+        command_of = (
+            PlanarVelocityCommand(robot=self.robot)
+            if self._drive is None
+            else WheelSpeedCommand(robot=self.robot, drive=self._drive)
+        )
+        wheels = builder.AddNamedSystem("wheels", command_of)
         query = [sensor.GetInputPort("geometry_query") for sensor in sensors.values()]
         exported = builder.ExportInput(query[0], "geometry_query")
         for port in query[1:]:
             builder.ConnectInput(exported, port)
         command, turning = self._add_drive_faults(builder, wheels, seed)
         state = builder.ExportInput(where.GetInputPort("multibody_state"), "multibody_state")
+        if self._drive is None:
+            builder.ConnectInput(state, wheels.GetInputPort("multibody_state"))
         builder.ExportInput(command, "drive.twist_command")
         for name, sensor in sensors.items():
             for port_name in LIDAR_PORTS:
@@ -160,18 +168,18 @@ class RobotInterface(Diagram):
             filters.ExcludeBetween(GeometrySet(shapes), GeometrySet(list(kept_from)))
         self.scene_graph.collision_filter_manager().Apply(filters)
 
-    def _add_drive_faults(
-        self, builder: DiagramBuilder, wheels: WheelSpeedCommand, seed: int
-    ) -> tuple[InputPort, OutputPort]:
+    def _add_drive_faults(self, builder: DiagramBuilder, wheels: LeafSystem, seed: int) -> tuple[InputPort, OutputPort]:
         """The port that takes the twist, behind the delay, and the one of the wheels' speeds, with their slip."""
         command, turning = wheels.GetInputPort("twist_command"), wheels.GetOutputPort("desired_state")
-        if self.drive.slip > 0.0:
+        if self.drive.slip > 0.0 and self._drive is not None:
             sides = (self._drive.arms > 0.0).astype(int)
             slipping = builder.AddNamedSystem("wheel_slip", WheelSlip(sides=sides, slip=self.drive.slip, seed=seed))
             builder.Connect(turning, slipping.get_input_port())
             turning = slipping.get_output_port()
         if self.drive.delay > 0.0:
-            delay = DiscreteTimeDelay(self.time_step, delay_steps(self.drive, self.time_step), 2)
+            delay = DiscreteTimeDelay(
+                self.time_step, delay_steps(self.drive, self.time_step), len(self.robot.drive.components)
+            )
             late = builder.AddNamedSystem("drive_delay", delay)
             builder.Connect(late.get_output_port(), command)
             command = late.get_input_port()

@@ -12,6 +12,7 @@ from pydrake.multibody.tree import ModelInstanceIndex, PdControllerGains
 from drake_starnav.errors import StarnavError
 from drake_starnav.robot import RobotParameters
 from drake_starnav.station.parser_warnings import none_skipped
+from drake_starnav.station.planar_drive import lowest_point, motorize, put_on_joints
 from drake_starnav.station.robot_checks import missing, model_faults
 from drake_starnav.station.robot_file import center, effort, hold, robot_urdf
 from drake_starnav.station.robot_geometry import actuated_joints, carried, collision_shapes, drive_geometry
@@ -51,6 +52,8 @@ def add_robot(
     sketch.RegisterAsSourceForSceneGraph(scene)
     model = _parsed(Parser(sketch), root, path)
     faults = list(missing(sketch, model))
+    if robot.drive.holonomic and not faults:
+        return _planar(plant, scene_graph, robot, start, (path, root, -lowest_point(sketch, scene, model), name))
     if sketch.HasBodyNamed("base_link", model):  # else there is nothing from which to measure
         try:
             wheels = found_wheels(sketch, scene, model, robot.wheel_joints)
@@ -68,14 +71,38 @@ def add_robot(
         efforts = [effort(root, joint) for joint in names]
         floor = stand_on_wheels(plant, scene_graph, model, wheels, efforts)
     faults += model_faults(plant, scene_graph, model, robot.radius, floor)
-    if faults or floor is None:
-        counted = faults if len(faults) == 1 else [f"({k}) {fault}" for k, fault in enumerate(faults, start=1)]
-        raise StarnavError(f"robot model {path}: {'; '.join(counted)}")
+    _refuse(faults, path)
+    assert floor is not None  # without wheels there is a fault
     _set_gains(plant, scene_graph, model)
     _free_wheels(plant, scene_graph, model)
     X_WB = RigidTransform(RotationMatrix.MakeZRotation(start[2]), [start[0], start[1], -floor])
     plant.SetDefaultFloatingBaseBodyPose(plant.GetBodyByName("base_link", model), X_WB)
     return model
+
+
+def _planar(
+    plant: MultibodyPlant,
+    scene_graph: SceneGraph,
+    robot: RobotParameters,
+    start: tuple[float, float, float],
+    file: tuple[str, ElementTree.Element, float, str],
+) -> ModelInstanceIndex:
+    """`add_robot` of an ideal planar base: its file, how high base_link is above the floor, m, and the prefix."""
+    path, root, height, name = file
+    held = hold(root, ())
+    if held:
+        warnings.warn(f"robot model {path}: joints held still: {', '.join(held)}", stacklevel=3)
+    put_on_joints(root, height)
+    model = _parsed(Parser(plant, model_name_prefix=name), root, path)
+    motorize(plant, scene_graph, model, start)
+    _refuse(list(model_faults(plant, scene_graph, model, robot.radius, None)), path)
+    return model
+
+
+def _refuse(faults: list[str], path: str) -> None:
+    if faults:
+        counted = faults if len(faults) == 1 else [f"({k}) {fault}" for k, fault in enumerate(faults, start=1)]
+        raise StarnavError(f"robot model {path}: {'; '.join(counted)}")
 
 
 def _parsed(parser: Parser, root: ElementTree.Element, path: str) -> ModelInstanceIndex:

@@ -1,9 +1,9 @@
-"""Kinematics of a differential drive."""
+"""Kinematics of bases with driven wheels on one axle."""
 
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, LeafSystem
 
-from drake_starnav.robot import BASES, Limits
+from drake_starnav.robot import RobotParameters
 from drake_starnav.station.robot_geometry import Drive
 from drake_starnav.systems.release import weakly
 
@@ -18,24 +18,24 @@ class WheelSpeedCommand(LeafSystem):
     ```
 
     Ports:
-        twist_command: vector (v, omega), m/s and rad/s, left and forward positive; cut off at the limits.
+        twist_command: vector (v, omega), m/s and rad/s, left and forward positive, or of a car (v, curvature), m/s and
+            1/m; cut off at the limits.
         desired_state: vector of n wheel angles (zero and unused, as is their gain) and n speeds, rad/s, in the order of
             the actuators, as `MultibodyPlant.get_desired_state_input_port` takes it.
     """
 
-    def __init__(self, *, limits: Limits, drive: Drive) -> None:
+    def __init__(self, *, robot: RobotParameters, drive: Drive) -> None:
         """
         Args:
-            limits: of the robot.
+            robot: its base and limits.
             drive: its n wheels.
         """
         super().__init__()
-        self._base = BASES["differential"]
-        self._limits, self._drive, n = limits, drive, len(drive.radii)
+        self._base, self._limits, self._drive, n = robot.drive, robot.limits, drive, len(drive.radii)
         self._angles = np.zeros(n)
         self._twist = self.DeclareVectorInputPort("twist_command", 2)
         self.DeclareVectorOutputPort("desired_state", 2 * n, weakly(self._calc_state), {self._twist.ticket()})
 
     def _calc_state(self, context: Context, output: BasicVector) -> None:
-        rates = self._drive.rates(*self._base.saturated(self._twist.Eval(context), self._limits).tolist())
+        rates = self._drive.rates(*self._base.body_rates(self._base.saturated(self._twist.Eval(context), self._limits)))
         output.SetFromVector(np.concatenate((self._angles, rates)))

@@ -1,0 +1,105 @@
+"""An ideal planar base: three joints from the floor to base_link, with velocity servos."""
+
+import math
+from xml.etree import ElementTree
+
+import numpy as np
+from pydrake.geometry import ProximityProperties, RoleAssign, SceneGraph
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import ModelInstanceIndex, PdControllerGains
+from pydrake.systems.framework import BasicVector, Context, LeafSystem
+
+from drake_starnav.robot import RobotParameters
+from drake_starnav.station.robot_geometry import collision_shapes, link_poses, outline, set_floor_contact
+from drake_starnav.systems.release import weakly
+
+JOINTS = {"x": ("prismatic", "1 0 0"), "y": ("prismatic", "0 1 0"), "yaw": ("continuous", "0 0 1")}
+"""From the floor on, with their type and axis."""
+SERVO_LAG = 0.02
+"""The base's speed follows its commands within this, s."""
+
+
+class PlanarVelocityCommand(LeafSystem):
+    """Turns a twist into the desired state of the joints of a planar base, and no twist beyond the robot's limits.
+
+    ```
+                        ┌───────────────────────┐
+    twist_command ─────>│                       │
+                        │ PlanarVelocityCommand ├──> desired_state
+    multibody_state ───>│                       │
+                        └───────────────────────┘
+    ```
+
+    Ports:
+        twist_command: vector (v_x, v_y, omega) in the robot's frame, m/s and rad/s; cut off at the limits.
+        multibody_state: vector of the robot's model, from the plant; its third position is the yaw.
+        desired_state: vector of three positions (zero and unused, as is their gain), and speeds along W's x and y, m/s,
+            and about z, rad/s.
+    """
+
+    def __init__(self, *, robot: RobotParameters) -> None:
+        """
+        Args:
+            robot: its base and limits.
+        """
+        super().__init__()
+        self._robot = robot
+        self._twist = self.DeclareVectorInputPort("twist_command", 3)
+        self._state = self.DeclareVectorInputPort("multibody_state", 6)
+        self.DeclareVectorOutputPort("desired_state", 6, weakly(self._calc_state))
+
+    def _calc_state(self, context: Context, output: BasicVector) -> None:
+        x, y, omega = self._robot.drive.saturated(self._twist.Eval(context), self._robot.limits).tolist()
+        yaw = float(self._state.Eval(context)[2])
+        cosine, sine = math.cos(yaw), math.sin(yaw)
+        output.SetFromVector((0.0, 0.0, 0.0, cosine * x - sine * y, sine * x + cosine * y, omega))
+
+
+def put_on_joints(root: ElementTree.Element, height: float) -> None:
+    """Hang `base_link`, so high above the floor (m), on the joints of a planar base; the links between have no mass."""
+    parent = "world"
+    for name, (kind, axis) in JOINTS.items():
+        child = "base_link" if name == "yaw" else f"floor_{name}"
+        if child != "base_link":
+            ElementTree.SubElement(root, "link", name=child)
+        joint = ElementTree.SubElement(root, "joint", name=f"floor_{name}", type=kind)
+        if parent == "world":
+            ElementTree.SubElement(joint, "origin", xyz=f"0 0 {height!r}")
+        ElementTree.SubElement(joint, "parent", link=parent)
+        ElementTree.SubElement(joint, "child", link=child)
+        ElementTree.SubElement(joint, "axis", xyz=axis)
+        parent = child
+
+
+def lowest_point(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelInstanceIndex) -> float:
+    """Of the collision shapes of a robot, in base_link, m."""
+    inspector, low = scene_graph.model_inspector(), 0.0
+    for index, X_BL in link_poses(plant, model).items():
+        for geometry in collision_shapes(plant, scene_graph, plant.get_body(index)):
+            points, grown = outline(inspector, geometry)
+            low = min(low, float(((X_BL @ inspector.GetPoseInFrame(geometry)) @ points)[2].min()) - grown)
+    return low
+
+
+def motorize(
+    plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelInstanceIndex, start: tuple[float, float, float]
+) -> None:
+    """Give the joints of a planar base their motors and the start, and let the robot never touch the floor.
+
+    Args:
+        plant: not yet finalized.
+        scene_graph, model: the robot's, as read from a file with `put_on_joints`.
+        start: (x, y, yaw), m and rad, W.
+    """
+    inspector, bodies = scene_graph.model_inspector(), [plant.get_body(i) for i in link_poses(plant, model)]
+    for geometry in (g for body in bodies for g in collision_shapes(plant, scene_graph, body)):
+        properties = ProximityProperties(inspector.GetProximityProperties(geometry))
+        set_floor_contact(properties, False)
+        scene_graph.AssignRole(plant.get_source_id(), geometry, properties, RoleAssign.kReplace)
+    mass = sum(body.default_mass() for body in bodies)
+    inertia = sum(body.default_rotational_inertia().get_moments()[2] for body in bodies)
+    for name, value, inert in zip(JOINTS, start, (mass, mass, inertia), strict=True):
+        joint = plant.GetJointByName(f"floor_{name}", model)
+        joint.set_default_positions(np.array([value]))
+        actuator = plant.AddJointActuator(joint.name(), joint, math.inf)
+        actuator.set_controller_gains(PdControllerGains(p=0.0, d=inert / SERVO_LAG))
