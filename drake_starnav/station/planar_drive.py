@@ -15,6 +15,8 @@ from drake_starnav.systems.release import weakly
 
 JOINTS = {"x": ("prismatic", "1 0 0"), "y": ("prismatic", "0 1 0"), "yaw": ("continuous", "0 0 1")}
 """From the floor on, with their type and axis."""
+LINK_MASS = 0.001
+"""Of the two links between the joints, kg."""
 SERVO_LAG = 0.02
 """The base's speed follows its commands within this, s."""
 
@@ -56,12 +58,15 @@ class PlanarVelocityCommand(LeafSystem):
 
 
 def put_on_joints(root: ElementTree.Element, height: float) -> None:
-    """Hang `base_link`, so high above the floor (m), on the joints of a planar base; the links between have no mass."""
+    """Hang `base_link`, so high above the floor (m), on the joints of a planar base."""
     parent = "world"
     for name, (kind, axis) in JOINTS.items():
         child = "base_link" if name == "yaw" else f"floor_{name}"
         if child != "base_link":
-            ElementTree.SubElement(root, "link", name=child)
+            inertial = ElementTree.SubElement(ElementTree.SubElement(root, "link", name=child), "inertial")
+            ElementTree.SubElement(inertial, "mass", value=f"{LINK_MASS:g}")
+            moments = {"ixx": "1e-6", "iyy": "1e-6", "izz": "1e-6", "ixy": "0", "ixz": "0", "iyz": "0"}
+            ElementTree.SubElement(inertial, "inertia", moments)
         joint = ElementTree.SubElement(root, "joint", name=f"floor_{name}", type=kind)
         if parent == "world":
             ElementTree.SubElement(joint, "origin", xyz=f"0 0 {height!r}")

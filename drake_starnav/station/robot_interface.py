@@ -177,9 +177,8 @@ class RobotInterface(Diagram):
             builder.Connect(turning, slipping.get_input_port())
             turning = slipping.get_output_port()
         if self.drive.delay > 0.0:
-            delay = DiscreteTimeDelay(
-                self.time_step, delay_steps(self.drive, self.time_step), len(self.robot.drive.components)
-            )
+            size = len(self.robot.drive.components)
+            delay = DiscreteTimeDelay(self.time_step, delay_steps(self.drive, self.time_step), size)
             late = builder.AddNamedSystem("drive_delay", delay)
             builder.Connect(late.get_output_port(), command)
             command = late.get_input_port()

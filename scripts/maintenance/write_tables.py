@@ -26,6 +26,7 @@ import drake_starnav.systems
 import drake_starnav.visualization
 from drake_starnav.localization.scan_matching import OdometryError
 from drake_starnav.parameters import allowed_text, declared
+from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario import METHODS, Scenario
 from drake_starnav.scenario.error_budget import SYMBOLS, TERMS
 from drake_starnav.scenario.margins import derive_margins
@@ -35,6 +36,7 @@ from drake_starnav.station.collision_monitor import CollisionMonitor
 from drake_starnav.station.lidar_sensor import LidarMount, LidarSensor
 from drake_starnav.station.moving_bodies import MovingObstacleDrive
 from drake_starnav.station.navigation_station import NavigationStation
+from drake_starnav.station.planar_drive import PlanarVelocityCommand
 from drake_starnav.station.planar_localization import PlanarLocalization
 from drake_starnav.station.robot_geometry import Drive
 from drake_starnav.station.wheel_servo import WheelServo
@@ -100,7 +102,8 @@ def all_systems() -> list[System]:
         TwistShield(robot, controller, margins, obstacles=defaults.obstacles),
         Unshielded(robot, controller),
         WheelServo(station.plant, station.robot_model),
-        WheelSpeedCommand(limits=robot.limits, drive=Drive(np.array([0.05, 0.05]), np.array([-0.16, 0.16]))),
+        WheelSpeedCommand(robot=robot, drive=Drive(np.array([0.05, 0.05]), np.array([-0.16, 0.16]))),
+        PlanarVelocityCommand(robot=RobotParameters(base="omnidirectional")),
         StatePredictor(delay=0.05, rate=controller.rate),
         JumpGuard(tolerance=0.05, rate=controller.rate),
         WheelSlip(sides=np.array([0, 1]), slip=0.05, seed=0),

@@ -70,3 +70,19 @@ def test_a_robot_that_fits_between_two_beams_where_it_must_stop_is_refused(beams
             validated_margins(scenario)
     else:
         validated_margins(scenario)
+
+
+@pytest.mark.parametrize(
+    ("override", "reason"),
+    [
+        ("controller.kind=mpc", "controller.kind is 'mpc' with robot.base omnidirectional"),
+        ("obstacles.max_speed=0.5", "obstacles.max_speed is 0.5"),
+        ("localization.drift=0.01", "localization.drift"),
+        ("drive.delay=0.02", "drive.delay"),
+        ("drive.slip=0.05", "drive.slip"),
+    ],
+)
+def test_what_needs_a_differential_drive_is_refused_for_other_bases(override: str, reason: str) -> None:
+    scenario = load_scenario("forest", overrides=["robot.model=omnibot", override])
+    with pytest.raises(StarnavError, match=reason):
+        validated_margins(scenario)

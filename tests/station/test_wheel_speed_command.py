@@ -5,11 +5,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drake_starnav.robot import Limits
+from drake_starnav.robot import RobotParameters
 from drake_starnav.station.robot_geometry import Drive
 from drake_starnav.station.wheel_speed_command import WheelSpeedCommand
 
-FAST = Limits(10.0, 10.0, 1.0, 4.0)
+FAST = RobotParameters(max_speed=10.0, max_yaw_rate=10.0)
 sizes = st.floats(0.01, 2.0)
 speeds = st.floats(-5.0, 5.0)
 
@@ -21,7 +21,7 @@ def two_wheels(radius: float, track: float) -> Drive:
 
 def wheel_speeds(v: float, omega: float, wheel_radius: float = 0.05, track: float = 0.32) -> np.ndarray:
     """Desired state of the actuators for a twist, through a context."""
-    system = WheelSpeedCommand(limits=FAST, drive=two_wheels(wheel_radius, track))
+    system = WheelSpeedCommand(robot=FAST, drive=two_wheels(wheel_radius, track))
     context = system.CreateDefaultContext()
     system.GetInputPort("twist_command").FixValue(context, [v, omega])
     return system.GetOutputPort("desired_state").Eval(context)
@@ -41,7 +41,7 @@ def test_left_turn_is_driven_by_the_right_wheel() -> None:
 
 
 def test_output_follows_the_input_at_once() -> None:
-    system = WheelSpeedCommand(limits=FAST, drive=two_wheels(0.1, 0.4))
+    system = WheelSpeedCommand(robot=FAST, drive=two_wheels(0.1, 0.4))
     context = system.CreateDefaultContext()
     twist = system.GetInputPort("twist_command")
     for v in (0.3, -0.7):
@@ -54,7 +54,7 @@ def test_output_follows_the_input_at_once() -> None:
 
 @given(v=st.floats(-1e3, 1e3), omega=st.floats(-1e3, 1e3))
 def test_no_twist_beyond_the_limits_reaches_the_wheels(v, omega) -> None:
-    system = WheelSpeedCommand(limits=Limits(0.8, 2.0, 1.0, 4.0), drive=two_wheels(0.05, 0.32))
+    system = WheelSpeedCommand(robot=RobotParameters(), drive=two_wheels(0.05, 0.32))
     context = system.CreateDefaultContext()
     system.GetInputPort("twist_command").FixValue(context, [v, omega])
     _, _, left, right = system.GetOutputPort("desired_state").Eval(context)

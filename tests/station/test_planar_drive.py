@@ -1,0 +1,59 @@
+"""A planar base and a car drive as commanded in the plant, discrete and continuous, and stop at their limits."""
+
+import math
+
+import numpy as np
+import pytest
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import ConstantVectorSource
+
+from drake_starnav.scenario import parse_scenario
+from drake_starnav.station import add_station
+from drake_starnav.station.plant import make_simulator
+from drake_starnav.worlds.world import World
+
+OPEN = World("open", (1.0, -2.0, 0.5), (5.0, 0.0), bounds=(-20.0, -20.0, 20.0, 20.0))
+
+
+def driven(model: str, twist: tuple[float, ...], *, continuous: bool, time: float = 2.0) -> np.ndarray:
+    """(x, y, yaw, v, omega) of a robot after following a twist from the start for some time."""
+    scenario = parse_scenario(f"{{world: !Forest {{}}, robot: {{model: {model}}}}}", name="drive")
+    builder = DiagramBuilder()
+    station = add_station(builder, OPEN, scenario, continuous=continuous)
+    source = builder.AddSystem(ConstantVectorSource(np.array(twist)))
+    builder.Connect(source.get_output_port(), station.GetInputPort("drive.twist_command"))
+    diagram = builder.Build()
+    simulator = make_simulator(diagram)
+    simulator.AdvanceTo(time)
+    robot = station.robot_interface
+    return robot.GetOutputPort("localization.state").Eval(robot.GetMyContextFromRoot(simulator.get_context()))
+
+
+@pytest.mark.parametrize("continuous", [False, True])
+def test_an_omnidirectional_base_moves_aside_and_turns_as_commanded(continuous):
+    x, y, yaw, v, omega = driven("omnibot", (0.2, 0.3, 0.4), continuous=continuous)
+    assert (v, omega) == pytest.approx((math.hypot(0.2, 0.3), 0.4), rel=0.02)
+    assert yaw == pytest.approx(0.5 + 0.8, abs=0.02)
+    turned = 0.8  # the velocity turns with the robot
+    chord = math.hypot(0.2, 0.3) * 2.0 * math.sin(0.5 * turned) / (0.5 * turned)
+    assert math.hypot(x - 1.0, y + 2.0) == pytest.approx(chord, rel=0.02)
+    assert math.atan2(y + 2.0, x - 1.0) == pytest.approx(0.5 + 0.5 * turned + math.atan2(0.3, 0.2), abs=0.03)
+
+
+def test_an_omnidirectional_base_is_no_faster_than_its_limits():
+    *_, v, omega = driven("omnibot", (9.0, -9.0, 9.0), continuous=False)
+    assert abs(v) == pytest.approx(0.8, rel=0.02)
+    assert omega == pytest.approx(2.0, rel=0.02)
+
+
+@pytest.mark.parametrize("continuous", [False, True])
+def test_a_car_drives_a_circle_of_the_commanded_curvature(continuous):
+    _, _, yaw, v, omega = driven("carbot", (0.4, 1.5), continuous=continuous)
+    assert v == pytest.approx(0.4, rel=0.05)
+    assert omega == pytest.approx(0.6, rel=0.05)
+    assert yaw == pytest.approx(0.5 + 1.2, rel=0.1)
+
+
+def test_a_car_steers_no_more_than_its_least_radius_allows():
+    *_, v, omega = driven("carbot", (0.4, 9.0), continuous=False)
+    assert omega == pytest.approx(v / 0.5, rel=0.05)
