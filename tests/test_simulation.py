@@ -246,11 +246,11 @@ def test_collision_is_noticed() -> None:
     assert trial.time_s < 10.0
 
 
-@pytest.mark.parametrize("judge", ["add_collision_monitor", "clearance"])
+@pytest.mark.parametrize("judge", ["add_collision_monitor", "body_clearance"])
 def test_contact_and_clearance_are_each_enough_for_a_collision(judge: str, monkeypatch) -> None:
     blind = {
         "add_collision_monitor": (monitors, lambda builder, navigation, **times: None),
-        "clearance": (trial_module, lambda world, points: np.full(len(points), 9.0)),
+        "body_clearance": (trial_module, lambda world, poses, footprint: np.full(len(poses), 9.0)),
     }
     module, substitute = blind[judge]
     monkeypatch.setattr(module, judge, substitute)
@@ -259,7 +259,7 @@ def test_contact_and_clearance_are_each_enough_for_a_collision(judge: str, monke
     )
     trial = run_trial(parse_scenario(text, name="blind"), seed=0)
     assert trial.outcome == "collision"
-    assert (trial.min_clearance_m < 0.0) == (judge != "clearance") == (trial.time_s == 3.0)
+    assert (trial.min_clearance_m < 0.0) == (judge != "body_clearance") == (trial.time_s == 3.0)
 
 
 def test_the_plant_is_continuous_where_nothing_moves_but_robots() -> None:

@@ -72,4 +72,4 @@ def test_the_defaults_are_those_of_the_default_robot() -> None:
 def test_each_shipped_robot_has_limits_of_its_own(name: str, model: str) -> None:
     assert model_path("robots", f"{model}.yaml").is_file()
     scenario = load_scenario(name, overrides=[f"robot.model={model}"])
-    assert scenario.robot.limits.max_speed == {"starbot": 0.8, "jackal": 2.0, "carrier": 1.0}[model]
+    assert scenario.robot.limits.max_speed == {"jackal": 2.0, "carrier": 1.0}.get(model, 0.8)
