@@ -11,7 +11,6 @@ from drake_starnav.planning.bucket_search import NEIGHBOURHOOD, UNREACHED, bucke
 from drake_starnav.planning.distance_grid import (
     STRIDE,
     DistanceGrid,
-    distances,
 )
 
 NEAR_WALL_COST = 0.4
@@ -67,7 +66,13 @@ class CostField:
         One point a cell: its centre, or in a narrow place the centre of that cell of the grid of hits in it which is
         freest.
         """
-        return _path(self.cost, self.weight, start, self.origin, self.cell, self.grid.arrays)
+        x, y = (np.asarray(start) - self.origin) / self.cell + 1.0
+        middles = self.origin + (_descent(self.cost, self.weight, x, y) - 1) * self.cell
+        offsets = (np.arange(STRIDE) - 0.5 * (STRIDE - 1)) * self.grid.resolution
+        places = middles[:, None] + np.stack(np.meshgrid(offsets, offsets), axis=-1).reshape(-1, 2)
+        clear = self.grid.distance(places.reshape(-1, 2)).reshape(places.shape[:2])
+        freest = places[np.arange(len(places)), clear.argmax(axis=1)]
+        return np.where((clear.max(axis=1) > clear.min(axis=1))[:, None], freest, middles)
 
 
 class Terrain(NamedTuple):
@@ -139,11 +144,12 @@ def cost_to_go(
     weight = _weights(distance, limits, origin, cell, closed)
     points, cost_to_come, source, margin = origins or NO_ORIGINS
     margin_cells = NEIGHBOURHOOD + round(100.0 * margin / cell)
-    costs = np.zeros(weight.shape, np.int32), np.zeros(weight.shape, np.int32)
-    towards = goal if source is None else source
-    ends = goal, towards, source is not None
-    i, j, f_limit = _searched(weight, costs, origin, cell, (points, cost_to_come), ends, margin_cells)
-    return CostField(costs[0], weight, origin, cell, (i, j), f_limit, grid)
+    cost, come = np.zeros(weight.shape, np.int32), np.zeros(weight.shape, np.int32)
+    _come_by(come, weight, (points, cost_to_come), origin, cell)
+    end = np.clip(np.rint((goal - origin) / cell).astype(np.int64), 0, np.array(weight.shape) - 3) + 1
+    towards = (-1, -1) if source is None else (np.rint((source - origin) / cell).astype(np.int64) + 1).tolist()
+    f_limit = bucket_dijkstra(weight, cost, *end.tolist(), come, margin_cells, *towards)
+    return CostField(cost, weight, origin, cell, (towards[0], towards[1]), f_limit, grid)
 
 
 @njit(cache=True)
@@ -188,20 +194,6 @@ def _close(weight, distance, place, radius, clearance):
 
 
 @njit(cache=True)
-def _searched(weight, costs, origin, cell, come, ends, margin):
-    """Fill in the costs by `bucket_dijkstra`; its source, and what it returns."""
-    cost, cost_to_come = costs
-    goal, towards, has_source = ends
-    _come_by(cost_to_come, weight, come, origin, cell)
-    i = min(max(int(round((goal[0] - origin[0]) / cell)), 0), weight.shape[0] - 3)
-    j = min(max(int(round((goal[1] - origin[1]) / cell)), 0), weight.shape[1] - 3)
-    p = q = -1
-    if has_source:
-        p, q = int(round((towards[0] - origin[0]) / cell)) + 1, int(round((towards[1] - origin[1]) / cell)) + 1
-    return p, q, bucket_dijkstra(weight, cost, i + 1, j + 1, cost_to_come, margin, p, q)
-
-
-@njit(cache=True)
 def _come_by(out, weight, come, origin, cell):
     """Note the cost-to-come of points in their cells, in hundredths of a cell less UNREACHED; 0 without points.
 
@@ -236,27 +228,6 @@ def _nearest_cost(field, points, origin, cell, f_limit, si, sj):
                     out[n] = min(out[n], (field[a, b] + UNREACHED) * cell / 100.0 + detour)
         if f_limit >= 0 and out[n] == np.inf:
             out[n] = max(f_limit - heuristic(i, j, si, sj), 0) * cell / 100.0
-    return out
-
-
-@njit(cache=True)
-def _path(cost, weight, start, origin, cell, grid):
-    """The loop of `CostField.path`."""
-    resolution = grid[3]
-    cells = _descent(cost, weight, (start[0] - origin[0]) / cell + 1.0, (start[1] - origin[1]) / cell + 1.0)
-    out, parts = np.empty((len(cells), 2)), STRIDE * STRIDE
-    places = np.empty((len(cells) * parts, 2))
-    for n in range(len(cells)):
-        out[n, 0], out[n, 1] = origin[0] + (cells[n, 0] - 1) * cell, origin[1] + (cells[n, 1] - 1) * cell
-        for k in range(parts):
-            places[n * parts + k, 0] = out[n, 0] + (k % STRIDE - 0.5 * (STRIDE - 1)) * resolution
-            places[n * parts + k, 1] = out[n, 1] + (k // STRIDE - 0.5 * (STRIDE - 1)) * resolution
-    clear = distances(grid, places)
-    for n in range(len(cells)):
-        own = clear[n * parts : (n + 1) * parts]
-        best = own.argmax()
-        if own[best] > own.min():
-            out[n] = places[n * parts + best]
     return out
 
 
