@@ -9,14 +9,14 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.planning.distance_grid import DistanceGrid, distances
+from drake_starnav.planning.distance_grid import DistanceGrid
 from drake_starnav.planning.frontiers import PROBE_DISTANCE, PROBE_REACHED, Frontiers, edge_frontiers
 from drake_starnav.planning.impassable import impassable_points
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.roadmap_edges import edges_from
 from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.region_index import indexed
-from drake_starnav.regions.region_union import RegionUnion, covers, newest_cover
+from drake_starnav.regions.region_union import RegionUnion
 from drake_starnav.regions.star_region import StarRegion, scan_region, united
 from drake_starnav.utils.shared_rows import SharedRows
 from drake_starnav.utils.snapshot import snapshot
@@ -206,33 +206,33 @@ def _edges_off_hits(region: StarRegion, owner: int, hits: DistanceGrid, robot_ra
 
 def uncovered_share(region: StarRegion, others: RegionUnion) -> float:
     """The share of a region's area that no other region covers, in [0, 1]; 0 for a region without area."""
-    return float(_uncovered_share(region.alone, others))
+    values = region.boundary.values
+    chosen = np.arange(0, len(values), AREA_BEARINGS)
+    phi = np.minimum(values[chosen], np.roll(values, -1)[chosen])
+    count = np.ceil(phi / AREA_STEP).astype(np.int64)
+    ray = np.repeat(np.arange(len(chosen)), count)
+    along = np.arange(len(ray)) - np.repeat(np.cumsum(count) - count, count) + 0.5
+    step = phi[ray] / count[ray]
+    bearing = region.bearing_0 + 2.0 * math.pi / len(values) * (chosen[ray] + 0.5)
+    places = region.center + (along * step)[:, None] * np.column_stack((np.cos(bearing), np.sin(bearing)))
+    area = along * step * step
+    new = area[~others.contains(places)].sum()
+    return float(new / area.sum()) if len(ray) else 0.0
+
+
+def is_blacklisted(roadmap: StarRoadmap, places: np.ndarray) -> np.ndarray:
+    """Which places of shape (n, 2) in W lie in a blacklisted disc, shape (n,)."""
+    away = np.hypot(*(places[:, None] - roadmap.blacklisted_targets[:, :2]).T)
+    return (away <= roadmap.blacklisted_targets[:, 2:]).any(axis=0)
 
 
 def enterable(frontiers: Frontiers, roadmap: StarRoadmap, robot_radius: float) -> np.ndarray:
     """Frontiers that are not at the newest node, in a retired place, or at a hit or blocked place; shape (n,)."""
-    places = roadmap.stall_points, roadmap.blacklisted_targets
-    bars = roadmap.union.center[-1], roadmap.hits.arrays, *places, robot_radius
-    return _enterable(frontiers.stand, frontiers.probe, bars)
-
-
-@njit(cache=True)
-def _enterable(stand, probe, bars):
-    """The loop of `enterable`."""
-    newest, grid, stall_points, blacklisted, robot_radius = bars
-    out = np.empty(len(stand), np.bool_)
-    for i in range(len(stand)):
-        x, y = stand[i, 0], stand[i, 1]
-        out[i] = math.hypot(x - newest[0], y - newest[1]) > STANDING_THERE
-        for k in range(len(blacklisted)):
-            out[i] &= math.hypot(x - blacklisted[k, 0], y - blacklisted[k, 1]) > blacklisted[k, 2]
-        x, y = probe[i, 0], probe[i, 1]
-        for k in range(len(stall_points)):
-            out[i] &= math.hypot(x - stall_points[k, 0], y - stall_points[k, 1]) > robot_radius
-    away = distances(grid, probe)
-    for i in range(len(stand)):
-        out[i] &= away[i] > robot_radius - PROBE_SLACK
-    return out
+    stand, probe = frontiers.stand, frontiers.probe
+    away = np.hypot(*(stand - roadmap.union.center[-1]).T) > STANDING_THERE
+    stalled = np.hypot(*(probe[:, None] - roadmap.stall_points).T) <= robot_radius
+    free = roadmap.hits.distance(probe) > robot_radius - PROBE_SLACK
+    return away & free & ~is_blacklisted(roadmap, stand) & ~stalled.any(axis=0)
 
 
 @njit(cache=True)
@@ -250,28 +250,3 @@ def _away_from_nodes(stand, owner, center, distance):
                 break
             k += 1
     return out
-
-
-@njit(cache=True)
-def _uncovered_share(own, others):
-    """`uncovered_share` of a union of one region and a union."""
-    center, bearing_0, values = others.center, others.bearing_0, others.values
-    marks, corner, bounds = others.marks, others.corner, own.values[0]
-    samples = len(bounds)
-    area = new = 0.0
-    last = -1
-    for i in range(0, samples, AREA_BEARINGS):
-        bearing = own.bearing_0[0] + 2.0 * math.pi / samples * (i + 0.5)
-        ux, uy = math.cos(bearing), math.sin(bearing)
-        phi = min(bounds[i], bounds[i + 1 if i + 1 < samples else 0])
-        count = int(math.ceil(phi / AREA_STEP))
-        for k in range(count):
-            distance = (k + 0.5) * phi / count
-            piece = distance * phi / count
-            area += piece
-            x, y = own.center[0, 0] + distance * ux, own.center[0, 1] + distance * uy
-            if last < 0 or not covers(center, bearing_0, values, last, x, y, 0.0):
-                last = newest_cover(center, bearing_0, values, marks, corner, (x, y), 0.0)
-            if last < 0:
-                new += piece
-    return new / area if area > 0.0 else 0.0

@@ -9,7 +9,7 @@ from drake_starnav.planning.cost_field import CostField
 from drake_starnav.planning.distance_grid import STRIDE
 from drake_starnav.planning.frontiers import Frontiers
 from drake_starnav.planning.optimistic_path import index_along
-from drake_starnav.planning.roadmap import StarRoadmap
+from drake_starnav.planning.roadmap import StarRoadmap, is_blacklisted
 from drake_starnav.regions.region_union import cover_at
 from drake_starnav.regions.star_region import StarRegion
 
@@ -69,12 +69,6 @@ def virtual_frontier_in_sight(
     probe = beyond[min(index_along(beyond, VIRTUAL_FRONTIER_LENGTH) + 1, len(beyond) - 1)]
     owner = max(cover_at(roadmap.union, *stand, 0.0), 0)
     return Frontiers(stand[None, :].copy(), probe[None, :].copy(), np.array([owner])), stand[None, :].copy()
-
-
-def is_blacklisted(roadmap: StarRoadmap, places: np.ndarray) -> np.ndarray:
-    """Which places of shape (n, 2) in W lie in a blacklisted disc, shape (n,)."""
-    away = np.hypot(*(places[:, None] - roadmap.blacklisted_targets[:, :2]).T)
-    return (away <= roadmap.blacklisted_targets[:, 2:]).any(axis=0)
 
 
 @njit(cache=True)

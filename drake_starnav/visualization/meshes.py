@@ -9,7 +9,7 @@ import numpy as np
 from drake_starnav.errors import shown
 from drake_starnav.parameters import unknown_name
 from drake_starnav.planning.frontiers import Frontiers
-from drake_starnav.planning.roadmap import StarRoadmap
+from drake_starnav.planning.roadmap import StarRoadmap, is_blacklisted
 from drake_starnav.worlds.moving_obstacles import MOVING_OBSTACLE_COLOR
 from drake_starnav.worlds.world import World
 
@@ -239,10 +239,7 @@ def vanished_frontiers(before: Frontiers, after: StarRoadmap) -> tuple[np.ndarra
     kept = set(map(tuple, np.hstack((after.frontiers.stand, after.frontiers.probe))))
     gone = np.array([tuple(row) not in kept for row in np.hstack((before.stand, before.probe))], dtype=bool)
     stand, probe = before.stand[gone], before.probe[gone]
-    blacklisted_targets = np.zeros(len(stand), dtype=bool)
-    for x, y, radius in after.blacklisted_targets:
-        blacklisted_targets |= np.hypot(stand[:, 0] - x, stand[:, 1] - y) <= radius
-    stuck = blacklisted_targets & ~after.union.contains(probe)
+    stuck = is_blacklisted(after, stand) & ~after.union.contains(probe)
     return stand[~stuck], stand[stuck]
 
 
