@@ -139,7 +139,7 @@ def _stays_clear(position, speed, time, braking, discs, distance, age, escape):
         x, y = position[k]
         spare -= math.hypot(x - position[k - 1, 0], y - position[k - 1, 1]) + fastest * (time[k] - time[k - 1])
         stopped = k >= braking and abs(speed[k]) < STANDING_SPEED
-        if spare <= 0.0 or stopped:
+        if spare <= 0.0:
             spare = _clearance(x, y, discs, distance, age + time[k])
             if spare < 0.0 and max(abs(speed[k]), abs(speed[k - 1])) >= STANDING_SPEED:
                 stood = _clearance(position[0, 0], position[0, 1], discs, distance, age + time[k])

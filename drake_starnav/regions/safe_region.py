@@ -130,7 +130,7 @@ def certified_region(
     """
     far, count = min(kept[0], scan.range_max), kept[1]
     latest, latest_gaps = hits or hit_points(scan, ON_AXIS, scan.distances)
-    forgotten = max(len(memory.counts) + 1 - max(count, 1), 0)
+    forgotten = max(len(memory.counts) + 1 - count, 0)
     first = sum(memory.counts[:forgotten])
     bearings = float(pose[2]) + scan.angle_min, *field_of_view(scan, BLIND_SIDE)
     place = float(pose[0]), float(pose[1]), math.cos(pose[2]), math.sin(pose[2])

@@ -7,7 +7,9 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from drake_starnav.control.motion import SAMPLE_SPACING
+from drake_starnav.control.braking_certificate import StarCertificate
+from drake_starnav.control.motion import SAMPLE_SPACING, Actuation, roll_out
+from drake_starnav.geometry.footprint import footprint
 from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.regions.safe_region import CertifiedRegion, ScanMemory, certified_region
 from drake_starnav.robot import RobotParameters
@@ -190,6 +192,21 @@ def test_a_robot_at_the_edge_of_the_star_may_drive_into_it_but_not_along_its_edg
     assert certified(outside, inwards, inwards, PERIOD, LIMITS, ring(0.3))
     assert not certified(outside, -inwards, -inwards, PERIOD, LIMITS, ring(0.3))
     assert not certified(outside + (0.0, 0.0, 0.5 * math.pi), inwards, inwards, PERIOD, LIMITS, ring(0.3))
+
+
+@settings(max_examples=60)
+@given(seeds)
+def test_of_polygons_all_discs_that_cover_them_stay_inside_however_the_robot_is_turned(seed):
+    rng = np.random.default_rng(seed)
+    shape = footprint(
+        (((0.1, -0.1), (0.5, -0.1), (0.5, 0.1), (0.1, 0.1)), ((0.1, 0.1), (0.3, 0.1), (0.3, 0.6), (0.1, 0.6)))
+    )
+    star = CertifiedRegion(np.zeros(2), 0.0, rng.uniform(0.4, 1.0, 8).repeat(4), np.zeros((0, 2)))
+    pose = np.array((*rng.uniform(-0.3, 0.3, 2), rng.uniform(-math.pi, math.pi)))
+    driven = roll_out(pose, np.zeros(2), rng.uniform(-SPEEDS, SPEEDS), Actuation(LIMITS, shape, 0.2, 0.0))
+    turns = np.array([((math.cos(a), -math.sin(a)), (math.sin(a), math.cos(a))) for a in driven.pose[1:, 2]])
+    centers = driven.position[1:, None] + np.einsum("nij,mj->nmi", turns, shape.cover)
+    assert StarCertificate(star).accepts(driven) == star.alone.contains(centers.reshape(-1, 2)).all()
 
 
 def ring(reach: float) -> CertifiedRegion:

@@ -149,8 +149,9 @@ def test_a_robot_that_moves_is_far_enough_from_all_that_may_have_come_near_until
     motion = Motion(samples, 0, int(rng.integers(1, count)), True, disc(RADIUS))
     rows = np.hstack((samples[0, :2] + rng.uniform(-1.0, 1.0, (3, 2)), rng.uniform(-0.5, 0.5, (3, 4))))
     rows[:, 4:] = rng.uniform(0.0, 0.3, (3, 2))
-    age, distance = rng.uniform(0.0, 0.3), rng.uniform(0.0, 0.4)
+    age = rng.uniform(0.0, 0.3)
     speed, times = np.abs(motion.twist[:, 0]), age + motion.time
+    distance = rng.choice(room(motion.position, times, rows)) + rng.uniform(-1.5, 1.5) * ESCAPE  # close to what counts
     left, stood = (room(p, times, rows) - distance for p in (motion.position, motion.position[:1].repeat(count, 0)))
     stops = np.flatnonzero((np.arange(count) >= motion.braking) & (speed < STANDING_SPEED))
     last = stops[0] if len(stops) else count - 1
@@ -204,9 +205,45 @@ def test_of_tracks_that_are_out_of_sight_the_place_is_predicted_as_far_as_they_a
         seen=np.array([0.5, 1.0, 0.5]),  # the second is in view, the third is not known for long
         motion=np.array([1.0, 1.0, 1.0]),
         pace=np.array([0.5, 0.5, 0.5]),
+        hits=np.array([(3.8, 0.0), (6.8, 0.0)]),
+        owner=np.array([1, 2]),
     )
-    (found,) = reachable_discs(tracks, DynamicObstacleParameters(max_speed=0.8, caution=0.25))
-    np.testing.assert_allclose(found, (1.0, 0.0, 0.75 * 0.5, 0.75 * 0.1, 0.25 * 0.8, 0.2))
+    unknown, known, lost = reachable_discs(tracks, DynamicObstacleParameters(max_speed=0.8, caution=0.25))
+    np.testing.assert_allclose(unknown, (6.8, 0.0, 0.0, 0.0, 0.8, 0.0))
+    np.testing.assert_allclose(known, (3.8, 0.0, 0.75 * 0.5, 0.0, 0.25 * 0.8, 0.0))
+    np.testing.assert_allclose(lost, (1.0, 0.0, 0.75 * 0.5, 0.75 * 0.1, 0.25 * 0.8, 0.2))
+
+
+@pytest.mark.parametrize("way", [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.6, -0.8)])
+@pytest.mark.parametrize(("speed", "growth"), [(0.0, 0.0), (0.0, 0.8), (0.8, 0.0), (0.3, 0.3)])
+def test_in_long_steps_it_is_no_less_noticed_what_comes_near_meanwhile(way, speed, growth) -> None:
+    """The robot goes from one side of the origin to the other and back, and something comes near in between."""
+    way, half = np.array(way), 0.5
+    for count in (2, 3, 40):
+        there = np.linspace(-half, half, count)[:, None] * way
+        places = np.vstack((there, there[::-1]))
+        samples = np.zeros((len(places), 6))
+        samples[:, :2], samples[:-1, 3] = places, 1.0
+        samples[:, 5] = np.linspace(0.0, 1.0, len(places))
+        motion = Motion(samples, 0, len(places) - 1, True, disc(RADIUS))
+        met = samples[count - 1, 5]
+        for distance, accepted in ((RADIUS - 0.05, True), (RADIUS + 0.05, False)):
+            start = (half + RADIUS + (speed + growth) * met) * way  # touches the robot at the far end, then follows
+            row = np.array([(*start, *(-speed * way), growth, 0.0)])
+            reached = room(places, samples[:, 5], row).min()
+            assert (reached >= distance) == accepted or (speed or growth)
+            clear = MovingCertificate(row, distance, 0.0).accepts(motion)
+            assert clear == (reached >= distance)
+
+
+@pytest.mark.parametrize(("gap", "accepted"), [(MOVING_MARGIN - 0.5 * 0.02, True), (MOVING_MARGIN - 1.5 * 0.02, False)])
+def test_no_robot_makes_way_that_is_nearer_than_a_centimetre(gap: float, accepted: bool) -> None:
+    still = np.array([(RADIUS + gap, 0.0, 0.0, 0.0, 0.0, 0.0)])
+    tracked = Tracks(time=0.0, hits=still[:, :2], owner=np.array([-1]))
+    slow = DynamicObstacleParameters(max_speed=1e-3, caution=1.0)
+    commands = Actuation(LIMITS, disc(RADIUS), PERIOD, 0.0)
+    certificate = MovingCertificate.near(TrackedObstacles(tracked, 0.0, slow), np.zeros(2), commands)
+    assert stays_clear(np.zeros(3), np.zeros(2), np.array((-0.1, 0.0)), certificate) == accepted
 
 
 def test_where_nothing_may_come_near_any_motion_is_accepted() -> None:

@@ -126,6 +126,18 @@ def test_each_place_of_a_motion_keeps_the_margin_or_the_clearance_that_the_robot
     assert PointCertificate(star, margin, RADIUS).accepts(visiting(places)) == keeps
 
 
+@pytest.mark.parametrize("way", [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.6, -0.8)])
+def test_a_long_step_to_a_hit_is_no_less_noticed_than_many_short_ones(way: tuple[float, float]):
+    """Also from one side of the origin to the other."""
+    hit = (0.5 + 0.9 * RADIUS) * np.array(way)
+    star = CertifiedRegion(np.zeros(2), 0.0, np.zeros(4), hit[None], hit[None], np.zeros(1), seen=True)
+    for count in (2, 3, 100):
+        across = np.linspace(-0.5, 0.5, count)[:, None] * way
+        back = np.vstack((across, across[:1]))
+        assert not PointCertificate(star, MARGIN, RADIUS).accepts(visiting(back))
+        assert PointCertificate(star, MARGIN, RADIUS).accepts(visiting(-0.9 * back[:1]))
+
+
 def test_a_robot_within_the_margin_may_turn_on_the_spot():
     hits = np.array([(RADIUS + 0.01, 0.0)])
     star = CertifiedRegion(np.zeros(2), 0.0, np.zeros(4), hits, hits, np.zeros(1), seen=True)

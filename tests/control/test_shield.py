@@ -77,3 +77,6 @@ def test_a_robot_that_may_drive_nowhere_turns_if_it_stops_within_a_millimetre(br
     target, certified = certified_twist(np.zeros(3), twist, desired, (refusing,), actuation(robot))
     assert not certified
     assert tuple(target) == (0.0, 1.5 if turns else 0.0)
+    square = dataclasses.replace(robot, footprint=[[0.2, 0.2], [-0.2, 0.2], [-0.2, -0.2], [0.2, -0.2]])
+    target, _ = certified_twist(np.zeros(3), twist, desired, (refusing,), actuation(square))
+    assert tuple(target) == (0.0, 0.0)  # its corners would cover new ground

@@ -3,10 +3,13 @@
 import math
 
 import numpy as np
+import pytest
+from hypothesis import given
 
 from drake_starnav.lidar.field_of_view import FieldOfView
 from drake_starnav.regions.bearing_hits import CONNECTED_CHORD
 from drake_starnav.regions.chords import chords, hits_behind
+from tests.helpers.scans import seeds
 
 NOTHING = np.zeros((0, 2))
 
@@ -33,6 +36,45 @@ def test_the_last_scan_shades_in_order_of_its_bearings_and_joins_over_its_seam()
     assert len(shading) == 2
     assert sorted(np.hypot(*(shading[:, 2:] - shading[:, :2]).T) > 0.0) == [False, True]
     assert (~surfaces.shades).sum() == 3
+
+
+def expected(points: np.ndarray, closed: bool) -> list[tuple]:
+    """Pairs of neighbours nearer than CONNECTED_CHORD, and points without such a neighbour twice."""
+    count = len(points)
+    pairs = [(i, (i + 1) % count) for i in range(count if closed else count - 1) if count > 1]
+    joined = [(i, j) for i, j in pairs if math.dist(points[i], points[j]) < CONNECTED_CHORD]
+    alone = [(i, i) for i in range(count) if not any(i in pair for pair in joined)]
+    return sorted((*points[i].tolist(), *points[j].tolist()) for i, j in joined + alone)
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 5, 12])
+@given(seeds)
+def test_each_hit_is_joined_to_its_neighbours_on_the_surface_or_stands_alone(count: int, seed: int) -> None:
+    """Of the last scan in the order of its bearings from its place, all around; of the earlier as they come."""
+    rng = np.random.default_rng(seed)
+    center = rng.uniform(-5.0, 5.0, 2)
+    steps = rng.choice([0.5, 2.0], (2, count)) * CONNECTED_CHORD
+    turns = rng.uniform(-math.pi, math.pi) + np.cumsum(steps, axis=1) * rng.choice([0.5, 1.0])
+    turns = turns[:, (turns - turns[:, :1]).max(axis=0) < 2.0 * math.pi]
+    earlier, latest = (center + np.column_stack((np.cos(t), np.sin(t))) for t in turns)
+    surfaces = chords(np.vstack((earlier, latest)), len(earlier), NOTHING, center)
+    found = {shades: sorted(map(tuple, surfaces.ends[surfaces.shades == shades].tolist())) for shades in (False, True)}
+    assert found[False] == expected(earlier, closed=False)
+    bearings = np.arctan2(*(latest - center).T[::-1])
+    assert found[True] == expected(latest[np.argsort(bearings, kind="stable")], closed=True)
+
+
+@given(seeds)
+def test_what_a_turned_lidar_does_not_see_is_kept_once_for_each_cell(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    view, pose = FieldOfView(-1.0, 2.0 / 99, 100), rng.uniform(-3.0, 3.0, 3)
+    hits = pose[:2] + rng.uniform(-1.5, 1.5, (40, 2))
+    kept = hits_behind(hits[:20], hits[20:], view, pose, 1.2)
+    away = hits - pose[:2]
+    off = np.abs((np.arctan2(away[:, 1], away[:, 0]) - pose[2] + math.pi) % (2.0 * math.pi) - math.pi)
+    unseen = hits[(off > 1.0) & (np.hypot(*away.T) < 1.2)]
+    cells = [tuple(cell) for cell in np.floor(unseen / 0.02).astype(int).tolist()]
+    np.testing.assert_array_equal(kept, [hit for k, hit in enumerate(unseen) if cells[k] not in cells[:k]])
 
 
 def test_hits_are_remembered_only_where_the_lidar_does_not_look():

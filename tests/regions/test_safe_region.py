@@ -52,7 +52,7 @@ def test_more_scans_never_certify_more(seed):
 def test_the_memory_keeps_the_last_scans_and_never_changes():
     scans = [LaserScan(0.0, -math.pi, math.pi / 2, 0.0, 5.0, np.full(4, 1.0 + k)) for k in range(4)]
     memory = ScanMemory()
-    for count, kept in ((3, (1.0, 2.0, 3.0)), (1, (3.0,))):
+    for count, kept in ((5, (1.0, 2.0, 3.0)), (3, (1.0, 2.0, 3.0)), (1, (3.0,))):
         memories = [ScanMemory()]
         for scan in scans:
             looked = scan, scan.distances, np.zeros(3), SAFE, REACH
@@ -215,7 +215,8 @@ def test_hits_know_how_far_apart_they_are() -> None:
 def test_no_scan_certifies_no_motion():
     star, memory = CertifiedRegion.none(), ScanMemory()
     assert not star.seen and star.time == star.previous == memory.time == -math.inf
-    assert star.hits.shape == star.near_hits.shape == memory.points.shape == (0, 2)
+    assert star.hits.shape == star.near_hits.shape == star.behind.shape == memory.points.shape == (0, 2)
+    assert star.newest == 0 and len(star.chords.ends) == 0
     assert star.half_gaps.shape == memory.half_gaps.shape == (0,) and memory.counts == ()
     assert star.center.shape == (2,) and star.reach == math.inf and star.radius == 0.0
     assert not star.alone.contains(np.array([(0.001, 0.0)]))[0]

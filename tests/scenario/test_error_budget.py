@@ -172,6 +172,14 @@ def test_commands_that_wait_for_the_plant_need_a_margin(time_step, error):
     assert margin_of(simulation=SimulationParameters(time_step=time_step)) == pytest.approx(NOMINAL + error)
 
 
+@pytest.mark.parametrize("braking", [1.0, 2.0, 4.0])
+def test_turns_of_a_robot_whose_commands_are_late_err_over_its_way_until_it_stands(braking: float):
+    """Half a second late it turns by 4 % of 1 rad otherwise, over half the way of the delay and that of braking."""
+    robot, lidar = RobotParameters(max_acceleration=braking), LidarParameters(beams=3600)
+    late, prompt = (margin_of(robot=robot, lidar=lidar, drive=DriveParameters(delay=delay)) for delay in (0.5, 0.0))
+    assert late - prompt == pytest.approx(0.04 * (0.5 * 0.8 * 0.5 + 0.8**2 / (2.0 * braking)) - 0.003)
+
+
 def late_errors(robot: RobotParameters, delay: float, seed: int) -> tuple[np.ndarray, np.ndarray]:
     """By how much a driven robot is elsewhere, m, and turned otherwise, rad, than its late commands let expect."""
     world, drive, period = World("open", (0, 0, 0), (5, 0)), DriveParameters(delay=delay), 1.0 / RATE
