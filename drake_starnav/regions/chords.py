@@ -72,7 +72,7 @@ def _joined(points, circular):
     out, k = np.empty((count, 4)), 0
     for i in range(count):
         x, y = points[i]
-        follows = (i > 0 or circular) and _near(points[i - 1], points[i])
+        follows = (i > 0 or circular) and count > 1 and _near(points[i - 1], points[i])
         after = (i + 1) % count
         if (after > i or circular) and after != i and _near(points[i], points[after]):
             out[k, 0], out[k, 1], out[k, 2], out[k, 3] = x, y, points[after, 0], points[after, 1]
