@@ -57,11 +57,17 @@ def test_each_hit_is_joined_to_its_neighbours_on_the_surface_or_stands_alone(cou
     turns = rng.uniform(-math.pi, math.pi) + np.cumsum(steps, axis=1) * rng.choice([0.5, 1.0])
     turns = turns[:, (turns - turns[:, :1]).max(axis=0) < 2.0 * math.pi]
     earlier, latest = (center + np.column_stack((np.cos(t), np.sin(t))) for t in turns)
+    latest = latest[rng.permutation(len(latest))]  # as of several lidars
     surfaces = chords(np.vstack((earlier, latest)), len(earlier), NOTHING, center)
     found = {shades: sorted(map(tuple, surfaces.ends[surfaces.shades == shades].tolist())) for shades in (False, True)}
     assert found[False] == expected(earlier, closed=False)
     bearings = np.arctan2(*(latest - center).T[::-1])
     assert found[True] == expected(latest[np.argsort(bearings, kind="stable")], closed=True)
+
+
+def test_the_first_and_the_last_hit_of_earlier_scans_are_not_of_one_surface() -> None:
+    hits = on_circle(0.0, 90.0, 359.0)
+    np.testing.assert_array_equal(chords(hits, 3, NOTHING, np.zeros(2)).ends, np.hstack((hits, hits)))
 
 
 @given(seeds)

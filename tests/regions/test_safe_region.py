@@ -7,8 +7,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_starnav.lidar.laser_scan import DYNAMIC, LaserScan
+from drake_starnav.lidar.mounts import ON_AXIS
 from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.regions.safe_region import CertifiedRegion, ScanMemory, certified_region
+from drake_starnav.regions.views import hit_points
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import RADIUS, cast, scattered, seeds, segment_distance
 
@@ -86,7 +88,7 @@ def test_the_star_knows_when_and_where_its_scans_were_taken_and_what_distance_it
 def test_what_is_remembered_may_differ_from_what_was_measured() -> None:
     """Averaged ranges bound the star; the planner's near hits are the smoothed ones."""
     scan = all_around(b0_360=0.8)
-    averaged, smoothed = np.full(360, 0.7), np.full(360, 0.9)
+    averaged, smoothed = hit_points(scan, ON_AXIS, np.full(360, 0.7)), np.full(360, 0.9)
     star, memory = certified_region(ScanMemory(), scan, smoothed, np.zeros(3), SAFE, REACH, KEPT, averaged)
     for points, away in ((star.hits, 0.7), (memory.points, 0.7), (star.near_hits, 0.9)):
         np.testing.assert_allclose(np.hypot(*points.T), away)
