@@ -12,6 +12,7 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.errors import StarnavError
+from drake_starnav.geometry.polyline import arc_lengths
 from drake_starnav.worlds.capsules import TOLERANCE, blocker, blocks, capsules_around, point_to_segment_squared
 from drake_starnav.worlds.clearance import clearance as clearance_at
 from drake_starnav.worlds.world import World
@@ -221,18 +222,13 @@ def _pull_taut(path: np.ndarray, capsules: np.ndarray) -> np.ndarray:
     while True:
         band = np.vstack((path.min(axis=0) - _BAND, path.max(axis=0) + _BAND))
         bars = _around(band, capsules)
-        corners = _with_travel(path)
+        corners = np.column_stack((path, arc_lengths(path)))  # with the distance travelled up to each
         points = np.vstack((corners[:-1], _points_near(path, bars, around), corners[-1:]))
         shorter = _shortest_through(points, bars)
         done = _length(shorter) > (1.0 - 1e-4) * _length(path)
         path = shorter
         if done:
             return path
-
-
-def _with_travel(path: np.ndarray) -> np.ndarray:
-    """The corners of a path with the distance travelled up to each, shape (k, 3)."""
-    return np.column_stack((path, np.concatenate(([0.0], np.hypot(*np.diff(path, axis=0).T).cumsum()))))
 
 
 @njit(cache=True)

@@ -6,6 +6,7 @@ extruded polylines as OBJ files, one for each connected piece, with whose convex
 """
 
 import re
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
@@ -119,11 +120,8 @@ class Models:
                 if mesh is None:
                     continue
                 pieces = self._pieces(mesh.get("filename", ""), folder, f"link {link.get('name')}")
-                for k, piece in enumerate(pieces):
-                    copy = collision if k == 0 else _copy(collision, link)
-                    if k > 0:
-                        copy.set("name", f"{collision.get('name', 'collision')}_{k}")
-                    copy.find("geometry/mesh").set("filename", f"file://{piece}")  # type: ignore[union-attr]
+                for copy, piece in _shared_out(collision, link, pieces):
+                    copy.find("geometry/mesh").set("filename", piece)  # type: ignore[union-attr]
 
     def _sdf(self, root: Element, path: Path) -> None:
         if root.tag != "sdf":
@@ -234,11 +232,8 @@ class Models:
             else:
                 solids = "box, sphere, cylinder, capsule, ellipsoid, cone, polyline, plane or mesh"
                 raise StarnavError(f"{place} is a {shape.tag}; allowed: {solids}")
-            for k, piece in enumerate(pieces):
-                copy = collision if k == 0 else _copy(collision, link)
-                if k > 0:
-                    copy.set("name", f"{collision.get('name')}_{k}")
-                copy.find("geometry/mesh/uri").text = f"file://{piece}"  # type: ignore[union-attr]
+            for copy, piece in _shared_out(collision, link, pieces):
+                copy.find("geometry/mesh/uri").text = piece  # type: ignore[union-attr]
 
     def _pieces(self, uri: str, folder: Path, place: str) -> list[Path]:
         """The files to collide with instead of a mesh file."""
@@ -295,7 +290,12 @@ def _name_in(include: Element) -> str:
     return (include.findtext("uri") or "").strip().rstrip("/").rpartition("/")[2]
 
 
-def _copy(collision: Element, link: Element) -> Element:
-    copy = ElementTree.fromstring(ElementTree.tostring(collision))
-    link.append(copy)
-    return copy
+def _shared_out(collision: Element, link: Element, pieces: Iterable[Path]) -> Iterator[tuple[Element, str]]:
+    """A collision element of the link for each piece of a mesh, and the piece's URI; all but the first are copies."""
+    for k, piece in enumerate(pieces):
+        copy = collision
+        if k > 0:
+            copy = ElementTree.fromstring(ElementTree.tostring(collision))
+            copy.set("name", f"{collision.get('name', 'collision')}_{k}")
+            link.append(copy)
+        yield copy, f"file://{piece}"

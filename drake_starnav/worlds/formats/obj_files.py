@@ -15,11 +15,10 @@ from scipy.sparse.csgraph import connected_components
 
 from drake_starnav.geometry.mesh_file import mesh_triangles
 from drake_starnav.worlds.convex_parts import convex_parts
+from drake_starnav.worlds.footprints import cylinder_vertices
 
 MOST_PIECES = 200
 """A mesh of more connected pieces stays one."""
-_AROUND = 96
-"""Sides of a cone, which is up to 0.05 % too wide."""
 _PLANE, _SLAB = 100.0, 1.0
 """A plane reaches this far to each side of its origin, and is this thick, m."""
 
@@ -40,12 +39,10 @@ def _cone(shape: Element) -> list[tuple[np.ndarray, np.ndarray]]:
     radius, length = (float(shape.findtext(name, "nan")) for name in ("radius", "length"))
     if not (0.0 < radius < math.inf and 0.0 < length < math.inf):
         raise ValueError(f"radius {radius:g}, length {length:g}")
-    bearing = 2.0 * np.pi / _AROUND * np.arange(_AROUND)
-    rim = radius / math.cos(np.pi / _AROUND) * np.column_stack((np.cos(bearing), np.sin(bearing)))
-    vertices = np.vstack((np.column_stack((rim, np.full(_AROUND, -0.5 * length))), [(0.0, 0.0, 0.5 * length)]))
-    following = np.roll(np.arange(_AROUND), -1)
-    sides = np.column_stack((np.arange(_AROUND), following, np.full(_AROUND, _AROUND)))
-    return [(vertices, np.vstack((sides, _fan(np.arange(_AROUND)[::-1]))))]
+    rim, _ = np.split(cylinder_vertices(radius, length), 2)
+    corners = np.arange(len(rim))
+    sides = np.column_stack((corners, np.roll(corners, -1), np.full(len(rim), len(rim))))
+    return [(np.vstack((rim, (0.0, 0.0, 0.5 * length))), np.vstack((sides, _fan(corners[::-1]))))]
 
 
 def _polyline(shape: Element) -> list[tuple[np.ndarray, np.ndarray]]:
