@@ -11,7 +11,6 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.utils.shared_rows import SharedRows
 
 TILE = 64
 """Cells along a tile's side."""
@@ -21,6 +20,26 @@ KEPT_BEYOND = 0.2
 """The grid holds distances up to the robot's radius plus this, m."""
 LARGEST_GRID = 5e7
 """A grid that is searched has no more cells than this."""
+
+
+@dataclass
+class TilePool:
+    """Tiles with spare ones; of the grids that share them, the first to use a row owns it.
+
+    Attributes:
+        tiles: shape (n, TILE, TILE), m.
+        used: how many of them are in use.
+    """
+
+    tiles: np.ndarray
+    used: int = 0
+
+    def copied(self, rows: np.ndarray, spare: int) -> "TilePool":
+        """Copies of the tiles in some rows, shape (k,), with room for `spare` more and for as many again."""
+        used = len(rows)
+        larger = np.empty((2 * (used + spare) + 16, TILE, TILE), self.tiles.dtype)
+        np.take(self.tiles, rows, axis=0, out=larger[:used], mode="clip")
+        return TilePool(larger, used)
 
 
 @dataclass(frozen=True)
@@ -33,7 +52,7 @@ class DistanceGrid:
         first: the tile that comes first, shape (2,); tile (p, q) has the cells from (p, q) * TILE on.
         rows: where each tile lies in the pool, shape (I, J), int32; -1 where no hit is near.
         used: rows of the pool that were in use when this grid was made.
-        pool: the tiles, shape (n, TILE, TILE), m, which grids share that extend one another.
+        pool: the tiles, which grids share that extend one another.
     """
 
     resolution: float
@@ -41,14 +60,15 @@ class DistanceGrid:
     first: np.ndarray = field(compare=False)
     rows: np.ndarray = field(compare=False)
     used: int = field(compare=False)
-    pool: SharedRows = field(compare=False)
+    pool: TilePool = field(compare=False)
 
     @staticmethod
     def empty(resolution: float, robot_radius: float) -> "DistanceGrid":
         """A grid without hits; cell size and the robot's radius in m."""
-        nothing = np.zeros((0, TILE, TILE), np.float32)
         first, rows = np.zeros(2, np.int64), np.full((0, 0), -1, np.int32)
-        return DistanceGrid(resolution, robot_radius + KEPT_BEYOND, first, rows, 0, SharedRows((nothing,), 0))
+        return DistanceGrid(
+            resolution, robot_radius + KEPT_BEYOND, first, rows, 0, TilePool(np.zeros((0, TILE, TILE), np.float32))
+        )
 
     def emptied(self) -> "DistanceGrid":
         """A grid of the same cells without hits."""
@@ -58,12 +78,12 @@ class DistanceGrid:
     def tiles(self) -> dict[tuple[int, int], np.ndarray]:
         """(p, q) -> the distances of that tile's cells, shape (TILE, TILE), m; only where hits are near."""
         found, (p, q) = np.argwhere(self.rows >= 0).tolist(), self.first.tolist()
-        return {(p + i, q + j): self.pool.arrays[0][self.rows[i, j]] for i, j in found}
+        return {(p + i, q + j): self.pool.tiles[self.rows[i, j]] for i, j in found}
 
     @property
     def arrays(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, float, float]:
         """For compiled loops: tiles, rows, first, resolution, cap."""
-        return self.pool.arrays[0], self.rows, self.first, self.resolution, self.cap
+        return self.pool.tiles, self.rows, self.first, self.resolution, self.cap
 
     def stamped(self, points: np.ndarray) -> "DistanceGrid":
         """This grid with more hits; points of shape (n, 2) in W, m."""
@@ -74,11 +94,11 @@ class DistanceGrid:
         low, high = (nearest[0].astype(int) - border) // TILE, (nearest[1].astype(int) + border) // TILE + 1
         first, rows = _widened(self.first, self.rows, low, high)
         pool, most = self.pool, int((high - low).prod())
-        if pool.used != self.used or pool.used + most > len(pool.arrays[0]):
+        if pool.used != self.used or pool.used + most > len(pool.tiles):
             live = rows >= 0
-            pool = SharedRows.copied(pool.arrays, rows[live], most)
+            pool = pool.copied(rows[live], most)
             rows[live] = np.arange(pool.used)
-        pool.used = _stamp(pool.arrays[0], pool.used, rows, first, self.resolution, self.cap, points)
+        pool.used = _stamp(pool.tiles, pool.used, rows, first, self.resolution, self.cap, points)
         return DistanceGrid(self.resolution, self.cap, first, rows, pool.used, pool)
 
     def distance(self, points: np.ndarray) -> np.ndarray:

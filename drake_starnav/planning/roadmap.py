@@ -18,7 +18,6 @@ from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.region_index import indexed
 from drake_starnav.regions.region_union import RegionUnion
 from drake_starnav.regions.star_region import StarRegion, scan_region, united
-from drake_starnav.utils.shared_rows import SharedRows
 from drake_starnav.utils.snapshot import snapshot
 
 STANDING_THERE = 0.12
@@ -41,7 +40,6 @@ class StarRoadmap:
         hits: distances to the hits of all node scans and of the scans that blocked an optimistic path.
         regions: one per node, oldest first.
         union: the same regions.
-        rows: the memory of the union, which roadmaps share that extend one another.
         scans: per node, the scan and the sensor's pose (x, y, yaw) in W it was made from.
         edges: shape (e, 2), node indices; one of the two regions contains the other's centre. A node without such a
             region has a single edge, to the older node from which it was most likely reached.
@@ -61,7 +59,6 @@ class StarRoadmap:
     hits: DistanceGrid
     regions: tuple[StarRegion, ...] = ()
     union: RegionUnion = field(default_factory=RegionUnion.none)
-    rows: SharedRows = field(default_factory=lambda: SharedRows((), 0), compare=False)
     scans: tuple[tuple[LaserScan, np.ndarray], ...] = ()
     edges: np.ndarray = field(default_factory=lambda: np.zeros((0, 2), np.int64))
     lengths: np.ndarray = field(default_factory=lambda: np.zeros(0))
@@ -120,14 +117,12 @@ def with_node(
 ) -> StarRoadmap:
     """The roadmap with one more node and its edges, other hits and the same frontiers; arguments as for `extended`."""
     known = len(roadmap)
-    rows = roadmap.rows.extended(known, 1, region.row) if known else SharedRows(united((region,)).rows, 1)
-    union = indexed(RegionUnion(*rows.in_use), roadmap.union, np.array([known]))
+    union = indexed(united((*roadmap.regions, region)), roadmap.union, np.array([known]))
     edges, lengths = edges_from(union, known)
     return dataclasses.replace(
         roadmap,
         regions=(*roadmap.regions, region),
         union=union,
-        rows=rows,
         scans=(*roadmap.scans, (scan, np.array(pose, dtype=float))),
         edges=np.vstack((roadmap.edges, edges)),
         lengths=np.concatenate((roadmap.lengths, lengths)),
@@ -165,7 +160,6 @@ def remade(
         roadmap,
         regions=regions,
         union=union,
-        rows=SharedRows(union.rows, len(regions)),
         scans=tuple((scan, np.array(pose, dtype=float)) for _, scan, pose in nodes),
         edges=edges,
         lengths=lengths,
