@@ -1,6 +1,7 @@
 """Lidars of a robot's model: where they are, what is asked of their frames, and that the robot drives with them."""
 
 import math
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -34,10 +35,15 @@ OPEN = World("open", (1.0, -2.0, 0.6), (5.0, 0.0), cylinders=[(2.0, -2.0, 0.3), 
 @pytest.fixture(scope="module")
 def model(tmp_path_factory: pytest.TempPathFactory) -> str:
     """Override for starbot with more frames."""
-    text = model_path("robots", "starbot.urdf").read_text(encoding="utf-8")
-    frames = [f'<frame name="{n}" link="base_link" xyz="{xyz}" rpy="{rpy}"/>' for n, (xyz, rpy) in FRAMES.items()]
     path = tmp_path_factory.mktemp("robot") / "mounted.urdf"
-    path.write_text(text.replace("</robot>", "".join((*frames, "</robot>"))), encoding="utf-8")
+    return with_frames("starbot", path, FRAMES)
+
+
+def with_frames(name: str, path: Path, frames: dict[str, tuple[str, str]]) -> str:
+    """Override for a shipped robot with more frames, written to a path."""
+    text = model_path("robots", f"{name}.urdf").read_text(encoding="utf-8")
+    more = [f'<frame name="{n}" link="base_link" xyz="{xyz}" rpy="{rpy}"/>' for n, (xyz, rpy) in frames.items()]
+    path.write_text(text.replace("</robot>", "".join((*more, "</robot>"))), encoding="utf-8")
     return f"robot.model={path}"
 
 
@@ -134,6 +140,16 @@ def test_a_robot_drives_with_lidars_anywhere(model: str, lidars: tuple[str, ...]
 )
 def test_declared_faults_are_allowed_for_with_lidars_anywhere(model: str, faults: tuple[str, ...]) -> None:
     trial = run_trial(load_scenario("room", overrides=[model, *CORNERS, *faults]), seed=4)
+    assert trial.outcome == "reached" and trial.min_clearance_m > 0.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [6, 7])
+def test_a_polygon_drives_with_two_lidars_at_its_corners(tmp_path: Path, seed: int) -> None:
+    corners = {"right": ("0.39 -0.24 0.07", FRAMES["right"][1]), "left": ("-0.39 0.24 0.07", FRAMES["left"][1])}
+    carrier = with_frames("carrier", tmp_path / "carrier.urdf", corners)
+    shutil.copy(model_path("robots", "carrier.yaml"), tmp_path)
+    trial = run_trial(load_scenario("forest", overrides=[carrier, *CORNERS]), seed=seed)
     assert trial.outcome == "reached" and trial.min_clearance_m > 0.0
 
 
