@@ -8,13 +8,14 @@ footprint: it then counts as stalled, and another way is planned, on which it ma
 
 import heapq
 import math
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
 from drake_starnav.geometry.footprint import Footprint
-from drake_starnav.geometry.polyline import arc_lengths
+from drake_starnav.geometry.polyline import arc_lengths, distance_to_segment, resampled
 from drake_starnav.planning.passage import Passage, tight_passage
 from drake_starnav.regions.chords import Chords
 from drake_starnav.regions.safe_region import CertifiedRegion
@@ -46,6 +47,8 @@ STUCK = 0.3
 """A robot that has not moved for so long is stuck, s."""
 MOVED, TURNED = 0.01, 0.05
 """It has moved if it did so by more than this, m or rad."""
+ROOM_AHEAD = 0.6
+"""A manoeuvre ends where the robot may turn as it likes for so long on its path, m."""
 PATIENCE = 4.0
 """A manoeuvre is given up if no pose of it is reached for so long, s."""
 TRIES, SAME_PLACE, REMEMBERED = 3, 0.6, 8
@@ -120,7 +123,7 @@ def manoeuvring(before: Manoeuvring, path: np.ndarray, pose: np.ndarray, time: f
         now = now._replace(pose=pose.copy(), still=time)
     if len(now.poses):
         passed = reached(pose, now.poses, body.base)
-        if passed == len(now.poses) or not len(path):
+        if passed == len(now.poses) or not len(path) or is_roomy(pose, path, body):
             return now._replace(poses=NO_POSES, still=time)
         if passed:
             return now._replace(poses=now.poses[passed:], since=time)
@@ -135,6 +138,15 @@ def manoeuvring(before: Manoeuvring, path: np.ndarray, pose: np.ndarray, time: f
     begun = np.vstack((now.begun[1 - REMEMBERED :], pose[:2]))
     poses = found_manoeuvre(pose, path, body, tries)
     return now._replace(poses=poses, since=time, still=time, begun=begun)
+
+
+def is_roomy(pose: np.ndarray, path: np.ndarray, body: Body) -> bool:
+    """Whether the robot may turn as it likes on the path (k, 2) ahead of a pose, so that it needs no manoeuvre."""
+    if not body.base.turns_on_the_spot:
+        return False
+    way, needed = np.vstack((pose[:2], path)), body.footprint.radius + body.margin
+    ahead = resampled(way, 0.5 * ROOM_AHEAD)[:3]
+    return all((distance_to_segment(body.star.hits, a, b) > needed).all() for a, b in pairwise(ahead))
 
 
 def reached(pose: np.ndarray, poses: np.ndarray, base: Base) -> int:

@@ -128,6 +128,14 @@ def test_a_robot_that_shuttles_between_two_places_gives_its_way_up():
     assert gave_up
 
 
+def test_a_manoeuvre_ends_where_the_robot_may_turn_on_its_path():
+    poses = np.array(((1.6, 0.0, 0.0, 1.0),))
+    for x, others, ends in ((-1.2, (-0.6, 0.0), True), (0.0, (1.6, 0.0), False), (1.6, (2.3, 0.0), True)):
+        pose, path = np.array((x, 0.0, 0.0)), np.array((others,))
+        state = manoeuvring(Manoeuvring(poses + (x, 0.0, 0.0, 0.0)), path, pose, 0.0, body(DOOR, pose))
+        assert (len(state.poses) == 0) == ends
+
+
 def test_a_robot_without_a_path_or_that_moves_begins_none():
     pose, path = np.array((0.0, 0.05, 0.6)), np.array(((1.6, 0.0),))
     robot, state, creeping = body(DOOR, pose), Manoeuvring(), Manoeuvring()
