@@ -1,10 +1,9 @@
 """The optimistic path from the target to the goal, and whether a new scan blocks it."""
 
-import math
-
 import numpy as np
 from numba import njit
 
+from drake_starnav.geometry.polyline import arc_lengths
 from drake_starnav.planning.cost_field import CostField
 from drake_starnav.planning.frontiers import Frontiers
 
@@ -28,15 +27,9 @@ def next_segment_of(path: np.ndarray, to_go: CostField, position: np.ndarray) ->
     return path[:1] if there >= here else path[: 1 + index_along(path, NEXT)]
 
 
-@njit(cache=True)
-def index_along(path, length):
+def index_along(path: np.ndarray, length: float) -> int:
     """Number of segments of a path (k, 2) that end before `length`, m."""
-    along = 0.0
-    for i in range(len(path) - 1):
-        along += math.hypot(path[i + 1, 0] - path[i, 0], path[i + 1, 1] - path[i, 1])
-        if along >= length:
-            return i
-    return len(path) - 1
+    return int(np.searchsorted(arc_lengths(path)[1:], length))
 
 
 @njit(cache=True)
