@@ -74,9 +74,9 @@ GROUPS: dict[str, dict[str, tuple[str, ...]]] = {
 """The modules, and the tests that must kill their mutants. Records without code, as `regions/margins`, have none."""
 WANTED = 0.95
 """Least share of the mutants of a group, but for equivalent ones, that must be killed."""
-LONGEST = 1.0
+LONGEST = 3.0
 """Tests that take more processor time without compilation are left out, s."""
-WARM_UP = 5.0
+WARM_UP = 6.0
 """The same with compilation, before the first mutant."""
 SLOWER, LATE = 3.0, 5.0
 """A mutant whose tests take so many times the time of the module's, and so many seconds more, is killed."""

@@ -221,12 +221,12 @@ def test_in_long_steps_it_is_no_less_noticed_what_comes_near_meanwhile(way, spee
     way, half = np.array(way), 0.5
     for count in (2, 3, 40):
         there = np.linspace(-half, half, count)[:, None] * way
-        places = np.vstack((there, there[::-1]))
+        places = np.vstack((there[:1], there, there[::-1]))
         samples = np.zeros((len(places), 6))
         samples[:, :2], samples[:-1, 3] = places, 1.0
         samples[:, 5] = np.linspace(0.0, 1.0, len(places))
         motion = Motion(samples, 0, len(places) - 1, True, disc(RADIUS))
-        met = samples[count - 1, 5]
+        met = samples[count, 5]
         for distance, accepted in ((RADIUS - 0.05, True), (RADIUS + 0.05, False)):
             start = (half + RADIUS + (speed + growth) * met) * way  # touches the robot at the far end, then follows
             row = np.array([(*start, *(-speed * way), growth, 0.0)])

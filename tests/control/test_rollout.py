@@ -35,6 +35,15 @@ def test_the_clearance_is_that_of_the_nearest_hit_up_to_the_zone() -> None:
     assert clearance_within(0.0, 0.0, hits, 0.5, 0.1) == 0.0
 
 
+@given(seeds)
+def test_the_clearance_is_the_same_wherever_robot_and_hits_are(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    x, y = rng.uniform(-2.0, 2.0, 2)
+    hits = (x, y) + rng.uniform(-1.0, 1.0, (5, 2))
+    nearest = np.hypot(*(hits - (x, y)).T).min()
+    assert clearance_within(x, y, hits, 0.25, 0.3) == pytest.approx(min(max(nearest - 0.25, 0.0), 0.3))
+
+
 def test_the_next_way_point_is_in_sight_beyond_the_backward_extension_of_its_leg() -> None:
     assert next_way_point(LINE, 1, 0.5, 0.0) == 1
     assert next_way_point(LINE, 1, 1.0, 0.0) == 2

@@ -115,7 +115,7 @@ def test_each_fault_s_part_of_the_margin(section, changes, error):
         (20.0, {}, 0.0),
         (10.0, {}, 0.005 + 0.02 * 0.32 - 0.004),
         (5.0, {}, 0.02 + 0.08 * 0.32 - 0.004),
-        (10.0, {"max_acceleration": 2.0}, 0.01 + 0.02 * 0.16 - 0.004),
+        (10.0, {"max_acceleration": 4.0}, 0.02 + 0.02 * 0.08 - 0.004),
         (40.0, {"max_speed": 2.0, "max_acceleration": 3.0, "max_yaw_acceleration": 10.0}, 0.0),
     ],
 )
