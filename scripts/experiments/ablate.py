@@ -120,10 +120,7 @@ ABLATIONS = (
         "dbscan_frontiers",
         "the paper's frontiers",
         "paper III-B.2; method 4",
-        replaced={
-            f"{PLANNER}.extended": replacements.extended_at_clusters,
-            "drake_starnav.planning.roadmap.extended": replacements.extended_at_clusters,
-        },
+        replaced={f"{PLANNER}.extended": replacements.extended_at_clusters},
     ),
     Ablation(
         "no_virtual_frontiers",
