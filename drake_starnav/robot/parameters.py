@@ -15,6 +15,8 @@ from drake_starnav.robot.omnidirectional import Omnidirectional
 
 BASES: dict[str, Base] = {"differential": Differential(), "omnidirectional": Omnidirectional(), "car": Car()}
 """By the value of `robot.base`."""
+LEAST_RADIUS = 0.01
+"""m"""
 MODEL_FILES = (".urdf", ".xacro")
 """What the name of a robot's own file ends with."""
 
@@ -29,9 +31,9 @@ class RobotParameters:
     )
     radius: float = parameter(
         0.25,
-        "radius of the disc that contains the hull",
+        "radius of the disc that it covers; 0: what the collision shapes of a model of your own cover",
         unit="m",
-        low=0.01,
+        low=0.0,
         high=5.0,
         when="a round robot of another size",
     )
@@ -72,6 +74,8 @@ class RobotParameters:
     def __post_init__(self) -> None:
         check_parameters(self, "robot")
         if not self.footprint:
+            if 0.0 < self.radius < LEAST_RADIUS:
+                raise StarnavError(f"robot.radius is {self.radius:g} m; allowed: 0, or at least {LEAST_RADIUS:g} m")
             return
         circumscribed = self.shape.radius
         if self.radius not in (RobotParameters.radius, circumscribed):
@@ -90,6 +94,11 @@ class RobotParameters:
         Raises:
             StarnavError: `footprint` holds no convex polygons.
         """
+        if not self.footprint and self.radius == 0.0:
+            raise StarnavError(
+                f"robot.radius is 0, and the shape of model {self.model} was not read; allowed: a scenario as from "
+                "drake_starnav.load_scenario"
+            )
         if not self.footprint:
             round = disc(self.radius)
             return round if self.drive.turns_on_the_spot else footprint(_tuples(round.outline.tolist()))

@@ -11,9 +11,9 @@ import yaml
 from drake_starnav.errors import StarnavError, shown
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.parameters import build, declared, unknown_name
-from drake_starnav.robot import RobotParameters
+from drake_starnav.robot import MODEL_FILES, RobotParameters
 from drake_starnav.scenario.directives import directives_text, make_paths_absolute, move_directives
-from drake_starnav.scenario.robot_limits import limits_file, of_model
+from drake_starnav.scenario.robot_limits import EXCLUSIVE, limits_file, of_model
 from drake_starnav.scenario.schema import DRAKE_CONFIGS, KEYS, SECTIONS, Scenario, check_known
 from drake_starnav.scenario.shipped import METHODS, scenario_names
 from drake_starnav.scenario.tagged_yaml import Loader, SectionDumper, Tagged, read_mapping, section
@@ -21,9 +21,6 @@ from drake_starnav.utils.files import read_text, reason_of, write_text
 from drake_starnav.utils.resources import model_path
 from drake_starnav.utils.yaml_text import LARGEST_TEXT, load_yaml
 from drake_starnav.worlds import WORLD_KINDS, Model
-
-SHAPES = {"radius", "footprint"}
-"""Keys of `robot`, of which one says what it covers of the floor."""
 
 
 def scenario_path(name_or_path: str | Path) -> Path:
@@ -99,6 +96,9 @@ def parse_scenario(
     robot = sections.get("robot")
     model = str(robot.get("model", RobotParameters.model) if isinstance(robot, dict) else RobotParameters.model)
     limits, parts = of_model(model, sections), {}
+    said = {**limits.get("robot", {}), **(robot if isinstance(robot, dict) else {})}
+    if model.endswith(MODEL_FILES) and not said.keys() & set(EXCLUSIVE):
+        sections["robot"]["radius"] = 0.0  # as of the model
     for key, cls in SECTIONS.items():
         base = build(cls, limits.get(key), f"{limits_file(model)}: {key}" if key in limits else key)
         parts[key] = build(cls, sections.get(key), key, base=build(cls, METHODS[method].get(key), key, base=base))
@@ -197,8 +197,10 @@ def _override(sections: dict[str, Any], text: str) -> None:
     if not isinstance(sections.get(part), dict):
         sections[part] = {}
     sections[part][names[1]] = parsed
-    if part == "robot" and names[1] in SHAPES:  # what is said last of the robot's shape replaces what was said before
-        for other in SHAPES - {names[1]}:
+    if (
+        part == "robot" and names[1] in EXCLUSIVE
+    ):  # what is said last of the robot's shape replaces what was said before
+        for other in set(EXCLUSIVE) - {names[1]}:
             sections[part].pop(other, None)
 
 
