@@ -1,8 +1,8 @@
 # The public names, each in one line, by subject. __init__.py reads this file.
 # isort: skip_file
 from drake_starnav.scenario.schema import Scenario as Scenario
-from drake_starnav.station.own_shape import load_scenario as load_scenario
-from drake_starnav.station.own_shape import parse_scenario as parse_scenario
+from drake_starnav.loading import load_scenario as load_scenario
+from drake_starnav.loading import parse_scenario as parse_scenario
 from drake_starnav.scenario.scenario_file import save_scenario as save_scenario
 from drake_starnav.scenario.margins import derive_margins as derive_margins
 from drake_starnav.robot import RobotParameters as RobotParameters

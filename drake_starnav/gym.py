@@ -17,6 +17,7 @@ from drake_starnav.control.motion import Actuation, Pose, Twist, stepped
 from drake_starnav.control.shield import certified_twist, ramped_twist
 from drake_starnav.errors import StarnavError, UnsupportedError
 from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.loading import load_scenario
 from drake_starnav.navigation import Parts, add_navigation
 from drake_starnav.navigation.validation import validated_margins
 from drake_starnav.regions.perception import Perceived, PerceptionSettings, perceive
@@ -25,7 +26,6 @@ from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.simulation import add_collision_monitor
 from drake_starnav.station.model_world import make_world_with_footprints
 from drake_starnav.station.navigation_station import add_station
-from drake_starnav.station.own_shape import load_scenario
 from drake_starnav.station.plant import advance, make_simulator
 from drake_starnav.systems.release import release
 from drake_starnav.systems.twist_shield import Unshielded

@@ -11,10 +11,10 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def _work(options: argparse.Namespace) -> int:
+    from drake_starnav.loading import load_scenario
     from drake_starnav.scenario.error_budget import SYMBOLS, TERMS, error_budget
     from drake_starnav.scenario.margins import derive_margins
     from drake_starnav.station.navigation_station import NavigationStation
-    from drake_starnav.station.own_shape import load_scenario
     from drake_starnav.worlds import World
 
     scenario = load_scenario(options.scenario, overrides=options.overrides)

@@ -57,9 +57,9 @@ def _add_run_options(parser: argparse.ArgumentParser) -> None:
 
 
 def _simulate(options: argparse.Namespace) -> int:
+    from drake_starnav.loading import load_scenario
     from drake_starnav.scenario.scenario_file import scenario_text
     from drake_starnav.scenario.source_files import input_files
-    from drake_starnav.station.own_shape import load_scenario
     from drake_starnav.worlds import make_world
 
     check_seed(options.seed)

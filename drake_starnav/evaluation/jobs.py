@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 from drake_starnav.errors import StarnavError, UnsupportedError
+from drake_starnav.loading import load_scenario, parse_scenario
 from drake_starnav.scenario.scenario_file import scenario_text
 from drake_starnav.scenario.schema import in_world
-from drake_starnav.station.own_shape import load_scenario, parse_scenario
 
 Record = dict[str, Any]
 """A finished trial as stored in a file: the fields of a `Trial` and its number."""

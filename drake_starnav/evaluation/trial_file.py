@@ -18,8 +18,8 @@ from typing import IO, Any
 from drake_starnav.errors import StarnavError
 from drake_starnav.evaluation.jobs import Case, Key, Record
 from drake_starnav.evaluation.trial_checks import header_fault, record_fault
+from drake_starnav.scenario import parse_scenario
 from drake_starnav.scenario.source_files import source_files
-from drake_starnav.station.own_shape import parse_scenario
 from drake_starnav.utils.files import reason_of, unwritable
 from drake_starnav.utils.resources import model_path
 

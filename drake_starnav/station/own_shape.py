@@ -1,9 +1,7 @@
-"""Scenarios whose robot's shape is that of its model."""
+"""The shape of a robot as its model has it."""
 
 import dataclasses
 import math
-from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,7 +9,6 @@ import shapely
 from pydrake.geometry import SceneGraph
 from pydrake.multibody.plant import MultibodyPlant
 
-from drake_starnav import scenario as scenarios
 from drake_starnav.errors import StarnavError
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario import Scenario
@@ -24,27 +21,6 @@ ROUND = 0.97
 """A model that covers this share of the disc around it counts as a disc."""
 SIMPLIFIED = 0.004
 """Corners are left out where the outline grows by no more than about this, m."""
-
-
-def load_scenario(name_or_path: str | Path, *, method: str = "star", overrides: Sequence[str] = ()) -> Scenario:
-    """A shipped scenario by name, or one from a YAML file by path.
-
-    If nothing is said of the shape of a robot of the user's own, it is that of the model's collision shapes.
-
-    Args:
-        name_or_path: e.g. "forest", or "my/world.yaml".
-        method: whose settings the scenario's own keys are laid over; see `METHODS`.
-        overrides: "dotted.key=value" texts, laid over the scenario's keys.
-
-    Raises:
-        StarnavError: no such scenario, method or model, broken YAML, unknown key, or a value that is not allowed.
-    """
-    return with_own_shape(scenarios.load_scenario(name_or_path, method=method, overrides=overrides))
-
-
-def parse_scenario(text: str, *, name: str, **given: Any) -> Scenario:
-    """A scenario from YAML text; arguments as of `scenario.parse_scenario`, and the shape as for `load_scenario`."""
-    return with_own_shape(scenarios.parse_scenario(text, name=name, **given))
 
 
 def with_own_shape(scenario: Scenario) -> Scenario:

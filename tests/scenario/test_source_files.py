@@ -46,7 +46,7 @@ CHAINS: dict[str, dict[str, str]] = {
         "maps/images/m.pgm": "P5",
     },
     "robot": {
-        "scenario.yaml": "world: !Room {}\nrobot: {model: own/robot.urdf}\n",
+        "scenario.yaml": "world: !Room {}\nrobot: {model: own/robot.urdf, radius: 0.3}\n",
         "own/robot.urdf": '<robot name="r"><link name="l"><collision><geometry><mesh filename="hull.obj"/></geometry>'
         "</collision></link></robot>",
         "own/hull.obj": "v 0 0 0\n",
