@@ -103,10 +103,9 @@ def stall_point_ahead(
 ) -> np.ndarray | None:
     """The place that bars a stalled robot's path (k, 2), shape (2,), W, m; None where nothing need bar it.
 
-    It is just ahead, or in the middle of a passage that is too tight for a robot that is no disc.
-
-    It may stand only to turn, if it is a disc; it may have come along there; or it may be slow to leave another blocked
-    place. `margin` (m) is that of the regions; None: the planner's.
+    It is just ahead, or in the middle of a passage that is too tight for a robot that is no disc. Nothing bars the path
+    where the robot may stand only to turn, if it is a disc; where it came along; or where it may be slow to leave
+    another blocked place. `margin` (m) is that of the regions; None: the planner's.
     """
     if not len(path) or (now.body is None and not _faces(now.seen.pose, path[0])):
         return None

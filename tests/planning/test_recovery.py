@@ -8,12 +8,14 @@ import pytest
 from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, UNKNOWN
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, plan_step
 from drake_starnav.planning.cost_field import BLACKLIST_RADIUS
-from drake_starnav.planning.recovery import LOOKS, too_narrow
+from drake_starnav.planning.manoeuvre import Manoeuvring
+from drake_starnav.planning.recovery import LOOKS, stall_point_ahead, too_narrow
 from drake_starnav.regions import Observation
 from drake_starnav.regions.star_region import scan_region
 from drake_starnav.worlds.world import World
 from tests.helpers.path_follower import BAFFLES, PERIOD, VAULT, drive
 from tests.helpers.scans import MARGINS, RADIUS, cast, noisy
+from tests.planning.test_manoeuvre import DOOR, SHAPE, body
 
 PARAMETERS = PlannerParameters()
 
@@ -46,6 +48,23 @@ def test_a_robot_that_leaves_a_blocked_place_slowly_is_not_shut_in():
     offset = stall_points - BAFFLES.start[:2]
     assert len(stall_points) >= 1
     assert (offset @ offset.T > 0.0).all()  # the way back from each is open
+
+
+def test_a_passage_that_no_manoeuvre_gets_through_is_closed_whichever_way_the_robot_faces():
+    pose = np.array((0.0, 0.05, 2.0))
+    scan = cast(DOOR, pose, beams=720)
+    seen = Observation(scan_region(scan, pose, SHAPE.narrow, MARGINS), scan, pose)
+    now = PlannerInput(
+        seen, pose[:2], np.array((1.6, 0.0)), 0.0, PARAMETERS, MARGINS, SHAPE.narrow, body=body(DOOR, pose)
+    )
+    first = plan_step(PlannerState.initial(PARAMETERS, SHAPE.radius), now)
+    place = stall_point_ahead(first.roadmap, first.guidance.path, now)
+    np.testing.assert_allclose(place, (0.55, 0.0), atol=0.08)
+    assert stall_point_ahead(first.roadmap, first.guidance.path, now._replace(body=None)) is None
+    shuttling, later = dataclasses.replace(first, manoeuvring=Manoeuvring(gives_up=True)), now._replace(time=0.1)
+    given_up, others = plan_step(shuttling, later), plan_step(first, later)
+    assert given_up.doubting and not others.doubting  # it was the only way
+    assert not given_up.manoeuvring.gives_up
 
 
 def test_where_the_robot_came_along_it_blocks_nothing():
