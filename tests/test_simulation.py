@@ -20,6 +20,7 @@ from drake_starnav.simulation.trial import benchmark_score
 from drake_starnav.station.model_world import make_world_with_footprints
 from drake_starnav.station.navigation_station import add_station
 from drake_starnav.station.plant import make_simulator
+from drake_starnav.systems.goal_sequence import HEADING_TOLERANCE
 from drake_starnav.systems.twist_shield import Unshielded
 from drake_starnav.visualization.recorder import Recorder
 from drake_starnav.worlds import World, make_world
@@ -406,3 +407,41 @@ def test_a_large_world_is_searched_on_a_coarser_grid():
 def test_an_argument_of_another_kind_is_named(wrong, said: str) -> None:
     with pytest.raises(StarnavError, match=f"^{said}"):
         wrong(load_scenario("room"))
+
+
+def test_a_robot_visits_its_goals_in_order_and_turns_to_the_last_heading() -> None:
+    text = SMALL + "goals: [[3.5, 0], [3.5, 1.2], [2.5, 1.2, -1.57]]"
+    poses = {}
+
+    class Watch:
+        def add_to(self, builder, navigation, scenario) -> None:
+            pass
+
+        def start(self) -> None:
+            pass
+
+        def finish(self, lines, motion) -> None:
+            poses["end"], poses["motion"] = motion.at(motion.duration), motion
+
+    trial = run_trial(parse_scenario(text, name="round"), observer=Watch())
+    assert trial.outcome == "reached" and len(trial.goals_s) == 3
+    assert trial.goals_s == sorted(trial.goals_s) and trial.goals_s[-1] <= trial.time_s
+    for time, goal in zip(trial.goals_s, ((3.5, 0.0), (3.5, 1.2), (2.5, 1.2)), strict=True):
+        assert math.dist(poses["motion"].at(time)[:2], goal) < 0.31
+    assert abs(math.remainder(poses["end"][2] + 1.57, 2.0 * math.pi)) < HEADING_TOLERANCE + 0.02
+    assert trial.straight_line_m == pytest.approx(3.5 + 1.2 + 1.0)
+    assert trial.shortest_path_m > trial.straight_line_m
+
+
+@pytest.mark.parametrize(
+    ("override", "said"),
+    [
+        ("robot.model=carbot", "robot.base car, which makes no turns on the spot"),
+        ("controller.kind=mpc", "controller.kind mpc, which follows no turns on the spot"),
+        ("goals=[[1.7, 0.1]]", r"goals\[0\] is \[1.7, 0.1\], -0.4 m from cylinders"),
+    ],
+)
+def test_goals_that_cannot_be_driven_to_are_refused(override: str, said: str) -> None:
+    scenario = parse_scenario(SMALL + "goals: [[3.5, 0, 1]]", name="refused", overrides=[override])
+    with pytest.raises(StarnavError, match=said):
+        make_diagram(scenario)

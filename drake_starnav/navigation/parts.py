@@ -20,15 +20,17 @@ class Parts:
     """Parts of a navigation loop of your own, in the place of those of its scenario.
 
     A planner or controller is wired by the names of its ports. Inputs are `scan`, `ranges`, `scan_pose`, `pose`,
-    `state`, `goal`, `observation`, `certified_region` and `tracks`, as of the systems that output them; for a
-    controller also `twist_command`, which is driven now, and the planner's outputs: `short_term_goal`, `guidance` and
-    all others. Inputs that are connected already stay so. Each system serves for one diagram.
+    `state`, `goal`, `heading` of a `GoalSequence`, `observation`, `certified_region` and `tracks`, as of the systems
+    that output them; for a controller also `twist_command`, which is driven now, and the planner's outputs:
+    `short_term_goal`, `guidance` and all others. Inputs that are connected already stay so. Each system serves for one
+    diagram.
 
     Attributes:
         world: in which to drive.
         station: already in the builder, as by `add_station`, instead of a `NavigationStation`; or the `RobotInterface`
             of one of several robots in a plant.
-        goal: whose only output is the goal, (x, y) in W, m, instead of the world's; in the builder already, or not.
+        goal: whose output `goal`, or only one, is (x, y) in W, m, instead of the scenario's goals and the world's; in
+            the builder already, or not.
         planner: instead of the star roadmap; it outputs `guidance`, or what your controller reads.
         controller: instead of the scenario's; it outputs `desired_twist`, (v, omega), m/s and rad/s.
         shield: instead of a `TwistShield`, e.g. an `Unshielded`, for which no guarantee holds.
@@ -62,7 +64,7 @@ class Navigation:
     Attributes:
         world: driven through.
         station: robot and sensor.
-        goal: its only output is the goal.
+        goal: its output `goal`, or only one, is the goal.
         perception: None for a baseline that heads for the goal itself.
         planner: None for such a baseline.
         controller: proposes the twist.
@@ -97,7 +99,7 @@ class Navigation:
         """The port of the goal, (x, y) in W, m."""
         if self.goal is None:
             raise StarnavError("the navigation has no goal; allowed: one, as a FixedGoal")
-        return self.goal.get_output_port()
+        return output_port(self.goal, "goal", 2, "goal")
 
     def planned(self, name: str) -> OutputPort | None:
         """The planner's port of a name; None without a planner, or of one that has no such port."""

@@ -14,12 +14,18 @@ from drake_starnav.systems.jump_guard import JumpGuard
 from drake_starnav.systems.state_predictor import StatePredictor
 
 
+def goal_sources(navigation: Navigation) -> dict[str, OutputPort]:
+    """The ports `goal` and, of a goal that has it, `heading`."""
+    heading = {} if navigation.goal is None else outputs(navigation.goal)
+    return {name: heading[name] for name in ("heading",) if name in heading} | {"goal": navigation.goal_position}
+
+
 def own_sources(navigation: Navigation) -> dict[str, OutputPort]:
     """What a planner or controller of the user's may read, by the name of its input port, all in one frame."""
     assert navigation.perception is not None
     sources = {name: navigation.localization(name) for name in ("pose", "state", "scan_pose")}
     sources |= {name: navigation.station.GetOutputPort(f"lidar.{name}") for name in ("scan", "ranges")}
-    sources["goal"] = navigation.goal_position
+    sources |= goal_sources(navigation)
     sources["observation"] = (navigation.matcher or navigation.perception).GetOutputPort("observation")
     if navigation.matcher is None:  # else these are in the frame of the odometry
         sources["certified_region"] = navigation.perception.GetOutputPort("certified_region")

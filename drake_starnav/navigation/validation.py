@@ -64,6 +64,7 @@ def validated_margins(scenario: Scenario, mounts: Sequence[Mount] = (ON_AXIS,)) 
     margins = derive_margins(scenario, mounts)
     _check_mounts(scenario, margins, mounts)
     _check_base(scenario)
+    _check_headings(scenario)
     if not BY_KIND[controller.kind].shielded:
         return margins
     reach, backwards = scenario.robot.radius + margins.preferred, scenario.obstacles.max_speed > 0.0
@@ -100,6 +101,15 @@ def _check_base(scenario: Scenario) -> None:
                 f"{key} is {shown(value)} with robot.base {scenario.robot.base}; allowed: {shown(allowed)}, or a "
                 "differential drive"
             )
+
+
+def _check_headings(scenario: Scenario) -> None:
+    """Goals with a heading need a robot that turns on the spot, and guidance that says so."""
+    robot, kind = scenario.robot, scenario.controller.kind
+    for k, goal in enumerate(scenario.goals):
+        if len(goal) == 3 and not (robot.drive.turns_on_the_spot and kind == "star"):
+            by = f"controller.kind {kind}, which follows" if kind != "star" else f"robot.base {robot.base}, which makes"
+            raise StarnavError(f"goals[{k}] has a yaw with {by} no turns on the spot; allowed: [x, y]")
 
 
 def _check_mounts(scenario: Scenario, margins: Margins, mounts: Sequence[Mount]) -> None:

@@ -16,13 +16,14 @@ from drake_starnav.station.model_world import make_world_with_footprints
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.systems.connecting import add_system, connect, connect_inputs, output_port, outputs
 from drake_starnav.systems.fixed_goal import FixedGoal
+from drake_starnav.systems.goal_sequence import GoalSequence
 from drake_starnav.systems.obstacle_tracker import ObstacleTracker
 from drake_starnav.systems.scan_matcher import ScanMatcher
 from drake_starnav.systems.star_perception import StarPerception, lidar_names
 from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
 from drake_starnav.systems.twist_shield import TwistShield, Unshielded
 from drake_starnav.utils.stopwatch import Stopwatch
-from drake_starnav.worlds.endpoints import check_free_ends
+from drake_starnav.worlds.endpoints import check_free, check_free_ends
 from drake_starnav.worlds.world import World
 
 SYSTEMS = (
@@ -70,10 +71,12 @@ def add_navigation(
     if station is None:
         station = builder.AddNamedSystem("station", NavigationStation(world, scenario, seed=seed))
     needs = Needs(scenario, validated_margins(scenario, station.robot_interface.mounts), stopwatch)
-    goal = add_system(builder, "goal", parts.goal or FixedGoal(world.goal), "goal")
+    goal = add_system(builder, "goal", parts.goal or _goal(scenario, world), "goal")
     navigation = Navigation(world, station, goal)
     if needs.plans:
         navigation = _add_planning(builder, needs, parts.planner, _add_perception(builder, needs, navigation))
+    if isinstance(goal, GoalSequence):
+        connect_inputs(builder, goal, {"state": navigation.localization("state")}, "goal")
     shield = parts.shield or _shield(needs, parts)
     controller = add_system(builder, "controller", parts.controller or needs.method.controller(needs), "controller")
     shield = add_system(builder, "shield", shield, "shield")
@@ -83,6 +86,16 @@ def add_navigation(
     if navigation.matcher is not None and "certificate" in outputs(shield):
         builder.Connect(shield.GetOutputPort("certificate"), navigation.matcher.GetInputPort("certificate"))
     return navigation
+
+
+def _goal(scenario: Scenario, world: World) -> System:
+    """The goals of the scenario, or the goal of the world."""
+    if not scenario.goals:
+        return FixedGoal(world.goal)
+    for k, (x, y, *_) in enumerate(scenario.goals):
+        check_free(world, (x, y), scenario.robot.radius, f"goals[{k}]")
+    tolerance, rate = scenario.simulation.goal_tolerance, scenario.controller.rate
+    return GoalSequence(scenario.goals, tolerance=tolerance, period=1.0 / rate)
 
 
 def _check_parts(scenario: Scenario, parts: Parts) -> None:

@@ -14,7 +14,7 @@ from drake_starnav.parameters import build, declared, unknown_name
 from drake_starnav.robot import MODEL_FILES, RobotParameters
 from drake_starnav.scenario.directives import directives_text, make_paths_absolute, move_directives
 from drake_starnav.scenario.robot_limits import EXCLUSIVE, limits_file, of_model
-from drake_starnav.scenario.schema import DRAKE_CONFIGS, KEYS, SECTIONS, Scenario, check_known
+from drake_starnav.scenario.schema import DRAKE_CONFIGS, KEYS, LISTS, SECTIONS, Scenario, check_known
 from drake_starnav.scenario.shipped import METHODS, scenario_names
 from drake_starnav.scenario.tagged_yaml import Loader, SectionDumper, Tagged, read_mapping, section
 from drake_starnav.utils.files import read_text, reason_of, write_text
@@ -104,6 +104,7 @@ def parse_scenario(
         parts[key] = build(cls, sections.get(key), key, base=build(cls, METHODS[method].get(key), key, base=base))
     parts |= _lidars(sections.get("lidars", limits.get("lidars")), parts["lidar"])
     configs: dict[str, Any] = {key: _drake_config(sections.get(key), key) for key in DRAKE_CONFIGS}
+    parts["goals"] = _goals(sections.get("goals"))
     return Scenario(name=name, world=_world(sections.get("world"), place), **parts, **configs)
 
 
@@ -122,6 +123,8 @@ def scenario_text(scenario: Scenario) -> str:
     sections |= {key: section(_declared(getattr(scenario, key))) for key in SECTIONS}
     if scenario.lidars:
         sections["lidars"] = [section(_declared(each)) for each in scenario.lidars]
+    if scenario.goals:
+        sections["goals"] = [list(goal) for goal in scenario.goals]
     sections |= {key: section(getattr(scenario, key)) for key in DRAKE_CONFIGS if getattr(scenario, key)}
     return yaml.dump(
         sections, Dumper=SectionDumper, default_flow_style=None, sort_keys=False, width=math.inf, allow_unicode=True
@@ -157,6 +160,15 @@ def _lidars(listed: Any, base: LidarParameters) -> dict[str, Any]:
     return {"lidar": lidars[0], "lidars": lidars}
 
 
+def _goals(listed: Any) -> tuple[tuple[float, ...], ...]:
+    """The goals of a scenario; `Scenario` checks each."""
+    if listed is None:
+        return ()
+    if not isinstance(listed, list) or not listed or not all(isinstance(goal, list) for goal in listed):
+        raise StarnavError(f"goals is {shown(listed)}; allowed: a list of [x, y] or [x, y, yaw]")
+    return tuple(map(tuple, listed))
+
+
 def _drake_config(mapping: Any, key: str) -> dict[str, Any]:
     if mapping is None:
         return {}
@@ -178,9 +190,9 @@ def _declared(part: Any) -> dict[str, Any]:
 def _override(sections: dict[str, Any], text: str) -> None:
     key, separator, value = text.partition("=")
     names = key.split(".")
-    if key != "lidars" and (not separator or len(names) != 2 or not all(names)):
+    if key not in LISTS and (not separator or len(names) != 2 or not all(names)):
         raise StarnavError(
-            f"override {shown(text)}; allowed: section.key=value, e.g. robot.radius=0.3, or lidars=[...]"
+            f"override {shown(text)}; allowed: section.key=value, e.g. robot.radius=0.3, lidars=[...] or goals=[...]"
         )
     part = names[0]
     if part not in KEYS:
@@ -191,7 +203,7 @@ def _override(sections: dict[str, Any], text: str) -> None:
         raise StarnavError(
             f"override {shown(text)}: the value is not valid YAML; allowed: e.g. robot.radius=0.3"
         ) from None
-    if key == "lidars":
+    if key in LISTS:
         sections[part] = parsed
         return
     if not isinstance(sections.get(part), dict):

@@ -2,9 +2,10 @@
 
 A scenario has the sections `world, robot, lidar, localization, drive, planner, controller, obstacles, simulation,
 recording` and one for each baseline; each is a dataclass with defaults, so that a file only contains what differs.
-`lidars` is a list of lidars, each of which has the values of `lidar` where it does not say otherwise. The world is
-chosen by a tag, e.g. `world: !Forest {width: 20}`; the models of a `!Model` may stand in `directives`. `plant_config`
-and `simulator_config` hold what Drake's structs of these names hold.
+`lidars` is a list of lidars, each of which has the values of `lidar` where it does not say otherwise. `goals` is a list
+of [x, y] or [x, y, yaw], which the robot visits in order instead of the world's goal; at one with a yaw it turns to it.
+The world is chosen by a tag, e.g. `world: !Forest {width: 20}`; the models of a `!Model` may stand in `directives`.
+`plant_config` and `simulator_config` hold what Drake's structs of these names hold.
 """
 
 import dataclasses
@@ -15,7 +16,7 @@ from drake_starnav.baselines import DsmParameters, DwaParameters, FoaParameters,
 from drake_starnav.control import ControllerParameters
 from drake_starnav.errors import StarnavError, check_kind, shown
 from drake_starnav.lidar.sensor_model import LidarParameters
-from drake_starnav.parameters import parameter, unknown_name
+from drake_starnav.parameters import is_number, parameter, unknown_name
 from drake_starnav.planning import PlannerParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.faults import DriveParameters, LocalizationParameters
@@ -45,7 +46,8 @@ class SimulationParameters:
 class Scenario:
     """Everything that, with a seed, defines a trial.
 
-    `lidars` are those of a robot that has several; the first of them is `lidar`.
+    `lidars` are those of a robot that has several; the first of them is `lidar`. `goals` are (x, y) or (x, y, yaw), W,
+    m and rad; without any, the robot drives to the goal of its world.
     """
 
     name: str
@@ -66,8 +68,12 @@ class Scenario:
     plant_config: dict[str, Any] = field(default_factory=dict)
     simulator_config: dict[str, Any] = field(default_factory=dict)
     lidars: tuple[LidarParameters, ...] = ()
+    goals: tuple[tuple[float, ...], ...] = ()
 
     def __post_init__(self) -> None:
+        for k, goal in enumerate(self.goals):
+            if len(goal) not in (2, 3) or not all(map(is_number, goal)):
+                raise StarnavError(f"goals[{k}] is {shown(list(goal))}; allowed: finite [x, y] or [x, y, yaw]")
         if self.lidars and self.lidar != self.lidars[0]:
             raise StarnavError("lidar differs from lidars[0]; allowed: the same, or lidars alone")
         first, others = self.all_lidars[0], self.all_lidars[1:]
@@ -91,9 +97,11 @@ DRAKE_CONFIGS = ("plant_config", "simulator_config")
 SECTIONS: dict[str, Any] = {
     part.name: part.default_factory
     for part in dataclasses.fields(Scenario)
-    if part.name not in ("name", "world", "lidars", *DRAKE_CONFIGS)
+    if part.name not in ("name", "world", "lidars", "goals", *DRAKE_CONFIGS)
 }
-KEYS = ("world", *SECTIONS, "lidars", *DRAKE_CONFIGS)
+LISTS = ("lidars", "goals")
+"""Keys that hold lists."""
+KEYS = ("world", *SECTIONS, *LISTS, *DRAKE_CONFIGS)
 """Of a scenario's mapping, where they may be overridden; it may also hold `directives`."""
 
 

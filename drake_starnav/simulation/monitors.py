@@ -11,6 +11,7 @@ from drake_starnav.scenario import Scenario
 from drake_starnav.station.arrival_monitor import ArrivalMonitor
 from drake_starnav.station.collision_monitor import CollisionMonitor
 from drake_starnav.station.drive_check import check_drive
+from drake_starnav.systems.goal_sequence import GoalSequence
 
 
 def add_monitors(builder: DiagramBuilder, navigation: Navigation, scenario: Scenario) -> list[VectorLogSink]:
@@ -18,8 +19,9 @@ def add_monitors(builder: DiagramBuilder, navigation: Navigation, scenario: Scen
     # both look when the controller does: this causes no steps either, and its state is calculated once
     period = 1.0 / scenario.controller.rate
     add_collision_monitor(builder, navigation, period=period)
-    tolerance = scenario.simulation.goal_tolerance
-    _add_arrival_monitor(builder, navigation, ArrivalMonitor(tolerance=tolerance, period=period))
+    goals = len(scenario.goals) if isinstance(navigation.goal, GoalSequence) else 0
+    monitor = ArrivalMonitor(tolerance=scenario.simulation.goal_tolerance, period=period, goals=goals)
+    _add_arrival_monitor(builder, navigation, monitor)
     state = navigation.station.GetOutputPort("cheat.robot_state")
     return [LogVectorOutput(port, builder, {TriggerType.kPerStep}) for port in (state, navigation.twist_command)]
 
@@ -76,7 +78,10 @@ def add_collision_monitor(builder: DiagramBuilder, navigation: Navigation, *, pe
 def _add_arrival_monitor(builder: DiagramBuilder, navigation: Navigation, monitor: ArrivalMonitor) -> None:
     arrival = builder.AddNamedSystem("arrival_monitor", monitor)
     builder.Connect(navigation.localization("state"), arrival.GetInputPort("state"))
-    builder.Connect(navigation.goal_position, arrival.GetInputPort("goal"))
+    if isinstance(navigation.goal, GoalSequence):
+        builder.Connect(navigation.goal.GetOutputPort("reached"), arrival.GetInputPort("reached"))
+    else:
+        builder.Connect(navigation.goal_position, arrival.GetInputPort("goal"))
     status = navigation.planned("status")
     if status is not None:
         builder.Connect(status, arrival.GetInputPort("status"))

@@ -2,6 +2,7 @@
 
 import dataclasses
 import hashlib
+import math
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -25,6 +26,7 @@ from drake_starnav.station.model_world import make_world_with_footprints
 from drake_starnav.station.navigation_station import add_station
 from drake_starnav.station.planar_localization import planar_states
 from drake_starnav.station.plant import advance, make_simulator
+from drake_starnav.systems.goal_sequence import GoalSequence
 from drake_starnav.systems.release import release
 from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
 from drake_starnav.utils.files import check_outputs, write_text
@@ -86,7 +88,11 @@ def run_trial(
     world = parts.world
     if world is None:
         world = make_world_with_footprints(scenario.world, seed, scenario.robot.radius)
-    shortest = omniscient_path(world, scenario.robot.radius)  # first: a world too large for it is refused at once
+    if scenario.goals:
+        x, y, *_ = scenario.goals[-1]
+        world = dataclasses.replace(world, goal=(x, y))
+    # first: a world too large for it is refused at once
+    shortest = omniscient_path(world, scenario.robot.radius, scenario.goals)
     observers: list[Observer] = [] if observer is None else [observer]
     if html is not None:
         from drake_starnav.visualization.recorder import Recorder  # Meshcat is only started when it is wanted
@@ -152,6 +158,10 @@ def _simulated(
             navigation.planner.GetMyContextFromRoot(context)
         )
         nodes = len(roadmap.roadmap)
+    reached: tuple[float, ...] = ()
+    if isinstance(navigation.goal, GoalSequence):
+        times_reached = navigation.goal.GetOutputPort("reached").Eval(navigation.goal.GetMyContextFromRoot(context))
+        reached = tuple(time for time in times_reached.tolist() if math.isfinite(time))
     return Run(
         message=message,
         elapsed=context.get_time(),
@@ -160,6 +170,7 @@ def _simulated(
         state_hash=hashlib.sha256(np.ascontiguousarray(states).tobytes()).hexdigest(),
         nodes=nodes,
         wall=wall,
+        goals=reached,
     )
 
 

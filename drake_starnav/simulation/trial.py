@@ -1,6 +1,9 @@
 """The result of a run: its outcome, its metrics, and how they are written."""
 
+import dataclasses
+import itertools
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -34,6 +37,9 @@ FINE, COARSE, CELLS = 0.02, 0.05, 5e6
 PATH_TOLERANCE = 0.02
 """Largest deviation of the path in a trial's record from the driven one, m."""
 
+Goals = Sequence[tuple[float, ...]]
+"""As of `Scenario.goals`."""
+
 
 @dataclass(frozen=True)
 class Trial:
@@ -46,11 +52,12 @@ class Trial:
         contact: the bodies that touched, the robot's first: `base_link with crate`; None without a contact.
         blocked_s: when the planner first reported that the robot stood still, to a second; None if it never did.
         blocked_by: why, as its port `blocked_by` said then.
+        goals_s: when each of the scenario's goals was reached, in order, s, or the only one, the world's.
         time_s: simulated time until the outcome.
         path_length_m: driven by the robot's centre.
-        shortest_path_m: shortest path of the same radius given the full map, among the static obstacles; None if there
-            is none, or a model file's obstacles move.
-        straight_line_m: from the start to the goal.
+        shortest_path_m: shortest path of the same radius given the full map, from goal to goal among the static
+            obstacles; None if there is none, or a model file's obstacles move.
+        straight_line_m: from the start to the goal, by way of the others.
         tightest_gap_m: least width of the free space along the shortest path; None where nothing narrows it.
         score: of the benchmark that the world is from, 0 to 0.5; None for other worlds. See `benchmark_score`.
         min_clearance_m: least distance of the hull to an obstacle, but to none of a model file that moves; negative in
@@ -71,6 +78,7 @@ class Trial:
     contact: str | None
     blocked_s: float | None
     blocked_by: str | None
+    goals_s: list[float]
     time_s: float
     path_length_m: float
     shortest_path_m: float | None
@@ -107,6 +115,7 @@ class Run:
         state_hash: of the logged plant states.
         nodes: in the roadmap.
         wall: wall-clock time, s.
+        goals: when each of several goals was reached, s.
     """
 
     message: str
@@ -117,6 +126,7 @@ class Run:
     nodes: int
     wall: float
     blocked: tuple[tuple[float, str], ...] = ()
+    goals: tuple[float, ...] = ()
 
 
 def figures(scenario: Scenario, world: World, shortest: tuple[float, np.ndarray] | None, run: Run) -> dict[str, Any]:
@@ -150,10 +160,11 @@ def figures(scenario: Scenario, world: World, shortest: tuple[float, np.ndarray]
         "contact": contact_in(run.message),
         "blocked_s": blocked_s,
         "blocked_by": blocked_by,
+        "goals_s": [round(time, 6) for time in run.goals or [run.elapsed] * (outcome == "reached")],
         "time_s": round(run.elapsed, 6),
         "path_length_m": length,
         "shortest_path_m": None if shortest is None else float(shortest[0]),
-        "straight_line_m": math.dist(world.start[:2], world.goal),
+        "straight_line_m": sum(math.dist(*leg) for leg in legs(world, scenario.goals)),
         "tightest_gap_m": None if shortest is None else _finite(tightest_gap(world, shortest[1])),
         "score": benchmark_score(outcome, run.elapsed, world.optimal_time),
         "min_clearance_m": float(clearances.min()),
@@ -199,12 +210,19 @@ def caption_lines(trial: Trial) -> tuple[str, ...]:
     return f"method {trial.method}, seed {trial.seed}", outcome
 
 
-def omniscient_path(world: World, radius: float) -> tuple[float, np.ndarray] | None:
+def legs(world: World, goals: Goals) -> list[tuple[tuple[float, ...], tuple[float, ...]]]:
+    """Where a robot shall drive: both ends (x, y) of each leg, from the start to the goals, or the world's."""
+    places = [world.start[:2], *(goal[:2] for goal in goals or (world.goal,))]
+    return list(itertools.pairwise(places))
+
+
+def omniscient_path(world: World, radius: float, goals: Goals = ()) -> tuple[float, np.ndarray] | None:
     """The shortest path given the full map, with which a trial is compared.
 
     Args:
         world: with its footprints, if it is of a model file.
         radius: of the robot, m.
+        goals: of the scenario; none: the world's.
 
     Returns:
         As `shortest_path`, which may miss passages with less than 2 to 4 cm to spare; None also where obstacles move.
@@ -213,7 +231,14 @@ def omniscient_path(world: World, radius: float) -> tuple[float, np.ndarray] | N
         return None
     x0, y0, x1, y1 = world.extent
     resolution = min(max(math.sqrt((x1 - x0) * (y1 - y0) / CELLS), FINE), COARSE)
-    return shortest_path(world, radius + SHORTEST_PATH_SLACK, resolution)
+    found = []
+    for (x, y), (goal_x, goal_y) in legs(world, goals):
+        leg = dataclasses.replace(world, start=(x, y, 0.0), goal=(goal_x, goal_y)) if goals else world
+        found.append(shortest_path(leg, radius + SHORTEST_PATH_SLACK, resolution))
+    ways = [way for way in found if way is not None]
+    if len(ways) < len(found):
+        return None
+    return sum(length for length, _ in ways), np.vstack([path for _, path in ways])
 
 
 def trial_record(trial: Trial) -> dict[str, Any]:

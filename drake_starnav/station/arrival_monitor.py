@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 from pydrake.common.value import Value
 from pydrake.systems.framework import Context, DiscreteValues, EventStatus, LeafSystem
 
@@ -16,40 +17,49 @@ class ArrivalMonitor(LeafSystem):
     """Terminates the simulation when the robot is at the goal, or has stopped after the planner gave up.
 
     ```
-              ┌────────────────┐
-    state ───>│                │
-    goal ────>│ ArrivalMonitor │
-    status ──>│                │
-              └────────────────┘
+               ┌────────────────┐
+    state ────>│                │
+    goal ─────>│ ArrivalMonitor │
+    reached ──>│                │
+    status ───>│                │
+               └────────────────┘
     ```
 
     Ports:
         state: vector (x, y, yaw, v, omega) of the robot in the world frame W.
-        goal: vector (x, y) in W, m.
+        goal: vector (x, y) in W, m; only without `goals`.
+        reached: vector of a `GoalSequence`, all of whose goals are to be reached; only with `goals`.
         status: abstract, `PlannerStatus`; may be left unconnected.
 
     The simulator stops with status "reached termination" and the message "reached" or "unreachable".
     """
 
-    def __init__(self, *, tolerance: float, period: float) -> None:
+    def __init__(self, *, tolerance: float, period: float, goals: int = 0) -> None:
         """
         Args:
             tolerance: distance from the goal within which it counts as reached, m.
             period: of the checks, s.
+            goals: number of those of a `GoalSequence`, which knows when they are reached; 0 for one goal.
         """
         super().__init__()
         self._tolerance = tolerance
         self._state = self.DeclareVectorInputPort("state", 5)
-        self._goal = self.DeclareVectorInputPort("goal", 2)
+        self._reached = self.DeclareVectorInputPort("reached", goals) if goals else None
+        if not goals:
+            self._goal = self.DeclareVectorInputPort("goal", 2)
         self._status = self.DeclareAbstractInputPort("status", Value(PlannerStatus.WAITING))
         self.DeclarePeriodicDiscreteUpdateEvent(checked_period(self, period=period), 0.0, self._check)
 
     def _check(self, context: Context, values: DiscreteValues) -> EventStatus:
         x, y, _, v, omega = self._state.Eval(context).tolist()
-        goal_x, goal_y = self._goal.Eval(context).tolist()
-        if math.hypot(x - goal_x, y - goal_y) < self._tolerance:
+        if self._arrived(context, (x, y)):
             return EventStatus.ReachedTermination(self, "reached")
         stands = abs(v) < STANDING and abs(omega) < STANDING
         if stands and self._status.HasValue(context) and self._status.Eval(context) is PlannerStatus.UNREACHABLE:
             return EventStatus.ReachedTermination(self, "unreachable")
         return EventStatus.DidNothing()
+
+    def _arrived(self, context: Context, place: tuple[float, float]) -> bool:
+        if self._reached is not None:
+            return bool(np.isfinite(self._reached.Eval(context)).all())
+        return math.dist(place, self._goal.Eval(context)) < self._tolerance

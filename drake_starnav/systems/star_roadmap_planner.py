@@ -1,5 +1,6 @@
 """The star roadmap as a Drake system."""
 
+import dataclasses
 import math
 from dataclasses import field
 
@@ -58,8 +59,8 @@ class StarRoadmapPlanner(LeafSystem):
     observation ───────>│                    ├──> guidance
     pose ──────────────>│                    ├──> short_term_goal
     goal ──────────────>│ StarRoadmapPlanner ├──> planner_state
-    certified_region ──>│                    ├──> status
-                        │                    ├──> blocked_by
+    heading ───────────>│                    ├──> status
+    certified_region ──>│                    ├──> blocked_by
                         └────────────────────┘
     ```
 
@@ -67,6 +68,8 @@ class StarRoadmapPlanner(LeafSystem):
         observation: abstract, `Observation` of the latest scan.
         pose: vector (x, y, yaw) of the robot in the world frame W, m and rad.
         goal: vector (x, y) in W, m.
+        heading: vector of size 1, yaw in W to which the guidance turns the robot on the spot, rad; NaN, or not
+            connected: it leads to the goal.
         certified_region: abstract, `CertifiedRegion` in any frame, to say what blocks the robot; need not be connected.
         guidance: abstract, `Guidance` for the controller.
         short_term_goal: vector (x, y) in W, m; the robot's own position while there is none.
@@ -111,12 +114,14 @@ class StarRoadmapPlanner(LeafSystem):
         self._observation = self.DeclareAbstractInputPort("observation", Value(Observation.none()))
         self._pose = self.DeclareVectorInputPort("pose", 3)
         self._goal = self.DeclareVectorInputPort("goal", 2)
+        self._heading = self.DeclareVectorInputPort("heading", 1)
         self._certified_region = self.DeclareAbstractInputPort("certified_region", Value(CertifiedRegion.none()))
         initial = PlannerState.initial(planner, robot.radius)
         inputs = self._observation, self._goal
         self._plans = ScanState(self, _Plan(initial), self._after, inputs, rate=lidar.rate)
         depends = {self._plans.ticket}
-        self.DeclareAbstractOutputPort("guidance", lambda: Value(Guidance.none()), weakly(self._calc_guidance), depends)
+        turned = depends | {self._heading.ticket()}
+        self.DeclareAbstractOutputPort("guidance", lambda: Value(Guidance.none()), weakly(self._calc_guidance), turned)
         self.DeclareVectorOutputPort(
             "short_term_goal", 2, weakly(self._calc_short_term_goal), depends | {self._pose.ticket()}
         )
@@ -174,7 +179,11 @@ class StarRoadmapPlanner(LeafSystem):
         return self._plans.Eval(context).state
 
     def _calc_guidance(self, context: Context, output: AbstractValue) -> None:
-        output.set_value(self._state(context).guidance)
+        guidance = self._state(context).guidance
+        if self._heading.HasValue(context) and np.isfinite(heading := self._heading.Eval(context)).all():
+            turn = np.array([(*self._goal.Eval(context), heading[0], 0.0)])
+            guidance = dataclasses.replace(guidance, poses=turn)
+        output.set_value(guidance)
 
     def _calc_short_term_goal(self, context: Context, output: BasicVector) -> None:
         path = self._state(context).guidance.path

@@ -155,12 +155,11 @@ def add_visualizers(
         StarRoadmapVisualizer(canvas, scenario.recording, scenario.robot, keep=keep, mounts=mounts),
     )
     names = zip(lidar_names("lidar", len(mounts)), lidar_names("scan", len(mounts)), strict=True)
-    goal = navigation.goal
     for port, name in (
         (navigation.localization("pose"), "pose"),
         *((station.GetOutputPort(f"{lidar}.scan"), scan) for lidar, scan in names),
         (navigation.localization("scan_pose"), "scan_pose"),
-        (None if goal is None else goal.get_output_port(), "goal"),
+        (None if navigation.goal is None else navigation.goal_position, "goal"),
         (navigation.twist_command, "twist"),
         (navigation.certificate, "certificate"),
         (navigation.planned("planner_state"), "planner_state"),

@@ -16,14 +16,18 @@ def check_free_ends(world: World, robot_radius: float, place: str, ends: tuple[s
         ends: which of the two is checked.
     """
     for name, point in (("start", world.start[:2]), ("goal", world.goal)):
-        if name not in ends:
-            continue
-        obstacle, distance = nearest_obstacle(world, point)
-        if distance <= robot_radius:
-            raise StarnavError(
-                f"{place}.{name} is [{point[0]:g}, {point[1]:g}], {distance:g} m from {obstacle}; "
-                f"allowed: more than robot_radius {robot_radius:g} m from every obstacle"
-            )
+        if name in ends:
+            check_free(world, point, robot_radius, f"{place}.{name}")
+
+
+def check_free(world: World, point: tuple[float, float], robot_radius: float, name: str) -> None:
+    """Raise `StarnavError` if the robot touches an obstacle at a point (x, y), W, m, of that name."""
+    obstacle, distance = nearest_obstacle(world, point)
+    if distance <= robot_radius:
+        raise StarnavError(
+            f"{name} is [{point[0]:g}, {point[1]:g}], {distance:g} m from {obstacle}; "
+            f"allowed: more than robot_radius {robot_radius:g} m from every obstacle"
+        )
 
 
 def check_reachable(world: World, robot_radius: float, place: str) -> None:

@@ -47,6 +47,7 @@ from drake_starnav.systems.controller import Controller
 from drake_starnav.systems.dsm_controller import DsmController
 from drake_starnav.systems.fixed_goal import FixedGoal
 from drake_starnav.systems.fixed_path import FixedPath
+from drake_starnav.systems.goal_sequence import GoalSequence
 from drake_starnav.systems.jump_guard import JumpGuard
 from drake_starnav.systems.obstacle_tracker import ObstacleTracker
 from drake_starnav.systems.paper_controller import PaperController
@@ -94,6 +95,7 @@ def all_systems() -> list[System]:
         ScanMatcher(OdometryError(0.02, 0.0, lidar.noise), rate=lidar.rate),
         StarRoadmapPlanner(robot, planner, margins, lidar),
         FixedGoal((1.0, 0.0)),
+        GoalSequence([(1.0, 0.0)], tolerance=0.3, period=0.02),
         FixedPath(np.zeros((1, 2))),
         DsmController(robot, controller, margins, obstacles=defaults.obstacles),
         PredictiveController(robot, controller, margins, obstacles=defaults.obstacles),

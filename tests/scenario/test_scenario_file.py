@@ -182,6 +182,30 @@ def test_lists_of_lidars_that_cannot_be_are_refused(lidars: str, said: str) -> N
         parse_scenario(f"world: !Room {{}}\nlidars: {lidars}", name="bad")
 
 
+def test_goals_are_places_with_or_without_a_heading() -> None:
+    scenario = parse_scenario("world: !Room {}\ngoals: [[1, 2], [3, 4, 1.5]]", name="two")
+    assert scenario.goals == ((1, 2), (3, 4, 1.5))
+    assert parse_scenario(scenario_text(scenario), name="two") == scenario
+    assert parse_scenario("world: !Room {}", name="one", overrides=["goals=[[5, 6]]"]).goals == ((5, 6),)
+    assert parse_scenario("world: !Room {}", name="none").goals == ()
+
+
+@pytest.mark.parametrize(
+    ("goals", "said"),
+    [
+        ("[]", r"goals is \[\]; allowed: a list of \[x, y\]"),
+        ("[1, 2]", r"goals is \[1, 2\]; allowed: a list of \[x, y\]"),
+        ("[[1, 2], [3]]", r"goals\[1\] is \[3\]; allowed: finite \[x, y\] or \[x, y, yaw\]"),
+        ("[[1, .nan]]", r"goals\[0\] is \[1, nan\]"),
+        ("[[1, 2, 3, 4]]", r"goals\[0\] is \[1, 2, 3, 4\]"),
+        ("[[1, a]]", r"goals\[0\] is "),
+    ],
+)
+def test_goals_that_are_no_places_are_refused(goals: str, said: str) -> None:
+    with pytest.raises(StarnavError, match=said):
+        parse_scenario(f"world: !Room {{}}\ngoals: {goals}", name="bad")
+
+
 def test_the_first_of_several_lidars_is_the_lidar() -> None:
     scenario = parse_scenario("world: !Room {}\nlidars: [{}, {}]", name="two")
     with pytest.raises(StarnavError, match="lidar differs from lidars"):

@@ -1,5 +1,7 @@
 """When a run is over."""
 
+import math
+
 import pytest
 from pydrake.common.value import Value
 from pydrake.systems.analysis import Simulator, SimulatorStatus
@@ -40,6 +42,17 @@ def test_unreachable_ends_the_run_only_once_the_robot_stands() -> None:
     assert verdict(status=given_up) == "unreachable"
     for speed in ((2.0 * STANDING, 0.0), (-2.0 * STANDING, 0.0), (0.0, 2.0 * STANDING), (0.0, -2.0 * STANDING)):
         assert verdict(speed=speed, status=given_up) is None
+
+
+@pytest.mark.parametrize(("times", "said"), [((1.0, math.nan), None), ((1.0, 2.0), "reached")])
+def test_of_several_goals_all_are_to_be_reached(times: tuple[float, float], said: str | None) -> None:
+    monitor = ArrivalMonitor(tolerance=0.3, period=0.02, goals=2)
+    simulator = Simulator(monitor)
+    context = simulator.get_mutable_context()
+    monitor.GetInputPort("state").FixValue(context, [*GOAL, 0.0, 0.0, 0.0])
+    monitor.GetInputPort("reached").FixValue(context, times)
+    result = simulator.AdvanceTo(0.1)
+    assert (result.message() if result.reason() == REACHED else None) == said
 
 
 def test_checks_come_at_multiples_of_the_period_and_follow_the_inputs() -> None:

@@ -1,0 +1,67 @@
+"""Goals that a robot visits one after the other."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from pydrake.systems.framework import Context, DiscreteValues, EventStatus, LeafSystem
+
+from drake_starnav.utils.timing import checked_period
+
+HEADING_TOLERANCE = 0.05
+"""A robot has turned to a heading when it differs by less than this, rad."""
+
+
+class GoalSequence(LeafSystem):
+    """The first of several goals that the robot has not reached; the last one when it has reached all.
+
+    ```
+              ┌──────────────┐
+              │              ├──> goal
+    state ───>│ GoalSequence ├──> heading
+              │              ├──> reached
+              └──────────────┘
+    ```
+
+    Ports:
+        state: vector (x, y, yaw, v, omega) of the robot in the world frame W.
+        goal: vector (x, y) in W, m.
+        heading: vector of size 1: yaw in W to which a robot at its goal is to turn, rad; NaN while there is none.
+        reached: vector, when each goal was reached, s; NaN for those that were not.
+
+    A goal (x, y) is reached within `tolerance`; one with a yaw when the robot has then turned to it, too, within
+    HEADING_TOLERANCE. All outputs are discrete state.
+    """
+
+    def __init__(self, goals: Sequence[Sequence[float]], *, tolerance: float, period: float) -> None:
+        """
+        Args:
+            goals: (x, y) or (x, y, yaw) of each, W, m and rad; at least one.
+            tolerance: distance from a goal within which the robot is there, m.
+            period: of the checks, s.
+        """
+        super().__init__()
+        self._goals, self._tolerance = [tuple(map(float, goal)) for goal in goals], tolerance
+        self._state = self.DeclareVectorInputPort("state", 5)
+        names = "goal", "heading", "reached"
+        values = self._goals[0][:2], (math.nan,), np.full(len(goals), math.nan)
+        self._indices = [self.DeclareDiscreteState(np.array(value)) for value in values]
+        for name, index in zip(names, self._indices, strict=True):
+            self.DeclareStateOutputPort(name, index)
+        self.DeclarePeriodicDiscreteUpdateEvent(checked_period(self, period=period), 0.0, self._check)
+
+    def _check(self, context: Context, values: DiscreteValues) -> EventStatus:
+        goal, heading, reached = self._indices
+        times = context.get_discrete_state(reached).value().copy()
+        k = int(np.isfinite(times).sum())
+        if k == len(times):
+            return EventStatus.DidNothing()
+        (x, y, yaw, _, _), (goal_x, goal_y, *turn) = self._state.Eval(context).tolist(), self._goals[k]
+        there = math.hypot(x - goal_x, y - goal_y) < self._tolerance
+        if there and all(abs(math.remainder(wanted - yaw, 2.0 * math.pi)) < HEADING_TOLERANCE for wanted in turn):
+            times[k] = context.get_time()
+            values.set_value(reached, times)
+            values.set_value(goal, self._goals[min(k + 1, len(times) - 1)][:2])
+            turn = turn if k + 1 == len(times) else []
+        values.set_value(heading, turn if there and turn else [math.nan])
+        return EventStatus.Succeeded()

@@ -1,0 +1,49 @@
+"""One goal after the other."""
+
+import math
+
+import numpy as np
+from pydrake.systems.analysis import Simulator
+
+from drake_starnav.systems.goal_sequence import HEADING_TOLERANCE, GoalSequence
+
+PERIOD = 0.1
+
+
+class Visited:
+    """A sequence whose robot is moved by hand."""
+
+    def __init__(self, *goals: tuple[float, ...]) -> None:
+        self.system = GoalSequence(goals, tolerance=0.3, period=PERIOD)
+        self.simulator = Simulator(self.system)
+        self.context = self.simulator.get_mutable_context()
+
+    def at(self, x: float, y: float, yaw: float = 0.0) -> tuple[list[float], float, list[float]]:
+        """Goal, heading and times one period after the robot came to a pose."""
+        self.system.GetInputPort("state").FixValue(self.context, [x, y, yaw, 0.0, 0.0])
+        self.simulator.AdvanceTo(self.context.get_time() + PERIOD)
+        goal, heading, reached = (
+            self.system.GetOutputPort(name).Eval(self.context) for name in ("goal", "heading", "reached")
+        )
+        return goal.tolist(), float(heading[0]), reached[np.isfinite(reached)].tolist()
+
+
+def test_the_next_goal_follows_as_soon_as_one_is_reached() -> None:
+    visited = Visited((1.0, 0.0), (2.0, 0.0))
+    assert visited.at(0.0, 0.0)[0] == [1.0, 0.0]
+    assert visited.at(0.69, 0.0)[2] == []
+    goal, heading, times = visited.at(0.71, 0.0)
+    assert goal == [2.0, 0.0] and math.isnan(heading) and np.allclose(times, 2 * PERIOD)
+    goal, heading, times = visited.at(2.0, 0.0)
+    assert goal == [2.0, 0.0] and math.isnan(heading) and np.allclose(times, [2 * PERIOD, 3 * PERIOD])
+    assert visited.at(5.0, 0.0)[2] == times  # what was reached stays so
+
+
+def test_a_heading_is_asked_for_at_its_goal_only_and_must_be_taken() -> None:
+    visited = Visited((1.0, 0.0, 3.0), (4.0, 0.0))
+    assert math.isnan(visited.at(0.0, 0.0, 3.0)[1])
+    assert visited.at(0.9, 0.0)[1:] == (3.0, [])
+    assert math.isnan(visited.at(0.5, 0.0)[1])  # pushed away
+    assert visited.at(0.9, 0.0, 3.0 - 2.0 * HEADING_TOLERANCE)[1:] == (3.0, [])
+    goal, heading, times = visited.at(0.9, 0.0, 3.0 - 0.5 * HEADING_TOLERANCE - 2.0 * math.pi)
+    assert goal == [4.0, 0.0] and math.isnan(heading) and len(times) == 1
