@@ -29,7 +29,7 @@ from drake_starnav.visualization.meshes import (
     Layer,
 )
 from drake_starnav.visualization.page import Cameras, Caption
-from drake_starnav.visualization.recorded_run import RecordedRun, RobotTrack
+from drake_starnav.visualization.recorded_run import RecordedRun, RobotTrack, outline_of
 from drake_starnav.visualization.recorder import (
     WORLD_PREFIX,
     finish_recording,
@@ -102,7 +102,7 @@ def record_comparison(
     for k, (method, scenario) in enumerate(scenarios.items()):
         witness, color = _Witness(), COLORS[k % len(COLORS)]
         run_trial(scenario, method=method, seed=seed, observer=witness, progress=progress)
-        robots[method] = RobotTrack(witness.motion, scenario.robot.radius, color, DECK)
+        robots[method] = RobotTrack(witness.motion, scenario.robot.radius, color, DECK, outline_of(scenario.robot))
         trails[f"trail/{method}"] = Layer(f"{method}: {witness.outcome}", color, "robot", 0.1 - 0.005 * k)
     scenario = next(iter(scenarios.values()))
     parameters, radius = scenario.recording, scenario.robot.radius
@@ -195,6 +195,15 @@ def _add_robot(meshcat: Meshcat, path: str, robot: RobotTrack, above: float) -> 
         ("heading", Box(0.8 * radius, 0.2 * radius, 0.008), [0.4 * radius, 0.0, top], HEADING_COLOR),
         ("lidar", Cylinder(0.24 * radius, 0.016), [0.0, 0.0, top], LIDAR_COLOR),
     )
-    for name, shape, position, rgb in parts:
+    if robot.outline is not None:
+        around = np.vstack((robot.outline, robot.outline[:1]))
+        walls = [np.column_stack((around, np.full(len(around), z))) for z in (above, top)]
+        n = len(robot.outline)
+        k = np.arange(n)
+        sides = np.vstack((np.column_stack((k, k + 1, n + 2 + k)), np.column_stack((k, n + 2 + k, n + 1 + k))))
+        lid = np.column_stack((np.full(n - 2, n + 1), n + 2 + k[: n - 2], n + 3 + k[: n - 2]))
+        faces = np.vstack((sides, lid)).astype(np.int32)
+        meshcat.SetTriangleMesh(f"{path}/hull", np.vstack(walls).T, faces.T, Rgba(*robot.color))
+    for name, shape, position, rgb in parts if robot.outline is None else parts[2:]:
         meshcat.SetObject(f"{path}/{name}", shape, Rgba(*rgb))
         meshcat.SetTransform(f"{path}/{name}", RigidTransform(position))

@@ -5,8 +5,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
+import shapely
 
 from drake_starnav.errors import shown
+from drake_starnav.geometry.footprint import Footprint, covered
 from drake_starnav.parameters import unknown_name
 from drake_starnav.planning.frontiers import Frontiers
 from drake_starnav.planning.roadmap import StarRoadmap, is_blacklisted
@@ -220,6 +222,14 @@ def swath(path: np.ndarray, radius: float, z: float, sides: int = 10) -> Mesh:
     angle = math.atan2(heading[1], heading[0]) + np.linspace(-0.5 * math.pi, 0.5 * math.pi, sides)
     cap = path[-1] + radius * np.column_stack((np.cos(angle), np.sin(angle)))
     return joined(body, fan(path[-1], cap, z, closed=False))
+
+
+def swept(poses: np.ndarray, footprint: Footprint, z: float) -> Mesh:
+    """The area that a footprint of polygons covers at some poses (x, y, yaw), shape (n, 3), W, m and rad."""
+    area = shapely.union_all([covered(footprint, pose) for pose in poses])
+    corners = shapely.get_coordinates(shapely.get_parts(shapely.constrained_delaunay_triangles(area)))
+    corners = corners.reshape(-1, 4, 2)[:, :3]
+    return Mesh(_raised(corners.reshape(-1, 2), z), np.arange(3 * len(corners), dtype=np.int32).reshape(-1, 3))
 
 
 def speed_colors(speeds: np.ndarray, max_speed: float) -> np.ndarray:

@@ -20,7 +20,7 @@ from drake_starnav.visualization.collision_shapes import show_collision_shapes
 from drake_starnav.visualization.meshcat_stage import quiet_meshcat
 from drake_starnav.visualization.meshes import layers_of_run
 from drake_starnav.visualization.page import Cameras, Caption, with_panel
-from drake_starnav.visualization.recorded_run import RecordedRun, RobotTrack
+from drake_starnav.visualization.recorded_run import RecordedRun, RobotTrack, outline_of
 from drake_starnav.visualization.scene_timeline import SceneRecorder, SceneTimeline
 from drake_starnav.visualization.star_roadmap_visualizer import StarRoadmapVisualizer
 from drake_starnav.visualization.timeline import Broadcast, Timeline
@@ -96,13 +96,12 @@ class Recorder:
         finish_recording(self._meshcat, self._html, caption, cameras)
         if motion is None:
             base = station.plant.GetBodyByName("base_link", station.robot_model).index()
-            track = self._scene.frames[station.plant.GetBodyFrameIdOrThrow(base)]
-            X_WB = np.array(track.values)
+            poses = self._scene.frames[station.plant.GetBodyFrameIdOrThrow(base)]
+            X_WB = np.array(poses.values)
             yaw = np.arctan2(X_WB[:, 1, 0], X_WB[:, 0, 0])
-            motion = Motion(np.array(track.times), np.column_stack((X_WB[:, :2, 3], yaw)))
-        self.recorded = RecordedRun(
-            caption, world.extent, self._scene, self._timeline, (RobotTrack(motion, self._scenario.robot.radius),)
-        )
+            motion = Motion(np.array(poses.times), np.column_stack((X_WB[:, :2, 3], yaw)))
+        track = RobotTrack(motion, self._scenario.robot.radius, outline=outline_of(self._scenario.robot))
+        self.recorded = RecordedRun(caption, world.extent, self._scene, self._timeline, (track,))
 
     def save_png(self, path: str | os.PathLike, time: float, width: int = 1100) -> None:
         """Write a still of the finished run, seen from above; it needs no browser.

@@ -11,6 +11,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, PathPatch, Polygon, Rectangle
 from matplotlib.path import Path
 
+from drake_starnav.geometry.se2 import placed
 from drake_starnav.station.model_world import FLOOR_TOLERANCE
 from drake_starnav.visualization.meshes import (
     DECK_COLOR,
@@ -109,9 +110,15 @@ def _draw_robot(axes: Axes, robot: RobotTrack, time: float) -> None:
     """Hull, deck, the bar that shows the heading, and the lidar, as in the shipped robot."""
     x, y, yaw = robot.motion.at(time)
     for share, color in ((1.0, robot.color), (robot.deck, DECK_COLOR)):
-        axes.add_artist(Circle((x, y), share * robot.radius, facecolor=color, zorder=ROBOT_ORDER))
+        if robot.outline is None:
+            hull: Artist = Circle((x, y), share * robot.radius, facecolor=color, zorder=ROBOT_ORDER)
+        else:
+            middle = robot.outline.mean(axis=0)
+            corners = placed(np.array((x, y, yaw)), middle + share * (robot.outline - middle))
+            hull = Polygon(corners, facecolor=color, zorder=ROBOT_ORDER)
+        axes.add_artist(hull)
     ahead, left = np.array([math.cos(yaw), math.sin(yaw)]), np.array([-math.sin(yaw), math.cos(yaw)])
-    corners = [(0.0, -0.1), (0.8, -0.1), (0.8, 0.1), (0.0, 0.1)]
-    bar = np.array([x, y]) + robot.radius * np.array([a * ahead + b * left for a, b in corners])
+    bar_corners = [(0.0, -0.1), (0.8, -0.1), (0.8, 0.1), (0.0, 0.1)]
+    bar = np.array([x, y]) + robot.radius * np.array([a * ahead + b * left for a, b in bar_corners])
     axes.add_artist(Polygon(bar, facecolor=HEADING_COLOR, zorder=ROBOT_ORDER))
     axes.add_artist(Circle((x, y), 0.24 * robot.radius, facecolor=LIDAR_COLOR, zorder=ROBOT_ORDER))

@@ -67,7 +67,7 @@ class StarRoadmapVisualizer(LeafSystem):
         scan_pose: vector of size 3, (x, y, yaw) of the robot when the scan was taken.
         planner_state: abstract, `PlannerState`.
         goal: vector of size 2, m.
-        twist: vector of size 2, (v, omega) commanded, m/s and rad/s; colours the trail.
+        twist: vector that is commanded, as the base's twists are; its speed colours the trail.
         certificate: abstract, any object whose `path`, of shape (n, 2) or (n, 3), is the certified motion, m.
 
     Each layer of `meshes.LAYERS` is one folder below `name` in Meshcat's panel and can be switched there.
@@ -110,7 +110,7 @@ class StarRoadmapVisualizer(LeafSystem):
         self.DeclareVectorInputPort("scan_pose", 3)
         self.DeclareAbstractInputPort("planner_state", Value[object](state))
         self.DeclareVectorInputPort("goal", 2)
-        self.DeclareVectorInputPort("twist", 2)
+        self.DeclareVectorInputPort("twist", len(robot.drive.components))
         self.DeclareAbstractInputPort("certificate", Value[object](SimpleNamespace(path=np.zeros((0, 2)))))
         self.DeclareInitializationPublishEvent(self._clear)
         self.DeclarePeriodicPublishEvent(1.0 / parameters.frames_per_second, 0.0, self._publish)
@@ -138,7 +138,8 @@ class StarRoadmapVisualizer(LeafSystem):
             self._fade(time)
             self._stage.move("frontiers/target", None if state.target is None else state.target[0], time)
         if pose is not None:
-            self._drawn.trail.append((pose[0], pose[1], 0.0 if twist is None else twist[0]))
+            speed = 0.0 if twist is None else self._robot.drive.body_rates(twist)[0]
+            self._drawn.trail.append((pose[0], pose[1], speed))
         if self._is_due(time, self._drawn.next_scan_time):
             self._drawn.next_scan_time = time + 1.0 / self._parameters.scan_rate
             scans = [(self._input(name, context), mount) for name, mount in self._mounts.items()]
@@ -262,7 +263,8 @@ class StarRoadmapVisualizer(LeafSystem):
         if len(path):
             kept = np.unique(np.linspace(0, len(path) - 1, min(CERTIFICATE_POINTS, len(path))).round().astype(int))
             path = path[kept]
-        mesh = meshes.swath(path, self._robot.radius, LAYERS["certificate"].height)
+        shape, height = self._robot.shape, LAYERS["certificate"].height
+        mesh = meshes.swath(path, shape.radius, height) if shape.is_disc else meshes.swept(path, shape, height)
         self._stage.swap("certificate", mesh, time, CERTIFICATE_OPACITY)
 
     def _draw_trail(self, time: float) -> None:

@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from drake_starnav.geometry.footprint import Footprint, disc
+from drake_starnav.geometry.se2 import placed
 from drake_starnav.robot import RobotParameters
 from drake_starnav.utils.files import replacing, write_text
 from drake_starnav.visualization.meshes import LAYERS, MOVING_OBSTACLES, five_pointed_star, ribbon
@@ -71,12 +73,17 @@ def world_axes(world: World, title: str) -> tuple[Any, Any]:
     return figure, axis
 
 
-def draw_robot(axis: Any, pose: tuple[float, ...] | np.ndarray, radius: float, color: str, label: str = "") -> None:
-    """Draw a robot's rim and heading: pose (x, y, yaw) in W, radius in m."""
-    from matplotlib.patches import Circle
+def draw_robot(
+    axis: Any, pose: tuple[float, ...] | np.ndarray, shape: Footprint | float, color: str, label: str = ""
+) -> None:
+    """Draw a robot's rim and heading: pose (x, y, yaw) in W, and its footprint, or the radius of a disc, m."""
+    from matplotlib.patches import Polygon
 
-    x, y, yaw = pose
-    axis.add_patch(Circle((x, y), radius, facecolor="none", edgecolor=color, linewidth=1.6, zorder=3))
+    footprint = disc(shape) if isinstance(shape, float) else shape
+    (x, y, yaw), radius = pose, footprint.radius
+    for part in footprint.parts or (footprint.outline,):
+        corners = placed(np.array((x, y, yaw)), part)
+        axis.add_patch(Polygon(corners, facecolor="none", edgecolor=color, linewidth=1.6, zorder=3))
     nose = x + radius * math.cos(yaw), y + radius * math.sin(yaw)
     axis.plot((x, nose[0]), (y, nose[1]), color=color, linewidth=1.6, label=label or None, zorder=3)
 
@@ -108,7 +115,7 @@ def write_png(world: World, robot: RobotParameters, path: np.ndarray | None, tit
     figure, axis = world_axes(world, title)
     if path is not None:
         axis.plot(*path.T, color=PATH, linewidth=1.6, label="shortest path", zorder=2)
-    draw_robot(axis, world.start, robot.radius, START, "start: the robot")
+    draw_robot(axis, world.start, robot.shape, START, "start: the robot")
     draw_goal(axis, world.goal)
     if len(world.moving_obstacles):
         color, label = MOVING_OBSTACLES.color, f"{MOVING_OBSTACLES.label}, its path"
@@ -143,7 +150,8 @@ def write_html(world: World, robot: RobotParameters, path: np.ndarray | None, ti
     MeshcatVisualizer.AddToBuilder(builder, query, meshcat, MeshcatVisualizerParams(role=Role.kIllustration))
     diagram = builder.Build()
     context = diagram.CreateDefaultContext()
-    station.GetInputPort("drive.twist_command").FixValue(station.GetMyMutableContextFromRoot(context), [0.0, 0.0])
+    command = station.GetInputPort("drive.twist_command")
+    command.FixValue(station.GetMyMutableContextFromRoot(context), np.zeros(command.size()))
     diagram.ForcedPublish(context)
     shapes = {"goal": five_pointed_star(np.array(world.goal), max(robot.radius, 0.15), LAYERS["goal"].height)}
     if path is not None:

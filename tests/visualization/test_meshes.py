@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drake_starnav.errors import StarnavError
+from drake_starnav.geometry.footprint import footprint
 from drake_starnav.parameters import build
 from drake_starnav.planning import PlannerParameters, StarRoadmap
 from drake_starnav.planning.frontiers import Frontiers
@@ -149,3 +150,13 @@ def test_every_layer_is_explained_to_users() -> None:
     text = (Path(__file__).parents[2] / "docs" / "recordings.md").read_text(encoding="utf-8")
     for layer in LAYERS:
         assert f"`{layer}`" in text or f"`{layer.rpartition('/')[2]}`" in text, layer
+
+
+def test_the_area_that_polygons_cover_is_what_is_drawn_once():
+    shape = footprint(((0.3, 0.1), (-0.3, 0.1), (-0.3, -0.1), (0.3, -0.1)))
+    poses = np.array([(0.0, 0.0, 0.0), (0.2, 0.0, 0.0), (0.2, 0.0, 0.5 * math.pi)])
+    mesh = meshes.swept(poses, shape, 0.05)
+    a, b, c = (mesh.vertices[mesh.faces[:, k], :2] for k in range(3))
+    area = 0.5 * np.abs(np.cross(np.pad(b - a, ((0, 0), (0, 1))), np.pad(c - a, ((0, 0), (0, 1))))[:, 2]).sum()
+    assert area == pytest.approx(0.8 * 0.2 + 0.6 * 0.2 - 0.2 * 0.2)
+    assert (mesh.vertices[:, 2] == 0.05).all()
