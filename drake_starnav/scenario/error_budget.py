@@ -89,7 +89,7 @@ TERMS: tuple[ErrorTerm, ...] = (
         "drift of position and heading until the robot stands",
     ),
     ErrorTerm(
-        "l * (0.004 + localization.drift * w * (M + lidar.delay))",
+        "l * (0.01 + localization.drift * w * (M + lidar.delay))",
         "heading of a base of the shipped kind, and its drift, until the robot stands",
     ),
     ErrorTerm(f"J * min(localization.jump, {UNSEEN_JUMP})", "jumps too small to be detected"),

@@ -17,7 +17,7 @@ JOINTS = {"x": ("prismatic", "1 0 0"), "y": ("prismatic", "0 1 0"), "yaw": ("con
 """From the floor on, with their type and axis."""
 LINK_MASS = 0.001
 """Of the two links between the joints, kg."""
-SERVO_LAG = 0.02
+SERVO_LAG = 0.004
 """The base's speed follows its commands within this, s."""
 
 

@@ -153,7 +153,7 @@ def test_a_heading_that_errs_counts_at_the_farthest_corner_of_a_footprint(drift:
         for changes in ({"footprint": corners}, {"radius": 0.5})
     ]
     turned = yaw_rate * ((1.0 + SCAN_PATIENCE) / 5.0 + 0.8 + 0.1)
-    assert margins[0] - margins[1] == pytest.approx(0.5 * (0.004 + drift * turned))
+    assert margins[0] - margins[1] == pytest.approx(0.5 * (0.01 + drift * turned))
 
 
 def test_drift_of_the_heading_counts_beyond_that_of_the_position_where_scans_are_rare():
