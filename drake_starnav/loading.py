@@ -1,5 +1,6 @@
 """Scenarios with the shape of the robot's model where nothing is said of it."""
 
+import dataclasses
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -29,6 +30,8 @@ def parse_scenario(text: str, *, name: str, **given: Any) -> Scenario:
 
 
 def _with_own_shape(scenario: Scenario) -> Scenario:
+    if scenario.robots:
+        return dataclasses.replace(scenario, robots=tuple(map(_with_own_shape, scenario.robots)))
     if scenario.robot.radius > 0.0:
         return scenario
     from drake_starnav.station.own_shape import with_own_shape  # by Drake, which numerics do without

@@ -1,6 +1,7 @@
 """Compare several methods in one scene: each drives alone, then all are shown together."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,8 @@ from drake_starnav.navigation import Navigation
 from drake_starnav.scenario import Scenario
 from drake_starnav.scenario.recording import RecordingParameters
 from drake_starnav.simulation import run_trial
+from drake_starnav.simulation.robots import RobotTrial
+from drake_starnav.simulation.trial import caption_lines
 from drake_starnav.station.model_world import floor_geometries, make_world_with_footprints
 from drake_starnav.station.world_geometry import OBSTACLE_HEIGHT, add_still_obstacles
 from drake_starnav.visualization import meshes
@@ -27,6 +30,8 @@ from drake_starnav.visualization.meshes import (
     LINE_WIDTH,
     Color,
     Layer,
+    Mesh,
+    five_pointed_star,
 )
 from drake_starnav.visualization.page import Cameras, Caption
 from drake_starnav.visualization.recorded_run import RecordedRun, RobotTrack, outline_of
@@ -105,11 +110,60 @@ def record_comparison(
         robots[method] = RobotTrack(witness.motion, scenario.robot.radius, color, DECK, outline_of(scenario.robot))
         trails[f"trail/{method}"] = Layer(f"{method}: {witness.outcome}", color, "robot", 0.1 - 0.005 * k)
     scenario = next(iter(scenarios.values()))
-    parameters, radius = scenario.recording, scenario.robot.radius
-    world = make_world_with_footprints(scenario.world, seed, radius)
+    world = make_world_with_footprints(scenario.world, seed, scenario.robot.radius)
+    goal = five_pointed_star(np.array(world.goal), 0.9 * scenario.robot.radius, LAYERS["goal"].height)
     layers = meshes.with_scene({**trails, "goal": LAYERS["goal"]}, world)
-    del layers["robot"]  # there are several, each with a row of its own
     caption = Caption(scenario.name, (f"{len(robots)} method{'s' * (len(robots) > 1)}, seed {seed}",), layers, shown)
+    return record_tracks(robots, [goal], world, caption, scenario.recording, html, view)
+
+
+def record_robots(scenario: Scenario, trials: Sequence[RobotTrial], seed: int, html: Path) -> RecordedRun:
+    """Record the robots of one scenario, which drove together, in one scene.
+
+    Args:
+        scenario: with `robots`.
+        trials: of each of them.
+        seed: of the world.
+        html: the file to write.
+    """
+    robots: dict[str, RobotTrack] = {}
+    trails: dict[str, Layer] = {}
+    goals: list[Mesh] = []
+    for k, (each, robot) in enumerate(zip(trials, scenario.robots, strict=True)):
+        color, radius = COLORS[k % len(COLORS)], robot.robot.radius
+        robots[each.robot] = RobotTrack(each.motion, radius, color, DECK)
+        said = f"{each.robot}: {caption_lines(each.trial)[-1]}"
+        trails[f"trail/{each.robot}"] = Layer(said, color, "robot", 0.1 - 0.005 * k)
+        goals += [five_pointed_star(np.array(goal[:2]), 0.9 * radius, LAYERS["goal"].height) for goal in robot.goals]
+    world = make_world_with_footprints(scenario.world, seed, max(track.radius for track in robots.values()))
+    layers = meshes.with_scene({**trails, "goal": LAYERS["goal"]}, world)
+    caption = Caption(scenario.name, (f"{len(robots)} robots, seed {seed}",), layers)
+    return record_tracks(robots, goals, world, caption, scenario.recording, html)
+
+
+def record_tracks(
+    robots: Mapping[str, RobotTrack],
+    goals: Sequence[Mesh],
+    world: World,
+    caption: Caption,
+    parameters: RecordingParameters,
+    html: Path,
+    view: str = "top",
+) -> RecordedRun:
+    """Record robots that have driven in one scene: each stays at the pose where its motion ends.
+
+    Args:
+        robots: their motions and colours, by name.
+        goals: drawn.
+        world: around them.
+        caption: its layers hold one named trail/NAME for each robot.
+        parameters: of the recording.
+        html: the file to write.
+        view: camera preset that it opens with.
+    """
+    layers = dict(caption.layers or {})
+    del layers["robot"]  # there are several, each with a row of its own
+    caption = replace(caption, layers=layers)
     paths = {method: f"{ROBOT_PATH}/{method}" for method in robots}
     cameras = Cameras(world.extent, view, next(iter(paths.values())), world.start[:2])
     meshcat, timeline = quiet_meshcat(), Timeline()
@@ -117,11 +171,11 @@ def record_comparison(
     frame_camera(meshcat, world.extent)
     scene = _publish_world(meshcat, world)
     stage = MeshcatStage(Broadcast(meshcat, timeline), "/starnav", 1.0 / parameters.frames_per_second, layers)
-    stage.prepare("goal", meshes.five_pointed_star(np.zeros(2), 0.9 * radius, layers["goal"].height))
     for k, (method, robot) in enumerate(robots.items()):
         _add_robot(meshcat, paths[method], robot, STACKED * (len(robots) - k))
     start_recording(meshcat, parameters)
-    stage.move("goal", np.array(world.goal), 0.0)
+    for goal in goals:
+        stage.add("goal", goal, 0.0)
     recorded = RecordedRun(caption, world.extent, scene, timeline, tuple(robots.values()))
     _play_moving_obstacles(meshcat, scene, world, recorded.duration, parameters)
     for method, robot in robots.items():

@@ -68,6 +68,8 @@ def _simulate(options: argparse.Namespace) -> int:
     check_outputs((options.html, options.json), input_files(options.scenario, scenario))
     if options.meshcat:
         return _simulate_live(scenario, options)
+    if scenario.robots:
+        return _simulate_robots(scenario, options)
     with progress_bar(f"{scenario.name} seed {options.seed}") as progress:
         world = make_world(scenario.world, options.seed, scenario.robot.radius)
         from drake_starnav.navigation import Parts  # late: a bad world is reported before Drake is loaded
@@ -90,6 +92,32 @@ def _simulate(options: argparse.Namespace) -> int:
         if options.html is not None:
             print(f"open {options.html.resolve().as_uri()} in a browser, no network needed")
     return REACHED if trial.outcome == "reached" else NOT_REACHED
+
+
+def _simulate_robots(scenario: "Scenario", options: argparse.Namespace) -> int:
+    from drake_starnav.scenario.scenario_file import scenario_text
+    from drake_starnav.simulation import trial_record
+    from drake_starnav.simulation.robots import robots_record, run_robots
+
+    with progress_bar(f"{scenario.name} seed {options.seed}") as progress:
+        trials = run_robots(scenario, method=options.method, seed=options.seed, progress=progress)
+    if options.html is not None:
+        from drake_starnav.cli.comparison import record_robots
+
+        record_robots(scenario, trials, options.seed, options.html)
+    if options.json is not None:
+        fields = {"text": scenario_text(scenario), "robots": robots_record(trials, trial_record)}
+        write_text(options.json, json.dumps(fields, indent=2) + "\n")
+    if not options.quiet:
+        for each in trials:
+            trial = each.trial
+            why = trial.contact or (trial.outcome == "blocked" and trial.blocked_by) or ""
+            print(
+                f"{each.robot:>16}  {trial.outcome}{f' ({why})' if why else ''}, {trial.time_s:.1f} s, "
+                f"{trial.path_length_m:.2f} m, at least {each.min_gap_m:.2f} m from the others"
+            )
+        print_written((options.html, options.json))
+    return REACHED if all(each.trial.outcome == "reached" for each in trials) else NOT_REACHED
 
 
 def _check_live_options(options: argparse.Namespace) -> None:

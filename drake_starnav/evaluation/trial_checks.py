@@ -59,6 +59,7 @@ RUN: Kinds = {
 """Fields of a trial that ran; one that did not run may have some of them."""
 RECORD_IF_THERE: Kinds = {
     "world": "a whole number >= 0",
+    "goals_s": "a list",
     **dict.fromkeys(("contact", "blocked_by"), "a text or null"),
     **dict.fromkeys(
         (

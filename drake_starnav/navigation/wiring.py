@@ -99,7 +99,12 @@ def _goal(scenario: Scenario, world: World) -> System:
 
 
 def _check_parts(scenario: Scenario, parts: Parts) -> None:
-    """Raise a `StarnavError` where a scenario excludes systems of the user's."""
+    """Raise a `StarnavError` where a scenario is one of several robots, or excludes systems of the user's."""
+    if scenario.robots:
+        raise StarnavError(
+            f"scenario {scenario.name} has {len(scenario.robots)} robots; allowed: one of its robots, or all of "
+            "them by starnav simulate or simulation.run_robots"
+        )
     settings, method = scenario.controller, BY_KIND[scenario.controller.kind]
     certificates = parts.certificates if parts.shield is None else ()
     if (parts.controller is not None or certificates) and not method.shielded:

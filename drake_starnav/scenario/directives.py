@@ -37,15 +37,16 @@ def make_paths_absolute(sections: dict[str, Any], folder: Path) -> None:
 
     Absolute ones, package:// and the names of what is shipped stay.
     """
-    world, robot = sections.get("world"), sections.get("robot")
+    world, robots = sections.get("world"), sections.get("robots")
     if isinstance(world, Tagged) and world.tag in WORLD_KINDS:
         for field_ in dataclasses.fields(WORLD_KINDS[world.tag]):
             if field_.metadata.get("path") and shipped_file(str(world.get(field_.name))) is None:
                 _make_absolute(world, "world", field_.name, folder)
         if world.tag == Model.__name__ and "directives" in world:
             world["directives"] = with_absolute_files(world["directives"], folder)
-    if isinstance(robot, dict) and str(robot.get("model")).endswith(MODEL_FILES):  # else it names a shipped robot
-        _make_absolute(robot, "robot", "model", folder)
+    for robot in [sections.get("robot"), *(robots if isinstance(robots, list) else [])]:
+        if isinstance(robot, dict) and str(robot.get("model")).endswith(MODEL_FILES):  # else it names a shipped robot
+            _make_absolute(robot, "robot", "model", folder)
 
 
 def with_absolute_files(directives: Any, folder: Path) -> Any:

@@ -1,5 +1,6 @@
 """Scenarios: typed parameters <-> YAML."""
 
+import dataclasses
 import math
 import os
 from collections.abc import Sequence
@@ -21,6 +22,10 @@ from drake_starnav.utils.files import read_text, reason_of, write_text
 from drake_starnav.utils.resources import model_path
 from drake_starnav.utils.yaml_text import LARGEST_TEXT, load_yaml
 from drake_starnav.worlds import WORLD_KINDS, Model
+from drake_starnav.worlds.formats.listings import check_numbers
+
+GIVEN_ENDS = ("Obstacles", "RosMap", "Model")
+"""Kinds of worlds with a `start` and a `goal`, which are those of the first of several robots."""
 
 
 def scenario_path(name_or_path: str | Path) -> Path:
@@ -93,6 +98,18 @@ def parse_scenario(
     for key in sections:
         if key not in KEYS:
             raise unknown_name(f"key {key} in {place}", str(key), (*KEYS, "directives"))
+    robots = _robots(sections, name, place, method)
+    if robots:
+        world, (start, goal) = sections.get("world"), (robots[0].start, robots[0].goals[-1][:2])
+        if isinstance(world, Tagged) and world.tag in GIVEN_ENDS:
+            sections["world"] = section({"start": list(start or ()), "goal": list(goal), **world}, world.tag)
+    scenario = _scenario(sections, name, place, method)
+    shared = [dataclasses.replace(robot, world=scenario.world) for robot in robots]
+    return dataclasses.replace(scenario, robots=tuple(shared)) if robots else scenario
+
+
+def _scenario(sections: dict[str, Any], name: str, place: str, method: str) -> Scenario:
+    """The scenario of one robot."""
     robot = sections.get("robot")
     model = str(robot.get("model", RobotParameters.model) if isinstance(robot, dict) else RobotParameters.model)
     limits, parts = of_model(model, sections), {}
@@ -106,6 +123,42 @@ def parse_scenario(
     configs: dict[str, Any] = {key: _drake_config(sections.get(key), key) for key in DRAKE_CONFIGS}
     parts["goals"] = _goals(sections.get("goals"))
     return Scenario(name=name, world=_world(sections.get("world"), place), **parts, **configs)
+
+
+def _robots(sections: dict[str, Any], name: str, place: str, method: str) -> list[Scenario]:
+    """A scenario for each of the `robots` in the sections of a scenario, which are taken out of them."""
+    listed = sections.pop("robots", None)
+    if listed is None:
+        return []
+    if not isinstance(listed, list) or len(listed) < 2 or not all(isinstance(each, dict) for each in listed):
+        raise StarnavError(f"robots is {shown(listed)}; allowed: a list of two or more mappings, one for each robot")
+    if sections.get("goals") is not None:
+        raise StarnavError(f"goals in {place} beside robots; allowed: goals of each of the robots")
+    robots = []
+    for k, entry in enumerate(listed):
+        own, at = dict(entry), f"robots[{k}]"
+        if ("goal" in own) == ("goals" in own) or "start" not in own:
+            raise StarnavError(f"{at} has {', '.join(map(str, own)) or 'nothing'}; allowed: start, and goal or goals")
+        (x, y, yaw), goals = check_numbers(own.pop("start"), f"{at}.start", ("x", "y", "yaw")), own.pop("goals", None)
+        goals = [own.pop("goal")] if goals is None else goals
+        parts = {key: own.pop(key) for key in ("lidar", "lidars") if key in own}
+        common = sections.get("robot")
+        called = str(own.pop("name", f"{Path(str({**(common or {}), **own}.get('model', 'starbot'))).stem}_{k + 1}"))
+        own = {**sections, **parts, "robot": {**(common if isinstance(common, dict) else {}), **own}, "goals": goals}
+        try:
+            robot = _scenario(own, called, place, method)
+        except StarnavError as error:
+            raise StarnavError(f"{at}: {error}") from None
+        robots.append(dataclasses.replace(robot, start=(float(x), float(y), float(yaw))))
+    if len({robot.name for robot in robots}) < len(robots):
+        raise StarnavError(f"robots are named {', '.join(robot.name for robot in robots)}; allowed: each name once")
+    return [_among(robot, [other for other in robots if other is not robot]) for robot in robots]
+
+
+def _among(robot: Scenario, others: list[Scenario]) -> Scenario:
+    """The scenario of a robot to which others are obstacles that move."""
+    fastest = max(robot.obstacles.max_speed, *(other.robot.max_speed for other in others))
+    return dataclasses.replace(robot, obstacles=dataclasses.replace(robot.obstacles, max_speed=fastest))
 
 
 def save_scenario(scenario: Scenario, path: str | Path) -> None:
@@ -125,10 +178,19 @@ def scenario_text(scenario: Scenario) -> str:
         sections["lidars"] = [section(_declared(each)) for each in scenario.lidars]
     if scenario.goals:
         sections["goals"] = [list(goal) for goal in scenario.goals]
+    if scenario.robots:
+        sections["robots"] = [_robot_section(robot) for robot in scenario.robots]
     sections |= {key: section(getattr(scenario, key)) for key in DRAKE_CONFIGS if getattr(scenario, key)}
     return yaml.dump(
         sections, Dumper=SectionDumper, default_flow_style=None, sort_keys=False, width=math.inf, allow_unicode=True
     )
+
+
+def _robot_section(robot: Scenario) -> Tagged:
+    """An entry of `robots`."""
+    ends = {"name": robot.name, "start": list(robot.start or ()), "goals": [list(goal) for goal in robot.goals]}
+    lidars = {"lidars": [section(_declared(each)) for each in robot.lidars]} if robot.lidars else {}
+    return section({**ends, **_declared(robot.robot), "lidar": section(_declared(robot.lidar)), **lidars})
 
 
 def differences(text: str, other: str, sections: Sequence[str], place: str = "scenario") -> list[str]:
@@ -192,7 +254,7 @@ def _override(sections: dict[str, Any], text: str) -> None:
     names = key.split(".")
     if key not in LISTS and (not separator or len(names) != 2 or not all(names)):
         raise StarnavError(
-            f"override {shown(text)}; allowed: section.key=value, e.g. robot.radius=0.3, lidars=[...] or goals=[...]"
+            f"override {shown(text)}; allowed: section.key=value, e.g. robot.radius=0.3, or a list: {', '.join(LISTS)}"
         )
     part = names[0]
     if part not in KEYS:

@@ -4,6 +4,8 @@ A scenario has the sections `world, robot, lidar, localization, drive, planner, 
 recording` and one for each baseline; each is a dataclass with defaults, so that a file only contains what differs.
 `lidars` is a list of lidars, each of which has the values of `lidar` where it does not say otherwise. `goals` is a list
 of [x, y] or [x, y, yaw], which the robot visits in order instead of the world's goal; at one with a yaw it turns to it.
+`robots` is a list of robots: each a mapping over `robot` that also has a `start` [x, y, yaw], a `goal` or `goals`, and
+may have a `name`, a `lidar` and `lidars`.
 The world is chosen by a tag, e.g. `world: !Forest {width: 20}`; the models of a `!Model` may stand in `directives`.
 `plant_config` and `simulator_config` hold what Drake's structs of these names hold.
 """
@@ -47,7 +49,8 @@ class Scenario:
     """Everything that, with a seed, defines a trial.
 
     `lidars` are those of a robot that has several; the first of them is `lidar`. `goals` are (x, y) or (x, y, yaw), W,
-    m and rad; without any, the robot drives to the goal of its world.
+    m and rad; without any, the robot drives to the goal of its world. `robots` are scenarios of one robot each, which
+    share a world and have a `start`, (x, y, yaw); their own obstacles that move are the others.
     """
 
     name: str
@@ -69,6 +72,8 @@ class Scenario:
     simulator_config: dict[str, Any] = field(default_factory=dict)
     lidars: tuple[LidarParameters, ...] = ()
     goals: tuple[tuple[float, ...], ...] = ()
+    start: tuple[float, float, float] | None = None
+    robots: tuple["Scenario", ...] = ()
 
     def __post_init__(self) -> None:
         for k, goal in enumerate(self.goals):
@@ -94,13 +99,13 @@ class Scenario:
 
 DRAKE_CONFIGS = ("plant_config", "simulator_config")
 """Sections with the keys of Drake's `MultibodyPlantConfig` and `SimulatorConfig`; see `station.drake_configs`."""
+LISTS = ("lidars", "goals", "robots")
+"""Keys that hold lists."""
 SECTIONS: dict[str, Any] = {
     part.name: part.default_factory
     for part in dataclasses.fields(Scenario)
-    if part.name not in ("name", "world", "lidars", "goals", *DRAKE_CONFIGS)
+    if part.name not in ("name", "world", "start", *LISTS, *DRAKE_CONFIGS)
 }
-LISTS = ("lidars", "goals")
-"""Keys that hold lists."""
 KEYS = ("world", *SECTIONS, *LISTS, *DRAKE_CONFIGS)
 """Of a scenario's mapping, where they may be overridden; it may also hold `directives`."""
 

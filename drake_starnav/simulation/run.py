@@ -144,12 +144,24 @@ def _simulated(
     """Simulate until something ends the trial; `timeout` in s."""
     start = time.perf_counter()
     message = _advance(simulator, timeout, progress)
-    wall = time.perf_counter() - start
+    return left_by(simulator, navigation, log, message, time.perf_counter() - start)
+
+
+def left_by(simulator: Simulator, navigation: Navigation, log: VectorLogSink, message: str, wall: float) -> Run:
+    """What a simulation leaves of a robot.
+
+    Args:
+        simulator: after the run.
+        navigation: of the robot.
+        log: of its states.
+        message: why the run ended.
+        wall: wall-clock time, s.
+    """
     context = simulator.get_context()
     record, station = log.FindLog(context), navigation.station
     times, states = record.sample_times(), record.data()
     if times[-1] < context.get_time():
-        port = station.GetOutputPort("cheat.robot_state")
+        port = station.plant.get_state_output_port(station.robot_model)
         end = port.Eval(port.get_system().GetMyContextFromRoot(context))
         times, states = np.append(times, context.get_time()), np.column_stack((states, end))
     nodes = 0

@@ -206,6 +206,38 @@ def test_goals_that_are_no_places_are_refused(goals: str, said: str) -> None:
         parse_scenario(f"world: !Room {{}}\ngoals: {goals}", name="bad")
 
 
+TWO = "[{start: [0, 0, 0], goal: [1, 2]}, {model: jackal, name: b, start: [3, 4, 1], goals: [[5, 6], [7, 8, 1]]}]"
+
+
+def test_each_robot_has_what_is_said_of_all_and_what_its_own_model_says() -> None:
+    text = f"world: !Obstacles {{}}\nrobot: {{max_speed: 0.4}}\nlidar: {{beams: 90}}\nrobots: {TWO}"
+    scenario = parse_scenario(text, name="two")
+    a, b = scenario.robots
+    assert (a.name, b.name) == ("starbot_1", "b")
+    assert (a.start, a.goals, b.start, b.goals) == ((0, 0, 0), ((1, 2),), (3, 4, 1), ((5, 6), (7, 8, 1)))
+    assert (a.robot.radius, b.robot.radius) == (0.25, 0.334) and b.robot.max_yaw_rate == 4.0
+    assert a.robot.max_speed == b.robot.max_speed == 0.4 and b.lidar.beams == 90
+    assert scenario.world.start == [0, 0, 0] and scenario.world.goal == [1, 2]
+    assert parse_scenario(scenario_text(scenario), name="two") == scenario
+
+
+@pytest.mark.parametrize(
+    ("robots", "said"),
+    [
+        ("{}", "robots is {}; allowed: a list of two or more mappings"),
+        ("[{start: [0, 0, 0], goal: [1, 2]}]", "allowed: a list of two or more mappings"),
+        ("[{goal: [1, 2]}, {}]", r"robots\[0\] has goal; allowed: start, and goal or goals"),
+        (TWO.replace("model", "modle"), r"robots\[1\]: unknown key robot.modle: did you mean model"),
+        (TWO.replace("[3, 4, 1]", "[3, 4]"), r"robots\[1\].start is \[3, 4\]; allowed: finite \[x, y, yaw\]"),
+        (TWO.replace("[1, 2]", "[1]"), r"robots\[0\]: goals\[0\] is \[1\]"),
+        (TWO.replace("name: b", "name: starbot_1"), "robots are named starbot_1, starbot_1; allowed: each name once"),
+    ],
+)
+def test_lists_of_robots_that_cannot_be_are_refused(robots: str, said: str) -> None:
+    with pytest.raises(StarnavError, match=said):
+        parse_scenario(f"world: !Obstacles {{}}\nrobots: {robots}", name="bad")
+
+
 def test_the_first_of_several_lidars_is_the_lidar() -> None:
     scenario = parse_scenario("world: !Room {}\nlidars: [{}, {}]", name="two")
     with pytest.raises(StarnavError, match="lidar differs from lidars"):

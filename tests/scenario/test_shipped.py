@@ -31,4 +31,4 @@ def test_help_is_shown_before_anything_heavy_is_imported() -> None:
 def test_shipped_scenarios_say_what_is_and_not_how_to_drive(name: str) -> None:
     keys = yaml.compose(scenario_path(name).read_text(encoding="utf-8"), yaml.SafeLoader).value
     sections = {key.value for key, _ in keys}
-    assert sections <= {"world", "robot", "lidar", "localization", "drive", "obstacles", "simulation"}
+    assert sections <= {"world", "robot", "lidar", "localization", "drive", "obstacles", "simulation", "robots"}

@@ -1,0 +1,384 @@
+"""One scenario of several robots -> one trial for each; they see each other by their lidars alone."""
+
+import dataclasses
+import itertools
+import math
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from pydrake.geometry import Convex, Cylinder, GeometryId, SceneGraph
+from pydrake.math import RigidTransform
+from pydrake.multibody.plant import AddMultibodyPlant, CoulombFriction, MultibodyPlant
+from pydrake.multibody.tree import ModelInstanceIndex
+from pydrake.systems.analysis import Simulator, SimulatorStatus
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder, TriggerType
+from pydrake.systems.primitives import LogVectorOutput, VectorLogSink
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.geometry.footprint import covered
+from drake_starnav.geometry.trajectory import Motion
+from drake_starnav.geometry.trajectory_metrics import STANDING
+from drake_starnav.navigation import Navigation, Parts, add_navigation
+from drake_starnav.planning import PlannerStatus
+from drake_starnav.robot import RobotParameters
+from drake_starnav.scenario import Scenario
+from drake_starnav.scenario.schema import check_method
+from drake_starnav.simulation.monitors import watcher
+from drake_starnav.simulation.run import PROGRESS_PERIOD, left_by
+from drake_starnav.simulation.trial import INTERRUPTED, TIMEOUT, Run, Trial, figures, omniscient_path
+from drake_starnav.station.collision_monitor import COLLISION, STRUCK, CollisionMonitor, body_name
+from drake_starnav.station.drake_configs import scenario_plant_config, scenario_simulator_config
+from drake_starnav.station.lidar_mounts import lidar_poses
+from drake_starnav.station.model_world import drop_floors, make_world_with_footprints
+from drake_starnav.station.plant import DISCRETE_ONLY, advance, make_simulator, plant_config
+from drake_starnav.station.robot_interface import RobotInterface, connect_robot
+from drake_starnav.station.robot_model import add_robot
+from drake_starnav.station.world_geometry import add_ground, add_world
+from drake_starnav.systems.goal_sequence import GoalSequence
+from drake_starnav.systems.release import release
+from drake_starnav.utils.stopwatch import STEPS, Stopwatch
+from drake_starnav.worlds.endpoints import check_free
+from drake_starnav.worlds.world import World
+
+COLLAR = 0.03
+"""A collar reaches so far above and below the planes of all lidars, m."""
+GAP_PERIOD = 0.05
+"""Gaps between robots are measured at equal steps of this length, s."""
+SEEDS = 1000003
+"""Added to the seed for each further robot: no two have the same noise."""
+
+
+@dataclass(frozen=True)
+class RobotTrial:
+    """How one of several robots fared.
+
+    Attributes:
+        robot: its name.
+        trial: its own, as if it had driven alone; it ends when the robot has reached its goals, or with the run.
+        min_gap_m: least distance to another robot during the whole run, between their footprints.
+        motion: during the whole run.
+    """
+
+    robot: str
+    trial: Trial
+    min_gap_m: float
+    motion: Motion
+
+
+class RobotNavigator(Diagram):
+    """A robot's interface with all that drives it, as one system with the ports of its `RobotInterface`.
+
+    Attributes:
+        navigation: the systems in it.
+    """
+
+    def __init__(self, scenario: Scenario, robot: RobotInterface, world: World, seed: int, watch: Stopwatch) -> None:
+        """
+        Args:
+            scenario: of the robot.
+            robot: its interface.
+            world: with its start and goal.
+            seed: of the robot.
+            watch: records wall-clock times.
+        """
+        super().__init__()
+        builder = DiagramBuilder()
+        builder.AddNamedSystem("robot", robot)
+        self.navigation = add_navigation(builder, scenario, Parts(world, robot), seed, stopwatch=watch)
+        for name in ("geometry_query", "multibody_state"):
+            builder.ExportInput(robot.GetInputPort(name), name)
+        for name in ("localization.state", "actuation" if robot.continuous else "desired_state"):
+            builder.ExportOutput(robot.GetOutputPort(name), name)
+        builder.ExportOutput(self.navigation.twist_command, "twist_command")
+        builder.BuildInto(self)
+
+
+@dataclass(frozen=True)
+class _Driven:
+    """A robot in the diagram of all.
+
+    Attributes:
+        scenario, world: its own.
+        navigation: its systems.
+        monitor: of its contacts.
+        logs: of its states and commands.
+        stopwatch: of its steps.
+        blocked: from when on, s, why it stood still.
+    """
+
+    scenario: Scenario
+    world: World
+    navigation: Navigation
+    monitor: CollisionMonitor
+    logs: tuple[VectorLogSink, VectorLogSink]
+    stopwatch: Stopwatch
+    blocked: list[tuple[float, str]]
+
+    def reached(self, context: Context) -> np.ndarray:
+        """When it reached each of its goals, s; NaN for those that it did not."""
+        goal = self.navigation.goal
+        assert isinstance(goal, GoalSequence)
+        return goal.GetOutputPort("reached").Eval(goal.GetMyContextFromRoot(context))
+
+    def gave_up(self, context: Context) -> bool:
+        """Whether its planner found no way."""
+        planner, status = self.navigation.planner, self.navigation.planned("status")
+        if planner is None or status is None:
+            return False
+        return status.Eval(planner.GetMyContextFromRoot(context)) is PlannerStatus.UNREACHABLE
+
+
+def run_robots(
+    scenario: Scenario,
+    *,
+    method: str = "star",
+    seed: int = 0,
+    progress: Callable[[float, float], None] | None = None,
+) -> list[RobotTrial]:
+    """Simulate the robots of a scenario until all have reached their goals or given up, two touch, or time is over.
+
+    Each has lidar, localization and navigation of its own, and knows of the others only what its lidar sees. A collar
+    about each robot, as wide as its footprint, reaches through the planes of all lidars.
+
+    Args:
+        scenario: with `robots`.
+        method: its name, for the record.
+        seed: of the world and of the sensors' noise.
+        progress: called regularly with the simulated time and the time limit, s.
+
+    Raises:
+        StarnavError: the scenario has no robots; one starts in an obstacle or another robot; two goals are too near; a
+            robot cannot avoid what moves; or as of `run_trial`.
+        KeyboardInterrupt: Ctrl-C.
+    """
+    robots = scenario.robots
+    if not robots:
+        raise StarnavError(f"scenario {scenario.name} has no robots; allowed: a list of them, or run_trial")
+    for each in robots:
+        check_method(each, method)
+    scenario_simulator_config(scenario.simulator_config)
+    made = make_world_with_footprints(scenario.world, seed, max(each.robot.radius for each in robots))
+    worlds = [_world_of(each, made) for each in robots]
+    _check_ends(robots, made)
+    shortest = [omniscient_path(w, each.robot.radius, each.goals) for each, w in zip(robots, worlds, strict=True)]
+    builder = DiagramBuilder()
+    holder: Diagram | DiagramBuilder = builder
+    try:
+        driven = _add_robots(builder, scenario, worlds, seed)
+        holder = diagram = builder.Build()
+        simulator = make_simulator(diagram, settings=scenario.simulator_config)
+        timeout = scenario.simulation.timeout or made.timeout
+        start = time.perf_counter()
+        message = _simulated(simulator, driven, timeout, progress)
+        wall = time.perf_counter() - start
+        runs = [_run(simulator, each, message, wall) for each in driven]
+        motions = [Motion(run.times, run.driven[:, :3]) for run in runs]
+        gaps = least_gaps([each.robot for each in robots], motions)
+        trials = []
+        for robot, way, run, gap, motion in zip(driven, shortest, runs, gaps, motions, strict=True):
+            until = run.times <= run.elapsed + 1e-9
+            own = dataclasses.replace(run, times=run.times[until], driven=run.driven[until])
+            steps: dict[str, Any] = {name: robot.stopwatch.summary(name) for name in STEPS}
+            fields = {**figures(robot.scenario, robot.world, way, own), **steps}
+            trial = Trial(scenario=scenario.name, method=method, seed=seed, **fields)
+            trials.append(RobotTrial(robot.scenario.name, trial, gap, motion))
+        if message == INTERRUPTED:
+            raise KeyboardInterrupt
+        return trials
+    finally:
+        release(holder)
+
+
+def _world_of(scenario: Scenario, made: World) -> World:
+    """The world with the start of a robot and its last goal."""
+    assert scenario.start is not None
+    x, y, *_ = scenario.goals[-1]
+    return dataclasses.replace(made, start=scenario.start, goal=(x, y))
+
+
+def _check_ends(robots: Sequence[Scenario], world: World) -> None:
+    """Raise a `StarnavError` where a start lies in an obstacle, or starts or last goals in another robot's."""
+    for each in robots:
+        if each.robot.base != "differential":
+            raise StarnavError(
+                f"robot {each.name}: robot.base is {each.robot.base}, which does not avoid what moves; allowed among "
+                "other robots: differential"
+            )
+        (x, y, _), radius = each.start or (0.0, 0.0, 0.0), each.robot.radius
+        check_free(world, (x, y), radius, f"robot {each.name}: start")
+    for a, b in itertools.combinations(robots, 2):
+        for what, one, other in (("starts", a.start, b.start), ("last goals", a.goals[-1], b.goals[-1])):
+            apart, needed = math.dist((one or ())[:2], (other or ())[:2]), a.robot.radius + b.robot.radius
+            if apart <= needed:
+                raise StarnavError(
+                    f"{what} of {a.name} and {b.name} are {apart:.3g} m apart; allowed: more than {needed:.3g} m, the "
+                    "sum of their radii"
+                )
+
+
+def _add_robots(builder: DiagramBuilder, scenario: Scenario, worlds: Sequence[World], seed: int) -> list[_Driven]:
+    """Add a plant with all robots in their world, and what drives each."""
+    robots, world, settings = scenario.robots, worlds[0], scenario.plant_config
+    moving = world.model is not None and world.model.moving
+    time_step = scenario.simulation.time_step if moving or DISCRETE_ONLY & set(settings) else 0.0
+    plant, scene_graph = AddMultibodyPlant(scenario_plant_config(settings, plant_config(time_step)), builder)
+    models = []
+    for each in robots:
+        models.append(add_robot(plant, scene_graph, each.robot, each.start or (0.0, 0.0, 0.0), name=f"{each.name}_"))
+    _add_collars(plant, robots, models)
+    ground = add_ground(plant, world.extent)
+    add_world(plant, world)
+    plant.Finalize()
+    if world.model is not None:
+        drop_floors(plant, scene_graph, ground)
+    return _add_navigators(builder, (plant, scene_graph), robots, worlds, models, seed)
+
+
+def _add_navigators(
+    builder: DiagramBuilder,
+    scene: tuple[MultibodyPlant, SceneGraph],
+    robots: Sequence[Scenario],
+    worlds: Sequence[World],
+    models: Sequence[ModelInstanceIndex],
+    seed: int,
+) -> list[_Driven]:
+    """Add what drives each robot, its monitor and its logs."""
+    plant, scene_graph = scene
+    seeds = [(seed + k * SEEDS) % 2**63 for k in range(len(robots))]
+    interfaces = [
+        RobotInterface(plant, scene_graph, model, each, seed=own)
+        for each, model, own in zip(robots, models, seeds, strict=True)
+    ]
+    shapes: list[list[GeometryId]] = [robot.robot_geometries for robot in interfaces]
+    driven = []
+    for k, (each, robot, world) in enumerate(zip(robots, interfaces, worlds, strict=True)):
+        stopwatch = Stopwatch()
+        navigator = RobotNavigator(each, robot, world, seeds[k], stopwatch)
+        navigator = builder.AddNamedSystem(each.name, navigator)
+        connect_robot(builder, plant, scene_graph, models[k], navigator)
+        others = [g for j, own in enumerate(shapes) if j != k for g in own]
+        period = 1.0 / each.controller.rate
+        monitor = CollisionMonitor(robot=shapes[k], ground=robot.floor, moving_obstacles=others, period=period)
+        monitor = builder.AddNamedSystem(f"collision_monitor_of_{each.name}", monitor)
+        builder.Connect(scene_graph.get_query_output_port(), monitor.GetInputPort("geometry_query"))
+        builder.Connect(navigator.GetOutputPort("localization.state"), monitor.GetInputPort("state"))
+        ports = plant.get_state_output_port(models[k]), navigator.GetOutputPort("twist_command")
+        states, commands = (LogVectorOutput(port, builder, {TriggerType.kPerStep}) for port in ports)
+        driven.append(_Driven(each, world, navigator.navigation, monitor, (states, commands), stopwatch, []))
+    return driven
+
+
+def _add_collars(plant: MultibodyPlant, robots: Sequence[Scenario], models: Sequence[ModelInstanceIndex]) -> None:
+    """Give each robot, in a plant not yet finalized, a collar by which the lidars of the others see it."""
+    bases = [plant.GetBodyByName("base_link", model) for model in models]
+    floors = [float(plant.GetDefaultFloatingBaseBodyPose(base).translation()[2]) for base in bases]
+    planes = [
+        floor + float(X_BL.translation()[2])
+        for each, model, floor in zip(robots, models, floors, strict=True)
+        for X_BL in lidar_poses(plant, model, each.all_lidars)
+    ]
+    low, high = max(min(planes) - COLLAR, 0.01), max(planes) + COLLAR
+    for each, base, floor in zip(robots, bases, floors, strict=True):
+        for k, (shape, X_BC) in enumerate(_collar(each.robot, low - floor, high - floor)):
+            plant.RegisterCollisionGeometry(base, X_BC, shape, f"collar_{k}", CoulombFriction(0.3, 0.3))
+
+
+def _collar(robot: RobotParameters, low: float, high: float) -> list[tuple[Cylinder | Convex, RigidTransform]]:
+    """Solid shapes over a robot's footprint between two heights in base_link, m."""
+    if robot.shape.is_disc:
+        return [(Cylinder(robot.radius, high - low), RigidTransform([0.0, 0.0, 0.5 * (low + high)]))]
+    prisms = []
+    for part in robot.shape.parts:
+        points = np.hstack([np.vstack((part.T, np.full(len(part), z))) for z in (low, high)])
+        prisms.append((Convex(points=points, label="collar"), RigidTransform()))
+    return prisms
+
+
+def _simulated(
+    simulator: Simulator,
+    driven: Sequence[_Driven],
+    timeout: float,
+    progress: Callable[[float, float], None] | None,
+) -> str:
+    """Simulate until something ends the run, and say what."""
+    watches = [
+        watcher(simulator, each.navigation, each.logs, each.scenario.drive.slip, each.blocked, None) for each in driven
+    ]
+    while True:
+        context = simulator.get_context()
+        now = context.get_time()
+        if all(np.isfinite(each.reached(context)).all() or each.gave_up(context) for each in driven):
+            return "reached"
+        if now >= timeout - 1e-9:
+            return TIMEOUT
+        try:
+            status = advance(simulator, min(now + PROGRESS_PERIOD, timeout))
+        except KeyboardInterrupt:
+            return INTERRUPTED
+        if status.reason() == SimulatorStatus.ReturnReason.kReachedTerminationCondition:
+            return status.message()
+        if status.reason() == SimulatorStatus.ReturnReason.kEventHandlerFailed:
+            raise StarnavError(f"simulation failed: {status.message()}")
+        for watch in watches:
+            watch(context.get_time(), timeout)
+        if progress is not None:
+            progress(context.get_time(), timeout)
+
+
+def _run(simulator: Simulator, driven: _Driven, message: str, wall: float) -> Run:
+    """What the simulation leaves of one robot; it ended for it when its last goal was reached."""
+    context = simulator.get_context()
+    times = driven.reached(context)
+    touching = _contact(driven, context)
+    if touching:
+        message = touching
+    elif np.isfinite(times).all():
+        message = "reached"
+    elif driven.gave_up(context):
+        message = "unreachable"
+    elif message != INTERRUPTED:
+        message = TIMEOUT
+    run = left_by(simulator, driven.navigation, driven.logs[0], message, wall)
+    elapsed = float(times[-1]) if message == "reached" else run.elapsed
+    return dataclasses.replace(run, elapsed=elapsed, blocked=tuple(driven.blocked))
+
+
+def _contact(driven: _Driven, context: Context) -> str:
+    """The message of a contact of a robot at the end of the run; empty without one."""
+    own = driven.monitor.GetMyContextFromRoot(context)
+    found = driven.monitor.contacts(own)
+    if not found:
+        return ""
+    inspector = driven.navigation.station.scene_graph.model_inspector()
+    (_, _, _, v, _), station = driven.monitor.GetInputPort("state").Eval(own), driven.navigation.station
+    mine = {geometry.get_value() for geometry in station.robot_geometries}
+    name = STRUCK if abs(v) <= STANDING and all(b.get_value() not in mine for _, b in found) else COLLISION
+    a, b = (body_name(inspector, geometry) for geometry in found[0])
+    return f"{name} of {a.rpartition('::')[2]} with {b} at {context.get_time():.3f} s"
+
+
+def least_gaps(robots: Sequence[RobotParameters], motions: Sequence[Motion]) -> list[float]:
+    """The least distance of each robot to another one during a run, between their footprints, m; 0 if they overlap.
+
+    Args:
+        robots: their footprints.
+        motions: of each.
+    """
+    times = np.arange(0.0, max(motion.duration for motion in motions), GAP_PERIOD)
+    areas = [
+        [covered(robot.shape, motion.at(float(t))) for t in times]
+        for robot, motion in zip(robots, motions, strict=True)
+    ]
+    least = [math.inf] * len(robots)
+    for i, j in itertools.combinations(range(len(robots)), 2):
+        gap = min(a.distance(b) for a, b in zip(areas[i], areas[j], strict=True))
+        least[i], least[j] = min(least[i], gap), min(least[j], gap)
+    return least
+
+
+def robots_record(trials: Sequence[RobotTrial], record: Callable[[Trial], dict[str, Any]]) -> list[dict[str, Any]]:
+    """The trials as a list of JSON-compatible mappings, one for each robot; `record` is `trial_record`."""
+    return [{"robot": each.robot, "min_gap_m": each.min_gap_m, **record(each.trial)} for each in trials]

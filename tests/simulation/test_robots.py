@@ -1,0 +1,83 @@
+"""Several robots in one world, each with navigation of its own."""
+
+import dataclasses
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from drake_starnav.cli.simulate import simulate
+from drake_starnav.errors import StarnavError
+from drake_starnav.geometry.trajectory import Motion
+from drake_starnav.navigation import make_diagram
+from drake_starnav.robot import RobotParameters
+from drake_starnav.scenario import parse_scenario
+from drake_starnav.simulation.robots import least_gaps, run_robots
+
+WORLD = "world: !Obstacles {bounds: [-1, -1.5, 5, 1.5]}\nlidar: {range_max: 10.0}\nrobot: {max_speed: 0.5}\n"
+EAST, WEST = "start: [0, 0, 0], goal: [4, 0]", "start: [4, 0, 3.14], goals: [[2, -0.8], [0, 0]]"
+PAIR = f"{WORLD}robots: [{{{EAST}}}, {{{WEST}}}]\nsimulation: {{timeout: 40}}\n"
+
+
+def test_two_robots_change_places_and_each_has_a_record(tmp_path: Path, capsys) -> None:
+    file, html, figures = (tmp_path / f"pair.{kind}" for kind in ("yaml", "html", "json"))
+    file.write_text(PAIR)
+    assert simulate([str(file), "--html", str(html), "--json", str(figures)]) == 0
+    printed = capsys.readouterr().out
+    records = json.loads(figures.read_text())["robots"]
+    assert [record["robot"] for record in records] == ["starbot_1", "starbot_2"]
+    for record, count in zip(records, (1, 2), strict=True):
+        assert f"{record['robot']}  reached" in printed
+        assert record["outcome"] == "reached" and len(record["goals_s"]) == count
+        assert record["time_s"] == record["goals_s"][-1]
+        assert 0.05 < record["min_gap_m"] == records[0]["min_gap_m"] < 2.0
+        assert record["min_clearance_m"] > 0.0
+    page = html.read_text()
+    assert "trail" in page and "starbot_1: reached" in page and "starbot_2: reached" in page
+
+
+def test_the_same_seed_gives_the_same_run_and_each_robot_has_noise_of_its_own() -> None:
+    scenario = parse_scenario(PAIR, name="pair", overrides=["simulation.timeout=2"])
+    first, second = (run_robots(scenario, seed=5) for _ in range(2))
+    assert [each.trial.state_hash for each in first] == [each.trial.state_hash for each in second]
+    assert first[0].trial.state_hash != first[1].trial.state_hash
+    assert all(each.trial.outcome == "timeout" for each in first)
+
+
+def test_gaps_are_between_footprints() -> None:
+    still, times = np.zeros((2, 3)), np.array([0.0, 1.0])
+    passing = np.array([(2.0, 1.0, 0.0), (-2.0, 1.0, 0.0)])
+    far = np.full((2, 3), (0.0, -5.0, 0.0))
+    robots = [RobotParameters(), RobotParameters(), RobotParameters(radius=0.5)]
+    gaps = least_gaps(robots, [Motion(times, poses) for poses in (still, passing, far)])
+    assert gaps == pytest.approx([0.5, 0.5, 4.25], abs=0.02)
+
+
+@pytest.mark.parametrize(
+    ("robots", "said"),
+    [
+        (f"[{{{EAST}}}, {{start: [0.4, 0, 0], goal: [3, 1]}}]", "starts of starbot_1 and starbot_2 are 0.4 m apart"),
+        (f"[{{{EAST}}}, {{start: [2, 1, 0], goal: [4, 0.3]}}]", "last goals of starbot_1 and starbot_2 are 0.3 m"),
+        (f"[{{{EAST}}}, {{start: [5, 1, 0], goal: [2, 0]}}]", r"robot starbot_2: start is \[5, 1\]"),
+        (f"[{{{EAST}}}, {{model: omnibot, {WEST}}}]", "robot.base is omnidirectional, which does not avoid"),
+    ],
+)
+def test_robots_that_cannot_drive_together_are_refused(robots: str, said: str) -> None:
+    with pytest.raises(StarnavError, match=said):
+        run_robots(parse_scenario(f"{WORLD}robots: {robots}", name="bad"))
+
+
+def test_one_robot_alone_is_driven_otherwise() -> None:
+    several = parse_scenario(PAIR, name="pair")
+    with pytest.raises(StarnavError, match="scenario pair has 2 robots"):
+        make_diagram(several)
+    with pytest.raises(StarnavError, match="scenario starbot_1 has no robots"):
+        run_robots(several.robots[0])
+
+
+def test_each_robot_knows_how_fast_the_others_may_be() -> None:
+    fast = dataclasses.asdict(parse_scenario(f"{WORLD}robots: [{{{EAST}, max_speed: 0.7}}, {{{WEST}}}]", name="two"))
+    assert [robot["obstacles"]["max_speed"] for robot in fast["robots"]] == [0.5, 0.7]
+    assert math.isclose(fast["obstacles"]["max_speed"], 0.0)
