@@ -13,7 +13,7 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.trajectory import Motion
 from drake_starnav.navigation import make_diagram
 from drake_starnav.robot import RobotParameters
-from drake_starnav.scenario import parse_scenario
+from drake_starnav.scenario import load_scenario, parse_scenario
 from drake_starnav.simulation.robots import least_gaps, run_robots
 
 WORLD = "world: !Obstacles {bounds: [-1, -1.5, 5, 1.5]}\nlidar: {range_max: 10.0}\nrobot: {max_speed: 0.5}\n"
@@ -44,6 +44,15 @@ def test_the_same_seed_gives_the_same_run_and_each_robot_has_noise_of_its_own() 
     assert [each.trial.state_hash for each in first] == [each.trial.state_hash for each in second]
     assert first[0].trial.state_hash != first[1].trial.state_hash
     assert all(each.trial.outcome == "timeout" for each in first)
+
+
+@pytest.mark.slow
+def test_three_robots_of_three_kinds_cross_without_a_contact() -> None:
+    trials = run_robots(load_scenario("three_robots"), seed=0)
+    assert [each.robot for each in trials] == ["starbot_1", "jackal_2", "carrier_3"]
+    for each in trials:
+        assert each.trial.outcome == "reached", each.trial.contact
+        assert each.min_gap_m > 0.3 and each.trial.min_clearance_m > 0.0
 
 
 def test_gaps_are_between_footprints() -> None:
