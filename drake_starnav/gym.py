@@ -99,6 +99,8 @@ class NavigationEnv(gymnasium.Env):
         self._scenario = load_scenario(scenario) if isinstance(scenario, str) else scenario
         if self._scenario.lidars:
             raise UnsupportedError(f"lidars has {len(self._scenario.lidars)} entries; allowed: the one lidar")
+        if self._scenario.robot.base != "differential":
+            raise UnsupportedError(f"robot.base is {self._scenario.robot.base}; allowed: differential")
         self._shield = shield
         self._motion_kind: type[PlantMotion | KinematicMotion] = PlantMotion if plant else KinematicMotion
         if not plant:

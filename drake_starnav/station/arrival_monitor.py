@@ -27,7 +27,7 @@ class ArrivalMonitor(LeafSystem):
 
     Ports:
         state: vector (x, y, yaw, v, omega) of the robot in the world frame W.
-        goal: vector (x, y) in W, m; only without `goals`.
+        goal: vector (x, y) in W, m; to be connected only without `goals`.
         reached: vector of a `GoalSequence`, all of whose goals are to be reached; only with `goals`.
         status: abstract, `PlannerStatus`; may be left unconnected.
 
@@ -45,8 +45,7 @@ class ArrivalMonitor(LeafSystem):
         self._tolerance = tolerance
         self._state = self.DeclareVectorInputPort("state", 5)
         self._reached = self.DeclareVectorInputPort("reached", goals) if goals else None
-        if not goals:
-            self._goal = self.DeclareVectorInputPort("goal", 2)
+        self._goal = self.DeclareVectorInputPort("goal", 2)
         self._status = self.DeclareAbstractInputPort("status", Value(PlannerStatus.WAITING))
         self.DeclarePeriodicDiscreteUpdateEvent(checked_period(self, period=period), 0.0, self._check)
 

@@ -113,7 +113,7 @@ def all_systems() -> list[System]:
         MovingObstacleDrive(
             MovingObstacles(np.array([0.3]), (np.array([(0.0, 0.0, 0.0), (1.0, 1.0, 0.0)]),)), time_step=0.005
         ),
-        ArrivalMonitor(tolerance=0.3, period=0.02),
+        ArrivalMonitor(tolerance=0.3, period=0.02, goals=2),
         SliderGoal((1.0, 0.0), lambda: None),
         SceneRecorder(SceneTimeline(SceneGraph()), period=0.1),
         StarRoadmapVisualizer(None, defaults.recording, robot),  # without a Meshcat: it never draws here
