@@ -46,7 +46,7 @@ def keeps_clear(poses, surfaces, polygons, sizes):
     moved = np.zeros(count)  # no point of the footprint has moved farther
     for i in range(count):
         away = math.hypot(poses[i, 0] - center[0], poses[i, 1] - center[1])
-        if away > max(room, 0.0):
+        if away > room:
             return False
         if i > 0:
             way = math.hypot(poses[i, 0] - poses[i - 1, 0], poses[i, 1] - poses[i - 1, 1])

@@ -1,5 +1,6 @@
 """The certificate of polygons touches nothing and stays in seen space, and refuses hardly anything that is safe."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -150,6 +151,8 @@ def test_nothing_is_accepted_without_a_scan_or_beyond_what_is_known():
     standing = roll_out(pose, np.zeros(2), np.array((0.1, 0.0)), Actuation(LIMITS, shape, PERIOD, 0.0))
     assert not FootprintCertificate(CertifiedRegion.none(), MARGIN, shape).accepts(standing)
     star = sensed(wall(1.0), pose, shape)
+    blind = dataclasses.replace(star, reach=shape.radius - 0.01)  # even where the scan was taken
+    assert not FootprintCertificate(blind, MARGIN, shape).accepts(standing)
     fast = roll_out(
         pose + (1.5, 0.0, 0.0),
         np.array((0.8, 0.0)),
