@@ -8,7 +8,7 @@ from drake_starnav.planning.manoeuvre import reached
 from drake_starnav.planning.passage import Passage
 from drake_starnav.robot import Base, Limits
 
-SLOW_SHARE, SLOW_SPEED = 0.35, 0.1
+SLOW_SHARE, SLOW_SPEED = 0.6, 0.1
 """Of a manoeuvre: share of the largest speed, at most of 0.8 m/s, and what is added to it, m/s."""
 APPROACH_GAIN, CREEP = 2.0, 0.05
 """Speed for each metre that is left to a pose at which the gear changes, 1/s; and what remains of it, m/s."""

@@ -32,7 +32,7 @@ SPACING = 0.02
 """No point of the footprint moves farther between two poses that are checked, m."""
 REACH = 1.8
 """The search stays within this distance of the robot along each axis, m."""
-MOST_EXPANDED = 6000
+MOST_EXPANDED = 2500
 """A search that has looked at so many poses gives up."""
 NEAR_GOAL = 0.12
 """A pose this near to the goal's place is there, m."""
