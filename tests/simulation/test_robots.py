@@ -47,7 +47,7 @@ def test_the_same_seed_gives_the_same_run_and_each_robot_has_noise_of_its_own() 
 
 
 @pytest.mark.slow
-def test_three_robots_of_three_kinds_cross_without_a_contact() -> None:
+def test_three_robots_of_three_kinds_drive_past_each_other_without_a_contact() -> None:
     trials = run_robots(load_scenario("three_robots"), seed=0)
     assert [each.robot for each in trials] == ["starbot_1", "jackal_2", "carrier_3"]
     for each in trials:
