@@ -56,7 +56,7 @@ def cases(draw: st.DrawFn) -> tuple[np.ndarray, np.ndarray, Actuation]:
     twist, target = np.array(shares).reshape(2, 2) * (limits.max_speed, limits.max_yaw_rate)
     hold = 1.0 / draw(within(ControllerParameters, "rate", low=2.0))
     delay = draw(st.just(0.0) | st.floats(*allowed(DriveParameters, "delay")))
-    return twist, target, Actuation(limits, disc(draw(within(RobotParameters, "radius"))), hold, delay)
+    return twist, target, Actuation(limits, disc(draw(within(RobotParameters, "radius", low=0.01))), hold, delay)
 
 
 def overrating(motion: Motion, limits: Limits) -> float:

@@ -11,8 +11,9 @@ from pydrake.systems.analysis import Simulator
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.mounts import ON_AXIS, Mount, unturned
+from drake_starnav.loading import load_scenario, parse_scenario
 from drake_starnav.navigation import make_diagram
-from drake_starnav.scenario import Scenario, load_scenario, parse_scenario
+from drake_starnav.scenario import Scenario
 from drake_starnav.simulation import run_trial
 from drake_starnav.station.lidar_mounts import mount_of
 from drake_starnav.station.navigation_station import NavigationStation

@@ -131,7 +131,6 @@ def test_what_wheels_roll_on_is_no_part_of_the_robot(tmp_path: Path) -> None:
     ("given", "said"),
     [
         (("l_0 l_1", "r_0 r_1"), None),
-        (("l_0", "r_0"), "frame lidar lies at x -0.13"),
         (("l_0", "r_1"), "lie at x 0.13, -0.13, y 0.13, -0.13 m"),
         (("l_0 l_9", "r_0 r_1"), "no joint l_9_joint about y or -y"),
     ],
