@@ -1,8 +1,16 @@
 """A robot's trajectory: its poses over time."""
 
+import itertools
+import math
+from collections.abc import Sequence
+
 import numpy as np
 
+from drake_starnav.geometry.footprint import Footprint, covered
 from drake_starnav.utils.snapshot import snapshot
+
+GAP_PERIOD = 0.05
+"""Gaps between robots are measured at equal steps of this length, s."""
 
 
 @snapshot
@@ -42,3 +50,22 @@ def evenly_sampled(times: np.ndarray, values: np.ndarray, period: float) -> np.n
     count = int((times[-1] - times[0]) / period + 1e-9) + 1
     even = times[0] + period * np.arange(count)
     return np.column_stack([np.interp(even, times, column) for column in values.T])
+
+
+def least_gaps(footprints: Sequence[Footprint], motions: Sequence[Motion]) -> list[float]:
+    """The least distance of each robot's footprint to another one during a run, m; 0 if they overlap.
+
+    Args:
+        footprints: of the robots.
+        motions: of each.
+    """
+    times = np.arange(0.0, max(motion.duration for motion in motions), GAP_PERIOD)
+    areas = [
+        [covered(footprint, motion.at(float(t))) for t in times]
+        for footprint, motion in zip(footprints, motions, strict=True)
+    ]
+    least = [math.inf] * len(footprints)
+    for i, j in itertools.combinations(range(len(footprints)), 2):
+        gap = min(a.distance(b) for a, b in zip(areas[i], areas[j], strict=True))
+        least[i], least[j] = min(least[i], gap), min(least[j], gap)
+    return least

@@ -9,29 +9,26 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from pydrake.geometry import Convex, Cylinder, GeometryId, SceneGraph
-from pydrake.math import RigidTransform
-from pydrake.multibody.plant import AddMultibodyPlant, CoulombFriction, MultibodyPlant
+from pydrake.geometry import GeometryId, SceneGraph
+from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex
 from pydrake.systems.analysis import Simulator, SimulatorStatus
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, TriggerType
 from pydrake.systems.primitives import LogVectorOutput, VectorLogSink
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.geometry.footprint import covered
-from drake_starnav.geometry.trajectory import Motion
+from drake_starnav.geometry.trajectory import Motion, least_gaps
 from drake_starnav.geometry.trajectory_metrics import STANDING
 from drake_starnav.navigation import Navigation, Parts, add_navigation
 from drake_starnav.planning import PlannerStatus
-from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario import Scenario
 from drake_starnav.scenario.schema import check_method
 from drake_starnav.simulation.monitors import watcher
 from drake_starnav.simulation.run import PROGRESS_PERIOD, left_by
 from drake_starnav.simulation.trial import INTERRUPTED, TIMEOUT, Run, Trial, figures, omniscient_path
+from drake_starnav.station.collars import add_collars
 from drake_starnav.station.collision_monitor import COLLISION, STRUCK, CollisionMonitor, body_name
 from drake_starnav.station.drake_configs import scenario_plant_config, scenario_simulator_config
-from drake_starnav.station.lidar_mounts import lidar_poses
 from drake_starnav.station.model_world import drop_floors, make_world_with_footprints
 from drake_starnav.station.plant import DISCRETE_ONLY, advance, make_simulator, plant_config
 from drake_starnav.station.robot_interface import RobotInterface, connect_robot
@@ -43,10 +40,6 @@ from drake_starnav.utils.stopwatch import STEPS, Stopwatch
 from drake_starnav.worlds.endpoints import check_free
 from drake_starnav.worlds.world import World
 
-COLLAR = 0.03
-"""A collar reaches so far above and below the planes of all lidars, m."""
-GAP_PERIOD = 0.05
-"""Gaps between robots are measured at equal steps of this length, s."""
 SEEDS = 1000003
 """Added to the seed for each further robot: no two have the same noise."""
 
@@ -176,7 +169,7 @@ def run_robots(
         wall = time.perf_counter() - start
         runs = [_run(simulator, each, message, wall) for each in driven]
         motions = [Motion(run.times, run.driven[:, :3]) for run in runs]
-        gaps = least_gaps([each.robot for each in robots], motions)
+        gaps = least_gaps([each.robot.shape for each in robots], motions)
         trials = []
         for robot, way, run, gap, motion in zip(driven, shortest, runs, gaps, motions, strict=True):
             until = run.times <= run.elapsed + 1e-9
@@ -228,7 +221,7 @@ def _add_robots(builder: DiagramBuilder, scenario: Scenario, worlds: Sequence[Wo
     models = []
     for each in robots:
         models.append(add_robot(plant, scene_graph, each.robot, each.start or (0.0, 0.0, 0.0), name=f"{each.name}_"))
-    _add_collars(plant, robots, models)
+    add_collars(plant, robots, models)
     ground = add_ground(plant, world.extent)
     add_world(plant, world)
     plant.Finalize()
@@ -269,32 +262,6 @@ def _add_navigators(
         states, commands = (LogVectorOutput(port, builder, {TriggerType.kPerStep}) for port in ports)
         driven.append(_Driven(each, world, navigator.navigation, monitor, (states, commands), stopwatch, []))
     return driven
-
-
-def _add_collars(plant: MultibodyPlant, robots: Sequence[Scenario], models: Sequence[ModelInstanceIndex]) -> None:
-    """Give each robot, in a plant not yet finalized, a collar by which the lidars of the others see it."""
-    bases = [plant.GetBodyByName("base_link", model) for model in models]
-    floors = [float(plant.GetDefaultFloatingBaseBodyPose(base).translation()[2]) for base in bases]
-    planes = [
-        floor + float(X_BL.translation()[2])
-        for each, model, floor in zip(robots, models, floors, strict=True)
-        for X_BL in lidar_poses(plant, model, each.all_lidars)
-    ]
-    low, high = max(min(planes) - COLLAR, 0.01), max(planes) + COLLAR
-    for each, base, floor in zip(robots, bases, floors, strict=True):
-        for k, (shape, X_BC) in enumerate(_collar(each.robot, low - floor, high - floor)):
-            plant.RegisterCollisionGeometry(base, X_BC, shape, f"collar_{k}", CoulombFriction(0.3, 0.3))
-
-
-def _collar(robot: RobotParameters, low: float, high: float) -> list[tuple[Cylinder | Convex, RigidTransform]]:
-    """Solid shapes over a robot's footprint between two heights in base_link, m."""
-    if robot.shape.is_disc:
-        return [(Cylinder(robot.radius, high - low), RigidTransform([0.0, 0.0, 0.5 * (low + high)]))]
-    prisms = []
-    for part in robot.shape.parts:
-        points = np.hstack([np.vstack((part.T, np.full(len(part), z))) for z in (low, high)])
-        prisms.append((Convex(points=points, label="collar"), RigidTransform()))
-    return prisms
 
 
 def _simulated(
@@ -358,25 +325,6 @@ def _contact(driven: _Driven, context: Context) -> str:
     name = STRUCK if abs(v) <= STANDING and all(b.get_value() not in mine for _, b in found) else COLLISION
     a, b = (body_name(inspector, geometry) for geometry in found[0])
     return f"{name} of {a.rpartition('::')[2]} with {b} at {context.get_time():.3f} s"
-
-
-def least_gaps(robots: Sequence[RobotParameters], motions: Sequence[Motion]) -> list[float]:
-    """The least distance of each robot to another one during a run, between their footprints, m; 0 if they overlap.
-
-    Args:
-        robots: their footprints.
-        motions: of each.
-    """
-    times = np.arange(0.0, max(motion.duration for motion in motions), GAP_PERIOD)
-    areas = [
-        [covered(robot.shape, motion.at(float(t))) for t in times]
-        for robot, motion in zip(robots, motions, strict=True)
-    ]
-    least = [math.inf] * len(robots)
-    for i, j in itertools.combinations(range(len(robots)), 2):
-        gap = min(a.distance(b) for a, b in zip(areas[i], areas[j], strict=True))
-        least[i], least[j] = min(least[i], gap), min(least[j], gap)
-    return least
 
 
 def robots_record(trials: Sequence[RobotTrial], record: Callable[[Trial], dict[str, Any]]) -> list[dict[str, Any]]:

@@ -5,16 +5,13 @@ import json
 import math
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from drake_starnav.cli.simulate import simulate
 from drake_starnav.errors import StarnavError
-from drake_starnav.geometry.trajectory import Motion
 from drake_starnav.navigation import make_diagram
-from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario import load_scenario, parse_scenario
-from drake_starnav.simulation.robots import least_gaps, run_robots
+from drake_starnav.simulation.robots import run_robots
 
 WORLD = "world: !Obstacles {bounds: [-1, -1.5, 5, 1.5]}\nlidar: {range_max: 10.0}\nrobot: {max_speed: 0.5}\n"
 EAST, WEST = "start: [0, 0, 0], goal: [4, 0]", "start: [4, 0, 3.14], goals: [[2, -0.8], [0, 0]]"
@@ -53,15 +50,6 @@ def test_three_robots_of_three_kinds_drive_past_each_other_without_a_contact() -
     for each in trials:
         assert each.trial.outcome == "reached", each.trial.contact
         assert each.min_gap_m > 0.3 and each.trial.min_clearance_m > 0.0
-
-
-def test_gaps_are_between_footprints() -> None:
-    still, times = np.zeros((2, 3)), np.array([0.0, 1.0])
-    passing = np.array([(2.0, 1.0, 0.0), (-2.0, 1.0, 0.0)])
-    far = np.full((2, 3), (0.0, -5.0, 0.0))
-    robots = [RobotParameters(), RobotParameters(), RobotParameters(radius=0.5)]
-    gaps = least_gaps(robots, [Motion(times, poses) for poses in (still, passing, far)])
-    assert gaps == pytest.approx([0.5, 0.5, 4.25], abs=0.02)
 
 
 @pytest.mark.parametrize(

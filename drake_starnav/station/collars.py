@@ -1,0 +1,42 @@
+"""Collars, by which the lidars of several robots in one plant see each other."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from pydrake.geometry import Convex, Cylinder
+from pydrake.math import RigidTransform
+from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
+from pydrake.multibody.tree import ModelInstanceIndex
+
+from drake_starnav.robot import RobotParameters
+from drake_starnav.scenario.schema import Scenario
+from drake_starnav.station.lidar_mounts import lidar_poses
+
+COLLAR = 0.03
+"""A collar reaches so far above and below the planes of all lidars, m."""
+
+
+def add_collars(plant: MultibodyPlant, robots: Sequence[Scenario], models: Sequence[ModelInstanceIndex]) -> None:
+    """Give each robot, in a plant not yet finalized, a collar by which the lidars of the others see it."""
+    bases = [plant.GetBodyByName("base_link", model) for model in models]
+    floors = [float(plant.GetDefaultFloatingBaseBodyPose(base).translation()[2]) for base in bases]
+    planes = [
+        floor + float(X_BL.translation()[2])
+        for each, model, floor in zip(robots, models, floors, strict=True)
+        for X_BL in lidar_poses(plant, model, each.all_lidars)
+    ]
+    low, high = max(min(planes) - COLLAR, 0.01), max(planes) + COLLAR
+    for each, base, floor in zip(robots, bases, floors, strict=True):
+        for k, (shape, X_BC) in enumerate(_collar(each.robot, low - floor, high - floor)):
+            plant.RegisterCollisionGeometry(base, X_BC, shape, f"collar_{k}", CoulombFriction(0.3, 0.3))
+
+
+def _collar(robot: RobotParameters, low: float, high: float) -> list[tuple[Cylinder | Convex, RigidTransform]]:
+    """Solid shapes over a robot's footprint between two heights in base_link, m."""
+    if robot.shape.is_disc:
+        return [(Cylinder(robot.radius, high - low), RigidTransform([0.0, 0.0, 0.5 * (low + high)]))]
+    prisms = []
+    for part in robot.shape.parts:
+        points = np.hstack([np.vstack((part.T, np.full(len(part), z))) for z in (low, high)])
+        prisms.append((Convex(points=points, label="collar"), RigidTransform()))
+    return prisms
