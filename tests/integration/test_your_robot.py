@@ -26,7 +26,7 @@ def block(language: str) -> str:
     return text
 
 
-COMMANDS = re.findall(r"^starnav (.*)$", PAGE, re.MULTILINE)
+COMMANDS = re.findall(r"^starnav (simulate .*)$", PAGE, re.MULTILINE)
 
 
 @pytest.mark.slow
