@@ -48,12 +48,15 @@ def followed(inputs: ControllerInputs, margins: Margins, robot: RobotParameters)
         return Proposal(*followed_manoeuvre(pose, guidance.poses, robot.drive, limits))
     ux, uy, v, omega, most = _followed(pose, known, star.alone, near_wall, tuple(limits))
     direction = np.array((ux, uy))
-    if not (robot.shape.is_disc and robot.base == "differential") and direction.any():
+    if not direction.any():
+        return Proposal(np.zeros(len(robot.drive.components)), direction)
+    if robot.shape.is_disc and robot.base == "differential":
+        return Proposal(np.array((v, omega)), direction)
+    if not robot.shape.is_disc:
         passage = tight_passage(pose, guidance.path, star.hits, robot.shape, margins.safety)
         direction = aligned_direction(pose, direction, passage, float(np.ptp(robot.shape.outline[:, 0])))
-        error = wrapped_angle(math.atan2(direction[1], direction[0]) - pose[2])
-        return Proposal(robot.drive.towards(error, min(limits.max_speed, most), limits), direction)
-    return Proposal(np.array((v, omega)), direction)
+    error = wrapped_angle(math.atan2(direction[1], direction[0]) - pose[2])
+    return Proposal(robot.drive.towards(error, min(limits.max_speed, most), limits), direction)
 
 
 def guiding_vector(

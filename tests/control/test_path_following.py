@@ -17,6 +17,7 @@ from drake_starnav.control.path_following import (
     GOAL_REACHED,
     MAX_BEND,
     MODULATION_DISTANCE,
+    followed,
     guided,
     guiding_vector,
 )
@@ -24,7 +25,7 @@ from drake_starnav.planning.guidance import PASSED_DISTANCE, Guidance
 from drake_starnav.regions.region_union import RegionUnion
 from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.regions.star_region import scan_region, united
-from drake_starnav.robot import RobotParameters
+from drake_starnav.robot import BASES, RobotParameters
 from drake_starnav.robot.limits import HEADING_GAIN
 from drake_starnav.worlds.world import World
 from tests.helpers.motions import limited_twist, stepped
@@ -230,3 +231,23 @@ def test_a_robot_that_is_slow_to_turn_stops_turning_in_time(acceleration):
         error -= twist[1] * period
         least = min(least, error)
     assert abs(error) < 0.01 and least > -0.1
+
+
+@pytest.mark.parametrize("base", BASES)
+def test_a_round_robot_of_any_base_heads_for_its_way_point_beside_hits(base: str) -> None:
+    robot, hits = RobotParameters(base=base), np.array([(1.0, 0.5), (1.0, -0.5)])
+    star = dataclasses.replace(OPEN, hits=hits, near_hits=hits, half_gaps=np.zeros(2), seen=True)
+    guidance = Guidance(np.array([(3.0, 0.0)]), False, RegionUnion.none())
+    inputs = ControllerInputs(np.zeros(3), np.zeros(len(robot.drive.components)), guidance, star)
+    twist = followed(inputs, MARGINS, robot).twist
+    assert len(twist) == len(robot.drive.components)
+    assert robot.drive.body_rates(twist)[0] > 0.5
+
+
+@pytest.mark.parametrize("base", BASES)
+def test_a_robot_of_any_base_without_a_way_stands(base: str) -> None:
+    robot = RobotParameters(base=base)
+    size = len(robot.drive.components)
+    proposal = followed(ControllerInputs(np.zeros(3), np.zeros(size), Guidance.none(), OPEN), MARGINS, robot)
+    np.testing.assert_array_equal(proposal.twist, np.zeros(size))
+    assert not proposal.guiding_vector.any()
