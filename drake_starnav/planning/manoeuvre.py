@@ -21,6 +21,7 @@ from drake_starnav.regions.chords import Chords
 from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.regions.separation import keeps_clear, separation
 from drake_starnav.robot import Base
+from drake_starnav.robot.limits import wrapped_angle
 
 CELL, HEADINGS = 0.04, 96
 """Of the search: cell size, m, and headings in a turn."""
@@ -246,19 +247,13 @@ def _is_free(x, y, yaw, move, space):
 
 
 @njit(cache=True)
-def _wrapped(angle):
-    """The angle in [-pi, pi), rad."""
-    return (angle + math.pi) % (2.0 * math.pi) - math.pi
-
-
-@njit(cache=True)
 def _shot(x, y, yaw, goal, space):
     """Gear and heading of a straight way to the goal between two turns on the spot, gear 0 if there is none."""
     away = math.hypot(goal[0] - x, goal[1] - y)
     for gear in (1.0, -1.0):
         heading = math.atan2(gear * (goal[1] - y), gear * (goal[0] - x)) if away > 1e-6 else yaw
-        first = yaw + _wrapped(heading - yaw)
-        last = _wrapped(goal[2] - heading)
+        first = yaw + wrapped_angle(heading - yaw)
+        last = wrapped_angle(goal[2] - heading)
         if (
             _is_free(x, y, yaw, np.array((0.0, 0.0, first - yaw)), space)
             and _is_free(x, y, first, np.array((gear * away, 0.0, 0.0)), space)
@@ -287,7 +282,7 @@ def _searched(start, goal, moves, first, space):
         _, n = heapq.heappop(queue)
         x, y, yaw, gear = nodes[n]
         away = math.hypot(goal[0] - x, goal[1] - y)
-        if away < NEAR_GOAL and abs(_wrapped(yaw - goal[2])) < goal[3]:
+        if away < NEAR_GOAL and abs(wrapped_angle(yaw - goal[2])) < goal[3]:
             last = n
             break
         if turns and (expanded % 4 == 0 or away < 0.4):
@@ -295,7 +290,7 @@ def _searched(start, goal, moves, first, space):
             if shot != 0.0:
                 nodes[count] = x, y, heading, 0.0
                 nodes[count + 1] = goal[0], goal[1], heading, shot
-                nodes[count + 2] = goal[0], goal[1], heading + _wrapped(goal[2] - heading), 0.0
+                nodes[count + 2] = goal[0], goal[1], heading + wrapped_angle(goal[2] - heading), 0.0
                 parents[count], parents[count + 1], parents[count + 2] = n, count, count + 1
                 last = count + 2
                 break

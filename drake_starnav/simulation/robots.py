@@ -12,25 +12,24 @@ import numpy as np
 from pydrake.geometry import GeometryId, SceneGraph
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex
-from pydrake.systems.analysis import Simulator, SimulatorStatus
+from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, TriggerType
 from pydrake.systems.primitives import LogVectorOutput, VectorLogSink
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.trajectory import Motion, least_gaps
-from drake_starnav.geometry.trajectory_metrics import STANDING
 from drake_starnav.navigation import Navigation, Parts, add_navigation
 from drake_starnav.planning import PlannerStatus
 from drake_starnav.scenario import Scenario
 from drake_starnav.scenario.schema import check_method
 from drake_starnav.simulation.monitors import watcher
-from drake_starnav.simulation.run import PROGRESS_PERIOD, left_by
+from drake_starnav.simulation.run import advance_until, left_by
 from drake_starnav.simulation.trial import INTERRUPTED, TIMEOUT, Run, Trial, figures, omniscient_path
 from drake_starnav.station.collars import add_collars
-from drake_starnav.station.collision_monitor import COLLISION, STRUCK, CollisionMonitor, body_name
+from drake_starnav.station.collision_monitor import CollisionMonitor
 from drake_starnav.station.drake_configs import scenario_plant_config, scenario_simulator_config
 from drake_starnav.station.model_world import drop_floors, make_world_with_footprints
-from drake_starnav.station.plant import DISCRETE_ONLY, advance, make_simulator, plant_config
+from drake_starnav.station.plant import DISCRETE_ONLY, make_simulator, plant_config
 from drake_starnav.station.robot_interface import RobotInterface, connect_robot
 from drake_starnav.station.robot_model import add_robot
 from drake_starnav.station.world_geometry import add_ground, add_world
@@ -274,32 +273,24 @@ def _simulated(
     watches = [
         watcher(simulator, each.navigation, each.logs, each.scenario.drive.slip, each.blocked, None) for each in driven
     ]
-    while True:
-        context = simulator.get_context()
-        now = context.get_time()
-        if all(np.isfinite(each.reached(context)).all() or each.gave_up(context) for each in driven):
-            return "reached"
-        if now >= timeout - 1e-9:
-            return TIMEOUT
-        try:
-            status = advance(simulator, min(now + PROGRESS_PERIOD, timeout))
-        except KeyboardInterrupt:
-            return INTERRUPTED
-        if status.reason() == SimulatorStatus.ReturnReason.kReachedTerminationCondition:
-            return status.message()
-        if status.reason() == SimulatorStatus.ReturnReason.kEventHandlerFailed:
-            raise StarnavError(f"simulation failed: {status.message()}")
-        for watch in watches:
-            watch(context.get_time(), timeout)
+
+    def watch(now: float, limit: float) -> None:
+        for each in watches:
+            each(now, limit)
         if progress is not None:
-            progress(context.get_time(), timeout)
+            progress(now, limit)
+
+    def arrived(context: Context) -> bool:
+        return all(np.isfinite(each.reached(context)).all() or each.gave_up(context) for each in driven)
+
+    return advance_until(simulator, timeout, watch, arrived)
 
 
 def _run(simulator: Simulator, driven: _Driven, message: str, wall: float) -> Run:
     """What the simulation leaves of one robot; it ended for it when its last goal was reached."""
     context = simulator.get_context()
     times = driven.reached(context)
-    touching = _contact(driven, context)
+    touching = driven.monitor.contact_message(driven.monitor.GetMyContextFromRoot(context))
     if touching:
         message = touching
     elif np.isfinite(times).all():
@@ -311,20 +302,6 @@ def _run(simulator: Simulator, driven: _Driven, message: str, wall: float) -> Ru
     run = left_by(simulator, driven.navigation, driven.logs[0], message, wall)
     elapsed = float(times[-1]) if message == "reached" else run.elapsed
     return dataclasses.replace(run, elapsed=elapsed, blocked=tuple(driven.blocked))
-
-
-def _contact(driven: _Driven, context: Context) -> str:
-    """The message of a contact of a robot at the end of the run; empty without one."""
-    own = driven.monitor.GetMyContextFromRoot(context)
-    found = driven.monitor.contacts(own)
-    if not found:
-        return ""
-    inspector = driven.navigation.station.scene_graph.model_inspector()
-    (_, _, _, v, _), station = driven.monitor.GetInputPort("state").Eval(own), driven.navigation.station
-    mine = {geometry.get_value() for geometry in station.robot_geometries}
-    name = STRUCK if abs(v) <= STANDING and all(b.get_value() not in mine for _, b in found) else COLLISION
-    a, b = (body_name(inspector, geometry) for geometry in found[0])
-    return f"{name} of {a.rpartition('::')[2]} with {b} at {context.get_time():.3f} s"
 
 
 def robots_record(trials: Sequence[RobotTrial], record: Callable[[Trial], dict[str, Any]]) -> list[dict[str, Any]]:

@@ -10,7 +10,7 @@ from typing import Any, Protocol
 
 import numpy as np
 from pydrake.systems.analysis import Simulator, SimulatorStatus
-from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder
 from pydrake.systems.primitives import VectorLogSink
 
 from drake_starnav.errors import StarnavError, check_kind
@@ -143,7 +143,7 @@ def _simulated(
 ) -> Run:
     """Simulate until something ends the trial; `timeout` in s."""
     start = time.perf_counter()
-    message = _advance(simulator, timeout, progress)
+    message = advance_until(simulator, timeout, progress)
     return left_by(simulator, navigation, log, message, time.perf_counter() - start)
 
 
@@ -186,10 +186,24 @@ def left_by(simulator: Simulator, navigation: Navigation, log: VectorLogSink, me
     )
 
 
-def _advance(simulator: Simulator, timeout: float, progress: Callable[[float, float], None]) -> str:
-    """Run until something ends the trial, and return its message: it begins with the outcome."""
+def advance_until(
+    simulator: Simulator,
+    timeout: float,
+    progress: Callable[[float, float], None],
+    arrived: Callable[[Context], bool] = lambda _: False,
+) -> str:
+    """Run until something ends the trial, and return its message: it begins with the outcome.
+
+    Args:
+        simulator: of the diagram.
+        timeout: s.
+        progress: called regularly with the simulated time and the time limit, s.
+        arrived: whether all is done, where no system of the diagram ends the run then.
+    """
     while True:
         now = simulator.get_context().get_time()
+        if arrived(simulator.get_context()):
+            return "reached"
         if now >= timeout - 1e-9:
             return TIMEOUT
         try:

@@ -95,18 +95,22 @@ class CollisionMonitor(LeafSystem):
                 found.append((pair.id_A, pair.id_B) if a in self._robot else (pair.id_B, pair.id_A))
         return found
 
-    def _check(self, context: Context, values: DiscreteValues) -> EventStatus:
+    def contact_message(self, context: Context) -> str:
+        """As the simulator's, of what the robot touches now; empty without a contact."""
         found = self.contacts(context)
         if not found:
-            return self._check_surfaces(context)
+            return ""
         struck = (
             all(b.get_value() in self._moving_obstacles for _, b in found)
             and abs(self._state.Eval(context)[3]) <= STANDING
         )
         inspector = self._query.Eval(context).inspector()
         a, b = (body_name(inspector, geometry) for geometry in found[0])
-        message = f"{STRUCK if struck else COLLISION} of {a.rpartition('::')[2]} with {b} at {context.get_time():.3f} s"
-        return EventStatus.ReachedTermination(self, message)
+        return f"{STRUCK if struck else COLLISION} of {a.rpartition('::')[2]} with {b} at {context.get_time():.3f} s"
+
+    def _check(self, context: Context, values: DiscreteValues) -> EventStatus:
+        message = self.contact_message(context)
+        return EventStatus.ReachedTermination(self, message) if message else self._check_surfaces(context)
 
     def _check_surfaces(self, context: Context) -> EventStatus:
         if self._hull is None:

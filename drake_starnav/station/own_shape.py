@@ -24,10 +24,8 @@ SIMPLIFIED = 0.004
 
 
 def with_own_shape(scenario: Scenario) -> Scenario:
-    """The scenario with the shape of the robot's model, where `robot.radius` is 0."""
+    """The scenario with the shape of the robot's model, of which nothing was said: `robot.radius` is 0."""
     robot = scenario.robot
-    if robot.radius > 0.0:
-        return scenario
     shape = own_shape(dataclasses.replace(robot, radius=LARGEST_RADIUS))
     return dataclasses.replace(scenario, robot=dataclasses.replace(robot, **shape))
 

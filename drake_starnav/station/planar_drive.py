@@ -4,13 +4,13 @@ import math
 from xml.etree import ElementTree
 
 import numpy as np
-from pydrake.geometry import ProximityProperties, RoleAssign, SceneGraph
+from pydrake.geometry import ProximityProperties, SceneGraph
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex, PdControllerGains
 from pydrake.systems.framework import BasicVector, Context, LeafSystem
 
 from drake_starnav.robot import RobotParameters
-from drake_starnav.station.robot_geometry import collision_shapes, link_poses, outline, set_floor_contact
+from drake_starnav.station.robot_geometry import collision_shapes, keep_off_floor, link_poses, lowest
 from drake_starnav.systems.release import weakly
 
 JOINTS = {"x": ("prismatic", "1 0 0"), "y": ("prismatic", "0 1 0"), "yaw": ("continuous", "0 0 1")}
@@ -81,8 +81,7 @@ def lowest_point(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelIns
     inspector, low = scene_graph.model_inspector(), 0.0
     for index, X_BL in link_poses(plant, model).items():
         for geometry in collision_shapes(plant, scene_graph, plant.get_body(index)):
-            points, grown = outline(inspector, geometry)
-            low = min(low, float(((X_BL @ inspector.GetPoseInFrame(geometry)) @ points)[2].min()) - grown)
+            low = min(low, lowest(inspector, geometry, X_BL))
     return low
 
 
@@ -98,9 +97,7 @@ def motorize(
     """
     inspector, bodies = scene_graph.model_inspector(), [plant.get_body(i) for i in link_poses(plant, model)]
     for geometry in (g for body in bodies for g in collision_shapes(plant, scene_graph, body)):
-        properties = ProximityProperties(inspector.GetProximityProperties(geometry))
-        set_floor_contact(properties, False)
-        scene_graph.AssignRole(plant.get_source_id(), geometry, properties, RoleAssign.kReplace)
+        keep_off_floor(plant, scene_graph, geometry, ProximityProperties(inspector.GetProximityProperties(geometry)))
     mass = sum(body.default_mass() for body in bodies)
     inertia = sum(body.default_rotational_inertia().get_moments()[2] for body in bodies)
     for name, value, inert in zip(JOINTS, start, (mass, mass, inertia), strict=True):

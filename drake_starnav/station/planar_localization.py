@@ -138,12 +138,10 @@ class PlanarLocalization(LeafSystem):
     def _calc_state(self, context: Context, output: BasicVector) -> None:
         x = self._multibody_state.Eval(context).tolist()
         px, py, yaw = planar_pose(x)
-        if self._num_positions == PLANAR:
-            v_x, v_y, omega_z = x[PLANAR:]
-        else:
-            omega_z, v_x, v_y = x[self._num_positions + 2 : self._num_positions + 5]
+        planar, n = self._num_positions == PLANAR, self._num_positions
+        v_x, v_y, omega_z = x[PLANAR:] if planar else (x[n + 3], x[n + 4], x[n + 2])
         speed = v_x * math.cos(yaw) + v_y * math.sin(yaw)
-        if self._num_positions == PLANAR:
+        if planar:
             speed = math.copysign(math.hypot(v_x, v_y), speed)
         if not self._error.exact:
             px, py, yaw = self._believed_pose(context)

@@ -10,8 +10,8 @@ from drake_starnav.station.robot_geometry import (
     collision_shapes,
     floor_contact,
     link_poses,
+    lowest,
     massless_links,
-    outline,
     robot_reach,
 )
 
@@ -61,8 +61,7 @@ def _floor_faults(
     for index, X_BL in link_poses(plant, model).items():
         body = plant.get_body(index)
         for geometry in collision_shapes(plant, scene_graph, body):
-            points, grown = outline(inspector, geometry)
-            low = float(((X_BL @ inspector.GetPoseInFrame(geometry)) @ points)[2].min()) - grown
+            low = lowest(inspector, geometry, X_BL)
             if low < floor - TOLERANCE and floor_contact(inspector, geometry) is None:
                 yield (
                     f"link {body.name()} reaches {1e3 * (floor - low):.0f} mm lower than the wheels; allowed: down to "

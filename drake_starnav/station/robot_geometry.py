@@ -13,6 +13,7 @@ from pydrake.geometry import (
     Ellipsoid,
     GeometryId,
     ProximityProperties,
+    RoleAssign,
     SceneGraph,
     SceneGraphInspector,
     Sphere,
@@ -130,6 +131,20 @@ def outline(inspector: SceneGraphInspector, geometry: GeometryId) -> tuple[np.nd
             f"geometry {inspector.GetName(geometry)} is a {type(shape).__name__}; allowed: a solid shape"
         )
     return np.array([hull.vertex(k) for k in range(hull.num_vertices())]).T, 0.0
+
+
+def lowest(inspector: SceneGraphInspector, geometry: GeometryId, X_BL: RigidTransform) -> float:
+    """How high the lowest point of a shape is in base_link, in which its link is at X_BL, m."""
+    points, grown = outline(inspector, geometry)
+    return float(((X_BL @ inspector.GetPoseInFrame(geometry)) @ points)[2].min()) - grown
+
+
+def keep_off_floor(
+    plant: MultibodyPlant, scene_graph: SceneGraph, geometry: GeometryId, properties: ProximityProperties
+) -> None:
+    """Let a shape with these properties never touch the floor."""
+    set_floor_contact(properties, False)
+    scene_graph.AssignRole(plant.get_source_id(), geometry, properties, RoleAssign.kReplace)
 
 
 def actuated_joints(plant: MultibodyPlant, model: ModelInstanceIndex) -> list[RevoluteJoint]:

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from pydrake.geometry import Cylinder, GeometryId, ProximityProperties, Role, RoleAssign, SceneGraph, Sphere
+from pydrake.geometry import Cylinder, ProximityProperties, Role, RoleAssign, SceneGraph, Sphere
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
 from pydrake.multibody.tree import (
@@ -16,7 +16,15 @@ from pydrake.multibody.tree import (
     UnitInertia,
 )
 
-from drake_starnav.station.robot_geometry import carried, collision_shapes, link_poses, outline, set_floor_contact
+from drake_starnav.station.robot_geometry import (
+    carried,
+    collision_shapes,
+    keep_off_floor,
+    link_poses,
+    lowest,
+    outline,
+    set_floor_contact,
+)
 
 OPPOSITE = 0.005
 """Wheels of an axle differ by no more than this along x and z, m; an axle so near to the middle carries the grip."""
@@ -179,9 +187,7 @@ def _turning(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelInstanc
         low = np.inf
         for part in below:
             for geometry in collision_shapes(plant, scene_graph, part):
-                points, grown = outline(inspector, geometry)
-                points = (poses[part.index()] @ inspector.GetPoseInFrame(geometry)) @ points
-                low = min(low, float(points[2].min()) - grown)
+                low = min(low, lowest(inspector, geometry, poses[part.index()]))
         found.append(_Turning(name, (poses[joint.child_body().index()] @ _axle(joint)).translation(), low))
     return found
 
@@ -232,7 +238,7 @@ def _roll(plant: MultibodyPlant, scene_graph: SceneGraph, joint: RevoluteJoint, 
                 scene_graph.RemoveRole(plant.get_source_id(), geometry, Role.kProximity)
                 name, disc = inspector.GetName(geometry).rpartition("::")[2], Cylinder(shape.radius(), PLANE)
                 geometry = plant.RegisterCollisionGeometry(link, X_LG, disc, name, own)
-            _keep_off_floor(plant, scene_graph, geometry, own)
+            keep_off_floor(plant, scene_graph, geometry, own)
     assert properties is not None
     if not properties.HasProperty("material", "point_contact_stiffness"):
         properties.AddProperty("material", "point_contact_stiffness", STIFFNESS)
@@ -299,25 +305,14 @@ def _slide(
         clearance = float(points[2].min()) - grown - floor
         if not -CASTER_DEPTH <= clearance < CASTER_CLEARANCE:
             continue
-        lowest = points[:, points[2] < points[2].min() + 1e-3].mean(axis=1)
-        stands.append(float(lowest[0]))
+        bottom = points[:, points[2] < points[2].min() + 1e-3].mean(axis=1)
+        stands.append(float(bottom[0]))
         properties = ProximityProperties(inspector.GetProximityProperties(geometry))
         if isinstance(inspector.GetShape(geometry), Sphere) and 0.5 * LIFTED < clearance < 2.0 * LIFTED:
             properties.UpdateProperty("material", "coulomb_friction", CoulombFriction(0.0, 0.0))
             scene_graph.AssignRole(plant.get_source_id(), geometry, properties, RoleAssign.kReplace)
             continue
-        _keep_off_floor(plant, scene_graph, geometry, properties)
-        place = X_BL.inverse() @ np.array([*lowest[:2], floor + LIFTED + CASTER_RADIUS])
+        keep_off_floor(plant, scene_graph, geometry, properties)
+        place = X_BL.inverse() @ np.array([*bottom[:2], floor + LIFTED + CASTER_RADIUS])
         _register(plant, scene_graph, link, RigidTransform(place), CASTER_RADIUS, None)
     return stands
-
-
-def _keep_off_floor(
-    plant: MultibodyPlant,
-    scene_graph: SceneGraph,
-    geometry: GeometryId,
-    properties: ProximityProperties,
-) -> None:
-    """Let a shape never touch the floor."""
-    set_floor_contact(properties, False)
-    scene_graph.AssignRole(plant.get_source_id(), geometry, properties, RoleAssign.kReplace)
