@@ -1,11 +1,7 @@
 """Run cases and collect the trials' records, in a file that survives interruption."""
 
-import time
-from collections import Counter, defaultdict
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import closing
-from heapq import heapify, heapreplace
-from statistics import fmean
 
 from drake_starnav.errors import one_line
 from drake_starnav.evaluation.jobs import Case, Job, Record, make_jobs
@@ -14,56 +10,6 @@ from drake_starnav.evaluation.trial_file import TrialFile, record_key
 from drake_starnav.evaluation.workers import Pool, run_jobs
 from drake_starnav.utils.interrupts import held
 from drake_starnav.utils.progress import Progress
-
-
-class TimeLeft:
-    """Estimates how long a batch takes yet, from the times of the trials that have ended."""
-
-    def __init__(self, jobs: Sequence[Job], workers: int, clock: Callable[[], float] = time.monotonic) -> None:
-        """
-        Args:
-            jobs: all trials of the batch.
-            workers: number of trials that run at a time.
-            clock: tells the time, s.
-        """
-        self._waiting, self._clock = Counter(job.case for job in jobs), clock
-        self._begun = [clock()] * min(workers, len(jobs))  # of the trials under way
-        self._workers, self._ended = workers, 0
-        self._times: defaultdict[Case, list[float]] = defaultdict(list)
-        self._first_times: defaultdict[Case, list[float]] = defaultdict(list)
-
-    def add(self, job: Job, seconds: float) -> None:
-        """A trial has ended, which took so long."""
-        now = self._clock()
-        self._waiting[job.case] -= 1
-        self._begun.remove(min(self._begun, key=lambda begun: abs(now - seconds - begun)))
-        if self._waiting.total() > len(self._begun):
-            self._begun.append(now)
-        self._ended += 1  # the first of a worker takes longer: it loads what is compiled
-        (self._first_times if self._ended <= self._workers else self._times)[job.case].append(seconds)
-
-    def seconds(self) -> float | None:
-        """The estimate, s: cases of which none has ended are as long as the others; None if none of any has."""
-        known = {case: self._times[case] or self._first_times[case] for case in self._waiting if self._has(case)}
-        if not known:
-            return None
-        lengths, usual = [length for times in known.values() for length in times], fmean(map(fmean, known.values()))
-        work = sum(count * fmean(known.get(case, (usual,))) for case, count in self._waiting.items())
-        mean, now = work / max(self._waiting.total(), 1), self._clock()
-        free = [_rest(now - begun, lengths) for begun in self._begun]  # when each worker is
-        heapify(free)
-        for _ in range(self._waiting.total() - len(free)):
-            heapreplace(free, free[0] + mean)
-        return max(free, default=0.0)
-
-    def _has(self, case: Case) -> bool:
-        return bool(self._times[case] or self._first_times[case])
-
-
-def _rest(age: float, lengths: list[float]) -> float:
-    """What a trial takes yet that has run for some time, s: as those that took longer; or else half as long again."""
-    longer = [length - age for length in lengths if length > age]
-    return fmean(longer) if longer else 0.5 * age
 
 
 def announcement(jobs: Sequence[Job], workers: int) -> str:
@@ -101,12 +47,10 @@ def run_batch(
         return list(records.values())
     total = (trials if isinstance(trials, int) else len(trials)) * len(cases)
     untried: set[tuple[str, str]] = set()
-    left = TimeLeft(jobs, pool.workers)
     try:
-        with Progress(title or "trials") as bar, closing(run_jobs(jobs, pool, left.add)) as results:
+        with Progress(title or "trials") as bar, closing(run_jobs(jobs, pool)) as results:
             bar.say(one_line(f"{title} {announcement(jobs, pool.workers)}".lstrip()))
-            bar.show(1.0 - len(jobs) / total, f"{total - len(jobs)} of {total}")
-            for ended, record in enumerate(results, start=1 + total - len(jobs)):
+            for ended, record in enumerate(results, start=1):
                 with held():
                     if file and record != records.get(record_key(record)):
                         file.append(record)
@@ -117,7 +61,7 @@ def run_batch(
                     bar.say(one_line(f"{title} {_failure(record)}".lstrip()))
                 if record["outcome"] == UNSUPPORTED:
                     untried.add(case)
-                bar.show(ended / total, f"{ended} of {total}", left.seconds)
+                bar.count(ended, len(jobs))
     except KeyboardInterrupt:
         raise BatchInterrupted(list(records.values()), total) from None
     return list(records.values())

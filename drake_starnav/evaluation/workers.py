@@ -3,7 +3,6 @@
 import multiprocessing
 import os
 import threading
-import time
 from collections import Counter, deque
 from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor
@@ -45,9 +44,7 @@ def local_pool(count: int) -> Pool:
     return Pool(lambda: local_processes(count), 2 * count, count)
 
 
-def run_jobs(
-    jobs: Iterable[Job], pool: Pool, ended: Callable[[Job, float], None] = lambda job, seconds: None
-) -> Generator[Record, None, None]:
+def run_jobs(jobs: Iterable[Job], pool: Pool) -> Generator[Record, None, None]:
     """Run trials and yield the record of each as it ends; trials of a lost worker are retried.
 
     Trials that were running when a worker was lost run again one at a time, which identifies the culprit. If its worker
@@ -56,7 +53,6 @@ def run_jobs(
     Args:
         jobs: the trials.
         pool: where they run.
-        ended: called with each that has run and the time that it took its worker, s, without compilation.
 
     Raises:
         StarnavError: the workers cannot be started, or can no longer be reached.
@@ -68,7 +64,7 @@ def run_jobs(
         queue, limit = (suspects, 1) if suspects else (waiting, pool.in_flight)
         with pool.make_executor() as executor:
             _check(executor)
-            lost = yield from _run(queue, executor, limit, ended)
+            lost = yield from _run(queue, executor, limit)
         if queue is waiting:
             suspects.extend(lost)
             continue
@@ -80,18 +76,16 @@ def run_jobs(
                 yield error_record(job, f"its worker process died, {LONE_CRASHES} times with no other trial under way")
 
 
-def _run(
-    queue: deque[Job], executor: Executor, limit: int, took: Callable[[Job, float], None]
-) -> Generator[Record, None, list[Job]]:
+def _run(queue: deque[Job], executor: Executor, limit: int) -> Generator[Record, None, list[Job]]:
     """Run jobs from the queue until it is empty or the executor breaks; returns those with a lost worker."""
-    running: dict[Future[tuple[Record, float]], Job] = {}
-    ended: SimpleQueue[Future[tuple[Record, float]]] = SimpleQueue()
+    running: dict[Future[Record], Job] = {}
+    ended: SimpleQueue[Future[Record]] = SimpleQueue()
     lost: list[Job] = []
     broken = False
     while running or (queue and not broken):
         while queue and len(running) < limit and not broken:
             try:
-                future = executor.submit(_timed, queue[0])
+                future = executor.submit(run_job, queue[0])
             except BrokenExecutor:
                 broken = True
             else:
@@ -105,22 +99,11 @@ def _run(
             raise StarnavError("the workers cannot be reached any more; allowed: --resume once they can, for the rest")
         error = future.exception()  # never the trial's own: run_job turns that into a record
         if error is None:
-            record, seconds = future.result()
-            took(job, seconds)
-            yield record
+            yield future.result()
         else:
             lost.append(job)
             broken = broken or isinstance(error, BrokenExecutor)
     return lost
-
-
-def _timed(job: Job) -> tuple[Record, float]:
-    """The record of a trial and the time that it took, s, without what Numba compiled."""
-    from drake_starnav.utils.compilation import seconds_spent  # late: only workers compile
-
-    start, compiled = time.perf_counter(), seconds_spent()
-    record = run_job(job)
-    return record, time.perf_counter() - start - (seconds_spent() - compiled)
 
 
 def _check(executor: Executor) -> None:

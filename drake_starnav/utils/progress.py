@@ -70,9 +70,9 @@ class Progress:
             self._draw()
 
     def count(self, done: int, total: int) -> None:
-        """Report that so many of equal parts are done."""
-        spent = time.monotonic() - self._begun
-        self.show(done / max(total, 1), f"{done} of {total}", spent / done * (total - done) if done else None)
+        """Report that so many of equal parts are done; the longer the next one takes, the longer all others will."""
+        left = (lambda: (time.monotonic() - self._begun) / done * (total - done)) if done else None
+        self.show(done / max(total, 1), f"{done} of {total}", left)
 
     def say(self, text: str) -> None:
         """Print a line, above the bar if there is one."""

@@ -53,6 +53,8 @@ def test_equal_parts_take_equal_times(clock, monkeypatch, capsys) -> None:
         bar.count(1, 5)
         shown = capsys.readouterr().err
         assert "1 of 5" in shown and "about 12 s left" in shown
+        clock[0] += 3.0  # the second takes longer, and so may the others
+        assert bar._left() == 24.0
 
 
 def test_of_several_tasks_the_newest_is_shown(clock, capsys) -> None:
