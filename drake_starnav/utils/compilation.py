@@ -4,27 +4,18 @@ import sys
 import threading
 import time
 from collections import defaultdict
-from collections.abc import Iterator
 from pathlib import Path
 
 from numba.core import event
 from numba.core.dispatcher import Dispatcher
 
-from drake_starnav.utils.progress import Progress, duration_text
+from drake_starnav.utils.progress import Progress
 
 COMPILING = "compiling, once"
 """What a first run says."""
 PACKAGE = __name__.partition(".")[0]
-SPECIAL_ROOMS = ("baselines", "localization", "tracking")
-"""Few runs call functions of these."""
-CALLED = 0.8
+CALLED = 0.75
 """Share of the functions without a cache that a run calls: measured in forests and among moving obstacles."""
-OVERHEAD = 300
-"""What a function costs beside its length, in bytes of bytecode."""
-BYTES_PER_SECOND, PRIOR = 1900.0, 5000.0
-"""Speed of compilation until it is measured, and how much bytecode this assumption weighs."""
-SHORT = 3.0
-"""What takes less is not announced, s."""
 IDLE = 1.0
 """The bar disappears when nothing has been compiled for so long, s."""
 
@@ -34,9 +25,8 @@ class _Compilation(event.Listener):
 
     def __init__(self) -> None:
         self.spent = 0.0
-        self._depth, self._done, self._begun = 0, 0.0, 0.0
-        self._waiting: dict[Dispatcher, float] = {}
-        self._expected: set[str] | None = None
+        self._depth, self._done, self._begun = 0, 0, 0.0
+        self._waiting: set[Dispatcher] | None = None
         self._progress: Progress | None = None
         self._closing: threading.Timer | None = None
 
@@ -49,57 +39,41 @@ class _Compilation(event.Listener):
             self._begun = time.perf_counter()
             if self._closing is not None:
                 self._closing.cancel()
-            self._show(event.data["dispatcher"])
+            self._show()
 
     def on_end(self, event: event.Event) -> None:
         """It has been compiled."""
         if self._depth == 0:
             return
         self._depth -= 1
-        function = event.data["dispatcher"]
-        self._done += self._waiting.pop(function, 0.0)
+        if self._waiting is not None and event.data["dispatcher"] in self._waiting:
+            self._waiting.remove(event.data["dispatcher"])
+            self._done += 1
         if self._depth == 0:
             self.spent += time.perf_counter() - self._begun
             if self._progress is not None:
                 self._closing = threading.Timer(IDLE, self.close)
                 self._closing.daemon = True
                 self._closing.start()
-        self._show(function)
+        self._show()
 
-    def seconds_left(self) -> float:
-        """Estimate of the time that the rest takes, s."""
-        left = sum(size for function, size in self._waiting.items() if _module(function) in (self._expected or ()))
-        left = max(CALLED * (self._done + left) - self._done, 0.4 * left)
-        now = time.perf_counter() - self._begun if self._depth else 0.0
-        return left * (self.spent + now + PRIOR / BYTES_PER_SECOND) / (self._done + PRIOR)
+    def seconds_left(self) -> float | None:
+        """Estimate of the time that the rest takes, s; None before any function has been compiled."""
+        if not self._done:
+            return None
+        waiting = len(self._waiting or ())
+        left = max(CALLED * (self._done + waiting) - self._done, 0.4 * waiting)
+        return left * (self.spent + (time.perf_counter() - self._begun if self._depth else 0.0)) / self._done
 
-    def _expect(self, function: Dispatcher) -> None:
-        """Find out what else will be compiled, given that this function is.
-
-        Numba's cache forgets a module when its file changes. If most modules have no cache, as after an installation,
-        all will be needed, except those of the special rooms; otherwise those of which a function is compiled.
-        """
-        if self._expected is None:
-            modules: defaultdict[str, list[Dispatcher]] = defaultdict(list)
-            for each in _functions():
-                modules[_module(each)].append(each)
-            cold = {name for name, functions in modules.items() if not any(map(_is_cached, functions))}
-            self._waiting = {each: _size(each) for name in cold for each in modules[name]}
-            usual = {name for name in modules if _room(name) not in SPECIAL_ROOMS}
-            self._expected = usual & cold if len(usual & cold) > 0.5 * len(usual) else set()
-        self._expected.add(_module(function))
-
-    def _show(self, function: Dispatcher) -> None:
+    def _show(self) -> None:
         if Progress.silent:
             return
-        self._expect(function)
-        left = self.seconds_left()
+        if self._waiting is None:
+            self._waiting = _uncached()
         if self._progress is None:
             self._progress = Progress(COMPILING)
-            if left > SHORT:
-                self._progress.announce(f"about {duration_text(left)}")
-        spent = self.spent + (time.perf_counter() - self._begun if self._depth else 0.0)
-        self._progress.show(spent / (spent + left), left=left)
+        total = self._done + len(self._waiting)
+        self._progress.show(self._done / max(CALLED * total, 1.0), f"{self._done} functions", self.seconds_left())
 
     def close(self) -> None:
         """Remove the bar."""
@@ -108,25 +82,19 @@ class _Compilation(event.Listener):
             progress.close()
 
 
-def _functions() -> Iterator[Dispatcher]:
-    """The compiled functions of all modules of this package that are loaded."""
+def _uncached() -> set[Dispatcher]:
+    """The compiled functions of this package's loaded modules of which Numba's cache has none: it forgets a module when
+    its file changes."""
+    modules: defaultdict[str, list[Dispatcher]] = defaultdict(list)
     for name, module in list(sys.modules.items()):
         if name.startswith(f"{PACKAGE}."):
-            for value in list(vars(module).values()):
-                if isinstance(value, Dispatcher) and _module(value) == name:
-                    yield value
+            values = list(vars(module).values())
+            modules[name] += [each for each in values if isinstance(each, Dispatcher) and _module(each) == name]
+    return {each for functions in modules.values() if not any(map(_is_cached, functions)) for each in functions}
 
 
 def _module(function: Dispatcher) -> str:
     return function.py_func.__module__ or ""
-
-
-def _room(module: str) -> str:
-    return f"{module}.".split(".")[1]
-
-
-def _size(function: Dispatcher) -> float:
-    return len(function.py_func.__code__.co_code) + OVERHEAD
 
 
 def _is_cached(function: Dispatcher) -> bool:
