@@ -7,8 +7,8 @@ there. Gamma_i is 1 on the circle inflated by the robot's radius, 1 + (distance 
 radius inside. The result has the
 directional mean of the v_i about v, weights ~ 1/(Gamma_i - 1), and the weighted mean of their lengths.
 Source: Huber, Slotine and Billard, "Avoiding dense and dynamic obstacles in enclosed spaces: application to moving in
-crowds", T-RO 2022; the conventions (Gamma in metres, weights, moving obstacles) are those of the authors' package
-dynamic_obstacle_avoidance, commit aa747671.
+crowds", T-RO 2022; the conventions (Gamma in metres, weights) are those of the authors' package
+dynamic_obstacle_avoidance, commit aa747671, without its tail effect: what leads away from a circle is not bent.
 """
 
 import math
@@ -24,8 +24,6 @@ from drake_starnav.control.inputs import Proposal
 from drake_starnav.errors import StarnavError
 from drake_starnav.parameters import check_parameters, parameter
 
-APPROACH_GAIN = 1.3
-"""Factor by which the approach speed of a circle is overestimated, for safety."""
 LEAST_COSINE = 1e-3
 """Where the directions from reference point and centre are nearly at right angles or worse, the centre's is taken."""
 
@@ -66,8 +64,6 @@ def dsm_velocity(
     circles: np.ndarray,
     *,
     robot_radius: float,
-    tail_effect: bool = False,
-    circle_velocities: np.ndarray | None = None,
     reference_points: np.ndarray | None = None,
 ) -> np.ndarray:
     """The nominal velocity, modulated around known circles.
@@ -82,8 +78,6 @@ def dsm_velocity(
         nominal_velocity: shape (2,), W, m/s.
         circles: shape (n, 3): x, y, radius; W, m.
         robot_radius: m, by which every circle is inflated.
-        tail_effect: whether the velocity is also bent while it leads away from a circle.
-        circle_velocities: shape (n, 2), W, m/s; None for static circles. Only their approach to the robot counts.
         reference_points: shape (n, 2), W, m, a point in each inflated circle; None for the centres.
 
     Returns:
@@ -103,22 +97,14 @@ def dsm_velocity(
     if circles[:, 2].min() < 0.0:
         bad = int(np.argmin(circles[:, 2]))
         raise StarnavError(f"{place}circles[{bad}, 2] (radius) is {circles[bad, 2]:g}; allowed: at least 0")
-    if circle_velocities is None:
-        velocities = np.zeros((len(circles), 2))
-    else:
-        velocities = rows(circle_velocities, 2, place + "circle_velocities", len(circles))
-    if reference_points is None:
-        references = circles[:, :2]
-    else:
-        references = rows(reference_points, 2, place + "reference_points", len(circles))
-    return np.array(
-        _dsm(position, nominal_velocity, circles, velocities, references, float(robot_radius), bool(tail_effect))
-    )
+    references = circles[:, :2] if reference_points is None else reference_points
+    references = rows(references, 2, place + "reference_points", len(circles))
+    return np.array(_dsm(position, nominal_velocity, circles, references, float(robot_radius)))
 
 
 @njit(cache=True)
-def _dsm(position, velocity, circles, velocities, references, robot_radius, tail_effect):
-    """The modulated velocity (x, y); arguments as of `dsm_velocity`, with velocities and references of all circles."""
+def _dsm(position, velocity, circles, references, robot_radius):
+    """The modulated velocity (x, y); arguments as of `dsm_velocity`, with references of all circles."""
     (x, y), (vx, vy) = position, velocity
     count = len(circles)
     normal = np.empty((count, 2))
@@ -131,21 +117,10 @@ def _dsm(position, velocity, circles, velocities, references, robot_radius, tail
         radius = circles[i, 2] + robot_radius
         normal[i, 0], normal[i, 1] = dx / distance, dy / distance
         gamma[i] = 1.0 + distance - radius if distance > radius else distance / radius
-    weights = _weights(gamma)
-
-    # v is taken relative to the circles that approach, each felt over about a metre.
-    frame_x = frame_y = 0.0
-    for i in range(count):
-        approach = normal[i, 0] * velocities[i, 0] + normal[i, 1] * velocities[i, 1]
-        if approach > 0.0:
-            share = weights[i] * math.exp(1.0 - max(gamma[i], 1.0)) * APPROACH_GAIN * approach
-            frame_x += share * normal[i, 0]
-            frame_y += share * normal[i, 1]
-    vx, vy = vx - frame_x, vy - frame_y
     speed = math.hypot(vx, vy)
     if speed == 0.0:
-        return frame_x, frame_y
-
+        return 0.0, 0.0
+    weights = _weights(gamma)
     modulated = np.empty((count, 2))
     mean_speed = 0.0
     for i in range(count):
@@ -155,13 +130,13 @@ def _dsm(position, velocity, circles, velocities, references, robot_radius, tail
         influence = 1.0 / max(gamma[i], 1.0)
         radial = (nx * vx + ny * vy) / cosine
         tangential = (rx * vy - ry * vx) / cosine * (1.0 + influence)
-        if tail_effect or radial <= 0.0:
+        if radial <= 0.0:
             radial *= 1.0 - influence
         modulated[i, 0] = radial * rx - tangential * ny
         modulated[i, 1] = radial * ry + tangential * nx
         mean_speed += weights[i] * math.hypot(modulated[i, 0], modulated[i, 1])
     ux, uy = directional_mean(vx / speed, vy / speed, modulated, weights)
-    return mean_speed * ux + frame_x, mean_speed * uy + frame_y
+    return mean_speed * ux, mean_speed * uy
 
 
 @njit(cache=True)

@@ -56,9 +56,7 @@ def end_and_clearance(y: float, shared: bool) -> tuple[np.ndarray, float]:
     references = known_obstacles(discs, None, RADIUS).reference_points if shared else None
     position, nearest = np.array([-2.0, y]), math.inf
     for _ in range(2400):
-        velocity = dsm_velocity(
-            position, [0.5, 0.0], discs, robot_radius=RADIUS, tail_effect=False, reference_points=references
-        )
+        velocity = dsm_velocity(position, [0.5, 0.0], discs, robot_radius=RADIUS, reference_points=references)
         position = position + 0.005 * velocity
         nearest = min(nearest, (np.hypot(*(position - discs[:, :2]).T) - discs[:, 2]).min() - RADIUS)
     return position, nearest

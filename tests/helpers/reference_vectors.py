@@ -11,12 +11,11 @@ TOLERANCE = 1e-9
 
 
 def reference_case(k: int) -> dict[str, Any]:
-    """Position and velocity at the start, circles with their velocities, hit points, and the robot's radius."""
+    """Position and velocity at the start, circles, hit points, and the robot's radius."""
     circles = int(RESULTS["n_circles"][k])
     return {
         "start": (RESULTS["position"][k], RESULTS["v0"][k]),
         "circles": RESULTS["circles"][k, :circles],
-        "circle_velocities": RESULTS["circle_velocities"][k, :circles],
         "points": RESULTS["points"][k, : int(RESULTS["n_points"][k])],
         "radius": float(RESULTS["robot_radius"][k]),
     }
