@@ -1,5 +1,6 @@
 """Worlds to drive through: generators by name, their reference paths, and the obstacles as data."""
 
+import math
 import zlib
 from typing import Any
 
@@ -7,6 +8,7 @@ import numpy as np
 
 import drake_starnav.utils.compilation  # noqa: F401  (shows what is compiled)
 from drake_starnav.errors import StarnavError, shown
+from drake_starnav.parameters import check_parameters
 from drake_starnav.worlds.clearance import clearance
 from drake_starnav.worlds.convex_parts import convex_parts
 from drake_starnav.worlds.formats.barn import Barn
@@ -69,6 +71,9 @@ def make_world(kind: Any, seed: int, robot_radius: float) -> World:
         raise StarnavError(f"world is {shown(kind)}; allowed: an instance of {', '.join(WORLD_KINDS)}")
     if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or seed < 0:
         raise StarnavError(f"seed is {shown(seed)}; allowed: a whole number 0 <= x")
+    if not (math.isfinite(robot_radius) and robot_radius > 0.0):
+        raise StarnavError(f"robot_radius is {robot_radius}; allowed: 0 < x m")
+    check_parameters(kind, type(kind).__name__)
     # the checksum of the name numbers a kind for good, whatever kinds are added
     number = zlib.crc32(type(kind).__name__.encode())
     return kind.make(np.random.default_rng(np.random.SeedSequence([int(seed), number])), robot_radius)

@@ -2,7 +2,6 @@
 
 import argparse
 import json
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +11,7 @@ from scipy.ndimage import convolve
 from drake_starnav.scenario import load_scenario
 from drake_starnav.utils.files import check_writable, write_text
 from drake_starnav.worlds.shortest_path import shortest_path
-from drake_starnav.worlds.solvable import first_solvable
+from drake_starnav.worlds.solvable import Drawn
 from drake_starnav.worlds.world import World
 
 _CELL = 0.15  # m; an obstacle fills a cell with a cylinder
@@ -23,9 +22,8 @@ _SMOOTHINGS = (2, 5)  # at least, and less than this many
 _START, _GOAL = (-2.25, 3.0, 1.57), (-2.25, 13.0)
 
 
-@dataclass(frozen=True)
-class _Cave:
-    """A cave between two walls; it has no parameters."""
+class _Cave(Drawn):
+    """A cave between two walls."""
 
     def draw(self, rng: np.random.Generator) -> World:
         full = rng.random((_COLUMNS, _ROWS)) < rng.uniform(*_FILL)
@@ -42,15 +40,14 @@ class _Cave:
 
 
 def barn_like(number: int, seed: int, robot_radius: float) -> dict[str, Any]:
-    """One world as an entry of a file that `Barn` reads; the robot can cross it, see `first_solvable`.
+    """One world as an entry of a file that `Barn` reads; the robot can cross it.
 
     Args:
         number: of the world; seed and number determine everything.
         seed: of the file.
         robot_radius: m.
     """
-    cave = _Cave()
-    world = first_solvable(cave, cave.draw, np.random.default_rng([seed, number]), robot_radius)
+    world = _Cave().make(np.random.default_rng([seed, number]), robot_radius)
     shortest = shortest_path(world, robot_radius)
     assert shortest is not None  # solvable with more to spare
     return {

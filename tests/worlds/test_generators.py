@@ -136,7 +136,9 @@ def test_bad_parameters_are_refused(kind, message):
         make_world(kind, 0, 0.25)
 
 
-@pytest.mark.parametrize(("seed", "radius"), [(-1, 0.25), (0.5, 0.25), (True, 0.25), (0, 0.0), (0, math.nan)])
+@pytest.mark.parametrize(
+    ("seed", "radius"), [(-1, 0.25), (0.5, 0.25), (True, 0.25), (0, 0.0), (0, -1.0), (0, math.inf), (0, math.nan)]
+)
 def test_bad_seeds_and_radii_are_refused(seed, radius):
     for kind in (Forest(), Obstacles()):
         with pytest.raises(StarnavError, match="allowed"):

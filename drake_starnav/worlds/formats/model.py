@@ -6,10 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from drake_starnav.errors import StarnavError, shown
-from drake_starnav.parameters import check_parameters, parameter
+from drake_starnav.parameters import parameter
 from drake_starnav.utils.resources import resolve_path
 from drake_starnav.worlds.formats.listings import check_ends, listing
-from drake_starnav.worlds.solvable import check_robot_radius
 from drake_starnav.worlds.world import ModelFile, World
 
 FORMATS = (".dmd.yaml", ".sdf", ".world", ".urdf")
@@ -31,15 +30,9 @@ class Model:
 
         See `drake_starnav.station.model_world.make_world_with_footprints`.
 
-        Args:
-            rng: not used.
-            robot_radius: m.
-
         Raises:
             StarnavError: there is no such file, it has another ending, or start or goal are not given.
         """
-        check_parameters(self, "Model")
-        check_robot_radius(robot_radius)
         start, goal = check_ends(self.start, self.goal, "Model.")
         if "\n" in self.directives:
             name, model = "model", ModelFile("", self.weld, text=self.directives)

@@ -5,11 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.parameters import check_parameters, parameter
+from drake_starnav.parameters import parameter
 from drake_starnav.worlds.convex_parts import convex_parts, evened
 from drake_starnav.worlds.endpoints import check_free_ends
 from drake_starnav.worlds.formats.listings import check_ends, check_list, check_numbers, listing
-from drake_starnav.worlds.solvable import check_robot_radius
 from drake_starnav.worlds.world import MOST_SHAPES, World
 
 
@@ -27,15 +26,10 @@ class Obstacles:
     def make(self, rng: np.random.Generator, robot_radius: float) -> World:
         """The world as given; nothing in it is random.
 
-        Args:
-            rng: not used.
-            robot_radius: m.
-
         Raises:
             StarnavError: a list has the wrong length or a value that is not a finite number, a polygon is not
                 simple, or the robot touches an obstacle at the start or the goal.
         """
-        check_parameters(self, "Obstacles")
         for k, cylinder in enumerate(check_list(self.cylinders, "Obstacles.cylinders")):
             check_numbers(cylinder, f"Obstacles.cylinders[{k}]", ("x", "y", "radius"))
         parts = len(self.cylinders)
@@ -53,7 +47,6 @@ class Obstacles:
         if len(check_list(self.bounds, "Obstacles.bounds")):
             check_numbers(self.bounds, "Obstacles.bounds", ("x_min", "y_min", "x_max", "y_max"))
         start, goal = check_ends(self.start, self.goal, "Obstacles.")
-        check_robot_radius(robot_radius)
         world = World(
             name="obstacles",
             start=start,

@@ -8,13 +8,13 @@ import numpy as np
 from scipy import ndimage
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.parameters import check_parameters, parameter
+from drake_starnav.parameters import parameter
 from drake_starnav.utils.resources import resolve_path
 from drake_starnav.worlds.endpoints import check_free_ends, check_reachable
 from drake_starnav.worlds.formats.listings import check_numbers, listing
 from drake_starnav.worlds.formats.map_file import FREE, OCCUPIED, OccupancyMap, read_map
 from drake_starnav.worlds.rectangles import solid_rectangles
-from drake_starnav.worlds.solvable import check_robot_radius, random_yaw
+from drake_starnav.worlds.solvable import random_yaw
 from drake_starnav.worlds.world import World
 
 _TIMEOUT = 600.0  # s; a map may be of a whole floor of a building
@@ -41,16 +41,10 @@ class RosMap:
     def make(self, rng: np.random.Generator, robot_radius: float) -> World:
         """The map's walls, with a start and a goal between which there is a way for the robot.
 
-        Args:
-            rng: of a random start and goal.
-            robot_radius: m.
-
         Raises:
             StarnavError: see `read_map`; or the map has no free or no occupied cells, the start or the goal is not
                 free, there is no way between them, or the map has no two places of `min_distance`.
         """
-        check_parameters(self, "RosMap")
-        check_robot_radius(robot_radius)
         check_numbers(self.start, "RosMap.start", ("x", "y", "yaw"), or_empty=True)
         check_numbers(self.goal, "RosMap.goal", ("x", "y"), or_empty=True)
         path = resolve_path(self.file)

@@ -10,11 +10,10 @@ from typing import Any, ClassVar
 import numpy as np
 
 from drake_starnav.errors import StarnavError, said_by, shown
-from drake_starnav.parameters import check_parameters, parameter
+from drake_starnav.parameters import parameter
 from drake_starnav.utils.files import read_bytes, reason_of
 from drake_starnav.utils.resources import model_path
 from drake_starnav.worlds.endpoints import check_free_ends
-from drake_starnav.worlds.solvable import check_robot_radius
 from drake_starnav.worlds.world import World
 
 
@@ -101,17 +100,11 @@ class NumberedWorld:
     def make(self, rng: np.random.Generator, robot_radius: float) -> World:
         """The world as in the file; nothing in it is random.
 
-        Args:
-            rng: not used.
-            robot_radius: m.
-
         Raises:
             StarnavError: the file is missing or holds no worlds, it has no world of that number or an incomplete one,
                 or the robot touches an obstacle at the start or the goal.
         """
         kind = type(self).__name__
-        check_parameters(self, kind)
-        check_robot_radius(robot_radius)
         file = WorldFile.read(kind, self.file)
         place, entry = file.world(self.id, self.KEYS)
         world = self._world(entry, place, file)

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drake_starnav.parameters import check_parameters, parameter
+from drake_starnav.parameters import parameter
 from drake_starnav.worlds.outlines import place, rectangle
 from drake_starnav.worlds.rectangles import solid_rectangles
-from drake_starnav.worlds.solvable import check_robot_radius, random_yaw
+from drake_starnav.worlds.solvable import random_yaw
 from drake_starnav.worlds.world import World
 
 _LENGTHS = (2.0, 5.0)  # m, of a lane
@@ -33,13 +33,7 @@ class Channel:
     clearance: float = parameter(0.05, "free space on each side of the robot", unit="m", above=0.0, high=2.0)
 
     def make(self, rng: np.random.Generator, robot_radius: float) -> World:
-        """The channel for a robot of this radius (m); it is passable by construction.
-
-        Raises:
-            StarnavError: a parameter is out of its limits.
-        """
-        check_parameters(self, "Channel")
-        check_robot_radius(robot_radius)
+        """The channel for a robot of this radius (m); it is passable by construction."""
         shape = str(rng.choice(_SHAPES)) if self.shape == "any" else self.shape
         length = rng.uniform(*_LENGTHS)
         lanes = int(rng.integers(*_LANES, endpoint=True))

@@ -6,7 +6,7 @@ import numpy as np
 
 from drake_starnav.parameters import parameter
 from drake_starnav.worlds.outlines import rectangle
-from drake_starnav.worlds.solvable import first_solvable, random_yaw
+from drake_starnav.worlds.solvable import Drawn, random_yaw
 from drake_starnav.worlds.world import World
 
 _WIDTH = 1.5  # m
@@ -16,17 +16,13 @@ _TIMEOUT = 60.0  # s for each 10 m: the time limit allows for a mean speed of 0.
 
 
 @dataclass(frozen=True)
-class Corridor:
+class Corridor(Drawn):
     """Lanes of 8 m side by side, joined at alternating ends; fins from random sides make the lanes wind."""
 
     length: float = parameter(40.0, "length of the corridor's middle line", unit="m", low=10.0, high=300.0)
     fin: float = parameter(0.4, "share of the width that a fin takes; 0 for smooth walls", low=0.0, high=0.9)
 
-    def make(self, rng: np.random.Generator, robot_radius: float) -> World:
-        """A corridor that the robot can pass; see `first_solvable`."""
-        return first_solvable(self, self._draw, rng, robot_radius)
-
-    def _draw(self, rng: np.random.Generator) -> World:
+    def draw(self, rng: np.random.Generator) -> World:
         pitch = _WIDTH + _WALL
         lanes = max(1, round(self.length / (_LANE - _WIDTH + pitch)))
         # the middle line: straight runs of lane - width, and a step of one pitch between two lanes

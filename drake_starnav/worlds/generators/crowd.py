@@ -12,7 +12,7 @@ from drake_starnav.worlds.clearance import clearance
 from drake_starnav.worlds.generators.wandering import wander
 from drake_starnav.worlds.moving_obstacles import MovingObstacles, moving_obstacle_clearance
 from drake_starnav.worlds.outlines import place, rectangle
-from drake_starnav.worlds.solvable import first_solvable, random_yaw
+from drake_starnav.worlds.solvable import Drawn, random_yaw
 from drake_starnav.worlds.world import World
 
 _TIMEOUT = 90.0  # s; after that the moving obstacles return the way they came
@@ -28,7 +28,7 @@ _TRIES = 1000  # paths drawn for one moving obstacle
 
 
 @dataclass(frozen=True)
-class Crowd:
+class Crowd(Drawn):
     """A room with columns and walls, crossed from left to right among discs that move and never yield."""
 
     width: float = parameter(12.0, "extent along x, from start to goal", unit="m", low=8.0, high=100.0)
@@ -38,18 +38,18 @@ class Crowd:
     )
 
     def make(self, rng: np.random.Generator, robot_radius: float) -> World:
-        """A room that the robot could cross if nothing moved (see `first_solvable`), and its moving obstacles.
+        """A room that the robot could cross if nothing moved, and its moving obstacles.
 
         Half of them go straight until an obstacle blocks them, the others wander. None touches a static obstacle, is
         near the robot at the start, or stays on the goal for long; they pass through each other.
         """
-        world = first_solvable(self, self._draw, rng, robot_radius)
+        world = super().make(rng, robot_radius)
         count = int(rng.integers(*self.moving_obstacles, endpoint=True))
         radii = rng.uniform(*_RADII, count)
         paths = tuple(self._draw_path(world, radius, robot_radius, rng) for radius in radii)
         return dataclasses.replace(world, moving_obstacles=MovingObstacles(radii, paths))
 
-    def _draw(self, rng: np.random.Generator) -> World:
+    def draw(self, rng: np.random.Generator) -> World:
         count = rng.integers(*_COLUMNS, endpoint=True)
         places = rng.uniform((2.0, 1.0), (self.width - 2.0, _HEIGHT - 1.0), (count, 2))
         walls = []

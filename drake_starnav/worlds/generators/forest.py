@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from drake_starnav.parameters import parameter
-from drake_starnav.worlds.solvable import first_solvable, random_yaw
+from drake_starnav.worlds.solvable import Drawn, random_yaw
 from drake_starnav.worlds.world import World
 
 _CLEARING = 2.2  # m, no trees in the strips at both ends, where start and goal lie
@@ -14,7 +14,7 @@ _PLACES = 4000  # a dense forest is full after this many places were tried
 
 
 @dataclass(frozen=True)
-class Forest:
+class Forest(Drawn):
     """A random forest: trees of one radius with a least gap, start on the left, goal on the right."""
 
     width: float = parameter(20.0, "length of the field, from start to goal", unit="m", low=6.0, high=200.0)
@@ -25,11 +25,7 @@ class Forest:
         (0.6, 0.9), "limits of the least gap between trees; each forest draws its own", unit="m", low=0.0
     )
 
-    def make(self, rng: np.random.Generator, robot_radius: float) -> World:
-        """A forest that the robot can cross; see `first_solvable`."""
-        return first_solvable(self, self._draw, rng, robot_radius)
-
-    def _draw(self, rng: np.random.Generator) -> World:
+    def draw(self, rng: np.random.Generator) -> World:
         spacing = 2.0 * self.radius + rng.uniform(*self.gap)
         wanted = int(rng.integers(*self.trees, endpoint=True))
         places = rng.uniform((_CLEARING, 0.0), (self.width - _CLEARING, self.height), (_PLACES, 2))

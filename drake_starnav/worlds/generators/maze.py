@@ -7,7 +7,7 @@ import numpy as np
 
 from drake_starnav.parameters import parameter
 from drake_starnav.worlds.outlines import place, rectangle, trap
-from drake_starnav.worlds.solvable import first_solvable, random_yaw
+from drake_starnav.worlds.solvable import Drawn, random_yaw
 from drake_starnav.worlds.world import World
 
 _TIMEOUT = 400.0  # s; without a map, a robot may see most of the maze before it finds the goal
@@ -16,7 +16,7 @@ _SMALLEST_SPHERE = 0.2  # m: the lidar passes over the widest part of smaller on
 
 
 @dataclass(frozen=True)
-class Maze:
+class Maze(Drawn):
     """A square maze crossed from one side to the other."""
 
     size: float = parameter(12.0, "side of the square", unit="m", low=4.0, high=200.0)
@@ -31,11 +31,7 @@ class Maze:
         (6, 12), "open: fewest and most free-standing walls, L and U shapes", low=0, high=2000
     )
 
-    def make(self, rng: np.random.Generator, robot_radius: float) -> World:
-        """A maze that the robot can solve; see `first_solvable`."""
-        return first_solvable(self, self._draw, rng, robot_radius)
-
-    def _draw(self, rng: np.random.Generator) -> World:
+    def draw(self, rng: np.random.Generator) -> World:
         family = ("cells", "open")[rng.integers(2)] if self.family == "any" else self.family
         return self._draw_cells(rng) if family == "cells" else self._draw_open(rng)
 

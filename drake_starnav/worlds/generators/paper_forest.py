@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drake_starnav.worlds.solvable import first_solvable, random_yaw
+from drake_starnav.worlds.solvable import Drawn, random_yaw
 from drake_starnav.worlds.world import World
 
 _TREES = np.array(
@@ -27,17 +27,13 @@ _BOUNDS = (-4.01, -1.69, 5.02, 3.51)
 
 
 @dataclass(frozen=True)
-class PaperForest:
+class PaperForest(Drawn):
     """The authors' Gazebo forest; only start and goal are random, in the paper's ranges.
 
     Source: arXiv 2403.11484, simulated experiments.
     """
 
-    def make(self, rng: np.random.Generator, robot_radius: float) -> World:
-        """The forest with a start and a goal between which the robot finds a way; see `first_solvable`."""
-        return first_solvable(self, self._draw, rng, robot_radius)
-
-    def _draw(self, rng: np.random.Generator) -> World:
+    def draw(self, rng: np.random.Generator) -> World:
         start_y, goal_y = rng.uniform(-1.35, 3.2, 2)
         return World(
             name="paper_forest",

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from drake_starnav.worlds.outlines import place, rectangle, trap
-from drake_starnav.worlds.solvable import first_solvable, random_yaw
+from drake_starnav.worlds.solvable import Drawn, random_yaw
 from drake_starnav.worlds.world import World
 
 _WIDTH, _HEIGHT = 6.0, 8.0  # m, along x and, from start to goal, along y
@@ -15,14 +15,10 @@ _CLUTTER = (3, 7)  # fewest and most cylinders and boxes beside the dead end
 
 
 @dataclass(frozen=True)
-class Room:
+class Room(Drawn):
     """A room crossed from bottom to top; a U-shaped dead end in the middle opens towards the start."""
 
-    def make(self, rng: np.random.Generator, robot_radius: float) -> World:
-        """A room that the robot can cross; see `first_solvable`."""
-        return first_solvable(self, self._draw, rng, robot_radius)
-
-    def _draw(self, rng: np.random.Generator) -> World:
+    def draw(self, rng: np.random.Generator) -> World:
         middle = rng.uniform((_WIDTH / 3.0, 0.525 * _HEIGHT), (_WIDTH / 1.5, 0.7 * _HEIGHT))
         dead_end = trap(rng.uniform(1.6, 3.0), rng.uniform(1.0, 2.2), _WALL, arms=2)
         polygons = [place(dead_end, middle, rng.uniform(-0.4, 0.4) - math.pi / 2.0)]

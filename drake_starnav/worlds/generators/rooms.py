@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.parameters import check_parameters, parameter
+from drake_starnav.parameters import parameter
 from drake_starnav.worlds.outlines import rectangle
-from drake_starnav.worlds.solvable import check_robot_radius, random_yaw
+from drake_starnav.worlds.solvable import random_yaw
 from drake_starnav.worlds.world import World
 
 _WALL = 0.1
@@ -40,10 +40,8 @@ class Rooms:
         """The rooms for a robot of this radius (m).
 
         Raises:
-            StarnavError: a parameter is out of its limits, or the robot does not fit through a door or beside the goal.
+            StarnavError: the robot does not fit through a door or beside the goal.
         """
-        check_parameters(self, "Rooms")
-        check_robot_radius(robot_radius)
         self._check_sizes(robot_radius)
         n, side = self.count, self.count * _SIZE
         joined = _joined_rooms(n, _SHUT, rng)

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.parameters import check_parameters, parameter
+from drake_starnav.parameters import parameter
 from drake_starnav.worlds.moving_obstacles import MovingObstacles, there_and_back
-from drake_starnav.worlds.solvable import check_robot_radius, random_yaw
+from drake_starnav.worlds.solvable import random_yaw
 from drake_starnav.worlds.world import World
 
 _TIMEOUT = 90.0  # s; several times what crossing takes, to allow for waiting
@@ -33,8 +33,6 @@ class StopAndGo:
 
     def make(self, rng: np.random.Generator, robot_radius: float) -> World:
         """A bare room and its moving obstacles; they stand at first, avoid its walls, and pass through each other."""
-        check_parameters(self, "StopAndGo")
-        check_robot_radius(robot_radius)
         if robot_radius >= _INSET:
             raise StarnavError(
                 f"StopAndGo: robot_radius {robot_radius:g} m does not fit at the start; allowed: below {_INSET:g} m"
