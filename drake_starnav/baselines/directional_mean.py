@@ -7,41 +7,28 @@ contraction", RA-L 2019.
 
 import math
 
-from numba import njit
+import numpy as np
+
+from drake_starnav.geometry.se2 import placed
 
 PARALLEL = 1e-5
 """A direction whose cosine to the reference is nearer than this to 1 or -1 counts as parallel or opposite to it."""
 
 
-@njit(cache=True)
-def directional_mean(reference_x, reference_y, vectors, weights):
-    """The mean direction of `vectors`.
+def directional_mean(reference: np.ndarray, vectors: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """The mean direction of vectors, a unit vector of shape (2,).
 
     Args:
-        reference_x, reference_y: unit vector from which angles are counted.
+        reference: unit vector from which angles are counted, shape (2,).
         vectors: shape (n, 2), of any length; those of length 0 add no angle, so their weight goes to the reference.
         weights: shape (n,), not negative, of sum 1.
-
-    Returns:
-        (x, y), a unit vector.
     """
-    angle = total = 0.0
-    counted = last = 0
-    for i in range(len(weights)):
-        length = math.hypot(vectors[i, 0], vectors[i, 1])
-        if weights[i] <= 0.0 or length == 0.0:
-            continue
-        counted += 1
-        last = i
-        total += weights[i]
-        cosine = (reference_x * vectors[i, 0] + reference_y * vectors[i, 1]) / length
-        sine = (reference_x * vectors[i, 1] - reference_y * vectors[i, 0]) / length
-        if cosine <= PARALLEL - 1.0:
-            angle += weights[i] * math.pi  # the left turn, whatever rounding says about the side
-        elif cosine < 1.0 - PARALLEL:
-            angle += weights[i] * math.atan2(sine, cosine)
-    if counted == 1 and total >= 1.0:
-        length = math.hypot(vectors[last, 0], vectors[last, 1])
-        return vectors[last, 0] / length, vectors[last, 1] / length
-    cosine, sine = math.cos(angle), math.sin(angle)
-    return cosine * reference_x - sine * reference_y, sine * reference_x + cosine * reference_y
+    length = np.hypot(*vectors.T)
+    counted = (weights > 0.0) & (length > 0.0)
+    units, shares = vectors[counted] / length[counted, None], weights[counted]
+    if len(shares) == 1 and shares[0] >= 1.0:
+        return units[0]
+    cosine, sine = units @ reference, reference[0] * units[:, 1] - reference[1] * units[:, 0]
+    angle = np.where(cosine < 1.0 - PARALLEL, np.arctan2(sine, cosine), 0.0)
+    angle[cosine <= PARALLEL - 1.0] = math.pi  # the left turn, whatever rounding says about the side
+    return placed(np.array((0.0, 0.0, shares @ angle)), reference[None])[0]

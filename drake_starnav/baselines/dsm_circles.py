@@ -15,7 +15,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from drake_starnav.baselines.baseline_step import Situation
 from drake_starnav.baselines.checks import rows, vector
@@ -99,60 +98,31 @@ def dsm_velocity(
         raise StarnavError(f"{place}circles[{bad}, 2] (radius) is {circles[bad, 2]:g}; allowed: at least 0")
     references = circles[:, :2] if reference_points is None else reference_points
     references = rows(references, 2, place + "reference_points", len(circles))
-    return np.array(_dsm(position, nominal_velocity, circles, references, float(robot_radius)))
+    offset, speed = position - circles[:, :2], math.hypot(*nominal_velocity)
+    distance, radius = np.hypot(*offset.T), circles[:, 2] + robot_radius
+    if speed == 0.0 or not distance.all():
+        return np.zeros(2)
+    normal = offset / distance[:, None]
+    gamma = np.where(distance > radius, 1.0 + distance - radius, distance / np.maximum(radius, 1e-300))
+    directions = _reference_directions(position - references, normal)
+    cosine, influence = (directions * normal).sum(axis=1), 1.0 / np.maximum(gamma, 1.0)
+    radial = normal @ nominal_velocity / cosine
+    radial[radial <= 0.0] *= 1.0 - influence[radial <= 0.0]
+    across = directions[:, 0] * nominal_velocity[1] - directions[:, 1] * nominal_velocity[0]
+    tangential, tangents = across / cosine * (1.0 + influence), np.column_stack((-normal[:, 1], normal[:, 0]))
+    modulated, weights = radial[:, None] * directions + tangential[:, None] * tangents, _weights(gamma)
+    return weights @ np.hypot(*modulated.T) * directional_mean(nominal_velocity / speed, modulated, weights)
 
 
-@njit(cache=True)
-def _dsm(position, velocity, circles, references, robot_radius):
-    """The modulated velocity (x, y); arguments as of `dsm_velocity`, with references of all circles."""
-    (x, y), (vx, vy) = position, velocity
-    count = len(circles)
-    normal = np.empty((count, 2))
-    gamma = np.empty(count)
-    for i in range(count):
-        dx, dy = x - circles[i, 0], y - circles[i, 1]
-        distance = math.hypot(dx, dy)
-        if distance == 0.0:
-            return 0.0, 0.0
-        radius = circles[i, 2] + robot_radius
-        normal[i, 0], normal[i, 1] = dx / distance, dy / distance
-        gamma[i] = 1.0 + distance - radius if distance > radius else distance / radius
-    speed = math.hypot(vx, vy)
-    if speed == 0.0:
-        return 0.0, 0.0
-    weights = _weights(gamma)
-    modulated = np.empty((count, 2))
-    mean_speed = 0.0
-    for i in range(count):
-        nx, ny = normal[i, 0], normal[i, 1]
-        rx, ry = _reference_direction(x - references[i, 0], y - references[i, 1], nx, ny)
-        cosine = rx * nx + ry * ny
-        influence = 1.0 / max(gamma[i], 1.0)
-        radial = (nx * vx + ny * vy) / cosine
-        tangential = (rx * vy - ry * vx) / cosine * (1.0 + influence)
-        if radial <= 0.0:
-            radial *= 1.0 - influence
-        modulated[i, 0] = radial * rx - tangential * ny
-        modulated[i, 1] = radial * ry + tangential * nx
-        mean_speed += weights[i] * math.hypot(modulated[i, 0], modulated[i, 1])
-    ux, uy = directional_mean(vx / speed, vy / speed, modulated, weights)
-    return mean_speed * ux, mean_speed * uy
+def _reference_directions(offset: np.ndarray, normal: np.ndarray) -> np.ndarray:
+    """Unit vectors (n, 2) from reference points; the normal where, deep inside a circle, the two do not agree."""
+    distance = np.hypot(*offset.T)
+    agree = (offset * normal).sum(axis=1) > LEAST_COSINE * distance
+    return np.where(agree[:, None], offset / np.maximum(distance, 1e-300)[:, None], normal)
 
 
-@njit(cache=True)
-def _reference_direction(dx, dy, nx, ny):
-    """The unit vector from the reference point; the normal where, deep inside the circle, the two do not agree."""
-    distance = math.hypot(dx, dy)
-    if dx * nx + dy * ny <= LEAST_COSINE * distance:
-        return nx, ny
-    return dx / distance, dy / distance
-
-
-@njit(cache=True)
-def _weights(gamma):
+def _weights(gamma: np.ndarray) -> np.ndarray:
     """Shares ~ 1/(Gamma - 1); circles that are touched share everything equally."""
     touched = gamma <= 1.0
-    if touched.any():
-        return touched / touched.sum()
-    weights = 1.0 / (gamma - 1.0)
+    weights = touched.astype(float) if touched.any() else 1.0 / (gamma - 1.0)
     return weights / weights.sum()

@@ -22,6 +22,7 @@ from numba import njit
 from drake_starnav.baselines.baseline_step import Situation, unit_vector
 from drake_starnav.baselines.checks import rows, vector
 from drake_starnav.control.inputs import Proposal
+from drake_starnav.geometry.se2 import inverse, placed
 from drake_starnav.parameters import check_parameters, parameter
 from drake_starnav.robot import RobotParameters
 
@@ -87,29 +88,25 @@ def dwa_twist(
     twist = vector(twist, 2, "dwa_twist: twist")
     goal = vector(goal, 2, "dwa_twist: goal")
     points = rows(points, 2, "dwa_twist: points")
-    v, omega = _best(pose, twist, goal, points, robot.limits, robot.radius + parameters.margin)
+    hits, goal = placed(inverse(pose), points), placed(inverse(pose), goal[None])[0]
+    v, omega = _best(twist, goal, hits, robot.limits, robot.radius + parameters.margin)
     return float(v), float(omega)
 
 
 @njit(cache=True)
-def _best(pose, twist, goal, points, limits, radius):
-    """The best admissible twist (v, omega); limits are `Limits`, other arguments as of `dwa_twist`."""
-    (x, y, yaw), (v_now, omega_now), (goal_x, goal_y) = pose, twist, goal
+def _best(twist, goal, points, limits, radius):
+    """The best admissible twist (v, omega); goal and points in the robot's frame, m, limits are `Limits`."""
+    (v_now, omega_now), (goal_ahead, goal_left) = twist, goal
     v_max, omega_max = limits.max_speed, limits.max_yaw_rate
     a_max, alpha_max = limits.max_acceleration, limits.max_yaw_acceleration
-    goal_distance = math.hypot(goal_x - x, goal_y - y)
-    goal_bearing = math.atan2(goal_y - y, goal_x - x) - yaw
-    goal_ahead, goal_left = goal_distance * math.cos(goal_bearing), goal_distance * math.sin(goal_bearing)
-
     v_low = min(max(v_now - a_max * PERIOD, 0.0), v_max)
-    v_high = max(min(v_now + a_max * PERIOD, v_max, math.sqrt(2.0 * a_max * goal_distance)), v_low)
+    v_high = max(min(v_now + a_max * PERIOD, v_max, math.sqrt(2.0 * a_max * math.hypot(goal_ahead, goal_left))), v_low)
     omega_low = min(max(omega_now - alpha_max * PERIOD, -omega_max), omega_max)
     omega_high = max(min(omega_now + alpha_max * PERIOD, omega_max), -omega_max)
 
     # No twist of this window goes farther before it stops, or cares for clearance beyond its limit.
     longest = max(CLEARANCE_LIMIT, v_high * (PERIOD + 0.5 * max(v_high / a_max, omega_max / alpha_max)))
-    near = _in_robot_frame(x, y, yaw, points)
-    near = near[near[:, 0] ** 2 + near[:, 1] ** 2 <= (longest + radius) ** 2]
+    near = points[points[:, 0] ** 2 + points[:, 1] ** 2 <= (longest + radius) ** 2]
 
     best, best_v, best_omega = -math.inf, 0.0, 0.0
     for i in range(SAMPLES[0]):
@@ -122,10 +119,11 @@ def _best(pose, twist, goal, points, limits, radius):
                 clearance = _arc_clearance(near, omega / v, radius, v * held)
                 if v * held > clearance:
                     continue
-            turn = omega * held
-            ahead, left = _stop(v * held, turn)
-            ahead, left = goal_ahead - ahead, goal_left - left
+            turn, length = omega * held, v * held  # of the arc, from the origin along x
             cosine, sine = math.cos(turn), math.sin(turn)
+            ahead, left = goal_ahead - length, goal_left
+            if abs(turn) >= 1e-9:
+                ahead, left = goal_ahead - length * sine / turn, goal_left - length * (1.0 - cosine) / turn
             error = abs(math.atan2(cosine * left - sine * ahead, cosine * ahead + sine * left))
             free = min(clearance, CLEARANCE_LIMIT) / CLEARANCE_LIMIT
             score = HEADING_WEIGHT * (1.0 - error / math.pi) + CLEARANCE_WEIGHT * free + SPEED_WEIGHT * v / v_max
@@ -136,25 +134,6 @@ def _best(pose, twist, goal, points, limits, radius):
     stop_time = max(abs(v_now) / a_max, abs(omega_now) / alpha_max)
     kept = max(0.0, 1.0 - PERIOD / stop_time) if stop_time > 0.0 else 0.0
     return max(kept * v_now, 0.0), kept * omega_now
-
-
-@njit(cache=True)
-def _stop(length, turn):
-    """Where an arc of this length and turn ends that leaves the origin along x."""
-    if abs(turn) < 1e-9:
-        return length, 0.0
-    return length * math.sin(turn) / turn, length * (1.0 - math.cos(turn)) / turn
-
-
-@njit(cache=True)
-def _in_robot_frame(x, y, yaw, points):
-    """Points of shape (n, 2) in the frame of a robot at (x, y, yaw)."""
-    cosine, sine = math.cos(yaw), math.sin(yaw)
-    local = np.empty_like(points)
-    for k in range(len(points)):
-        dx, dy = points[k, 0] - x, points[k, 1] - y
-        local[k, 0], local[k, 1] = cosine * dx + sine * dy, cosine * dy - sine * dx
-    return local
 
 
 @njit(cache=True)

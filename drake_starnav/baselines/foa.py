@@ -14,12 +14,12 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from drake_starnav.baselines.baseline_step import Situation
 from drake_starnav.baselines.checks import positive, rows, vector
 from drake_starnav.baselines.directional_mean import directional_mean
 from drake_starnav.control.inputs import Proposal
+from drake_starnav.geometry.se2 import placed
 from drake_starnav.parameters import check_parameters, parameter
 
 MIN_DISTANCE = 1e-3
@@ -83,7 +83,15 @@ def foa_velocity(
         StarnavError: wrong shape, a value that is not finite, or a radius that is not positive.
     """
     position, velocity, points, radius = _checked("foa_velocity: ", position, nominal_velocity, points, control_radius)
-    return np.array(_foa(*position, *velocity, points, radius))
+    speed = math.hypot(*velocity)
+    directions, distances = _hits(position, points, radius)
+    away = -_weights(distances, 1.0, math.inf) @ directions
+    m = math.hypot(*away)
+    if speed == 0.0 or m == 0.0 or away @ velocity >= 0.0:
+        return velocity.copy()
+    modulated = _modulated(velocity, away / m, away / m, m)
+    length = math.hypot(*modulated)
+    return modulated * (speed / length) if length > min(speed, CREEP_SPEED) else modulated
 
 
 def foa_cluster_velocity(
@@ -120,7 +128,7 @@ def foa_cluster_velocity(
     from sklearn.cluster import DBSCAN  # takes a second to import, and only this function needs it
 
     labels = DBSCAN(eps=2.0 * radius, min_samples=3).fit(points).labels_
-    return np.array(_foa_cluster(*position, *velocity, points, labels.astype(np.int64), radius))
+    return _around_clusters(position, velocity, points, labels, radius)
 
 
 def _checked(place, position, velocity, points, radius):
@@ -132,112 +140,59 @@ def _checked(place, position, velocity, points, radius):
     )
 
 
-@njit(cache=True)
-def _foa(x, y, vx, vy, points, radius):
-    """The modulated velocity (x, y) of a robot at (x, y) with a nominal one (vx, vy); see `foa_velocity`."""
-    speed = math.hypot(vx, vy)
-    directions, distances = _hits(x, y, points, radius)
-    weights = _weights(distances, 1.0, math.inf)
-    rx, ry = _away(directions, weights)
-    m = math.hypot(rx, ry)
-    if speed == 0.0 or m == 0.0 or rx * vx + ry * vy >= 0.0:
-        return vx, vy
-    rx, ry = rx / m, ry / m
-    along, across = _stretching(m, 0.0)
-    radial = along * (rx * vx + ry * vy)
-    tangential = across * (rx * vy - ry * vx)
-    length = math.hypot(radial, tangential)
-    scale = speed / length if length > speed or length > CREEP_SPEED else 1.0
-    return scale * (radial * rx - tangential * ry), scale * (radial * ry + tangential * rx)
-
-
-@njit(cache=True)
-def _foa_cluster(x, y, vx, vy, points, labels, radius):
-    """The same by clusters: `labels` (n,) number those of the points, -1 for none; see `foa_cluster_velocity`."""
-    speed = math.hypot(vx, vy)
-    ux, uy = vx / speed, vy / speed
-    directions, distances = _hits(x, y, points, radius)
-    known = np.hypot(directions[:, 0], directions[:, 1]) > 0.0
+def _around_clusters(
+    position: np.ndarray, velocity: np.ndarray, points: np.ndarray, labels: np.ndarray, radius: float
+) -> np.ndarray:
+    """The modulated velocity; `labels` (n,) number the clusters of the points, -1 for none."""
+    speed = math.hypot(*velocity)
+    directions, distances = _hits(position, points, radius)
+    known = directions.any(axis=1)
     if not known.any():
-        return vx, vy
+        return velocity.copy()
     shares = _weights(distances, CLUSTER_LENGTH, CLUSTER_WEIGHT_LIMIT)
 
-    clusters = labels.max() + 1
-    modulated = np.zeros((clusters + 1, 2))
-    normals = np.zeros((clusters + 1, 2))
-    weights = np.zeros(clusters + 1)
-    nearest_clustered = math.inf
-    for k in range(clusters):
-        members = (labels == k) & known
-        if not members.any():
-            continue
-        nearest_clustered = min(nearest_clustered, distances[members].min())
-        nx, ny = _away(directions[members], shares[members])
-        m = math.hypot(nx, ny)
+    clusters = int(labels.max()) + 1
+    modulated, normals, weights = np.zeros((clusters + 1, 2)), np.zeros((clusters + 1, 2)), np.zeros(clusters + 1)
+    nearest_clustered = distances[known & (labels >= 0)].min(initial=math.inf)
+    near = (labels == -1) & known & (distances < nearest_clustered)
+    for k in range(clusters + 1):  # the last one is what is in no cluster, but nearer
+        members = near if k == clusters else (labels == k) & known
+        if k == clusters:
+            shares[members] = _weights(distances[members], CLUSTER_LENGTH, CLUSTER_WEIGHT_LIMIT)
+        away = -shares[members] @ directions[members]
+        m = math.hypot(*away)
         if m == 0.0:
             continue
-        nx, ny = nx / m, ny / m
-        of_cluster = points[labels == k]
-        rx, ry = _reference(nx, ny, x - of_cluster[:, 0].mean(), y - of_cluster[:, 1].mean(), radius)
-        modulated[k, 0], modulated[k, 1] = _modulated(ux, uy, nx, ny, rx, ry, m)
-        normals[k, 0], normals[k, 1] = nx, ny
-        weights[k] = m
-
-    near = (labels == -1) & known & (distances < nearest_clustered)
-    if near.any():
-        nx, ny = _away(directions[near], _weights(distances[near], CLUSTER_LENGTH, CLUSTER_WEIGHT_LIMIT))
-        m = math.hypot(nx, ny)
-        if m > 0.0:
-            nx, ny = nx / m, ny / m
-            modulated[clusters, 0], modulated[clusters, 1] = _modulated(ux, uy, nx, ny, nx, ny, m)
-            # The published code slows down for these hits along the last cluster's normal; so does this.
-            if clusters > 0:
-                nx, ny = normals[clusters - 1, 0], normals[clusters - 1, 1]
-            normals[clusters, 0], normals[clusters, 1] = nx, ny
-            weights[clusters] = m
+        normal = away / m
+        reference = normal if k == clusters else _reference(normal, position - points[labels == k].mean(axis=0), radius)
+        modulated[k], normals[k], weights[k] = _modulated(velocity / speed, normal, reference, m), normal, m
+    if weights[clusters] > 0.0 and clusters > 0:
+        normals[clusters] = normals[clusters - 1]  # as in the published code
 
     if weights.sum() == 0.0:
-        return vx, vy
+        return velocity.copy()
     weights /= weights.sum()
-    dx, dy = directional_mean(ux, uy, modulated, weights)
-    nx, ny = (weights * normals[:, 0]).sum(), (weights * normals[:, 1]).sum()
-    scale = speed * _slowdown(vx, vy, nx, ny, distances[known].min(), 2.0 * radius + 1.0)
-    return scale * dx, scale * dy
+    scale = speed * _slowdown(velocity, weights @ normals, distances[known].min(), 2.0 * radius + 1.0)
+    return scale * directional_mean(velocity / speed, modulated, weights)
 
 
-@njit(cache=True)
-def _hits(x, y, points, radius):
-    """Unit vectors to the hits, and distances of the hits from the hull; a hit at (x, y) gets 0 and +inf."""
-    directions = np.zeros((len(points), 2))
-    distances = np.full(len(points), math.inf)
-    for k in range(len(points)):
-        dx, dy = points[k, 0] - x, points[k, 1] - y
-        distance = math.hypot(dx, dy)
-        if distance > 0.0:
-            directions[k, 0], directions[k, 1] = dx / distance, dy / distance
-            distances[k] = distance - radius
-    return directions, distances
+def _hits(position: np.ndarray, points: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray]:
+    """Unit vectors to the hits, and distances of the hits from the hull; a hit at the position gets 0 and +inf."""
+    offset = points - position
+    distance = np.hypot(*offset.T)
+    apart = distance > 0.0
+    directions = np.divide(offset, distance[:, None], out=np.zeros_like(offset), where=apart[:, None])
+    return directions, np.where(apart, distance - radius, math.inf)
 
 
-@njit(cache=True)
-def _weights(distances, length, limit):
+def _weights(distances: np.ndarray, length: float, limit: float) -> np.ndarray:
     """Weights (n,) of hits at distances (n,) from the hull, divided by their sum or the limit if above 1."""
-    shift = 0.0
-    if len(distances) > 0 and distances.min() < MIN_DISTANCE:
-        shift = MIN_DISTANCE - distances.min()
+    shift = max(MIN_DISTANCE - distances.min(initial=math.inf), 0.0)
     weights = (length / (distances + shift)) ** 2
-    total = min(weights.sum(), limit)
-    return weights / total if total > 1.0 else weights
+    return weights / max(min(weights.sum(), limit), 1.0)
 
 
-@njit(cache=True)
-def _away(directions, weights):
-    """rho, the weighted sum of the directions away from the hits."""
-    return -(weights * directions[:, 0]).sum(), -(weights * directions[:, 1]).sum()
-
-
-@njit(cache=True)
-def _stretching(m, leaving):
+def _stretching(m: float, leaving: float) -> tuple[float, float]:
     """Scales along and across the reference direction; `leaving` is the cosine of v to the normal, if positive."""
     root = math.sqrt(m)
     across = 1.0 + math.sin(0.5 * math.pi * root) if root < 1.0 else 2.0 * math.sin(0.5 * math.pi / root)
@@ -251,34 +206,27 @@ def _stretching(m, leaving):
     return both, both
 
 
-@njit(cache=True)
-def _reference(nx, ny, rx, ry, radius):
+def _reference(normal: np.ndarray, offset: np.ndarray, radius: float) -> np.ndarray:
     """The direction from a cluster's centre, turned towards the normal near the centre and at a large angle."""
-    distance = math.hypot(rx, ry)
-    angle = math.atan2(nx * ry - ny * rx, nx * rx + ny * ry)
+    angle = math.atan2(normal[0] * offset[1] - normal[1] * offset[0], normal @ offset)
     if abs(angle) > MAX_REFERENCE_ANGLE:
         folded = (math.pi - abs(angle)) / (math.pi - MAX_REFERENCE_ANGLE) * MAX_REFERENCE_ANGLE
         angle = math.copysign(folded, angle)
-    angle *= min(distance / radius, 1.0)
-    cosine, sine = math.cos(angle), math.sin(angle)
-    return cosine * nx - sine * ny, sine * nx + cosine * ny
+    angle *= min(math.hypot(*offset) / radius, 1.0)
+    return placed(np.array((0.0, 0.0, angle)), normal[None])[0]
 
 
-@njit(cache=True)
-def _modulated(ux, uy, nx, ny, rx, ry, m):
-    """E D E^-1 u, with E = [reference direction  tangent]; the tangent is the normal turned left."""
-    along, across = _stretching(m, nx * ux + ny * uy)
-    det = rx * nx + ry * ny  # cosine between reference and normal, at least cos(MAX_REFERENCE_ANGLE)
-    radial = along * (nx * ux + ny * uy) / det
-    tangential = across * (rx * uy - ry * ux) / det
-    return radial * rx - tangential * ny, radial * ry + tangential * nx
+def _modulated(vector: np.ndarray, normal: np.ndarray, reference: np.ndarray, m: float) -> np.ndarray:
+    """E D E^-1 v, with E = [reference direction  tangent]; the tangent is the normal turned left."""
+    along, across = _stretching(m, normal @ vector)
+    det = reference @ normal  # cosine between reference and normal, at least cos(MAX_REFERENCE_ANGLE)
+    tangential = across * (reference[0] * vector[1] - reference[1] * vector[0]) / det
+    return along * (normal @ vector) / det * reference + tangential * np.array((-normal[1], normal[0]))
 
 
-@njit(cache=True)
-def _slowdown(vx, vy, nx, ny, distance, far):
+def _slowdown(velocity: np.ndarray, normal: np.ndarray, distance: float, far: float) -> float:
     """The share of the speed that is kept near an obstacle with the mean normal n."""
-    approach = vx * nx + vy * ny
-    length = math.hypot(nx, ny)
+    approach, length = float(velocity @ normal), math.hypot(*normal)
     if approach > 0.0 or length < 1e-8 or distance >= far:
         return 1.0
     if distance <= 0.0:

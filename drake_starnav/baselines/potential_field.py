@@ -14,7 +14,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from drake_starnav.baselines.baseline_step import Situation
 from drake_starnav.baselines.checks import positive, rows, vector
@@ -90,7 +89,7 @@ def potential_field_velocity(
     points = rows(points, 2, place + "points")
     robot_radius = positive(robot_radius, place + "robot_radius")
     attraction = _limited(ATTRACTIVE_GAIN * (goal - position), parameters.max_speed)
-    repulsion = parameters.repulsive_gain * np.array(_repulsion(*position, points, robot_radius, INFLUENCE_DISTANCE))
+    repulsion = parameters.repulsive_gain * _repulsion(position, points, robot_radius)
     return _limited(attraction + repulsion, parameters.max_speed)
 
 
@@ -99,21 +98,13 @@ def _limited(velocity: np.ndarray, speed: float) -> np.ndarray:
     return velocity * (speed / length) if length > speed else velocity
 
 
-@njit(cache=True)
-def _repulsion(x, y, points, robot_radius, influence):
-    """The repulsion (x, y) at a place of points (n, 2) nearer to the hull than `influence`, without the gain."""
-    sum_x = sum_y = total = strongest = 0.0
-    for k in range(len(points)):
-        dx, dy = x - points[k, 0], y - points[k, 1]
-        distance = math.hypot(dx, dy)
-        rho = max(distance - robot_radius, MIN_DISTANCE)
-        if distance == 0.0 or rho >= influence:
-            continue
-        strength = (1.0 / rho - 1.0 / influence) / (rho * rho)
-        strongest = max(strongest, strength)
-        sum_x += strength * dx / distance
-        sum_y += strength * dy / distance
-        total += strength
-    if total == 0.0:
-        return 0.0, 0.0
-    return strongest * sum_x / total, strongest * sum_y / total
+def _repulsion(position: np.ndarray, points: np.ndarray, robot_radius: float) -> np.ndarray:
+    """The repulsion (2,) at a position of points (n, 2) nearer to the hull than INFLUENCE_DISTANCE, without gain."""
+    offset = position - points
+    distance = np.hypot(*offset.T)
+    rho = np.maximum(distance - robot_radius, MIN_DISTANCE)
+    repels = (distance > 0.0) & (rho < INFLUENCE_DISTANCE)
+    if not repels.any():
+        return np.zeros(2)
+    strength = (1.0 / rho[repels] - 1.0 / INFLUENCE_DISTANCE) / rho[repels] ** 2
+    return strength.max() * (strength / distance[repels]) @ offset[repels] / strength.sum()

@@ -41,7 +41,7 @@ from drake_starnav.control.rollout import (
     times_left,
 )
 from drake_starnav.regions.margins import Margins
-from drake_starnav.regions.region_union import RegionUnion, covers, first_gap
+from drake_starnav.regions.region_union import RegionUnion, covering, covers, first_gap
 from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.limits import turning_twist, wrapped_angle
 
@@ -65,8 +65,6 @@ TURN_EXPONENT = 1.5
 """The sampled turning rates are max_yaw_rate * share ** TURN_EXPONENT for equally spaced shares."""
 SIGHT_HALVINGS = 6
 """Bisections of a segment in search of the last point in sight."""
-IN_SIGHT, ROUND_A_CORNER, OCCLUDED = 0, 1, 2
-"""How the robot sees its next way point."""
 
 
 class _Settings(NamedTuple):
@@ -130,10 +128,32 @@ def path_in_sight(position: np.ndarray, path: np.ndarray, regions: RegionUnion) 
     The robot may have left the line on which it saw the next way point. If a region contains both, its centre sees
     both, and the path through the centre is pulled taut; if none does, the result is None.
     """
-    sight, x, y = _corner((position[0], position[1]), (path[0, 0], path[0, 1]), regions)
-    if sight == OCCLUDED:
+    ahead = path[0]
+    if _sees(position, ahead, regions):
+        return path
+    centers = regions.center[covering(regions, *position) & covering(regions, *ahead)]
+    if not len(centers):
         return None
-    return path if sight == IN_SIGHT else np.vstack(((x, y), path))
+    over = np.hypot(*(centers - position).T) + np.hypot(*(centers - ahead).T)
+    corner = _farthest_seen(position, centers[np.argmin(over)], ahead, regions)
+    return np.vstack((_farthest_seen(ahead, corner, position, regions), path))
+
+
+def _sees(place: np.ndarray, other: np.ndarray, regions: RegionUnion) -> bool:
+    """Whether the line between two places (2,) stays inside the union."""
+    return bool(first_gap(regions, tuple(place.tolist()), tuple(other.tolist()), 0.0) < 0.0)
+
+
+def _farthest_seen(place: np.ndarray, a: np.ndarray, b: np.ndarray, regions: RegionUnion) -> np.ndarray:
+    """The farthest point (2,) that a place sees on the way from a, which it sees, to b, which it does not."""
+    low, high = 0.0, 1.0
+    for _ in range(SIGHT_HALVINGS):
+        share = 0.5 * (low + high)
+        if _sees(place, a + share * (b - a), regions):
+            low = share
+        else:
+            high = share
+    return a + low * (b - a)
 
 
 def rollout_costs(twists: np.ndarray, inputs: ControllerInputs, margins: Margins, robot: RobotParameters) -> np.ndarray:
@@ -193,37 +213,3 @@ def _rollout_costs(twists, pose, twist, line, left, known, limits, settings):
         change = abs(twists[c, 0] - twist[0]) / v_max + abs(twists[c, 1] - twist[1]) / omega_max
         cost[c] = best + CHANGE_WEIGHT * change
     return cost
-
-
-@njit(cache=True)
-def _corner(place, ahead, regions):
-    """How a place (x, y) sees the way point ahead, and the first place to head for."""
-    (x, y), (ahead_x, ahead_y) = place, ahead
-    if first_gap(regions, place, ahead, 0.0) < 0.0:
-        return IN_SIGHT, ahead_x, ahead_y
-    center, bearing_0, values = regions.center, regions.bearing_0, regions.values
-    shortest, best = np.inf, -1
-    for k in range(len(center)):
-        over = math.hypot(center[k, 0] - x, center[k, 1] - y)
-        over += math.hypot(center[k, 0] - ahead_x, center[k, 1] - ahead_y)
-        seen = covers(center, bearing_0, values, k, x, y, 0.0)
-        if over < shortest and seen and covers(center, bearing_0, values, k, ahead_x, ahead_y, 0.0):
-            shortest, best = over, k
-    if best < 0:
-        return OCCLUDED, ahead_x, ahead_y
-    corner = _farthest_seen(place, (center[best, 0], center[best, 1]), ahead, regions)
-    px, py = _farthest_seen(ahead, corner, place, regions)
-    return ROUND_A_CORNER, px, py
-
-
-@njit(cache=True)
-def _farthest_seen(place, a, b, regions):
-    """The farthest point (x, y) that a place sees on the way from a, which it sees, to b, which it does not."""
-    low, high = 0.0, 1.0
-    for _ in range(SIGHT_HALVINGS):
-        share = 0.5 * (low + high)
-        if first_gap(regions, place, (a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])), 0.0) < 0.0:
-            low = share
-        else:
-            high = share
-    return a[0] + low * (b[0] - a[0]), a[1] + low * (b[1] - a[1])

@@ -1,12 +1,11 @@
 """Shortest ways over the nodes of a roadmap."""
 
 import numpy as np
-from numba import njit
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
 from drake_starnav.planning.roadmap import StarRoadmap
-from drake_starnav.regions.region_union import RegionUnion, cover_at, covers, least_outside
+from drake_starnav.regions.region_union import covering, least_outside
 from drake_starnav.regions.star_region import StarRegion
 
 OFF_MAP_PENALTY = 0.1
@@ -21,7 +20,7 @@ def graph_distances(roadmap: StarRoadmap, here: StarRegion, position: np.ndarray
     The robot is connected to nodes whose region contains it and to nodes inside the latest region. If there are none,
     it is connected to the node whose region it is the least outside of.
     """
-    first = _visible_nodes(roadmap.union, here.alone, *position)
+    first = np.flatnonzero(covering(roadmap.union, *position) | here.contains(roadmap.union.center))
     length = np.hypot(*(roadmap.union.center[first] - position).T)
     if not len(first):
         first = np.array([least_outside(roadmap.union, len(roadmap), *position)])
@@ -37,7 +36,7 @@ def graph_distances(roadmap: StarRoadmap, here: StarRegion, position: np.ndarray
 
 def entry_node(roadmap: StarRoadmap, distance: np.ndarray, goal: np.ndarray) -> int:
     """The node whose region contains the goal and through which the way is shortest, or -1."""
-    inside = _visible_nodes(roadmap.union, RegionUnion.none(), goal[0], goal[1])
+    inside = np.flatnonzero(covering(roadmap.union, *goal))
     if not len(inside):
         return -1
     cost = distance[inside] + np.hypot(*(roadmap.union.center[inside] - goal).T)
@@ -58,16 +57,3 @@ def node_path(roadmap: StarRoadmap, previous: np.ndarray, node: int, end: np.nda
     while previous[chain[-1]] >= 0:
         chain.append(int(previous[chain[-1]]))
     return np.vstack((roadmap.union.center[chain[::-1]], end[None, :]))
-
-
-@njit(cache=True)
-def _visible_nodes(union, here, x, y):
-    """Nodes whose region contains (x, y), or whose centre the union `here` contains."""
-    center, bearing_0, values = union.center, union.bearing_0, union.values
-    out = np.empty(len(center), np.int64)
-    n = 0
-    for k in range(len(out)):
-        if covers(center, bearing_0, values, k, x, y, 0.0) or cover_at(here, center[k, 0], center[k, 1], 0.0) >= 0:
-            out[n] = k
-            n += 1
-    return out[:n].copy()

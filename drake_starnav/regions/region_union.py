@@ -169,6 +169,16 @@ def first_gap(union, start, end, guess):
 
 
 @njit(cache=True)
+def covering(union, x, y):
+    """Which regions of a union contain (x, y), shape (n,)."""
+    center, bearing_0, values = union.center, union.bearing_0, union.values
+    out = np.empty(len(center), np.bool_)
+    for k in range(len(out)):
+        out[k] = covers(center, bearing_0, values, k, x, y, 0.0)
+    return out
+
+
+@njit(cache=True)
 def least_outside(union, before, x, y):
     """Index of the region, of those before one, whose boundary (x, y) exceeds least, along the ray from its centre.
 

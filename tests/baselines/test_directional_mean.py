@@ -8,7 +8,7 @@ from drake_starnav.baselines.directional_mean import directional_mean
 
 def mean_angle(degrees, weights):
     angles = np.radians(degrees)
-    x, y = directional_mean(1.0, 0.0, np.column_stack((np.cos(angles), np.sin(angles))), np.array(weights))
+    x, y = directional_mean(np.array((1.0, 0.0)), np.column_stack((np.cos(angles), np.sin(angles))), np.array(weights))
     return math.degrees(math.atan2(y, x))
 
 
@@ -28,5 +28,5 @@ def test_mean_of_angles(degrees, weights, mean):
 
 def test_a_vanished_vector_leaves_its_weight_to_the_reference():
     vectors = np.array([(0.0, 0.0), (0.0, 1.0)])
-    x, y = directional_mean(1.0, 0.0, vectors, np.array([0.5, 0.5]))
+    x, y = directional_mean(np.array((1.0, 0.0)), vectors, np.array([0.5, 0.5]))
     assert math.atan2(y, x) == pytest.approx(math.pi / 4.0)

@@ -13,7 +13,6 @@ Source: paper, section III-C.
 import math
 
 import numpy as np
-from numba import njit
 
 from drake_starnav.baselines.paper import constants
 from drake_starnav.control.heading_controller import turning_law
@@ -54,7 +53,24 @@ def modulated_vector(position: np.ndarray, vector: np.ndarray, regions: RegionUn
 
     Source: paper, eq. (modulate) to (sum_weighted).
     """
-    return np.array(_modulated(*position, *vector, regions, sigma))
+    total, weights = np.zeros(2), 0.0
+    offset = position - regions.center
+    distance = np.hypot(*offset.T)
+    for k in np.flatnonzero(distance < regions.values.max(axis=1, initial=0.0)).tolist():
+        bearing = math.atan2(offset[k, 1], offset[k, 0])
+        phi, slope = boundary_at(regions.values[k], regions.slopes[k], regions.bearing_0[k], bearing)
+        gamma = min((phi / max(distance[k], 1e-9)) ** sigma, LARGEST_GAMMA)
+        if gamma <= 1.0:
+            continue
+        modulated = vector
+        if distance[k] > 1e-9:
+            rx, ry = outward = offset[k] / distance[k]
+            tangent = slope * outward + phi * np.array((-ry, rx))
+            radial = (1.0 - 1.0 / gamma) * (vector[0] * tangent[1] - vector[1] * tangent[0]) / phi  # phi = det [r t]
+            tangential = (1.0 + 1.0 / gamma) * (rx * vector[1] - ry * vector[0]) / phi
+            modulated = radial * outward + tangential * tangent
+        total, weights = total + gamma * modulated, weights + gamma
+    return total / weights if weights > 0.0 else vector
 
 
 def blended_vector(position: np.ndarray, vector: np.ndarray, hits: np.ndarray, radius: float) -> np.ndarray:
@@ -81,30 +97,3 @@ def blended_vector(position: np.ndarray, vector: np.ndarray, hits: np.ndarray, r
 def blend_share(clearance: float) -> float:
     """a at a distance |p - p_n| - r, m; 1 inside the radius, where the printed form is negative."""
     return 1.0 if clearance <= constants.RHO else constants.RHO / clearance
-
-
-@njit(cache=True)
-def _modulated(x, y, ux, uy, regions, sigma):
-    """`modulated_vector` as numbers."""
-    center, bearing_0, values, slopes = regions.center, regions.bearing_0, regions.values, regions.slopes
-    sum_x = sum_y = total = 0.0
-    for k in range(len(center)):
-        dx, dy = x - center[k, 0], y - center[k, 1]
-        distance = math.sqrt(dx * dx + dy * dy)
-        phi, slope = boundary_at(values[k], slopes[k], bearing_0[k], math.atan2(dy, dx))
-        gamma = min((phi / max(distance, 1e-9)) ** sigma, LARGEST_GAMMA)
-        if gamma <= 1.0:
-            continue
-        vx, vy = ux, uy
-        if distance > 1e-9:
-            rx, ry = dx / distance, dy / distance
-            tx, ty = slope * rx - phi * ry, slope * ry + phi * rx
-            radial = (1.0 - 1.0 / gamma) * (ux * ty - uy * tx) / phi  # phi is the determinant of [r t]
-            tangential = (1.0 + 1.0 / gamma) * (rx * uy - ry * ux) / phi
-            vx, vy = radial * rx + tangential * tx, radial * ry + tangential * ty
-        sum_x += gamma * vx
-        sum_y += gamma * vy
-        total += gamma
-    if total == 0.0:
-        return ux, uy
-    return sum_x / total, sum_y / total
