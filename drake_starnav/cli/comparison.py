@@ -38,7 +38,6 @@ from drake_starnav.visualization.recorded_run import RecordedRun, RobotTrack, ou
 from drake_starnav.visualization.recorder import (
     WORLD_PREFIX,
     finish_recording,
-    frame_camera,
     set_look,
     start_recording,
 )
@@ -168,7 +167,6 @@ def record_tracks(
     cameras = Cameras(world.extent, view, next(iter(paths.values())), world.start[:2])
     meshcat, timeline = quiet_meshcat(), Timeline()
     set_look(meshcat)
-    frame_camera(meshcat, world.extent)
     scene = _publish_world(meshcat, world)
     stage = MeshcatStage(Broadcast(meshcat, timeline), "/starnav", 1.0 / parameters.frames_per_second, layers)
     for k, (method, robot) in enumerate(robots.items()):

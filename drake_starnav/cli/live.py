@@ -24,7 +24,6 @@ from drake_starnav.visualization.page import Cameras, Caption
 from drake_starnav.visualization.recorder import (
     add_visualizers,
     finish_recording,
-    frame_camera,
     robot_path,
     set_look,
     start_recording,
@@ -105,7 +104,6 @@ class LiveRun:
         world = make_world_with_footprints(scenario.world, seed, scenario.robot.radius)
         self.meshcat = quiet_meshcat()
         set_look(self.meshcat)
-        frame_camera(self.meshcat, world.extent)
         self.controls = Controls(self.meshcat)
         builder = DiagramBuilder()
         goal = SliderGoal(world.goal, add_goal_sliders(self.meshcat, world))

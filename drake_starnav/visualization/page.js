@@ -51,7 +51,7 @@ const starnav = (function () {
     held = stand();
   }
   const stand = () => viewer.camera.position.toArray().join();
-  // As `camera_pose`, for the scene's present size.
+  // A preset fills the scene, whatever its size, with a box of the floor, whose longer side lies across.
   function camera(name) {
     const [x0, y0, x1, y1] = settings.extents[name];
     const [width, height] = [pane.offsetWidth, pane.offsetHeight];
@@ -71,6 +71,7 @@ const starnav = (function () {
     const {position, target, distance} = camera(name);
     // A near plane that is not too near keeps flat layers a centimetre apart from flickering.
     Object.assign(viewer.camera, {fov: settings.field_of_view, near: 0.02 * distance, far: 10 * distance});
+    viewer.camera.updateProjectionMatrix();
     viewer.camera.position.fromArray(drawn(position));
     viewer.set_camera_target(drawn(target));
     viewer.controls.update();

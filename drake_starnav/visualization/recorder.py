@@ -15,7 +15,7 @@ from drake_starnav.scenario.recording import RecordingParameters
 from drake_starnav.station.navigation_station import StationInterface
 from drake_starnav.systems.star_perception import lidar_names
 from drake_starnav.utils.files import write_text
-from drake_starnav.visualization.camera import FIELD_OF_VIEW, SCENE, Extent, camera_pose, check_view
+from drake_starnav.visualization.camera import check_view
 from drake_starnav.visualization.collision_shapes import show_collision_shapes
 from drake_starnav.visualization.meshcat_stage import quiet_meshcat
 from drake_starnav.visualization.meshes import layers_of_run
@@ -76,7 +76,6 @@ class Recorder:
     def start(self) -> None:
         """Start to record; call it before the simulator is initialized."""
         set_look(self._meshcat)
-        frame_camera(self._meshcat, self._navigation.world.extent)
         start_recording(self._meshcat, self._scenario.recording)
 
     def finish(self, lines: tuple[str, ...] = (), motion: Motion | None = None) -> None:
@@ -203,18 +202,6 @@ def set_look(meshcat: Meshcat) -> None:
     meshcat.SetProperty("/Background", "bottom_color", [1.0, 1.0, 1.0])
     for helper in ("/Grid", "/Axes"):
         meshcat.SetProperty(helper, "visible", False)
-
-
-def frame_camera(meshcat: Meshcat, extent: Extent, view: str = "top") -> None:
-    """Take a camera preset; arguments after the first as for `camera_pose`."""
-    position, target = camera_pose(extent, view)
-    distance = float(np.linalg.norm(position - target))
-    # A near plane that is not too near keeps flat layers a centimetre apart from flickering.
-    camera = Meshcat.PerspectiveCamera(
-        fov=FIELD_OF_VIEW, aspect=SCENE[0] / SCENE[1], near=0.02 * distance, far=10.0 * distance
-    )
-    meshcat.SetCamera(camera)
-    meshcat.SetCameraPose(position, target)
 
 
 def write_html(meshcat: Meshcat, path: str | os.PathLike, caption: Caption, cameras: Cameras) -> None:

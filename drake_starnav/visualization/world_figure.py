@@ -1,6 +1,5 @@
 """Pictures of worlds without a run: obstacles, start, goal, and the shortest path between them."""
 
-import html
 import math
 from pathlib import Path
 from typing import Any
@@ -10,8 +9,8 @@ import numpy as np
 from drake_starnav.geometry.footprint import Footprint, disc
 from drake_starnav.geometry.se2 import placed
 from drake_starnav.robot import RobotParameters
-from drake_starnav.utils.files import replacing, write_text
-from drake_starnav.visualization.meshes import LAYERS, MOVING_OBSTACLES, five_pointed_star, ribbon
+from drake_starnav.utils.files import replacing
+from drake_starnav.visualization.meshes import LAYERS, MOVING_OBSTACLES, five_pointed_star, joined, ribbon, with_scene
 from drake_starnav.worlds.world import OPEN_BORDER, World
 
 OBSTACLES, WALLS = "0.62", "0.35"
@@ -140,14 +139,17 @@ def write_html(world: World, robot: RobotParameters, path: np.ndarray | None, ti
     from drake_starnav.station.navigation_station import NavigationStation
     from drake_starnav.visualization.collision_shapes import show_collision_shapes
     from drake_starnav.visualization.meshcat_stage import quiet_meshcat
-    from drake_starnav.visualization.recorder import frame_camera, set_look
+    from drake_starnav.visualization.page import ROOT, Cameras, Caption
+    from drake_starnav.visualization.recorder import WORLD_PREFIX, robot_path, set_look
+    from drake_starnav.visualization.recorder import write_html as write_page
 
     meshcat = quiet_meshcat()
     builder = DiagramBuilder()
     station = builder.AddSystem(NavigationStation(world, Scenario("figure", None, robot)))
     show_collision_shapes(station.plant, station.scene_graph, station.floor)
     query = station.GetOutputPort("cheat.geometry_query")
-    MeshcatVisualizer.AddToBuilder(builder, query, meshcat, MeshcatVisualizerParams(role=Role.kIllustration))
+    looks = MeshcatVisualizerParams(role=Role.kIllustration, prefix=WORLD_PREFIX)
+    MeshcatVisualizer.AddToBuilder(builder, query, meshcat, looks)
     diagram = builder.Build()
     context = diagram.CreateDefaultContext()
     command = station.GetInputPort("drive.twist_command")
@@ -156,12 +158,14 @@ def write_html(world: World, robot: RobotParameters, path: np.ndarray | None, ti
     shapes = {"goal": five_pointed_star(np.array(world.goal), max(robot.radius, 0.15), LAYERS["goal"].height)}
     if path is not None:
         shapes["path"] = ribbon(path, PATH_WIDTH, LAYERS["path"].height)
-    looks = {name: (mesh, LAYERS[name].color) for name, mesh in shapes.items()}
-    for k, way in enumerate(world.moving_obstacles.paths):
-        looks[f"moving_obstacles/{k}"] = ribbon(way[:, 1:], 0.5 * PATH_WIDTH, 0.01), MOVING_OBSTACLES.color
-    for name, (mesh, color) in looks.items():
-        meshcat.SetTriangleMesh(name, mesh.vertices.T, mesh.faces.T, Rgba(*color))
+    layers = with_scene({name: LAYERS[name] for name in shapes}, world)
+    shapes["moving_obstacles"] = joined(
+        *(ribbon(w[:, 1:], 0.5 * PATH_WIDTH, 0.01) for w in world.moving_obstacles.paths)
+    )
+    for name, mesh in shapes.items():
+        if len(mesh):
+            meshcat.SetTriangleMesh(f"{ROOT}/{name}", mesh.vertices.T, mesh.faces.T, Rgba(*layers[name].color))
     set_look(meshcat)
-    frame_camera(meshcat, world.extent)
-    text = meshcat.StaticHtml().replace("<title>Drake MeshCat</title>", f"<title>{html.escape(title)}</title>", 1)
-    write_text(file, text)
+    heading, *lines = title.split(" · ")
+    cameras = Cameras(world.extent, "top", robot_path(station), world.start[:2])
+    write_page(meshcat, file, Caption(heading, tuple(lines), layers), cameras)

@@ -5,9 +5,47 @@ import math
 import numpy as np
 from PIL import Image
 
-from drake_starnav.visualization.camera import FIELD_OF_VIEW, PANEL_WIDTH, SCENE, Extent, camera_pose
+from drake_starnav.visualization.camera import (
+    BAR_HEIGHT,
+    FIELD_OF_VIEW,
+    PAGE,
+    PANEL_WIDTH,
+    SPARE,
+    TALL,
+    TILTS,
+    Extent,
+)
 from drake_starnav.visualization.plot import moment_figure
 from drake_starnav.visualization.recorded_run import RecordedRun
+
+SCENE = (PAGE[0] - PANEL_WIDTH, PAGE[1] - BAR_HEIGHT)
+"""Width and height of the scene, pixels."""
+
+
+def camera_pose(extent: Extent, view: str = "top") -> tuple[np.ndarray, np.ndarray]:
+    """Position and target of a camera for which a box of the floor fills the scene of a page of the size `PAGE`.
+
+    As the page's script does, for any size.
+
+    Args:
+        extent: the box, (x_min, y_min, x_max, y_max), W, m; its longer side lies across.
+        view: `top`, straight down, `oblique` or `follow`, from the side.
+
+    Returns:
+        position and target, each of shape (3,), W, m.
+    """
+    size = np.array([extent[2] - extent[0], extent[3] - extent[1]])
+    middle = np.array([0.5 * (extent[0] + extent[2]), 0.5 * (extent[1] + extent[3])])
+    up = np.array([0.0, 1.0])
+    if size[1] > size[0]:
+        up, size = np.array([-1.0, 0.0]), size[::-1]
+    tilt = math.radians(TILTS[view])
+    half_angle = math.tan(math.radians(0.5 * FIELD_OF_VIEW))
+    # The scene shows `high` metres from its lower to its upper rim at the target; more, as the near rim looks wider.
+    high = SPARE * max(math.cos(tilt) * size[1], size[0] * SCENE[1] / SCENE[0])
+    distance = 0.5 * high / half_angle + 0.5 * math.sin(tilt) * size[1] + TALL
+    position = np.append(middle - distance * math.sin(tilt) * up, distance * math.cos(tilt))
+    return position, np.append(middle, 0.0)
 
 
 def projected(point, position, target):

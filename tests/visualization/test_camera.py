@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from drake_starnav.station.world_geometry import OBSTACLE_HEIGHT
-from drake_starnav.visualization.camera import PAGE, PANEL_WIDTH, SCENE, VIEWS, camera_pose
-from tests.helpers.camera import projected
+from drake_starnav.visualization.camera import PAGE, PANEL_WIDTH, VIEWS
+from tests.helpers.camera import SCENE, camera_pose, projected
 
 
 @pytest.mark.parametrize("view", VIEWS)

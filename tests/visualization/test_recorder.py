@@ -41,7 +41,7 @@ from drake_starnav.station.plant import plant_config
 from drake_starnav.station.robot_interface import RobotInterface
 from drake_starnav.station.robot_model import add_robot
 from drake_starnav.visualization.browser import BrowserCamera, browser_missing
-from drake_starnav.visualization.camera import PANEL_WIDTH, VIEWS, around_robot, camera_pose
+from drake_starnav.visualization.camera import PANEL_WIDTH, VIEWS, around_robot
 from drake_starnav.visualization.meshcat_stage import quiet_meshcat
 from drake_starnav.visualization.meshes import LAYERS
 from drake_starnav.visualization.meshes import ROBOT as ROBOT_ROW
@@ -50,7 +50,6 @@ from drake_starnav.visualization.recorder import (
     WORLD_PREFIX,
     Recorder,
     finish_recording,
-    frame_camera,
     robot_path,
     set_look,
     start_recording,
@@ -58,7 +57,7 @@ from drake_starnav.visualization.recorder import (
 )
 from drake_starnav.visualization.star_roadmap_visualizer import StarRoadmapVisualizer
 from drake_starnav.worlds.world import World
-from tests.helpers.camera import projected
+from tests.helpers.camera import camera_pose, projected
 from tests.helpers.scans import MARGINS
 
 ROBOT, PLANNER = RobotParameters(), PlannerParameters()
@@ -153,7 +152,6 @@ def record(path):
         port = visualizer.get_input_port(k)
         builder.Connect(drive.GetOutputPort(port.get_name()), port)
     set_look(meshcat)
-    frame_camera(meshcat, EXTENT)
     start_recording(meshcat, parameters)
     simulator = Simulator(builder.Build())
     simulator.Initialize()
@@ -520,9 +518,8 @@ def test_a_folder_that_cannot_be_made_is_named(tmp_path):
 
 
 def test_an_unknown_view_is_named():
-    meshcat = quiet_meshcat()
     with pytest.raises(StarnavError, match="camera view is 'side'; allowed: one of top, follow, oblique"):
-        frame_camera(meshcat, EXTENT, "side")
+        Recorder("run.html", "side")
 
 
 @pytest.mark.parametrize("own_plant", [False, True])
