@@ -12,11 +12,8 @@ from typing import Any
 
 import numpy as np
 from pydrake.geometry import (
-    Box,
-    Capsule,
     Convex,
     Cylinder,
-    Ellipsoid,
     GeometryId,
     HalfSpace,
     Mesh,
@@ -35,13 +32,13 @@ from pydrake.systems.framework import DiagramBuilder
 from drake_starnav.errors import StarnavError
 from drake_starnav.station.mesh_files import is_hollow, mesh_triangles
 from drake_starnav.station.parser_warnings import none_skipped
-from drake_starnav.station.robot_geometry import massless_links
+from drake_starnav.station.robot_geometry import massless_links, outline, swollen
 from drake_starnav.station.scene_slices import SURFACE, read_solids
 from drake_starnav.utils.resources import model_path
 from drake_starnav.worlds import make_world
 from drake_starnav.worlds.clearance import clearance
 from drake_starnav.worlds.endpoints import check_free_ends, check_reachable
-from drake_starnav.worlds.footprints import ball_vertices, convex_footprint, cylinder_vertices, sphere_footprint
+from drake_starnav.worlds.footprints import convex_footprint, cylinder_vertices, sphere_footprint
 from drake_starnav.worlds.formats.model_files import Models
 from drake_starnav.worlds.world import ROBOT_HEIGHT, ModelFile, World
 
@@ -264,22 +261,9 @@ def _geometries(inspector: SceneGraphInspector, role: Role | None) -> list[Geome
 def shape_vertices(inspector: SceneGraphInspector, geometry: GeometryId, X_WG: RigidTransform) -> np.ndarray:
     """Corners of a convex polyhedron that contains a shape as Drake collides with it, shape (n, 3), W, m."""
     shape = inspector.GetShape(geometry)
-    if isinstance(shape, Box):
-        corners = 0.5 * shape.size() * np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
-    elif isinstance(shape, Cylinder):
+    if isinstance(shape, Cylinder):
         corners = cylinder_vertices(shape.radius(), shape.length())
-    elif isinstance(shape, Capsule):
-        ball = ball_vertices(np.full(3, shape.radius()))
-        corners = np.vstack([ball + (0.0, 0.0, side * shape.length()) for side in (-0.5, 0.5)])
-    elif isinstance(shape, Sphere):
-        corners = ball_vertices(np.full(3, shape.radius()))
-    elif isinstance(shape, Ellipsoid):
-        corners = ball_vertices(np.array((shape.a(), shape.b(), shape.c())))
-    elif isinstance(shape, (Mesh, Convex)):
-        hull = shape.GetConvexHull()
-        corners = np.array([hull.vertex(k) for k in range(hull.num_vertices())])
     else:
-        raise StarnavError(
-            f"geometry {inspector.GetName(geometry)} is a {type(shape).__name__}; allowed: a solid shape"
-        )
+        points, grown = outline(inspector, geometry)
+        corners = swollen(points.T, grown)
     return corners @ X_WG.rotation().matrix().T + X_WG.translation()

@@ -19,16 +19,10 @@ TOLERANCE = 1e-3
 """Of where a model's wheels are, how they are turned, their radii and `robot.radius`, m and rad."""
 
 
-def missing(plant: MultibodyPlant, model: ModelInstanceIndex) -> Iterator[str]:
-    """What the model of a file lacks in names."""
-    if not plant.HasBodyNamed("base_link", model):
-        yield "it has no link base_link; allowed: link base_link, whose x axis is the robot's heading"
-
-
 def model_faults(
     plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelInstanceIndex, radius: float, floor: float | None
 ) -> Iterator[str]:
-    """What else is wrong with a model.
+    """What is wrong with a model.
 
     Args:
         plant: not yet finalized.
@@ -36,21 +30,18 @@ def model_faults(
         radius: `robot.radius`, m.
         floor: its height in base_link, m; None if the model has no wheels.
     """
+    based = plant.HasBodyNamed("base_link", model)
+    if not based:
+        yield "it has no link base_link; allowed: link base_link, whose x axis is the robot's heading"
     for name in massless_links(plant, plant.GetBodyIndices(model)):
         yield f"link {name} has no mass; allowed: <inertial> with a mass and an inertia"
-    if not plant.HasBodyNamed("base_link", model):
+    if not based:
         return
-    yield from _reach_faults(plant, scene_graph, model, radius)
-    if floor is not None:
-        yield from _floor_faults(plant, scene_graph, model, floor)
-
-
-def _reach_faults(
-    plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelInstanceIndex, radius: float
-) -> Iterator[str]:
     reach, link = robot_reach(plant, scene_graph, link_poses(plant, model))
     if reach > radius + TOLERANCE:
         yield f"link {link} reaches {reach:.3f} m from the robot's axis; allowed: up to robot.radius, {radius:g} m"
+    if floor is not None:
+        yield from _floor_faults(plant, scene_graph, model, floor)
 
 
 def _floor_faults(

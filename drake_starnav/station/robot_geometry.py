@@ -1,6 +1,5 @@
 """Where the parts of a robot's model are, and how far they reach."""
 
-import itertools
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from typing import NamedTuple
@@ -23,7 +22,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import BodyIndex, ModelInstanceIndex, RevoluteJoint, RigidBody
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.worlds.footprints import ball_vertices, convex_footprint
+from drake_starnav.worlds.footprints import ball_vertices, box_vertices, convex_footprint
 
 FLOOR_CONTACT = ("starnav", "floor")
 """Group and name of a property of a robot's collision shapes."""
@@ -52,8 +51,7 @@ def robot_outline(
     inspector, found = scene_graph.model_inspector(), []
     for _, geometry, X_BG in _extents(plant, scene_graph, poses):
         points, grown = outline(inspector, geometry)
-        around = ball_vertices(np.full(3, grown)) if grown else np.zeros((1, 3))
-        found.append(((X_BG @ points).T[:, None] + around).reshape(-1, 3))
+        found.append(swollen((X_BG @ points).T, grown))
     return convex_footprint(np.vstack(found), -math.inf, math.inf)
 
 
@@ -122,7 +120,7 @@ def outline(inspector: SceneGraphInspector, geometry: GeometryId) -> tuple[np.nd
         half = np.full((1, len(angle)), 0.5 * shape.length())
         return np.hstack((np.vstack((rim, half)), np.vstack((rim, -half)))), 0.0
     if isinstance(shape, Box):
-        return 0.5 * shape.size()[:, None] * np.array(list(itertools.product((-1.0, 1.0), repeat=3))).T, 0.0
+        return box_vertices(shape.size()).T, 0.0
     if isinstance(shape, Ellipsoid):
         return ball_vertices(np.array((shape.a(), shape.b(), shape.c()))).T, 0.0
     hull = inspector.GetConvexHull(geometry)
@@ -131,6 +129,11 @@ def outline(inspector: SceneGraphInspector, geometry: GeometryId) -> tuple[np.nd
             f"geometry {inspector.GetName(geometry)} is a {type(shape).__name__}; allowed: a solid shape"
         )
     return np.array([hull.vertex(k) for k in range(hull.num_vertices())]).T, 0.0
+
+
+def swollen(points: np.ndarray, grown: float) -> np.ndarray:
+    """Corners of what contains all places so near to some points, shape (n, 3), m."""
+    return (points[:, None] + ball_vertices(np.full(3, grown))).reshape(-1, 3) if grown else points
 
 
 def lowest(inspector: SceneGraphInspector, geometry: GeometryId, X_BL: RigidTransform) -> float:

@@ -13,7 +13,7 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.robot import RobotParameters
 from drake_starnav.station.parser_warnings import none_skipped
 from drake_starnav.station.planar_drive import lowest_point, motorize, put_on_joints
-from drake_starnav.station.robot_checks import missing, model_faults
+from drake_starnav.station.robot_checks import model_faults
 from drake_starnav.station.robot_file import center, effort, hold, robot_urdf
 from drake_starnav.station.robot_geometry import actuated_joints, carried, collision_shapes, drive_geometry
 from drake_starnav.station.robot_wheels import found_wheels, stand_on_wheels
@@ -51,10 +51,10 @@ def add_robot(
     sketch, scene, wheels = MultibodyPlant(1.0), SceneGraph(), None
     sketch.RegisterAsSourceForSceneGraph(scene)
     model = _parsed(Parser(sketch), root, path)
-    faults = list(missing(sketch, model))
-    if robot.drive.holonomic and not faults:
+    faults, based = [], sketch.HasBodyNamed("base_link", model)  # else there is nothing from which to measure
+    if robot.drive.holonomic and based:
         return _planar(plant, scene_graph, robot, start, (path, root, -lowest_point(sketch, scene, model), name))
-    if sketch.HasBodyNamed("base_link", model):  # else there is nothing from which to measure
+    if based:
         try:
             wheels = found_wheels(sketch, scene, model, robot.wheel_joints)
         except ValueError as error:

@@ -35,12 +35,12 @@ from pydrake.math import RigidTransform
 from drake_starnav.geometry.plane_slices import Solids, planar_poses, scan_planes, slice_solids
 from drake_starnav.geometry.raycast import COLUMNS, Fan, ShapeBins, cast_grid, cast_groups, cast_rolling, rows_near
 from drake_starnav.station.mesh_files import hull_faces, mesh_triangles
+from drake_starnav.worlds.footprints import box_vertices
 
 SURFACE = ("lidar", "surface")
 """Group and name of the perception property of shapes that lidars see whatever their role."""
 _IDENTITY = np.eye(3, 4)
 _HALF_SPACE_EXTENT = 1e5  # m; a half space is cut as a square face of this half-width
-_BOX_CORNERS = np.array([(x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
 _BOX_FACES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
 
 
@@ -203,7 +203,7 @@ class _Parts:
             for z, low, high in ((half, 0.0, np.inf), (-half, -np.inf, 0.0)):
                 self._add_quadric(X_FG @ RigidTransform([0.0, 0.0, z]), np.full(3, shape.radius()), low, high)
         elif isinstance(shape, Box):
-            self._add_faces(X_FG, _BOX_CORNERS * shape.size(), _BOX_FACES)
+            self._add_faces(X_FG, box_vertices(shape.size()), _BOX_FACES)
         elif isinstance(shape, HalfSpace):
             e = _HALF_SPACE_EXTENT
             self._add_faces(X_FG, np.array([(-e, -e, 0.0), (e, -e, 0.0), (e, e, 0.0), (-e, e, 0.0)]), ((0, 1, 2, 3),))

@@ -12,7 +12,7 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.station.mesh_files import mesh_triangles
 from drake_starnav.station.model_world import shape_vertices
 from drake_starnav.visualization.timeline import Track
-from drake_starnav.worlds.footprints import convex_footprint
+from drake_starnav.worlds.footprints import box_vertices, convex_footprint
 
 UNPAINTED = (0.9, 0.9, 0.9)
 """Drake's colour of a shape that has none."""
@@ -87,9 +87,8 @@ def _corners(inspector: SceneGraphInspector, geometry: GeometryId) -> tuple[np.n
         box = inspector.GetObbInGeometryFrame(geometry)
         if box is None:
             return None
-        corners = box.half_width() * np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
         X_FB = X_FG @ box.pose()
-        return corners @ X_FB.rotation().matrix().T + X_FB.translation(), None
+        return box_vertices(2.0 * box.half_width()) @ X_FB.rotation().matrix().T + X_FB.translation(), None
 
 
 class SceneRecorder(LeafSystem):

@@ -1,5 +1,6 @@
 """What solids bar to a robot that drives on the floor: the shadow of their part between two heights."""
 
+import itertools
 import math
 
 import numpy as np
@@ -49,6 +50,11 @@ def ball_vertices(semi_axes: np.ndarray) -> np.ndarray:
     )
     around = 1.0 / math.cos(np.pi / _AROUND) ** 2  # a facet spans the same angle both ways
     return around * np.asarray(semi_axes) * unit.reshape(-1, 3)
+
+
+def box_vertices(size: np.ndarray) -> np.ndarray:
+    """Corners of a box about the origin of that size (3,) along x, y and z, m; shape (8, 3), z changing fastest."""
+    return 0.5 * size * np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
 
 
 def cylinder_vertices(radius: float, length: float) -> np.ndarray:
