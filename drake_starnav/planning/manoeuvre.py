@@ -19,7 +19,7 @@ from drake_starnav.geometry.polyline import arc_lengths, distance_to_segment, re
 from drake_starnav.planning.passage import Passage, tight_passage
 from drake_starnav.regions.chords import Chords
 from drake_starnav.regions.safe_region import CertifiedRegion
-from drake_starnav.regions.separation import keeps_clear, separation
+from drake_starnav.regions.separation import keeps_clear
 from drake_starnav.robot import Base
 from drake_starnav.robot.limits import wrapped_angle
 
@@ -178,7 +178,6 @@ def found_manoeuvre(pose: np.ndarray, path: np.ndarray, body: Body, tried: int) 
     """
     surfaces = _near_surfaces(body.star.chords, pose[:2])
     margin = body.margin + EXTRA_MARGINS[tried % len(EXTRA_MARGINS)]
-    margin = max(min(margin, separation(pose, body.footprint, surfaces)), body.margin)
     space = _Space(surfaces, body.footprint.polygons, (margin, body.footprint.radius, REACH))
     goals, first = _goals(pose, path, body), _STRAIGHTENING if body.base.turns_on_the_spot else _STRAIGHTENING[:0]
     turn = tried % max(len(goals), 1)

@@ -9,25 +9,8 @@ import math
 import numpy as np
 from numba import njit
 
-from drake_starnav.geometry.footprint import Footprint
-from drake_starnav.regions.chords import Chords
-
 ESCAPE_CLEARANCE = 0.002
 """A move that begins within the margin may come no nearer than this, m."""
-
-
-def separation(pose: np.ndarray, footprint: Footprint, surfaces: Chords) -> float:
-    """A lower bound, m, of the distance of the footprint at a pose (x, y, yaw) from all chords and what they hide.
-
-    Not above zero if and only if they touch.
-    """
-    return min(
-        (
-            float(_gap(pose, ends, shades, surfaces.center, footprint.polygons, math.inf))
-            for ends, shades in zip(surfaces.ends, surfaces.shades, strict=True)
-        ),
-        default=math.inf,
-    )
 
 
 @njit(cache=True)

@@ -7,9 +7,9 @@ import pytest
 import shapely
 from hypothesis import given, settings
 
-from drake_starnav.geometry.footprint import covered, footprint
+from drake_starnav.geometry.footprint import Footprint, covered, footprint
 from drake_starnav.regions.chords import Chords
-from drake_starnav.regions.separation import ESCAPE_CLEARANCE, keeps_clear, separation
+from drake_starnav.regions.separation import ESCAPE_CLEARANCE, _gap, keeps_clear
 from tests.helpers.scans import seeds
 
 ELL = footprint(
@@ -18,6 +18,11 @@ ELL = footprint(
         ((-0.3, -0.1), (-0.05, -0.1), (-0.05, 0.4), (-0.3, 0.4)),
     )
 )
+
+
+def gap(pose: np.ndarray, shape: Footprint, surface: Chords) -> float:
+    """The bound of a footprint's distance from a single chord and what it hides, m."""
+    return float(_gap(pose, surface.ends[0], surface.shades[0], surface.center, shape.polygons, math.inf))
 
 
 def test_the_separation_is_never_more_than_the_distance_and_decides_contact():
@@ -30,7 +35,7 @@ def test_the_separation_is_never_more_than_the_distance_and_decides_contact():
             surfaces = Chords(ends[None], np.array([shades]), np.zeros(2))
             far = (50.0 if shades else 1.0) * ends.reshape(2, 2)
             hidden = shapely.MultiPoint(np.vstack((ends.reshape(2, 2), far))).convex_hull
-            body, apart = covered(shape, pose), separation(pose, shape, surfaces)
+            body, apart = covered(shape, pose), gap(pose, shape, surfaces)
             exact = shapely.distance(body, hidden)
             assert apart <= exact + 1e-9
             assert (apart > 0.0) == (exact > 1e-12)
@@ -60,7 +65,7 @@ def test_a_motion_keeps_clear_if_it_does_so_at_each_of_its_poses(seed: int) -> N
     for j in range(3):
         one = Chords(ends[j : j + 1], surfaces.shades[j : j + 1], surfaces.center)
         behind = hidden(ends[j], surfaces.shades[j], surfaces.center)
-        bounds[j] = [separation(pose, ELL, one) for pose in poses]
+        bounds[j] = [gap(pose, ELL, one) for pose in poses]
         distances[j] = [shapely.distance(covered(ELL, pose), behind) for pose in poses]
     kept = np.maximum(np.minimum(margin, bounds[:, :1]), ESCAPE_CLEARANCE)
     if accepts:
