@@ -46,6 +46,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _list(arguments: Sequence[str]) -> int:
+    from drake_starnav.errors import shown
     from drake_starnav.parameters import unknown_name
 
     if list(arguments) == ["--version"]:
@@ -55,7 +56,7 @@ def _list(arguments: Sequence[str]) -> int:
         print(f"drake_starnav {found['drake_starnav']} (source {found['source']}), Drake {found['drake']}")
         return 0
     if arguments and arguments[0] not in ("-h", "--help"):
-        raise unknown_name("command", arguments[0], MODULES)
+        raise unknown_name(f"command {shown(arguments[0])}", arguments[0], MODULES)
     print(_listing())
     return 0
 

@@ -7,6 +7,7 @@ import shlex
 import sys
 import time
 import traceback
+import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -89,10 +90,33 @@ def run_command(
     def parsed() -> int:
         options = parser.parse_args(arguments)
         options.typed = typed_command(parser.prog, sys.argv[1:] if arguments is None else arguments)
-        with silence(getattr(options, "quiet", False)):
+        with silence(getattr(options, "quiet", False)), plain_warnings(parser.prog):
             return work(options)
 
     return exit_code(parser.prog, parsed)
+
+
+@contextmanager
+def plain_warnings(prog: str) -> Iterator[None]:
+    """Print each warning for the user once, in one line, without the place in the code."""
+    before = warnings.formatwarning
+    printed: set[str] = set()
+
+    def plain(
+        message: Warning | str, category: type[Warning], filename: str, lineno: int, line: str | None = None
+    ) -> str:
+        if category is not UserWarning:
+            return before(message, category, filename, lineno, line)
+        text = f"{prog}: warning: {one_line(str(message))}\n"
+        known = text in printed
+        printed.add(text)
+        return "" if known else text
+
+    warnings.formatwarning = plain
+    try:
+        yield
+    finally:
+        warnings.formatwarning = before
 
 
 def exit_code(prog: str, work: Callable[[], int]) -> int:

@@ -87,7 +87,9 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seed", type=int, help="of the world and the sensor's noise (default: 0)")
     add_overrides(parser)
     parser.add_argument("--compare", nargs="+", metavar="METHOD", help="methods whose robots drive in one scene")
-    parser.add_argument("--html", type=Path, metavar="FILE", help="(default: out/SCENARIO-METHOD-SEED.html)")
+    parser.add_argument(
+        "--html", type=Path, metavar="FILE", help="the recording (default: out/SCENARIO-METHOD-SEED.html)"
+    )
     for kind, what in STILLS.items():
         parser.add_argument(
             f"--{kind}", type=float, nargs="*", metavar="T", help=f"{what} at these times, s (default: at the end)"

@@ -35,7 +35,7 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--html", type=Path, metavar="FILE", help="write a recording that opens offline")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures")
     parser.add_argument(
-        "--meshcat", action="store_true", help="drive in a live page with buttons, the goal moved by sliders"
+        "--meshcat", action="store_true", help="drive in a live page, where a click on the floor moves the goal"
     )
     parser.add_argument(
         "--real-time-rate", type=float, metavar="X",

@@ -74,12 +74,16 @@ def make_cases(scenarios: Sequence[str], methods: Sequence[str], overrides: Sequ
         overrides: "dotted.key=value" texts, applied to every scenario.
 
     Raises:
-        StarnavError: as of `load_scenario`, or two cases have the same names.
+        StarnavError: as of `load_scenario`, two cases have the same names, or a scenario has several robots.
     """
     cases = []
     for name in scenarios:
         for method in methods:
             scenario = load_scenario(name, method=method, overrides=overrides)
+            if scenario.robots:
+                raise StarnavError(
+                    f"scenario {scenario.name} has {len(scenario.robots)} robots; allowed: scenarios of one robot"
+                )
             cases.append(Case(scenario.name, method, scenario_text(scenario), name))
     names = [(case.scenario, case.method) for case in cases]
     for scenario_name, method in names:

@@ -215,7 +215,9 @@ class TrialFile:
             self._records = {record_key(record): record for record in records}
             check_same(found, header, str(self.path))
         elif not json.dumps(header).encode().startswith(data):
-            raise StarnavError(f"{self.path} is not a file of trials; allowed: one written by benchmark.py")
+            raise StarnavError(
+                f"{self.path} is not a file of trials; allowed: one written by `starnav benchmark --json`"
+            )
         if len(data) > size:
             self._file.truncate(size)
             cut = "the last line was cut off and is removed; its trial runs again"
@@ -253,7 +255,9 @@ def read_trials(path: Path) -> tuple[Header, list[Record]]:
     except StarnavError:
         raise
     except (OSError, EOFError, ValueError, lzma.LZMAError) as error:
-        raise StarnavError(f"cannot read {path}: {reason_of(error)}; allowed: a file written by benchmark.py") from None
+        raise StarnavError(
+            f"cannot read {path}: {reason_of(error)}; allowed: a file written by `starnav benchmark --json`"
+        ) from None
     if header["format"] != FORMAT:
         raise StarnavError(f"{path} has format {header['format']}; allowed: {FORMAT}, as this version writes it")
     return header, records
@@ -278,13 +282,13 @@ def parse_trials(lines: Iterable[bytes], place: str) -> tuple[Header, list[Recor
             entry = json.loads(line)
             fault = header_fault(entry) if number == 1 else record_fault(entry)
         except (ValueError, RecursionError):
-            fault = "it is not JSON; allowed: a file written by benchmark.py"
+            fault = "it is not JSON; allowed: a file written by `starnav benchmark --json`"
         if fault:
             what = "the header of a file of trials" if number == 1 else "a trial"
             raise StarnavError(f"{place} line {number} is not {what}: {fault}")
         entries.append(entry)
     if not entries:
-        raise StarnavError(f"{place} is empty; allowed: a file written by benchmark.py")
+        raise StarnavError(f"{place} is empty; allowed: a file written by `starnav benchmark --json`")
     header, *records = entries
     cases = [(case["scenario"], case["method"]) for case in header["cases"]]
     trials: dict[Key, Record] = {}

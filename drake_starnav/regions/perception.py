@@ -55,8 +55,8 @@ def check_views(scans: Sequence[LaserScan], mounts: Sequence[Mount], footprint: 
             )
         if mount.offset > footprint.radius:
             raise StarnavError(
-                f"a lidar is {mount.offset:g} m from the robot's axis; allowed: at most robot.radius, "
-                f"{footprint.radius:g} m"
+                f"a lidar is mounted {mount.offset:g} m from the robot's axis; allowed: up to {footprint.radius:g} m, "
+                "the farthest point of the robot: a robot.radius or robot.footprint that reaches the lidar"
             )
     if len(mounts) > 1 or mounts[0].offset > 0.0:
         _check_cover(scans, mounts, footprint)
@@ -80,7 +80,7 @@ def _check_cover(scans: Sequence[LaserScan], mounts: Sequence[Mount], footprint:
         raise StarnavError(
             f"the lidars' views end at the robot's own body for {360 * len(unseen) / len(around.lost):.0f} degrees, "
             f"around {math.degrees(math.atan2(middle.imag, middle.real)):.0f} degrees from straight ahead; allowed: "
-            "views that meet all around, by a second lidar there, or the one lidar on the robot's axis"
+            "views that meet all around: a second lidar there, or the lidar on the robot's axis"
         )
 
 

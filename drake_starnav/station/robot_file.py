@@ -63,7 +63,7 @@ def robot_urdf(robot: RobotParameters) -> tuple[str, ElementTree.Element]:
         if mass is not None and float(mass.get("value", "0")) == 0.0:
             link.remove(link.find("inertial"))  # type: ignore[arg-type]
     models = Models()
-    models.urdf(root, path.resolve().parent)
+    models.urdf(root, path.resolve())
     if models.unseen:
         warnings.warn(f"robot model {path}: not shown: {', '.join(sorted(models.unseen))}", stacklevel=2)
     return str(path), root

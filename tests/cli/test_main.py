@@ -195,7 +195,7 @@ def test_an_unknown_command_is_reported_with_the_nearest(capsys) -> None:
     assert main(["simulte"]) == 2
     printed = capsys.readouterr()
     assert printed.out == ""
-    assert "unknown command: did you mean simulate? allowed: demo, simulate, " in printed.err
+    assert "unknown command 'simulte': did you mean simulate? allowed: demo, simulate, " in printed.err
 
 
 def test_scripts_and_module_offer_the_same_commands() -> None:

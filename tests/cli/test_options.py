@@ -7,6 +7,7 @@ import os
 import subprocess
 import sys
 import tomllib
+import warnings
 from pathlib import Path
 
 import pytest
@@ -19,6 +20,7 @@ from drake_starnav.cli.options import (
     check_numbers,
     command_name,
     exit_code,
+    plain_warnings,
     program_name,
     progress_bar,
     typed_command,
@@ -40,6 +42,15 @@ def test_bad_input_and_interruption_are_reported_in_a_line(capsys: pytest.Captur
     assert exit_code("name", lambda: raising(StarnavError("x is 1; allowed: 2"))) == BAD_INPUT
     assert exit_code("name", lambda: raising(KeyboardInterrupt("half is kept"))) == INTERRUPTED
     assert capsys.readouterr().err == "name: x is 1; allowed: 2\nname: interrupted; half is kept\n"
+
+
+def test_a_warning_for_the_user_is_a_line_without_code_and_only_once() -> None:
+    before = warnings.formatwarning
+    with plain_warnings("name"):
+        held = [warnings.formatwarning("held still:\narm", UserWarning, "file.py", 7) for _ in range(2)]
+        assert held == ["name: warning: held still:\\narm\n", ""]
+        assert "file.py:7: DeprecationWarning: old" in warnings.formatwarning("old", DeprecationWarning, "file.py", 7)
+    assert warnings.formatwarning is before
 
 
 @pytest.mark.parametrize(

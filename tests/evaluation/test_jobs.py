@@ -44,10 +44,15 @@ def test_worlds_number_the_trials() -> None:
     assert other["shortest_path_m"] != record["shortest_path_m"]
 
 
+def test_scenarios_of_several_robots_are_refused_before_any_trial() -> None:
+    with pytest.raises(StarnavError, match="scenario three_robots has 3 robots; allowed: scenarios of one robot"):
+        make_cases(["forest", "three_robots"], ["star"])
+
+
 def test_only_numbered_worlds_that_exist_can_be_asked_for() -> None:
     barn, forest = make_cases(["barn", "forest"], ["star"])
     check_worlds([barn], [0, 5, 11])
-    with pytest.raises(StarnavError, match=r"Barn\.id is 12; allowed: a world of .*: 0-11"):
+    with pytest.raises(StarnavError, match=r"world\.id is 12; allowed: a world of .*: 0-11"):
         check_worlds([barn], [0, 12])
     with pytest.raises(StarnavError, match="--worlds with scenario forest, whose world !Forest has no number; allowed"):
         check_worlds([barn, forest], [0])

@@ -155,7 +155,7 @@ def test_views_that_end_at_the_body_are_refused() -> None:
         checked(Lidar(Mount(0.2, 0.0, 0.0, False), math.radians(220.0), 221))
     with pytest.raises(StarnavError, match="reaches 90 degrees to each side"):
         checked(Lidar(Mount(0.0, 0.0, 0.3, False), math.pi, 181))
-    with pytest.raises(StarnavError, match="a lidar is 0.3 m from the robot's axis; allowed: at most robot.radius"):
+    with pytest.raises(StarnavError, match="a lidar is mounted 0.3 m from the robot's axis; allowed: up to"):
         checked(Lidar(Mount(0.3, 0.0, 0.0, False)))
     with pytest.raises(StarnavError, match="lidar.beams is 30, one every 12 degrees"):
         checked(Lidar(Mount(0.1, 0.0, 0.0, False), beams=30))

@@ -92,7 +92,7 @@ class Models:
             elif path.suffix.lower() in (".sdf", ".world", ".urdf"):
                 root = self._parsed(data, path)
                 if root.tag == "robot":
-                    self.urdf(root, path.parent)
+                    self.urdf(root, path)
                 else:
                     self._sdf(root, path)
                 text = ElementTree.tostring(root, encoding="unicode")
@@ -107,19 +107,19 @@ class Models:
         self._written[str(written)] = path
         return written
 
-    def urdf(self, root: Element, folder: Path) -> None:
+    def urdf(self, root: Element, path: Path) -> None:
         """Let all links of a robot collide with shapes that Drake reads, and have no looks that it does not."""
         for link in root.iter("link"):
             for visual in link.findall("visual"):
                 mesh = visual.find("geometry/mesh")
-                if mesh is not None and not self._look(mesh, "filename", folder):
+                if mesh is not None and not self._look(mesh, "filename", path.parent):
                     link.remove(visual)
                     self.unseen.add(mesh.get("filename", ""))
             for collision in link.findall("collision"):
                 mesh = collision.find("geometry/mesh")
                 if mesh is None:
                     continue
-                pieces = self._pieces(mesh.get("filename", ""), folder, f"link {link.get('name')}")
+                pieces = self._pieces(mesh.get("filename", ""), path.parent, f"model {path}: link {link.get('name')}")
                 for copy, piece in _shared_out(collision, link, pieces):
                     copy.find("geometry/mesh").set("filename", piece)  # type: ignore[union-attr]
 

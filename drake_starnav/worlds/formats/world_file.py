@@ -28,13 +28,11 @@ class WorldFile:
     """The content of a file, and its name in messages.
 
     Attributes:
-        kind: name of the worlds' class.
         path: of the file.
         content: all of it.
         worlds: its worlds by number.
     """
 
-    kind: str
     path: Path
     content: dict[str, Any]
     worlds: dict[int, dict[str, Any]]
@@ -52,7 +50,7 @@ class WorldFile:
         except OSError as error:
             names = ", ".join(sorted(p.stem for p in model_path("worlds").glob(f"{kind.lower()}_*.json")))
             raise StarnavError(
-                f"{kind}.file is {shown(file)}, which cannot be read ({reason_of(error)}); "
+                f"world.file is {shown(file)}, which cannot be read ({reason_of(error)}); "
                 f"allowed: {names}, or the path of a JSON file of worlds"
             ) from None
         except (ValueError, RecursionError) as error:  # not text, not JSON, or nested too deeply
@@ -68,14 +66,14 @@ class WorldFile:
                     f"{path}: worlds[{k}] has the id {shown(number)}; allowed: a whole number >= 0, each once"
                 )
             worlds[number] = entry
-        return cls(kind, path, content, worlds)
+        return cls(path, content, worlds)
 
     def check_numbers(self, numbers: Iterable[int]) -> None:
         """Raise `StarnavError` unless the file has a world of each number."""
         for number in numbers:
             if number not in self.worlds:
                 known = _ranges(sorted(self.worlds))
-                raise StarnavError(f"{self.kind}.id is {number}; allowed: a world of {self.path}: {known}")
+                raise StarnavError(f"world.id is {number}; allowed: a world of {self.path}: {known}")
 
     def world(self, number: int, keys: Sequence[str]) -> tuple[str, dict[str, Any]]:
         """A world's name in messages and its entry, or a `StarnavError` if the entry lacks one of the keys."""
@@ -104,8 +102,7 @@ class NumberedWorld:
             StarnavError: the file is missing or holds no worlds, it has no world of that number or an incomplete one,
                 or the robot touches an obstacle at the start or the goal.
         """
-        kind = type(self).__name__
-        file = WorldFile.read(kind, self.file)
+        file = WorldFile.read(type(self).__name__, self.file)
         place, entry = file.world(self.id, self.KEYS)
         world = self._world(entry, place, file)
         check_free_ends(world, robot_radius, place)

@@ -59,15 +59,15 @@ def test_reads_the_benchmark() -> None:
 
 
 def test_an_unknown_number_is_told_the_known_ones(file: Path) -> None:
-    with pytest.raises(StarnavError, match=r"Barn\.id is 9; allowed: a world of .*worlds\.json: 7-8, 10"):
+    with pytest.raises(StarnavError, match=r"world\.id is 9; allowed: a world of .*worlds\.json: 7-8, 10"):
         make_world(Barn(file=str(file), id=9), 0, 0.334)
-    with pytest.raises(StarnavError, match=r"Barn\.id is 11"):
+    with pytest.raises(StarnavError, match=r"world\.id is 11"):
         Barn(file=str(file)).check_numbers([7, 10, 11])
 
 
 @pytest.mark.parametrize("name", ["nowhere.json", ".", "a" * 300])
 def test_a_file_that_cannot_be_read(name: str) -> None:
-    with pytest.raises(StarnavError, match=r"Barn\.file is '.*', which cannot be read .* allowed: .*barn_like.* or"):
+    with pytest.raises(StarnavError, match=r"world\.file is '.*', which cannot be read .* allowed: .*barn_like.* or"):
         make_world(Barn(file=name), 0, 0.334)
 
 

@@ -60,9 +60,9 @@ def test_reads_the_benchmark() -> None:
 
 def test_an_unknown_number_is_told_the_known_ones(tmp_path: Path) -> None:
     make(tmp_path, CONTENT)
-    with pytest.raises(StarnavError, match=r"DynaBarn\.id is 9; allowed: a world of .*worlds\.json: 4"):
+    with pytest.raises(StarnavError, match=r"world\.id is 9; allowed: a world of .*worlds\.json: 4"):
         make_world(DynaBarn(file=str(tmp_path / "worlds.json"), id=9), 0, 0.25)
-    with pytest.raises(StarnavError, match=r"DynaBarn\.file is 'nowhere', .* allowed: dynabarn_like, or the path"):
+    with pytest.raises(StarnavError, match=r"world\.file is 'nowhere', .* allowed: dynabarn_like, or the path"):
         make_world(DynaBarn(file="nowhere"), 0, 0.25)
 
 

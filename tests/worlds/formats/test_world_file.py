@@ -14,7 +14,7 @@ def test_worlds_are_found_by_their_numbers(tmp_path) -> None:
     file = WorldFile.read("Kind", str(path))
     assert file.world(3, ("size",)) == (f"{path}: world 3", {"id": 3, "size": 1})
     file.check_numbers([9, 3])
-    with pytest.raises(StarnavError, match=r"Kind\.id is 5; allowed: a world of .*x\.json: 3-4, 9"):
+    with pytest.raises(StarnavError, match=r"world\.id is 5; allowed: a world of .*x\.json: 3-4, 9"):
         file.world(5, ())
     with pytest.raises(StarnavError, match="world 4 has no size; allowed: a mapping with size"):
         file.world(4, ("size",))
@@ -22,7 +22,7 @@ def test_worlds_are_found_by_their_numbers(tmp_path) -> None:
 
 @pytest.mark.parametrize(("kind", "others"), [("Barn", "barn_like"), ("DynaBarn", "dynabarn_like")])
 def test_a_kind_is_told_its_own_shipped_files(kind: str, others: str) -> None:
-    with pytest.raises(StarnavError, match=rf"{kind}\.file is 'none', .*; allowed: {others}, or the path"):
+    with pytest.raises(StarnavError, match=rf"world\.file is 'none', .*; allowed: {others}, or the path"):
         WorldFile.read(kind, "none")
 
 
