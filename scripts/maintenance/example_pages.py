@@ -37,7 +37,7 @@ def _page(script: Path) -> str:
 
 
 def _gallery(scripts: list[Path]) -> str:
-    shown = [f"## [{_said(script)[0]}]({script.stem}.md)\n\n{_picture(script)}" for script in scripts]
+    rows = "\n".join(f"| [{_said(script)[0]}]({script.stem}.md) | {_picture(script)} |" for script in scripts)
     menu = "\n".join(("```{toctree}", ":hidden:", "", *(script.stem for script in scripts), "```"))
-    about = "Each runs in seconds, without a display; with `--png FILE` it draws its picture."
-    return "\n\n".join(("# Examples", about, *shown, menu)) + "\n"
+    about = "Scripts that run in seconds and need no display; with `--png FILE` each draws its picture."
+    return "\n\n".join(("# Examples", about, f"| example | picture |\n|---|---|\n{rows}", menu)) + "\n"

@@ -25,7 +25,9 @@ FOLDER = ROOT / "benchmarks" / "results"
 COSTS = FOLDER / "scaling.json"
 """What benchmarks/scaling.py measured."""
 SECTION = "results", "python scripts/maintenance/record_results.py"
-"""Name of the sections of README, docs/benchmark.md and docs/scaling.md, and the command that writes them."""
+"""Name of the sections of README and docs/benchmark.md, and the command that writes them."""
+COSTS_SECTION = "costs", SECTION[1]
+"""The other section of docs/benchmark.md."""
 README_METHODS = ("star", "dwa", "star_paper")
 """What README compares, in this order: the default, the method most used on robots, the paper as printed."""
 
@@ -84,15 +86,13 @@ def stored() -> list[Path]:
 def texts() -> dict[Path, str]:
     """The content of each file that depends on the results."""
     results = read_results(stored())
-    sections = {
-        ROOT / "README.md": readme_section(results),
-        ROOT / "docs" / "benchmark.md": benchmark_section(results),
-        ROOT / "docs" / "scaling.md": costs_section(read_costs(COSTS)),
-    }
+    readme, page = ROOT / "README.md", ROOT / "docs" / "benchmark.md"
+    text = with_section(page.read_text(encoding="utf-8"), *SECTION, benchmark_section(results))
     return {
         FOLDER / "environment.json": environment(results),
         FOLDER / "summary.md": summary(results),
-        **{path: with_section(path.read_text(encoding="utf-8"), *SECTION, text) for path, text in sections.items()},
+        readme: with_section(readme.read_text(encoding="utf-8"), *SECTION, readme_section(results)),
+        page: with_section(text, *COSTS_SECTION, costs_section(read_costs(COSTS))),
     }
 
 
@@ -113,14 +113,12 @@ def summary(results: Results) -> str:
 
 
 def readme_section(results: Results) -> str:
-    """The section of README: a row for each of `README_METHODS` that was run, and the commands."""
+    """The section of README: a row for each of `README_METHODS` that was run."""
     summaries = {(s.scenario, s.method): s for s in summarise(results.records)}
     methods = [method for method in README_METHODS if method in results.methods]
     head = ("method", *(f"{scenario}: reached" for scenario in results.scenarios), "collisions",
             "path / shortest")  # fmt: skip
-    table = markdown_table(head, [_readme_row(method, results.scenarios, summaries) for method in methods])
-    commands = "\n".join(results.commands())
-    return f"{table}\n\n```sh\n{commands}\n```"
+    return markdown_table(head, [_readme_row(method, results.scenarios, summaries) for method in methods])
 
 
 def benchmark_section(results: Results) -> str:

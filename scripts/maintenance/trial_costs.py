@@ -1,4 +1,4 @@
-"""The cost of many trials, from the figures of benchmarks/scaling.py, as a section of docs/scaling.md."""
+"""The cost of many trials, from the figures of benchmarks/scaling.py, as a section of docs/benchmark.md."""
 
 import json
 from dataclasses import dataclass

@@ -7,6 +7,7 @@ import argparse
 import importlib
 import inspect
 import pkgutil
+import re
 import sys
 import textwrap
 from collections.abc import Sequence
@@ -226,8 +227,6 @@ def _summary(cls: type) -> str:
 
 def ports_page() -> str:
     """The text of docs/ports.md."""
-    systems = all_systems()
-    what = [(f"[`{type(s).__name__}`](#{type(s).__name__.lower()})", _summary(type(s))) for s in systems]
     parts = [
         f"""# Systems and their ports
 
@@ -235,10 +234,8 @@ def ports_page() -> str:
 
 The diagrams are Drake's own (`GetGraphvizString`).
 
-Frames: W is the world, S the lidar, B the robot's base. Lengths are in metres, angles in radians, times in seconds.
-All systems are defined for T = double only.
-
-{table(("system", "what it does"), what)}
+Frames: W is the world, S the lidar, B the robot's base; O the odometry and M the map of `ScanMatcher`. In m, rad and s.
+All systems are defined for T = double only. They stand in the order in which a scan passes them.
 
 The loop that `add_navigation` wires:
 
@@ -259,10 +256,12 @@ something asks for it. The command at the instant of a scan therefore uses that 
 {_discrete_update(StarRoadmapPlanner)}
 """
     ]
-    for system in systems:
+    for system in all_systems():
         name, module = type(system).__name__, type(system).__module__
-        rows = table(("", "port", "carries", "meaning"), port_rows(system))
-        parts.append(f"## {name}\n\n{_summary(type(system))} In `{module}`.\n\n{_picture(name)}\n\n{rows}\n")
+        # the column before says already whether a port carries a vector
+        rows = [(*row[:-1], re.sub(r"^(abstract, |vector (?=\())", "", row[-1])) for row in port_rows(system)]
+        ports = table(("", "port", "carries", "meaning"), rows)
+        parts.append(f"## {name}\n\n{_summary(type(system))} In `{module}`.\n\n{_picture(name)}\n\n{ports}\n")
     return "\n".join(parts)
 
 

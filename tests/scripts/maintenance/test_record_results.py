@@ -24,11 +24,12 @@ def place(tmp_path: Path, monkeypatch) -> Path:
     monkeypatch.setattr(record_results, "ROOT", tmp_path)
     monkeypatch.setattr(record_results, "FOLDER", tmp_path / "benchmarks" / "results")
     (tmp_path / "docs").mkdir()
-    for page in ("README.md", "docs/benchmark.md", "docs/scaling.md"):
-        (tmp_path / page).write_text(
-            "before\n<!-- results: written by `python scripts/maintenance/record_results.py` -->old"
-            "<!-- end of results -->\nafter\n"
+    for page, names in (("README.md", ["results"]), ("docs/benchmark.md", ["costs", "results"])):
+        sections = "\n".join(
+            f"<!-- {name}: written by `python scripts/maintenance/record_results.py` -->old<!-- end of {name} -->"
+            for name in names
         )
+        (tmp_path / page).write_text(f"before\n{sections}\nafter\n")
     return tmp_path
 
 
@@ -49,9 +50,9 @@ def test_one_command_keeps_a_run_and_writes_what_is_said_of_it(place: Path, caps
     ]  # fmt: skip
     readme = (place / "README.md").read_text()
     assert readme.startswith("before\n") and readme.endswith("<!-- end of results -->\nafter\n")
-    assert "| 4 of 4" in readme and "starnav benchmark" in readme
+    assert "| 4 of 4" in readme
     page = (place / "docs" / "benchmark.md").read_text()
-    assert "| star_paper |" in page
+    assert "| star_paper |" in page and "trials cost:" in page
     assert page.startswith("before\n") and page.endswith("<!-- end of results -->\nafter\n")
     (environment,) = json.loads((record_results.FOLDER / "environment.json").read_text())
     assert environment["command"] in page
