@@ -12,25 +12,19 @@ from pydrake.systems.analysis import SimulatorStatus
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource, PassThrough
 
-from drake_starnav.control.certificates import standard_certificates
-from drake_starnav.control.motion import Actuation, Pose, Twist, stepped
-from drake_starnav.control.shield import certified_twist, ramped_twist
 from drake_starnav.errors import StarnavError, UnsupportedError
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.loading import load_scenario
 from drake_starnav.navigation import Parts, add_navigation
 from drake_starnav.navigation.validation import validated_margins
-from drake_starnav.regions.perception import Perceived, PerceptionSettings, perceive
 from drake_starnav.scenario import Scenario
-from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.simulation import add_collision_monitor
+from drake_starnav.simulation.kinematics import KinematicMotion
 from drake_starnav.station.model_world import make_world_with_footprints
 from drake_starnav.station.navigation_station import add_station
 from drake_starnav.station.plant import advance, make_simulator
 from drake_starnav.systems.release import release
 from drake_starnav.systems.twist_shield import Unshielded
-from drake_starnav.worlds.clearance import clearance
-from drake_starnav.worlds.view import scan_from, visible_shapes
 from drake_starnav.worlds.world import World
 
 PERIOD = 0.1
@@ -42,7 +36,9 @@ BONUS = 1.0
 class Motion(Protocol):
     """What moves the robot of an environment through a world."""
 
-    touched: bool
+    @property
+    def touched(self) -> bool:
+        """Whether it has touched anything."""
 
     @property
     def pose(self) -> np.ndarray:
@@ -56,8 +52,8 @@ class Motion(Protocol):
     def scan(self) -> LaserScan:
         """The last scan."""
 
-    def drive(self, action: np.ndarray) -> None:
-        """Drive for `PERIOD` at a twist (v, omega), m/s and rad/s."""
+    def drive(self, twist: np.ndarray, duration: float) -> None:
+        """Drive at a twist (v, omega), m/s and rad/s, for a time, s."""
 
     def close(self) -> None:
         """Give back what it holds."""
@@ -137,7 +133,7 @@ class NavigationEnv(gymnasium.Env):
         if action.shape != (2,) or not np.isfinite(action).all():
             raise StarnavError(f"action is {action.tolist()}; allowed: finite (v, omega), m/s and rad/s")
         before = self._distance()
-        self._motion.drive(np.clip(action, self.action_space.low, self.action_space.high))
+        self._motion.drive(np.clip(action, self.action_space.low, self.action_space.high), PERIOD)
         self._time += PERIOD
         settings, distance = self._scenario.simulation, self._distance()
         reached = distance < settings.goal_tolerance
@@ -184,48 +180,6 @@ class NavigationEnv(gymnasium.Env):
         return {"outcome": outcome, "pose": self._motion.pose.copy()}
 
 
-class KinematicMotion:
-    """The robot follows its ramps exactly; the scan is of the world's shapes, and taken at the lidar's rate."""
-
-    def __init__(self, scenario: Scenario, world: World, seed: int, shield: bool) -> None:
-        margins = derive_margins(scenario)
-        self._scenario, self._world, self._seed, self._shield = scenario, world, seed, shield
-        self._settings = PerceptionSettings(margins, scenario.robot.shape)
-        controller, robot = scenario.controller, scenario.robot
-        self._margin, self._rate, self._shapes = margins.safety, controller.rate, visible_shapes(world)
-        self._actuation = Actuation(robot.limits, robot.shape, 1.0 / controller.rate, controller.delay, robot.drive)
-        self.pose, self.twist, self.touched = np.array(world.start, dtype=float), np.zeros(2), False
-        self._ticks, self._scans, self._seen = 0, 0, Perceived.nothing()
-        self._look()
-
-    def _look(self) -> None:
-        self.scan = scan_from(self._shapes, self.pose, self._scenario.lidar, self._seed, self._scans)
-        self._scans += 1
-        if self._shield:
-            self._seen = perceive(self._seen, (self.scan,), self.pose.copy(), self._settings)
-
-    def drive(self, action: np.ndarray) -> None:
-        """Drive for `PERIOD` at a twist (v, omega), m/s and rad/s."""
-        rate, robot, actuation = self._rate, self._scenario.robot, self._actuation
-        for _ in range(max(round(PERIOD * rate), 1)):
-            want = action
-            if self._shield:
-                certificates = standard_certificates(self._seen.safety, self._margin, actuation, self.pose[:2])
-                want, _ = certified_twist(self.pose, self.twist, action, certificates, actuation)
-            driven = ramped_twist(self.twist, want, actuation)
-            pose, twist, _ = stepped(Pose(*self.pose), Twist(*self.twist), Twist(*driven), 1.0 / rate, robot.limits)
-            self.pose, self.twist = np.array(pose), np.array(twist)
-            self._ticks += 1
-            if clearance(self._world, self.pose[None, :2])[0] < robot.radius:
-                self.touched = True
-                return
-            if self._ticks / rate >= self._scans / self._scenario.lidar.rate - 1e-9:
-                self._look()
-
-    def close(self) -> None:
-        """Nothing to give back."""
-
-
 class PlantMotion:
     """The station of Drake's plant, with the shield before its drive."""
 
@@ -263,10 +217,10 @@ class PlantMotion:
         port = self._station.GetOutputPort(name)
         return port.Eval(port.get_system().GetMyContextFromRoot(self._simulator.get_context()))
 
-    def drive(self, action: np.ndarray) -> None:
-        """Drive for `PERIOD` at a twist (v, omega), m/s and rad/s."""
-        self._action.FixValue(self._simulator.get_mutable_context(), action)
-        status = advance(self._simulator, self._simulator.get_context().get_time() + PERIOD)
+    def drive(self, twist: np.ndarray, duration: float) -> None:
+        """Drive at a twist (v, omega), m/s and rad/s, for a time, s."""
+        self._action.FixValue(self._simulator.get_mutable_context(), twist)
+        status = advance(self._simulator, self._simulator.get_context().get_time() + duration)
         self.touched = status.reason() == SimulatorStatus.ReturnReason.kReachedTerminationCondition
 
     def close(self) -> None:

@@ -28,6 +28,8 @@ from drake_starnav.utils.stopwatch import Stopwatch
 
 SCAN_MEMORY = 5
 """Number of scans from which the certified region is made."""
+DISTINCT_PLACE, DISTINCT_TURN = 0.1, 0.3
+"""Regions of earlier scans are kept that differ by so much, m or rad."""
 AVERAGED = 0.5
 """With `average_scans`, hits are averaged up to this distance from the robot's hull, m: only these restrict it."""
 
@@ -173,8 +175,23 @@ def perceive(
         behind = before.behind
         if not footprint.is_disc and not scan.full_circle:
             behind = hits_behind(behind, before.safety.hits, scan.field_of_view, pose, kept[0])
-            safety = dataclasses.replace(safety, behind=behind)
+            safety = dataclasses.replace(safety, behind=behind, earlier=_earlier(before.safety, pose, kept[0]))
     return Perceived(Observation(region, scan, pose), safety, memory, histories, behind)
+
+
+def _earlier(last: CertifiedRegion, pose: np.ndarray, reach: float) -> tuple[CertifiedRegion, ...]:
+    """The regions of earlier scans within reach of a pose, m, of which no two successive ones are much the same."""
+    if not last.earlier or _apart(last, last.earlier[0]):
+        kept = dataclasses.replace(last, earlier=()), *last.earlier
+    else:
+        kept = last.earlier
+    return tuple(star for star in kept if star.seen and math.dist(star.center, pose[:2]) < reach)
+
+
+def _apart(star: CertifiedRegion, other: CertifiedRegion) -> bool:
+    """Whether two regions of one lidar are of different places or directions."""
+    turned = math.remainder(star.bearing_0 - other.bearing_0, TURN)
+    return math.dist(star.center, other.center) > DISTINCT_PLACE or abs(turned) > DISTINCT_TURN
 
 
 def _deskewed(

@@ -11,6 +11,7 @@ from functools import cached_property
 import numpy as np
 from numba import njit
 
+from drake_starnav.lidar.field_of_view import TURN
 from drake_starnav.lidar.laser_scan import LaserScan, placed_ends
 from drake_starnav.lidar.mounts import ON_AXIS
 from drake_starnav.regions.bearing_hits import CONNECTED_CHORD, points_to_bearings
@@ -56,7 +57,9 @@ class CertifiedRegion:
         previous: when the scan before the last was taken, s; its pose also serves to de-skew a rolling scan.
         radius: distance that is kept from the hits, the robot's narrow radius with the safety margin, m.
         newest: index of the first of `hits` that is the last scan's.
+        sight: bearings, from `bearing_0` on, between which the last scan looked far enough to either side, rad.
         behind: shape (m, 2), hits of earlier scans where the last one did not look; only for polygons.
+        earlier: regions of earlier scans nearby, the last one first; only for polygons that do not see all around.
     """
 
     center: np.ndarray
@@ -71,7 +74,9 @@ class CertifiedRegion:
     previous: float = -math.inf
     radius: float = 0.0
     newest: int = 0
+    sight: tuple[float, float] = (0.0, TURN)
     behind: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
+    earlier: tuple["CertifiedRegion", ...] = ()
 
     @cached_property
     def alone(self) -> RegionUnion:
@@ -150,7 +155,9 @@ def certified_region(
         newest = len(points)  # what hides from the axis are the ends of its rays
     center = np.array(pose[:2], dtype=float)
     times = scan.time, far, memory.time
-    star = CertifiedRegion(center, bearings[0], values, near, known, known_gaps, True, *times, radius, newest)
+    star = CertifiedRegion(
+        center, bearings[0], values, near, known, known_gaps, True, *times, radius, newest, bearings[1:]
+    )
     return star, ScanMemory(points, gaps, counts, scan.time)
 
 

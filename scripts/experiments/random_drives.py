@@ -1,27 +1,87 @@
 """Drives of robots, lidars, worlds and faults drawn at random within what may be declared: no contact is allowed.
 
-A failure is repeated by its seed: --seed SEED --drives 1.
+Each is a drive of the navigation in Drake's plant or, with --commands, so many random commands through the shield to a
+robot that follows them exactly, from place to place of the world. A failure is repeated by its seed: --seed SEED
+--drives 1.
 
-Run: python scripts/experiments/random_drives.py [--drives N] [--seed S] [--workers N] [--out FILE]
+Run: python scripts/experiments/random_drives.py [--drives N] [--commands N] [--seed S] [--workers N] [--out FILE]
 """
 
 import argparse
 import json
+import math
+import tempfile
+import time
 from collections import Counter
 from concurrent.futures import ProcessPoolExecutor
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from tqdm import tqdm
 
 from drake_starnav.errors import StarnavError
+from drake_starnav.geometry.footprint import Footprint, disc
+from drake_starnav.lidar.mounts import ON_AXIS, Mount
+from drake_starnav.navigation.validation import validated_margins
 from drake_starnav.scenario import load_scenario
 from drake_starnav.simulation import run_trial
+from drake_starnav.simulation.kinematics import KinematicMotion
+from drake_starnav.station.model_world import make_world_with_footprints
+from drake_starnav.utils.files import read_text, write_text
+from drake_starnav.utils.resources import model_path
+from drake_starnav.worlds.clearance import body_clearance
+from drake_starnav.worlds.world import World
 
-SCENARIOS = ("forest", "maze", "room", "rooms", "corridor", "paper_forest", "channel")
+SCENARIOS = ("forest", "maze", "room", "rooms", "corridor", "channel", "paper_forest")
+"""The last is too narrow for all but starbot."""
+
+
+class Body(NamedTuple):
+    """A robot that may be drawn.
+
+    Attributes:
+        model: shipped one.
+        base: how it moves.
+        box: x and y of the rectangle that it covers, least and greatest, m; where `radii` are given, in shares of it.
+        radii: least and greatest radius of a disc, m; None for polygons.
+        notched: whether a second polygon sticks out of the rectangle's left side.
+    """
+
+    model: str
+    base: str
+    box: tuple[float, float, float, float]
+    radii: tuple[float, float] | None = None
+    notched: bool = False
+
+    def corners(self) -> list:
+        """Of its polygons, as `robot.footprint`."""
+        left, right, bottom, top = self.box
+        outline = [[left, bottom], [right, bottom], [right, top], [left, top]]
+        if not self.notched:
+            return outline
+        return [outline, [[left, top - 0.05], [0.0, top - 0.05], [0.0, top + 0.15], [left, top + 0.15]]]
+
+
+UNIT = (-0.6, 0.6, -0.6, 0.6)
+BODIES = (
+    Body("starbot", "differential", UNIT, (0.15, 0.35)),
+    Body("starbot", "differential", UNIT, (0.15, 0.35)),
+    Body("jackal", "differential", UNIT, (0.334, 0.4)),
+    Body("jackal", "differential", (-0.254, 0.254, -0.22, 0.22)),
+    Body("jackal", "differential", (-0.254, 0.254, -0.22, 0.22), notched=True),
+    Body("carrier", "differential", (-0.4, 0.4, -0.25, 0.25)),
+    Body("omnibot", "omnidirectional", (-0.225, 0.225, -0.225, 0.225)),
+    Body("starbot", "omnidirectional", UNIT, (0.25, 0.35)),
+    Body("carbot", "car", (-0.12, 0.48, -0.15, 0.15)),
+)
+"""Each as often as the others."""
+WIDER = {"rooms": "world.door=1.25", "corridor": "world.fin=0.15"}
+"""Of worlds whose passages do not grow with the robot, for polygons."""
+PLACES = {"axis": 0.6, "one": 0.25, "two": 0.15}
+"""Probabilities that the lidar is on the robot's axis, that it is elsewhere, and that two are at opposite corners."""
 RANGES = {
-    "robot.radius": (0.15, 0.35),
     "robot.max_speed": (0.2, 2.0),
     "robot.max_yaw_rate": (0.8, 4.0),
     "robot.max_acceleration": (0.4, 4.0),
@@ -49,45 +109,176 @@ FAULTS = {
 FAULTY = 0.25
 TIMEOUT = 90.0
 """Of a drive, s: contacts are looked for, not arrivals."""
+PLANT_ONLY = (
+    "localization",
+    "drive",
+    "robot.mass",
+    "lidar.delay",
+    "lidar.scan_loss",
+    "lidar.outliers",
+    "lidar.dropout",
+)
+"""What begins so is no matter of random commands."""
+PACE = {"controller.rate": 100.0, "lidar.rate": 4.0}
+"""Of random commands, Hz: 25 to a scan. Many commands are asked of each scan, as these cost less."""
+EPISODE, HOLD = 1000, 100
+"""Random commands from one free place, and how many at most are alike, so that the robot leaves its place."""
+EXTREME = 0.5
+"""Probability that a component of a random command is as large as may be."""
 
 
-def drawn(seed: int) -> tuple[str, list[str]]:
-    """The scenario of a drive and its overrides."""
+class Case(NamedTuple):
+    """What is drawn.
+
+    Attributes:
+        scenario: its name.
+        overrides: of the scenario.
+        mounts: of lidars elsewhere than where the model has its own, by the name of their frame.
+    """
+
+    scenario: str
+    overrides: list[str]
+    mounts: dict[str, Mount]
+
+
+def drawn(seed: int) -> Case:
+    """What is drawn by a seed."""
     rng = np.random.default_rng(seed)
-    scenario = str(rng.choice(SCENARIOS))
-    overrides = [f"simulation.timeout={TIMEOUT}"]
+    body = BODIES[rng.integers(len(BODIES))]
+    scenario = str(rng.choice(SCENARIOS if body.model == "starbot" else SCENARIOS[:-1]))
+    place = str(rng.choice(list(PLACES), p=list(PLACES.values())))
+    overrides = [f"simulation.timeout={TIMEOUT}", f"robot.base={body.base}"]
+    box = np.array(body.box)
+    if body.radii:
+        low, high = max(body.radii[0], 0.25 if place != "axis" else 0.0), body.radii[1]  # only shipped hulls shrink
+        radius = round(low * (high / low) ** rng.uniform(), 4)
+        overrides.append(f"robot.radius={radius}")
+        box *= radius
+    else:
+        overrides.append(f"robot.footprint={body.corners()}")
+        overrides += [WIDER[scenario]] if scenario in WIDER else []
+    mounts = mounted(place, box, rng)
+    overrides += {"one": ["lidar.frame=first"], "two": ["lidars=[{frame: first}, {frame: second}]"]}.get(place, [])
+    if body.base == "car":
+        overrides.append(f"robot.least_radius={rng.uniform(0.4, 0.8):.4f}")
     for key, (low, high) in RANGES.items():
         value = low * (high / low) ** rng.uniform()
         overrides.append(f"{key}={round(value) if isinstance(low, int) else round(value, 4)}")
-    if rng.uniform() < FAULTY:  # a limited view, symmetric about straight ahead
-        half = float(rng.uniform(2.0, 3.1))
+    limited = rng.uniform() < FAULTY and place == "axis"  # symmetric about straight ahead
+    if limited or place == "two":
+        half = 0.75 * math.pi if place == "two" else float(rng.uniform(2.0, 3.1))
         overrides += [f"lidar.angle_min={-half:.4f}", f"lidar.angle_max={half:.4f}"]
-    overrides += [f"{key}={rng.uniform(0.0, most):.4f}" for key, most in FAULTS.items() if rng.uniform() < FAULTY]
-    return scenario, overrides
+    faults = {key: rng.uniform(0.0, most) for key, most in FAULTS.items() if rng.uniform() < FAULTY}
+    ideal = () if body.base == "differential" else ("localization", "drive")  # refused with other bases
+    overrides += [f"{key}={value:.4f}" for key, value in faults.items() if not key.startswith(ideal)]
+    return Case(scenario, [f"robot.model={body.model}", *overrides], mounts)
 
 
-def driven(seed: int) -> dict[str, Any]:
-    """The record of the drive of a seed; its outcome is `refused` where the parameters are not allowed together."""
-    name, overrides = drawn(seed)
-    record: dict[str, Any] = {"seed": seed, "scenario": name, "set": overrides}
+def mounted(place: str, box: np.ndarray, rng: np.random.Generator) -> dict[str, Mount]:
+    """Lidars over a rectangle (least and greatest x and y, m), one of PLACES."""
+    left, right, bottom, top = box
+    if place == "one":
+        (x, y), turned = rng.uniform((left, bottom), (right, top)), rng.uniform() < 0.3
+        return {"first": Mount(float(x), float(y), float(rng.uniform(-math.pi, math.pi)), bool(turned))}
+    corners = {"first": (right, bottom, -0.25 * math.pi), "second": (left, top, 0.75 * math.pi)}
+    return {name: Mount(*corner, False) for name, corner in corners.items()} if place == "two" else {}
+
+
+def with_frames(model: str, mounts: dict[str, Mount], folder: Path) -> Path:
+    """A copy of a shipped model with the frames of further lidars, as high as its own."""
+    text = read_text(model_path("robots", f"{model}.urdf"))
+    height = text.partition('<frame name="lidar"')[2].partition('xyz="')[2].partition('"')[0].split()[2]
+    frames = [
+        f'<frame name="{name}" link="base_link" xyz="{m.x} {m.y} {height}" rpy="{m.upside_down * math.pi} 0 {m.yaw}"/>'
+        for name, m in mounts.items()
+    ]
+    path = folder / f"{model}.urdf"
+    write_text(path, text.replace("</robot>", "\n".join((*frames, "</robot>"))))
+    return path
+
+
+def driven(seed: int, commands: int = 0) -> dict[str, Any]:
+    """The record of the drive of a seed, or of so many random commands.
+
+    Its outcome is `refused` where the parameters are not allowed together, and `crash` after any other exception.
+    """
+    case = drawn(seed)
+    record = {"seed": seed, "scenario": case.scenario, "set": case.overrides, "mounts": case.mounts}
     try:
-        trial = run_trial(load_scenario(name, overrides=overrides), seed=seed)
+        return {**record, **(commanded(case, seed, commands) if commands else navigated(case, seed))}
     except StarnavError as error:
         return {**record, "outcome": "refused", "why": str(error)}
+    except Exception as error:
+        return {**record, "outcome": "crash", "why": f"{type(error).__name__}: {error}"}
+
+
+def navigated(case: Case, seed: int) -> dict[str, Any]:
+    """How a drive in Drake's plant ends."""
+    with tempfile.TemporaryDirectory() as folder:
+        model, own = case.overrides[0].partition("=")[2], []
+        if case.mounts:
+            own.append(f"robot.model={with_frames(model, case.mounts, Path(folder))}")
+        trial = run_trial(load_scenario(case.scenario, overrides=[*case.overrides, *own]), seed=seed)
     figures = {"time_s": trial.time_s, "path_m": trial.path_length_m, "min_clearance_m": trial.min_clearance_m}
-    return {**record, "outcome": trial.outcome, "contact": trial.contact, **figures}
+    return {"outcome": trial.outcome, "contact": trial.contact, **figures}
+
+
+def commanded(case: Case, seed: int, commands: int) -> dict[str, Any]:
+    """What becomes of a robot that follows random commands exactly, as far as the shield lets them pass.
+
+    Every EPISODE commands it stands at another free place, which it then sees for the first time. Faults of drives and
+    localization, and scans and beams that are late, lost or astray are left out, and no lidar is upside down.
+    """
+    kept = [text for text in case.overrides if not text.startswith(PLANT_ONLY)]
+    scenario = load_scenario(case.scenario, overrides=[*kept, *(f"{key}={value}" for key, value in PACE.items())])
+    mounts = tuple(mount._replace(upside_down=False) for mount in case.mounts.values()) or (ON_AXIS,)
+    margin, robot = validated_margins(scenario, mounts).safety, scenario.robot
+    world = make_world_with_footprints(scenario.world, seed, robot.radius)
+    sees_all = mounts != (ON_AXIS,) or scenario.lidar.field_of_view.full_circle
+    around = robot.shape if sees_all else disc(robot.radius)  # what is behind it, it must have seen; see SAFETY.md
+    motion, rng = KinematicMotion(scenario, world, seed, True, mounts), np.random.default_rng((seed, 1))
+    done, path, began = 0, 0.0, time.process_time()
+    while done < commands and not motion.touched:
+        if done // EPISODE < (done + HOLD) // EPISODE or done == 0:
+            motion.put(free_pose(world, around, margin, rng))
+        count, before = int(rng.integers(1, HOLD)), motion.pose
+        twist = rng.uniform(-1.0, 1.0, len(robot.drive.components))
+        twist = np.where(rng.uniform(size=len(twist)) < EXTREME, np.sign(twist), twist)
+        motion.drive(
+            twist * (*(robot.max_speed,) * (len(twist) - 1), robot.limits.max_yaw_rate), count / PACE["controller.rate"]
+        )
+        done, path = done + count, path + math.dist(before[:2], motion.pose[:2])
+    return {
+        "outcome": "collision" if motion.touched else "driven",
+        "contact": f"after {done} commands at {motion.pose.tolist()}" if motion.touched else None,
+        "commands": done,
+        "time_s": time.process_time() - began,
+        "path_m": path,
+        "min_clearance_m": motion.least,
+    }
+
+
+def free_pose(world: World, shape: Footprint, margin: float, rng: np.random.Generator) -> np.ndarray:
+    """A random pose (x, y, yaw) in a world where a robot keeps more than its margin, m; its start if none is found."""
+    low, high = np.reshape(world.extent, (2, 2))
+    poses = np.column_stack((rng.uniform(low, high, (64, 2)), rng.uniform(-math.pi, math.pi, 64)))
+    free = np.flatnonzero(body_clearance(world, poses, shape) > 1.2 * margin)
+    return poses[free[0]] if len(free) else np.array(world.start, dtype=float)
 
 
 def report(records: list[dict[str, Any]]) -> str:
     """How the drives ended, how far they led, and each that touched something."""
     counts = ", ".join(f"{n} {outcome}" for outcome, n in sorted(Counter(r["outcome"] for r in records).items()))
-    kept = [r for r in records if r["outcome"] != "refused"]
+    kept = [r for r in records if "min_clearance_m" in r]
     lines = [f"{len(records)} drives: {counts}"]
+    if commands := sum(r.get("commands", 0) for r in kept):
+        lines.append(f"{commands} commands, {commands / sum(r['time_s'] for r in kept):.0f} a second of each process")
     if kept:
         least = min(r["min_clearance_m"] for r in kept)
         lines.append(f"{sum(r['path_m'] for r in kept):.0f} m driven; least clearance {1e3 * least:.1f} mm")
     contacts = [r for r in records if r["outcome"] == "collision"]
     lines += [f"seed {r['seed']}: {r['contact']}, {r['scenario']} {' '.join(r['set'])}" for r in contacts]
+    lines += [f"seed {r['seed']}: {r['why']}" for r in records if r["outcome"] == "crash"]
     return "\n".join(lines)
 
 
@@ -96,19 +287,28 @@ def main(options: argparse.Namespace) -> int:
     seeds = range(options.seed, options.seed + options.drives)
     records = []
     with ProcessPoolExecutor(options.workers) as pool:
-        for record in tqdm(pool.map(driven, seeds), total=len(seeds), unit="drive", disable=None, leave=False):
+        for record in tqdm(
+            pool.map(partial(driven, commands=options.commands), seeds),
+            total=len(seeds),
+            unit="drive",
+            disable=None,
+            leave=False,
+        ):
             records.append(record)
             if options.out is not None:
                 options.out.parent.mkdir(parents=True, exist_ok=True)
                 with options.out.open("a", encoding="utf-8") as file:
                     file.write(json.dumps(record) + "\n")
     print(report(records))
-    return int(any(record["outcome"] == "collision" for record in records))
+    return int(any(record["outcome"] in ("collision", "crash") for record in records))
 
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--drives", type=int, default=100, metavar="N", help="default: 100")
+    parser.add_argument(
+        "--commands", type=int, default=0, metavar="N", help="so many random commands instead of a drive"
+    )
     parser.add_argument("--seed", type=int, default=0, help="of the first drive; default: 0")
     parser.add_argument("--workers", type=int, default=2, metavar="N", help="processes; default: 2")
     parser.add_argument("--out", type=Path, metavar="FILE", help="append the records, one JSON a line")

@@ -16,6 +16,8 @@ from drake_starnav.geometry.footprint import Footprint, covered, footprint
 from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.regions.safe_region import CertifiedRegion, ScanMemory, certified_region
 from drake_starnav.robot import BASES, RobotParameters
+from drake_starnav.scenario import parse_scenario
+from drake_starnav.simulation.kinematics import KinematicMotion
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import cast, noisy, scattered, seeds
 
@@ -160,3 +162,27 @@ def test_nothing_is_accepted_without_a_scan_or_beyond_what_is_known():
         Actuation(LIMITS, shape, 0.5, 0.0),
     )
     assert not FootprintCertificate(star, MARGIN, shape).accepts(fast)
+
+
+@pytest.mark.parametrize(("half", "yaw"), [(2.0, 0.0), (1.6, 2.0), (2.4, -2.5)])
+@pytest.mark.parametrize("base", list(BASES))
+def test_a_robot_backs_no_farther_than_what_it_has_seen(half, yaw, base):
+    """With a limited view, towards a wall behind it that it has never seen; it may back to where it began."""
+    robot, view = RobotParameters(base=base, footprint=[list(p) for p in rectangle(0.5, 0.4)]), f"{half:.3f}"
+    overrides = [f"lidar.angle_min=-{view}", f"lidar.angle_max={view}"]
+    scenario = dataclasses.replace(
+        parse_scenario("world: !Obstacles {}", name="wall", overrides=overrides), robot=robot
+    )
+    normal = np.array((math.cos(yaw), math.sin(yaw)))
+    along = 2.0 * np.array((-normal[1], normal[0]))
+    behind = np.array((-normal + along, -normal - along, -1.1 * normal - along, -1.1 * normal + along))
+    world = World("wall", (0, 0, yaw), (0, 0), polygons=(behind,), bounds=(-6.0, -6.0, 6.0, 6.0))
+    motion = KinematicMotion(scenario, world, 0, True)
+    back, forth = np.zeros((2, len(robot.drive.components)))
+    back[0], forth[0] = -0.5, 0.5
+    motion.drive(back, 3.0)
+    assert motion.pose[:2] == pytest.approx(np.zeros(2), abs=1e-6)
+    motion.drive(forth, 3.0)
+    assert motion.pose[:2] @ normal > 1.2
+    motion.drive(back, 6.0)
+    assert abs(motion.pose[:2] @ normal) < 0.05 and motion.least > 0.5
