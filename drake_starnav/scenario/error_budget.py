@@ -31,11 +31,11 @@ class ErrorTerm(NamedTuple):
 
 SYMBOLS: dict[str, ErrorTerm] = {
     "r": ErrorTerm("robot.radius", "radius, m"),
-    "l": ErrorTerm("robot.shape.lever", "that of a footprint of polygons, 0 of a disc, m"),
+    "l": ErrorTerm("robot.shape.lever", "radius of a footprint of polygons; 0 for a disc, m"),
     "v": ErrorTerm("robot.max_speed", "largest speed, m/s"),
     "w": ErrorTerm("robot.max_yaw_rate", "largest yaw rate, rad/s"),
     "a": ErrorTerm("robot.max_acceleration", "largest acceleration, m/s^2"),
-    "A": ErrorTerm("robot.max_yaw_acceleration", "that of the yaw rate, rad/s^2"),
+    "A": ErrorTerm("robot.max_yaw_acceleration", "largest yaw acceleration, rad/s^2"),
     "o": ErrorTerm("mount.offset", "distance of the lidar from the robot's axis, m"),
     "t": ErrorTerm("1 / controller.rate", "period of the commands, s"),
     "d": ErrorTerm("drive.delay", "time until a command takes effect, s"),
@@ -50,7 +50,7 @@ SYMBOLS: dict[str, ErrorTerm] = {
         "n / lidar.rate + lidar.delay + d + t",
         "time for which the robot drives by one scan before a command brakes it, s",
     ),
-    "R": ErrorTerm("L + T / 2", "time for which a drifting heading leads astray, s"),
+    "R": ErrorTerm("L + T / 2", "time for which the heading drifts, s"),
     "M": ErrorTerm(
         f"max(1, (1 + {SCAN_PATIENCE:g}) / lidar.rate + T)", "time from the oldest scan in use to standing still, s"
     ),
@@ -80,7 +80,7 @@ instead of keeping so far from corners.
 
 TERMS: tuple[ErrorTerm, ...] = (
     ErrorTerm(f"{SAMPLED}", "half the distance between two samples of a motion that the certificate checks"),
-    ErrorTerm("0.003", "a base of the shipped kind strays from its commands until it stands"),
+    ErrorTerm("0.003", "deviation of the shipped bases from their commands until they stand"),
     ErrorTerm("3/4 * lidar.noise", "range noise"),
     ErrorTerm("lidar.quantisation / 2", "ranges that are rounded up"),
     ErrorTerm("max(0, 0.87 * D * lidar.widest_gap - C)", "a corner of 60 degrees between two beams"),
@@ -90,10 +90,10 @@ TERMS: tuple[ErrorTerm, ...] = (
     ),
     ErrorTerm(
         "l * (0.01 + localization.drift * w * (M + lidar.delay))",
-        "heading of a base of the shipped kind, and its drift, until the robot stands",
+        "error of the heading of the shipped bases, and its drift, until the robot stands",
     ),
     ErrorTerm(f"J * min(localization.jump, {UNSEEN_JUMP})", "jumps too small to be detected"),
-    ErrorTerm("drive.error", "a base that strays farther"),
+    ErrorTerm("drive.error", "a base that strays farther than the shipped ones"),
     ErrorTerm(
         "drive.slip * (max(v^2 * T^2 / 6, S^2 / 2) / r + 0.65 * r)",
         "sideways deviation of a robot that brakes with one slipping wheel, and that of turning on the spot",
