@@ -63,11 +63,14 @@ def parameter(default: Any, help: str, **declared: typing.Unpack[Declaration]) -
     One of type `tuple[str, str]` is two names.
 
     Args:
-        default: the default value.
+        default: the default value; of a list, each instance has a copy.
         help: its meaning, in one sentence.
         declared: its unit and limits, see `Declaration`.
     """
-    return dataclasses.field(default=default, metadata={"help": help, **declared})
+    given: dict[str, Any] = (
+        {"default_factory": lambda: list(default)} if isinstance(default, list) else {"default": default}
+    )
+    return dataclasses.field(**given, metadata={"help": help, **declared})
 
 
 def declared(cls: Any) -> list[dataclasses.Field]:

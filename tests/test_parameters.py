@@ -23,6 +23,7 @@ from drake_starnav.parameters import (
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.faults import DriveParameters, LocalizationParameters
+from drake_starnav.worlds import Obstacles
 
 SHIPPED = (RobotParameters, PlannerParameters, ControllerParameters)
 
@@ -163,6 +164,12 @@ def test_fields_that_are_no_parameters_are_not_checked():
         anything: float = -1.0
 
     check_parameters(Plain(), "plain")
+
+
+def test_no_two_share_a_list() -> None:
+    first, second = Obstacles(), Obstacles()
+    first.goal.append(3.0)
+    assert second.goal == [5.0, 0.0]
 
 
 def test_scalars_keep_their_type():

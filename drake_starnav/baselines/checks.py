@@ -13,11 +13,7 @@ def vector(value: np.ndarray, size: int, place: str) -> np.ndarray:
 
 
 def rows(value: np.ndarray, columns: int, place: str, count: int | None = None) -> np.ndarray:
-    """`value` as a contiguous float array of shape (n, columns), n = `count` if that is given.
-
-    Raises:
-        StarnavError: another shape, or a value that is not finite; the message names `place`.
-    """
+    """`value` as a contiguous float array (n, columns), n = `count` if given; a `StarnavError` names `place`."""
     return _finite(value, (count, columns), f"({'n' if count is None else count}, {columns})", place)
 
 

@@ -21,12 +21,8 @@ DEPTH = 0.99
 
 @snapshot
 class KnownObstacles:
-    """Circles and their reference points. Immutable.
-
-    Attributes:
-        circles: shape (n, 3): x, y, radius; W, m.
-        reference_points: shape (n, 2), one in each circle inflated by the robot's radius; W, m.
-    """
+    """Circles (n, 3), x, y, radius, and reference points (n, 2), one in each circle inflated by the robot's radius; W,
+    m."""
 
     circles: np.ndarray
     reference_points: np.ndarray
@@ -40,12 +36,12 @@ class KnownObstacles:
 def known_obstacles(
     discs: np.ndarray, bounds: tuple[float, float, float, float] | None, robot_radius: float
 ) -> KnownObstacles:
-    """Discs and the walls around them as circles with common reference points.
+    """Discs (n, 3), x, y, radius, and the walls at the bounds as circles with common reference points; W, m.
 
     Args:
-        discs: shape (n, 3): x, y, radius; W, m.
-        bounds: walls at (x_min, y_min, x_max, y_max), W, m; None for an open plane.
-        robot_radius: by which circles are inflated, m.
+        discs: shape (n, 3).
+        bounds: (x_min, y_min, x_max, y_max); None for an open plane.
+        robot_radius: by which circles are inflated.
     """
     circles = np.vstack((discs, _walls(bounds)))
     count, centres, radii = len(discs), circles[:, :2], circles[:, 2] + robot_radius

@@ -90,12 +90,7 @@ def predictive_twist(
 ) -> Proposal:
     """The certified candidate with the least cost; where there is none, or no way point is in sight, the law's twist.
 
-    Args:
-        inputs: what the controller is given.
-        certificates: that the twist must pass.
-        actuation: what commands do.
-        margins: of these only the safety margin.
-        robot: its size and limits.
+    The actuation says what commands do; of the margins only the safety margin counts.
     """
     law = followed(inputs, margins, robot)
     pose, twist, guidance, _ = inputs

@@ -182,13 +182,7 @@ def _check_report_options(options: argparse.Namespace) -> None:
 
 
 def _check_report_outputs(options: argparse.Namespace, inputs: Iterable[Path | str], *outputs: Path | None) -> None:
-    """Raise a `StarnavError` unless the report can be written and no output is an input or another output.
-
-    Args:
-        options: parsed.
-        inputs: files that are read.
-        outputs: files that are written besides the report.
-    """
+    """Raise a `StarnavError` unless report and outputs can be written, and none is an input or another output."""
     check_outputs((*outputs, options.markdown, options.csv, options.html), inputs)
     if options.html is not None:
         if options.recordings is not None:
@@ -208,7 +202,6 @@ def _recordings_folder(html: Path) -> Path:
 def _report(results: "Results", options: argparse.Namespace) -> None:
     """Print the tables and write the files that the options of `_add_report_options` name."""
     from drake_starnav.evaluation.report import (
-        Report,
         chosen_trials,
         record_chosen,
         summary_csv,
@@ -226,7 +219,7 @@ def _report(results: "Results", options: argparse.Namespace) -> None:
     chosen = chosen_trials(results)
     if options.html is not None:
         with Progress("drawing") as bar:
-            write_text(options.html, write_page(Report(results, chosen, options.panels), bar.count))
+            write_text(options.html, write_page(results, chosen, options.panels, bar.count))
     if not options.quiet:
         print_written((options.markdown, options.csv, options.html))
         sys.stdout.flush()  # now the report can be read, while what follows is recorded
@@ -234,7 +227,7 @@ def _report(results: "Results", options: argparse.Namespace) -> None:
         folder, failures = _recordings_folder(options.html), options.recordings
         with Progress("recordings") as bar:
             chosen = record_chosen(results, chosen, folder, failures=failures, jobs=options.jobs, progress=bar.count)
-        write_text(options.html, write_page(Report(results, chosen, options.panels)))
+        write_text(options.html, write_page(results, chosen, options.panels))
         if not options.quiet:
             print(f"wrote recordings into {folder}, with links in {options.html}")
 
@@ -249,4 +242,3 @@ benchmark = Command(
 report = Command(
     "report", "Make tables, plots and recordings of trials that `benchmark` has run.", _add_file_options, _report_files
 )
-"""The commands; see `Command`."""

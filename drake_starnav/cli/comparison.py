@@ -13,7 +13,7 @@ from pydrake.systems.framework import DiagramBuilder
 from drake_starnav.geometry.trajectory import Motion
 from drake_starnav.navigation import Navigation
 from drake_starnav.scenario import Scenario
-from drake_starnav.scenario.recording import RecordingParameters
+from drake_starnav.scenario.schema import RecordingParameters
 from drake_starnav.simulation import run_trial
 from drake_starnav.simulation.robots import RobotTrial
 from drake_starnav.simulation.trial import caption_lines

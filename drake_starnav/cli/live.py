@@ -40,12 +40,7 @@ POLL = 0.05
 
 
 class Controls:
-    """The buttons in Meshcat's panel.
-
-    Attributes:
-        running: whether the robot is to drive.
-        stopped: whether the run is to end.
-    """
+    """The buttons in Meshcat's panel: whether the robot is to drive, and whether the run is to end."""
 
     def __init__(self, meshcat: Meshcat) -> None:
         self.running, self.stopped = False, False
@@ -144,11 +139,7 @@ class LiveRun:
         return port.Eval(port.get_system().GetMyContextFromRoot(self.simulator.get_context()))
 
     def step(self) -> bool:
-        """Poll the buttons, then drive on for `STEP` or wait for `POLL`.
-
-        Returns:
-            whether the run goes on.
-        """
+        """Poll the buttons, then drive on for `STEP` or wait for `POLL`; returns whether the run goes on."""
         was_running = self.controls.running
         self.controls.poll()
         if self.controls.stopped:
@@ -177,11 +168,8 @@ class LiveRun:
             self._end(f"stopped after {self.time:.1f} s")
 
     def finish(self) -> None:
-        """Write the recording, if requested, and remove the buttons from the page.
-
-        Raises:
-            StarnavError: the file cannot be written.
-        """
+        """Write the recording, if requested, and remove the buttons from the page; a `StarnavError` if it cannot be
+        written."""
         self.meshcat.DeleteAddedControls()
         if self._html is not None:
             caption = dataclasses.replace(self._caption, lines=(self._caption.lines[0], self.outcome))

@@ -38,4 +38,3 @@ margins = Command(
     _add_options,
     _work,
 )
-"""The command; see `Command`."""

@@ -79,13 +79,7 @@ def typed_command(prog: str, arguments: Sequence[str]) -> str:
 def run_command(
     parser: argparse.ArgumentParser, arguments: Sequence[str] | None, work: Callable[[argparse.Namespace], int]
 ) -> int:
-    """Parse the arguments and do a command's work; returns its exit code, see `exit_code`.
-
-    Args:
-        parser: of the arguments.
-        arguments: None for those of the process.
-        work: see `exit_code`.
-    """
+    """Parse arguments, None for those of the process, and do a command's work; returns its `exit_code`."""
 
     def parsed() -> int:
         options = parser.parse_args(arguments)
@@ -120,11 +114,9 @@ def plain_warnings(prog: str) -> Iterator[None]:
 
 
 def exit_code(prog: str, work: Callable[[], int]) -> int:
-    """Run a command's work and return its exit code; an error or Ctrl-C is reported in one line.
+    """Run the work of a command of that name and return its exit code; an error or Ctrl-C is reported in one line.
 
-    Args:
-        prog: the command's name.
-        work: may raise `StarnavError`, and `KeyboardInterrupt` with a text that says what was kept.
+    It may raise `StarnavError`, and `KeyboardInterrupt` with a text that says what was kept.
     """
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):  # so that a terminal can show every file name

@@ -304,4 +304,3 @@ record = Command(
     _record,
     "0 done, 1 done but the run is not the one it should repeat",
 )
-"""The command; see `Command`."""

@@ -49,4 +49,3 @@ show_world = Command(
     _add_options,
     _work,
 )
-"""The command; see `Command`."""

@@ -165,4 +165,3 @@ simulate = Command("simulate", "Drive one scenario and report how it went.", _ad
 demo = Command(
     "demo", f"Drive the forest; write {DEMO_FILES[0]} and {DEMO_FILES[1]}.", _add_demo_options, _simulate, CODES
 )
-"""The commands; see `Command`."""

@@ -30,9 +30,7 @@ def run_batch(
     """Run the trials that `file` lacks or in which an error occurred, append each as it ends, and return all.
 
     Args:
-        cases: see `make_cases`.
-        trials: of each case, see `make_jobs`; further trials in the file are kept.
-        seed: of the batch; see `trial_seed`.
+        cases, trials, seed: see `make_jobs`; further trials in the file are kept.
         pool: where the trials run.
         file: stores the records and holds those of earlier runs; None to store none.
         title: of the progress bar and of reports about failed trials.
@@ -68,11 +66,7 @@ def run_batch(
 
 
 class BatchInterrupted(KeyboardInterrupt):
-    """Ctrl-C while a batch runs.
-
-    Attributes:
-        records: of the trials that have ended.
-    """
+    """Ctrl-C while a batch runs; it has the records of the trials that have ended."""
 
     def __init__(self, records: list[Record], total: int) -> None:
         super().__init__(f"{len(records)} of {total} trials ended")

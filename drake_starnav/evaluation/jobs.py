@@ -38,11 +38,8 @@ class Case:
 
 @dataclass(frozen=True)
 class Job:
-    """One trial to run: the `trial`-th of a case, with its own seed.
-
-    Attributes:
-        in_world: whether the trial's number replaces the case's `world.id`.
-    """
+    """One trial to run: the `trial`-th of a case, with its own seed; `in_world`: its number replaces the case's
+    `world.id`."""
 
     case: Case
     trial: int
@@ -56,22 +53,12 @@ class Job:
 
 
 def trial_seed(seed: int, trial: int) -> int:
-    """The seed of one trial, independent of the number of trials and cases in the batch.
-
-    Args:
-        seed: of the batch, a whole number >= 0.
-        trial: its number, from 0.
-    """
+    """The seed of a trial, by its number from 0 and that of the batch, >= 0, whatever other trials the batch has."""
     return int(np.random.SeedSequence(entropy=seed, spawn_key=(trial,)).generate_state(1)[0])
 
 
 def make_cases(scenarios: Sequence[str], methods: Sequence[str], overrides: Sequence[str] = ()) -> list[Case]:
-    """Every scenario with every method.
-
-    Args:
-        scenarios: names of shipped scenarios, or paths to YAML files.
-        methods: see `drake_starnav.scenario.METHODS`.
-        overrides: "dotted.key=value" texts, applied to every scenario.
+    """Every scenario, of a shipped name or a path, with every method and all "dotted.key=value" overrides.
 
     Raises:
         StarnavError: as of `load_scenario`, two cases have the same names, or a scenario has several robots.
@@ -110,9 +97,8 @@ def make_jobs(cases: Sequence[Case], trials: int | Sequence[int], seed: int, don
     """The trials still to run, alternating between the cases, so that an interrupted batch compares them fairly.
 
     Args:
-        cases: as of `make_cases`.
+        cases, seed: of the batch.
         trials: number of trials of each case, or the numbers of the worlds, with one trial in each.
-        seed: of the batch.
         done: keys of the trials to leave out.
     """
     in_world = not isinstance(trials, int)

@@ -19,11 +19,7 @@ UNSUPPORTED = "unsupported"
 
 
 def wilson_interval(successes: int, trials: int) -> tuple[float, float]:
-    """The 95 % Wilson score interval of a rate, which remains valid for few trials and for rates of 0 and 1.
-
-    Args:
-        successes: 0 <= successes <= trials.
-        trials: the interval of 0 trials is (0, 1).
+    """The 95 % Wilson score interval of a rate, valid for few trials and for rates of 0 and 1; (0, 1) of 0 trials.
 
     Source: E. B. Wilson, Probable inference, the law of succession, and statistical inference, 1927.
     """
@@ -120,10 +116,8 @@ def _summary(scenario: str, method: str, records: list[Record]) -> Summary:
 class Comparison:
     """One method against another, on the trials in which both reached the goal.
 
-    Attributes:
-        trials: their number.
-        time_ratio: total time over the other's (the paper's TTR as a fraction); None if there is no such trial.
-        path_ratio: total path length over the other's (the paper's PLR as a fraction).
+    Their number, total time over the other's (the paper's TTR as a fraction) and total path length over the other's
+    (PLR); None if there is no such trial.
     """
 
     trials: int

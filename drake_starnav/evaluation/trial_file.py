@@ -19,6 +19,8 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.evaluation.jobs import Case, Key, Record
 from drake_starnav.evaluation.trial_checks import header_fault, record_fault
 from drake_starnav.scenario import parse_scenario
+from drake_starnav.scenario.scenario_file import differences
+from drake_starnav.scenario.schema import KEYS
 from drake_starnav.scenario.source_files import source_files
 from drake_starnav.utils.files import reason_of, unwritable
 from drake_starnav.utils.resources import model_path
@@ -69,10 +71,7 @@ def case_files(case: Case) -> set[Path]:
 
 
 def file_hashes(cases: Sequence[Case]) -> dict[str, str]:
-    """Hashes of the files that define the worlds and robots of cases, by path; see `source_files`.
-
-    Shipped files are left out: see `models_hash`.
-    """
+    """Hashes of the files that define the worlds and robots of cases, by path; for shipped ones see `models_hash`."""
     shipped = model_path().resolve()
     paths = {path for case in cases for path in case_files(case)}
     return {
@@ -137,17 +136,11 @@ def record_key(record: Record) -> Key:
 class TrialFile:
     """A file of trials that is being written: what has been appended is on the disk, whatever happens next.
 
-    Attributes:
-        repaired: what had to be repaired on opening, as a sentence; empty if nothing.
+    `repaired` is what had to be repaired on opening, as a sentence; empty if nothing.
     """
 
     def __init__(self, path: Path, header: Header, *, resume: bool = False) -> None:
-        """Begin a new file, or continue one.
-
-        Args:
-            path: of the file; its folder is made.
-            header: see `make_header`.
-            resume: whether the file may hold trials already; a missing one is begun in either case.
+        """Begin a new file, or if `resume` continue one with this header; see `make_header`.
 
         Raises:
             StarnavError: the file cannot be written, is in use, holds something and `resume` is false, is not a file
@@ -308,24 +301,20 @@ def check_same(found: Header, wanted: Header, place: str) -> None:
     ways = ["by world" if header.get("in_worlds") else "by seed" for header in (found, wanted)]
     pairs = [(name, found["versions"].get(name), value) for name, value in wanted["versions"].items()]
     pairs += [(name, found[name], wanted[name]) for name in ("format", "seed")]
-    differences = [f"{name} {one}, now {other}" for name, one, other in (*pairs, ("trials", *ways)) if one != other]
+    changed = [f"{name} {one}, now {other}" for name, one, other in (*pairs, ("trials", *ways)) if one != other]
     before, now = ({f"{c['scenario']} {c['method']}": c["text"] for c in h["cases"]} for h in (found, wanted))
     if before.keys() != now.keys():
-        differences.append(f"cases {', '.join(before)}, now {', '.join(now)}")
+        changed.append(f"cases {', '.join(before)}, now {', '.join(now)}")
     else:
-        differences += [f"other parameters of {name} ({_changed_sections(before[name], now[name])})" for name in now if
-                        before[name] != now[name]]  # fmt: skip
+        for name in now:
+            if before[name] != now[name]:
+                parameters = differences(before[name], now[name], KEYS) or ["names of files"]
+                changed.append(f"other parameters of {name} ({', '.join(parameters)})")
     files, wanted_files = found.get("files", {}), wanted["files"]
-    differences += [
+    changed += [
         f"other content of {name}" for name in {**files, **wanted_files} if files.get(name) != wanted_files.get(name)
     ]
-    if differences:
+    if changed:
         raise StarnavError(
-            f"{place} was written with {'; '.join(differences)}; allowed: --resume with the same, or another file"
+            f"{place} was written with {'; '.join(changed)}; allowed: --resume with the same, or another file"
         )
-
-
-def _changed_sections(before: str, now: str) -> str:
-    """Sections in which two texts as of `scenario_text` differ."""
-    old, new = ({part.partition(":")[0]: part for part in re.split(r"\n(?=\w)", text)} for text in (before, now))
-    return ", ".join(key for key in {**new, **old} if old.get(key) != new.get(key))

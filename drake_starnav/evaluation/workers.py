@@ -45,14 +45,10 @@ def local_pool(count: int) -> Pool:
 
 
 def run_jobs(jobs: Iterable[Job], pool: Pool) -> Generator[Record, None, None]:
-    """Run trials and yield the record of each as it ends; trials of a lost worker are retried.
+    """Run trials in a pool and yield the record of each as it ends; trials of a lost worker are retried.
 
     Trials that were running when a worker was lost run again one at a time, which identifies the culprit. If its worker
     is lost again, it yields a record with the outcome `error`.
-
-    Args:
-        jobs: the trials.
-        pool: where they run.
 
     Raises:
         StarnavError: the workers cannot be started, or can no longer be reached.
@@ -128,13 +124,10 @@ class _Processes(ProcessPoolExecutor):
 
 @contextmanager
 def local_processes(count: int) -> Iterator[Executor]:
-    """Spawned processes of this machine, with one thread each.
+    """So many spawned processes of this machine, with one thread each.
 
     They end at once if the context is left by an exception or this process is killed. They are spawned, not forked:
     forking with Drake's threads deadlocks. The first of them shows what it compiles, if this process may.
-
-    Args:
-        count: number of processes, >= 1.
     """
     before = {name: os.environ.get(name) for name in THREAD_VARIABLES}
     os.environ.update(dict.fromkeys(THREAD_VARIABLES, "1"))  # children read them before they import NumPy

@@ -57,13 +57,12 @@ class Beams(NamedTuple):
 
 @njit(cache=True)
 def classified(ranges, motion, free, range_max, increment, seam):
-    """The fields of `Beams` from `distances` on.
+    """The fields of `Beams` from `distances` on; `range_max`, `increment` and `seam` are as there.
 
     Args:
         ranges: shape (n,), m.
         motion: shape (n,), of the obstacle that each beam hit; empty if everything is static.
         free: shape (n,), up to where lost beams are free, m; empty if their neighbours bound them.
-        range_max, increment, seam: as in `Beams`.
     """
     n = len(ranges)
     distance = np.empty(n)

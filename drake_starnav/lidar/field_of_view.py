@@ -12,13 +12,8 @@ most this, rad: drivers round, give both ends of the turn, or stop half a degree
 
 
 class FieldOfView(NamedTuple):
-    """Beams at equal steps, counter-clockwise.
-
-    Attributes:
-        angle_min: bearing of the first beam in the sensor frame S, rad.
-        angle_increment: bearing step between beams, rad, positive.
-        beams: their number.
-    """
+    """Beams at equal steps, counter-clockwise: bearing of the first in the sensor frame S, the step, positive, rad, and
+    their number."""
 
     angle_min: float
     angle_increment: float

@@ -171,21 +171,6 @@ class LaserScan:
         return self.beams.lost
 
     @property
-    def uninformative(self) -> np.ndarray:
-        """As in `Beams`, shape (n,), bool."""
-        return self.beams.uninformative
-
-    @property
-    def mappable(self) -> np.ndarray:
-        """As in `Beams`, shape (n,), bool."""
-        return self.beams.mappable
-
-    @property
-    def complete(self) -> bool:
-        """Whether no beam is lost."""
-        return self.beams.complete
-
-    @property
     def bearings(self) -> np.ndarray:
         """Bearing of every beam in S, shape (n,), rad."""
         return _beams(self.angle_min, self.angle_increment, len(self.ranges))[0]
@@ -198,23 +183,14 @@ class LaserScan:
     @property
     def mappable_hits(self) -> np.ndarray:
         """Beams that hit a static obstacle, shape (n,), bool."""
-        return self.hits & self.mappable
+        return self.beams.hits & self.beams.mappable
 
     def points(self, pose: np.ndarray | tuple[float, float, float] = (0.0, 0.0, 0.0)) -> np.ndarray:
-        """The hits as points, shape (k, 2), m.
-
-        Args:
-            pose: (x, y, yaw) of S in the requested frame, m and rad; default S itself.
-        """
+        """The hits as points, shape (k, 2), m, for a pose (x, y, yaw) of S in the requested frame; default S itself."""
         return self.points_at(self.distances, self.hits, pose)
 
     def polar(self, points: np.ndarray, pose: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Distance of points from the sensor and the beam towards each, both of shape (k,); m, and a real beam index.
-
-        Args:
-            points: shape (k, 2), in the frame of the pose, m.
-            pose: (x, y, yaw) of S, m and rad.
-        """
+        """Distance of points (k, 2) in the frame of a pose of S, m, and the beam to each, a real index; both (k,)."""
         offset = points - pose[:2]
         bearing = np.mod(np.arctan2(offset[:, 1], offset[:, 0]) - pose[2] - self.angle_min, 2.0 * math.pi)
         return np.hypot(offset[:, 0], offset[:, 1]), bearing / self.angle_increment
@@ -222,13 +198,7 @@ class LaserScan:
     def points_at(
         self, distance: np.ndarray, chosen: np.ndarray, pose: np.ndarray | tuple[float, float, float]
     ) -> np.ndarray:
-        """Points at given distances along the chosen beams, shape (k, 2), m.
-
-        Args:
-            distance: shape (n,), m, one a beam.
-            chosen: shape (n,), bool.
-            pose: (x, y, yaw) of S in the requested frame, m and rad.
-        """
+        """Points at distances (n,), one a beam, along the chosen beams (n,), shape (k, 2), m, for a pose of S."""
         x, y, yaw = pose
         return placed_ends(self.directions, distance, chosen, x, y, math.cos(yaw), math.sin(yaw))
 

@@ -35,11 +35,7 @@ INSIDE_DEVIATIONS = 3.0
 
 @snapshot
 class HitHistory:
-    """All hits of the last scans, including doubted ones, oldest first. Immutable.
-
-    Attributes:
-        points: per scan, shape (n, 2), W, m.
-    """
+    """All hits of the last scans, including doubted ones, oldest first; per scan, shape (n, 2), W, m. Immutable."""
 
     points: tuple[np.ndarray, ...] = ()
 
@@ -100,8 +96,7 @@ def _confirmed(points, center, distance, index, earlier, number, beams, slack):
         points, distance, index: of the hits: shape (n, 2), W, m; shape (n,), m; and beam numbers.
         center: of the sensor, shape (2,), W, m.
         earlier, number: hits of earlier scans, shape (k, 2), W, m, and which scan each is of.
-        beams: of the scan.
-        slack: within which hits count as near, m.
+        beams, slack: of the scan, and within which hits count as near, m.
     """
     n, increment, wrap = len(points), beams.increment, beams.seam < np.inf
     beside, before = np.zeros(n, np.bool_), np.zeros(n, np.bool_)

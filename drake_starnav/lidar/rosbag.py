@@ -1,5 +1,6 @@
 """Scans and poses from ROS 1 and ROS 2 bags; ROS need not be installed."""
 
+import functools
 import math
 import warnings
 from collections.abc import Iterator
@@ -59,7 +60,8 @@ def read_rosbag(
     for time, message in scans:
         frame = message.header.frame_id
         if spans[frame][0] <= time <= spans[frame][1]:
-            records.append(_record(time, message, _composed(chains[frame], time), path))
+            pose = functools.reduce(lambda X, link: link.at(time) @ X, chains[frame], np.eye(4))
+            records.append(_record(time, message, pose, path))
     first, last = next(iter(spans.values()))
     taken = [time for time, _ in scans]
     said = f"scans are from {min(taken):.3f} to {max(taken):.3f} s, poses from {first:.3f} to {last:.3f} s"
@@ -104,13 +106,7 @@ def _messages(path: Path, scan_topic: str, pose_topic: str | None) -> Iterator[t
 
 @dataclass
 class _Link:
-    """The pose of a frame in its parent over time.
-
-    Attributes:
-        parent: name of the parent.
-        moves: whether it changes.
-        rows: time, s, position, m, and quaternion (x, y, z, w) of each sample.
-    """
+    """The pose of a frame in its parent over time: rows of time, s, position, m, and quaternion (x, y, z, w)."""
 
     parent: str
     moves: bool
@@ -180,14 +176,6 @@ def _span(chain: list[_Link]) -> tuple[float, float]:
     """From when to when all moving links of a chain are known, s."""
     moving = [link.rows for link in chain if link.moves]
     return max(rows[0][0] for rows in moving), min(rows[-1][0] for rows in moving)
-
-
-def _composed(chain: list[_Link], time: float) -> np.ndarray:
-    """The pose of a chain's first frame in its root at a time, shape (4, 4)."""
-    pose = np.eye(4)
-    for link in chain:
-        pose = link.at(time) @ pose
-    return pose
 
 
 def _matrix(row: np.ndarray) -> np.ndarray:

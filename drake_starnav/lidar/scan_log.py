@@ -34,12 +34,7 @@ def read_scan_log(path: str | Path, *, mask: Sectors = (), **topics: str) -> lis
 
 
 def write_csv(file: Path, log: Sequence[LoggedScan]) -> None:
-    """Write scans of one sensor, rounded to 1 mm.
-
-    Args:
-        file: path of the file.
-        log: at least one scan; all share the angles and range limits of the first.
-    """
+    """Write scans of one sensor, at least one, rounded to 1 mm; all share the angles and range limits of the first."""
     header = ", ".join(f"{name}={getattr(log[0].scan, name)!r}" for name in CSV_HEADER)
     rows = [(seen.scan.time, *seen.pose, *seen.scan.ranges) for seen in log]
     np.savetxt(file, rows, fmt="%.3f", delimiter=",", header=header)

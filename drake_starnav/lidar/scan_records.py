@@ -16,12 +16,7 @@ Sectors = Sequence[tuple[float, float]]
 
 @dataclass(frozen=True)
 class LoggedScan:
-    """A scan with its pose.
-
-    Attributes:
-        scan: in the sensor frame S.
-        pose: (x, y, yaw) of S in W at the scan's time, m and rad.
-    """
+    """A scan in the sensor frame S with the pose (x, y, yaw) of S in W at its time, m and rad."""
 
     scan: LaserScan
     pose: np.ndarray

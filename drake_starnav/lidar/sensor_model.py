@@ -149,12 +149,7 @@ class LidarParameters:
 
 
 def scan_index(time: float, rate: float) -> int:
-    """Index of the latest scan at a time: 0 in [0, 1/rate), and so on.
-
-    Args:
-        time: s.
-        rate: scans per second, Hz.
-    """
+    """Index of the latest scan at a time, s, for a rate in Hz: 0 in [0, 1/rate), and so on."""
     return math.floor(time * rate + 1e-6)  # event times are multiples of the period only up to rounding
 
 
@@ -176,39 +171,28 @@ def measure(distances: np.ndarray, parameters: LidarParameters, seed: int, index
     """
     p = parameters
     count = len(distances)
-    errors = luck = strays = np.zeros(0)
+    errors = strays = np.zeros(0)
+    lost = np.zeros(0, bool)
     if p.noise > 0.0 or p.dropout > 0.0 or p.outliers > 0.0:
         generator = _generator(seed, index, NOISE)
-        errors = generator.standard_normal(count)
+        errors = p.noise * generator.standard_normal(count)
         if p.dropout > 0.0 or p.outliers > 0.0:
-            luck = generator.random(count)
+            lost = generator.random(count) < p.dropout
         if p.outliers > 0.0:
             strays = np.where(generator.random(count) < p.outliers, generator.random(count), np.nan)
     high = math.nextafter(p.range_max, 0.0)
-    return _reported(distances, errors, p.noise, luck, p.dropout, strays, p.quantisation, p.range_min, high)
+    return _reported(distances, errors, lost, strays, p.quantisation, p.range_min, high)
 
 
 def arrives(parameters: LidarParameters, seed: int, index: int) -> bool:
-    """Whether a scan arrives; a function of its index and the seed only.
-
-    Args:
-        parameters: of the sensor.
-        seed: as for `measure`.
-        index: index of the scan.
-    """
+    """Whether a scan arrives; a function of its index and the seed only, as for `measure`."""
     p = parameters
     silent = p.silence_start - 1e-9 <= index / p.rate < p.silence_start + p.silence_duration - 1e-9
     return not silent and (p.scan_loss == 0.0 or _generator(seed, index, ARRIVAL).random() >= p.scan_loss)
 
 
 def released(parameters: LidarParameters, seed: int, time: float) -> int | None:
-    """Index of the scan that was taken `delay` before a time; None if there is none or it does not arrive.
-
-    Args:
-        parameters: of the sensor.
-        seed: as for `measure`.
-        time: s.
-    """
+    """Index of the scan that was taken `delay` before a time, s; None if there is none or it does not arrive."""
     index = scan_index(time - parameters.delay, parameters.rate)
     return index if index >= 0 and arrives(parameters, seed, index) else None
 
@@ -224,10 +208,7 @@ _workbench = _Workbench()
 
 
 def _generator(seed: int, index: int, stream: int) -> np.random.Generator:
-    """`Generator(Philox(key=(seed, stream), counter=...))` for one scan.
-
-    The whole state is set, so that nothing depends on earlier use.
-    """
+    """`Generator(Philox(key=(seed, stream), counter=...))` for one scan, whatever was drawn before."""
     generator = _workbench.generator
     # The highest word of the counter is the scan's index, so that no two scans share numbers.
     counter = np.array([0, 0, 0, index & 0xFFFFFFFFFFFFFFFF], dtype=np.uint64)
@@ -243,8 +224,8 @@ def _generator(seed: int, index: int, stream: int) -> np.random.Generator:
 
 
 @njit(cache=True)
-def _reported(distances, errors, noise, luck, dropout, strays, quantisation, low, high):
-    """Ranges with errors; those of hits are clamped to [low, high]."""
+def _reported(distances, errors, lost, strays, quantisation, low, high):
+    """Ranges (n,) of true distances with their errors; hits are clamped to [low, high]; empty: no such fault."""
     ranges = np.empty(len(distances))
     for i in range(len(distances)):
         distance = distances[i]
@@ -256,10 +237,10 @@ def _reported(distances, errors, noise, luck, dropout, strays, quantisation, low
             ranges[i] = np.inf
         else:
             if len(errors):
-                distance += noise * errors[i]
+                distance += errors[i]
             if quantisation > 0.0:
                 distance = np.rint(distance / quantisation) * quantisation
             ranges[i] = min(max(distance, low), high) if max(distance, low) > 0.0 else -np.inf
-        if len(luck) and luck[i] < dropout:
+        if len(lost) and lost[i]:
             ranges[i] = np.nan
     return ranges

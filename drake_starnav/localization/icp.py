@@ -49,16 +49,12 @@ class Surfaces(NamedTuple):
 
 @njit(cache=True)
 def _lines(points, increment, wrap, width):
-    """Lines through each point's neighbours on one surface: an anchor point and a normal each, 0 if there is none.
+    """Lines through each point's neighbours on one surface, an anchor point and a normal each, (n, 2), 0 without one.
 
     Args:
         points: shape (n, 2), end points of the beams of a scan, m; infinity without a hit.
-        increment: bearing step between beams, rad.
-        wrap: whether the last beam's neighbour is the first one.
+        increment, wrap: as of `Surfaces`.
         width: neighbours are at most this far off, or a few times the distance between beams, m.
-
-    Returns:
-        anchor and normal, shape (n, 2).
     """
     n = len(points)
     anchor, normal = np.zeros((n, 2)), np.zeros((n, 2))

@@ -47,13 +47,7 @@ WIDEST_GATE, NARROWEST_GATE = 0.4, 0.1
 
 @dataclass(frozen=True)
 class OdometryError:
-    """Declared errors of odometry and lidar.
-
-    Attributes:
-        drift: error of a step as a share of its length and of its angle.
-        jump: largest jump of the position, m.
-        noise: standard deviation of the ranges, m.
-    """
+    """Declared errors: drift as a share of a step's length and angle, the largest jump, m, and that of ranges, m."""
 
     drift: float
     jump: float
@@ -62,13 +56,8 @@ class OdometryError:
 
 @dataclass(frozen=True)
 class Keyframe:
-    """A scan as surfaces for the alignment of others, one per beam. Immutable.
-
-    Attributes:
-        pose: (x, y, yaw) of the sensor frame S in M.
-        scan: in S.
-        surfaces: in S.
-    """
+    """A scan in the sensor frame S with its pose (x, y, yaw) in M, and as surfaces for the alignment of others.
+    Immutable."""
 
     pose: np.ndarray
     scan: LaserScan

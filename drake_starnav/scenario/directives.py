@@ -33,10 +33,8 @@ def _misplaced(place: str, beside: str) -> StarnavError:
 
 
 def make_paths_absolute(sections: dict[str, Any], folder: Path) -> None:
-    """Let the paths of world and robot, as read from YAML, begin at a folder.
-
-    Absolute ones, package:// and the names of what is shipped stay.
-    """
+    """Let the paths of world and robot, as read from YAML, begin at a folder, but for absolute ones, URIs and shipped
+    names."""
     world, robots = sections.get("world"), sections.get("robots")
     if isinstance(world, Tagged) and world.tag in WORLD_KINDS:
         for field_ in dataclasses.fields(WORLD_KINDS[world.tag]):

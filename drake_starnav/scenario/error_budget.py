@@ -121,12 +121,7 @@ robot, or, with much noise, their mean, and it is smoothed.
 
 
 class ErrorBudget(NamedTuple):
-    """What the formulas give.
-
-    Attributes:
-        symbols: value of each of `SYMBOLS`, in its unit.
-        terms: value of each of `TERMS`, m.
-    """
+    """What the formulas give: the value of each of `SYMBOLS`, in its unit, and of each of `TERMS`, m."""
 
     symbols: dict[str, float]
     terms: tuple[float, ...]

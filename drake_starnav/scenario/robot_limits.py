@@ -28,12 +28,7 @@ def limits_file(model: str) -> Path | None:
 def of_model(model: str, sections: Mapping[str, Any]) -> dict[str, Any]:
     """The sections `robot`, `lidar` and `lidars` of a model's file, over which those of a scenario are to be laid.
 
-    Args:
-        model: as `robot.model`.
-        sections: of the scenario.
-
-    Returns:
-        Without `model`, and without what the scenario says otherwise; empty where there is no file.
+    Without `model`, and without what the scenario's sections say otherwise; empty where there is no file.
 
     Raises:
         StarnavError: the file is no YAML file, or a section no mapping.

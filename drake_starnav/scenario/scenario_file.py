@@ -59,14 +59,10 @@ def load_scenario(name_or_path: str | Path, *, method: str = "star", overrides: 
         raise StarnavError(
             f"scenario file {path} cannot be read: {reason_of(error)}; allowed: a UTF-8 YAML file"
         ) from None
+    name = os.fsencode(path.stem).decode("utf-8", errors="replace")
     return parse_scenario(
-        text, name=_name_of(path), place=str(path), method=method, overrides=overrides, folder=path.absolute().parent
+        text, name=name, place=str(path), method=method, overrides=overrides, folder=path.absolute().parent
     )
-
-
-def _name_of(path: Path) -> str:
-    """The name of a scenario file; bytes in it that are not UTF-8 are replaced."""
-    return os.fsencode(path.stem).decode("utf-8", errors="replace")
 
 
 def parse_scenario(
@@ -78,13 +74,10 @@ def parse_scenario(
     overrides: Sequence[str] = (),
     folder: str | Path | None = None,
 ) -> Scenario:
-    """A scenario from YAML text.
+    """A scenario from YAML text; `place` names it in messages, other arguments are as for `load_scenario`.
 
-    Args:
-        text, name, method, overrides: as for `load_scenario`.
-        place: names the text in messages.
-        folder: that the paths of world and robot in the text are relative to; those of the overrides, and all if it
-            is None, are relative to the working directory.
+    Paths of world and robot in the text begin at `folder`; those in overrides, and all without it, where the program
+    runs.
     """
     sections = read_mapping(text, place, (*KEYS, "directives"))
     if "directives" in sections:
@@ -162,11 +155,7 @@ def _among(robot: Scenario, others: list[Scenario]) -> Scenario:
 
 
 def save_scenario(scenario: Scenario, path: str | Path) -> None:
-    """Write a scenario to a YAML file; `load_scenario` reads back an equal one if the file has the scenario's name.
-
-    Raises:
-        StarnavError: the file cannot be written.
-    """
+    """Write a scenario to a YAML file; `load_scenario` reads back an equal one if the file has its name."""
     write_text(Path(path), scenario_text(scenario))
 
 
@@ -194,7 +183,7 @@ def _robot_section(robot: Scenario) -> Tagged:
 
 
 def differences(text: str, other: str, sections: Sequence[str], place: str = "scenario") -> list[str]:
-    """Where two texts as of `scenario_text` differ in some sections: "robot.radius 0.3 and 0.25".
+    """Where two texts as of `scenario_text` differ in some sections: "robot.radius 0.3 and 0.25", or only its key.
 
     Keys of only one of them (from another version) and the folders of the files that they name are ignored.
     """
@@ -205,8 +194,9 @@ def differences(text: str, other: str, sections: Sequence[str], place: str = "sc
         if tags[0] != tags[1]:
             found.append(f"{name} !{tags[0]} and !{tags[1]}")
         elif isinstance(ours, dict) and isinstance(theirs, dict):
-            pairs = [(key, ours[key], theirs[key]) for key in ours if key in theirs]
-            found += [f"{name}.{key} {a} and {b}" for key, a, b in pairs if _without_folder(a) != _without_folder(b)]
+            pairs = [(f"{name}.{key}", ours[key], theirs[key]) for key in ours if key in theirs]
+            pairs = [pair for pair in pairs if _without_folder(pair[1]) != _without_folder(pair[2])]
+            found += [key if "\n" in f"{a}{b}" else f"{key} {a} and {b}" for key, a, b in pairs]
         elif isinstance(ours, list) and ours != theirs:
             found.append(f"{name} {ours} and {theirs}")
     return found

@@ -22,7 +22,6 @@ from drake_starnav.parameters import is_number, parameter, unknown_name
 from drake_starnav.planning import PlannerParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.faults import DriveParameters, LocalizationParameters
-from drake_starnav.scenario.recording import RecordingParameters
 from drake_starnav.scenario.shipped import METHODS
 from drake_starnav.tracking import DynamicObstacleParameters
 
@@ -41,6 +40,18 @@ class SimulationParameters:
     )
     goal_tolerance: float = parameter(
         0.3, "distance from the goal at which it counts as reached", unit="m", above=0.0, high=10.0
+    )
+
+
+@dataclass(frozen=True)
+class RecordingParameters:
+    """How a run is recorded and drawn."""
+
+    frames_per_second: int = parameter(
+        20, "frames of the animation; fewer make a smaller file", unit="1/s", low=1, high=120
+    )
+    scan_rate: float = parameter(
+        5.0, "scans, paths and certificates that are drawn; fewer make a smaller file", unit="Hz", low=0.1, high=100.0
     )
 
 

@@ -51,12 +51,9 @@ def watcher(
 
 
 def add_collision_monitor(builder: DiagramBuilder, navigation: Navigation, *, period: float = 0.02) -> None:
-    """End the simulation at the robot's first contact with anything but the ground.
+    """End the simulation at the first contact of a robot in the builder with anything but the ground.
 
-    Args:
-        builder: of the diagram.
-        navigation: in it.
-        period: of the checks, s; where obstacles move, every step of the plant is checked.
+    It is checked at this period, s; where obstacles move, at every step of the plant.
     """
     station, moving = navigation.station, navigation.station.moving_obstacle_geometries
     if moving:

@@ -114,7 +114,9 @@ def run_trial(
         simulator = make_simulator(diagram, settings=scenario.simulator_config)
         reports: list[tuple[float, str]] = []
         watch = watcher(simulator, navigation, logs, scenario.drive.slip, reports, progress)
-        run = _simulated(simulator, navigation, logs[0], scenario.simulation.timeout or world.timeout, watch)
+        start = time.perf_counter()
+        message = advance_until(simulator, scenario.simulation.timeout or world.timeout, watch)
+        run = left_by(simulator, navigation, logs[0], message, time.perf_counter() - start)
         run = dataclasses.replace(run, blocked=tuple(reports))
         steps: dict[str, Any] = {name: stopwatch.summary(name) for name in STEPS}
         by = method if parts.controller is None else type(parts.controller).__name__
@@ -134,29 +136,8 @@ def run_trial(
         release(holder)
 
 
-def _simulated(
-    simulator: Simulator,
-    navigation: Navigation,
-    log: VectorLogSink,
-    timeout: float,
-    progress: Callable[[float, float], None],
-) -> Run:
-    """Simulate until something ends the trial; `timeout` in s."""
-    start = time.perf_counter()
-    message = advance_until(simulator, timeout, progress)
-    return left_by(simulator, navigation, log, message, time.perf_counter() - start)
-
-
 def left_by(simulator: Simulator, navigation: Navigation, log: VectorLogSink, message: str, wall: float) -> Run:
-    """What a simulation leaves of a robot.
-
-    Args:
-        simulator: after the run.
-        navigation: of the robot.
-        log: of its states.
-        message: why the run ended.
-        wall: wall-clock time, s.
-    """
+    """What a simulation leaves of a robot, by the log of its states, why the run ended and how long it took, s."""
     context = simulator.get_context()
     record, station = log.FindLog(context), navigation.station
     times, states = record.sample_times(), record.data()
@@ -192,11 +173,10 @@ def advance_until(
     progress: Callable[[float, float], None],
     arrived: Callable[[Context], bool] = lambda _: False,
 ) -> str:
-    """Run until something ends the trial, and return its message: it begins with the outcome.
+    """Run until something ends the trial, or the timeout, s, and return its message: it begins with the outcome.
 
     Args:
-        simulator: of the diagram.
-        timeout: s.
+        simulator, timeout: of the diagram, and s.
         progress: called regularly with the simulated time and the time limit, s.
         arrived: whether all is done, where no system of the diagram ends the run then.
     """

@@ -130,13 +130,9 @@ class Run:
 
 
 def figures(scenario: Scenario, world: World, shortest: tuple[float, np.ndarray] | None, run: Run) -> dict[str, Any]:
-    """Fields of the `Trial`: its outcome, and what follows from where the robot drove.
+    """Fields of the `Trial` of a run: its outcome, and what follows from where the robot drove.
 
-    Args:
-        scenario: of the run.
-        world: of the run, with its footprints.
-        shortest: the path for comparison, as of `omniscient_path`.
-        run: what was simulated.
+    The shortest path for comparison is as of `omniscient_path`.
     """
     path, footprint = run.driven[:, :2], scenario.robot.shape
     standing = body_clearance(world, run.driven[:, :3], footprint)
@@ -190,10 +186,7 @@ def goal_occupied(world: World, time: float, scenario: Scenario) -> bool:
 def benchmark_score(outcome: str, time: float, optimal_time: float | None) -> float | None:
     """OT / clip(AT, 2 OT, 8 OT) of a trial that reached the goal, 0 of another one; None without an optimal time.
 
-    Args:
-        outcome: of the trial.
-        time: AT, until the outcome, s.
-        optimal_time: OT of the world, s.
+    `time` is AT, until the outcome, and `optimal_time` OT of the world, s.
 
     Source: the BARN challenge since 2024; in 2022 the lower bound was 4 OT, and the largest score 0.25.
     """
@@ -217,15 +210,9 @@ def legs(world: World, goals: Goals) -> list[tuple[tuple[float, ...], tuple[floa
 
 
 def omniscient_path(world: World, radius: float, goals: Goals = ()) -> tuple[float, np.ndarray] | None:
-    """The shortest path given the full map, with which a trial is compared.
+    """The shortest path of a radius, m, given the full map, to the goals of a scenario or else the world's.
 
-    Args:
-        world: with its footprints, if it is of a model file.
-        radius: of the robot, m.
-        goals: of the scenario; none: the world's.
-
-    Returns:
-        As `shortest_path`, which may miss passages with less than 2 to 4 cm to spare; None also where obstacles move.
+    As `shortest_path`, which may miss passages with less than 2 to 4 cm to spare; None also where obstacles move.
     """
     if world.model is not None and world.model.moving:
         return None

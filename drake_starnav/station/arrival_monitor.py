@@ -51,14 +51,13 @@ class ArrivalMonitor(LeafSystem):
 
     def _check(self, context: Context, values: DiscreteValues) -> EventStatus:
         x, y, _, v, omega = self._state.Eval(context).tolist()
-        if self._arrived(context, (x, y)):
+        if self._reached is None:
+            arrived = math.dist((x, y), self._goal.Eval(context)) < self._tolerance
+        else:
+            arrived = bool(np.isfinite(self._reached.Eval(context)).all())
+        if arrived:
             return EventStatus.ReachedTermination(self, "reached")
         stands = abs(v) < STANDING and abs(omega) < STANDING
         if stands and self._status.HasValue(context) and self._status.Eval(context) is PlannerStatus.UNREACHABLE:
             return EventStatus.ReachedTermination(self, "unreachable")
         return EventStatus.DidNothing()
-
-    def _arrived(self, context: Context, place: tuple[float, float]) -> bool:
-        if self._reached is not None:
-            return bool(np.isfinite(self._reached.Eval(context)).all())
-        return math.dist(place, self._goal.Eval(context)) < self._tolerance

@@ -20,13 +20,8 @@ COLLISION, STRUCK = "collision", "struck"
 
 
 class Hull(NamedTuple):
-    """The footprint by which a robot is checked against obstacles with which its plant has no contact.
-
-    Attributes:
-        frame: of its base, about whose z axis it turns.
-        footprint: what it covers in that frame.
-        surfaces: the obstacles.
-    """
+    """The footprint, in the frame of its base, by which a robot is checked against obstacles without contact in its
+    plant."""
 
     frame: FrameId
     footprint: Footprint

@@ -12,11 +12,7 @@ from drake_starnav.parameters import unknown_name
 
 
 def scenario_plant_config(settings: Mapping[str, Any], defaults: MultibodyPlantConfig) -> MultibodyPlantConfig:
-    """The settings of the plant: defaults, and over them what the scenario's `plant_config` holds.
-
-    Raises:
-        StarnavError: unknown key, or a value that Drake does not allow.
-    """
+    """Defaults, and over them the scenario's `plant_config`; a `StarnavError` for what Drake does not allow."""
     if "time_step" in settings:
         raise StarnavError(
             f"plant_config.time_step is {shown(settings['time_step'])}; allowed: simulation.time_step, "
@@ -26,11 +22,7 @@ def scenario_plant_config(settings: Mapping[str, Any], defaults: MultibodyPlantC
 
 
 def scenario_simulator_config(settings: Mapping[str, Any], defaults: SimulatorConfig | None = None) -> SimulatorConfig:
-    """The settings of the simulator: defaults, and over them what the scenario's `simulator_config` holds.
-
-    Raises:
-        StarnavError: unknown key, or a value that Drake does not allow.
-    """
+    """Defaults, and over them the scenario's `simulator_config`; errors as of `scenario_plant_config`."""
     return _laid_over(settings, defaults or SimulatorConfig(), "simulator_config")
 
 

@@ -30,9 +30,7 @@ def check_drive(
 
     Args:
         station: with the robot.
-        times: of what follows, shape (n,), s.
-        states: of the robot's model, shape (n, m).
-        commands: twists, shape (n, k).
+        times, states, commands: shape (n,), s; shape (n, m), of the robot's model; twists, shape (n, k).
         slip: share of the speed that the wheels are declared to lose.
     """
     if times[-1] - times[0] < 2.0 * SPAN:

@@ -11,53 +11,34 @@ DRIFT, JUMP, SLIP = 2, 3, 4
 
 
 def drifted(believed: np.ndarray, before: np.ndarray, now: np.ndarray, drift: float, seed: int) -> np.ndarray:
-    """The believed pose after the robot went from one true pose to another.
+    """The believed pose after the robot went from one true pose to another, near it; (x, y, yaw) in W, m and rad.
 
     During a trial the error keeps one direction relative to the robot and one sign of the heading, so that it
     accumulates like that of a badly calibrated odometry.
 
     Args:
-        believed: (x, y, yaw) at the true pose `before`, m and rad.
-        before, now: true poses (x, y, yaw) in W; little motion lies between them.
+        believed: pose at the true one `before`.
+        before, now: true poses.
         drift: error as a share of the distance travelled and of the angle turned.
         seed: a non-negative whole number below 2**64.
-
-    Returns:
-        shape (3,).
     """
     along, across, turn = now_in(before, now)
-    angle, sign = _direction(seed)
+    generator = _generator(seed, DRIFT)
+    angle, sign = generator.uniform(-math.pi, math.pi), 1.0 if generator.random() < 0.5 else -1.0
     along, across = along + drift * along * math.cos(angle), across + drift * along * math.sin(angle)
     return composed(believed, (along, across, turn * (1.0 + drift * sign)))
 
 
 def jumped(jump: float, seed: int, index: int) -> np.ndarray:
-    """The jump of the believed position, shape (2,), m: its size is given, its direction drawn.
-
-    Args:
-        jump: size, m.
-        seed: a non-negative whole number below 2**64.
-        index: number of the jump.
-    """
+    """The jump of that index of the believed position, shape (2,), m: its size is given, its direction drawn."""
     angle = _generator(seed, JUMP, index).uniform(-math.pi, math.pi)
     return jump * np.array((math.cos(angle), math.sin(angle)))
 
 
 def wheel_shares(slip: float, seed: int, index: int) -> np.ndarray:
-    """The share of its speed that each wheel keeps, shape (2,): left and right.
-
-    Args:
-        slip: largest share that may be lost.
-        seed: a non-negative whole number below 2**64.
-        index: number of the second.
-    """
+    """The share of its speed that each wheel, left and right, keeps in a second of that index; it may lose up to
+    `slip`."""
     return 1.0 - slip * _generator(seed, SLIP, index).random(2)
-
-
-def _direction(seed: int) -> tuple[float, float]:
-    """Direction of a trial's drift relative to the robot, rad, and the sign of its heading's."""
-    generator = _generator(seed, DRIFT)
-    return generator.uniform(-math.pi, math.pi), 1.0 if generator.random() < 0.5 else -1.0
 
 
 def _generator(seed: int, stream: int, index: int = 0) -> np.random.Generator:

@@ -47,11 +47,8 @@ class _Measurement(NamedTuple):
 class _Held:
     """What a sampled sensor knows.
 
-    Attributes:
-        shown: the scan at the outputs.
-        waiting: scans in transit, a ring by their index.
-        swept: when the last sweep ended, whether its scan arrives or not, s; NaN before the first.
-        X_WS_swept: where S was then, as in a measurement.
+    The scan at the outputs; scans in transit, a ring by their index; when the last sweep ended, whether its scan
+    arrives or not, s, NaN before the first; and where S was then.
     """
 
     shown: _Measurement

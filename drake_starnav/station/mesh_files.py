@@ -19,15 +19,8 @@ _Z_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 
 
 def hull_faces(shape: Convex, name: str) -> tuple[np.ndarray, list[np.ndarray]]:
-    """The convex hull of a shape: vertices, shape (n, 3), m, and the indices of each face.
-
-    Args:
-        shape: of which Drake computes the hull.
-        name: of the geometry, for errors.
-
-    Raises:
-        StarnavError: its file cannot be read.
-    """
+    """The convex hull of a shape: vertices, shape (n, 3), m, and the indices of each face; errors as of
+    `mesh_triangles`."""
     try:
         hull = shape.GetConvexHull()
     except RuntimeError as error:

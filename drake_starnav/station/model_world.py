@@ -191,7 +191,7 @@ def add_model(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelFile) 
             "weld: true for a body that no joint holds"
         )
     inspector = scene_graph.model_inspector()
-    for geometry in _geometries(inspector, None):
+    for geometry in sorted(inspector.GetAllGeometryIds(), key=GeometryId.get_value):
         shape = inspector.GetShape(geometry)
         if isinstance(shape, (Mesh, Convex)) and shape.source().is_path() and not Path(shape.source().path()).is_file():
             raise StarnavError(f"model {place}: mesh {shape.source().path()}: no such file; allowed: a mesh file")
@@ -199,10 +199,7 @@ def add_model(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelFile) 
 
 
 def _make_surfaces(plant: MultibodyPlant, scene_graph: SceneGraph) -> None:
-    """Let hollow meshes that are fixed, as the walls of a house in one file, be surfaces that lidars see.
-
-    Drake's contact would fill their convex hull.
-    """
+    """Let fixed hollow meshes, as a house in one file, be what lidars see: Drake's contact would fill their hull."""
     inspector = scene_graph.model_inspector()
     for body in plant.GetBodiesWeldedTo(plant.world_body()):
         for geometry in plant.GetCollisionGeometriesForBody(body):
@@ -251,11 +248,6 @@ def _fixed_geometries(
             if (inspector.GetProximityProperties(geometry) is None) == hollow:
                 found.append((geometry, X_WB @ inspector.GetPoseInFrame(geometry)))
     return sorted(found, key=lambda item: item[0].get_value())
-
-
-def _geometries(inspector: SceneGraphInspector, role: Role | None) -> list[GeometryId]:
-    ids = inspector.GetAllGeometryIds() if role is None else inspector.GetAllGeometryIds(role)
-    return sorted(ids, key=GeometryId.get_value)
 
 
 def shape_vertices(inspector: SceneGraphInspector, geometry: GeometryId, X_WG: RigidTransform) -> np.ndarray:

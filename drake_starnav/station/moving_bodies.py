@@ -27,13 +27,9 @@ _AXES = {"x": np.array([1.0, 0.0, 0.0]), "y": np.array([0.0, 1.0, 0.0])}
 def add_moving_obstacles(
     plant: MultibodyPlant, scene_graph: SceneGraph, moving_obstacles: MovingObstacles, robot: ModelInstanceIndex
 ) -> None:
-    """Add moving obstacles to a plant not yet finalized, after all that stands: they collide with the robot alone.
+    """Add moving obstacles, at their first way points, to a plant not yet finalized, after all that stands.
 
-    Args:
-        plant: with the robot.
-        scene_graph: of the plant.
-        moving_obstacles: their radii, and their paths, at whose first way points they are placed.
-        robot: the robot's model.
+    They collide with the robot's model alone.
     """
     if not len(moving_obstacles):
         return
@@ -98,11 +94,7 @@ class MovingObstacleDrive(LeafSystem):
     """
 
     def __init__(self, moving_obstacles: MovingObstacles, *, time_step: float) -> None:
-        """
-        Args:
-            moving_obstacles: as for `add_moving_obstacles`.
-            time_step: of the plant, s.
-        """
+        """Of the moving obstacles as for `add_moving_obstacles`, in a plant of that time step, s."""
         super().__init__()
         self._moving_obstacles, self._time_step = moving_obstacles, time_step
         self._size = 2 * len(moving_obstacles)

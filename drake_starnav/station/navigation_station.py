@@ -1,8 +1,6 @@
 """The robot in its world: plant, scene, sensor and wheel servo, in a builder or as one diagram with dotted ports."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 from pydrake.geometry import GeometryId, SceneGraph
 from pydrake.multibody.plant import MultibodyPlant
@@ -33,55 +31,12 @@ def station_outputs(robot: RobotInterface) -> list[str]:
     ]
 
 
-class StationInterface(Protocol):
-    """What navigation drives in: `NavigationStation`, `Station`, or the `RobotInterface` of one of several robots."""
-
-    @property
-    def plant(self) -> MultibodyPlant:
-        """Of the world."""
-
-    @property
-    def scene_graph(self) -> SceneGraph:
-        """Of the plant."""
-
-    @property
-    def robot_model(self) -> ModelInstanceIndex:
-        """The robot in the plant."""
-
-    @property
-    def robot_interface(self) -> RobotInterface:
-        """The robot's lidar, localization and wheels."""
-
-    @property
-    def robot_geometries(self) -> Sequence[GeometryId]:
-        """Proximity geometries of the robot."""
-
-    @property
-    def floor(self) -> Sequence[GeometryId]:
-        """Geometries that the robot may touch."""
-
-    @property
-    def moving_obstacle_geometries(self) -> Sequence[GeometryId]:
-        """What may run into the robot."""
-
-    @property
-    def hull(self) -> Hull | None:
-        """Of the robot among obstacles with which the plant has no contact, see `surface_world`; None without any."""
-
-    @property
-    def geometry_query(self) -> OutputPort:
-        """The port of the scene, in the builder that holds the station."""
-
-    def GetOutputPort(self, name: str) -> OutputPort:
-        """The port of a name in `station_outputs`."""
-
-    def GetInputPort(self, name: str) -> InputPort:
-        """`drive.twist_command`."""
-
-
 @dataclass(frozen=True)
 class Station:
-    """What `add_station` put into a builder, a `StationInterface`; `ground` is the floor that is always there."""
+    """What `add_station` put into a builder; `ground` is the floor that is always there.
+
+    With `hull` a robot is checked among obstacles with which the plant has no contact, see `surface_world`.
+    """
 
     plant: MultibodyPlant
     scene_graph: SceneGraph
@@ -207,3 +162,7 @@ class NavigationStation(Diagram):
     def floor(self) -> list[GeometryId]:
         """Geometries that the robot may touch."""
         return self.robot_interface.floor
+
+
+StationInterface = Station | NavigationStation | RobotInterface
+"""What navigation drives in; the last is one of several robots."""

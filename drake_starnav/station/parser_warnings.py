@@ -15,11 +15,8 @@ SKIPPED = re.compile(r"element in geometry|geom\b.*\btype|inertia", re.IGNORECAS
 def none_skipped(place: str) -> Iterator[None]:
     """Refuse what Drake's parser skips; its other warnings, of what does not matter here, are not shown.
 
-    Args:
-        place: names the file in the message.
-
     Raises:
-        StarnavError: at the end, a shape or an inertia was skipped.
+        StarnavError: at the end, a shape or an inertia of the file that `place` names was skipped.
     """
     log, found = logging.getLogger("drake"), _Messages()
     handlers, passed_on = log.handlers, log.propagate

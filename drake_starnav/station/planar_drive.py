@@ -88,12 +88,10 @@ def lowest_point(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelIns
 def motorize(
     plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelInstanceIndex, start: tuple[float, float, float]
 ) -> None:
-    """Give the joints of a planar base their motors and the start, and let the robot never touch the floor.
+    """Give the joints of a planar base their motors and the start, (x, y, yaw), m and rad, W, and let it not touch the
+    floor.
 
-    Args:
-        plant: not yet finalized.
-        scene_graph, model: the robot's, as read from a file with `put_on_joints`.
-        start: (x, y, yaw), m and rad, W.
+    The plant is not yet finalized; its model was read from a file with `put_on_joints`.
     """
     inspector, bodies = scene_graph.model_inspector(), [plant.get_body(i) for i in link_poses(plant, model)]
     for geometry in (g for body in bodies for g in collision_shapes(plant, scene_graph, body)):

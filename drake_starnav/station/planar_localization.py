@@ -149,15 +149,7 @@ class PlanarLocalization(LeafSystem):
 
 
 def planar_states(multibody_states: np.ndarray, num_positions: int) -> np.ndarray:
-    """The values of port `state` for many states at once.
-
-    Args:
-        multibody_states: shape (n, m), each as on port `multibody_state`.
-        num_positions: of the model instance.
-
-    Returns:
-        Shape (n, 5): x, y, yaw, v, omega.
-    """
+    """The values of port `state`, shape (n, 5), for many states (n, m) at once, each as on port `multibody_state`."""
     if num_positions == PLANAR:
         x, y, yaw, v_x, v_y, omega = multibody_states.T
         along = np.copysign(np.hypot(v_x, v_y), v_x * np.cos(yaw) + v_y * np.sin(yaw))

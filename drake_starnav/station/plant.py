@@ -109,8 +109,7 @@ def add_plant(
         builder: to which they are added.
         world: obstacles, and where the robot starts.
         robot: model and size.
-        time_step: as for `plant_config`.
-        settings: laid over it: keys of `MultibodyPlantConfig`.
+        time_step, settings: as for `plant_config`, and keys of `MultibodyPlantConfig` that are laid over it.
 
     Returns:
         plant, scene graph, the robot's model instance, and the ground's geometry.

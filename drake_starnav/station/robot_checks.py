@@ -22,13 +22,9 @@ TOLERANCE = 1e-3
 def model_faults(
     plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelInstanceIndex, radius: float, floor: float | None
 ) -> Iterator[str]:
-    """What is wrong with a model.
+    """What is wrong with a model in a plant not yet finalized, of a `robot.radius`, m.
 
-    Args:
-        plant: not yet finalized.
-        scene_graph, model: of the plant.
-        radius: `robot.radius`, m.
-        floor: its height in base_link, m; None if the model has no wheels.
+    `floor`: its height in base_link, m; None if the model has no wheels.
     """
     based = plant.HasBodyNamed("base_link", model)
     if not based:

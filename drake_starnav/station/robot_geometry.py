@@ -44,9 +44,7 @@ def robot_outline(
 ) -> np.ndarray | None:
     """The convex hull of what a robot's links at their poses in base_link collide with, seen from above.
 
-    Returns:
-        Vertices, counter-clockwise, shape (n, 2), about base_link's z axis, m; round shapes lie within them. None if
-        they enclose nothing.
+    Counter-clockwise, shape (n, 2), about base_link's z axis, m; round shapes lie within. None if they enclose nothing.
     """
     inspector, found = scene_graph.model_inspector(), []
     for _, geometry, X_BG in _extents(plant, scene_graph, poses):
@@ -157,14 +155,10 @@ def actuated_joints(plant: MultibodyPlant, model: ModelInstanceIndex) -> list[Re
 
 
 def massless_links(plant: MultibodyPlant, bodies: Iterable[BodyIndex]) -> list[str]:
-    """Names of the bodies that move although there is nothing with a mass that moves with them.
+    """Names of the bodies, in a plant not yet finalized, that move although nothing with a mass moves with them.
 
     A link that a joint moves may leave the mass to what it carries; a body without any joint, which moves freely, only
     to what is welded to it.
-
-    Args:
-        plant: not yet finalized.
-        bodies: all that are asked about.
     """
     joints = [plant.get_joint(index) for index in plant.GetJointIndices()]
     on = {joint.child_body().index(): joint.parent_body().index() for joint in joints}
@@ -183,11 +177,9 @@ def massless_links(plant: MultibodyPlant, bodies: Iterable[BodyIndex]) -> list[s
 
 
 class Drive(NamedTuple):
-    """Where a robot's wheels touch the floor.
+    """Where a robot's wheels touch the floor, in the order of their actuators, each of shape (n,), m.
 
-    Attributes:
-        radii: of the wheels in the order of their actuators, shape (n,), m; negative if they turn about -y.
-        arms: how far to the right of base_link's z axis they are, shape (n,), m.
+    `radii` are negative of wheels that turn about -y; `arms` are how far to the right of base_link's z axis they are.
     """
 
     radii: np.ndarray

@@ -47,12 +47,7 @@ GRIP_MASS = 0.1
 
 
 class Wheels(NamedTuple):
-    """Joints of a robot's wheels.
-
-    Attributes:
-        left, right: their names.
-        middle: of the axles, (x, y) in base_link, m.
-    """
+    """Names of the joints of a robot's wheels, and the middle of the axles, (x, y) in base_link, m."""
 
     left: tuple[str, ...]
     right: tuple[str, ...]
@@ -78,11 +73,10 @@ class _Span(NamedTuple):
 def found_wheels(
     plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelInstanceIndex, given: tuple[str, str]
 ) -> Wheels:
-    """The wheels of a model as it was read.
+    """The wheels of a model as it was read into a plant not yet finalized.
 
     Args:
-        plant: not yet finalized.
-        scene_graph, model: of the plant.
+        plant, scene_graph, model: with the robot.
         given: names of the left and of the right joints, separated by spaces; empty where they are to be found: joints
             that turn about y or -y, on no swivel, in pairs left and right, with shapes down to one floor. Of several
             such joints in a chain, as of a suspension, it is the last.
@@ -128,8 +122,7 @@ def stand_on_wheels(
     behind its axle gets a caster there, so that it does not tip over.
 
     Args:
-        plant: not yet finalized; the origin of base_link lies in the middle of the axles.
-        scene_graph, model: of the plant.
+        plant, scene_graph, model: not yet finalized; the origin of base_link lies in the middle of the axles.
         wheels: as from `found_wheels`, with collision shapes.
         efforts: the largest torque of each, the left ones first, N m.
 
@@ -290,12 +283,9 @@ def _add_grip(
 def _slide(
     plant: MultibodyPlant, scene_graph: SceneGraph, link: RigidBody, X_BL: RigidTransform, floor: float
 ) -> list[float]:
-    """Let the shapes of a link that reach the floor slide on it, as a caster's wheel turns freely.
+    """Let the shapes of a link that reach the floor slide on it, as a caster's wheel; returns their x in base_link, m.
 
     A sphere just above the floor stays; else a sphere without friction, that touches only the floor, comes beneath.
-
-    Returns:
-        Where these shapes are along base_link's x axis, m.
     """
     stands = []
     inspector = scene_graph.model_inspector()

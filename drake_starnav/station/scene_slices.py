@@ -45,12 +45,8 @@ _BOX_FACES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 
 
 
 def read_solids(inspector: SceneGraphInspector, role: Role, exclude: Collection[FrameId] = ()) -> dict[FrameId, Solids]:
-    """All shapes of a role, by the frame they move with; the world frame always comes first.
-
-    Args:
-        inspector: of the scene.
-        role: shapes without it are invisible, except those with the property `SURFACE`.
-        exclude: frames whose shapes are left out.
+    """All shapes of a role, or with the property `SURFACE`, by the frame they move with, but those of some; the world
+    first.
 
     Raises:
         StarnavError: a mesh cannot be read.
@@ -86,11 +82,7 @@ class SceneSlices:
     """
 
     def __init__(self, role: Role, exclude: Collection[FrameId] = ()) -> None:
-        """
-        Args:
-            role: shapes without it are invisible.
-            exclude: frames whose shapes are left out.
-        """
+        """Of shapes of a role, but for those of some frames."""
         self._role = role
         self._exclude = frozenset(exclude)
         self._version = GeometryVersion()
@@ -111,7 +103,7 @@ class SceneSlices:
         range_max: float,
         X_WS_begin: np.ndarray | None = None,
     ) -> np.ndarray:
-        """The true distance along each beam.
+        """The true distance along each beam of a fan, shape (n,), m, `+inf` where nothing is hit.
 
         Args:
             query: of the scene.
@@ -122,9 +114,6 @@ class SceneSlices:
             X_WS_begin: pose when the sweep of the beams began, one beam before the first; None when all measure at
                 once. Between the two the sensor moves evenly within the scan plane of `X_WS`, and everything else
                 stands still.
-
-        Returns:
-            shape (n,), m, `+inf` where nothing is hit.
         """
         inspector = query.inspector()
         if not inspector.geometry_version().IsSameAs(self._version, self._role):

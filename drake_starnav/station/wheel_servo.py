@@ -30,11 +30,7 @@ class WheelServo(Diagram):
     """
 
     def __init__(self, plant: MultibodyPlant, model: ModelInstanceIndex) -> None:
-        """
-        Args:
-            plant: finalized.
-            model: the robot, as from `add_robot`.
-        """
+        """Of a robot as from `add_robot` in a finalized plant."""
         super().__init__()
         rates = wheel_rates(plant, model)
         n, size = rates.shape

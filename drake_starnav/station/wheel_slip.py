@@ -27,12 +27,7 @@ class WheelSlip(LeafSystem):
     """
 
     def __init__(self, *, sides: np.ndarray, slip: float, seed: int) -> None:
-        """
-        Args:
-            sides: of each wheel, shape (n,): 0 for the left one, 1 for the right one.
-            slip: largest share of its speed that a wheel loses.
-            seed: a non-negative whole number below 2**64.
-        """
+        """Of wheels on `sides` (n,), 0 left and 1 right, that lose up to the share `slip` of their speed."""
         super().__init__()
         self._sides, self._slip, self._seed = sides, slip, seed
         self._desired = self.DeclareVectorInputPort("desired_state", 2 * len(sides))

@@ -25,11 +25,7 @@ class WheelSpeedCommand(LeafSystem):
     """
 
     def __init__(self, *, robot: RobotParameters, drive: Drive) -> None:
-        """
-        Args:
-            robot: its base and limits.
-            drive: its n wheels.
-        """
+        """Of a robot's base and limits, and its n wheels."""
         super().__init__()
         self._base, self._limits, self._drive, n = robot.drive, robot.limits, drive, len(drive.radii)
         self._angles = np.zeros(n)

@@ -108,14 +108,7 @@ def surface_world(world: World) -> World | None:
 
 
 def add_surface(plant: MultibodyPlant, mesh: Mesh, name: str, *, seen: bool) -> None:
-    """Show a mesh fixed to the world.
-
-    Args:
-        plant: not yet finalized.
-        mesh: in W.
-        name: of its geometry.
-        seen: whether lidars see it.
-    """
+    """Show a mesh in W, fixed to the world, in a plant not yet finalized; `seen`: whether lidars see it."""
     look, perception = IllustrationProperties(), PerceptionProperties()
     look.AddProperty("phong", "diffuse", Rgba(*OBSTACLE_COLOR))
     perception.AddProperty("phong", "diffuse", Rgba(*OBSTACLE_COLOR))

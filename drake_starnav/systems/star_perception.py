@@ -116,4 +116,4 @@ def lidar_names(name: str, count: int) -> list[str]:
 
 
 def _is_silent(scan: LaserScan) -> bool:
-    return not scan.complete and bool(scan.lost.all())
+    return bool(scan.lost.all())

@@ -27,8 +27,7 @@ def clusters(scan: LaserScan, doubtful: np.ndarray, may_start: np.ndarray, large
 
     Args:
         scan: in S.
-        doubtful: which beams hit what does not certainly stand, shape (n,).
-        may_start: which hit something small enough to move, shape (n,).
+        doubtful, may_start: which beams hit what does not certainly stand, or is small enough to move, shape (n,).
         largest: radius of the largest obstacle that moves, m.
     """
     narrow, wide = [], np.zeros(len(doubtful), bool)

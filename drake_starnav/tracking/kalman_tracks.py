@@ -163,13 +163,8 @@ class Tracks:
 
 
 class Beams(NamedTuple):
-    """What `OccupancyHistory` tells of the beams of a scan, each of shape (n,).
-
-    Attributes:
-        motion: STATIC, UNKNOWN or DYNAMIC.
-        came: which hit what was not here before.
-        may_start: which hit something small enough to move.
-    """
+    """What `OccupancyHistory` tells of the beams of a scan, each of shape (n,): STATIC, UNKNOWN or DYNAMIC, which hit
+    what was not here before, and which hit something small enough to move."""
 
     motion: np.ndarray
     came: np.ndarray
@@ -212,7 +207,7 @@ def updated(
     for k in range(len(before)):
         absent = before.scans[k] <= CONFIRMED_AFTER or seen_past(scan, pose, before.position[k])
         if k not in partner and scan.time - before.seen[k] < (FORGOTTEN_NEW if absent else FORGOTTEN_AFTER):
-            rows.append(_track(before, k))
+            rows.append(Track._make(getattr(before, name)[k] for name in Track._fields))
     for c, run in enumerate(runs):
         owner_of_beam[run] = len(rows)
         if c in owner:
@@ -291,10 +286,6 @@ def _turned(place: np.ndarray, before: np.ndarray, now: np.ndarray) -> float:
     """The angle by which the line of sight to a place (2,) turns as the lidar moves between positions (2,), rad."""
     (a, b), (c, d) = place - before, place - now
     return math.atan2(a * d - b * c, a * c + b * d)
-
-
-def _track(tracks: Tracks, k: int) -> Track:
-    return Track._make(getattr(tracks, name)[k] for name in Track._fields)
 
 
 def _predicted(tracks: Tracks, time: float) -> Tracks:

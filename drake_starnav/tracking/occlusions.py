@@ -13,13 +13,9 @@ places on the ray between the two have this spacing."""
 
 
 def occlusion_points(scan: LaserScan, pose: np.ndarray) -> np.ndarray:
-    """Places along the rays past the edges of occluding surfaces, shape (n, 2), W, m.
+    """Places along the rays past the edges of occluding surfaces, shape (n, 2), W, m, for a scan at a pose of S in W.
 
     An obstacle that comes out crosses such a ray, no farther than OCCLUSION_SPACING / 2 from a place or from the edge.
-
-    Args:
-        scan: in S.
-        pose: (x, y, yaw) of S in W.
     """
     bearing_0 = float(pose[2]) + scan.angle_min
     return _occlusion_points(scan.distances, scan.angle_increment, scan.full_circle, *pose[:2], bearing_0)

@@ -74,18 +74,10 @@ class OccupancyHistory:
     def classified(
         self, scan: LaserScan, pose: np.ndarray, parameters: DynamicObstacleParameters
     ) -> tuple[np.ndarray, np.ndarray]:
-        """What each beam of a scan hit, judged by the earlier scans.
+        """What each beam of a scan at a pose (x, y, yaw) of S in W hit, judged by the earlier scans, shape (n,), int.
 
-        Beams without a hit, and hits outside the grid, count as static.
-
-        Returns:
-            STATIC, UNKNOWN or DYNAMIC, shape (n,), and which beams hit what has come here, shape (n,), bool: what is
-            DYNAMIC, and what stands by now, or creeps.
-
-        Args:
-            scan: the latest, in S.
-            pose: (x, y, yaw) of S in W when it was taken.
-            parameters: max_radius.
+        It is STATIC, also without a hit or outside the grid, UNKNOWN or DYNAMIC. The second array says which beams hit
+        what has come here, shape (n,), bool: what is DYNAMIC, and what stands by now, or creeps.
         """
         beams, i, j = self._cells_hit(scan, pose, border=1)
         stands, freed = scan.hits.copy(), np.zeros(len(scan.hits), bool)
@@ -101,9 +93,7 @@ class OccupancyHistory:
     def may_start(self, scan: LaserScan, pose: np.ndarray, large: np.ndarray) -> np.ndarray:
         """Which hits are on objects that could move, whether or not they do, shape (n,), bool.
 
-        Args:
-            scan, pose: as for `classified`.
-            large: which hits are on a surface that is too large to move, shape (n,).
+        `large` are those on a surface that is too large to move, shape (n,); other arguments as for `classified`.
         """
         beams, i, j = self._cells_hit(scan, pose, border=1)
         may_start = scan.hits & ~large

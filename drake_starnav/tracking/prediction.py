@@ -19,21 +19,15 @@ PREDICTION_STEP = 0.1
 
 
 def predicted_trajectories(
-    position: np.ndarray,
-    velocity: np.ndarray,
-    radius: np.ndarray,
-    walls: np.ndarray,
-    duration: float = HORIZON + PREDICTION_LEAD,
+    position: np.ndarray, velocity: np.ndarray, radius: np.ndarray, walls: np.ndarray
 ) -> np.ndarray:
-    """Predicted positions of discs, shape (n, k, 2), W, m: now and then every PREDICTION_STEP for `duration`.
+    """Predicted positions of discs, shape (n, k, 2), W, m: now and then every PREDICTION_STEP, beyond the horizon.
 
     Args:
-        position, velocity: shape (n, 2), of the centres now, W, m and m/s.
-        radius: shape (n,), m.
+        position, velocity, radius: shape (n, 2), (n, 2) and (n,), of the discs now, W, m and m/s.
         walls: shape (m, 2), points on static obstacles, W, m.
-        duration: at least so long, s.
     """
-    steps = math.ceil(duration / PREDICTION_STEP - 1e-9) + 1
+    steps = math.ceil((HORIZON + PREDICTION_LEAD) / PREDICTION_STEP - 1e-9) + 1
     return _predicted_trajectories(position, velocity, radius, walls, steps)
 
 

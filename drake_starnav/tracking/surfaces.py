@@ -55,8 +55,7 @@ def joined(distance: np.ndarray, hit: np.ndarray, angle: float | np.ndarray, wra
     """Which beams hit the surface that the beam before has hit, shape (n,), bool.
 
     Args:
-        distance: shape (n,), m.
-        hit: shape (n,), bool.
+        distance, hit: shape (n,), m and bool.
         angle: between each beam and the one before, one for all or of shape (n,), rad.
         wrap: whether the last beam is the one before the first.
     """
@@ -68,11 +67,7 @@ def joined(distance: np.ndarray, hit: np.ndarray, angle: float | np.ndarray, wra
 
 
 def runs(chosen: np.ndarray, continues: np.ndarray) -> list[np.ndarray]:
-    """The runs of chosen beams of which each continues the one before: beam numbers, in order.
-
-    Args:
-        chosen, continues: shape (n,), bool; the second as from `joined`.
-    """
+    """Beam numbers of the runs of `chosen` beams (n,) of which each continues the one before, as from `joined`."""
     begins = chosen & ~(continues & np.roll(chosen, 1))
     first = np.flatnonzero(begins)
     last = np.flatnonzero(chosen & np.roll(begins | ~chosen, -1))

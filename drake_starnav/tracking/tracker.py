@@ -19,13 +19,10 @@ _BLIND = LaserScan(0.0, -1.0, 1.0, 0.0, 1.0, np.full(3, np.nan), lost_beams=True
 
 @snapshot
 class Tracked:
-    """The tracker's state after a scan. Immutable.
+    """The tracker's state after a scan: the latest, de-skewed, with the motion of each hit, and the pose of S in W.
+    Immutable.
 
-    Attributes:
-        grid: when the cells around the robot were hit and seen free; None before the first scan.
-        tracks: the moving obstacles.
-        scan: the latest, de-skewed, with the motion state of each hit.
-        pose: (x, y, yaw) of the sensor frame S in W when it was taken, m and rad.
+    The grid, of when the cells around the robot were hit and seen free, is None before the first scan.
     """
 
     grid: OccupancyHistory | None = None

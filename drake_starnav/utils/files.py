@@ -19,12 +19,8 @@ _NAME_PART = 40
 def read_bytes(path: Path | str, largest: int = LARGEST_FILE) -> bytes:
     """The content of a regular file.
 
-    Args:
-        path: of the file.
-        largest: size from which on it is not read, bytes.
-
     Raises:
-        OSError: it cannot be read, is no regular file (a pipe or a device may never end), or is too large.
+        OSError: it cannot be read, has more bytes than `largest`, or is a pipe or a device, which may never end.
     """
     try:
         path = Path(path)
@@ -38,11 +34,8 @@ def read_bytes(path: Path | str, largest: int = LARGEST_FILE) -> bytes:
 
 
 def read_text(path: Path | str, largest: int = LARGEST_FILE) -> str:
-    """The content of a text file in UTF-8, with or without a byte order mark; as `read_bytes`.
-
-    Raises:
-        OSError: as there, or it is no UTF-8.
-    """
+    """The content of a text file in UTF-8, with or without a byte order mark; an `OSError` as of `read_bytes`, or for
+    others."""
     try:
         return read_bytes(path, largest).decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -53,8 +46,7 @@ def read_text(path: Path | str, largest: int = LARGEST_FILE) -> str:
 def replacing(path: Path) -> Iterator[Path]:
     """A temporary file beside `path` that takes its name once the block has ended well, and is removed otherwise.
 
-    Args:
-        path: of the file to write, whose folder is made; the temporary name has the same suffix.
+    The folder is made, and the temporary name has the same suffix.
 
     Raises:
         StarnavError: the file cannot be written.
@@ -103,9 +95,7 @@ def _umask() -> int:
 def check_outputs(outputs: Sequence[Path | None], inputs: Iterable[Path | str] = ()) -> None:
     """Raise `StarnavError` unless all files can be written, each once and none over an input; writes nothing.
 
-    Args:
-        outputs: files to write; None is skipped.
-        inputs: files that are read; names that are not files are ignored.
+    None among the outputs is skipped, and so are inputs that are no files.
     """
     read, written = {Path(path).resolve() for path in inputs if os.path.isfile(path)}, set()
     for path in outputs:

@@ -20,14 +20,10 @@ class _Interrupts:
 
 
 def run_interruptibly(name: str, work: Callable[[], int]) -> int:
-    """Do the work of a process from its first import to its end; returns the exit code.
+    """Do the work of a process, the program of a name, from its first import to its end; returns the exit code.
 
     Ctrl-C raises `KeyboardInterrupt`, but not within an import, whose errors have many forms; one that is lost, as in a
     finalizer, is raised again. If `work` does not catch it, it is reported in one sentence.
-
-    Args:
-        name: of the program, for that sentence.
-        work: the program.
     """
     try:
         signal.signal(signal.SIGINT, _interrupt)

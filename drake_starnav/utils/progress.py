@@ -24,10 +24,7 @@ class Progress:
     _lock = threading.RLock()
 
     def __init__(self, label: str) -> None:
-        """
-        Args:
-            label: of the task.
-        """
+        """Begins a task of that label."""
         self._label, self._share, self._detail, self._bound = label, 0.0, "", "about"
         self._left: Callable[[], float | None] = lambda: None
         self._begun = time.monotonic()
@@ -41,8 +38,8 @@ class Progress:
             if sys.stderr.isatty():
                 from tqdm import tqdm  # late: few need it
 
-                if self._open:
-                    self._open[-1]._hide()
+                if self._open and self._open[-1]._bar is not None:
+                    self._open[-1]._bar.clear()
                 self._bar = tqdm(total=1.0, leave=False, bar_format="{desc} {bar} {postfix}", file=sys.stderr)
             self._open.append(self)
             self._draw()
@@ -84,11 +81,6 @@ class Progress:
             else:
                 print(text, file=sys.stderr, flush=True)
 
-    def announce(self, text: str) -> None:
-        """Print a line where no bar is drawn."""
-        if self._bar is None:
-            self.say(f"{self._label}: {text}")
-
     def close(self) -> None:
         """Remove the bar."""
         with self._lock:
@@ -112,10 +104,6 @@ class Progress:
             with self._lock:
                 self._draw()
 
-    def _hide(self) -> None:
-        if self._bar is not None:
-            self._bar.clear()
-
     def _draw(self) -> None:
         """Draw the bar, or print a line if one is due; the lock is held."""
         if self not in self._open[-1:]:
@@ -133,9 +121,7 @@ class Progress:
         elif now >= self._next:
             self._gap = min(2.0 * self._gap, LONGEST_SILENCE)
             self._next = now + self._gap
-            self.announce(
-                ", ".join(filter(None, (self._detail, *words))) or f"{duration_text(now - self._begun)} so far"
-            )
+            self.say(f"{self._label}: {', '.join(filter(None, (self._detail, *words)))}")
 
 
 @contextmanager

@@ -23,9 +23,7 @@ class Stopwatch:
     def measure(self, name: str, since: int | None = None) -> "_Timing":
         """Times the body of a `with` statement under `name`; a body that fails is not counted.
 
-        Args:
-            name: of the step.
-            since: what was timed under this name since that `count` is part of the same step; None: nothing is.
+        What was timed under this name since that `count` is part of the same step; None: nothing is.
         """
         return _Timing(self.seconds, name, since)
 

@@ -9,11 +9,7 @@ EARLY = 1e-6
 
 
 def checked_period(system: object, *, period: float | None = None, rate: float | None = None) -> float:
-    """The period of a system's updates, s.
-
-    Args:
-        system: named in messages.
-        period, rate: one of them, s or Hz.
+    """The period of a system's updates, s, of a period in s or a rate in Hz; the system is named in messages.
 
     Raises:
         StarnavError: Drake would end the process with this period, or never update the system.
@@ -25,10 +21,8 @@ def checked_period(system: object, *, period: float | None = None, rate: float |
 
 
 def begins_run(time: float, last: float) -> bool:
-    """Whether an initialization event begins a run, rather than finding one under way, as in the clone of a context.
+    """Whether an initialization event at a time begins a run, or finds one under way, as in the clone of a context.
 
-    Args:
-        time: of the event, s.
-        last: when the system was initialized or updated last, s; NaN for never. Time that was set back begins a run.
+    `last`: when the system was initialized or updated last, s; NaN for never. Time that was set back begins a run.
     """
     return not last < time

@@ -27,12 +27,7 @@ PlainLoader.add_implicit_resolver(  # as in YAML 1.2; 1.1 reads 1e-3 as a text
 
 
 def load_yaml(text: str, place: str, loader: type = PlainLoader) -> Any:
-    """The content of a YAML text.
-
-    Args:
-        text: of one document.
-        place: names it in messages.
-        loader: `PlainLoader`, or a subclass.
+    """The content of a YAML text of one document, by `PlainLoader` or a subclass; `place` names it in messages.
 
     Raises:
         StarnavError: it is not valid YAML, or represents too many values: a few aliases of aliases may expand to

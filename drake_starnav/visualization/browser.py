@@ -39,20 +39,12 @@ def browser_missing() -> str | None:
 
 
 class BrowserCamera:
-    """Takes pictures of a recording as a browser shows it; a context manager.
-
-    Attributes:
-        page: the open page, a `playwright.sync_api.Page`.
-    """
+    """Takes pictures of a recording as a browser shows it; a context manager with the open `page`, of Playwright."""
 
     page: Any
 
     def __init__(self, html: Path, view: str = "top", width: int = int(PAGE[0])) -> None:
-        """
-        Args:
-            html: the recording.
-            view: camera preset, one of `camera.VIEWS`.
-            width: of the pictures, pixels.
+        """Of a recording, from a preset of `camera.VIEWS`, for pictures of a width in pixels.
 
         Raises:
             StarnavError: unknown view, or no browser.

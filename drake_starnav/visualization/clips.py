@@ -23,10 +23,7 @@ FINAL_PAUSE = 1.5
 def picture_times(duration: float, rate: int, speed: float) -> np.ndarray:
     """Times of a clip's pictures, shape (n,), s of the run; the first at its start, the last at its end.
 
-    Args:
-        duration: of the run, s.
-        rate: pictures a second of the clip.
-        speed: seconds of the run in one of the clip.
+    A clip has `rate` pictures a second, and shows `speed` seconds of the run of this duration, s, in one of its own.
     """
     times = np.arange(0.0, duration, speed / rate)
     return np.append(times, duration)
@@ -55,10 +52,7 @@ Progress = Callable[[int, int], None]
 def write_gif(
     path: Path, pictures: Sequence[Image.Image], rate: int, caption: str = "", progress: Progress | None = None
 ) -> None:
-    """Write pictures of equal size, `rate` a second (rounded to hundredths of seconds), as a repeating GIF.
-
-    Its comment is the caption.
-    """
+    """Write pictures of equal size, `rate` a second (in hundredths of seconds), as a repeating GIF with a comment."""
     chosen = [pictures[round(at)] for at in np.linspace(0, len(pictures) - 1, PALETTE_PICTURES)]
     sample = Image.fromarray(np.vstack([np.asarray(picture) for picture in chosen]))
     # The widest coverage keeps the colours of small things; k-means then makes those of large areas exact.
@@ -110,11 +104,7 @@ def _reported(pictures: Sequence[Image.Image], progress: Progress | None) -> Ite
 
 
 def find_ffmpeg() -> str:
-    """The program, from PATH or from the package imageio-ffmpeg.
-
-    Raises:
-        StarnavError: neither is installed.
-    """
+    """The program, from PATH or from the package imageio-ffmpeg; a `StarnavError` if neither is installed."""
     found = shutil.which("ffmpeg")
     if found is None:
         try:

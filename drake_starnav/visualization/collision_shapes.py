@@ -20,12 +20,8 @@ from drake_starnav.station.world_geometry import OBSTACLE_COLOR
 def show_collision_shapes(plant: MultibodyPlant, scene_graph: SceneGraph, floor: Iterable[GeometryId]) -> None:
     """Let visualizers draw the collision shapes that no visual shape of the same body stands for.
 
-    A visual shape stands for the collision shapes whose middle lies in its bounding box.
-
-    Args:
-        plant: finalized.
-        scene_graph: of the plant; no context of it exists yet.
-        floor: collision shapes that are not drawn.
+    A visual shape stands for the collision shapes whose middle lies in its bounding box; those of the floor are not
+    drawn. The plant is finalized, and no context of its scene graph exists yet.
     """
     inspector = scene_graph.model_inspector()
     seen, unseen = seen_geometries(inspector), set(floor)
@@ -35,7 +31,8 @@ def show_collision_shapes(plant: MultibodyPlant, scene_graph: SceneGraph, floor:
             box = _box(inspector, geometry)
             if geometry in unseen or box is None or inspector.GetIllustrationProperties(geometry) is not None:
                 continue
-            if not any(seen is not None and _holds(seen, box[0].translation()) for seen in boxes):
+            middle = box[0].translation()
+            if not any((np.abs(X.inverse() @ middle) <= half).all() for X, half in filter(None, boxes)):
                 look = MakePhongIllustrationProperties(OBSTACLE_COLOR)
                 scene_graph.AssignRole(plant.get_source_id(), geometry, look)
 
@@ -44,7 +41,3 @@ def _box(inspector: SceneGraphInspector, geometry: GeometryId) -> tuple[RigidTra
     """Pose in the body's frame and half widths of a shape's bounding box; None for an unbounded shape."""
     box = inspector.GetObbInGeometryFrame(geometry)
     return None if box is None else (inspector.GetPoseInFrame(geometry) @ box.pose(), box.half_width())
-
-
-def _holds(box: tuple[RigidTransform, np.ndarray], point: np.ndarray) -> bool:
-    return bool((np.abs(box[0].inverse() @ point) <= box[1]).all())

@@ -17,14 +17,8 @@ SOURCE, ADDRESS = 'src="', "location.toString()"
 
 @dataclass(frozen=True)
 class LiveState:
-    """What the page shows of a run.
-
-    Attributes:
-        time: simulated, s.
-        running: whether the robot is driven.
-        ended: whether it will not be driven any more.
-        said: how the run goes, in words.
-    """
+    """What the page shows of a run: the simulated time, s, whether the robot is driven, whether it will not be driven
+    any more, and how the run goes, in words."""
 
     time: float
     running: bool = False
@@ -33,20 +27,10 @@ class LiveState:
 
 
 class LivePage:
-    """Serves one page on this machine until it is closed.
-
-    Attributes:
-        address: of the page.
-    """
+    """Serves one page on this machine, at its `address`, until it is closed."""
 
     def __init__(self, meshcat: Meshcat, caption: Caption, cameras: Cameras, state: Callable[[], LiveState]) -> None:
-        """
-        Args:
-            meshcat: the scene, with buttons named start and pause.
-            caption: of the panel.
-            cameras: the presets.
-            state: asked from another thread, several times a second.
-        """
+        """Of a scene with buttons named start and pause; another thread asks for the state several times a second."""
         address = meshcat.web_url()
         with urllib.request.urlopen(address) as answer:
             page = answer.read().decode()

@@ -40,11 +40,11 @@ class MeshcatStage:
     ) -> None:
         """
         Args:
-            meshcat: to draw into.
-            root: path of the folder that holds the layers.
-            frame: time between two frames of the recording, s.
-            layers: by name, the layers that may be drawn.
-            keep: whether removed objects are only hidden, as a recording needs them; else they are deleted.
+        meshcat: to draw into.
+        root: path of the folder that holds the layers.
+        frame: time between two frames of the recording, s.
+        layers: by name, the layers that may be drawn.
+        keep: whether removed objects are only hidden, as a recording needs them; else they are deleted.
         """
         self._meshcat, self._root, self._frame = meshcat, root, frame
         self._layers, self._keep = layers, keep
@@ -64,17 +64,12 @@ class MeshcatStage:
     def add(
         self, layer: str, mesh: Mesh, time: float, opacity: float = 1.0, colors: np.ndarray | None = None
     ) -> str | None:
-        """Show a new object from a time on.
+        """Show a new object of a layer from a time on, s; returns its path, or None if the mesh is empty.
 
         Args:
-            layer: that it belongs to.
-            mesh: W, m; nothing is added when it is empty.
-            time: now, s.
+            layer, mesh, time: W, m and s.
             opacity: below 1 the object hides nothing, and its opacity may change later.
             colors: shape (n, 3), one for each vertex, instead of the layer's.
-
-        Returns:
-            the object's path, or None.
         """
         if not len(mesh):
             return None
@@ -86,9 +81,9 @@ class MeshcatStage:
         self._appear(path, time)
         return path
 
-    def swap(self, layer: str, mesh: Mesh, time: float, opacity: float = 1.0, key: str = "") -> None:
-        """Replace the last object of the same layer and key; an empty mesh only hides it."""
-        self._replace(layer + key, self.add(layer, mesh, time, opacity), time)
+    def swap(self, layer: str, mesh: Mesh, time: float, opacity: float = 1.0) -> None:
+        """Replace the last object of the same layer; an empty mesh only hides it."""
+        self._replace(layer, self.add(layer, mesh, time, opacity), time)
 
     def add_points(self, layer: str, points: np.ndarray, time: float) -> str | None:
         """Show points of shape (n, 2), W, m, from a time on; returns the path as `add` does."""

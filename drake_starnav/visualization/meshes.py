@@ -104,12 +104,7 @@ def selected_layers(names: str, layers: Iterable[str]) -> frozenset[str]:
 
 @dataclass(frozen=True)
 class Mesh:
-    """Flat triangles seen from above.
-
-    Attributes:
-        vertices: shape (n, 3), W, m.
-        faces: shape (k, 3), indices of vertices.
-    """
+    """Flat triangles seen from above: vertices, shape (n, 3), W, m, and faces, shape (k, 3), indices of vertices."""
 
     vertices: np.ndarray
     faces: np.ndarray
@@ -130,13 +125,9 @@ def joined(*meshes: Mesh) -> Mesh:
 
 
 def fan(center: np.ndarray, rim: np.ndarray, z: float, closed: bool = True) -> Mesh:
-    """Triangles from a centre to each edge of a rim, such as a star-shaped region.
+    """Triangles from a centre (2,) to each edge of a rim (n, 2), counter-clockwise, W, m, at a height, m.
 
-    Args:
-        center: shape (2,), W, m.
-        rim: shape (n, 2), counter-clockwise about the centre, W, m.
-        z: height, m.
-        closed: whether an edge joins the last point of the rim to the first.
+    `closed`: whether an edge joins the last point of the rim to the first.
     """
     count = len(rim)
     i = np.arange(count if closed else count - 1)
@@ -145,13 +136,10 @@ def fan(center: np.ndarray, rim: np.ndarray, z: float, closed: bool = True) -> M
 
 
 def ribbon(points: np.ndarray, width: float, z: float, closed: bool = False) -> Mesh:
-    """A band of constant width along a polyline, mitred at its corners; empty for fewer than two distinct points.
+    """A band of a width, m, along a polyline (n, 2), W, m, mitred at its corners; empty for less than two distinct
+    points.
 
-    Args:
-        points: shape (n, 2), W, m.
-        width: m.
-        z: height, m.
-        closed: whether the last point joins the first.
+    `closed`: whether the last point joins the first.
     """
     points = np.asarray(points, dtype=float)[:, :2]
     ahead = np.roll(points, -1, axis=0) - points
@@ -242,9 +230,8 @@ def speed_colors(speeds: np.ndarray, max_speed: float) -> np.ndarray:
 def vanished_frontiers(before: Frontiers, after: StarRoadmap) -> tuple[np.ndarray, np.ndarray]:
     """Positions of frontiers that a newer roadmap of the same margin no longer has, each shape (n, 2), W, m.
 
-    Returns:
-        covered: those that regions have since reached past, or that turned out to face a wall.
-        stuck: those on the blacklist whose unknown side is still unseen.
+    Those that regions have since reached past, or that turned out to face a wall; and those on the blacklist whose
+    unknown side is still unseen.
     """
     kept = set(map(tuple, np.hstack((after.frontiers.stand, after.frontiers.probe))))
     gone = np.array([tuple(row) not in kept for row in np.hstack((before.stand, before.probe))], dtype=bool)

@@ -32,13 +32,9 @@ LONG_NUMBER = re.compile(rb"(\d\.\d\d)\d+")
 
 
 def moment_figure(recorded: RecordedRun, time: float, view: str = "top", title: str = "") -> Figure:
-    """A moment of a run from above, with axes in metres and a legend on the right.
+    """A moment of a run, at a time, s, from above, with axes in metres and a legend on the right.
 
-    Args:
-        recorded: the run; its caption says which layers are shown.
-        time: of the run, s.
-        view: `top`, or `follow` for what is around the first robot.
-        title: above the scene.
+    The run's caption says which layers are shown; view `follow` shows what is around the first robot.
     """
     walls = 1.5 * WALL_THICKNESS * np.array([-1.0, -1.0, 1.0, 1.0])
     extent = around_robot(recorded.robots[0].motion.at(time)) if view == "follow" else np.add(recorded.extent, walls)
@@ -82,11 +78,7 @@ class PlotCamera:
     """Takes pictures of a recorded run from above without a browser: `moment_figure` with a title."""
 
     def __init__(self, recorded: RecordedRun, view: str = "top", width: int = int(PAGE[0])) -> None:
-        """
-        Args:
-            recorded: the run.
-            view: `top` or `follow`, both looking straight down.
-            width: of the pictures, pixels.
+        """Of a run, from the view `top` or `follow`, both looking straight down, for pictures of a width in pixels.
 
         Raises:
             StarnavError: unknown view, or one that needs a browser.

@@ -11,7 +11,7 @@ from drake_starnav.errors import StarnavError, check_kind
 from drake_starnav.geometry.trajectory import Motion
 from drake_starnav.navigation import Navigation
 from drake_starnav.scenario import Scenario
-from drake_starnav.scenario.recording import RecordingParameters
+from drake_starnav.scenario.schema import RecordingParameters
 from drake_starnav.station.navigation_station import StationInterface
 from drake_starnav.systems.star_perception import lidar_names
 from drake_starnav.utils.files import write_text
@@ -34,19 +34,15 @@ WORLD_PREFIX = "/world"
 class Recorder:
     """Records one run of a diagram: its scene, and what the robot sees and decides.
 
-    Attributes:
-        recorded: what is needed to draw pictures of the run, once it has ended.
+    `recorded` is what is needed to draw pictures of the run, once it has ended.
     """
 
     def __init__(self, html: str | os.PathLike, view: str = "top", shown: frozenset[str] | None = None) -> None:
         """
         Args:
-            html: the file to write.
-            view: camera preset that it opens with, one of `camera.VIEWS`.
-            shown: layers that are shown at first, of `meshes.selected_layers`; None for all.
-
-        Raises:
-            StarnavError: unknown view.
+        html: the file to write.
+        view: camera preset that it opens with, one of `camera.VIEWS`; others are a `StarnavError`.
+        shown: layers that are shown at first, of `meshes.selected_layers`; None for all.
         """
         check_view(view)
         self._html, self._view, self._shown = html, view, shown
@@ -103,12 +99,7 @@ class Recorder:
         self.recorded = RecordedRun(caption, world.extent, self._scene, self._timeline, (track,))
 
     def save_png(self, path: str | os.PathLike, time: float, width: int = 1100) -> None:
-        """Write a still of the finished run, seen from above; it needs no browser.
-
-        Args:
-            path: of the file.
-            time: of the run, s.
-            width: of the picture, pixels.
+        """Write a still of the finished run at a time, s, seen from above, of a width in pixels; it needs no browser.
 
         Raises:
             StarnavError: the run has not been finished, or the file cannot be written.
@@ -129,13 +120,10 @@ def add_visualizers(
     timeline: Timeline | None = None,
     keep: bool = True,
 ) -> None:
-    """Add what draws the scene and what the robot sees and decides; arguments as of `Recorder.add_to`.
+    """Add what draws the scene and what the robot sees and decides into Meshcat, and into a timeline, if any.
 
-    Args:
-        builder, navigation, scenario: as there.
-        meshcat: to draw into.
-        timeline: where to remember what is drawn as well, if anywhere.
-        keep: whether what is no longer shown stays in Meshcat, as a recording needs it.
+    `keep`: whether what is no longer shown stays in Meshcat, as a recording needs it; the rest is as of
+    `Recorder.add_to`.
     """
     station = navigation.station
     period = 1.0 / scenario.recording.frames_per_second
@@ -176,10 +164,7 @@ def robot_path(station: StationInterface) -> str:
 def start_recording(meshcat: Meshcat, parameters: RecordingParameters, live: bool = False) -> None:
     """Start to record; call it before the simulator is initialized.
 
-    Args:
-        meshcat: that the run's visualizers draw into.
-        parameters: of the recording.
-        live: whether an open page follows the run as well; it makes the run slower.
+    `live`: whether an open page follows the run as well; it makes the run slower.
     """
     meshcat.StartRecording(parameters.frames_per_second, set_visualizations_while_recording=live)
 
@@ -208,12 +193,6 @@ def write_html(meshcat: Meshcat, path: str | os.PathLike, caption: Caption, came
     """Write the scene, with its published recording if any, as one HTML file that needs no network.
 
     The file appears under its name only once it is complete.
-
-    Args:
-        meshcat: the scene.
-        path: of the file.
-        caption: shown beside the scene, above a legend of the layers.
-        cameras: its camera presets.
 
     Raises:
         StarnavError: the file cannot be written.

@@ -94,16 +94,13 @@ def _draw_shape(axes: Axes, shape: Shape, time: float) -> None:
     # Where vertices have colours, rims of one shade are drawn together.
     kinds: dict[tuple[float, ...], list[Path]] = {}
     for loop in shape.loops:
-        color = shape.colors[0] if len(shape.colors) == 1 else _shade(shape.colors[loop].mean(axis=0))
+        color = shape.colors[loop].mean(axis=0) if len(shape.colors) > 1 else shape.colors[0]
+        color = np.round(SHADES * color) / SHADES if len(shape.colors) > 1 else color
         kinds.setdefault(tuple(color), []).append(Path(points[[*loop, loop[0]]], closed=True))
     for color, paths in kinds.items():
         area, opacity = Path.make_compound_path(*paths), shape.value("opacity", time, 1.0)
         seam = SEAM if opacity >= 1.0 else 0.0
         axes.add_artist(PathPatch(area, color=color, alpha=opacity, linewidth=seam, joinstyle="round", zorder=order))
-
-
-def _shade(color: np.ndarray) -> np.ndarray:
-    return np.round(SHADES * color) / SHADES
 
 
 def _draw_robot(axes: Axes, robot: RobotTrack, time: float) -> None:

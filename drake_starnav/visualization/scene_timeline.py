@@ -45,19 +45,10 @@ class Solid:
 
 
 class SceneTimeline:
-    """The painted shapes of a scene, and where their frames were.
-
-    Attributes:
-        solids: the shapes; more may be appended.
-        frames: where each frame was, the upper rows of its transform, shape (3, 4).
-    """
+    """The painted shapes of a scene, and where their frames were: the upper rows of their transforms, shape (3, 4)."""
 
     def __init__(self, scene_graph: SceneGraph, hidden: Iterable[FrameId] = ()) -> None:
-        """
-        Args:
-            scene_graph: whose shapes with a look are taken.
-            hidden: frames whose shapes are not.
-        """
+        """Of the shapes with a look in a scene graph, but for those of hidden frames."""
         inspector, away = scene_graph.model_inspector(), set(hidden)
         self.solids: list[Solid] = []
         self.frames = {frame: Track() for frame in away}
@@ -105,11 +96,7 @@ class SceneRecorder(LeafSystem):
     """
 
     def __init__(self, timeline: SceneTimeline, *, period: float) -> None:
-        """
-        Args:
-            timeline: that remembers.
-            period: of the notes, s.
-        """
+        """Takes notes of that period, s."""
         super().__init__()
         self._timeline = timeline
         self._query = self.DeclareAbstractInputPort("geometry_query", Value(QueryObject()))

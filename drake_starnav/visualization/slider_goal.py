@@ -15,14 +15,9 @@ STEP = 0.01
 
 
 def add_goal_sliders(meshcat: Meshcat, world: World) -> Callable[[], np.ndarray | None]:
-    """Add two sliders that span a world and begin at its goal.
+    """Add two sliders to Meshcat's panel that span a world and begin at its goal.
 
-    Args:
-        meshcat: the sliders appear in its panel.
-        world: defines the initial goal and the range.
-
-    Returns:
-        a function for `SliderGoal` that reads them: None until one has been moved.
+    Returns a function for `SliderGoal` that reads them: None until one has been moved.
     """
     x0, y0, x1, y1 = world.extent
     for label, low, high, value in zip(SLIDERS, (x0, y0), (x1, y1), world.goal, strict=True):

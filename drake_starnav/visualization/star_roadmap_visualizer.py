@@ -19,11 +19,12 @@ from drake_starnav.planning.roadmap import StarRoadmap
 from drake_starnav.planning.state import PlannerState
 from drake_starnav.regions import StarRegion
 from drake_starnav.robot import RobotParameters
-from drake_starnav.scenario.recording import RecordingParameters
+from drake_starnav.scenario.schema import RecordingParameters
 from drake_starnav.systems.star_perception import lidar_names
 from drake_starnav.visualization import meshes
 from drake_starnav.visualization.meshcat_stage import MeshcatStage
-from drake_starnav.visualization.meshes import LAYERS, LINE_WIDTH, Mesh
+from drake_starnav.visualization.meshes import LAYERS, LINE_WIDTH
+from drake_starnav.visualization.page import ROOT
 
 SCAN_POINTS = 180
 """Points of a scan that are drawn at most."""
@@ -70,7 +71,7 @@ class StarRoadmapVisualizer(LeafSystem):
         twist: vector that is commanded, as the base's twists are; its speed colours the trail.
         certificate: abstract, any object whose `path`, of shape (n, 2) or (n, 3), is the certified motion, m.
 
-    Each layer of `meshes.LAYERS` is one folder below `name` in Meshcat's panel and can be switched there.
+    Each layer of `meshes.LAYERS` is one folder below `ROOT` in Meshcat's panel and can be switched there.
 
     Meshcat records no creation of an object, only changes of transforms and properties. So every object is created
     once, when it is first needed, and its recorded property `visible` brings it on stage and takes it off again.
@@ -83,23 +84,20 @@ class StarRoadmapVisualizer(LeafSystem):
         meshcat: Meshcat,
         parameters: RecordingParameters,
         robot: RobotParameters,
-        name: str = "starnav",
         keep: bool = True,
         mounts: Sequence[Mount] = (ON_AXIS,),
     ) -> None:
         """
         Args:
-            meshcat: to draw into.
-            parameters: of the drawing.
-            robot: defines the radius and the maximum speed that are drawn.
-            name: of the folder in Meshcat's panel.
-            keep: whether hidden objects stay in Meshcat, as a recording needs them.
-            mounts: where each lidar is on the robot; there are as many ports for scans.
+        meshcat, parameters: to draw into, and how.
+        robot: defines the radius and the maximum speed that are drawn.
+        keep: whether hidden objects stay in Meshcat, as a recording needs them.
+        mounts: where each lidar is on the robot; there are as many ports for scans.
         """
         super().__init__()
         self._parameters = parameters
         self._robot = robot
-        self._stage = MeshcatStage(meshcat, f"/{name}", 1.0 / parameters.frames_per_second, keep=keep)
+        self._stage = MeshcatStage(meshcat, f"/{ROOT}", 1.0 / parameters.frames_per_second, keep=keep)
         state = PlannerState.initial(PlannerParameters(), robot.radius)
         self._nothing = state.roadmap
         self._drawn = _Drawn(self._nothing)
@@ -172,9 +170,9 @@ class StarRoadmapVisualizer(LeafSystem):
             self._draw_region(roadmap.regions[-1], time)
         nodes, radius, width = roadmap.union.center, NODE_RADIUS, 1.5 * LINE_WIDTH
         dots = meshes.discs(nodes[known:], radius, LAYERS["roadmap/nodes"].height)
-        self._grow("roadmap/nodes", dots, time)
+        self._grow(self._stage.add("roadmap/nodes", dots, time))
         lines = meshes.segments(nodes[roadmap.edges[edges:]], width, LAYERS["roadmap/edges"].height)
-        self._grow("roadmap/edges", lines, time)
+        self._grow(self._stage.add("roadmap/edges", lines, time))
         self._draw_open_frontiers(last.frontiers, roadmap.frontiers, time)
 
     def _draw_open_frontiers(self, last: Frontiers, now: Frontiers, time: float) -> None:
@@ -186,11 +184,9 @@ class StarRoadmapVisualizer(LeafSystem):
 
     def _draw_spent_frontiers(self, last: Frontiers, now: StarRoadmap, time: float) -> None:
         covered, stuck = meshes.vanished_frontiers(last, now)
-        path = self._stage.add_points("frontiers/covered", covered, time)
-        if path:
-            self._drawn.growing.append(path)
-        size = 1.5 * NODE_RADIUS
-        self._grow("frontiers/stuck", meshes.crosses(stuck, size, LAYERS["frontiers/stuck"].height), time)
+        self._grow(self._stage.add_points("frontiers/covered", covered, time))
+        crosses = meshes.crosses(stuck, 1.5 * NODE_RADIUS, LAYERS["frontiers/stuck"].height)
+        self._grow(self._stage.add("frontiers/stuck", crosses, time))
 
     def _draw_region(self, region: StarRegion, time: float) -> None:
         """Draw the newest region; the one before it is faint at once."""
@@ -228,12 +224,10 @@ class StarRoadmapVisualizer(LeafSystem):
         """With half a frame of tolerance: publishes are as far apart as frames, up to rounding."""
         return time + 0.5 / self._parameters.frames_per_second >= due
 
-    def _grow(self, layer: str, mesh: Mesh, time: float, opacity: float = 1.0) -> str | None:
-        """Add an object that remains for as long as the roadmap only grows."""
-        path = self._stage.add(layer, mesh, time, opacity)
+    def _grow(self, path: str | None) -> None:
+        """Remember an added object that remains for as long as the roadmap only grows."""
         if path:
             self._drawn.growing.append(path)
-        return path
 
     def _draw_path(self, pose: np.ndarray | None, state: PlannerState | None, time: float) -> None:
         if pose is None or state is None:
@@ -285,12 +279,8 @@ class StarRoadmapVisualizer(LeafSystem):
 
 @dataclass
 class _Region:
-    """A region that is shown.
-
-    Attributes:
-        parts: path, opacity while it is the newest, opacity as soon as it is not.
-        old_since: when a newer one came, s.
-    """
+    """A region that is shown: path, opacity while it is the newest and afterwards of each part; and when a newer one
+    came, s."""
 
     parts: list[tuple[str, float, float]]
     old_since: float = math.inf

@@ -24,11 +24,10 @@ PATH_WIDTH = 0.06
 
 
 def draw_world(axis: Any, world: World, obstacles: str = OBSTACLES, *, paths: bool = True) -> None:
-    """Draw the obstacles into Matplotlib axes, and the walls around them.
+    """Draw the obstacles into Matplotlib axes of equal scales, moving ones at first, and the walls around them.
 
     Args:
-        axis: of equal scales.
-        world: whose discs, polygons, bounds and moving obstacles, at their initial positions, are drawn.
+        axis, world: into which, and what.
         obstacles: their colour.
         paths: whether to draw the paths of the moving obstacles.
     """
@@ -123,14 +122,9 @@ def write_png(world: World, robot: RobotParameters, path: np.ndarray | None, tit
 
 
 def write_html(world: World, robot: RobotParameters, path: np.ndarray | None, title: str, file: Path) -> None:
-    """Write a page that opens offline and shows a world with the robot at its start.
+    """Write a page that opens offline and shows a world, with its footprints, and the robot at its start.
 
-    Args:
-        world: with its footprints, if it comes from a model file.
-        robot: at the start.
-        path: the shortest one, shape (k, 2), W, m; None if there is none.
-        title: of the page.
-        file: to write.
+    The shortest path has shape (k, 2), W, m; None if there is none.
     """
     from pydrake.geometry import MeshcatVisualizer, MeshcatVisualizerParams, Rgba, Role
     from pydrake.systems.framework import DiagramBuilder

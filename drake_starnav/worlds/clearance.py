@@ -14,17 +14,10 @@ _PAIRS = 1_000_000  # of points and discs whose distances are in memory at a tim
 
 
 def clearance(world: World, points: np.ndarray) -> np.ndarray:
-    """Signed distance from points to the nearest obstacle surface.
+    """Signed distance from points (n, 2), m, W, to the nearest obstacle surface, shape (n,); +inf without obstacles.
 
     Negative inside a disc, inside a polygon and outside the bounds. Where obstacles overlap it is the smallest of
     their signed distances: exact outside, at least as deep as the deepest single obstacle inside.
-
-    Args:
-        world: the obstacles.
-        points: shape (n, 2), m, frame W.
-
-    Returns:
-        Shape (n,), m; +inf everywhere in a world without obstacles.
     """
     return np.min([distance for distance, _ in _nearest(world, points).values()], axis=0)
 

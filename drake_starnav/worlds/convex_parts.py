@@ -50,11 +50,7 @@ def convex_parts(polygon: np.ndarray) -> list[np.ndarray]:
 
 
 def evened(points: np.ndarray) -> np.ndarray:
-    """The outline without corners that stick out by no more than `EVEN`; as it is, if hardly anything would be left.
-
-    Args:
-        points: corners of a polygon, shape (k, 2), m.
-    """
+    """The outline (k, 2), m, without corners that stick out by no more than `EVEN`; itself if hardly any would stay."""
     ring = shapely.LinearRing(points).simplify(EVEN, preserve_topology=False)
     kept = shapely.get_coordinates(ring)[:-1]
     return kept if len(kept) >= 3 else points

@@ -18,15 +18,8 @@ FARTHEST = 20.0
 
 
 def tightest_gap(world: World, path: np.ndarray) -> float:
-    """The least width of the free space along a path: of all straight lines through its points, the shortest between
-    two obstacles.
-
-    Args:
-        world: the obstacles.
-        path: shape (n, 2), m, frame W, outside of all obstacles.
-
-    Returns:
-        m; infinite where nothing stands on both sides.
+    """The least width of the free space along a path (n, 2), m, W, outside of all obstacles: of all straight lines
+    through its points, the shortest between two obstacles, m; infinite where nothing stands on both sides.
 
     Source: the characteristic dimension of D. Perille et al., Benchmarking metric ground navigation, 2020.
     """

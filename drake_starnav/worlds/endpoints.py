@@ -7,14 +7,7 @@ from drake_starnav.worlds.world import World
 
 
 def check_free_ends(world: World, robot_radius: float, place: str, ends: tuple[str, ...] = ("start", "goal")) -> None:
-    """Raise `StarnavError` if the robot touches an obstacle at the start or the goal.
-
-    Args:
-        world: with its obstacles.
-        robot_radius: m.
-        place: that the start and the goal are parameters of, for the message.
-        ends: which of the two is checked.
-    """
+    """Raise `StarnavError` if the robot (radius in m) touches an obstacle at one of the ends, which `place` has."""
     for name, point in (("start", world.start[:2]), ("goal", world.goal)):
         if name in ends:
             check_free(world, point, robot_radius, f"{place}.{name}")

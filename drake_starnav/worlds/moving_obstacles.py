@@ -73,26 +73,17 @@ class MovingObstacles:
 
 
 def moving_obstacle_states(moving_obstacles: MovingObstacles, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Positions and velocities of the moving obstacles at given times.
-
-    Args:
-        moving_obstacles: n of them.
-        times: shape (m,), s, not negative.
+    """Positions and velocities of n moving obstacles at given times, shape (m,), s, not negative.
 
     Returns:
-        Positions and velocities, each of shape (m, n, 2), m and m/s. At a way point the velocity is that of the leg
-        that begins there; the step from the last way point to the first takes no time and has none.
+        Each of shape (m, n, 2), m and m/s. At a way point the velocity is that of the leg that begins there; the step
+        from the last way point to the first takes no time and has none.
     """
     return _states(np.ascontiguousarray(times, dtype=float), moving_obstacles.way_points, moving_obstacles.first)
 
 
 def moving_obstacle_clearance(moving_obstacles: MovingObstacles, points: np.ndarray, times: np.ndarray) -> np.ndarray:
-    """Signed distance from each point to the nearest moving obstacle at the same time.
-
-    Args:
-        moving_obstacles: their radii and paths.
-        points: shape (m, 2), W, m.
-        times: shape (m,), s.
+    """Signed distance from each point (m, 2), W, m, to the nearest moving obstacle at the same of the times (m,), s.
 
     Returns:
         Shape (m,), m; +inf without moving obstacles.
@@ -103,14 +94,7 @@ def moving_obstacle_clearance(moving_obstacles: MovingObstacles, points: np.ndar
 
 
 def there_and_back(way_points: np.ndarray) -> np.ndarray:
-    """The path that returns through the same way points at the same speeds, and ends where it begins.
-
-    Args:
-        way_points: as of `MovingObstacles`, shape (k, 3): time, x, y, s and m.
-
-    Returns:
-        Shape (2 k - 1, 3).
-    """
+    """The path of way points (k, 3), as of `MovingObstacles`, that returns through them as fast, (2 k - 1, 3)."""
     back = way_points[-2::-1].copy()
     back[:, 0] = 2.0 * way_points[-1, 0] - back[:, 0]
     return np.vstack((way_points, back))

@@ -12,9 +12,9 @@ def trap(length: float, depth: float, thickness: float, arms: int) -> np.ndarray
     """A straight wall, an L or a U (0, 1 or 2 arms) as one polygon, shape (k, 2), m.
 
     Args:
-        length: of the spine, which lies along y with its middle in the origin, m.
-        depth: how far the arms reach along +x, m.
-        thickness: of spine and arms, m.
+        length: of the spine, which lies along y with its middle in the origin.
+        depth: how far the arms reach along +x.
+        thickness: of spine and arms.
         arms: how many: the first at the lower end of the spine, the second at the upper end.
     """
     half = thickness / 2.0

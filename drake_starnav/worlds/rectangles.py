@@ -16,8 +16,7 @@ def solid_rectangles(solid: np.ndarray, places: np.ndarray | None = None) -> np.
 
     Args:
         solid: shape (ny, nx), bool. What lies beyond the grid is not covered.
-        places: shape (k, 2), int, rows and columns of passable cells. If given, passable cells that are joined to none
-            of them (over edges) count as out of reach.
+        places: shape (k, 2), rows and columns of passable cells: what is joined to none over edges is out of reach.
 
     Returns:
         Shape (n, 4), int: first row, first column, end row, end column; the ends are exclusive.

@@ -233,12 +233,7 @@ def _pull_taut(path: np.ndarray, capsules: np.ndarray) -> np.ndarray:
 
 @njit(cache=True)
 def _points_near(path: np.ndarray, capsules: np.ndarray, around: np.ndarray) -> np.ndarray:
-    """Free points on the circles about the capsules' first ends, near a path.
-
-    Args:
-        path: shape (k, 2).
-        capsules: shape (m, 5).
-        around: shape (c, 2), the points of a circle of radius 1.
+    """Free points on circles about the capsules' first ends, near a path (k, 2); `around` (c, 2) is the unit circle.
 
     Returns:
         Shape (n, 3): x, y, distance travelled along the path to the nearest point of it.
@@ -275,14 +270,11 @@ def _points_near(path: np.ndarray, capsules: np.ndarray, around: np.ndarray) -> 
 
 @njit(cache=True)
 def _shortest_through(points: np.ndarray, capsules: np.ndarray) -> np.ndarray:
-    """The shortest polyline through mutually visible points, in the order of their travel.
+    """The shortest polyline (k, 2) through mutually visible points, in the order of their travel.
 
     Args:
         points: shape (n, 3): x, y, distance travelled; the first is the start, the last the goal.
         capsules: shape (m, 5).
-
-    Returns:
-        Shape (k, 2).
     """
     points = points[np.argsort(points[:, 2], kind="mergesort")]
     n = len(points)

@@ -16,14 +16,9 @@ def visible_shapes(world: World) -> ShapeBins:
 
 
 def scan_from(shapes: ShapeBins, pose: np.ndarray, lidar: LidarParameters, seed: int = 0, index: int = 0) -> LaserScan:
-    """The scan that a lidar takes, with its noise.
+    """The scan that a lidar at a pose (x, y, yaw) in W takes of shapes as from `visible_shapes`, with its noise.
 
-    Args:
-        shapes: as from `visible_shapes`.
-        pose: (x, y, yaw) of the sensor in W, m and rad.
-        lidar: the sensor.
-        seed: of the noise.
-        index: number of the scan, which gives it its time and its own noise.
+    The seed and the index of the scan, which gives it its time, determine the noise.
     """
     view = lidar.field_of_view
     fan = Fan.regular(*view)

@@ -9,6 +9,7 @@ import shapely
 from drake_starnav.errors import StarnavError, shown
 from drake_starnav.utils.snapshot import snapshot
 from drake_starnav.worlds.moving_obstacles import MovingObstacles
+from drake_starnav.worlds.outlines import rectangle
 
 ROBOT_HEIGHT = 0.13
 """Height of the robots' hulls and of their lidar's plane: obstacles above it do not matter, m."""
@@ -113,26 +114,21 @@ class World:
     def _check(self) -> None:
         for name, value in (("start", self.start), ("goal", self.goal), ("bounds", self.bounds or ())):
             if not all(abs(x) <= FARTHEST for x in value):
-                raise StarnavError(
-                    f"world {self.name}: {name} is {list(value)}; allowed: finite numbers up to {FARTHEST:g}"
-                )
+                self._refuse(f"{name} is {list(value)}", f"finite numbers up to {FARTHEST:g}")
         for name in ("cylinders", "spheres"):
             for k, (x, y, radius) in enumerate(getattr(self, name)):
                 if not (abs(x) <= FARTHEST and abs(y) <= FARTHEST and SMALLEST <= radius <= FARTHEST):
-                    raise StarnavError(
-                        f"world {self.name}: {name}[{k}] is [{x:g}, {y:g}, {radius:g}]; "
-                        f"allowed: finite x, y up to {FARTHEST:g} m and a positive radius of at least {SMALLEST:g} m"
-                    )
+                    allowed = f"finite x, y up to {FARTHEST:g} m and a positive radius of at least {SMALLEST:g} m"
+                    self._refuse(f"{name}[{k}] is [{x:g}, {y:g}, {radius:g}]", allowed)
         for k, polygon in enumerate(self.polygons):
             if len(polygon) < 3 or not (np.abs(polygon) <= FARTHEST).all():
-                raise StarnavError(
-                    f"world {self.name}: polygons[{k}] is {shown(polygon.tolist())}; allowed: at least 3 finite "
-                    f"corners up to {FARTHEST:g} m"
-                )
+                allowed = f"at least 3 finite corners up to {FARTHEST:g} m"
+                self._refuse(f"polygons[{k}] is {shown(polygon.tolist())}", allowed)
         if self.bounds is not None and not (self.bounds[0] < self.bounds[2] and self.bounds[1] < self.bounds[3]):
-            raise StarnavError(
-                f"world {self.name}: bounds is {list(self.bounds)}; allowed: x_min < x_max and y_min < y_max"
-            )
+            self._refuse(f"bounds is {list(self.bounds)}", "x_min < x_max and y_min < y_max")
+
+    def _refuse(self, what: str, allowed: str) -> None:
+        raise StarnavError(f"world {self.name}: {what}; allowed: {allowed}")
 
     @cached_property
     def discs(self) -> np.ndarray:
@@ -153,29 +149,17 @@ class World:
     @cached_property
     def segments(self) -> np.ndarray:
         """Edges of all polygons and of the bounds, shape (s, 4): x1, y1, x2, y2."""
-        loops = list(self.polygons)
-        if self.bounds is not None:
-            x0, y0, x1, y1 = self.bounds
-            loops.append(np.array([(x0, y0), (x1, y0), (x1, y1), (x0, y1)]))
-        if not loops:
-            return np.zeros((0, 4))
-        return np.vstack([np.hstack((loop, np.roll(loop, -1, axis=0))) for loop in loops])
+        loops = [*self.polygons, *([] if self.bounds is None else [rectangle(*self.bounds)])]
+        return np.vstack([np.zeros((0, 4)), *(np.hstack((loop, np.roll(loop, -1, axis=0))) for loop in loops)])
 
     @cached_property
     def extent(self) -> tuple[float, float, float, float]:
         """A box around everything that matters: (x_min, y_min, x_max, y_max)."""
         if self.bounds is not None:
             return self.bounds
-        low = [np.array([self.start[:2], self.goal]) - OPEN_BORDER]
-        high = [np.array([self.start[:2], self.goal]) + OPEN_BORDER]
-        if len(self.discs):
-            low.append(self.discs[:, :2] - self.discs[:, 2:] - OPEN_BORDER)
-            high.append(self.discs[:, :2] + self.discs[:, 2:] + OPEN_BORDER)
-        if self.polygons:
-            low.append(np.vstack(self.polygons) - OPEN_BORDER)
-            high.append(np.vstack(self.polygons) + OPEN_BORDER)
-        if len(self.moving_obstacles):
-            low.append(self.moving_obstacles.way_points[:, 1:] - OPEN_BORDER)
-            high.append(self.moving_obstacles.way_points[:, 1:] + OPEN_BORDER)
-        (x0, y0), (x1, y1) = np.vstack(low).min(axis=0), np.vstack(high).max(axis=0)
+        centers, radii = self.discs[:, :2], self.discs[:, 2:]
+        ends = np.array([self.start[:2], self.goal])
+        ways = self.moving_obstacles.way_points[:, 1:]
+        places = np.vstack((ends, centers - radii, centers + radii, *self.polygons, ways))
+        (x0, y0), (x1, y1) = places.min(axis=0) - OPEN_BORDER, places.max(axis=0) + OPEN_BORDER
         return float(x0), float(y0), float(x1), float(y1)

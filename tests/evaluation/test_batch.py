@@ -97,7 +97,7 @@ def test_a_whole_file_is_only_summarised(whole: Path, tiny: Path, tmp_path: Path
         ([], ["not empty", "--resume"]),
         (["--resume", "--seed", "1001"], ["seed 1000, now 1001"]),
         (["--resume", "--method", "star_paper"], ["cases tiny star, now tiny star_paper"]),
-        (["--resume", "--set", "robot.radius=0.3"], ["other parameters of tiny star (robot)"]),
+        (["--resume", "--set", "robot.radius=0.3"], ["other parameters of tiny star (robot.radius 0.25 and 0.3)"]),
         (["--method", "stra"], ["stra", "did you mean star"]),
         (["--set", "robot.radis=1"], ["robot.radis"]),
         (["--trials", "0"], ["--trials is 0"]),

@@ -178,7 +178,7 @@ def test_a_file_is_not_overwritten(path: Path) -> None:
         ),
         (
             {"cases": [dict(vars(CASES[0]), text="world: !Forest {}\nrobot: {radius: 0.3}\n")]},
-            "other parameters of forest star (robot)",
+            "other parameters of forest star (robot.radius 0.3 and 0.25)",
         ),
     ],
 )
@@ -361,5 +361,5 @@ def test_of_sections_of_several_lines_only_the_key_is_named(tmp_path: Path) -> N
     path, case = tmp_path / "trials.jsonl", Case("mine", "star", text)
     TrialFile(path, make_header([case], 3)).close()
     other = dataclasses.replace(case, text=text.replace("name: a", "name: b"))
-    with pytest.raises(StarnavError, match=r"other parameters of mine star \(world\);"):
+    with pytest.raises(StarnavError, match=r"other parameters of mine star \(world\.directives\);"):
         TrialFile(path, make_header([other], 3), resume=True)

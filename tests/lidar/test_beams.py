@@ -15,7 +15,7 @@ def test_beams_are_made_once_and_belong_to_one_scan() -> None:
     scan = cast(scattered(np.random.default_rng(1)))
     beams = scan.beams
     assert isinstance(beams, Beams) and scan.beams is beams
-    for name in ("distances", "hits", "moving", "lost", "uninformative", "mappable"):
+    for name in ("distances", "hits", "moving", "lost"):
         assert getattr(scan, name) is getattr(beams, name) and len(getattr(beams, name)) == len(scan.ranges)
     later = dataclasses.replace(scan, ranges=np.full(len(scan.ranges), np.inf))
     assert not later.beams.hits.any() and beams.hits.any()

@@ -156,13 +156,13 @@ def test_a_lost_beam_is_refused_where_none_may_be(value):
 
 
 def test_infinities_of_both_signs_are_not_lost():
-    assert LaserScan(0.0, 0.0, 0.1, 0.0, 5.0, np.array([np.inf, -np.inf, 1.0, 2.0])).complete
+    assert LaserScan(0.0, 0.0, 0.1, 0.0, 5.0, np.array([np.inf, -np.inf, 1.0, 2.0])).beams.complete
 
 
 def test_ranges_too_large_for_their_squares_are_not_lost():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        assert LaserScan(0.0, 0.0, 0.1, 0.0, 5.0, np.array([1e200, 1.0, 1.0])).complete
+        assert LaserScan(0.0, 0.0, 0.1, 0.0, 5.0, np.array([1e200, 1.0, 1.0])).beams.complete
 
 
 @given(seeds, st.floats(0.0, 1.0))
@@ -197,8 +197,8 @@ def test_beams_are_free_up_to_a_moving_obstacle_which_is_no_hit():
         motion=np.array([STATIC, DYNAMIC, STATIC, STATIC, STATIC, STATIC, UNKNOWN, STATIC]),
     )
     np.testing.assert_array_equal(reported.hits, [True, False, False, True, False, True, True, True])
-    np.testing.assert_array_equal(reported.uninformative, [False, True, True, False, False, False, False, False])
-    np.testing.assert_array_equal(reported.mappable, [True, False, False, True, True, True, False, True])
+    np.testing.assert_array_equal(reported.beams.uninformative, [False, True, True, False, False, False, False, False])
+    np.testing.assert_array_equal(reported.beams.mappable, [True, False, False, True, True, True, False, True])
     np.testing.assert_array_equal(reported.mappable_hits, [True, False, False, True, False, True, False, True])
     assert reported.distances[1] == 1.0
     assert len(reported.points()) == 5
@@ -207,7 +207,7 @@ def test_beams_are_free_up_to_a_moving_obstacle_which_is_no_hit():
 def test_without_motion_everything_is_static():
     seen = scan()
     assert not seen.moving.any()
-    assert seen.hits.all() and seen.mappable.all() and not seen.uninformative.any()
+    assert seen.hits.all() and seen.beams.mappable.all() and not seen.beams.uninformative.any()
 
 
 @pytest.mark.parametrize("pose", [(0.0, 0.0, 0.0), (1.0, -2.0, 2.5)])

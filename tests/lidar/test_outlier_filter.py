@@ -39,7 +39,7 @@ def test_neighbours_confirm_each_other_also_across_the_seam_and_a_lost_beam():
         {"b359": 1.0, "b1": 1.0},
         {"b10": 1.0, "b12": 1.0},
     ):
-        assert without_outliers(lonely(**pair), ORIGIN, NOTHING)[0].complete
+        assert without_outliers(lonely(**pair), ORIGIN, NOTHING)[0].beams.complete
     assert without_outliers(lonely(b10=1.0, b13=1.0), ORIGIN, NOTHING)[0].lost.sum() == 2
     assert without_outliers(lonely(b10=1.0, b11=1.3), ORIGIN, NOTHING)[0].lost.sum() == 2
 
@@ -73,12 +73,12 @@ def test_a_hit_inside_the_robot_is_an_outlier_even_with_a_neighbour():
     scan = lonely(b10=0.2, b11=0.2, b90=0.22, b91=0.25, b200=-np.inf, b201=-np.inf)
     kept, certain = without_outliers(scan, ORIGIN, NOTHING, 0.01, 0.25)
     assert np.flatnonzero(kept.lost).tolist() == np.flatnonzero(certain.lost).tolist() == [10, 11, 200, 201]
-    assert without_outliers(scan, ORIGIN, NOTHING, 0.01)[0].complete
+    assert without_outliers(scan, ORIGIN, NOTHING, 0.01)[0].beams.complete
 
 
 def test_a_hit_too_close_is_none_for_a_lidar_whose_minimum_range_exceeds_the_robot():
     scan = dataclasses.replace(lonely(b200=-np.inf, b201=-np.inf), range_min=0.3)
-    assert without_outliers(scan, ORIGIN, NOTHING, 0.01, 0.25)[0].complete
+    assert without_outliers(scan, ORIGIN, NOTHING, 0.01, 0.25)[0].beams.complete
 
 
 @given(seeds)

@@ -9,7 +9,7 @@ WALL = np.column_stack((np.full(200, 2.0), np.linspace(-5.0, 5.0, 200)))
 
 
 def one(velocity: tuple[float, float], *, walls: np.ndarray = NOTHING) -> np.ndarray:
-    return predicted_trajectories(np.zeros((1, 2)), np.array([velocity]), np.array([0.3]), walls, 3.0)[0]
+    return predicted_trajectories(np.zeros((1, 2)), np.array([velocity]), np.array([0.3]), walls)[0]
 
 
 def test_it_lasts_as_long_as_asked_and_begins_now() -> None:

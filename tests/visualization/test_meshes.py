@@ -12,7 +12,7 @@ from drake_starnav.geometry.footprint import footprint
 from drake_starnav.parameters import build
 from drake_starnav.planning import PlannerParameters, StarRoadmap
 from drake_starnav.planning.frontiers import Frontiers
-from drake_starnav.scenario.recording import RecordingParameters
+from drake_starnav.scenario.schema import RecordingParameters
 from drake_starnav.visualization import meshes
 from drake_starnav.visualization.meshes import LAYERS
 

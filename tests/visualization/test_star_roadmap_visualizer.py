@@ -16,7 +16,7 @@ from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState
 from drake_starnav.planning.roadmap import rebuilt
 from drake_starnav.regions import Observation, scan_region
 from drake_starnav.robot import RobotParameters
-from drake_starnav.scenario.recording import RecordingParameters
+from drake_starnav.scenario.schema import RecordingParameters
 from drake_starnav.visualization import star_roadmap_visualizer
 from drake_starnav.visualization.meshes import LAYERS
 from drake_starnav.visualization.star_roadmap_visualizer import (

@@ -41,15 +41,9 @@ def proposal(inputs: ControllerInputs, robot: RobotParameters) -> Proposal:
 
 
 def modulated_vector(position: np.ndarray, vector: np.ndarray, regions: RegionUnion, sigma: float) -> np.ndarray:
-    """The guiding vector modulated by each region that contains the position, weighted by max(Gamma, 1).
+    """The guiding vector p~ (2,) at p (2,), W, m, modulated by each region that contains p, weighted by max(Gamma, 1).
 
-    Without such a region, the guiding vector itself.
-
-    Args:
-        position: p, shape (2,), W, m.
-        vector: p~, shape (2,), W, m.
-        regions: around it.
-        sigma: exponent of Gamma.
+    Without such a region, the guiding vector itself; `sigma` is the exponent of Gamma.
 
     Source: paper, eq. (modulate) to (sum_weighted).
     """
@@ -74,13 +68,7 @@ def modulated_vector(position: np.ndarray, vector: np.ndarray, regions: RegionUn
 
 
 def blended_vector(position: np.ndarray, vector: np.ndarray, hits: np.ndarray, radius: float) -> np.ndarray:
-    """The modulated vector blended with the one away from the nearest hit, shape (2,), W, m.
-
-    Args:
-        position: p, shape (2,), W, m.
-        vector: p~*, shape (2,), W, m.
-        hits: of the latest scan, shape (n, 2), W, m.
-        radius: r, m.
+    """The modulated vector p~* (2,) at p (2,) blended with the one away from the nearest of the hits (n, 2); W, m.
 
     Source: paper, eq. (combine).
     """

@@ -23,11 +23,6 @@ def frontier_points(region: StarRegion, scan: LaserScan, pose: np.ndarray) -> np
     the next hit of it in bearing is farther away than eps. None ends at the +-pi seam. Wide openings have no midpoint.
     A midpoint beyond the boundary moves onto it, along its bearing.
 
-    Args:
-        region: of the scan, W.
-        scan: in S.
-        pose: (x, y, yaw) of S in W.
-
     Source: paper, section III-B.2.
     """
     reach = min(constants.RANGE, scan.range_max)

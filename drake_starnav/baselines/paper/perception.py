@@ -51,8 +51,7 @@ def sight_range(scan: LaserScan, distance: np.ndarray, reach: float = math.inf, 
     Args:
         scan: in the sensor frame S at the robot's centre.
         distance: shape (n,), its ranges, m.
-        reach: farther ranges are cut off, m.
-        radius: taken off all ranges, m.
+        reach, radius: farther ranges are cut off, and this is taken off all, m.
     """
     samples = bearing_count(scan)
     beam = np.rint(2.0 * math.pi / samples * np.arange(samples) / scan.angle_increment).astype(int)

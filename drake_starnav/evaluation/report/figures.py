@@ -46,11 +46,7 @@ class Point:
 
 
 def new_figure(height: float, width: float = WIDTH) -> "Figure":
-    """An empty figure, `height` and `width` in inches.
-
-    Raises:
-        StarnavError: matplotlib is not installed.
-    """
+    """An empty figure, `height` and `width` in inches; a `StarnavError` if matplotlib is not installed."""
     try:
         from matplotlib.figure import Figure
     except ImportError:

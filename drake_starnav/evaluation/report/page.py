@@ -2,7 +2,6 @@
 
 import base64
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -33,33 +32,20 @@ COST_IMAGES = (
 """The pictures of the section on cost, in words."""
 
 
-@dataclass(frozen=True)
-class Report:
-    """What a page is made of.
-
-    Attributes:
-        results: the trials.
-        recordings: the trials chosen to be looked at, see `record_chosen`.
-        worlds: number of worlds of each scenario that are drawn.
-    """
-
-    results: Results
-    recordings: Sequence[Recording] = field(default_factory=list)
-    worlds: int = WORLDS
-
-
-def write_page(report: Report, progress: Callable[[int, int], None] | None = None) -> str:
-    """The text of the page.
+def write_page(
+    results: Results,
+    recordings: Sequence[Recording] = (),
+    worlds: int = WORLDS,
+    progress: Callable[[int, int], None] | None = None,
+) -> str:
+    """The text of the page; a `StarnavError` if matplotlib or jinja2 is not installed.
 
     Args:
-        report: what it is made of.
+        results, recordings: the trials, and those of them to be looked at, see `record_chosen`.
+        worlds: number of worlds of each scenario that are drawn.
         progress: called after each picture with the number drawn and the number of all.
-
-    Raises:
-        StarnavError: matplotlib or jinja2 is not installed.
     """
     template = load_template()
-    results = report.results
     drawings: dict[str, Callable[[], figures.Figure | None]] = {
         "success": lambda: figures.success_figure(results),
         "difficulty": lambda: figures.difficulty_figure(results),
@@ -68,10 +54,11 @@ def write_page(report: Report, progress: Callable[[int, int], None] | None = Non
         COST_IMAGES[2]: lambda: figures.comparison_figure(results, "path_length_m", "path length"),
     }
     for k, name in enumerate(results.scenarios):
-        drawings[f"{k}"] = lambda name=name: figures.trajectory_figure(results, name, report.worlds)  # type: ignore[misc]
+        drawings[f"{k}"] = lambda name=name: figures.trajectory_figure(results, name, worlds)  # type: ignore[misc]
     images = {}
     for done, (name, draw) in enumerate(drawings.items(), start=1):
-        images[name] = _image(draw())
+        figure = draw()
+        images[name] = "" if figure is None else base64.b64encode(figures.svg(figure).encode()).decode()
         if progress is not None:
             progress(done, len(drawings))
     trajectories = {name: images[f"{k}"] for k, name in enumerate(results.scenarios)}
@@ -81,19 +68,20 @@ def write_page(report: Report, progress: Callable[[int, int], None] | None = Non
         "success": images["success"],
         "difficulty": images["difficulty"],
         "trajectories": {name: image for name, image in trajectories.items() if image},
-        "trials": [(chosen, results.trial_command(chosen.record)) for chosen in report.recordings],
+        "trials": [(chosen, results.trial_command(chosen.record)) for chosen in recordings],
     }
+    made_by = "drake_starnav {drake_starnav} (source {source}), Drake {drake}"
     return template.render(
         content,
         sections={name: title for name, title in SECTIONS.items() if content.get(name, True)},
         heading=f"{', '.join(results.methods)} in {', '.join(results.scenarios)}",
         total=len(results.records),
         reached=sum(record["outcome"] == "reached" for record in results.records),
-        made_by=list(dict.fromkeys(_made_by(header["versions"]) for header in results.headers)),
+        made_by=list(dict.fromkeys(made_by.format(**header["versions"]) for header in results.headers)),
         ends=[ends],
         costs=costs,
         cost_images={name: images[name] for name in COST_IMAGES},
-        worlds=report.worlds,
+        worlds=worlds,
         commands=results.commands(),
         facts=_facts(results),
         texts=results.texts,
@@ -101,11 +89,7 @@ def write_page(report: Report, progress: Callable[[int, int], None] | None = Non
 
 
 def load_template() -> "Template":
-    """The template of the page.
-
-    Raises:
-        StarnavError: jinja2 is not installed.
-    """
+    """The template of the page; a `StarnavError` if jinja2 is not installed."""
     try:
         from jinja2 import Environment, FileSystemLoader
     except ImportError:
@@ -119,15 +103,6 @@ def load_template() -> "Template":
 def numeric_columns(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[bool]:
     """For each column, whether all its cells begin like a number; such columns are aligned to the right."""
     return [all(row[k][:1] in "0123456789-" for row in rows) for k in range(len(head))]
-
-
-def _image(figure: "figures.Figure | None") -> str:
-    """A figure as SVG in base64; empty without one."""
-    return "" if figure is None else base64.b64encode(figures.svg(figure).encode()).decode()
-
-
-def _made_by(versions: dict[str, str]) -> str:
-    return f"drake_starnav {versions['drake_starnav']} (source {versions['source']}), Drake {versions['drake']}"
 
 
 def _facts(results: Results) -> list[tuple[str, str]]:

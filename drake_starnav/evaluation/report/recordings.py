@@ -44,7 +44,8 @@ def chosen_trials(results: Results) -> list[Recording]:
         for method in results.methods:
             case = results.of(scenario, method)
             chosen += [Recording(r, r["outcome"]) for r in case if r["outcome"] not in ("reached", *NEVER_RAN)]
-            reached = sorted((r for r in case if r["outcome"] == "reached"), key=_slowness)
+            reached = [r for r in case if r["outcome"] == "reached"]
+            reached.sort(key=lambda r: r["time_s"] / (r["shortest_path_m"] or 1.0))
             if reached:
                 chosen.append(Recording(reached[(len(reached) - 1) // 2], "median success"))
             if len(reached) > 1:
@@ -52,19 +53,11 @@ def chosen_trials(results: Results) -> list[Recording]:
     return chosen
 
 
-def _slowness(record: Record) -> float:
-    return record["time_s"] / (record["shortest_path_m"] or 1.0)
-
-
 def read_trial(path: Path, line: int | None = None) -> dict[str, Any]:
-    """One trial of a file: its record, and under `text` its scenario, if the file has it.
-
-    Args:
-        path: a file by `simulate --json` or `benchmark --json`.
-        line: of the trial, from 1; None if there is only one.
+    """One trial of a file by `simulate --json` or `benchmark --json`: its record, and as `text` its scenario, if any.
 
     Raises:
-        StarnavError: the file cannot be read, or has no such trial.
+        StarnavError: the file cannot be read, has no trial in this line, from 1, or has several and no line is given.
     """
     try:
         data = b"" if path.name.endswith(PACKED) else read_bytes(path)
@@ -102,18 +95,14 @@ def record_chosen(
     jobs: int,
     progress: Callable[[int, int], None] | None = None,
 ) -> list[Recording]:
-    """Run the chosen trials again, on this machine, and record them.
+    """Run the chosen trials again, on this machine, and record them into a folder; returns them with their files.
 
     Args:
-        results: that contain the trials.
-        chosen: as of `chosen_trials`.
+        results, chosen: with the trials, and as of `chosen_trials`.
         folder: for the recordings; it is created.
         failures: most failures to record of each scenario and method.
         jobs: number of processes.
         progress: called after each trial with the number done and the number of all.
-
-    Returns:
-        The chosen trials, with their files.
     """
     recordings = list(chosen)
     counts: dict[tuple[str, str], int] = {}

@@ -23,12 +23,7 @@ SHARED = ("world", "robot", "simulation")
 
 @dataclass(frozen=True)
 class Results:
-    """Headers and records of files.
-
-    Attributes:
-        headers: at least one; all have the same seed.
-        records: each trial once, ordered by scenario, method and number.
-    """
+    """Headers of at least one file, all with the same seed, and each trial once, by scenario, method and number."""
 
     headers: tuple[Header, ...]
     records: tuple[Record, ...]
@@ -99,10 +94,7 @@ class Results:
 
 
 def page_name(record: Record) -> str:
-    """A file name for a trial's recording: special characters are replaced, long names are shortened.
-
-    Different trials may get the same name: see `Results.page_names`.
-    """
+    """A file name for a trial's recording, of plain characters; `Results.page_names` tells equal ones apart."""
     name, method, trial = record_key(record)
     plain, method = (re.sub(r"[^\w-]+", "_", text)[:60] for text in (name, method))
     return f"{plain}_{method}_{trial}.html"

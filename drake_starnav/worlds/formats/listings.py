@@ -1,16 +1,10 @@
-"""Parameters that are lists of numbers: their declaration and checks."""
+"""Checks of parameters that are lists of numbers."""
 
-import dataclasses
 from collections.abc import Sequence
 from typing import Any
 
 from drake_starnav.errors import StarnavError, shown
 from drake_starnav.parameters import is_number
-
-
-def listing(default: list, help: str) -> Any:
-    """A dataclass field that holds a list; `help` says of what."""
-    return dataclasses.field(default_factory=lambda: list(default), metadata={"help": help})
 
 
 def check_list(value: Any, name: str) -> Sequence:

@@ -104,21 +104,17 @@ def _image(keys: dict[str, Any], path: Path) -> Path:
 def occupancy(
     shade: np.ndarray, opacity: np.ndarray | None, *, mode: str, negate: bool, occupied: float, free: float
 ) -> np.ndarray:
-    """What each pixel says, as FREE, OCCUPIED or UNKNOWN.
+    """What each pixel says, as FREE, OCCUPIED or UNKNOWN, int8.
 
     What lies between the thresholds is unknown in every mode: a wall cannot stand with a probability. So the modes
     differ only in how a pixel is read: `trinary` averages its opacity in with its colours, `scale` takes what is not
     opaque as unknown, and `raw` takes 8-bit values up to 100 as percentages and others as unknown.
 
     Args:
-        shade: brightness, 0 to 1, any shape.
-        opacity: 0 to 1, or None for an image without it.
+        shade, opacity: as of `read_image`.
         mode: one of MODES.
         negate: whether bright pixels are occupied instead of dark ones; not used by `raw`.
         occupied, free: thresholds of the occupancy, 0 to 1.
-
-    Returns:
-        int8, of the shape of `shade`.
     """
     unknown = np.zeros(shade.shape, bool)
     if mode == "raw":
@@ -143,8 +139,7 @@ def read_image(path: Path) -> tuple[np.ndarray, np.ndarray | None]:
         Both of shape (ny, nx), 0 to 1, the upper row first.
 
     Raises:
-        StarnavError: there is no such file, it is of another format, broken, of another size than it says, or too
-            large.
+        StarnavError: the file is missing, broken, of another format or size than it says, or too large.
     """
     from PIL import Image  # late: only maps need it
 

@@ -8,7 +8,7 @@ import numpy as np
 from drake_starnav.errors import StarnavError, shown
 from drake_starnav.parameters import parameter
 from drake_starnav.utils.resources import resolve_path
-from drake_starnav.worlds.formats.listings import check_ends, listing
+from drake_starnav.worlds.formats.listings import check_ends
 from drake_starnav.worlds.world import ModelFile, World
 
 FORMATS = (".dmd.yaml", ".sdf", ".world", ".urdf")
@@ -21,8 +21,8 @@ class Model:
     directives: str = parameter(
         "", "model directives (.dmd.yaml), an SDF or a URDF file; or the directives themselves, as a list", path=True
     )
-    start: list[float] = listing([0.0, 0.0, 0.0], "[x, y, yaw] of the robot, m and rad")
-    goal: list[float] = listing([], "[x, y], m; it must be given")
+    start: list[float] = parameter([0.0, 0.0, 0.0], "[x, y, yaw] of the robot, m and rad")
+    goal: list[float] = parameter([], "[x, y], m; it must be given")
     weld: bool = parameter(True, "weld bodies that no joint holds where they stand; false lets them move")
 
     def make(self, rng: np.random.Generator, robot_radius: float) -> World:

@@ -42,18 +42,11 @@ _KEPT = {
 
 
 class Models:
-    """Reads model files, and knows which files it has read.
-
-    Attributes:
-        read: all files that have been opened.
-        unseen: meshes of robots that are not shown, as there is no such file or Drake does not read it.
-    """
+    """Reads model files; `read` are all that have been opened, and `unseen` meshes of robots that are not shown, as
+    there is no such file or Drake does not read it."""
 
     def __init__(self, *, weld: bool = False) -> None:
-        """
-        Args:
-            weld: whether bodies that no joint holds will not move.
-        """
+        """`weld`: whether bodies that no joint holds will not move."""
         self.read: set[Path] = set()
         self.unseen: set[str] = set()
         self._weld = weld

@@ -8,7 +8,7 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.parameters import parameter
 from drake_starnav.worlds.convex_parts import convex_parts, evened
 from drake_starnav.worlds.endpoints import check_free_ends
-from drake_starnav.worlds.formats.listings import check_ends, check_list, check_numbers, listing
+from drake_starnav.worlds.formats.listings import check_ends, check_list, check_numbers
 from drake_starnav.worlds.world import MOST_SHAPES, World
 
 
@@ -16,11 +16,11 @@ from drake_starnav.worlds.world import MOST_SHAPES, World
 class Obstacles:
     """Obstacles, start and goal as given. The goal may be out of reach, but start and goal must be free."""
 
-    cylinders: list[list[float]] = listing([], "one [x, y, radius] each, m")
-    polygons: list[list[list[float]]] = listing([], "one list of corners [x, y] each, m; simple, of any orientation")
-    bounds: list[float] = listing([], "[x_min, y_min, x_max, y_max] of the walls around, m; empty for an open plane")
-    start: list[float] = listing([0.0, 0.0, 0.0], "[x, y, yaw] of the robot, m and rad")
-    goal: list[float] = listing([5.0, 0.0], "[x, y], m")
+    cylinders: list[list[float]] = parameter([], "one [x, y, radius] each, m")
+    polygons: list[list[list[float]]] = parameter([], "one list of corners [x, y] each, m; simple, of any orientation")
+    bounds: list[float] = parameter([], "[x_min, y_min, x_max, y_max] of the walls around, m; empty for an open plane")
+    start: list[float] = parameter([0.0, 0.0, 0.0], "[x, y, yaw] of the robot, m and rad")
+    goal: list[float] = parameter([5.0, 0.0], "[x, y], m")
     timeout: float = parameter(180.0, "time a trial may take", unit="s", above=0.0)
 
     def make(self, rng: np.random.Generator, robot_radius: float) -> World:

@@ -11,7 +11,7 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.parameters import parameter
 from drake_starnav.utils.resources import resolve_path
 from drake_starnav.worlds.endpoints import check_free_ends, check_reachable
-from drake_starnav.worlds.formats.listings import check_numbers, listing
+from drake_starnav.worlds.formats.listings import check_numbers
 from drake_starnav.worlds.formats.map_file import FREE, OCCUPIED, OccupancyMap, read_map
 from drake_starnav.worlds.rectangles import solid_rectangles
 from drake_starnav.worlds.solvable import random_yaw
@@ -34,8 +34,8 @@ class RosMap:
         "what unknown cells, and all that lies beyond the map, are: occupied or free",
         choices=("occupied", "free"),
     )
-    start: list[float] = listing([], "[x, y, yaw] of the robot in the map's frame, m and rad; empty for a random one")
-    goal: list[float] = listing([], "[x, y] in the map's frame, m; empty for a random one")
+    start: list[float] = parameter([], "[x, y, yaw] of the robot in the map's frame, m and rad; empty for a random one")
+    goal: list[float] = parameter([], "[x, y] in the map's frame, m; empty for a random one")
     min_distance: float = parameter(2.0, "least distance of random start and goal", unit="m", low=0.0, high=1000.0)
 
     def make(self, rng: np.random.Generator, robot_radius: float) -> World:
@@ -123,20 +123,11 @@ def _polygons(
 
 
 class _Places:
-    """The free cells at which a disc of some radius touches nothing, by which can be reached from one another.
-
-    Attributes:
-        centers: shape (n, 2), of these cells, W, m.
-    """
+    """The free cells at which a disc touches nothing, by which can be reached from one another; `centers` (n, 2) in W,
+    m."""
 
     def __init__(self, grid: OccupancyMap, solid: np.ndarray, closed: bool, radius: float) -> None:
-        """
-        Args:
-            grid: the map.
-            solid: shape (ny, nx), which of its cells bar the way.
-            closed: whether all beyond the map does.
-            radius: m.
-        """
+        """Cells `solid` (ny, nx) bar the way of a disc of this radius, m, and if `closed` all beyond the map."""
         passable = np.pad(~solid, 1, constant_values=not closed)
         if not closed:
             passable = np.pad(passable, int(radius / grid.resolution) + 2, constant_values=True)

@@ -25,13 +25,7 @@ def shipped_file(name: str) -> Path | None:
 
 @dataclass(frozen=True)
 class WorldFile:
-    """The content of a file, and its name in messages.
-
-    Attributes:
-        path: of the file.
-        content: all of it.
-        worlds: its worlds by number.
-    """
+    """The content of a file at a path, and its worlds by number."""
 
     path: Path
     content: dict[str, Any]

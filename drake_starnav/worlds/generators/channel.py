@@ -53,14 +53,7 @@ class Channel:
 
 
 def _middle_line(shape: str, length: float, lanes: int, pitch: float) -> np.ndarray:
-    """Corners of the channel's middle line, all runs parallel to an axis, shape (k, 2), m.
-
-    Args:
-        shape: one of _SHAPES.
-        length: of a lane, m.
-        lanes: how many.
-        pitch: between the middle lines of neighbouring lanes, m.
-    """
+    """Corners of the channel's middle line, (k, 2), m: lanes of one length, a pitch apart, m, parallel to an axis."""
     if shape == "corridor":
         return np.array([(0.0, 0.0), (length, 0.0)])
     if shape == "spiral":

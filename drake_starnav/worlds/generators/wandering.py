@@ -20,18 +20,17 @@ _SLOPE = 1e-4  # m, over which the clearance is differentiated
 def wander(
     world: World, position: np.ndarray, radius: float, speed: float, winding: bool, rng: np.random.Generator
 ) -> np.ndarray | None:
-    """A closed path, there and back, on which a disc touches no static obstacle.
+    """A closed path, there and back, on which a disc touches no static obstacle; None if it was caught in a corner.
 
     Args:
         world: its obstacles and bounds.
         position: where the disc is at first, free, shape (2,), W, m.
-        radius: of the disc, m.
-        speed: m/s.
+        radius, speed: of the disc, m and m/s.
         winding: whether its path is curved; otherwise it is straight between the turns at obstacles.
         rng: source of chance.
 
     Returns:
-        Way points as of `MovingObstacles`, shape (k, 3): time, x, y, s and m; None if the disc was caught in a corner.
+        Way points as of `MovingObstacles`, shape (k, 3): time, x, y, s and m.
     """
     least = radius + 0.5 * _SPACING  # at the checked places, so that none between them is nearer than the radius
     heading, time, turn_rate, next_turn = rng.uniform(-math.pi, math.pi), 0.0, 0.0, 0.0

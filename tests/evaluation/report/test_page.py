@@ -1,12 +1,14 @@
 """The report in a real browser: it asks nothing of a network, fits 1100 pixels, and shows all its parts."""
 
 import sys
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import pytest
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.evaluation.report import Report, chosen_trials, figures, write_page
+from drake_starnav.evaluation.report import Recording, Results, chosen_trials, figures, write_page
 from drake_starnav.evaluation.report.page import load_template
 from drake_starnav.visualization.browser import browser_missing, find_chromium
 from tests.helpers.trials import made_up
@@ -14,17 +16,25 @@ from tests.helpers.trials import made_up
 SECTIONS = ["success", "cost", "difficulty", "trajectories", "trials", "reproduce"]
 
 
+class Report(NamedTuple):
+    """What a page is made of."""
+
+    results: Results
+    recordings: Sequence[Recording] = ()
+    worlds: int = 4
+
+
 @pytest.fixture(scope="module")
 def report() -> Report:
     results = made_up(trials=10, mean_clearance_m=0.4)
     recordings = chosen_trials(results)
     recordings[0] = replace(recordings[0], file="report recordings/one & two.html", remark="<not the same>")
-    return Report(results, recordings, worlds=4)
+    return Report(results, recordings)
 
 
 @pytest.fixture(scope="module")
 def text(report) -> str:
-    return write_page(report)
+    return write_page(*report)
 
 
 @pytest.fixture(scope="module")
@@ -106,36 +116,36 @@ def test_it_says_how_to_reproduce_it(page, report) -> None:
 def test_what_no_record_tells_is_left_out(report) -> None:
     fields = ("path", "tightest_gap_m", "straight_line_m")
     records = tuple({k: v for k, v in r.items() if k not in fields} for r in report.results.records)
-    text = write_page(Report(replace(report.results, records=records)))
+    text = write_page(replace(report.results, records=records))
     assert 'id="success"' in text
     for section in ("difficulty", "trajectories", "trials"):
         assert f'id="{section}"' not in text
 
 
 def test_a_suite_s_table_stands_in_a_section_of_its_own(report) -> None:
-    assert 'id="published"' not in write_page(report)
+    assert 'id="published"' not in write_page(*report)
     header = {**report.results.headers[0], "suite": "table1"}
-    text = write_page(replace(report, results=replace(report.results, headers=(header,))))
+    text = write_page(*report._replace(results=replace(report.results, headers=(header,))))
     published, success, cost = (text.index(f'<section id="{name}">') for name in ("published", "success", "cost"))
     assert published < text.index("<h3>Table I of") < success < text.index("<h3>How the trials ended") < cost
 
 
 def test_the_page_is_the_same_each_time(report, text) -> None:
-    assert write_page(report) == text
+    assert write_page(*report) == text
 
 
 def test_files_of_different_versions_are_told_apart(report) -> None:
     first = report.results.headers[0]
-    assert "different versions" not in write_page(report)
+    assert "different versions" not in write_page(*report)
     other = {**first, "versions": {**first["versions"], "source": "0123456789ab"}}
-    text = write_page(replace(report, results=replace(report.results, headers=(first, other))))
+    text = write_page(*report._replace(results=replace(report.results, headers=(first, other))))
     assert f"(source {first['versions']['source']})" in text and "(source 0123456789ab)" in text
     assert "files of different versions" in text
 
 
 def test_every_value_is_escaped(report) -> None:
     recording = replace(report.recordings[0], file="", reason="<b>why</b>")
-    text = write_page(replace(report, recordings=[recording]))
+    text = write_page(*report._replace(recordings=[recording]))
     assert "&lt;b&gt;why&lt;/b&gt;" in text and "<b>why" not in text
 
 
@@ -148,5 +158,5 @@ def test_a_missing_template_engine_is_reported(monkeypatch) -> None:
 def test_the_page_compares_times_and_paths(monkeypatch) -> None:
     asked: list[tuple[str, str]] = []
     monkeypatch.setattr(figures, "comparison_figure", lambda results, field, label: asked.append((field, label)))
-    write_page(Report(made_up(trials=2), worlds=1))
+    write_page(made_up(trials=2), worlds=1)
     assert asked == [("time_s", "time"), ("path_length_m", "path length")]

@@ -1,27 +1,11 @@
-"""Lists of numbers in scenarios: each has a default of its own, and others are refused by name."""
-
-from dataclasses import dataclass, field
+"""Lists of numbers in scenarios: others are refused by name."""
 
 import pytest
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.worlds.formats.listings import check_list, check_numbers, listing
+from drake_starnav.worlds.formats.listings import check_list, check_numbers
 
 PLACE = ("x", "y")
-
-
-@dataclass
-class Holder:
-    """Has one list."""
-
-    place: list[float] = listing([1.0, 2.0], "[x, y]")
-    other: list[float] = field(default_factory=list)
-
-
-def test_no_two_share_a_default() -> None:
-    first, second = Holder(), Holder()
-    first.place.append(3.0)
-    assert second.place == [1.0, 2.0]
 
 
 def test_lists_and_tuples_of_finite_numbers_pass() -> None:
