@@ -138,10 +138,11 @@ def cost_to_go(
     blocked = terrain.robot_radius - BLOCKED_SLACK
     soft = terrain.robot_radius + SOFT_ZONE
     swept = terrain.swept_radius if terrain.swept_radius > terrain.robot_radius else 0.0  # of a disc nothing
-    limits = blocked - terrain.doubt, blocked, soft, NEAR_WALL_COST, swept, ALIGNED_COST
     half_diagonal = math.hypot(0.5, 0.5) * grid.resolution  # a path is up to so far off its cells' centres
-    closed = terrain.blacklist, BLACKLIST_RADIUS + half_diagonal
-    weight = _weights(distance, limits, origin, cell, closed)
+    weight = _weights(distance, (blocked - terrain.doubt, blocked, soft, swept), (NEAR_WALL_COST, ALIGNED_COST))
+    for x, y, clearance in terrain.blacklist:
+        place = (np.array((x, y)) - origin) / cell + 1.0
+        _close(weight, distance, place, (BLACKLIST_RADIUS + half_diagonal) / cell, clearance)
     points, cost_to_come, source, margin = origins or NO_ORIGINS
     margin_cells = NEIGHBOURHOOD + round(100.0 * margin / cell)
     cost, come = np.zeros(weight.shape, np.int32), np.zeros(weight.shape, np.int32)
@@ -153,44 +154,39 @@ def cost_to_go(
 
 
 @njit(cache=True)
-def _cell_weight(distance, limits):
-    """Cost of a cell in tenths, 0 where blocked."""
-    shut, blocked, soft, near_wall_cost, swept, aligned_cost = limits
-    if distance >= max(soft, swept):
-        return 10
-    if distance >= blocked:
-        near_wall = near_wall_cost * (max(soft, distance) - distance) / (soft - blocked)
-        if distance < swept:
-            near_wall += aligned_cost * (swept - distance) / (swept - blocked)
-        return int(10.0 * (1.0 + near_wall))
-    return 10 * DOUBTFUL_COST if distance >= shut else 0
+def _weights(distance, limits, costs):
+    """What crossing each cell costs in tenths, 0 where blocked; with a blocked border.
 
-
-@njit(cache=True)
-def _weights(distance, limits, origin, cell, closed):
-    """What crossing each cell costs in tenths, 0 where blocked; with a blocked border."""
+    The limits are distances (m) from which on a cell may be open, is open, is no longer near a wall, and is wide; the
+    costs are those near a wall and where it is narrow.
+    """
+    (shut, blocked, soft, swept), (near_wall_cost, aligned_cost) = limits, costs
     nx, ny = distance.shape
     out = np.zeros((nx + 2, ny + 2), np.uint8)
     for i in range(nx):
         for j in range(ny):
-            out[i + 1, j + 1] = _cell_weight(distance[i, j], limits)
-    places, radius = closed
-    for k in range(len(places)):
-        place = (places[k, 0] - origin[0]) / cell + 1.0, (places[k, 1] - origin[1]) / cell + 1.0
-        _close(out, distance, place, radius / cell, places[k, 2])
+            clear, near_wall = distance[i, j], 0.0
+            if clear < blocked:
+                out[i + 1, j + 1] = 10 * DOUBTFUL_COST if clear >= shut else 0
+                continue
+            if clear < max(soft, swept):
+                near_wall = near_wall_cost * (max(soft, clear) - clear) / (soft - blocked)
+            if clear < swept:
+                near_wall += aligned_cost * (swept - clear) / (swept - blocked)
+            out[i + 1, j + 1] = int(10.0 * (1.0 + near_wall))
     return out
 
 
-@njit(cache=True)
-def _close(weight, distance, place, radius, clearance):
+def _close(weight: np.ndarray, distance: np.ndarray, place: np.ndarray, radius: float, clearance: float) -> None:
     """Block cells about a place (x, y), as `Terrain.blacklist`; place and radius in cells of `weight`."""
-    x, y = place
-    for i in range(max(math.ceil(x - radius), 1), min(math.floor(x + radius), weight.shape[0] - 2) + 1):
-        for j in range(max(math.ceil(y - radius), 1), min(math.floor(y + radius), weight.shape[1] - 2) + 1):
-            squared = (i - x) ** 2 + (j - y) ** 2
-            narrow = squared <= radius * radius and distance[i - 1, j - 1] < clearance
-            if narrow or squared <= BLACKLIST_CORE * BLACKLIST_CORE:
-                weight[i, j] = 0
+    low = np.maximum(np.ceil(place - radius), 1.0).astype(int)
+    high = np.minimum(np.floor(place + radius), np.array(weight.shape) - 2.0).astype(int) + 1
+    if (high <= low).any():
+        return
+    i, j = np.ogrid[low[0] : high[0], low[1] : high[1]]
+    squared = (i - place[0]) ** 2 + (j - place[1]) ** 2
+    narrow = (squared <= radius * radius) & (distance[i - 1, j - 1] < clearance)
+    weight[low[0] : high[0], low[1] : high[1]][narrow | (squared <= BLACKLIST_CORE * BLACKLIST_CORE)] = 0
 
 
 @njit(cache=True)

@@ -103,7 +103,13 @@ class DistanceGrid:
 
     def distance(self, points: np.ndarray) -> np.ndarray:
         """Distance from each point's cell to the nearest hit, at most `cap`; shape (n, 2) -> (n,), m."""
-        return distances(self.arrays, points)
+        cell = np.rint(points / self.resolution).astype(np.int64)
+        (p, q), (i, j) = (cell // TILE - self.first).T, (cell % TILE).T
+        known = (p >= 0) & (q >= 0) & (p < self.rows.shape[0]) & (q < self.rows.shape[1])
+        known[known] = self.rows[p[known], q[known]] >= 0
+        out = np.full(len(points), self.cap)
+        out[known] = self.pool.tiles[self.rows[p[known], q[known]], i[known], j[known]]
+        return out
 
     def window(self, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """A coarser grid over a box in W, whose cells hold STRIDE x STRIDE cells of this one.
@@ -175,29 +181,6 @@ def _stamp(tiles, used, rows, first, resolution, cap, points):
 
 
 @njit(cache=True)
-def distances(grid, points):
-    """The loop of `DistanceGrid.distance`; `grid` as `DistanceGrid.arrays`."""
-    tiles, rows, first, resolution, cap = grid
-    out = np.full(len(points), cap)
-    for n in range(len(points)):
-        i, j = int(round(points[n, 0] / resolution)), int(round(points[n, 1] / resolution))
-        p, q = i // TILE - first[0], j // TILE - first[1]
-        if 0 <= p < rows.shape[0] and 0 <= q < rows.shape[1] and rows[p, q] >= 0:
-            out[n] = tiles[rows[p, q], i % TILE, j % TILE]
-    return out
-
-
-@njit(cache=True)
-def freest(tiles, row, i, j):
-    """The greatest distance in coarse cell (i, j) of a tile."""
-    most = tiles[row, i * STRIDE, j * STRIDE]
-    for a in range(STRIDE):
-        for b in range(STRIDE):
-            most = max(most, tiles[row, i * STRIDE + a, j * STRIDE + b])
-    return most
-
-
-@njit(cache=True)
 def _coarsened(grid, corner, count):
     """The distances of `window` from the cell `corner` on."""
     tiles, rows, first, _, cap = grid
@@ -210,5 +193,9 @@ def _coarsened(grid, corner, count):
             p, q = ((first[0] + t) * TILE - corner[0]) // STRIDE, ((first[1] + u) * TILE - corner[1]) // STRIDE
             for i in range(max(-p, 0), min(side, count[0] - p)):
                 for j in range(max(-q, 0), min(side, count[1] - q)):
-                    out[p + i, q + j] = freest(tiles, rows[t, u], i, j)
+                    most = tiles[rows[t, u], i * STRIDE, j * STRIDE]
+                    for a in range(STRIDE):
+                        for b in range(STRIDE):
+                            most = max(most, tiles[rows[t, u], i * STRIDE + a, j * STRIDE + b])
+                    out[p + i, q + j] = most
     return out

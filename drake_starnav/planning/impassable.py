@@ -5,29 +5,29 @@ import math
 import numpy as np
 from numba import njit
 
-from drake_starnav.lidar.laser_scan import LaserScan, placed_ends
+from drake_starnav.lidar.laser_scan import placed_ends
 from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.regions.margins import Margins
+from drake_starnav.regions.observation import Observation
 
 BRIDGE_SPACING = 0.1
 """Spacing of the points between two hits that the robot does not fit between, m."""
 
 
-def impassable_points(scan: LaserScan, pose: np.ndarray, margins: Margins, robot_radius: float) -> np.ndarray:
+def impassable_points(seen: Observation, margins: Margins, robot_radius: float) -> np.ndarray:
     """Hits, and points every BRIDGE_SPACING between neighbouring hits closer than the robot's diameter; shape (n, 2).
 
     In W, m. A wall seen at a grazing angle thus remains closed although its hits are far apart. Only beams of
     `Beams.mappable` count.
 
     Args:
-        scan: in S.
-        pose: (x, y, yaw) of S in W.
+        seen: the scan and its pose.
         margins: how the ranges are smoothed.
         robot_radius: m.
     """
-    x, y, yaw = pose
-    distance = smoothed_distances(scan, margins.smoothing_slack)
-    return bridged_ends(scan.beams, distance, (x, y, math.cos(yaw), math.sin(yaw)), 2.0 * robot_radius)
+    x, y, yaw = seen.pose
+    distance = smoothed_distances(seen.scan, margins.smoothing_slack)
+    return bridged_ends(seen.scan.beams, distance, (x, y, math.cos(yaw), math.sin(yaw)), 2.0 * robot_radius)
 
 
 @njit(cache=True)

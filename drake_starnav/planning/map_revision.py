@@ -13,13 +13,13 @@ from collections.abc import Sequence
 import numpy as np
 from numba import njit
 
-from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.planning.frontiers import Frontiers
 from drake_starnav.planning.impassable import impassable_points
 from drake_starnav.planning.roadmap import StarRoadmap, remade
-from drake_starnav.regions.bearing_hits import half_gaps, point_hits, points_to_bearings
-from drake_starnav.regions.erosion import bearing_tables, erode, eroded_range
+from drake_starnav.regions.bearing_hits import half_gaps, point_hits
+from drake_starnav.regions.erosion import eroded_range
 from drake_starnav.regions.margins import Margins
+from drake_starnav.regions.observation import Observation
 from drake_starnav.regions.piecewise_cubic import fit_piecewise_cubic
 from drake_starnav.regions.region_union import CELL, WORD
 from drake_starnav.regions.star_region import Fit, StarRegion
@@ -37,10 +37,10 @@ FEWEST_HITS = 5
 """A new scan must observe free space at this many of a node's hits to contradict them."""
 
 
-def mappable_hits(scan: LaserScan, pose: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Static hits of a scan taken at a pose: points, shape (k, 2), W, and their half gaps, shape (k,), m."""
-    hit = scan.mappable_hits
-    return scan.points_at(scan.distances, hit, pose), half_gaps(scan, scan.distances)[hit]
+def mappable_hits(seen: Observation) -> tuple[np.ndarray, np.ndarray]:
+    """Static hits of an observation: points, shape (k, 2), W, and their half gaps, shape (k,), m."""
+    scan, hit = seen.scan, seen.scan.mappable_hits
+    return scan.points_at(scan.distances, hit, seen.pose), half_gaps(scan, scan.distances)[hit]
 
 
 def cut_back(region: StarRegion, points: np.ndarray, gaps: np.ndarray, radius: float) -> np.ndarray:
@@ -56,12 +56,13 @@ def cut_back(region: StarRegion, points: np.ndarray, gaps: np.ndarray, radius: f
     return eroded_range(hits, radius, region.free_range)
 
 
-def seen_through(old: LaserScan, old_pose: np.ndarray, scan: LaserScan, pose: np.ndarray, slack: float) -> float:
+def seen_through(old: Observation, new: Observation, slack: float) -> float:
     """The share of an old scan's hits around which a new scan observed free space, by `slack` (m) on all sides.
 
     Only hits within the new scan's range count; 0 if fewer than FEWEST_HITS of them were seen through.
     """
-    distance, beam = scan.polar(old.points_at(old.distances, old.mappable_hits, old_pose), pose)
+    scan = new.scan
+    distance, beam = scan.polar(mappable_hits(old)[0], new.pose)
     judged = (distance < scan.range_max) & (scan.full_circle | (beam <= len(scan.ranges) - 1))
     free = _free_around(beam, distance, scan.distances, scan.angle_increment, slack, scan.full_circle)
     through = judged & (distance < free - slack)
@@ -81,13 +82,7 @@ def _free_around(beam, distance, ranges, increment, slack, wrap):
     return out
 
 
-def reconcile(
-    roadmap: StarRoadmap,
-    scan: LaserScan,
-    pose: np.ndarray,
-    margins: Margins,
-    robot_radius: float,
-) -> StarRoadmap:
+def reconcile(roadmap: StarRoadmap, seen: Observation, margins: Margins, robot_radius: float) -> StarRoadmap:
     """The roadmap without the parts that a new scan contradicts by more than CONTRADICTION.
 
     Regions are cut back where new hits lie deeper inside them than that. Nodes are discarded if too little of them
@@ -96,49 +91,36 @@ def reconcile(
 
     Args:
         roadmap: the roadmap before.
-        scan: the latest scan, in S.
-        pose: (x, y, yaw) of S in W when it was taken.
+        seen: the latest observation.
         margins: of the regions.
         robot_radius: m.
     """
-    new_hits = mappable_hits(scan, pose)
+    new_hits = mappable_hits(seen)
     if not len(roadmap):
         return roadmap
-    nodes = list[StarRegion | None](roadmap.regions)
+    regions = list[StarRegion | None](roadmap.regions)
     for k in _near_hits(roadmap.union, new_hits[0], robot_radius).tolist():
         region = roadmap.regions[k]
-        nodes[k] = _agreeing(region, *new_hits, robot_radius + region.margin)
+        regions[k] = _agreeing(region, *new_hits, robot_radius + region.margin)
     if margins.drop_seen_through:
-        reach = roadmap.union.values.max(axis=1) + scan.range_max
-        near = np.hypot(*(roadmap.union.center - pose[:2]).T) <= reach
+        reach = roadmap.union.values.max(axis=1) + seen.scan.range_max
+        near = np.hypot(*(roadmap.union.center - seen.pose[:2]).T) <= reach
         for k in np.flatnonzero(near).tolist():
-            if seen_through(*roadmap.scans[k], scan, pose, CONTRADICTION) > SEEN_THROUGH_SHARE:
-                nodes[k] = None
-    if all(new is old for new, old in zip(nodes, roadmap.regions, strict=True)):
+            if seen_through(roadmap.nodes[k], seen, CONTRADICTION) > SEEN_THROUGH_SHARE:
+                regions[k] = None
+    if all(new is old for new, old in zip(regions, roadmap.regions, strict=True)):
         return roadmap
-    return _remade(roadmap, nodes, margins, robot_radius)
+    return _remade(roadmap, regions, margins, robot_radius)
 
 
 def _agreeing(region: StarRegion, points: np.ndarray, gaps: np.ndarray, radius: float) -> StarRegion | None:
     """The region cut back where it disagrees with hits by more than CONTRADICTION; None if too little of it remains."""
     smaller = max(radius - CONTRADICTION, 0.0)
     # the disc is smaller, as a bearing that grazes a hit would lose much of its range at once
-    tables = bearing_tables(len(region.free_range))
-    if (
-        not _deepest_cut(points, gaps, region.center, region.bearing_0, region.free_range, smaller, tables)
-        > CONTRADICTION
-    ):
+    if not (region.free_range - cut_back(region, points, gaps, smaller)).max() > CONTRADICTION:
         return region
     values = cut_back(region, points, gaps, radius)
     return None if values.sum() < KEPT_SHARE * region.free_range.sum() else _with_free_range(region, values)
-
-
-@njit(cache=True)
-def _deepest_cut(points, gaps, center, bearing_0, free, radius, tables):
-    """By how much `cut_back` shortens a free range at most, m; a fraction of the time that its arrays take."""
-    within = free.max() + radius + CUT_BORDER
-    hits = points_to_bearings(points, gaps, center[0], center[1], bearing_0, within, len(free))
-    return (free - erode(hits[0], hits[1], hits[2], radius, free, tables[0], tables[1])).max()
 
 
 @njit(cache=True)
@@ -166,13 +148,13 @@ def with_stall_point(roadmap: StarRoadmap, place: np.ndarray, margins: Margins, 
     discarded.
     """
     roadmap = dataclasses.replace(roadmap, stall_points=np.vstack((roadmap.stall_points, place)))
-    nodes = [
+    regions = [
         clear_of(region, roadmap.stall_points, robot_radius)
         if np.hypot(*(region.center - place)) > robot_radius + region.margin
         else None
         for region in roadmap.regions
     ]
-    return _remade(roadmap, nodes, margins, robot_radius)
+    return _remade(roadmap, regions, margins, robot_radius)
 
 
 def clear_of(region: StarRegion, places: np.ndarray, robot_radius: float, fit: Fit = fit_piecewise_cubic) -> StarRegion:
@@ -194,18 +176,22 @@ def _with_free_range(region: StarRegion, free_range: np.ndarray, fit: Fit = fit_
 
 
 def _remade(
-    roadmap: StarRoadmap, nodes: Sequence[StarRegion | None], margins: Margins, robot_radius: float
+    roadmap: StarRoadmap, regions: Sequence[StarRegion | None], margins: Margins, robot_radius: float
 ) -> StarRoadmap:
     """The roadmap with these regions of its nodes (None: dropped).
 
     It keeps all hits, unless the pose may err: then only those of the nodes' scans.
     """
-    kept = [(region, *seen) for region, seen in zip(nodes, roadmap.scans, strict=True) if region is not None]
+    kept = [
+        dataclasses.replace(node, region=region)
+        for node, region in zip(roadmap.nodes, regions, strict=True)
+        if region is not None
+    ]
     if margins.drop_seen_through:
         hits = roadmap.hits.emptied()
-        for _, scan, pose in kept:
-            hits = hits.stamped(impassable_points(scan, pose, margins, robot_radius))
+        for node in kept:
+            hits = hits.stamped(impassable_points(node, margins, robot_radius))
         roadmap = dataclasses.replace(
-            roadmap, hits=hits, regions=(), edge_frontiers=Frontiers.none(), covered=np.zeros(0, bool)
+            roadmap, hits=hits, nodes=(), edge_frontiers=Frontiers.none(), covered=np.zeros(0, bool)
         )
     return remade(roadmap, kept, robot_radius)

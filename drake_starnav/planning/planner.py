@@ -110,7 +110,7 @@ def check_beams(roadmap: StarRoadmap, seen: Observation) -> None:
     if bearings != before:
         raise StarnavError(
             f"laser scan: {len(seen.scan.ranges)} beams (a region of {bearings} bearings) after scans of "
-            f"{len(roadmap.scans[0][0].ranges)} beams ({before} bearings); allowed: the same number in every scan"
+            f"{len(roadmap.nodes[0].scan.ranges)} beams ({before} bearings); allowed: the same number in every scan"
         )
 
 
@@ -181,10 +181,10 @@ def _grown(
     if not trigger:
         return state, region
     seen, margins, robot_radius = now.seen, now.margins, now.robot_radius
-    roadmap = reconcile(state.roadmap, seen.scan, seen.pose, margins, robot_radius)
+    roadmap = reconcile(state.roadmap, seen, margins, robot_radius)
     if trigger == GrowthTrigger.SPACED and roadmap is state.roadmap:
         return dataclasses.replace(state, node_position=now.position.copy()), region
-    roadmap = extended(roadmap, region, seen.scan, seen.pose, margins, robot_radius)
+    roadmap = extended(roadmap, dataclasses.replace(seen, region=region), margins, robot_radius)
     target = state.target
     if GrowthTrigger.STALLED in trigger:
         place = stall_point_ahead(roadmap, state.guidance.path, now)
@@ -204,7 +204,7 @@ def _unless_obstructed(state: PlannerState, check: PlanCheck, now: PlannerInput)
     """The state; if the latest scans show the way past the target to be blocked, with their hits and without a path."""
     points = too_narrow(state, now)
     if check.obstructed:
-        points = np.vstack((points, impassable_points(now.seen.scan, now.seen.pose, now.margins, now.robot_radius)))
+        points = np.vstack((points, impassable_points(now.seen, now.margins, now.robot_radius)))
     if not len(points):
         return state
     roadmap = dataclasses.replace(state.roadmap, hits=state.roadmap.hits.stamped(points))
@@ -275,8 +275,8 @@ def _searched(state: PlannerState, region: StarRegion, now: PlannerInput) -> tup
     assert seen.region is not None
     if tried:
         roadmap = rebuilt(roadmap, now.margins, now.robot_radius)
-        if roadmap.scans[-1][0] is not seen.scan:
-            roadmap = extended(roadmap, seen.region, seen.scan, seen.pose, now.margins, now.robot_radius)
+        if roadmap.nodes[-1].scan is not seen.scan:
+            roadmap = extended(roadmap, seen, now.margins, now.robot_radius)
     route = find_route(roadmap, seen.region, now, doubting=True)
     return route, dataclasses.replace(state, roadmap=roadmap, doubting=True)
 

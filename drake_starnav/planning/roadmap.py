@@ -4,17 +4,17 @@ import dataclasses
 import math
 from collections.abc import Sequence
 from dataclasses import field
+from functools import cached_property
 
 import numpy as np
-from numba import njit
 
-from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.planning.distance_grid import DistanceGrid
 from drake_starnav.planning.frontiers import PROBE_DISTANCE, PROBE_REACHED, Frontiers, edge_frontiers
 from drake_starnav.planning.impassable import impassable_points
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.roadmap_edges import edges_from
 from drake_starnav.regions.margins import Margins
+from drake_starnav.regions.observation import Observation
 from drake_starnav.regions.region_index import indexed
 from drake_starnav.regions.region_union import RegionUnion
 from drake_starnav.regions.star_region import StarRegion, scan_region, united
@@ -38,9 +38,8 @@ class StarRoadmap:
 
     Attributes:
         hits: distances to the hits of all node scans and of the scans that blocked an optimistic path.
-        regions: one per node, oldest first.
-        union: the same regions.
-        scans: per node, the scan and the sensor's pose (x, y, yaw) in W it was made from.
+        nodes: what was observed where each is, oldest first; their regions may be smaller than those of their scans.
+        union: their regions.
         edges: shape (e, 2), node indices; one of the two regions contains the other's centre. A node without such a
             region has a single edge, to the older node from which it was most likely reached.
         lengths: shape (e,), m.
@@ -57,9 +56,8 @@ class StarRoadmap:
     """
 
     hits: DistanceGrid
-    regions: tuple[StarRegion, ...] = ()
+    nodes: tuple[Observation, ...] = ()
     union: RegionUnion = field(default_factory=RegionUnion.none)
-    scans: tuple[tuple[LaserScan, np.ndarray], ...] = ()
     edges: np.ndarray = field(default_factory=lambda: np.zeros((0, 2), np.int64))
     lengths: np.ndarray = field(default_factory=lambda: np.zeros(0))
     frontiers: Frontiers = field(default_factory=Frontiers.none)
@@ -71,7 +69,12 @@ class StarRoadmap:
     covered: np.ndarray = field(default_factory=lambda: np.zeros(0, bool))
 
     def __len__(self) -> int:
-        return len(self.regions)
+        return len(self.nodes)
+
+    @cached_property
+    def regions(self) -> tuple[StarRegion, ...]:
+        """Of the nodes."""
+        return tuple(node.region for node in self.nodes if node.region is not None)
 
     @staticmethod
     def empty(parameters: PlannerParameters, robot_radius: float) -> "StarRoadmap":
@@ -79,26 +82,18 @@ class StarRoadmap:
         return StarRoadmap(DistanceGrid.empty(parameters.grid_resolution, robot_radius))
 
 
-def extended(
-    roadmap: StarRoadmap,
-    region: StarRegion,
-    scan: LaserScan,
-    pose: np.ndarray,
-    margins: Margins,
-    robot_radius: float,
-) -> StarRoadmap:
+def extended(roadmap: StarRoadmap, node: Observation, margins: Margins, robot_radius: float) -> StarRoadmap:
     """The roadmap with one more node.
 
     Args:
         roadmap: the roadmap before.
-        region: the new node's region, made from `scan`.
-        scan: in the sensor frame S at the robot's centre.
-        pose: (x, y, yaw) of S in W when the scan was taken.
+        node: with its region.
         margins: of the regions.
         robot_radius: m.
     """
-    hits = roadmap.hits.stamped(impassable_points(scan, pose, margins, robot_radius))
-    grown = with_node(roadmap, region, scan, pose, hits)
+    region, hits = node.region, roadmap.hits.stamped(impassable_points(node, margins, robot_radius))
+    assert region is not None
+    grown = with_node(roadmap, node, hits)
     own = _edges_off_hits(region, len(roadmap), hits, robot_radius)
     own_covered = grown.union.contains(own.probe, COVER_SLACK)
     covered = roadmap.covered | region.alone.contains(roadmap.edge_frontiers.probe, COVER_SLACK)
@@ -112,32 +107,29 @@ def extended(
     )
 
 
-def with_node(
-    roadmap: StarRoadmap, region: StarRegion, scan: LaserScan, pose: np.ndarray, hits: DistanceGrid
-) -> StarRoadmap:
+def with_node(roadmap: StarRoadmap, node: Observation, hits: DistanceGrid) -> StarRoadmap:
     """The roadmap with one more node and its edges, other hits and the same frontiers; arguments as for `extended`."""
-    known = len(roadmap)
+    known, region = len(roadmap), node.region
+    assert region is not None
     union = indexed(united((*roadmap.regions, region)), roadmap.union, np.array([known]))
     edges, lengths = edges_from(union, known)
     return dataclasses.replace(
         roadmap,
-        regions=(*roadmap.regions, region),
+        nodes=(*roadmap.nodes, node),
         union=union,
-        scans=(*roadmap.scans, (scan, np.array(pose, dtype=float))),
         edges=np.vstack((roadmap.edges, edges)),
         lengths=np.concatenate((roadmap.lengths, lengths)),
         hits=hits,
     )
 
 
-def remade(
-    roadmap: StarRoadmap, nodes: Sequence[tuple[StarRegion, LaserScan, np.ndarray]], robot_radius: float
-) -> StarRoadmap:
-    """The roadmap with nodes (region, scan, pose) in place of its own, and their edge frontiers in place of all others.
+def remade(roadmap: StarRoadmap, nodes: Sequence[Observation], robot_radius: float) -> StarRoadmap:
+    """The roadmap with nodes in place of its own, and their edge frontiers in place of all others.
 
     It keeps its hits, and its retired, inspected and blocked places.
     """
-    regions, old = tuple(region for region, _, _ in nodes), roadmap.edge_frontiers
+    new, old = dataclasses.replace(roadmap, nodes=tuple(nodes)), roadmap.edge_frontiers
+    regions = new.regions
     number = {region: k for k, region in enumerate(regions)}
     renumbered = np.array([number.pop(region, -1) for region in roadmap.regions], np.int64)
     news = np.array(list(number.values()), np.int64)
@@ -157,10 +149,8 @@ def remade(
     order = np.argsort(every.owner, kind="stable")
     every, covered = every.where(order), covered[order]
     roadmap = dataclasses.replace(
-        roadmap,
-        regions=regions,
+        new,
         union=union,
-        scans=tuple((scan, np.array(pose, dtype=float)) for _, scan, pose in nodes),
         edges=edges,
         lengths=lengths,
         frontiers=Frontiers.none(),
@@ -171,8 +161,9 @@ def remade(
         return roadmap
     frontiers = every.where(~covered)
     frontiers = frontiers.where(enterable(frontiers, roadmap, robot_radius))
-    away = _away_from_nodes(frontiers.stand, frontiers.owner, union.center, STANDING_THERE)
-    return dataclasses.replace(roadmap, frontiers=frontiers.where(away))
+    newer = frontiers.owner <= np.arange(union.size)[:, None]
+    near = np.hypot(*(frontiers.stand[:, None] - union.center).T) <= STANDING_THERE
+    return dataclasses.replace(roadmap, frontiers=frontiers.where(~(near & newer).any(axis=0)))
 
 
 def blacklist_target(roadmap: StarRoadmap, place: np.ndarray, radius: float, probe: np.ndarray) -> StarRoadmap:
@@ -188,7 +179,10 @@ def blacklist_target(roadmap: StarRoadmap, place: np.ndarray, radius: float, pro
 
 def rebuilt(roadmap: StarRoadmap, margins: Margins, robot_radius: float) -> StarRoadmap:
     """A roadmap of the same scans and hits, in which nothing was tried in vain."""
-    nodes = [(scan_region(scan, pose, robot_radius, margins), scan, pose) for scan, pose in roadmap.scans]
+    nodes = [
+        dataclasses.replace(node, region=scan_region(node.scan, node.pose, robot_radius, margins))
+        for node in roadmap.nodes
+    ]
     return remade(StarRoadmap(roadmap.hits), nodes, robot_radius)
 
 
@@ -227,20 +221,3 @@ def enterable(frontiers: Frontiers, roadmap: StarRoadmap, robot_radius: float) -
     stalled = np.hypot(*(probe[:, None] - roadmap.stall_points).T) <= robot_radius
     free = roadmap.hits.distance(probe) > robot_radius - PROBE_SLACK
     return away & free & ~is_blacklisted(roadmap, stand) & ~stalled.any(axis=0)
-
-
-@njit(cache=True)
-def _away_from_nodes(stand, owner, center, distance):
-    """Whether each stand is farther than `distance` from its node and all newer ones."""
-    order = np.argsort(center[:, 0])
-    x = center[order, 0]
-    out = np.ones(len(stand), np.bool_)
-    for i in range(len(stand)):
-        k = np.searchsorted(x, stand[i, 0] - 1.001 * distance)
-        while k < len(x) and x[k] <= stand[i, 0] + 1.001 * distance:
-            dx, dy = stand[i, 0] - x[k], stand[i, 1] - center[order[k], 1]
-            if order[k] >= owner[i] and dx * dx + dy * dy <= distance * distance:
-                out[i] = False
-                break
-            k += 1
-    return out

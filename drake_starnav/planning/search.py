@@ -272,7 +272,7 @@ def optimistic_cost(
     """
     position, robot_radius = now.position, now.robot_radius
     goal = goal_approach(roadmap, now).goal
-    border = roadmap.scans[0][0].range_max + 0.5
+    border = roadmap.nodes[0].scan.range_max + 0.5
     corners = np.vstack((roadmap.union.center, goal[None, :]))
     low, high = corners.min(axis=0) - border, corners.max(axis=0) + border
     probes = roadmap.blacklisted_probes

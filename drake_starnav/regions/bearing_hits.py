@@ -40,11 +40,6 @@ def half_gaps(scan: LaserScan, distance: np.ndarray) -> np.ndarray:
     return half_chords(distance, scan.beams)
 
 
-def scan_hits(scan: LaserScan, distance: np.ndarray, half_gap: np.ndarray, samples: int) -> BearingHits:
-    """The scan's hits on a bearing grid whose sample 0 is the first beam; moving obstacles are left out."""
-    return BearingHits(*beams_to_bearings(distance, half_gap, scan.beams, samples))
-
-
 def point_hits(
     points: np.ndarray, half_gap: np.ndarray, center: np.ndarray, bearing_0: float, reach: float, samples: int
 ) -> BearingHits:
@@ -89,7 +84,10 @@ def half_chords(distance, beams):
 
 @njit(cache=True)
 def beams_to_bearings(beam_distance, beam_gap, beams, samples):
-    """The loop of `scan_hits`: the fields of `BearingHits` from distances and half gaps along some `Beams`."""
+    """The fields of `BearingHits` from distances and half gaps along some `Beams`; sample 0 is at the first beam.
+
+    Moving obstacles are left out.
+    """
     moving, range_max, increment = beams.moving, beams.range_max, beams.increment
     distance = np.full(samples, np.inf)
     gap = np.zeros(samples)

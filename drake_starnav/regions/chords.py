@@ -4,7 +4,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from drake_starnav.lidar.field_of_view import FieldOfView
 from drake_starnav.regions.bearing_hits import CONNECTED_CHORD
@@ -65,26 +64,10 @@ def hits_behind(behind: np.ndarray, hits: np.ndarray, view: FieldOfView, pose: n
     return known[np.sort(first)]
 
 
-@njit(cache=True)
-def _joined(points, circular):
+def _joined(points: np.ndarray, circular: bool) -> np.ndarray:
     """Chords between successive points (n, 2) on one surface, and points without such a neighbour; shape (k, 4)."""
-    count = len(points)
-    out, k = np.empty((count, 4)), 0
-    for i in range(count):
-        x, y = points[i]
-        follows = (i > 0 or circular) and count > 1 and _near(points[i - 1], points[i])
-        after = (i + 1) % count
-        if (after > i or circular) and after != i and _near(points[i], points[after]):
-            out[k, 0], out[k, 1], out[k, 2], out[k, 3] = x, y, points[after, 0], points[after, 1]
-            k += 1
-        elif not follows:
-            out[k, 0], out[k, 1], out[k, 2], out[k, 3] = x, y, x, y
-            k += 1
-    return out[:k].copy()
-
-
-@njit(cache=True)
-def _near(a, b):
-    """Whether two points (2,) may lie on one surface."""
-    dx, dy = b[0] - a[0], b[1] - a[1]
-    return dx * dx + dy * dy < CONNECTED_CHORD * CONNECTED_CHORD
+    after = np.roll(points, -1, axis=0)
+    linked = ((after - points) ** 2).sum(axis=1) < CONNECTED_CHORD * CONNECTED_CHORD
+    linked[-1:] &= circular and len(points) > 1
+    alone = ~(linked | np.roll(linked, 1))
+    return np.hstack((points, np.where(linked[:, None], after, points)))[linked | alone]

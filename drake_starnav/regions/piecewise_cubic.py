@@ -26,13 +26,11 @@ class PiecewiseCubic:
 
     Attributes:
         starts: shape (k,), index of each segment's first sample; increasing, the first is 0.
-        coefficients: shape (k, 4), in the segment's own abscissa s in [-1, 1] from its first to its last sample.
         values: shape (M,), Phi at the samples, m, never negative.
         slopes: shape (M,), Phi' = dPhi/dtheta at the samples, m/rad.
     """
 
     starts: np.ndarray
-    coefficients: np.ndarray
     values: np.ndarray
     slopes: np.ndarray
 
@@ -79,7 +77,6 @@ def _fit(samples, breaks, tolerance, one_sided):
     """The fields of a `PiecewiseCubic` with segments between some breaks, as `fit_segments`."""
     count = len(samples)
     starts = np.empty(count, np.int64)
-    coefficients = np.empty((count, 4))
     values = np.empty(count)
     slopes = np.empty(count)
     stack = np.empty((64, 2), np.int64)
@@ -111,14 +108,12 @@ def _fit(samples, breaks, tolerance, one_sided):
             if one_sided and over > 0.0:
                 c0 -= over
             starts[segments] = first
-            coefficients[segments, 0], coefficients[segments, 1] = c0, c1
-            coefficients[segments, 2], coefficients[segments, 3] = c2, c3
             segments += 1
             for i in range(n):
                 s = (i - 0.5 * (n - 1)) / half
                 values[first + i] = max(c0 + s * (c1 + s * (c2 + s * c3)), 0.0)
                 slopes[first + i] = (c1 + s * (2.0 * c2 + 3.0 * s * c3)) / (half * step)
-    return starts[:segments].copy(), coefficients[:segments].copy(), values, slopes
+    return starts[:segments].copy(), values, slopes
 
 
 @njit(cache=True)

@@ -6,6 +6,7 @@ an earlier scan where the beam crosses the chord between two neighbouring hits o
 """
 
 import dataclasses
+import itertools
 import math
 from collections.abc import Sequence
 
@@ -39,8 +40,7 @@ def averaged(memory: ScanMemory, scan: LaserScan, pose: np.ndarray, reach: float
     points, ends = memory.points, np.cumsum(memory.counts)
     hits = scan.hits & (scan.ranges < reach)
     mean, _ = _averaged_ranges(scan, pose, hits, points, ends, reach)
-    place = float(pose[0]), float(pose[1]), float(pose[2]) + scan.angle_min
-    again = _seen_again(mean, points, scan.beams, place, reach + SAME_SURFACE)
+    again = _seen_again(scan, mean, points, pose, reach + SAME_SURFACE)
     kept = np.cumsum(np.append(0, ~again))
     counts = tuple(np.diff(kept[ends], prepend=0).tolist())
     memory = dataclasses.replace(memory, points=points[~again], half_gaps=memory.half_gaps[~again], counts=counts)
@@ -68,31 +68,31 @@ def mean_scan(observations: Sequence[Observation], reach: float) -> tuple[LaserS
 def _averaged_ranges(
     scan: LaserScan, pose: np.ndarray, hits: np.ndarray, points: np.ndarray, ends: np.ndarray, reach: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """As `_averaged`, for the `hits` (n,) of a scan taken at a pose."""
+    """The mean ranges of the `hits` (n,) of a scan taken at a pose, and of how many scans each is the mean.
+
+    Of earlier scans by their hits (k, 2), W, m, and where those of each scan `ends`; those beyond `reach` are left out.
+    """
     measured = np.where(hits, scan.ranges, np.inf)
     rays = scan.points_at(np.ones(len(hits)), np.full(len(hits), True), (0.0, 0.0, pose[2]))
     place = float(pose[0]), float(pose[1]), float(pose[2]) + scan.angle_min
-    return _averaged(measured, rays, points, ends, scan.beams, place, reach + SAME_SURFACE)
-
-
-@njit(cache=True)
-def _averaged(measured, rays, points, ends, beams, place, reach):
-    """The mean ranges, and of how many scans each is the mean.
-
-    Args:
-        measured: ranges of the hits to average, shape (n,), m; infinite for all other beams.
-        rays: directions of the beams in W, shape (n, 2).
-        points, ends: hits of earlier scans, shape (k, 2), W, m, and where those of each scan end.
-        beams: of the scan.
-        place: x, y of the sensor, m, and the bearing of its first beam in W, rad.
-        reach: farther points are left out, m.
-    """
     total, count = measured.copy(), np.ones(len(measured))
-    begin = 0
-    for end in ends:
-        _add_estimates(measured, rays, points[begin:end], beams, place, reach, total, count)
-        begin = end
+    for begin, end in itertools.pairwise((0, *ends.tolist())):
+        _add_estimates(measured, rays, points[begin:end], scan.beams, place, reach + SAME_SURFACE, total, count)
     return total / count, count
+
+
+def _seen_again(scan: LaserScan, ranges: np.ndarray, points: np.ndarray, pose: np.ndarray, reach: float) -> np.ndarray:
+    """Points on surfaces that the scan sees: at the range of a neighbouring beam, or between those of both."""
+    distance, beam = scan.polar(points, pose)
+    left = beam.astype(int)
+    wraps = left + 1 >= len(ranges)
+    left = np.where(wraps, len(ranges) - 1, left)
+    one, other = ranges[left], ranges[np.where(wraps, 0, left + 1)]
+    near, far = np.minimum(one, other), np.maximum(one, other)
+    between = (near < distance) & (distance < far) & (far < near + CONNECTED_CHORD)
+    beside = np.minimum(np.abs(distance - near), np.abs(distance - far)) < SAME_SURFACE
+    within = (np.abs(points - pose[:2]).max(axis=1) <= reach) & (scan.full_circle | ~wraps)
+    return within & (between | beside)
 
 
 @njit(cache=True)
@@ -135,26 +135,3 @@ def _add_estimates(measured, rays, points, beams, place, reach, total, count):
         if nearest[k] < np.inf:
             total[k] += nearest[k]
             count[k] += 1.0
-
-
-@njit(cache=True)
-def _seen_again(ranges, points, beams, place, reach):
-    """Points on surfaces that the scan sees: at the range of a neighbouring beam, or between those of both."""
-    x, y, first = place
-    increment, full_circle, number = beams.increment, beams.seam < np.inf, len(ranges)
-    out = np.zeros(len(points), np.bool_)
-    for i in range(len(points)):
-        dx, dy = points[i, 0] - x, points[i, 1] - y
-        if max(abs(dx), abs(dy)) > reach:
-            continue
-        left = int(_beam(dx, dy, first, increment))
-        right = left + 1
-        if full_circle and right >= number:
-            left, right = number - 1, 0
-        elif right >= number:
-            continue
-        distance = math.hypot(dx, dy)
-        near, far = min(ranges[left], ranges[right]), max(ranges[left], ranges[right])
-        between = near < distance < far < near + CONNECTED_CHORD
-        out[i] = between or min(abs(distance - near), abs(distance - far)) < SAME_SURFACE
-    return out

@@ -1,9 +1,6 @@
-"""Star-shaped regions: the free space seen from one place, as a level set of a polar boundary.
+"""Star-shaped regions: the free space seen from one place, bounded by a distance Phi(theta) at each bearing.
 
-    Gamma(p) = (Phi(theta) / |p - p_ref|)^sigma,   theta = atan2 of p - p_ref
-
-Gamma is above 1 inside, 1 on the boundary, infinite at the reference point p_ref.
-Source: paper, section III-B; corrected here: theta by atan2, and the boundary's frame from Phi and Phi'.
+Source: paper, section III-B; corrected here: theta by atan2.
 """
 
 import dataclasses
@@ -70,26 +67,17 @@ class StarRegion:
         return self.center, self.bearing_0, self.boundary.values, self.boundary.slopes
 
     def phi(self, theta: np.ndarray | float) -> np.ndarray:
-        """Boundary distance Phi at bearings theta in W, m; shape of `theta`."""
-        return self._evaluate(theta)[0]
+        """Distance Phi up to which all is inside at bearings theta in W, m; shape of `theta`.
 
-    def phi_prime(self, theta: np.ndarray | float) -> np.ndarray:
-        """Derivative dPhi/dtheta at bearings theta in W, m/rad; shape of `theta`."""
-        return self._evaluate(theta)[1]
-
-    def gamma(self, points: np.ndarray, sigma: float = 2.0) -> np.ndarray:
-        """Level-set function at points in W; shape (..., 2) -> (...)."""
-        offset = np.asarray(points, dtype=float) - self.center
-        distance = np.hypot(offset[..., 0], offset[..., 1])
-        phi = self.phi(np.arctan2(offset[..., 1], offset[..., 0]))
-        with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
-            return np.where(distance > 0.0, (phi / distance) ** sigma, np.inf)
+        Between two samples the smaller one counts: it bounds the free range there.
+        """
+        values = self.boundary.values
+        turns = (np.asarray(theta, dtype=float) - self.bearing_0) / (2.0 * math.pi)
+        left = np.floor(turns * len(values)).astype(int) % len(values)
+        return np.minimum(values[left], values[(left + 1) % len(values)])
 
     def contains(self, points: np.ndarray) -> np.ndarray:
-        """Whether points in W are certainly inside; shape (..., 2) -> (...), bool.
-
-        A point is compared with the smaller of the two neighbouring samples, which bounds the free range between them.
-        """
+        """Whether points in W are inside, no farther than `phi`; shape (..., 2) -> (...), bool."""
         points = np.asarray(points, dtype=float)
         return self.alone.contains(points.reshape(-1, 2)).reshape(points.shape[:-1])
 
@@ -104,26 +92,6 @@ class StarRegion:
         phi = self.boundary.values[::step]
         theta = self.bearing_0 + 2.0 * math.pi / len(self.boundary.values) * np.arange(0, len(phi) * step, step)
         return self.center + phi[:, None] * np.column_stack((np.cos(theta), np.sin(theta)))
-
-    def _evaluate(self, theta: np.ndarray | float) -> tuple[np.ndarray, np.ndarray]:
-        fit = self.boundary
-        samples = len(fit.values)
-        position = np.mod((np.asarray(theta, dtype=float) - self.bearing_0) * samples / (2.0 * math.pi), samples)
-        position = np.where(position < samples, position, 0.0)  # mod of a tiny negative number rounds up to M
-        left = np.floor(position).astype(int)
-        right = (left + 1) % samples
-        segment = np.searchsorted(fit.starts, left, side="right") - 1
-        first = fit.starts[segment]
-        last = np.append(fit.starts[1:], samples)[segment] - 1
-        half = np.where(last > first, 0.5 * (last - first), 1.0)
-        s = (position - 0.5 * (first + last)) / half
-        c0, c1, c2, c3 = np.moveaxis(fit.coefficients[segment], -1, 0)
-        value = np.maximum(c0 + s * (c1 + s * (c2 + s * c3)), 0.0)
-        slope = (c1 + s * (2.0 * c2 + 3.0 * s * c3)) * samples / (2.0 * math.pi * half)
-        # no cubic spans the seam between two segments: the smaller of the two samples is the bound
-        nearer = np.where(fit.values[left] <= fit.values[right], left, right)
-        seam = (left == last) & (position > left)
-        return np.where(seam, fit.values[nearer], value), np.where(seam, fit.slopes[nearer], slope)
 
 
 def fit_region(profile: FreeRange, center: np.ndarray, bearing_0: float, fit: Fit = fit_piecewise_cubic) -> StarRegion:

@@ -16,9 +16,9 @@ from numba import njit
 
 from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.lidar.field_of_view import TURN
-from drake_starnav.lidar.laser_scan import LaserScan, placed_ends, third_side
+from drake_starnav.lidar.laser_scan import LaserScan, third_side
 from drake_starnav.lidar.mounts import Mount
-from drake_starnav.regions.bearing_hits import CONNECTED_CHORD, half_chords
+from drake_starnav.regions.bearing_hits import CONNECTED_CHORD, half_gaps
 
 BEARINGS = 720
 """Rays of a merged scan."""
@@ -68,7 +68,9 @@ def view(scans: Sequence[LaserScan], mounts: Sequence[Mount], body: Footprint, m
 
 def hit_points(scan: LaserScan, mount: Mount, measured: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The hits of one scan as points in B, and their half gaps; arguments as of `view`."""
-    return _hit_points(scan.beams, measured, mount.x, mount.y)
+    hits = scan.hits
+    points = scan.points_at(np.maximum(measured, NEAREST), hits, (mount.x, mount.y, 0.0))
+    return points, half_gaps(scan, measured)[hits]
 
 
 def merged(scans: Sequence[LaserScan], mounts: Sequence[Mount], body: Footprint) -> LaserScan:
@@ -127,14 +129,6 @@ class _Crossings(NamedTuple):
     view: np.ndarray
     kind: np.ndarray
     number: np.ndarray
-
-
-@njit(cache=True)
-def _hit_points(beams, measured, x, y):
-    """Points and half gaps of the hits at some distances, shape (n,), m, along beams of a lidar at (x, y)."""
-    hits = beams.hits
-    points = placed_ends(beams.directions, np.maximum(measured, NEAREST), hits, x, y, 1.0, 0.0)
-    return points, half_chords(measured, beams)[hits]
 
 
 @njit(cache=True)
@@ -236,13 +230,11 @@ def _walked(crossings, body, far):
     return free, end
 
 
-@njit(cache=True)
-def _add_thin(distance, end, points, half_gaps):
+def _add_thin(distance: np.ndarray, end: np.ndarray, points: np.ndarray, half_gaps: np.ndarray) -> None:
     """Let rays end at hits that they may pass beside: those whose chords are no longer than rays are apart there."""
-    step = TURN / BEARINGS
-    for i in range(len(points)):
-        away = math.hypot(points[i, 0], points[i, 1])
-        if 2.0 * half_gaps[i] <= away * step:
-            k = int(math.floor((math.atan2(points[i, 1], points[i, 0]) + math.pi) / step + 0.5)) % len(distance)
-            if away < distance[k]:
-                distance[k], end[k] = away, HIT
+    away, bearing = np.hypot(*points.T), np.arctan2(points[:, 1], points[:, 0])
+    thin = 2.0 * half_gaps <= away * (TURN / BEARINGS)
+    away, ray = away[thin], np.rint((bearing[thin] + math.pi) * (BEARINGS / TURN)).astype(int) % BEARINGS
+    nearer = away < distance[ray]
+    end[ray[nearer]] = HIT
+    np.minimum.at(distance, ray[nearer], away[nearer])

@@ -133,10 +133,10 @@ def _search_grid(
     lengths = resolution * np.sqrt((_MOVES**2).sum(axis=1).astype(np.float64))
     queue = [(np.inf, -1)]
     # the ends lie off the grid: join each to the grid points that it sees nearby
-    last_i, last_j = _nearest_cell(goal_x, goal_y, origin, resolution)
     to_goal = np.full((2 * _JOINED + 1, 2 * _JOINED + 1), np.inf)
     for end in range(2):
-        i0, j0 = _nearest_cell(ends[end, 0], ends[end, 1], origin, resolution)
+        i0 = int(round((ends[end, 0] - origin[0]) / resolution))
+        j0 = int(round((ends[end, 1] - origin[1]) / resolution))
         for i in range(max(0, i0 - _JOINED), min(nx, i0 + _JOINED + 1)):
             for j in range(max(0, j0 - _JOINED), min(ny, j0 + _JOINED + 1)):
                 x, y = origin[0] + i * resolution, origin[1] + j * resolution
@@ -156,7 +156,7 @@ def _search_grid(
         x, y = origin[0] + i * resolution, origin[1] + j * resolution
         if bound > cost[node] + _least(goal_x - x, goal_y - y, resolution) + 1e-9:
             continue  # a cheaper way here was found since
-        a, b = i - last_i + _JOINED, j - last_j + _JOINED
+        a, b = i - i0 + _JOINED, j - j0 + _JOINED
         if 0 <= a < len(to_goal) and 0 <= b < len(to_goal) and cost[node] + to_goal[a, b] < best:
             best, last = cost[node] + to_goal[a, b], node
         for k in range(16):
@@ -185,12 +185,6 @@ def _search_grid(
 
 
 @njit(cache=True)
-def _nearest_cell(x: float, y: float, origin: np.ndarray, resolution: float) -> tuple[int, int]:
-    """The grid point (i, j) nearest to a place."""
-    return int(round((x - origin[0]) / resolution)), int(round((y - origin[1]) / resolution))
-
-
-@njit(cache=True)
 def _least(dx: float, dy: float, resolution: float) -> float:
     """A lower bound of the way along the grid, m: that of an empty grid, less what the last piece, off it, may save."""
     far, near = max(abs(dx), abs(dy)), min(abs(dx), abs(dy))
@@ -201,7 +195,6 @@ def _least(dx: float, dy: float, resolution: float) -> float:
     return (1.0 + 1e-6) * max(way - _OFF_GRID * resolution, 0.0)  # of equal ways, the one that is farthest first
 
 
-@njit(cache=True)
 def _straighten(path: np.ndarray, capsules: np.ndarray) -> np.ndarray:
     """The path without the points that the last kept point can see past, shape (k, 2)."""
     keep = [0]

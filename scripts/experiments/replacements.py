@@ -25,7 +25,7 @@ from drake_starnav.planning.cost_field import CostField
 from drake_starnav.planning.frontiers import PROBE_DISTANCE, Frontiers
 from drake_starnav.planning.roadmap import extended
 from drake_starnav.planning.search import Route, find_route, optimistic_cost
-from drake_starnav.regions import Margins, StarRegion
+from drake_starnav.regions import Margins, Observation, StarRegion
 from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.regions.piecewise_cubic import adaptive_fit
 from drake_starnav.regions.region_union import RegionUnion
@@ -123,22 +123,20 @@ def two_sided_fit(samples: np.ndarray, tolerance: float, one_sided: bool) -> tup
 def equal_segments(samples: np.ndarray, tolerance: float, one_sided: bool) -> tuple:
     """For `adaptive_fit`: SEGMENTS segments of equal length."""
     fit = fit_equal(samples, SEGMENTS, one_sided)
-    return fit.starts, fit.coefficients, fit.values, fit.slopes
+    return fit.starts, fit.values, fit.slopes
 
 
-def extended_at_clusters(
-    roadmap: StarRoadmap, region: StarRegion, scan: LaserScan, pose: np.ndarray, *others: Any
-) -> StarRoadmap:
+def extended_at_clusters(roadmap: StarRoadmap, node: Observation, *others: Any) -> StarRoadmap:
     """For `extended`: frontiers between clusters of hits."""
 
     def clusters(region: StarRegion, owner: int) -> Frontiers:
-        points = frontier_points(region, scan, pose)
+        points = frontier_points(region, node.scan, node.pose)
         away = points - region.center
         probe = points + PROBE_DISTANCE * away / np.hypot(*away.T)[:, None]
         return Frontiers(points, probe, np.full(len(points), owner))
 
     with patch("drake_starnav.planning.roadmap.edge_frontiers", clusters):
-        return extended(roadmap, region, scan, pose, *others)
+        return extended(roadmap, node, *others)
 
 
 def full_cost(

@@ -151,7 +151,7 @@ def test_the_blended_field_is_continuous_along_paths_through_overlapping_regions
 
     def held(t: float) -> float:
         """The largest excess of Gamma at a place of the path."""
-        return max(r.gamma(a + t * (b - a)) for r in regions) - 1.0
+        return max(frame(r, a + t * (b - a))[1] for r in regions) - 1.0
 
     def heading(t: float) -> float:
         out = modulated(a + t * (b - a), direction, regions)

@@ -54,7 +54,7 @@ def drive(
     """
     position, goal = np.array(world.start[:2]), np.array(world.goal)
     state, states = begin or PlannerState.initial(parameters, RADIUS), []
-    first = round(state.roadmap.scans[-1][0].time / PERIOD) + 1 if len(state.roadmap) else 0
+    first = round(state.roadmap.nodes[-1].scan.time / PERIOD) + 1 if len(state.roadmap) else 0
     for k in range(first, first + steps):
         path = state.guidance.path
         way = path[0] - position if len(path) else np.array((1.0, 0.0))

@@ -12,6 +12,7 @@ from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.roadmap import StarRoadmap, extended
 from drake_starnav.regions.erosion import FreeRange
 from drake_starnav.regions.margins import Margins
+from drake_starnav.regions.observation import Observation
 from drake_starnav.regions.region_union import RegionUnion, first_gap
 from drake_starnav.regions.star_region import StarRegion, fit_region, scan_region
 from drake_starnav.worlds.world import World
@@ -164,13 +165,17 @@ def smooth_region(rng: np.random.Generator, center: np.ndarray, mean: float = 1.
     return fit_region(profile, center, rng.uniform(-math.pi, math.pi))
 
 
+def observed(scan: LaserScan, pose: np.ndarray, margins: Margins = MARGINS) -> Observation:
+    """What a planner gets of a scan taken at a pose."""
+    return Observation(scan_region(scan, pose, RADIUS, margins), scan, pose)
+
+
 def explored(world: World, positions: np.ndarray, margins: Margins = MARGINS) -> StarRoadmap:
     """A roadmap with a node at each position, shape (n, 2), W, m."""
     roadmap = StarRoadmap.empty(PlannerParameters(), RADIUS)
     for k, (x, y) in enumerate(positions):
         pose = np.array((x, y, 0.7 * k))
-        scan = cast(world, pose)
-        roadmap = extended(roadmap, scan_region(scan, pose, RADIUS, margins), scan, pose, margins, RADIUS)
+        roadmap = extended(roadmap, observed(cast(world, pose), pose, margins), margins, RADIUS)
     return roadmap
 
 

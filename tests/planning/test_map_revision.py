@@ -19,9 +19,8 @@ from drake_starnav.planning.map_revision import (
 )
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.roadmap import StarRoadmap, extended
-from drake_starnav.regions.star_region import scan_region
 from drake_starnav.worlds.world import World
-from tests.helpers.scans import MARGINS, RADIUS, cast, explored, seeds, segment_distance, wandered
+from tests.helpers.scans import MARGINS, RADIUS, cast, explored, observed, seeds, segment_distance, wandered
 
 DROPPING = dataclasses.replace(MARGINS, drop_seen_through=True)
 WALLS = (-3.0, -2.0, 3.0, 2.0)
@@ -32,18 +31,17 @@ HERE = np.array((0.5, -0.2, 0.3))
 
 def shifted(roadmap, offset):
     """A roadmap built with the robot's estimated pose off by `offset`."""
-    moved = [(scan, pose + (*offset, 0.0)) for scan, pose in roadmap.scans]
     out = StarRoadmap.empty(PlannerParameters(), RADIUS)
-    for scan, pose in moved:
-        out = extended(out, scan_region(scan, pose, RADIUS, MARGINS), scan, pose, DROPPING, RADIUS)
+    for node in roadmap.nodes:
+        out = extended(out, observed(node.scan, node.pose + (*offset, 0.0)), DROPPING, RADIUS)
     return out
 
 
 @given(seeds)
 def test_where_nothing_has_moved_no_node_is_dropped(seed):
     world, roadmap = wandered(seed, nodes=4, margins=DROPPING)
-    pose = roadmap.scans[0][1]
-    assert len(reconcile(roadmap, cast(world, pose), pose, DROPPING, RADIUS)) == len(roadmap)
+    pose = roadmap.nodes[0].pose
+    assert len(reconcile(roadmap, observed(cast(world, pose), pose), DROPPING, RADIUS)) == len(roadmap)
 
 
 @given(seeds)
@@ -52,20 +50,20 @@ def test_a_small_error_of_the_pose_drops_no_node(seed):
     rng = np.random.default_rng(seed)
     angle = rng.uniform(-np.pi, np.pi)
     moved = shifted(roadmap, (0.04 * np.cos(angle), 0.04 * np.sin(angle)))
-    pose = roadmap.scans[0][1]
-    assert len(reconcile(moved, cast(world, pose), pose, DROPPING, RADIUS)) >= len(moved) - 1
+    pose = roadmap.nodes[0].pose
+    assert len(reconcile(moved, observed(cast(world, pose), pose), DROPPING, RADIUS)) >= len(moved) - 1
 
 
 @given(seeds)
 def test_a_cut_region_is_clear_of_the_new_hits(seed):
     world, roadmap = wandered(seed, nodes=3, margins=DROPPING)
     moved = shifted(roadmap, (0.2, 0.1))
-    pose = roadmap.scans[0][1]
+    pose = roadmap.nodes[0].pose
     scan = cast(world, pose)
     for region in moved.regions:
         if np.hypot(*(scan.points(pose) - region.center).T).min() < RADIUS + region.margin:
             continue  # its centre is no place for the robot: from there all ways out are ways away
-        values = cut_back(region, *mappable_hits(scan, pose), RADIUS + region.margin)
+        values = cut_back(region, *mappable_hits(observed(scan, pose)), RADIUS + region.margin)
         assert (values <= region.free_range).all()
         angle = region.bearing_0 + 2.0 * np.pi / len(values) * np.arange(len(values))
         tips = region.center + values[:, None] * np.column_stack((np.cos(angle), np.sin(angle)))
@@ -77,12 +75,12 @@ def test_a_cut_region_is_clear_of_the_new_hits(seed):
 @pytest.mark.parametrize("offset", [(0.3, 0.0), (-0.2, 0.25), (0.5, 0.3)])
 def test_a_drifted_map_yields_to_the_latest_scan(offset):
     roadmap = shifted(explored(ROOM, PLACES), offset)
-    scan = cast(ROOM, HERE)
-    found = reconcile(roadmap, scan, HERE, DROPPING, RADIUS)
+    seen = observed(cast(ROOM, HERE), HERE)
+    found = reconcile(roadmap, seen, DROPPING, RADIUS)
     assert len(found) < len(roadmap)
     for region in found.regions:
         radius = RADIUS + region.margin - CONTRADICTION
-        slack = region.free_range - cut_back(region, *mappable_hits(scan, HERE), radius)
+        slack = region.free_range - cut_back(region, *mappable_hits(seen), radius)
         assert slack.max() <= CONTRADICTION
     # ghosts of the old walls are gone with their nodes
     ahead = HERE[:2] + np.array([(0.0, 0.0), (-0.3, 0.2), (0.3, -0.2)])
@@ -93,7 +91,7 @@ def test_a_new_obstacle_cuts_a_region_back_and_keeps_the_rest():
     empty = dataclasses.replace(ROOM, cylinders=[])
     roadmap = explored(empty, PLACES[:1])
     pose = np.array((-1.5, 0.0, 0.0))
-    found = reconcile(roadmap, cast(ROOM, pose), pose, DROPPING, RADIUS)
+    found = reconcile(roadmap, observed(cast(ROOM, pose), pose), DROPPING, RADIUS)
     assert len(found) == 1
     before, after = roadmap.regions[0], found.regions[0]
     inside = np.array([(1.0, 0.8), (0.9, 0.5)]), np.array([(-2.0, 1.0), (0.0, -1.0)])
@@ -102,11 +100,12 @@ def test_a_new_obstacle_cuts_a_region_back_and_keeps_the_rest():
 
 
 def test_hits_in_free_space_are_distinguished_from_those_behind_walls():
-    scan = cast(ROOM, HERE)
-    assert seen_through(scan, HERE, scan, HERE, 0.05) == 0.0
-    beyond = dataclasses.replace(ROOM, bounds=(-4.0, -3.0, 4.0, 3.0), cylinders=[])
-    assert seen_through(cast(beyond, HERE), HERE, scan, HERE, 0.05) == 0.0
-    assert seen_through(scan, HERE, cast(beyond, HERE), HERE, 0.05) == 1.0
+    seen = observed(cast(ROOM, HERE), HERE)
+    assert seen_through(seen, seen, 0.05) == 0.0
+    wider = dataclasses.replace(ROOM, bounds=(-4.0, -3.0, 4.0, 3.0), cylinders=[])
+    beyond = observed(cast(wider, HERE), HERE)
+    assert seen_through(beyond, seen, 0.05) == 0.0
+    assert seen_through(seen, beyond, 0.05) == 1.0
 
 
 def test_no_node_is_left_where_the_robot_would_touch_a_blocked_place():
@@ -120,11 +119,11 @@ def test_no_node_is_left_where_the_robot_would_touch_a_blocked_place():
 def test_nodes_seen_through_are_kept_if_the_pose_is_exact():
     posts = dataclasses.replace(ROOM, cylinders=[(x, y, 0.15) for x in (-1.0, -0.3, 0.4) for y in (-1.2, 1.2)])
     roadmap = explored(posts, PLACES[:1])
-    through = cast(dataclasses.replace(ROOM, cylinders=[]), HERE)
+    through = observed(cast(dataclasses.replace(ROOM, cylinders=[]), HERE), HERE)
     trusting = MARGINS
-    assert seen_through(*roadmap.scans[0], through, HERE, CONTRADICTION) > 0.1
-    assert reconcile(roadmap, through, HERE, trusting, RADIUS) is roadmap
-    assert len(reconcile(roadmap, through, HERE, DROPPING, RADIUS)) == 0
+    assert seen_through(roadmap.nodes[0], through, CONTRADICTION) > 0.1
+    assert reconcile(roadmap, through, trusting, RADIUS) is roadmap
+    assert len(reconcile(roadmap, through, DROPPING, RADIUS)) == 0
 
 
 @pytest.mark.parametrize("pose_errs", [False, True])
@@ -135,7 +134,7 @@ def test_hits_of_dropped_nodes_are_forgotten_only_where_the_pose_may_err(pose_er
     margins = dataclasses.replace(MARGINS, drop_seen_through=pose_errs)
     doorway = np.array((0.55, 1.0))
     roadmap = explored(world, np.array([(-1.5, 0.0), doorway]), margins)
-    post = mappable_hits(*roadmap.scans[1])[0]
+    post = mappable_hits(roadmap.nodes[1])[0]
     post = post[np.hypot(*(post - (2.0, -1.2)).T) < 0.25]
     assert len(post) > 3 and (roadmap.hits.distance(post) < 0.05).all()
     after = with_stall_point(roadmap, doorway + (0.1, 0.0), margins, RADIUS)
@@ -150,21 +149,21 @@ def test_a_revision_equals_a_roadmap_made_anew(seed):
     rng = np.random.default_rng(seed)
     _, roadmap = wandered(seed, nodes=8)
     for _ in range(2):
-        places, more = rng.uniform(-2.0, 2.0, (2, 2)), roadmap.scans[-1]
-        nodes = [clear_of(region, places, RADIUS) if rng.random() < 0.5 else region for region in roadmap.regions]
-        nodes = [region if rng.random() < 0.8 else None for region in nodes]
-        revised = _remade(roadmap, nodes, MARGINS, RADIUS)
-        kept = [(region, *seen) for region, seen in zip(nodes, roadmap.scans, strict=True) if region is not None]
+        places, more = rng.uniform(-2.0, 2.0, (2, 2)), roadmap.nodes[-1]
+        regions = [clear_of(region, places, RADIUS) if rng.random() < 0.5 else region for region in roadmap.regions]
+        regions = [region if rng.random() < 0.8 else None for region in regions]
+        revised = _remade(roadmap, regions, MARGINS, RADIUS)
         anew = StarRoadmap(roadmap.hits)  # in which all hits are stamped already
-        for node in kept:
-            anew = extended(anew, *node, MARGINS, RADIUS)
+        for node, region in zip(roadmap.nodes, regions, strict=True):
+            if region is not None:
+                anew = extended(anew, dataclasses.replace(node, region=region), MARGINS, RADIUS)
         for name in ("edges", "lengths"):
             np.testing.assert_array_equal(getattr(revised, name), getattr(anew, name))
         for ours, theirs in zip(revised.union.rows, anew.union.rows, strict=True):
             np.testing.assert_array_equal(ours.reshape(-1), theirs.reshape(-1))
         for name in ("stand", "probe", "owner"):
             np.testing.assert_array_equal(getattr(revised.frontiers, name), getattr(anew.frontiers, name))
-        roadmap = extended(revised, scan_region(*more, RADIUS, MARGINS), *more, DROPPING, RADIUS)
+        roadmap = extended(revised, observed(more.scan, more.pose), DROPPING, RADIUS)
 
 
 @settings(max_examples=20)
@@ -172,8 +171,9 @@ def test_a_revision_equals_a_roadmap_made_anew(seed):
 def test_hits_that_may_not_disagree_cut_nothing_back(seed):
     world, roadmap = wandered(seed, nodes=4, margins=DROPPING)
     rng = np.random.default_rng(seed)
-    for pose in (roadmap.scans[0][1], roadmap.scans[-1][1]):
-        points, gaps = mappable_hits(cast(world, pose), pose + rng.uniform(-0.15, 0.15, 3) * (1.0, 1.0, 0.2))
+    for pose in (roadmap.nodes[0].pose, roadmap.nodes[-1].pose):
+        off = pose + rng.uniform(-0.15, 0.15, 3) * (1.0, 1.0, 0.2)
+        points, gaps = mappable_hits(observed(cast(world, pose), off))
         contested = _near_hits(roadmap.union, points, RADIUS)
         for k, region in enumerate(roadmap.regions):
             if k not in contested:

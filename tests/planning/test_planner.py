@@ -151,12 +151,12 @@ def test_in_a_place_narrower_than_the_margin_an_earlier_node_is_enough():
 
 def test_a_robot_that_stood_until_it_got_a_new_goal_has_not_stalled():
     given_up = drive(VAULT, PARAMETERS, steps=3000)[-1]
-    scan, pose = given_up.roadmap.scans[-1]
-    later = dataclasses.replace(scan, time=scan.time + 60.0)
-    seen = Observation(given_up.roadmap.regions[-1], later, pose)
+    node = given_up.roadmap.nodes[-1]
+    later = dataclasses.replace(node.scan, time=node.scan.time + 60.0)
+    seen = dataclasses.replace(node, scan=later)
     state = plan_step(
         given_up.with_new_goal(),
-        PlannerInput(seen, pose[:2], np.array((-0.5, 1.0)), later.time, PARAMETERS, MARGINS, RADIUS),
+        PlannerInput(seen, node.pose[:2], np.array((-0.5, 1.0)), later.time, PARAMETERS, MARGINS, RADIUS),
     )
     assert state.status is PlannerStatus.APPROACHING and len(state.roadmap) == len(given_up.roadmap)
 

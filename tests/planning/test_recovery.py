@@ -116,7 +116,7 @@ def test_a_passage_that_scans_show_open_is_never_given_up():
     ]
     assert len(rebuilt) >= 2
     for k in rebuilt:
-        assert states[k].roadmap.scans[-1][0].time == PERIOD * k, "the latest scan is part of the rebuilt roadmap"
+        assert states[k].roadmap.nodes[-1].scan.time == PERIOD * k, "the latest scan is part of the rebuilt roadmap"
         assert not len(states[k].roadmap.blacklisted_targets) and not len(states[k].roadmap.blacklisted_probes)
 
 

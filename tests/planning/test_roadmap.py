@@ -15,15 +15,15 @@ from drake_starnav.planning.roadmap import (
     uncovered_share,
 )
 from drake_starnav.regions.region_union import RegionUnion
-from drake_starnav.regions.star_region import scan_region, united
+from drake_starnav.regions.star_region import united
 from drake_starnav.worlds.world import World
-from tests.helpers.scans import MARGINS, RADIUS, cast, explored, seeds, wandered
+from tests.helpers.scans import MARGINS, RADIUS, cast, explored, observed, seeds, wandered
 
 PARAMETERS = PlannerParameters()
 
 
 def hits(roadmap: StarRoadmap) -> np.ndarray:
-    return np.vstack([scan.points(pose) for scan, pose in roadmap.scans])
+    return np.vstack([node.scan.points(node.pose) for node in roadmap.nodes])
 
 
 def assert_same(one: StarRoadmap, other: StarRoadmap) -> None:
@@ -72,10 +72,10 @@ def test_blacklisted_places_stay_away(seed):
     gone = np.hypot(*(roadmap.frontiers.stand - place).T) <= 0.2
     assert 0 < gone.sum() == len(roadmap.frontiers) - len(given_up.frontiers)
     assert given_up.blacklisted_targets[-1].tolist() == pytest.approx([*place, 0.2])
-    scan, pose = roadmap.scans[-1]
+    scan, pose = roadmap.nodes[-1].scan, roadmap.nodes[-1].pose
     pose = pose + (0.05, 0.0, 0.4)
     scan = cast(world, pose)
-    again = extended(given_up, scan_region(scan, pose, RADIUS, MARGINS), scan, pose, MARGINS, RADIUS)
+    again = extended(given_up, observed(scan, pose), MARGINS, RADIUS)
     assert np.hypot(*(again.frontiers.stand - place).T).min(initial=np.inf) > 0.2
 
 
@@ -119,7 +119,7 @@ def test_snapshots_are_unchanged_by_later_ones(seed):
     for x in (-0.1, 0.1):
         pose = np.array((x, 0.0, x))
         scan = cast(world, pose)
-        extended(roadmap, scan_region(scan, pose, RADIUS, MARGINS), scan, pose, MARGINS, RADIUS)
+        extended(roadmap, observed(scan, pose), MARGINS, RADIUS)
     blacklist_target(roadmap, np.zeros(2), 1.0, np.zeros(2))
     rebuilt(roadmap, dataclasses.replace(MARGINS, preferred=0.0), RADIUS)
     assert_same(roadmap, copy)

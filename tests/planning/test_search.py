@@ -14,7 +14,7 @@ from drake_starnav.planning.frontiers import Frontiers
 from drake_starnav.planning.node_graph import graph_distances
 from drake_starnav.planning.optimistic_path import NEXT
 from drake_starnav.planning.parameters import PlannerParameters
-from drake_starnav.planning.roadmap import StarRoadmap, blacklist_target
+from drake_starnav.planning.roadmap import blacklist_target
 from drake_starnav.planning.search import (
     HYSTERESIS,
     estimates,
@@ -66,7 +66,7 @@ def test_the_goal_wins_as_soon_as_a_region_contains_it(seed):
         assert (route is not None and not len(route.target)) == any(seen)
         if any(seen):
             np.testing.assert_allclose(route.path[-1], goal, atol=1e-12)
-    bare = StarRoadmap(**{**vars(roadmap), "frontiers": Frontiers.none()})
+    bare = dataclasses.replace(roadmap, frontiers=Frontiers.none())
     with without_gates():
         assert find_route(bare, region, moment(position, np.full(2, 9.0))) is None
 

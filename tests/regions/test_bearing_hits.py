@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, LaserScan
-from drake_starnav.regions.bearing_hits import CONNECTED_CHORD, BearingHits, half_gaps, point_hits, scan_hits
+from drake_starnav.regions.bearing_hits import CONNECTED_CHORD, BearingHits, beams_to_bearings, half_gaps, point_hits
 from tests.helpers.scans import cast, scattered, seeds
 
 
@@ -20,7 +20,7 @@ def circle(n: int, radius: float, **changes) -> LaserScan:
 
 
 def on_grid(scan: LaserScan, samples: int) -> BearingHits:
-    return scan_hits(scan, scan.distances, half_gaps(scan, scan.distances), samples)
+    return BearingHits(*beams_to_bearings(scan.distances, half_gaps(scan, scan.distances), scan.beams, samples))
 
 
 def test_half_gaps_of_a_round_wall_are_half_its_chords() -> None:

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, LaserScan
-from drake_starnav.regions.bearing_hits import half_gaps, point_hits, scan_hits
+from drake_starnav.regions.bearing_hits import BearingHits, beams_to_bearings, half_gaps, point_hits
 from drake_starnav.regions.erosion import (
     FreeRange,
     bearing_count,
@@ -148,7 +148,7 @@ def test_beams_without_return_reach_to_the_rim_and_too_close_ones_allow_only_ret
 def test_wider_discs_and_shorter_ranges_never_gain():
     scan = cast(scattered(np.random.default_rng(5)))
     gaps, count = half_gaps(scan, scan.distances), 720
-    hits = scan_hits(scan, scan.distances, gaps, count)
+    hits = BearingHits(*beams_to_bearings(scan.distances, gaps, scan.beams, count))
     wide, narrow = (eroded_range(hits, r, free_limit(scan, count, 5.0, r)) for r in (0.4, 0.2))
     assert (wide <= narrow).all()
     assert (eroded_range(hits, 0.2, free_limit(scan, count, 1.0, 0.2)) == np.minimum(narrow, 0.8)).all()

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from benchmarks import numpy_pipeline
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.regions.bearing_hits import half_gaps, scan_hits
+from drake_starnav.regions.bearing_hits import BearingHits, beams_to_bearings, half_gaps
 from drake_starnav.regions.erosion import (
     FreeRange,
     eroded_range,
@@ -37,7 +37,7 @@ def eroded(scan: LaserScan, margin: float) -> np.ndarray:
     """The free range with a margin, m, that no passage changes."""
     samples, inflated = 720, RADIUS + margin
     limit = free_limit(scan, samples, scan.range_max, RADIUS + MARGIN)
-    hits = scan_hits(scan, scan.distances, half_gaps(scan, scan.distances), samples)
+    hits = BearingHits(*beams_to_bearings(scan.distances, half_gaps(scan, scan.distances), scan.beams, samples))
     return eroded_range(hits, inflated, within_sight(limit, scan.beams, RADIUS + MARGIN))
 
 

@@ -60,7 +60,7 @@ def extended(roadmap: StarRoadmap, seen: Observation) -> StarRoadmap:
     for region in roadmap.regions:
         points = points[~region.contains(points).astype(bool)]
     new = Frontiers(points, points.copy(), np.full(len(points), len(roadmap)))
-    grown = with_node(roadmap, seen.region, seen.scan, seen.pose, roadmap.hits)
+    grown = with_node(roadmap, seen, roadmap.hits)
     return dataclasses.replace(grown, frontiers=roadmap.frontiers.joined(new))
 
 
