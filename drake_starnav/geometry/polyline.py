@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import shapely
+from numba import njit
 
 
 def simplified(points: np.ndarray, tolerance: float) -> np.ndarray:
@@ -30,6 +31,18 @@ def distance_to_segment(points: np.ndarray, start: np.ndarray, end: np.ndarray) 
     length_squared = float(along @ along)
     share = np.clip((points - start) @ along / length_squared, 0.0, 1.0) if length_squared > 0.0 else 0.0
     return np.hypot(*(points - start - np.multiply.outer(share, along)).T)
+
+
+@njit(cache=True, inline="always")
+def point_to_segment_squared(x, y, ax, ay, bx, by):
+    """The same for compiled functions: squared distance from (x, y) to the segment a b, which may be a point, m^2."""
+    ex, ey = bx - ax, by - ay
+    length_squared = ex * ex + ey * ey
+    t = 0.0
+    if length_squared > 0.0:
+        t = min(1.0, max(0.0, ((x - ax) * ex + (y - ay) * ey) / length_squared))
+    dx, dy = ax + t * ex - x, ay + t * ey - y
+    return dx * dx + dy * dy
 
 
 def resampled(points: np.ndarray, step: float) -> np.ndarray:

@@ -204,12 +204,6 @@ class LaserScan:
 
 
 @njit(cache=True)
-def chord(a, b, angle):
-    """Distance between the ends of two beams of lengths a and b with an angle between them, m and rad."""
-    return third_side(a, b, math.cos(angle))
-
-
-@njit(cache=True)
 def third_side(a, b, cosine):
     """The chord of two beams from the cosine of the angle between them, m."""
     return math.sqrt(max(a * a + b * b - 2.0 * a * b * cosine, 0.0))

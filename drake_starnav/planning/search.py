@@ -7,7 +7,6 @@ from enum import Enum, auto
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from drake_starnav.planning.approach import Approach, approach
 from drake_starnav.planning.cost_field import CostField, Origins, Terrain, cost_to_go
@@ -216,7 +215,7 @@ def cost_at_robot(roadmap: StarRoadmap, now: PlannerInput) -> float:
 def cheapest_frontier(
     roadmap: StarRoadmap, position: np.ndarray, graph: np.ndarray, ahead: np.ndarray
 ) -> tuple[int, float, bool]:
-    """The frontier of least cost.
+    """The frontier of least cost; lines of sight are only tested where they could still win.
 
     Args:
         roadmap: with n frontiers.
@@ -227,27 +226,20 @@ def cheapest_frontier(
     Returns:
         Its index or -1, the sum of both costs, and whether the straight line leads there.
     """
-    frontiers = roadmap.frontiers
+    frontiers, (x, y) = roadmap.frontiers, position.tolist()
     straight = np.hypot(*(frontiers.stand - position).T) + np.hypot(*(frontiers.probe - frontiers.stand).T)
     bound = np.minimum(graph, straight) + ahead
-    order = np.argsort(bound, kind="stable")
-    return _cheapest_in_line(roadmap.union, *position, frontiers.stand, straight, graph, ahead, order)
-
-
-@njit(cache=True)
-def _cheapest_in_line(union, x, y, stand, straight, graph, ahead, order):
-    """The loop of `cheapest_frontier`; the line of sight is only tested where it could still win."""
-    best, best_cost, direct = -1, np.inf, False
-    blocked = np.zeros(SIGHT_BEARINGS)  # how far away the last line near each bearing left the regions
-    for i in order:
-        if min(graph[i], straight[i]) + ahead[i] >= best_cost:
+    best, best_cost, direct = -1, math.inf, False
+    blocked = [0.0] * SIGHT_BEARINGS  # how far away the last line near each bearing left the regions
+    for i in np.argsort(bound, kind="stable").tolist():
+        if bound[i] >= best_cost:
             break
-        bearing = int((math.atan2(stand[i, 1] - y, stand[i, 0] - x) / (2.0 * math.pi) + 0.5) * SIGHT_BEARINGS)
-        bearing %= SIGHT_BEARINGS
-        at = first_gap(union, (x, y), (stand[i, 0], stand[i, 1]), blocked[bearing])
+        u, v = frontiers.stand[i].tolist()
+        bearing = int((math.atan2(v - y, u - x) / (2.0 * math.pi) + 0.5) * SIGHT_BEARINGS) % SIGHT_BEARINGS
+        at = first_gap(roadmap.union, (x, y), (u, v), blocked[bearing])
         if at >= 0.0:
             blocked[bearing] = at
-        cost = (graph[i] if at >= 0.0 else min(straight[i], graph[i])) + ahead[i]
+        cost = float(graph[i] if at >= 0.0 else min(straight[i], graph[i])) + float(ahead[i])
         if cost < best_cost:
             best, best_cost, direct = i, cost, at < 0.0
     return best, best_cost, direct

@@ -22,9 +22,9 @@ def string_pulled(path: np.ndarray, position: np.ndarray, regions: RegionUnion) 
         Shape (m, 2), W, m; ends where the path ends.
     """
     line = np.vstack((position, path))
-    forward = _pull(subdivided(line, FORWARD_STEP)[1:], *position, regions)
+    forward = _pull(subdivided(line, FORWARD_STEP)[1:], position, regions)
     line = np.vstack((position, forward))
-    backward = _pull(subdivided(line, BACKWARD_STEP)[:-1][::-1].copy(), *line[-1], regions)
+    backward = _pull(subdivided(line, BACKWARD_STEP)[:-1][::-1].copy(), line[-1], regions)
     if not len(backward) or np.hypot(*(backward[-1] - position)) > 1e-6:
         return forward
     return np.vstack((backward[:-1][::-1], line[-1:]))
@@ -43,14 +43,12 @@ def last_in_sight(points, x, y, union):
     return -1
 
 
-@njit(cache=True)
-def _pull(points, x, y, regions):
-    """From (x, y), go repeatedly to the last point in line of sight."""
-    out = np.empty((len(points), 2))
-    n = i = 0
+def _pull(points: np.ndarray, position: np.ndarray, regions: RegionUnion) -> np.ndarray:
+    """From a position (2,), go repeatedly to the last of some points (n, 2) in line of sight."""
+    kept, i = [], 0
     while i < len(points):
-        i += max(last_in_sight(points[i:], x, y, regions), 0)
-        x, y = points[i, 0], points[i, 1]
-        out[n, 0], out[n, 1] = x, y
-        n, i = n + 1, i + 1
-    return out[:n].copy()
+        i += max(last_in_sight(points[i:], *position, regions), 0)
+        position = points[i]
+        kept.append(position)
+        i += 1
+    return np.array(kept).reshape(-1, 2)

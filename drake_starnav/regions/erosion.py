@@ -95,7 +95,9 @@ def eroded_range(hits: BearingHits, radius: float, limit: np.ndarray) -> np.ndar
     return erode(hits.distance, hits.half_gap, hits.offset, radius, limit, *bearing_tables(len(hits.distance)))
 
 
-def free_range(scan: LaserScan, distance: np.ndarray, radius: float, margins: Margins) -> FreeRange:
+def free_range(
+    scan: LaserScan, distance: np.ndarray, radius: float, margins: Margins, samples: int | None = None
+) -> FreeRange:
     """Free range of the robot's centre at every bearing, as the planner uses it.
 
     The clearance is `preferred`. Passages that it would close get a smaller one, down to `least`.
@@ -105,10 +107,11 @@ def free_range(scan: LaserScan, distance: np.ndarray, radius: float, margins: Ma
         distance: shape (n,), the scan's `smoothed_distances`, m.
         radius: of the robot, without margin, m.
         margins: preferred and least.
+        samples: M; None: as many as suit the scan.
 
     Source: paper, section III-A; the erosion, which the paper leaves to the controller: this project.
     """
-    kept, tables = (margins.preferred, margins.least), bearing_tables(bearing_count(scan))
+    kept, tables = (margins.preferred, margins.least), bearing_tables(samples or bearing_count(scan))
     return FreeRange(*disc_range(scan.beams, distance, field_of_view(scan), radius, kept, tables))
 
 

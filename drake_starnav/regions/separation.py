@@ -9,6 +9,8 @@ import math
 import numpy as np
 from numba import njit
 
+from drake_starnav.geometry.polyline import point_to_segment_squared
+
 ESCAPE_CLEARANCE = 0.002
 """A move that begins within the margin may come no nearer than this, m."""
 
@@ -37,7 +39,8 @@ def keeps_clear(poses, surfaces, polygons, sizes):
     apart = math.hypot(poses[0, 0] - center[0], poses[0, 1] - center[1]) + radius + margin + moved[-1]
     for j in range(len(surfaces.ends)):
         ends = surfaces.ends[j]
-        if _distance(center, ends) > apart:  # what a chord hides is farther away than the chord
+        away = point_to_segment_squared(center[0], center[1], ends[0], ends[1], ends[2], ends[3])
+        if away > apart * apart:  # what a chord hides is farther away than the chord
             continue
         needed, i = margin, 0
         while True:
@@ -51,17 +54,6 @@ def keeps_clear(poses, surfaces, polygons, sizes):
                 break
             i = max(np.searchsorted(moved, reached, side="right"), i + 1)
     return True
-
-
-@njit(cache=True)
-def _distance(point, ends):
-    """Distance of a point (2,) from a chord (4,), m."""
-    ax, ay, ex, ey = ends[0] - point[0], ends[1] - point[1], ends[2] - ends[0], ends[3] - ends[1]
-    squared = ex * ex + ey * ey
-    share = 0.0
-    if squared > 0.0:
-        share = min(max(-(ax * ex + ay * ey) / squared, 0.0), 1.0)
-    return math.hypot(ax + share * ex, ay + share * ey)
 
 
 @njit(cache=True)

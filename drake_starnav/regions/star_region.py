@@ -9,21 +9,12 @@ from collections.abc import Callable, Iterable
 from functools import cached_property
 
 import numpy as np
-from numba import njit
 
 from drake_starnav.geometry.se2 import placed
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.regions.erosion import (
-    SMOOTHING_BEAMS,
-    FreeRange,
-    bearing_count,
-    bearing_tables,
-    disc_range,
-    field_of_view,
-    moving_average,
-)
+from drake_starnav.regions.erosion import FreeRange, free_range, smoothed_distances
 from drake_starnav.regions.margins import Margins
-from drake_starnav.regions.piecewise_cubic import TOLERANCE, PiecewiseCubic, adaptive_fit, fit_piecewise_cubic
+from drake_starnav.regions.piecewise_cubic import PiecewiseCubic, fit_piecewise_cubic
 from drake_starnav.regions.region_union import RegionUnion
 from drake_starnav.utils.snapshot import snapshot
 
@@ -124,21 +115,10 @@ def scan_region(
 def smoothed_scan_region(
     scan: LaserScan, pose: np.ndarray, radius: float, margins: Margins, samples: int | None = None
 ) -> tuple[np.ndarray, StarRegion]:
-    """The `smoothed_distances` of a scan, and its `scan_region`: their `free_range`, then `fit_region`, in one call."""
-    kept, tables = (margins.preferred, margins.least), bearing_tables(samples or bearing_count(scan))
-    distance, profile, boundary = _scan_region(
-        scan.beams, field_of_view(scan), radius, kept, margins.smoothing_slack, tables
-    )
-    center, bearing_0 = np.array(pose[:2], dtype=float), float(pose[2]) + scan.angle_min
-    return distance, StarRegion(center, bearing_0, PiecewiseCubic(*boundary), *profile)
-
-
-@njit(cache=True)
-def _scan_region(beams, view, radius, margins, slack, tables):
-    """As `disc_range`: the smoothed distances, the fields of the `FreeRange`, and those of the `PiecewiseCubic`."""
-    distance = moving_average(beams, SMOOTHING_BEAMS, slack)
-    profile = disc_range(beams, distance, view, radius, margins, tables)
-    return distance, profile, adaptive_fit(profile[0], TOLERANCE, True)
+    """The `smoothed_distances` of a scan, and its `scan_region`."""
+    distance = smoothed_distances(scan, margins.smoothing_slack)
+    profile = free_range(scan, distance, radius, margins, samples)
+    return distance, fit_region(profile, pose[:2], float(pose[2]) + scan.angle_min)
 
 
 def united(regions: Iterable[StarRegion]) -> RegionUnion:

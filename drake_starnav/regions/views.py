@@ -156,20 +156,14 @@ def _cross_view(crossings, beams, x, y, bit):
     if not full:
         vertices[2 * cells, 0], vertices[2 * cells, 1] = x, y
     last = len(vertices) - 1
-    ax, ay = vertices[last, 0], vertices[last, 1]
-    place = _bearing(ax, ay)
-    for k in range(last + 1):  # the edge that leads to each vertex
-        bx, by = vertices[k, 0], vertices[k, 1]
-        there = _bearing(bx, by)
+    ax, ay, place = 0.0, 0.0, -1.0  # and its bearing as a real number of rays; -1 on the axis, where all rays begin
+    for k in range(-1, last + 1):  # the edge that leads to each vertex
+        bx, by, there = vertices[k, 0], vertices[k, 1], -1.0
+        if bx * bx + by * by > 1e-18:
+            there = (math.atan2(by, bx) + math.pi) * (BEARINGS / TURN)
         if place >= 0.0 and there >= 0.0:
             _cross_edge(crossings, (ax, ay, place), (bx, by, there), kinds[k - 1], bit)
         ax, ay, place = bx, by, there
-
-
-@njit(cache=True)
-def _bearing(x, y):
-    """Bearing of a place as a real number of rays; -1 on the axis, which all rays begin at."""
-    return (math.atan2(y, x) + math.pi) * (BEARINGS / TURN) if x * x + y * y > 1e-18 else -1.0
 
 
 @njit(cache=True)

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.spatial.distance import pdist
 
 from drake_starnav.geometry.polyline import simplified
-from drake_starnav.lidar.laser_scan import LaserScan, chord
+from drake_starnav.lidar.laser_scan import LaserScan, third_side
 
 CONNECTED = 0.15
 CONNECTED_PER_RANGE = 0.05
@@ -83,7 +83,7 @@ def runs(chosen: np.ndarray, continues: np.ndarray) -> list[np.ndarray]:
 
 def scan_chord(scan: LaserScan, run: np.ndarray) -> float:
     """Distance between the first and the last hit of a run of beams, m."""
-    return chord(scan.distances[run[0]], scan.distances[run[-1]], (len(run) - 1) * scan.angle_increment)
+    return third_side(*scan.distances[run[[0, -1]]], math.cos((len(run) - 1) * scan.angle_increment))
 
 
 def _on_wide_surface(points: np.ndarray, width: float, notch: float) -> np.ndarray:

@@ -3,6 +3,7 @@
 import numpy as np
 from numba import njit
 
+from drake_starnav.geometry.polyline import point_to_segment_squared
 from drake_starnav.worlds.world import World
 
 TOLERANCE = 1e-9  # m, a path may touch the capsules
@@ -19,35 +20,6 @@ def capsules_around(world: World, clearance: float) -> np.ndarray:
     )
 
 
-@njit(cache=True, inline="always")
-def point_to_segment_squared(x: float, y: float, ax: float, ay: float, bx: float, by: float) -> float:
-    """Squared distance from (x, y) to the segment a b, which may be a single point, m^2."""
-    ex, ey = bx - ax, by - ay
-    length_squared = ex * ex + ey * ey
-    t = 0.0
-    if length_squared > 0.0:
-        t = min(1.0, max(0.0, ((x - ax) * ex + (y - ay) * ey) / length_squared))
-    dx, dy = ax + t * ex - x, ay + t * ey - y
-    return dx * dx + dy * dy
-
-
-@njit(cache=True)
-def _segment_to_segment_squared(
-    ax: float, ay: float, bx: float, by: float, cx: float, cy: float, dx: float, dy: float
-) -> float:
-    """Squared distance between the segments a b and c d, m^2."""
-    side_c = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
-    side_d = (bx - ax) * (dy - ay) - (by - ay) * (dx - ax)
-    side_a = (dx - cx) * (ay - cy) - (dy - cy) * (ax - cx)
-    side_b = (dx - cx) * (by - cy) - (dy - cy) * (bx - cx)
-    if side_c * side_d < 0.0 and side_a * side_b < 0.0:
-        return 0.0
-    return min(
-        min(point_to_segment_squared(ax, ay, cx, cy, dx, dy), point_to_segment_squared(bx, by, cx, cy, dx, dy)),
-        min(point_to_segment_squared(cx, cy, ax, ay, bx, by), point_to_segment_squared(dx, dy, ax, ay, bx, by)),
-    )
-
-
 @njit(cache=True)
 def blocks(ax: float, ay: float, bx: float, by: float, capsule: np.ndarray) -> bool:
     """Whether the segment a b enters the capsule."""
@@ -59,7 +31,17 @@ def blocks(ax: float, ay: float, bx: float, by: float, capsule: np.ndarray) -> b
         or max(ay, by) + radius < min(y1, y2)
     ):
         return False
-    return _segment_to_segment_squared(ax, ay, bx, by, x1, y1, x2, y2) < (radius - TOLERANCE) ** 2
+    side_1 = (bx - ax) * (y1 - ay) - (by - ay) * (x1 - ax)
+    side_2 = (bx - ax) * (y2 - ay) - (by - ay) * (x2 - ax)
+    side_a = (x2 - x1) * (ay - y1) - (y2 - y1) * (ax - x1)
+    side_b = (x2 - x1) * (by - y1) - (y2 - y1) * (bx - x1)
+    if side_1 * side_2 < 0.0 and side_a * side_b < 0.0:  # it crosses the axis
+        return radius > TOLERANCE
+    nearest = min(
+        min(point_to_segment_squared(ax, ay, x1, y1, x2, y2), point_to_segment_squared(bx, by, x1, y1, x2, y2)),
+        min(point_to_segment_squared(x1, y1, ax, ay, bx, by), point_to_segment_squared(x2, y2, ax, ay, bx, by)),
+    )
+    return nearest < (radius - TOLERANCE) ** 2
 
 
 @njit(cache=True)

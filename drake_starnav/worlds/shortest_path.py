@@ -12,8 +12,8 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.geometry.polyline import arc_lengths
-from drake_starnav.worlds.capsules import TOLERANCE, blocker, blocks, capsules_around, point_to_segment_squared
+from drake_starnav.geometry.polyline import arc_lengths, point_to_segment_squared
+from drake_starnav.worlds.capsules import TOLERANCE, blocker, blocks, capsules_around
 from drake_starnav.worlds.clearance import clearance as clearance_at
 from drake_starnav.worlds.world import World
 

@@ -7,7 +7,7 @@ import argparse
 import io
 import math
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -73,15 +73,6 @@ FRONTIERS_ONLY = {
 }
 
 
-def fitted_by(fit: Callable[..., tuple]) -> dict[str, Any]:
-    """The replacements with which all boundaries are fitted in another way."""
-    return {
-        f"{REGION}._scan_region": replacements.interpreted_scan_region,
-        f"{REGION}.adaptive_fit": fit,
-        f"{CUBIC}.adaptive_fit": fit,
-    }
-
-
 ABLATIONS = (
     REFERENCE,
     Ablation("no_certificate", "no braking certificate", "method 9", replaced=UNCERTIFIED),
@@ -108,13 +99,13 @@ ABLATIONS = (
         "two_sided_fit",
         "cubics through the samples, not inside",
         "method 2",
-        replaced=fitted_by(replacements.two_sided_fit),
+        replaced={f"{CUBIC}.adaptive_fit": replacements.two_sided_fit},
     ),
     Ablation(
         "fixed_segments",
         "16 equal segments",
         "paper III-B.1, fig. 5; method 2",
-        replaced=fitted_by(replacements.equal_segments),
+        replaced={f"{CUBIC}.adaptive_fit": replacements.equal_segments},
     ),
     Ablation(
         "dbscan_frontiers",

@@ -29,7 +29,7 @@ from drake_starnav.regions import Margins, Observation, StarRegion
 from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.regions.piecewise_cubic import adaptive_fit
 from drake_starnav.regions.region_union import RegionUnion
-from drake_starnav.regions.star_region import _scan_region, fit_region
+from drake_starnav.regions.star_region import fit_region
 from scripts.experiments.ablate_segments import fit_equal
 
 Replaced = Mapping[str, Any]
@@ -99,11 +99,6 @@ def uncertified_twist(
 ) -> tuple[np.ndarray, bool]:
     """For `certified_twist`: whatever is desired."""
     return desired, True
-
-
-def interpreted_scan_region(*arguments: Any) -> tuple:
-    """For `star_region._scan_region`: not compiled."""
-    return _scan_region.py_func(*arguments)
 
 
 def shortened_region(
