@@ -1,8 +1,7 @@
 """Shortest ways over the nodes of a roadmap."""
 
 import numpy as np
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import dijkstra
+from numba import njit
 
 from drake_starnav.planning.roadmap import StarRoadmap
 from drake_starnav.regions.region_union import covering, least_outside
@@ -10,8 +9,6 @@ from drake_starnav.regions.star_region import StarRegion
 
 OFF_MAP_PENALTY = 0.1
 """Extra length if the robot is outside all regions and must first drive to the nearest node, m."""
-LEAST_LENGTH = 1e-12
-"""Of an edge, m: SciPy takes 0 for no edge."""
 
 
 def graph_distances(roadmap: StarRoadmap, here: StarRegion, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -25,13 +22,9 @@ def graph_distances(roadmap: StarRoadmap, here: StarRegion, position: np.ndarray
     if not len(first):
         first = np.array([least_outside(roadmap.union, len(roadmap), *position)])
         length = np.hypot(*(roadmap.union.center[first] - position).T) + OFF_MAP_PENALTY
-    robot = len(roadmap)  # as one more node
-    ends = np.concatenate((roadmap.edges, np.column_stack((first, np.full(len(first), robot)))))
-    lengths = np.maximum(np.concatenate((roadmap.lengths, length)), LEAST_LENGTH)
-    graph = csr_array((lengths, tuple(ends.T)), shape=(robot + 1, robot + 1))
-    distance, previous = dijkstra(graph, directed=False, indices=robot, return_predecessors=True)
-    previous = np.where((previous == robot) | (previous < 0), -1, previous)
-    return distance[:robot], previous[:robot]
+    distance = np.full(len(roadmap), np.inf)
+    distance[first] = length
+    return distance, _spread(roadmap.edges, roadmap.lengths, distance)
 
 
 def entry_node(roadmap: StarRoadmap, distance: np.ndarray, goal: np.ndarray) -> int:
@@ -57,3 +50,20 @@ def node_path(roadmap: StarRoadmap, previous: np.ndarray, node: int, end: np.nda
     while previous[chain[-1]] >= 0:
         chain.append(int(previous[chain[-1]]))
     return np.vstack((roadmap.union.center[chain[::-1]], end[None, :]))
+
+
+@njit(cache=True)
+def _spread(edges, lengths, distance):
+    """Lower the distances of nodes (n,) to those by way of edges (e, 2); the predecessor by which each was, or -1.
+
+    Sweeps as of Bellman and Ford, in turn from the last edge and from the first: few, as edges are sorted by node.
+    """
+    previous, lowered, turned = np.full(len(distance), -1), True, False
+    while lowered:
+        lowered, turned = False, not turned
+        for k in range(len(edges)):
+            e = len(edges) - 1 - k if turned else k
+            for a, b in ((edges[e, 0], edges[e, 1]), (edges[e, 1], edges[e, 0])):
+                if distance[a] + lengths[e] < distance[b]:
+                    distance[b], previous[b], lowered = distance[a] + lengths[e], a, True
+    return previous
