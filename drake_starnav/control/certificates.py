@@ -78,10 +78,11 @@ def standard_certificates(
         tracked: the moving obstacles; None in a static world.
     """
     inside, footprint = StarCertificate(star), actuation.footprint
+    if footprint.is_disc and tracked is None:
+        return (inside,)
     if footprint.is_disc:
         beside: Certificate = PointCertificate(star, margin, footprint.radius)
     else:
         beside = FootprintCertificate(star, margin, footprint)
-    if tracked is None:
-        return (inside,) if footprint.is_disc else (AnyOf((inside, beside)),)
-    return AnyOf((inside, beside)), MovingCertificate.near(tracked, position, actuation)
+    kept = (AnyOf((inside, beside)),)
+    return kept if tracked is None else (*kept, MovingCertificate.near(tracked, position, actuation))

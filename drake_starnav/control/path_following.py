@@ -48,7 +48,7 @@ def followed(inputs: ControllerInputs, margins: Margins, robot: RobotParameters)
         return Proposal(*followed_manoeuvre(pose, guidance.poses, robot.drive, limits))
     ux, uy, v, omega, most = _followed(pose, known, star.alone, near_wall, tuple(limits))
     direction = np.array((ux, uy))
-    if not direction.any():
+    if ux == uy == 0.0:
         return Proposal(np.zeros(len(robot.drive.components)), direction)
     if robot.shape.is_disc and robot.base == "differential":
         return Proposal(np.array((v, omega)), direction)

@@ -96,15 +96,16 @@ class LaserScan:
             }
             for name, value in turned.items():
                 object.__setattr__(self, name, value)
-        lost = ~((ranges >= max(self.range_min, LEAST)) | (ranges == -math.inf))
-        if not self.lost_beams and lost.any():
-            bad = np.flatnonzero(lost)
-            raise StarnavError(
-                f"laser scan: ranges[{bad[0]}] is {ranges[bad[0]]:g} ({len(bad)} of {len(ranges)} beams); allowed: "
-                f"metres from range_min {self.range_min:g} m on, +inf (no return), -inf (too close), and anything less "
-                "or NaN (lost) only with lost_beams=True"
-            )
-        ranges[lost] = math.nan
+        least = max(self.range_min, LEAST)
+        if not ranges.min() >= least:
+            bad = np.flatnonzero(~((ranges >= least) | (ranges == -math.inf)))
+            if not self.lost_beams and len(bad):
+                raise StarnavError(
+                    f"laser scan: ranges[{bad[0]}] is {ranges[bad[0]]:g} ({len(bad)} of {len(ranges)} beams); allowed: "
+                    f"metres from range_min {self.range_min:g} m on, +inf (no return), -inf (too close), and anything "
+                    "less or NaN (lost) only with lost_beams=True"
+                )
+            ranges[bad] = math.nan
         ranges.flags.writeable = False
         object.__setattr__(self, "ranges", ranges)
 

@@ -159,7 +159,7 @@ def perceive(
             histories, near, scans = _without_outliers(before.histories, scans, pose, settings)
         first = before.observation.region
         samples = None if first is None else len(first.free_range)  # though the number of beams may vary
-        measured = [_measured(each, margins) for each in near]
+        measured = [smoothed_distances(each, margins.smoothing_slack, margins.smoothed_beams) for each in near]
         seen = view(near, mounts, footprint, measured)
         scan = seen.scan if near is scans else merged(scans, mounts, footprint)
         distance, region = smoothed_scan_region(scan, pose, robot_radius, margins, samples)
@@ -222,11 +222,3 @@ def _without_outliers(
         near.append(kept)
         sure.append(trusted)
     return tuple(histories), near, sure
-
-
-def _measured(scan: LaserScan, margins: Margins) -> np.ndarray:
-    """The distances at which the certificate has a scan's hits, shape (n,), m."""
-    if margins.smoothed_beams == 0:
-        return scan.distances
-    smooth = smoothed_distances(scan, margins.smoothing_slack, margins.smoothed_beams)
-    return np.where(scan.hits, smooth, scan.distances)

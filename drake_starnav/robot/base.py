@@ -49,8 +49,12 @@ class Base(Protocol):
         The one place where what is asked of a robot becomes what it can do: shield and drive ask here.
         """
 
-    def body_rates(self, twist: np.ndarray) -> tuple[float, float]:
-        """Speed, with the sign of that along x, m/s, and turning rate, rad/s, of a robot that follows a twist."""
+    def body_rates(self, twist: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Speed, with the sign of that along x, m/s, and turning rate, rad/s, of a robot that follows a twist.
+
+        Args:
+            twist: shape (n, ...), with the components first: one twist, or many.
+        """
 
     def towards(self, error: float, speed: float, limits: Limits) -> np.ndarray:
         """The twist that begins to drive in a direction that is `error` (rad) to the left of the heading."""

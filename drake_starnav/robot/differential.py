@@ -29,9 +29,9 @@ class Differential:
         v, omega = float(twist[0]), float(twist[1])
         return np.array((limited_to(v, limits.max_speed), limited_to(omega, limits.max_yaw_rate)))
 
-    def body_rates(self, twist: np.ndarray) -> tuple[float, float]:
+    def body_rates(self, twist: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """As of `Base`."""
-        return float(twist[0]), float(twist[1])
+        return twist[0], twist[1]
 
     def towards(self, error: float, speed: float, limits: Limits) -> np.ndarray:
         """As of `Base`: it turns first."""

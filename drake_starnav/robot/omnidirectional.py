@@ -36,9 +36,9 @@ class Omnidirectional:
         share = limits.max_speed / max(math.hypot(x, y), limits.max_speed)
         return np.array((share * x, share * y, limited_to(omega, limits.max_yaw_rate)))
 
-    def body_rates(self, twist: np.ndarray) -> tuple[float, float]:
+    def body_rates(self, twist: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """As of `Base`."""
-        return math.copysign(math.hypot(twist[0], twist[1]), twist[0]), float(twist[2])
+        return np.copysign(np.hypot(twist[0], twist[1]), twist[0]), twist[2]
 
     def towards(self, error: float, speed: float, limits: Limits) -> np.ndarray:
         """As of `Base`: at once, and it turns its x axis into the direction of motion, forwards or backwards."""

@@ -40,7 +40,7 @@ def check_drive(
         return
     first = np.searchsorted(times, times[-1] - 2.0 * SPAN - 1e-9, side="right")
     times, states, commands = times[first:], states[first:], commands[first:]
-    commands = np.array([base.body_rates(twist) for twist in commands])
+    commands = np.column_stack(base.body_rates(commands.T))
     twists = planar_states(states, plant.num_positions(model))[:, 3:]
     later = times > times[-1] - SPAN - 1e-9
     told, done = (np.array([each[span].mean(axis=0) for span in (~later, later)]) for each in (commands, twists))

@@ -1,6 +1,5 @@
 """Kinematics of bases with driven wheels on one axle."""
 
-import numpy as np
 from pydrake.systems.framework import BasicVector, Context, LeafSystem
 
 from drake_starnav.robot import RobotParameters
@@ -28,10 +27,10 @@ class WheelSpeedCommand(LeafSystem):
         """Of a robot's base and limits, and its n wheels."""
         super().__init__()
         self._base, self._limits, self._drive, n = robot.drive, robot.limits, drive, len(drive.radii)
-        self._angles = np.zeros(n)
         self._twist = self.DeclareVectorInputPort("twist_command", 2)
-        self.DeclareVectorOutputPort("desired_state", 2 * n, weakly(self._calc_state), {self._twist.ticket()})
+        standing = BasicVector([0.0] * (2 * n))
+        self.DeclareVectorOutputPort("desired_state", standing, weakly(self._calc_state), {self._twist.ticket()})
 
     def _calc_state(self, context: Context, output: BasicVector) -> None:
         rates = self._drive.rates(*self._base.body_rates(self._base.saturated(self._twist.Eval(context), self._limits)))
-        output.SetFromVector(np.concatenate((self._angles, rates)))
+        output.get_mutable_value()[len(rates) :] = rates

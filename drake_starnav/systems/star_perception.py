@@ -1,8 +1,8 @@
 """Each scan is turned into star-shaped regions once, for all consumers."""
 
+import math
 from collections.abc import Sequence
 
-import numpy as np
 from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import Context, LeafSystem
 
@@ -94,7 +94,7 @@ class StarPerception(LeafSystem):
         if time < before.safety.time:
             before = Perceived.nothing()  # time was set back: another run begins
         pose = self._pose.Eval(context).copy()
-        if not np.isfinite(pose).all():
+        if not all(map(math.isfinite, pose.tolist())):
             raise StarnavError(f"the perception's pose is {pose.tolist()}; allowed: finite x, y, m, and yaw, rad")
         if before.observation.region is None and self._certifies:
             backwards, settings = scans[0].motion is not None, self._settings

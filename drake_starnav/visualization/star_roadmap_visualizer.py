@@ -136,7 +136,7 @@ class StarRoadmapVisualizer(LeafSystem):
             self._fade(time)
             self._stage.move("frontiers/target", None if state.target is None else state.target[0], time)
         if pose is not None:
-            speed = 0.0 if twist is None else self._robot.drive.body_rates(twist)[0]
+            speed = 0.0 if twist is None else float(self._robot.drive.body_rates(twist)[0])
             self._drawn.trail.append((pose[0], pose[1], speed))
         if self._is_due(time, self._drawn.next_scan_time):
             self._drawn.next_scan_time = time + 1.0 / self._parameters.scan_rate
