@@ -26,7 +26,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from drake_starnav.control.certificates import Certificate, first_accepted
+from drake_starnav.control.certificates import Certificate, accepted
 from drake_starnav.control.heading_controller import CREEP_SPEED, GOAL_SLOWDOWN, gripped
 from drake_starnav.control.inputs import ControllerInputs, Proposal
 from drake_starnav.control.motion import Actuation, Pose, Twist, roll_out, stepped
@@ -102,8 +102,10 @@ def predictive_twist(
     twists = candidates(twist, law.twist, robot)
     in_sight = inputs._replace(guidance=dataclasses.replace(guidance, path=seen))
     twists = twists[np.argsort(rollout_costs(twists, in_sight, margins, robot), kind="stable")]
-    k = first_accepted((roll_out(pose, twist, target, actuation) for target in twists), certificates)
-    return law if k is None else law._replace(twist=twists[k])
+    for target in twists:
+        if accepted(roll_out(pose, twist, target, actuation), certificates):
+            return law._replace(twist=target)
+    return law
 
 
 def candidates(twist: np.ndarray, reactive: np.ndarray, robot: RobotParameters) -> np.ndarray:

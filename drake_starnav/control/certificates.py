@@ -49,14 +49,6 @@ def accepted(motion: Motion, certificates: Iterable[Certificate]) -> bool:
     return True
 
 
-def first_accepted(motions: Iterable[Motion], certificates: Iterable[Certificate]) -> int | None:
-    """Index of the first of some motions that is accepted, None if there is none; later ones are not looked at."""
-    for k, motion in enumerate(motions):
-        if accepted(motion, certificates):
-            return k
-    return None
-
-
 def standard_certificates(
     star: CertifiedRegion,
     margin: float,

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from drake_starnav.control.braking_certificate import STOPPED_DISTANCE
-from drake_starnav.control.certificates import Certificate, first_accepted
+from drake_starnav.control.certificates import Certificate, accepted
 from drake_starnav.control.motion import Actuation, Velocity, ramped, ramped_velocity, roll_out
 
 
@@ -29,10 +29,9 @@ def certified_twist(
         The twist, and whether any motion was certified; if not, the twist brakes.
     """
     base, limits = actuation.base, actuation.limits
-    proposed = base.proposals(desired, limits)
-    k = first_accepted((roll_out(pose, twist, target, actuation) for target in proposed), certificates)
-    if k is not None:
-        return proposed[k], True
+    for target in base.proposals(desired, limits):
+        if accepted(roll_out(pose, twist, target, actuation), certificates):
+            return target, True
     squared = sum(speed * speed for speed in twist[:-1].tolist())
     standing = squared <= 2.0 * limits.max_acceleration * STOPPED_DISTANCE
     return base.braking(twist, desired, standing and actuation.footprint.is_disc), False

@@ -48,7 +48,9 @@ class Frontiers:
 
     def where(self, chosen: np.ndarray) -> "Frontiers":
         """Those that a boolean mask of shape (n,) or indices choose."""
-        return Frontiers(self.stand[chosen], self.probe[chosen], self.owner[chosen])
+        rows = np.flatnonzero(chosen) if chosen.dtype == bool else chosen
+        # `take`, as `[rows]` of two columns takes ten times as long
+        return Frontiers(self.stand.take(rows, axis=0), self.probe.take(rows, axis=0), self.owner.take(rows))
 
     def joined(self, *others: "Frontiers") -> "Frontiers":
         """These frontiers followed by the others."""

@@ -85,12 +85,23 @@ def cover_at(union, x, y, slack):
 
 @njit(cache=True)
 def _contained(union, points, slack):
-    """The loop of `RegionUnion.contains`: the region that contains a point is tried first on the next."""
+    """The loop of `RegionUnion.contains`: the region that contains a point is tried first on the next.
+
+    Without an index, only points in the box around all regions are tried.
+    """
     center, bearing_0, values, marks, corner = union.center, union.bearing_0, union.values, union.marks, union.corner
-    out = np.empty(len(points), np.bool_)
+    out = np.zeros(len(points), np.bool_)
+    low_x = low_y = -np.inf
+    high_x = high_y = np.inf
+    if len(marks) == 0 and len(bearing_0) > 0:
+        reach = values.max() + slack + 1e-9
+        low_x, low_y = center[:, 0].min() - reach, center[:, 1].min() - reach
+        high_x, high_y = center[:, 0].max() + reach, center[:, 1].max() + reach
     last = -1
     for n in range(len(points)):
         x, y = points[n, 0], points[n, 1]
+        if x < low_x or x > high_x or y < low_y or y > high_y:
+            continue
         if last < 0 or not covers(center, bearing_0, values, last, x, y, slack):
             last = newest_cover(center, bearing_0, values, marks, corner, (x, y), slack)
         out[n] = last >= 0

@@ -92,9 +92,11 @@ class DsmController(Controller):
 
     def _propose(self, read: tuple[ControllerInputs, TrackedObstacles | None]) -> Proposal:
         inputs, tracked = read
-        certificates = standard_certificates(
-            inputs.star, self._margins.safety, self._actuation, inputs.pose[:2], tracked
-        )
+        certificates: tuple[Certificate, ...] = ()
+        if self._twist is not None:  # else nobody asks them
+            certificates = standard_certificates(
+                inputs.star, self._margins.safety, self._actuation, inputs.pose[:2], tracked
+            )
         proposal = self._law(inputs, certificates)
         if tracked is not None:
             way = avoid_collision(inputs, tracked, certificates, self._actuation, self._robot).twist

@@ -7,22 +7,21 @@ And it owns what calculates an output port or a cache entry, which is a method t
 
 import weakref
 from collections.abc import Callable
-from typing import Any, ParamSpec, TypeVar
+from typing import Any, TypeVar
 
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
 RELEASED = "_starnav_released"
 """Attribute of a system whose diagram was released: to touch more of it would crash Python."""
 
-P = ParamSpec("P")
 R = TypeVar("R")
 
 
-def weakly(method: Callable[P, R]) -> Callable[P, R]:
+def weakly(method: Callable[..., R]) -> Callable[..., R]:
     """A system's method as a function that does not keep the system alive."""
     bound: Any = method
     owner, function = weakref.ref(bound.__self__), bound.__func__
-    return lambda *args, **kwargs: function(owner(), *args, **kwargs)
+    return lambda *arguments: function(owner(), *arguments)
 
 
 def release(holder: Diagram | DiagramBuilder) -> None:

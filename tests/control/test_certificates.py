@@ -8,11 +8,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_starnav.control.braking_certificate import StarCertificate
-from drake_starnav.control.certificates import accepted, first_accepted, standard_certificates
+from drake_starnav.control.certificates import accepted, standard_certificates
 from drake_starnav.control.inputs import TrackedObstacles
 from drake_starnav.control.motion import Motion, roll_out
 from drake_starnav.control.moving_certificate import MOVING_MARGIN, MovingCertificate
 from drake_starnav.control.point_certificate import PointCertificate
+from drake_starnav.control.shield import certified_twist
 from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.regions.safe_region import CertifiedRegion, ScanMemory, certified_region
 from drake_starnav.robot import RobotParameters
@@ -85,7 +86,6 @@ def test_a_motion_in_which_the_wheels_slide_is_refused_whatever_is_asked(twist: 
     commands = actuation(RobotParameters(max_speed=2.0, max_yaw_rate=5.0))
     driven = roll_out(np.zeros(3), np.array(twist), np.array(twist), commands)
     assert accepted(driven, ()) == grips
-    assert first_accepted([driven, driven], ()) == (0 if grips else None)
 
 
 class Slow:
@@ -99,17 +99,11 @@ class Slow:
         return bool(np.abs(motion.twist[:, 0]).max() < self.limit)
 
 
-def test_the_first_motion_that_all_accept_is_taken_and_later_ones_are_not_rolled_out() -> None:
-    slow, still, rolled = Slow(0.5), np.zeros(2), []
-
-    def motions():
-        for speed in (0.8, 0.6, 0.3, 0.1):
-            rolled.append(speed)
-            yield roll_out(np.zeros(3), still, np.array((speed, 0.0)), actuation(ROBOT, hold=2.0))
-
-    assert first_accepted(motions(), (slow,)) == 2
-    assert rolled == [0.8, 0.6, 0.3] and slow.asked == 3
-    assert first_accepted(motions(), (slow, Slow(0.0))) is None
+def test_the_first_proposal_that_all_accept_is_taken_and_later_ones_are_not_asked_about() -> None:
+    slow, pose, still, desired = Slow(0.5), np.zeros(3), np.zeros(2), np.array((0.8, 0.0))
+    twist, certified = certified_twist(pose, still, desired, (slow,), actuation(ROBOT, hold=2.0))
+    assert certified and twist == pytest.approx((0.48, 0.0)) and slow.asked == 3
+    assert not certified_twist(pose, still, desired, (slow, Slow(0.0)), actuation(ROBOT, hold=2.0))[1]
 
 
 def beside(clearance: float) -> CertifiedRegion:
