@@ -18,8 +18,8 @@ STEP = math.radians(2.0)
 
 @njit(cache=True)
 def _open(x, y, angle, star):
-    """Whether the star, a union of one region, contains the first OPEN_WAY from (x, y) along a bearing."""
-    center, bearing_0, values = star.center, star.bearing_0, star.values
+    """Whether the star contains the first OPEN_WAY from (x, y) along a bearing."""
+    center, bearing_0, values = star
     ux, uy = math.cos(angle), math.sin(angle)
     for k in range(1, SAMPLES + 1):
         way = OPEN_WAY * k / SAMPLES
@@ -34,8 +34,8 @@ def free_heading(x, y, ux, uy, star):
 
     Ranges are noisy, and the nearest of many hits has the largest error. Once a hit lies within the certificate's
     distance of a robot beside a wall, no motion along that wall is certified. A few degrees off the wall the space may
-    be free, but between two walls the near-wall term does not lead there: the robot would stop. `star` is the certified
-    region as a union of one region.
+    be free, but between two walls the near-wall term does not lead there: the robot would stop. `star` is center,
+    bearing_0 and values of the certified region as a union of one region.
     """
     angle = math.atan2(uy, ux)
     if _open(x, y, angle, star):

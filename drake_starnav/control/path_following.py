@@ -46,7 +46,7 @@ def followed(inputs: ControllerInputs, margins: Margins, robot: RobotParameters)
     limits = robot.limits
     if len(guidance.poses):
         return Proposal(*followed_manoeuvre(pose, guidance.poses, robot.drive, limits))
-    ux, uy, v, omega, most = _followed(pose, known, star.alone, near_wall, tuple(limits))
+    ux, uy, v, omega, most = _followed(pose, known, star.alone[:3], near_wall, tuple(limits))
     direction = np.array((ux, uy))
     if ux == uy == 0.0:
         return Proposal(np.zeros(len(robot.drive.components)), direction)

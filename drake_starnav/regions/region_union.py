@@ -91,16 +91,20 @@ def _contained(union, points, slack):
     """
     center, bearing_0, values, marks, corner = union.center, union.bearing_0, union.values, union.marks, union.corner
     out = np.zeros(len(points), np.bool_)
-    low_x = low_y = -np.inf
-    high_x = high_y = np.inf
-    if len(marks) == 0 and len(bearing_0) > 0:
-        reach = values.max() + slack + 1e-9
-        low_x, low_y = center[:, 0].min() - reach, center[:, 1].min() - reach
-        high_x, high_y = center[:, 0].max() + reach, center[:, 1].max() + reach
+    has_index = len(marks) > 0
+    low_x = low_y = np.inf
+    high_x = high_y = -np.inf
+    for k in range(0 if has_index else len(bearing_0)):
+        reach = 0.0
+        for value in values[k]:
+            reach = max(reach, value)
+        reach += abs(slack) + 1e-9
+        low_x, high_x = min(low_x, center[k, 0] - reach), max(high_x, center[k, 0] + reach)
+        low_y, high_y = min(low_y, center[k, 1] - reach), max(high_y, center[k, 1] + reach)
     last = -1
     for n in range(len(points)):
         x, y = points[n, 0], points[n, 1]
-        if x < low_x or x > high_x or y < low_y or y > high_y:
+        if not (has_index or (low_x <= x <= high_x and low_y <= y <= high_y)):
             continue
         if last < 0 or not covers(center, bearing_0, values, last, x, y, slack):
             last = newest_cover(center, bearing_0, values, marks, corner, (x, y), slack)

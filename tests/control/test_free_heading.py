@@ -44,7 +44,7 @@ def way_is_open(star: CertifiedRegion, position: np.ndarray, angle: float) -> bo
 
 
 def free_direction(position: np.ndarray, direction: np.ndarray, star: CertifiedRegion) -> np.ndarray:
-    return np.array(free_heading(*position, *direction, star.alone))
+    return np.array(free_heading(*position, *direction, star.alone[:3]))
 
 
 @settings(max_examples=200)
