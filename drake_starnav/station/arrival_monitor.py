@@ -52,7 +52,7 @@ class ArrivalMonitor(LeafSystem):
     def _check(self, context: Context, values: DiscreteValues) -> EventStatus:
         x, y, _, v, omega = self._state.Eval(context).tolist()
         if self._reached is None:
-            arrived = math.dist((x, y), self._goal.Eval(context)) < self._tolerance
+            arrived = math.dist((x, y), self._goal.Eval(context).tolist()) < self._tolerance
         else:
             arrived = bool(np.isfinite(self._reached.Eval(context)).all())
         if arrived:
