@@ -65,7 +65,7 @@ def dsm_velocity(
     robot_radius: float,
     reference_points: np.ndarray | None = None,
 ) -> np.ndarray:
-    """The nominal velocity, modulated around known circles.
+    """The nominal velocity (2,), modulated around known circles; W, m/s.
 
     On an inflated circle the part of the velocity into it vanishes. Inside one, where the method guarantees nothing,
     the same holds; exactly at the centre, where no direction is preferred, the result is zero. Finite arguments
@@ -73,14 +73,10 @@ def dsm_velocity(
     point; see `known_obstacles`.
 
     Args:
-        position: shape (2,), W, m.
-        nominal_velocity: shape (2,), W, m/s.
+        position, nominal_velocity: shape (2,), W, m and m/s.
         circles: shape (n, 3): x, y, radius; W, m.
         robot_radius: m, by which every circle is inflated.
         reference_points: shape (n, 2), W, m, a point in each inflated circle; None for the centres.
-
-    Returns:
-        shape (2,), W, m/s.
 
     Raises:
         StarnavError: wrong shape, a value that is not finite, or a negative radius.

@@ -65,21 +65,15 @@ def dwa_twist(
     robot: RobotParameters,
     parameters: DwaParameters,
 ) -> tuple[float, float]:
-    """The twist of the best admissible arc in the dynamic window.
+    """The twist (v, omega) of the best admissible arc in the dynamic window, m/s and rad/s.
 
     If no arc is admissible the robot brakes along the arc it is on, which the period before had found free. The result
     never asks for more than the robot's accelerations allow within a period, and never drives backwards.
 
     Args:
-        pose: (x, y, yaw) of the robot, W, m and rad.
-        twist: (v, omega) now, m/s and rad/s.
-        goal: shape (2,), W, m.
-        points: the hits, shape (n, 2), W, m.
-        robot: radius and limits.
-        parameters: its margin.
-
-    Returns:
-        (v, omega), m/s and rad/s.
+        pose, twist: (x, y, yaw) of the robot, W, m and rad, and its (v, omega) now.
+        goal, points: shape (2,), and the hits, shape (n, 2), W, m.
+        robot, parameters: radius and limits, and the margin.
 
     Raises:
         StarnavError: wrong shape, or a value that is not finite.

@@ -64,20 +64,16 @@ class FoaParameters:
 def foa_velocity(
     position: np.ndarray, nominal_velocity: np.ndarray, points: np.ndarray, *, control_radius: float
 ) -> np.ndarray:
-    """The nominal velocity, modulated away from all hits at once.
+    """The nominal velocity (2,), modulated away from all hits at once; never faster, W, m/s.
 
     A velocity that leads away (rho . v >= 0) is returned unchanged. Exactly head-on there is no part across rho, and
     the result keeps heading into the obstacle: the method's own limitation. Hits in the robot's very centre have no
     direction and are left out. Finite arguments give a finite result.
 
     Args:
-        position: shape (2,), W, m.
-        nominal_velocity: shape (2,), W, m/s.
+        position, nominal_velocity: shape (2,), W, m and m/s.
         points: the hits, shape (n, 2), W, m; in any order.
         control_radius: radius of the disc that is kept clear, m.
-
-    Returns:
-        shape (2,), W, m/s; never faster than the nominal velocity.
 
     Raises:
         StarnavError: wrong shape, a value that is not finite, or a radius that is not positive.
@@ -97,28 +93,17 @@ def foa_velocity(
 def foa_cluster_velocity(
     position: np.ndarray, nominal_velocity: np.ndarray, points: np.ndarray, *, control_radius: float
 ) -> np.ndarray:
-    """The nominal velocity, modulated around each cluster of hits and combined by the clusters' weights.
+    """The nominal velocity, modulated around each cluster of hits and combined by the clusters' weights; as
+    `foa_velocity`.
 
     Clusters are found by DBSCAN (radius 2 `control_radius`, 3 samples); hits in no cluster count, as one more, where
     they are nearer than every cluster. Near an obstacle the result is slowed down by (1 + 0.8 n . v)^power; above an
     approach speed of 1.25 m/s that base is negative and the published code returns NaN. Here the base ends at 0: the
-    robot stops. Clusters that surround the robot so evenly that rho vanishes have no direction and are left out, as are
-    hits in its very centre. Finite arguments give a finite result.
+    robot stops. Clusters that surround the robot so evenly that rho vanishes have no direction and are left out, too.
+    The order of the points names the clusters.
 
     scikit-learn is imported on the first call. It starts OpenMP threads that cost more than they save on one scan:
     set OMP_NUM_THREADS=1 in processes that run trials side by side.
-
-    Args:
-        position: shape (2,), W, m.
-        nominal_velocity: shape (2,), W, m/s.
-        points: the hits, shape (n, 2), W, m; their order names the clusters.
-        control_radius: radius of the disc that is kept clear, m.
-
-    Returns:
-        shape (2,), W, m/s.
-
-    Raises:
-        StarnavError: wrong shape, a value that is not finite, or a radius that is not positive.
     """
     position, velocity, points, radius = _checked(
         "foa_cluster_velocity: ", position, nominal_velocity, points, control_radius

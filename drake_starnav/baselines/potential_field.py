@@ -65,20 +65,16 @@ def potential_field_velocity(
     robot_radius: float,
     parameters: PotentialFieldParameters,
 ) -> np.ndarray:
-    """The velocity down the potential, at most `max_speed` long.
+    """The velocity (2,) down the potential, at most `max_speed` long; W, m/s.
 
     Local minima are part of the method. A hit in the robot's very centre has no direction and is left out. Finite
     arguments give a finite result.
 
     Args:
-        position: shape (2,), W, m.
-        goal: shape (2,), W, m.
+        position, goal: shape (2,), W, m.
         points: the hits, shape (n, 2), W, m.
         robot_radius: m.
         parameters: gain of the repulsion, and largest speed.
-
-    Returns:
-        shape (2,), W, m/s.
 
     Raises:
         StarnavError: wrong shape, or a value that is not finite.

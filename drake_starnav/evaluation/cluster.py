@@ -27,8 +27,7 @@ def dask_pool(address: str, count: int) -> Iterator[Pool]:
     """Workers of a Dask cluster. If a worker is lost, the scheduler assigns its trial to another one.
 
     Args:
-        address: of the scheduler, e.g. `tcp://10.0.0.1:8786`; `LOCAL` for a cluster of local processes.
-        count: number of workers of a local cluster.
+        address: of the scheduler, e.g. `tcp://10.0.0.1:8786`; `LOCAL` for a cluster of `count` local processes.
 
     Raises:
         StarnavError: Dask is not installed, there is no cluster at the address, it has no workers, or their versions

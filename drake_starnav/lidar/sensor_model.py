@@ -154,20 +154,15 @@ def scan_index(time: float, rate: float) -> int:
 
 
 def measure(distances: np.ndarray, parameters: LidarParameters, seed: int, index: int) -> np.ndarray:
-    """The ranges that a lidar reports for true distances, with the conventions of REP-117.
+    """The ranges (n,) that a lidar reports for true distances (n,), `+inf` for none, with the conventions of REP-117,
+    m.
 
-    The noise is a function of `(seed, index)` only: that of a scan does not depend on earlier measurements, and that of
-    a beam does not depend on what the other beams hit.
-
-    Args:
-        distances: true distance along each beam, shape (n,), m, `+inf` for none.
-        parameters: of the sensor.
-        seed: a non-negative integer below 2**64.
-        index: index of the scan, see `scan_index`.
+    The noise is a function of `(seed, index)` only, of the run, below 2**64, and of the scan, see `scan_index`: that of
+    a scan does not depend on earlier measurements, and that of a beam does not depend on what the other beams hit.
 
     Returns:
-        shape (n,), m: `-inf` nearer than `range_min`, `+inf` from `range_max` on, NaN where lost, otherwise
-        within [range_min, range_max).
+        `-inf` nearer than `range_min`, `+inf` from `range_max` on, NaN where lost, otherwise within
+        [range_min, range_max).
     """
     p = parameters
     count = len(distances)

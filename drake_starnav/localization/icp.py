@@ -100,22 +100,17 @@ def _spread(a, b, c):
 
 @njit(cache=True)
 def aligned(points, guess, weight, known, sigma, gate, last_gate):
-    """The pose of a set of points in the frame of known surfaces, near a guess, and the number of inliers.
+    """The pose (x, y, yaw) of points (k, 2) in the frame of known surfaces, near a guess, and the number of inliers.
 
     Gauss-Newton on the distances to the lines of the nearest known points, with Geman-McClure weights. Where all lines
     are parallel, as in a corridor, the guess is kept along them.
 
     Args:
-        points: shape (k, 2), m.
-        guess: (x, y, yaw) of the points' frame, m and rad.
+        points, guess: m, and m and rad.
         weight: shape (3,), inverse variances of the guess.
         known: `Surfaces`.
         sigma: standard deviation of a point's distance from its line, m; an inlier is within three of them.
-        gate, last_gate: points farther than this from all known points are ignored, in the first and in the last
-            iterations, m.
-
-    Returns:
-        (x, y, yaw), and the number of inliers.
+        gate, last_gate: points farther than this from all known points are ignored, at first and in the end, m.
     """
     pose = guess.copy()
     inliers = 0

@@ -160,12 +160,7 @@ def _fitted(
 ) -> tuple[np.ndarray, float]:
     """Pose in M at which a scan fits a keyframe best, near the pose predicted by odometry, and its share of inliers.
 
-    Args:
-        keyframe: with its surfaces.
-        points: shape (k, 2), the scan's hits in S.
-        predicted: (x, y, yaw) of S in M.
-        deviation: shape (3,), standard deviations of the prediction, m and rad.
-        error: errors of the lidar.
+    The scan has hits (k, 2) in S; `deviation` (3,) are standard deviations of the prediction, m and rad.
     """
     pose, inliers = aligned(
         points,

@@ -40,17 +40,9 @@ def scenario_path(name_or_path: str | Path) -> Path:
 
 
 def load_scenario(name_or_path: str | Path, *, method: str = "star", overrides: Sequence[str] = ()) -> Scenario:
-    """A shipped scenario by name, or one from a YAML file by path.
-
-    Args:
-        name_or_path: e.g. "forest", or "my/world.yaml".
-        method: whose settings the scenario's own keys are laid over; see `METHODS`.
-        overrides: "dotted.key=value" texts, laid over the scenario's keys.
+    """A shipped scenario by name, or one from a YAML file by path; arguments and errors as of `loading.load_scenario`.
 
     What the scenario does not say is taken from the YAML file beside the robot's model, see `robot_limits`.
-
-    Raises:
-        StarnavError: no such scenario or method, broken YAML, unknown key, or a value that is not allowed.
     """
     path = scenario_path(name_or_path)
     try:

@@ -66,10 +66,8 @@ def run_trial(
         scenario: the parameters; those of the method are already in them.
         parts: of your own, in the place of the scenario's, but no station. Systems serve for one trial, and are not to
             be used after it.
-        method: its name, for the record: the one that the scenario was loaded with.
-        seed: of the world and of the sensor's noise.
-        html: file for a recording, if any.
-        csv: file for the robot's states at each step of the plant, if any.
+        method, seed: its name, the one that the scenario was loaded with; of the world and of the sensor's noise.
+        html, csv: files for a recording and for the robot's states at each step of the plant, if any.
         observer: follows the run, if any; it must not change it.
         progress: called regularly with the simulated time and the time limit, s.
 

@@ -48,14 +48,8 @@ def ApplyLidarConfig(  # named as Drake's functions of this kind
 ) -> LidarSensor:
     """Add the lidar of a configuration to a diagram, named `lidar_sensor_{config.name}`, and connect it to the scene.
 
-    Args:
-        config: what to add.
-        builder: to which it is added.
-        plant: finalized, in the builder; None for the system named "plant".
-        scene_graph: in the builder; None for the system named "scene_graph".
-
-    Returns:
-        The sensor, whose outputs are left to connect.
+    The plant is finalized and in the builder, as the scene graph is; None for the systems named "plant" and
+    "scene_graph". The outputs of the sensor are left to connect.
 
     Raises:
         StarnavError: a value is not allowed, there is no such frame, plant or scene graph, or a lidar has this name.

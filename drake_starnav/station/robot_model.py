@@ -37,10 +37,8 @@ def add_robot(
     """Add a robot, standing on the floor z = 0, to a plant not yet finalized.
 
     Args:
-        plant: whose robots they are; see `plant_config`.
-        scene_graph: of the plant.
-        robot: its model and size.
-        start: (x, y, yaw), m and rad, W.
+        plant, scene_graph: whose robots they are; see `plant_config`.
+        robot, start: its model and size, and (x, y, yaw), m and rad, W.
         name: prefix of the model's own name, to distinguish several robots.
 
     Raises:

@@ -82,10 +82,7 @@ def first_disc(
 def partners(discs: list[tuple[float, float, float, bool]], places: np.ndarray, gates: np.ndarray) -> dict[int, int]:
     """Track -> cluster, the nearest pairs first.
 
-    Args:
-        discs: of the clusters, as from `first_disc`.
-        places: where the tracks are predicted, shape (n, 2), W, m.
-        gates: no track continues farther from there, shape (n,), m.
+    No track, predicted at a place of (n, 2), continues with a disc as from `first_disc` beyond its gate; W, m.
     """
     pairs = []
     for c, (x, y, _, _) in enumerate(discs):

@@ -27,15 +27,10 @@ or more that stand side by side, seen from any side, show only nearer than that.
 
 
 def on_large_surfaces(scan: LaserScan, width: float, range_deviation: float) -> np.ndarray:
-    """Which hits are on a convex surface that is wider than `width`, shape (n,), bool.
+    """Which hits of a scan in S are on a convex surface that is wider than `width`, m, shape (n,), bool.
 
-    Lost beams do not split surfaces.
-
-    Args:
-        scan: in S.
-        width: m.
-        range_deviation: declared standard deviation of the range error, m. That of the scan itself is no measure: the
-            rims of discs side by side bend as much as a noisy wall.
+    Lost beams do not split surfaces. The declared standard deviation of the range error, m, counts: that of the scan
+    itself is no measure, as the rims of discs side by side bend as much as a noisy wall.
     """
     out = np.zeros(len(scan.ranges), bool)
     said = np.flatnonzero(~scan.lost)

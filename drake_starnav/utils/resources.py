@@ -13,11 +13,9 @@ PACKAGE_URI = "package://drake_starnav/"
 
 
 def model_path(*parts: str) -> Path:
-    """The absolute path of a shipped file or folder, which need not exist.
+    """The absolute path of a shipped file or folder below the models folder, which need not exist.
 
-    Args:
-        parts: path below the models folder, e.g. "robots", "starbot.urdf"; none for the folder itself, whose
-            `package.xml` makes `package://drake_starnav/...` known to Drake's `Parser`.
+    Without parts, the folder itself, whose `package.xml` makes `package://drake_starnav/...` known to Drake's `Parser`.
 
     Raises:
         StarnavError: the package was copied without its models.

@@ -15,10 +15,7 @@ class InlinePage:
     """
 
     def __init__(self, path: str | os.PathLike, *, height: int = 480) -> None:
-        """
-        Args:
-            path: of the HTML file.
-            height: pixels.
+        """Of an HTML file, in a height of pixels.
 
         Raises:
             StarnavError: the file cannot be read.

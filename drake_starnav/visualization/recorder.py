@@ -75,14 +75,11 @@ class Recorder:
         start_recording(self._meshcat, self._scenario.recording)
 
     def finish(self, lines: tuple[str, ...] = (), motion: Motion | None = None) -> None:
-        """End the recording and write it.
+        """End the recording and write it, or raise a `StarnavError`.
 
         Args:
             lines: of the caption, below the scenario's name.
             motion: of the robot; None for the one that was recorded.
-
-        Raises:
-            StarnavError: the file cannot be written.
         """
         world, station = self._navigation.world, self._navigation.station
         layers = layers_of_run(self._scenario.robot.max_speed, world)

@@ -23,11 +23,9 @@ def wander(
     """A closed path, there and back, on which a disc touches no static obstacle; None if it was caught in a corner.
 
     Args:
-        world: its obstacles and bounds.
         position: where the disc is at first, free, shape (2,), W, m.
         radius, speed: of the disc, m and m/s.
         winding: whether its path is curved; otherwise it is straight between the turns at obstacles.
-        rng: source of chance.
 
     Returns:
         Way points as of `MovingObstacles`, shape (k, 3): time, x, y, s and m.
