@@ -35,7 +35,6 @@ from drake_starnav.control.avoidance_rollout import (
     drive,
     start_row,
     wanted_twist,
-    way_cost,
 )
 from drake_starnav.control.certificates import Certificate, accepted
 from drake_starnav.control.heading_controller import GOAL_SLOWDOWN
@@ -161,10 +160,10 @@ def avoid_collision(
     settings = Settings._make(map(float, settings))  # a whole number would have all compiled again
     scene = Scene(line, times_left(line, limits), known, discs, limits, settings)
     start = start_row(pose, twist, known.hits, settings.radius)
-    ahead = start.copy()
-    drive(ahead, (float(PATH), 1.0, 0.0), int(math.ceil(HORIZON / STEP - 1e-9)), scene)
-    nearest = float(ahead[LEAST]) if ahead[LEAST] < COMFORT else np.inf
-    if nearest >= COMFORT and not ahead[HELD]:
+    ahead = start[None].copy()
+    drive(ahead, np.array([(PATH, 1.0, 0.0)]), int(math.ceil(HORIZON / STEP - 1e-9)), scene)
+    nearest = float(ahead[0, LEAST]) if ahead[0, LEAST] < COMFORT else np.inf
+    if nearest >= COMFORT and not ahead[0, HELD]:
         return Avoidance(nearest, None, np.inf)
     ways = manoeuvres(twist, limits, around(pose, path, tracked, robot))
     firsts = _first_twists(ways, start, scene)
@@ -192,9 +191,9 @@ def thinned(places, position, reach):
 @njit(cache=True)
 def _first_twists(ways, start, scene):
     """The twists (n, 2) with which manoeuvres begin, within the robot's limits."""
-    firsts, limits = np.empty((len(ways), 2)), scene.limits
+    firsts, limits, slowdown = np.empty((len(ways), 2)), scene.limits, scene.settings.slowdown
     for m in range(len(ways)):
-        v, omega = wanted_twist((ways[m, 0], ways[m, 1], ways[m, 2]), start, scene)
+        v, omega = wanted_twist((ways[m, 0], ways[m, 1], ways[m, 2]), start, scene.line, limits, slowdown)
         firsts[m, 0], firsts[m, 1] = limited(v, limits.max_speed), limited(omega, limits.max_yaw_rate)
     return firsts
 
@@ -202,23 +201,16 @@ def _first_twists(ways, start, scene):
 @njit(cache=True)
 def _searched(ways, firsts, allowed, start, scene):
     """The manoeuvre with which the best rollout begins, or -1, and its least predicted distance, m."""
-    count, limits = len(ways), scene.limits
-    change = np.zeros(count)
-    generation = np.empty((count, COLUMNS))
-    n = 0
-    for m in range(count):
-        v, omega = abs(firsts[m, 0] - start[V]), abs(firsts[m, 1] - start[OMEGA])
-        change[m] = CHANGE_WEIGHT * (v / limits.max_speed + omega / limits.max_yaw_rate)
-        if not allowed[m]:
-            continue
-        generation[n] = start
-        drive(generation[n], (ways[m, 0], ways[m, 1], ways[m, 2]), SEGMENT, scene)
-        generation[n, FIRST] = m
-        generation[n, COST] = way_cost(generation[n], scene) + change[m]
-        n += 1
+    count, limits, allowed = len(ways), scene.limits, np.flatnonzero(allowed)
+    speed, turning = np.abs(firsts[:, 0] - start[V]), np.abs(firsts[:, 1] - start[OMEGA])
+    change = CHANGE_WEIGHT * (speed / limits.max_speed + turning / limits.max_yaw_rate)
+    generation = np.empty((len(allowed), COLUMNS))
+    generation[:] = start
+    generation[:, FIRST] = allowed
+    drive(generation, ways[allowed], SEGMENT, scene)
+    generation[:, COST] += change[allowed]
     best = start
     best_cost = np.inf
-    generation = generation[:n]
     segments = int(math.ceil(HORIZON / (SEGMENT * STEP) - 1e-9))
     for depth in range(1, segments + 1):
         for i in range(len(generation)):  # rollouts that ended compete with those that reached the horizon
@@ -229,15 +221,15 @@ def _searched(ways, firsts, allowed, start, scene):
         if depth == segments:
             break
         kept = _continued(generation)
-        following = np.empty((len(kept) * count, COLUMNS))
-        n = 0
-        for i in kept:
-            for m in range(count):
-                following[n] = generation[i]
-                drive(following[n], (ways[m, 0], ways[m, 1], ways[m, 2]), SEGMENT, scene)
-                following[n, COST] = way_cost(following[n], scene) + change[int(following[n, FIRST])]
-                n += 1
-        generation = following
+        following = np.empty((len(kept), count, COLUMNS))
+        held = np.empty((len(kept), count, 3))
+        for i in range(len(kept)):
+            following[i] = generation[kept[i]]
+            held[i] = ways
+        generation = following.reshape(-1, COLUMNS)
+        drive(generation, held.reshape(-1, 3), SEGMENT, scene)
+        for i in range(len(generation)):
+            generation[i, COST] += change[int(generation[i, FIRST])]
     if best_cost == np.inf:
         return -1, -np.inf
     return int(best[FIRST]), best[LEAST]
@@ -249,14 +241,19 @@ def _continued(generation):
     kept = np.empty(BEAM, np.int64)
     n = 0
     for i in np.argsort(generation[:, COST], kind="mergesort"):
-        row, differs = generation[i], generation[i, ENDED] == 0.0
+        if generation[i, ENDED] > 0.0:
+            continue
+        differs = True
         for q in range(n):
-            other = generation[kept[q]]
-            differs = differs and not (
-                (row[X] - other[X]) ** 2 + (row[Y] - other[Y]) ** 2 < SAME_PLACE * SAME_PLACE
-                and abs(wrapped_angle(row[YAW] - other[YAW])) < SAME_HEADING
-                and abs(row[V] - other[V]) < SAME_SPEED
+            k = kept[q]
+            differs = not (
+                (generation[i, X] - generation[k, X]) ** 2 + (generation[i, Y] - generation[k, Y]) ** 2
+                < SAME_PLACE * SAME_PLACE
+                and abs(wrapped_angle(generation[i, YAW] - generation[k, YAW])) < SAME_HEADING
+                and abs(generation[i, V] - generation[k, V]) < SAME_SPEED
             )
+            if not differs:
+                break
         if differs:
             kept[n] = i
             n += 1

@@ -30,6 +30,7 @@ from drake_starnav.control.rollout import (
     region_around,
     time_to_go,
 )
+from drake_starnav.geometry.compiled import leaf
 from drake_starnav.regions.region_union import covers
 from drake_starnav.robot import Limits
 from drake_starnav.robot.limits import turning_twist, wrapped_angle
@@ -120,10 +121,10 @@ def start_row(pose, twist, hits, radius):
     return row
 
 
-@njit(cache=True)
-def wanted_twist(way, row, scene):
+@leaf
+def wanted_twist(way, row, line, limits, slowdown):
     """The twist (v, omega) that a manoeuvre `way`, a row of `manoeuvres`, wants where the robot is."""
-    (kind, a, b), line, limits = way, scene.line, scene.limits
+    kind, a, b = way
     if kind == TWIST:
         return a, b
     if kind == HEADING:
@@ -136,11 +137,11 @@ def wanted_twist(way, row, scene):
     error = wrapped_angle(math.atan2(dy, dx) - row[YAW])
     want_v, want_omega = turning_twist(error, a * limits.max_speed, limits)
     if k == last:
-        want_v = min(want_v, scene.settings.slowdown * math.hypot(dx, dy) + CREEP_SPEED)
+        want_v = min(want_v, slowdown * math.hypot(dx, dy) + CREEP_SPEED)
     return want_v, want_omega
 
 
-@njit(cache=True)
+@leaf
 def _place(trajectories, j, time):
     """Predicted position and velocity of disc j."""
     at = min(time / PREDICTION_STEP, trajectories.shape[1] - 1.001)
@@ -155,8 +156,8 @@ def _place(trajectories, j, time):
     )
 
 
-@njit(cache=True)
-def _must_brake(row, time, discs, limits, settings):
+@leaf
+def _must_brake(row, time, trajectories, radius, limits, settings):
     """Whether a robot that brakes fully now might be touched before it stops, with the discs at their predictions.
 
     Checked at half the braking time and at its end, for the discs that it approaches: it may always make way. `time` is
@@ -165,8 +166,8 @@ def _must_brake(row, time, discs, limits, settings):
     x, y, yaw, v = row[X], row[Y], row[YAW], row[V]
     if abs(v) < STANDING_SPEED:
         return False
-    trajectories, radius, caution = discs.trajectories, discs.radius, settings.caution
-    distance, stop = settings.radius + MOVING_MARGIN + ROLLOUT_MARGIN, abs(v) / limits.max_acceleration
+    caution, stop = settings.caution, abs(v) / limits.max_acceleration
+    distance = settings.radius + MOVING_MARGIN + ROLLOUT_MARGIN
     for share in (0.5, 1.0):
         t = share * stop
         way = v * t - 0.5 * math.copysign(limits.max_acceleration, v) * t * t
@@ -180,7 +181,7 @@ def _must_brake(row, time, discs, limits, settings):
     return False
 
 
-@njit(cache=True)
+@leaf
 def _held(row, standing, limits, settings):
     """Whether a robot that brakes fully from the next step on might be touched by an object that is static now."""
     x, y, yaw, v = row[X], row[Y], row[YAW], row[V]
@@ -199,68 +200,82 @@ def _held(row, standing, limits, settings):
 
 
 @njit(cache=True)
-def drive(row, way, steps, scene):
-    """Continue a rollout in place by some steps of a manoeuvre `way`, as for `wanted_twist`.
+def drive(rows, ways, steps, scene):
+    """Continue rollouts (n, COLUMNS) in place by some steps, each of its manoeuvre: ways (n, 3), rows of `manoeuvres`.
 
-    It ends early if the robot is touched or reaches a frontier.
+    One ends early if the robot is touched or reaches a frontier. COST is then that so far plus the time to the goal,
+    without the change of the twist, s.
     """
-    line, _, known, discs, limits, settings = scene
+    line, left, known, discs, limits, settings = scene
     hits, star = known.hits, known.star
     center, bearing_0, values = star.center, star.bearing_0, star.values
     trajectories, radius, comfort, standing, age = discs
     last = len(line) - 1
-    for _ in range(steps):
-        time = age + row[SPENT]
-        x, y, yaw, v, omega = row[X], row[Y], row[YAW], row[V], row[OMEGA]
-        want_v, want_omega = wanted_twist(way, row, scene)
-        if _must_brake(row, time, discs, limits, settings):
-            want_v = 0.0
-        if _held(row, standing, limits, settings):
-            want_v = 0.0
-            row[HELD] = 1.0
-        pose, twist, _ = stepped(Pose(x, y, yaw), Twist(v, omega), Twist(want_v, want_omega), STEP, limits)
-        x, y, row[YAW], row[V], row[OMEGA] = pose.x, pose.y, pose.yaw, twist.v, twist.omega
-        free = covers(center, bearing_0, values, 0, x, y, 0.0)
-        if not free:
-            row[REGION] = region_around(known, int(row[REGION]), x, y)
-            free = row[REGION] >= 0
-        clearance = clearance_within(x, y, hits, settings.radius, WALL_ZONE)
-        if free or clearance > row[CLEARANCE]:
-            row[X], row[Y], row[CLEARANCE] = x, y, clearance
-            row[CLOSEST] = min(row[CLOSEST], clearance)
-            row[WAY_POINT] = next_way_point(line, int(row[WAY_POINT]), x, y)
-        else:
-            row[V] = 0.0
-            x, y = row[X], row[Y]
-        row[SPENT] += STEP
-        time = age + row[SPENT]
-        touched = False
-        for j in range(len(radius)):
-            disc_x, disc_y, _, _ = _place(trajectories, j, time)
-            away = math.hypot(x - disc_x, y - disc_y) - settings.radius - radius[j]
-            worth = away / (1.0 + UNCERTAINTY * time) * (COMFORT / comfort[j]) if away > 0.0 else away
-            row[LEAST] = min(row[LEAST], worth)
-            if worth < COMFORT:
-                share = 1.0 - max(worth, 0.0) / COMFORT
-                row[LOST] = max(row[LOST], CONTACT_COST * share**2 * (1.0 - 0.5 * row[SPENT] / HORIZON))
-            touched = touched or away < 0.0
-        if touched:
-            row[ENDED] = 1.0
-            row[LOST] = CONTACT_COST * (1.0 + 3.0 * (1.0 - row[SPENT] / HORIZON))
-            return
-        k = int(row[WAY_POINT])
-        if k == last and (line[k, 0] - x) ** 2 + (line[k, 1] - y) ** 2 < ARRIVED * ARRIVED:
-            row[ARRIVAL] = min(row[ARRIVAL], row[SPENT])
-            if settings.slowdown == np.inf:  # at a frontier, where exploration continues
-                row[ENDED] = 1.0
-                return
+    for r in range(len(rows)):
+        row, way = rows[r], (ways[r, 0], ways[r, 1], ways[r, 2])
+        for _ in range(steps):
+            time = age + row[SPENT]
+            x, y, yaw, v, omega = row[X], row[Y], row[YAW], row[V], row[OMEGA]
+            want_v, want_omega = wanted_twist(way, row, line, limits, settings.slowdown)
+            if _must_brake(row, time, trajectories, radius, limits, settings):
+                want_v = 0.0
+            if _held(row, standing, limits, settings):
+                want_v = 0.0
+                row[HELD] = 1.0
+            pose, twist, _ = stepped(Pose(x, y, yaw), Twist(v, omega), Twist(want_v, want_omega), STEP, limits)
+            x, y, row[YAW], row[V], row[OMEGA] = pose.x, pose.y, pose.yaw, twist.v, twist.omega
+            free = covers(center, bearing_0, values, 0, x, y, 0.0)
+            if not free:
+                row[REGION] = region_around(known, int(row[REGION]), x, y)
+                free = row[REGION] >= 0
+            clearance = clearance_within(x, y, hits, settings.radius, WALL_ZONE)
+            if free or clearance > row[CLEARANCE]:
+                row[X], row[Y], row[CLEARANCE] = x, y, clearance
+                row[CLOSEST] = min(row[CLOSEST], clearance)
+                row[WAY_POINT] = next_way_point(line, int(row[WAY_POINT]), x, y)
+            else:
+                row[V] = 0.0
+            row[SPENT] += STEP
+            _meet(row, age + row[SPENT], trajectories, radius, comfort, settings)
+            k = int(row[WAY_POINT])
+            if row[ENDED] == 0.0 and k == last and _has_arrived(row, line):
+                row[ARRIVAL] = min(row[ARRIVAL], row[SPENT])
+                if settings.slowdown == np.inf:  # at a frontier, where exploration continues
+                    row[ENDED] = 1.0
+            if row[ENDED] > 0.0:
+                break
+        row[COST] = _way_cost(row, line, left, limits)
 
 
-@njit(cache=True)
-def way_cost(row, scene):
-    """Cost of a rollout so far plus the time to the goal, without the change of the twist, s."""
+@leaf
+def _has_arrived(row, line):
+    """Whether a rollout is at the end of the path."""
+    return (line[-1, 0] - row[X]) ** 2 + (line[-1, 1] - row[Y]) ** 2 < ARRIVED * ARRIVED
+
+
+@leaf
+def _meet(row, time, trajectories, radius, comfort, settings):
+    """Note how near a rollout comes to the discs at a time since the scan, s; it ends if one touches the robot."""
+    touched = False
+    for j in range(len(radius)):
+        disc_x, disc_y, _, _ = _place(trajectories, j, time)
+        away = math.hypot(row[X] - disc_x, row[Y] - disc_y) - settings.radius - radius[j]
+        worth = away / (1.0 + UNCERTAINTY * time) * (COMFORT / comfort[j]) if away > 0.0 else away
+        row[LEAST] = min(row[LEAST], worth)
+        if worth < COMFORT:
+            share = 1.0 - max(worth, 0.0) / COMFORT
+            row[LOST] = max(row[LOST], CONTACT_COST * share**2 * (1.0 - 0.5 * row[SPENT] / HORIZON))
+        touched = touched or away < 0.0
+    if touched:
+        row[ENDED] = 1.0
+        row[LOST] = CONTACT_COST * (1.0 + 3.0 * (1.0 - row[SPENT] / HORIZON))
+
+
+@leaf
+def _way_cost(row, line, left, limits):
+    """Cost of a rollout so far plus the time to the goal, s."""
     cost = row[LOST] + WALL_COST * (1.0 - row[CLOSEST] / WALL_ZONE) ** 2
     if row[ARRIVAL] < np.inf:  # it has been at the goal, wherever it goes to make way
         return cost + row[ARRIVAL]
     k, pose = int(row[WAY_POINT]), Pose(row[X], row[Y], row[YAW])
-    return cost + row[SPENT] + time_to_go(scene.line, scene.left, k, pose, Twist(row[V], row[OMEGA]), scene.limits)
+    return cost + row[SPENT] + time_to_go(line, left, k, pose, Twist(row[V], row[OMEGA]), limits)

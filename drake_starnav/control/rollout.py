@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from drake_starnav.geometry.compiled import leaf
 from drake_starnav.planning.guidance import PASSED_DISTANCE
 from drake_starnav.regions.region_union import RegionUnion, cover_at, covers
 from drake_starnav.regions.safe_region import CertifiedRegion
@@ -43,7 +44,7 @@ def region_around(known, region, x, y):
     return cover_at(regions, x, y, 0.0)
 
 
-@njit(cache=True)
+@leaf
 def clearance_within(x, y, hits, radius, zone):
     """Clearance of the robot to the nearest hit, from 0 to at most `zone`, m."""
     nearest = (radius + zone) ** 2
@@ -53,7 +54,7 @@ def clearance_within(x, y, hits, radius, zone):
     return max(math.sqrt(nearest) - radius, 0.0)
 
 
-@njit(cache=True)
+@leaf
 def next_way_point(line, k, x, y):
     """The way point to head for once k has been passed.
 
@@ -86,7 +87,7 @@ def times_left(line, limits):
     return left
 
 
-@njit(cache=True)
+@leaf
 def time_to_go(line, left, k, pose, twist, limits):
     """T: from a `Pose` and a `Twist` over the way points from k on, s; `left` as from `times_left`."""
     dx, dy = line[k, 0] - pose.x, line[k, 1] - pose.y
@@ -100,7 +101,7 @@ def time_to_go(line, left, k, pose, twist, limits):
     return time
 
 
-@njit(cache=True)
+@leaf
 def heading_loss(error, v, omega, limits):
     """Time lost until a robot with this heading error and the twist (v, omega) drives along its path at full speed, s.
 
@@ -111,7 +112,7 @@ def heading_loss(error, v, omega, limits):
     return turning_time(error, omega, limits) + gaining
 
 
-@njit(cache=True)
+@leaf
 def turning_time(angle, rate, limits):
     """Least time in which a robot that turns at `rate` turns by `angle` and stops, s: bang-bang, or bang-coast-bang."""
     rate_max, acceleration = limits.max_yaw_rate, limits.max_yaw_acceleration

@@ -3,7 +3,7 @@
 import math
 from typing import NamedTuple
 
-from numba import njit
+from drake_starnav.geometry.compiled import leaf
 
 HEADING_GAIN = 4.0
 """Turning rate per heading error, 1/s."""
@@ -27,7 +27,7 @@ class Limits(NamedTuple):
     steers: float = 0.0
 
 
-@njit(cache=True)
+@leaf
 def turning_twist(heading, speed, limits):
     """The twist (v, omega) of a differential drive that turns towards a heading (rad), v = speed * cos(heading)^3.
 
@@ -38,13 +38,13 @@ def turning_twist(heading, speed, limits):
     return v, limited(HEADING_GAIN * heading, min(limits.max_yaw_rate, stopping))
 
 
-@njit(cache=True)
+@leaf
 def limited(value, limit):
     """The value, cut off at `limit` in size."""
     return min(max(value, -limit), limit)
 
 
-@njit(cache=True)
+@leaf
 def wrapped_angle(angle):
     """The angle in [-pi, pi), rad."""
     return (angle + math.pi) % (2.0 * math.pi) - math.pi
