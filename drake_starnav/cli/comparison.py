@@ -1,67 +1,21 @@
 """Compare several methods in one scene: each drives alone, then all are shown together."""
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
-from pydrake.geometry import Box, Cylinder, Meshcat, MeshcatVisualizer, MeshcatVisualizerParams, Rgba, Role
-from pydrake.math import RigidTransform, RotationMatrix
-from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_starnav.geometry.trajectory import Motion
 from drake_starnav.navigation import Navigation
 from drake_starnav.scenario import Scenario
-from drake_starnav.scenario.schema import RecordingParameters
 from drake_starnav.simulation import run_trial
-from drake_starnav.simulation.robots import RobotTrial
-from drake_starnav.simulation.trial import caption_lines
-from drake_starnav.station.model_world import floor_geometries, make_world_with_footprints
-from drake_starnav.station.world_geometry import OBSTACLE_HEIGHT, add_still_obstacles
+from drake_starnav.station.model_world import make_world_with_footprints
 from drake_starnav.visualization import meshes
-from drake_starnav.visualization.collision_shapes import show_collision_shapes
-from drake_starnav.visualization.meshcat_stage import MeshcatStage, quiet_meshcat
-from drake_starnav.visualization.meshes import (
-    DECK_COLOR,
-    HEADING_COLOR,
-    LAYERS,
-    LIDAR_COLOR,
-    LINE_WIDTH,
-    Color,
-    Layer,
-    Mesh,
-    five_pointed_star,
-)
-from drake_starnav.visualization.page import Cameras, Caption
-from drake_starnav.visualization.recorded_run import RecordedRun, RobotTrack, outline_of
-from drake_starnav.visualization.recorder import (
-    WORLD_PREFIX,
-    finish_recording,
-    set_look,
-    start_recording,
-)
-from drake_starnav.visualization.scene_timeline import SceneTimeline, Solid
-from drake_starnav.visualization.star_roadmap_visualizer import FRAME_SLACK
-from drake_starnav.visualization.timeline import Broadcast, Timeline, Track
-from drake_starnav.worlds.footprints import cylinder_vertices
-from drake_starnav.worlds.moving_obstacles import moving_obstacle_states
-from drake_starnav.worlds.world import World
-
-COLORS: tuple[Color, ...] = (
-    (0.00, 0.45, 0.70), (0.84, 0.37, 0.00), (0.00, 0.62, 0.45), (0.80, 0.47, 0.65), (0.90, 0.62, 0.00),
-    (0.34, 0.71, 0.91), (0.30, 0.30, 0.30),
-)  # fmt: skip
-"""Colours of the robots in order, distinguishable for colour-blind readers (Okabe and Ito, 2008)."""
-TRAIL_PERIOD = 0.2
-"""Period at which trails grow, s."""
-ROBOT_PATH = "/robots"
-HULL_HEIGHT = 0.13
-"""Height of a displayed robot, m."""
-STACKED = 0.02
-"""Height step between robots, m: where several coincide, the first one is on top."""
-DECK = 0.55
-"""Radius of the deck as a share of the hull's; less than the shipped robot's, to show more of its colour."""
+from drake_starnav.visualization.meshes import LAYERS, Layer, five_pointed_star
+from drake_starnav.visualization.page import Caption
+from drake_starnav.visualization.recorded_run import RecordedRun, RobotTrack
+from drake_starnav.visualization.tracks import record_tracks, track_of, trail_layer
 
 
 class _Witness:
@@ -104,158 +58,13 @@ def record_comparison(
     robots: dict[str, RobotTrack] = {}
     trails: dict[str, Layer] = {}
     for k, (method, scenario) in enumerate(scenarios.items()):
-        witness, color = _Witness(), COLORS[k % len(COLORS)]
+        witness = _Witness()
         run_trial(scenario, method=method, seed=seed, observer=witness, progress=progress)
-        robots[method] = RobotTrack(witness.motion, scenario.robot.radius, color, DECK, outline_of(scenario.robot))
-        trails[f"trail/{method}"] = Layer(f"{method}: {witness.outcome}", color, "robot", 0.1 - 0.005 * k)
+        robots[method] = track_of(scenario.robot, witness.motion, k)
+        trails |= dict([trail_layer(method, witness.outcome, k)])
     scenario = next(iter(scenarios.values()))
     world = make_world_with_footprints(scenario.world, seed, scenario.robot.radius)
     goal = five_pointed_star(np.array(world.goal), 0.9 * scenario.robot.radius, LAYERS["goal"].height)
     layers = meshes.with_scene({**trails, "goal": LAYERS["goal"]}, world)
     caption = Caption(scenario.name, (f"{len(robots)} method{'s' * (len(robots) > 1)}, seed {seed}",), layers, shown)
-    return record_tracks(robots, [goal], world, caption, scenario.recording, html, view)
-
-
-def record_robots(scenario: Scenario, trials: Sequence[RobotTrial], seed: int, html: Path) -> RecordedRun:
-    """Record the robots of one scenario, which drove together, in one scene.
-
-    Args:
-        scenario: with `robots`.
-        trials: of each of them.
-        seed: of the world.
-        html: the file to write.
-    """
-    robots: dict[str, RobotTrack] = {}
-    trails: dict[str, Layer] = {}
-    goals: list[Mesh] = []
-    for k, (each, robot) in enumerate(zip(trials, scenario.robots, strict=True)):
-        color, radius = COLORS[k % len(COLORS)], robot.robot.radius
-        robots[each.robot] = RobotTrack(each.motion, radius, color, DECK)
-        said = f"{each.robot}: {caption_lines(each.trial)[-1]}"
-        trails[f"trail/{each.robot}"] = Layer(said, color, "robot", 0.1 - 0.005 * k)
-        goals += [five_pointed_star(np.array(goal[:2]), 0.9 * radius, LAYERS["goal"].height) for goal in robot.goals]
-    world = make_world_with_footprints(scenario.world, seed, max(track.radius for track in robots.values()))
-    layers = meshes.with_scene({**trails, "goal": LAYERS["goal"]}, world)
-    caption = Caption(scenario.name, (f"{len(robots)} robots, seed {seed}",), layers)
-    return record_tracks(robots, goals, world, caption, scenario.recording, html)
-
-
-def record_tracks(
-    robots: Mapping[str, RobotTrack],
-    goals: Sequence[Mesh],
-    world: World,
-    caption: Caption,
-    parameters: RecordingParameters,
-    html: Path,
-    view: str = "top",
-) -> RecordedRun:
-    """Record robots that have driven in one scene: each stays at the pose where its motion ends.
-
-    Args:
-        robots: their motions and colours, by name.
-        goals: drawn.
-        world: around them.
-        caption: its layers hold one named trail/NAME for each robot.
-        parameters: of the recording.
-        html: the file to write.
-        view: camera preset that it opens with.
-    """
-    layers = dict(caption.layers or {})
-    del layers["robot"]  # there are several, each with a row of its own
-    caption = replace(caption, layers=layers)
-    paths = {method: f"{ROBOT_PATH}/{method}" for method in robots}
-    cameras = Cameras(world.extent, view, next(iter(paths.values())), world.start[:2])
-    meshcat, timeline = quiet_meshcat(), Timeline()
-    set_look(meshcat)
-    scene = _publish_world(meshcat, world)
-    stage = MeshcatStage(Broadcast(meshcat, timeline), "/starnav", 1.0 / parameters.frames_per_second, layers)
-    for k, (method, robot) in enumerate(robots.items()):
-        _add_robot(meshcat, paths[method], robot, STACKED * (len(robots) - k))
-    start_recording(meshcat, parameters)
-    for goal in goals:
-        stage.add("goal", goal, 0.0)
-    recorded = RecordedRun(caption, world.extent, scene, timeline, tuple(robots.values()))
-    _play_moving_obstacles(meshcat, scene, world, recorded.duration, parameters)
-    for method, robot in robots.items():
-        trail = f"trail/{method}"
-        _play(meshcat, stage, robot.motion, paths[method], (trail, layers[trail].height), parameters)
-    finish_recording(meshcat, html, caption, cameras)
-    return recorded
-
-
-def _play(
-    meshcat: Meshcat,
-    stage: MeshcatStage,
-    motion: Motion,
-    path: str,
-    trail: tuple[str, float],
-    parameters: RecordingParameters,
-) -> None:
-    """Keyframes of one robot at a path in Meshcat, and of its trail: a layer and its height, m."""
-    rate, (layer, height) = parameters.frames_per_second, trail
-    times = np.append(np.arange(0.0, motion.duration, 1.0 / rate), motion.duration)
-    every = max(round(TRAIL_PERIOD * rate), 1)
-    poses = np.array([motion.at(float(time)) for time in times])
-    for k, (time, (x, y, yaw)) in enumerate(zip(times, poses, strict=True)):
-        X_WB = RigidTransform(RotationMatrix.MakeZRotation(yaw), [x, y, 0.0])
-        meshcat.SetTransform(path, X_WB, time + FRAME_SLACK)
-        if k > 0 and (k % every == 0 or k == len(times) - 1):
-            points = poses[(k - 1) // every * every : k + 1, :2]
-            stage.add(layer, meshes.ribbon(points, LINE_WIDTH, height), time + FRAME_SLACK)
-
-
-def _play_moving_obstacles(
-    meshcat: Meshcat, scene: SceneTimeline, world: World, duration: float, parameters: RecordingParameters
-) -> None:
-    """Keyframes of the moving obstacles."""
-    times = np.arange(0.0, duration + 1e-9, 1.0 / parameters.frames_per_second)
-    positions, _ = moving_obstacle_states(world.moving_obstacles, times)
-    for k, radius in enumerate(world.moving_obstacles.radii):
-        path = f"{WORLD_PREFIX}/moving_obstacle_{k}"
-        poses, color = Track(), meshes.MOVING_OBSTACLES.color
-        meshcat.SetObject(path, Cylinder(radius, OBSTACLE_HEIGHT), Rgba(*color))
-        scene.solids.append(Solid(cylinder_vertices(radius, OBSTACLE_HEIGHT), None, color, poses))
-        for time, (x, y) in zip(times, positions[:, k], strict=True):
-            X_WM = RigidTransform([x, y, 0.5 * OBSTACLE_HEIGHT])
-            meshcat.SetTransform(path, X_WM, time + FRAME_SLACK)
-            poses.set(X_WM.GetAsMatrix34(), time)
-
-
-def _publish_world(meshcat: Meshcat, world: World) -> SceneTimeline:
-    """Show the obstacles that stand."""
-    builder = DiagramBuilder()
-    plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.0)
-    add_still_obstacles(plant, world)
-    plant.Finalize()
-    show_collision_shapes(plant, scene_graph, floor_geometries(plant, scene_graph))
-    looks = MeshcatVisualizerParams(role=Role.kIllustration, prefix=WORLD_PREFIX)
-    MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat, looks)
-    scene = SceneTimeline(scene_graph)
-    diagram = builder.Build()
-    context = diagram.CreateDefaultContext()
-    diagram.ForcedPublish(context)
-    scene.note(scene_graph.get_query_output_port().Eval(scene_graph.GetMyContextFromRoot(context)), 0.0)
-    return scene
-
-
-def _add_robot(meshcat: Meshcat, path: str, robot: RobotTrack, above: float) -> None:
-    """A hull of the method's colour with a light deck, a bar ahead and a lidar, `above` the floor, m."""
-    radius, top = robot.radius, above + HULL_HEIGHT
-    parts = (
-        ("hull", Cylinder(radius, HULL_HEIGHT), [0.0, 0.0, top - 0.5 * HULL_HEIGHT], robot.color),
-        ("deck", Cylinder(robot.deck * radius, 0.004), [0.0, 0.0, top], DECK_COLOR),
-        ("heading", Box(0.8 * radius, 0.2 * radius, 0.008), [0.4 * radius, 0.0, top], HEADING_COLOR),
-        ("lidar", Cylinder(0.24 * radius, 0.016), [0.0, 0.0, top], LIDAR_COLOR),
-    )
-    if robot.outline is not None:
-        around = np.vstack((robot.outline, robot.outline[:1]))
-        walls = [np.column_stack((around, np.full(len(around), z))) for z in (above, top)]
-        n = len(robot.outline)
-        k = np.arange(n)
-        sides = np.vstack((np.column_stack((k, k + 1, n + 2 + k)), np.column_stack((k, n + 2 + k, n + 1 + k))))
-        lid = np.column_stack((np.full(n - 2, n + 1), n + 2 + k[: n - 2], n + 3 + k[: n - 2]))
-        faces = np.vstack((sides, lid)).astype(np.int32)
-        meshcat.SetTriangleMesh(f"{path}/hull", np.vstack(walls).T, faces.T, Rgba(*robot.color))
-    for name, shape, position, rgb in parts if robot.outline is None else parts[2:]:
-        meshcat.SetObject(f"{path}/{name}", shape, Rgba(*rgb))
-        meshcat.SetTransform(f"{path}/{name}", RigidTransform(position))
+    return record_tracks(robots, {"goal": [goal]}, world, caption, scenario.recording, html, view)

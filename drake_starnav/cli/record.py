@@ -128,7 +128,7 @@ def _record(options: argparse.Namespace) -> int:
     from drake_starnav.visualization.camera import check_view  # late: bad input is reported before Drake is loaded
 
     check_view(options.view)
-    shown = _shown_layers(options)
+    shown = _shown_layers(run, options)
     pictures = [still for still in stills if still.path.suffix == ".png"]
     plotted = _without_browser(options, bool(clips or pictures))
     recorded, same = _shoot(run, html, options, shown)
@@ -175,6 +175,8 @@ def chosen_run(options: argparse.Namespace) -> Run:
             raise StarnavError(f"--line {options.line} with scenario {options.run}; allowed: with a file of trials")
         methods = options.compare or [options.method or "star"]
         scenarios = {m: load_scenario(options.run, method=m, overrides=options.overrides) for m in methods}
+        if options.compare and any(scenario.robots for scenario in scenarios.values()):
+            raise StarnavError(f"--compare with scenario {options.run} of several robots; allowed: one of one robot")
         return Run(scenarios, options.seed or 0)
     for name in ("method", "seed", "overrides", "compare"):
         if getattr(options, name) not in (None, []):
@@ -211,11 +213,12 @@ def _without_browser(options: argparse.Namespace, pictures: bool) -> bool:
     return options.renderer == "matplotlib" or missing is not None
 
 
-def _shown_layers(options: argparse.Namespace) -> frozenset[str] | None:
+def _shown_layers(run: Run, options: argparse.Namespace) -> frozenset[str] | None:
     """The layers that --layers names; None for all."""
     from drake_starnav.visualization.meshes import LAYERS, selected_layers
 
-    trails = [f"trail/{method}" for method in options.compare or []]
+    names = [*(options.compare or []), *(robot.name for each in run.scenarios.values() for robot in each.robots)]
+    trails = [f"trail/{name}" for name in names]
     return None if options.layers is None else selected_layers(options.layers, [*LAYERS, *trails])
 
 
@@ -231,10 +234,15 @@ def _shoot(
                 run.scenarios, run.seed, html, view=options.view, shown=shown, progress=progress
             )
             return recorded, True
-        from drake_starnav.simulation import run_trial
+        from drake_starnav.simulation import run_robots, run_trial
+        from drake_starnav.simulation.records import record_robots, robots_record
         from drake_starnav.visualization.recorder import Recorder
 
         ((method, scenario),) = run.scenarios.items()
+        if scenario.robots:
+            trials = run_robots(scenario, method=method, seed=run.seed, progress=progress)
+            recorded = record_robots(scenario, trials, run.seed, html, view=options.view, shown=shown)
+            return recorded, run.state_hash in (None, robots_record(trials)["state_hash"])
         recorder = Recorder(html, options.view, shown)
         trial = run_trial(scenario, method=method, seed=run.seed, observer=recorder, progress=progress)
     assert recorder.recorded is not None

@@ -96,17 +96,15 @@ def _simulate(options: argparse.Namespace) -> int:
 
 def _simulate_robots(scenario: "Scenario", options: argparse.Namespace) -> int:
     from drake_starnav.scenario.scenario_file import scenario_text
-    from drake_starnav.simulation import trial_record
-    from drake_starnav.simulation.robots import robots_record, run_robots
+    from drake_starnav.simulation.records import record_robots, robots_record
+    from drake_starnav.simulation.robots import run_robots
 
     with progress_bar(f"{scenario.name} seed {options.seed}") as progress:
         trials = run_robots(scenario, method=options.method, seed=options.seed, progress=progress)
     if options.html is not None:
-        from drake_starnav.cli.comparison import record_robots
-
         record_robots(scenario, trials, options.seed, options.html)
     if options.json is not None:
-        fields = {"text": scenario_text(scenario), "robots": robots_record(trials, trial_record)}
+        fields = {**robots_record(trials), "text": scenario_text(scenario)}
         write_text(options.json, json.dumps(fields, indent=2) + "\n")
     if not options.quiet:
         for each in trials:

@@ -61,16 +61,12 @@ def make_cases(scenarios: Sequence[str], methods: Sequence[str], overrides: Sequ
     """Every scenario, of a shipped name or a path, with every method and all "dotted.key=value" overrides.
 
     Raises:
-        StarnavError: as of `load_scenario`, two cases have the same names, or a scenario has several robots.
+        StarnavError: as of `load_scenario`, or two cases have the same names.
     """
     cases = []
     for name in scenarios:
         for method in methods:
             scenario = load_scenario(name, method=method, overrides=overrides)
-            if scenario.robots:
-                raise StarnavError(
-                    f"scenario {scenario.name} has {len(scenario.robots)} robots; allowed: scenarios of one robot"
-                )
             cases.append(Case(scenario.name, method, scenario_text(scenario), name))
     names = [(case.scenario, case.method) for case in cases]
     for scenario_name, method in names:
@@ -112,12 +108,12 @@ def run_job(job: Job) -> Record:
 
     If the method does not support the trial's world, the outcome is `unsupported`.
     """
-    from drake_starnav.simulation import run_trial, trial_record  # late: only workers need Drake
+    from drake_starnav.simulation.records import driven_record  # late: only workers need Drake
 
     try:
         scenario = parse_scenario(job.case.text, name=job.case.scenario, method=job.case.method)
         scenario = in_world(scenario, job.trial if job.in_world else None)
-        trial = run_trial(scenario, method=job.case.method, seed=job.seed)
+        record = driven_record(scenario, method=job.case.method, seed=job.seed)
     except UnsupportedError as error:
         return {**error_record(job, str(error)), "outcome": "unsupported"}
     except StarnavError as error:
@@ -125,7 +121,7 @@ def run_job(job: Job) -> Record:
     except Exception as error:  # a fault in one trial must not end the others
         return error_record(job, f"{type(error).__name__}: {error}")
     world = {"world": job.trial} if job.in_world else {}
-    return {"trial": job.trial, **world, **trial_record(trial)}
+    return {"trial": job.trial, **world, **record}
 
 
 def error_record(job: Job, message: str) -> Record:

@@ -69,6 +69,15 @@ class Summary:
     wall_ratio: float | None
 
 
+def by_robot(records: Sequence[Record]) -> list[Record]:
+    """The records, each followed by those of its robots, if it is of several: their scenario is SCENARIO/ROBOT."""
+    return [each for record in records for each in (record, *map(_of_robot, record.get("robots", ())))]
+
+
+def _of_robot(record: Record) -> Record:
+    return {**record, "scenario": f"{record['scenario']}/{record['robot']}"}
+
+
 def summarise(records: Sequence[Record]) -> list[Summary]:
     """A summary for each scenario and method, in the order in which they first appear."""
     cases: dict[tuple[str, str], list[Record]] = {}

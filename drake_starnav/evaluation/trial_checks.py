@@ -47,6 +47,8 @@ RECORD: Kinds = {
     **dict.fromkeys(("scenario", "method", "outcome"), "a text"),
     **dict.fromkeys(("trial", "seed"), "a whole number >= 0"),
 }
+ROBOT: Kinds = dict.fromkeys(("robot", "scenario", "method", "outcome"), "a text")
+"""Of one of several robots, beside what it drove."""
 RUN: Kinds = {
     **dict.fromkeys(("time_s", "path_length_m", "wall_s"), "a finite number"),
     **dict.fromkeys(
@@ -60,6 +62,7 @@ RUN: Kinds = {
 RECORD_IF_THERE: Kinds = {
     "world": "a whole number >= 0",
     "goals_s": "a list",
+    "robots": "a list",
     **dict.fromkeys(("contact", "blocked_by"), "a text or null"),
     **dict.fromkeys(
         (
@@ -83,16 +86,26 @@ def header_fault(entry: Any) -> str | None:
 
 
 def record_fault(entry: Any) -> str | None:
-    """The first fault of a record: field, value, and what is allowed; None if it is valid."""
+    """The first fault of a record, or of one of its robots: field, value, and what is allowed; None if it is valid."""
     fault = _wrong("it", entry, "a mapping") or _fault(entry, RECORD, RECORD_IF_THERE)
     if not fault and entry["outcome"] in NEVER_RAN and "time_s" not in entry:
         return _fault(entry, {}, RUN) or _not_finite(entry)
-    fault = fault or _fault(entry, RUN, {})
+    fault = fault or _run_fault(entry)
+    for number, robot in enumerate(entry.get("robots", ()) if not fault else ()):
+        place = f"robots[{number}]"
+        fault = fault or _wrong(place, robot, "a mapping") or _fault(robot, ROBOT, RECORD_IF_THERE, f"{place}.")
+        fault = fault or _run_fault(robot, f"{place}.")
+    return fault
+
+
+def _run_fault(entry: dict[str, Any], place: str = "") -> str | None:
+    """The first fault of what a robot drove."""
+    fault = _fault(entry, RUN, {}, place)
     for step in STEPS:
-        fault = fault or _fault(entry[step], {"count": "a whole number >= 0"}, {}, f"{step}.")
+        fault = fault or _fault(entry[step], {"count": "a whole number >= 0"}, {}, f"{place}{step}.")
         if not fault:
             time = f"a finite number{'' if entry[step]['count'] else OR_NULL}"
-            fault = _fault(entry[step], {"p50_s": time, "p99_s": time}, {}, f"{step}.")
+            fault = _fault(entry[step], {"p50_s": time, "p99_s": time}, {}, f"{place}{step}.")
     return fault or _not_finite(entry)
 
 

@@ -302,8 +302,3 @@ def _run(simulator: Simulator, driven: _Driven, message: str, wall: float) -> Ru
     run = left_by(simulator, driven.navigation, driven.logs[0], message, wall)
     elapsed = float(times[-1]) if message == "reached" else run.elapsed
     return dataclasses.replace(run, elapsed=elapsed, blocked=tuple(driven.blocked))
-
-
-def robots_record(trials: Sequence[RobotTrial], record: Callable[[Trial], dict[str, Any]]) -> list[dict[str, Any]]:
-    """The trials as a list of JSON-compatible mappings, one for each robot; `record` is `trial_record`."""
-    return [{"robot": each.robot, "min_gap_m": each.min_gap_m, **record(each.trial)} for each in trials]

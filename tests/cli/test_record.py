@@ -68,6 +68,25 @@ def test_a_trial_is_repeated_with_its_own_settings(scenario, capsys) -> None:
     assert capsys.readouterr().err == ""
 
 
+ROBOTS = "robots: [{start: [0, 0, 0], goal: [2, 0]}, {name: box, model: jackal, start: [3, 0, 0], goal: [0, 1]}]\n"
+
+
+def test_a_run_of_several_robots_is_recorded_and_repeated(tmp_path: Path, monkeypatch, capsys) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("several.yaml").write_text(f"world: !Obstacles {{}}\n{ROBOTS}simulation: {{timeout: 0.2}}\n")
+    assert record(["several.yaml", "--svg", "--layers", "trail/box", "--quiet"]) == 0
+    assert names("out") == {"several-star-0.html", "several-star-0.svg"}
+    simulate(["several.yaml", "--seed", "5", "--quiet", "--json", "run.json"])
+    assert record(["run.json", "--html", "again.html", "--quiet"]) == 0
+    assert "box: timeout" in Path("again.html").read_text(encoding="utf-8")
+    few = ["--trials", "1", "--jobs", "1", "--json", "trials.jsonl"]
+    assert benchmark(["several.yaml", *few]) == 0
+    assert "several/box" in capsys.readouterr().out
+    assert record(["trials.jsonl", "--html", "third.html", "--quiet"]) == 0
+    assert record(["several.yaml", "--compare", "star", "dwa"]) == 2
+    assert "of several robots; allowed: one of one robot" in capsys.readouterr().err
+
+
 def test_a_trial_in_a_numbered_world_is_repeated_in_that_world(tmp_path: Path) -> None:
     path = tmp_path / "trials.jsonl"
     few = ["--set", "simulation.timeout=0.1", "--jobs", "1", "--quiet"]

@@ -1,5 +1,6 @@
 """Trials as text and numbers: their seeds, their order, and what becomes of those that cannot be run."""
 
+import json
 import pickle
 from pathlib import Path
 
@@ -9,6 +10,7 @@ from hypothesis import strategies as st
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.evaluation.jobs import Case, Job, check_worlds, make_cases, make_jobs, run_job, trial_seed
+from drake_starnav.evaluation.trial_checks import record_fault
 from drake_starnav.scenario import load_scenario, parse_scenario
 
 
@@ -44,9 +46,12 @@ def test_worlds_number_the_trials() -> None:
     assert other["shortest_path_m"] != record["shortest_path_m"]
 
 
-def test_scenarios_of_several_robots_are_refused_before_any_trial() -> None:
-    with pytest.raises(StarnavError, match="scenario three_robots has 3 robots; allowed: scenarios of one robot"):
-        make_cases(["forest", "three_robots"], ["star"])
+def test_a_trial_of_several_robots_is_one_record_with_theirs_in_it() -> None:
+    (job,) = make_jobs(make_cases(["three_robots"], ["star"], ["simulation.timeout=0.1"]), 1, 0)
+    record = run_job(job)
+    assert (record["scenario"], record["trial"], record["outcome"]) == ("three_robots", 0, "timeout")
+    assert [robot["robot"] for robot in record["robots"]] == ["starbot_1", "jackal_2", "carrier_3"]
+    assert record_fault(record) is None and json.loads(json.dumps(record)) == record
 
 
 def test_only_numbered_worlds_that_exist_can_be_asked_for() -> None:
@@ -104,7 +109,7 @@ def test_a_fault_that_nobody_foresaw_is_recorded_with_its_kind(monkeypatch) -> N
     def fail(*args: object, **kwargs: object) -> None:
         raise ZeroDivisionError("float division")
 
-    monkeypatch.setattr("drake_starnav.simulation.run_trial", fail)
+    monkeypatch.setattr("drake_starnav.simulation.records.run_trial", fail)
     record = run_job(Job(Case("empty", "star", "world: !Obstacles {}"), 0, 0))
     assert (record["outcome"], record["message"]) == ("error", "ZeroDivisionError: float division")
 

@@ -5,6 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drake_starnav.evaluation.summary import (
+    by_robot,
     compare,
     cost_table,
     markdown_table,
@@ -75,6 +76,16 @@ def test_summary_of_a_case() -> None:
     assert summary.clearance_m == -0.01
     assert (summary.command_p50_s, summary.command_p99_s) == (2e-5, 5e-5)
     assert summary.wall_ratio == pytest.approx(8.0 / 200.0)
+
+
+def test_each_of_several_robots_has_a_row_below_that_of_all() -> None:
+    robots = [record(0, robot="a", time_s=8.0), record(0, "timeout", robot="b"), record(1, robot="a", time_s=6.0)]
+    trials = [record(0, "timeout", robots=robots[:2]), record(1, robots=[robots[2], record(1, robot="b")])]
+    rows = summarise(by_robot([*trials, record(0, scenario="alone")]))
+    assert [(row.scenario, row.trials, row.reached) for row in rows] == [
+        ("forest", 2, 1), ("forest/a", 2, 2), ("forest/b", 2, 1), ("alone", 1, 1),
+    ]  # fmt: skip
+    assert rows[1].time_s == 7.0
 
 
 def test_nothing_to_tell_is_a_dash() -> None:

@@ -252,13 +252,13 @@ def trajectory_figure(results: Results, scenario: str, count: int) -> "Figure | 
         axes.set_axis_off()
     for axes, trial in zip(grid.flat, shown, strict=False):
         _draw_task(axes, worlds[trial])
-        for record in trials[trial]:
-            look = style(results.methods, record["method"])
-            path = np.array(record["path"])
-            over = 4 - 0.1 * results.methods.index(record["method"])  # the first method lies on top
+        for robot in (robot for record in trials[trial] for robot in record.get("robots", [record])):
+            look = style(results.methods, robot["method"])
+            path = np.array(robot["path"])
+            over = 4 - 0.1 * results.methods.index(robot["method"])  # the first method lies on top
             line = {"color": look["color"], "linestyle": look["linestyle"], "linewidth": 1.5, "alpha": 0.9}
-            axes.plot(*path.T, **line, label=record["method"], zorder=over)
-            if record["outcome"] != "reached":
+            axes.plot(*path.T, **line, label=robot["method"], zorder=over)
+            if robot["outcome"] != "reached":
                 axes.plot(*path[-1], marker="x", color=look["color"], markersize=7, markeredgewidth=2.2, zorder=5)
         numbers = [f"{value:.2f}" for value in (detour(trials[trial][0]), gap(trials[trial][0])) if value is not None]
         axes.set_title(" · ".join((f"trial {trial}", *numbers)), fontsize=8.5, pad=2)

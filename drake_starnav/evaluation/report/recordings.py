@@ -133,16 +133,16 @@ def record_chosen(
 
 def _record(scenario: Scenario, record: Record, path: Path) -> str:
     """Run one trial again and record it; returns a remark if its run differs or cannot be recorded."""
-    from drake_starnav.simulation import run_trial  # late: only workers need Drake
+    from drake_starnav.simulation.records import driven_record  # late: only workers need Drake
 
     logging.getLogger("drake").setLevel(logging.WARNING)  # Meshcat would log its port for each
     try:
         path.unlink(missing_ok=True)
-        trial = run_trial(scenario, method=record["method"], seed=record["seed"], html=path)
+        again = driven_record(scenario, method=record["method"], seed=record["seed"], html=path)
     except StarnavError as error:
         return str(error)
     except Exception as error:  # a failed recording must not end the report
         return f"{type(error).__name__}: {error}"
-    if trial.state_hash != record["state_hash"]:
-        return f"not the same run: {trial.outcome} after {trial.time_s:.1f} s with this version on this machine"
+    if again["state_hash"] != record["state_hash"]:
+        return f"not the same run: {again['outcome']} after {again['time_s']:.1f} s with this version on this machine"
     return ""

@@ -13,6 +13,7 @@ from drake_starnav.evaluation.report.results import Results
 from drake_starnav.evaluation.suites import SUITES, suite_table
 from drake_starnav.evaluation.summary import (
     Table,
+    by_robot,
     compare,
     cost_table,
     markdown_table,
@@ -49,8 +50,8 @@ def suite_tables(results: Results) -> list[tuple[str, Table]]:
 
 
 def result_tables(results: Results) -> list[tuple[str, Table]]:
-    """Title and cells of each other table; the first one shows the outcomes."""
-    summaries = summarise(results.records)
+    """Title and cells of each other table; the first one shows the outcomes, also of each of several robots."""
+    summaries = summarise(by_robot(results.records))
     tables = [
         ("How the trials ended", outcome_table(summaries)),
         ("Paths, times and clearances", cost_table(summaries)),
@@ -71,10 +72,10 @@ def tables_markdown(results: Results) -> str:
 
 
 def summary_csv(results: Results) -> str:
-    """One line for each scenario and method, with every figure at full precision."""
+    """One line for each scenario, each of its robots, and each method, with every figure at full precision."""
     rows = []
     further = further_figures(results.records)
-    summaries = summarise(results.records)
+    summaries = summarise(by_robot(results.records))
     failures = dict.fromkeys(name for summary in summaries for name in summary.failures)
     for summary in summaries:
         row: dict[str, Any] = {}

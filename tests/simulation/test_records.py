@@ -1,0 +1,85 @@
+"""The record and the recording of a run, be it of one robot or of several."""
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+
+from drake_starnav.geometry.trajectory import Motion
+from drake_starnav.loading import parse_scenario
+from drake_starnav.simulation import RobotTrial, run_trial, trial_record
+from drake_starnav.simulation.records import driven_record, record_robots, robots_record
+from drake_starnav.visualization.plot import PlotCamera
+from tests.helpers.camera import plotted
+
+WORLD = "world: !Obstacles {bounds: [-1, -2, 5, 2], goal: [4, 0]}\nsimulation: {timeout: 0.2}\n"
+SEVERAL = f"""{WORLD}robots:
+  - {{name: round, start: [0, 0, 0], goal: [4, 0]}}
+  - {{name: long, model: carrier, start: [4, 1, 1.57], goals: [[0, 1], [2, -1]]}}
+"""
+
+
+def test_one_robot_is_recorded_as_ever(tmp_path) -> None:
+    scenario = parse_scenario(WORLD, name="one")
+    record = driven_record(scenario, seed=3, html=tmp_path / "one.html")
+    assert "robots" not in record and (tmp_path / "one.html").is_file()
+    assert record["state_hash"] == run_trial(scenario, seed=3).state_hash
+
+
+def test_several_are_one_record_and_one_recording(tmp_path) -> None:
+    scenario = parse_scenario(SEVERAL, name="two")
+    record = driven_record(scenario, seed=3, html=tmp_path / "two.html")
+    assert [each["robot"] for each in record["robots"]] == ["round", "long"]
+    assert record["min_gap_m"] == record["robots"][0]["min_gap_m"] > 3.0
+    assert json.loads(json.dumps(record)) == record
+    page = (tmp_path / "two.html").read_text(encoding="utf-8")
+    assert "round: timeout after" in page and "2 robots, method star, seed 3" in page
+    assert driven_record(scenario, seed=3)["state_hash"] == record["state_hash"]
+    shorter = parse_scenario(SEVERAL, name="two", overrides=["simulation.timeout=0.1"])
+    assert driven_record(shorter, seed=3)["state_hash"] != record["state_hash"]
+
+
+@pytest.fixture(scope="module")
+def alone() -> dict:
+    return trial_record(run_trial(parse_scenario(WORLD, name="one")))
+
+
+@pytest.mark.parametrize(
+    ("ends", "decides"),
+    [
+        ([("reached", 5.0), ("reached", 9.0)], 1),
+        ([("timeout", 20.0), ("reached", 9.0)], 0),
+        ([("timeout", 20.0), ("collision", 9.0), ("blocked", 20.0)], 1),
+        ([("interrupted", 3.0), ("reached", 2.0)], 0),
+    ],
+)
+def test_who_arrives_last_or_not_at_all_decides(alone: dict, ends: list[tuple[str, float]], decides: int) -> None:
+    one = run_trial(parse_scenario(WORLD, name="one"))
+    still = Motion(np.zeros(1), np.zeros((1, 3)))
+    trials = [
+        RobotTrial(f"r{k}", dataclasses.replace(one, outcome=outcome, time_s=time), 1.0 - 0.1 * k, still)
+        for k, (outcome, time) in enumerate(ends)
+    ]
+    record = robots_record(trials)
+    assert (record["outcome"], record["time_s"]) == ends[decides]
+    assert record["min_gap_m"] == trials[-1].min_gap_m
+    assert record.keys() - {"robots", "min_gap_m"} == alone.keys()
+
+
+def test_each_is_drawn_as_it_is_with_its_goals_in_its_colour(tmp_path) -> None:
+    scenario = parse_scenario(SEVERAL, name="two")
+    one = run_trial(parse_scenario(WORLD, name="one"))
+    motions = [Motion(np.array([0.0, 1.0]), np.array([each.start, each.start])) for each in scenario.robots]
+    trials = [RobotTrial(r.name, one, 1.0, m) for r, m in zip(scenario.robots, motions, strict=True)]
+    recorded = record_robots(scenario, trials, 0, tmp_path / "two.html", shown=frozenset({"trail/long"}))
+    assert recorded.caption.shown == {"trail/long"}
+    assert recorded.robots[0].outline is None
+    assert np.ptp(recorded.robots[1].outline, axis=0) == pytest.approx((0.8, 0.5), abs=0.01)
+    picture = PlotCamera(recorded).picture(1.0)
+    image = np.asarray(picture, dtype=float) / 255.0
+    end, side = (4.15, 1.37), (4.33, 1.1)  # it looks along y: longer than wide
+    assert image[plotted(recorded, end, picture)] == pytest.approx(recorded.robots[1].color, abs=0.02)
+    assert image[plotted(recorded, side, picture)] != pytest.approx(recorded.robots[1].color, abs=0.1)
+    for goal in ((0.0, 1.0), (2.0, -1.0)):
+        assert image[plotted(recorded, goal, picture)] == pytest.approx(recorded.robots[1].color, abs=0.1)
