@@ -16,13 +16,11 @@ from numba import njit
 from drake_starnav.planning.frontiers import Frontiers
 from drake_starnav.planning.impassable import impassable_points
 from drake_starnav.planning.roadmap import StarRoadmap, remade
-from drake_starnav.regions.bearing_hits import half_gaps, point_hits
-from drake_starnav.regions.erosion import eroded_range
+from drake_starnav.regions.bearing_hits import half_gaps
 from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.observation import Observation
-from drake_starnav.regions.piecewise_cubic import fit_piecewise_cubic
 from drake_starnav.regions.region_union import CELL, WORD
-from drake_starnav.regions.star_region import Fit, StarRegion
+from drake_starnav.regions.star_region import StarRegion, clear_of, cut_back, refitted
 
 CONTRADICTION = 0.2
 """A region with hits of a new scan deeper inside than this is contradicted, m. It is twice the distance between two
@@ -31,8 +29,6 @@ KEPT_SHARE = 0.7
 """A region is discarded if less than this share of its free range remains, summed over all bearings."""
 SEEN_THROUGH_SHARE = 0.1
 """A node is discarded if the new scan observed free space at more than this share of its hits."""
-CUT_BORDER = 0.1
-"""Hits farther beyond a region than this and the robot's radius do not cut it back, m."""
 FEWEST_HITS = 5
 """A new scan must observe free space at this many of a node's hits to contradict them."""
 
@@ -41,19 +37,6 @@ def mappable_hits(seen: Observation) -> tuple[np.ndarray, np.ndarray]:
     """Static hits of an observation: points, shape (k, 2), W, and their half gaps, shape (k,), m."""
     scan, hit = seen.scan, seen.scan.mappable_hits
     return scan.points_at(scan.distances, hit, seen.pose), half_gaps(scan, scan.distances)[hit]
-
-
-def cut_back(region: StarRegion, points: np.ndarray, gaps: np.ndarray, radius: float) -> np.ndarray:
-    """The free range of an old region, cut back where a new scan has hits; shape (M,), m.
-
-    Args:
-        region: made from an older scan.
-        points, gaps: hits of the new scan, as from `mappable_hits`.
-        radius: of the robot with the region's margin, m.
-    """
-    within = float(region.free_range.max()) + radius + CUT_BORDER
-    hits = point_hits(points, gaps, region.center, region.bearing_0, within, len(region.free_range))
-    return eroded_range(hits, radius, region.free_range)
 
 
 def seen_through(old: Observation, new: Observation, slack: float) -> float:
@@ -120,7 +103,7 @@ def _agreeing(region: StarRegion, points: np.ndarray, gaps: np.ndarray, radius: 
     if not (region.free_range - cut_back(region, points, gaps, smaller)).max() > CONTRADICTION:
         return region
     values = cut_back(region, points, gaps, radius)
-    return None if values.sum() < KEPT_SHARE * region.free_range.sum() else _with_free_range(region, values)
+    return None if values.sum() < KEPT_SHARE * region.free_range.sum() else refitted(region, values)
 
 
 @njit(cache=True)
@@ -149,30 +132,12 @@ def with_stall_point(roadmap: StarRoadmap, place: np.ndarray, margins: Margins, 
     """
     roadmap = dataclasses.replace(roadmap, stall_points=np.vstack((roadmap.stall_points, place)))
     regions = [
-        clear_of(region, roadmap.stall_points, robot_radius)
+        clear_of(region, roadmap.stall_points, robot_radius + region.margin)
         if np.hypot(*(region.center - place)) > robot_radius + region.margin
         else None
         for region in roadmap.regions
     ]
     return _remade(roadmap, regions, margins, robot_radius)
-
-
-def clear_of(region: StarRegion, places: np.ndarray, robot_radius: float, fit: Fit = fit_piecewise_cubic) -> StarRegion:
-    """The part of a region in which the robot keeps the region's margin from places (k, 2) in W."""
-    if not len(places):
-        return region
-    radius = robot_radius + region.margin
-    near = np.hypot(*(places - region.center).T) < float(region.free_range.max()) + radius
-    if not near.any():
-        return region
-    free = region.free_range
-    hits = point_hits(places[near], np.zeros(near.sum()), region.center, region.bearing_0, np.inf, len(free))
-    return _with_free_range(region, eroded_range(hits, radius, free), fit)
-
-
-def _with_free_range(region: StarRegion, free_range: np.ndarray, fit: Fit = fit_piecewise_cubic) -> StarRegion:
-    """The region with another free range, shape (M,), m, fitted anew."""
-    return dataclasses.replace(region, free_range=free_range, boundary=fit(free_range))
 
 
 def _remade(

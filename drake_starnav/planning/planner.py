@@ -9,7 +9,7 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.planning.impassable import impassable_points
 from drake_starnav.planning.manoeuvre import manoeuvring
-from drake_starnav.planning.map_revision import clear_of, reconcile, with_stall_point
+from drake_starnav.planning.map_revision import reconcile, with_stall_point
 from drake_starnav.planning.monitoring import PlanCheck, check_plan, distance_to, passed_points, points_ahead
 from drake_starnav.planning.recovery import (
     LOOKS,
@@ -23,7 +23,7 @@ from drake_starnav.planning.search import Route, find_route
 from drake_starnav.planning.state import EMPTY_PATH, PlannerInput, PlannerState, PlannerStatus
 from drake_starnav.regions.observation import Observation
 from drake_starnav.regions.region_union import RegionUnion
-from drake_starnav.regions.star_region import StarRegion
+from drake_starnav.regions.star_region import StarRegion, clear_of
 
 PROGRESS_DISTANCE = 0.15
 """Motion that counts as progress, m."""
@@ -73,7 +73,7 @@ def plan_step(state: PlannerState, now: PlannerInput) -> PlannerState:
     if state.status is PlannerStatus.UNREACHABLE or seen.region is None:
         return state
     check_beams(state.roadmap, seen)
-    region = clear_of(seen.region, state.roadmap.stall_points, now.robot_radius)
+    region = clear_of(seen.region, state.roadmap.stall_points, now.robot_radius + seen.region.margin)
     state, stalled = watched(dataclasses.replace(state, looks=(*state.looks, seen)[-LOOKS:]), now)
     check = check_plan(state, region, now)
     trigger = _growth_trigger(state, region, check, stalled, now)
@@ -87,7 +87,7 @@ def plan_step(state: PlannerState, now: PlannerInput) -> PlannerState:
     if not len(state.path):
         first_plan = state.plans == 0 and not stalled
         state = _planned(state, region, first_plan, now)
-        region = clear_of(seen.region, state.roadmap.stall_points, now.robot_radius)
+        region = clear_of(seen.region, state.roadmap.stall_points, now.robot_radius + seen.region.margin)
         ahead = points_ahead(state.next_segment, region, now.position)
     return _manoeuvred(_with_anticipation(state, region, ahead), now)
 
@@ -190,7 +190,7 @@ def _grown(
         place = stall_point_ahead(roadmap, state.guidance.path, now)
         if place is not None:
             roadmap = with_stall_point(roadmap, place, margins, robot_radius)
-            region = clear_of(region, place[None, :], robot_radius)
+            region = clear_of(region, place[None, :], robot_radius + region.margin)
     if target is not None and trigger & GrowthTrigger.TRIED:
         roadmap = after_trying(roadmap, target, GrowthTrigger.ARRIVED in trigger, now)
         target = None

@@ -21,7 +21,7 @@ from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.observation import Observation
 from drake_starnav.regions.safe_region import CertifiedRegion, ScanMemory, certified_region
 from drake_starnav.regions.scan_averaging import averaged
-from drake_starnav.regions.star_region import smoothed_scan_region
+from drake_starnav.regions.star_region import clear_of, smoothed_scan_region
 from drake_starnav.regions.views import merged, view
 from drake_starnav.utils.snapshot import snapshot
 from drake_starnav.utils.stopwatch import Stopwatch
@@ -96,7 +96,7 @@ class Perceived:
         memory: the scans from which the certified region is made.
         histories: for each lidar, hits of its last scans, which confirm or refute new ones.
         behind: hits of all earlier scans near the robot where the last one did not look, shape (m, 2), W, m; only with
-            a limited view, and for polygons, which sweep what lies there when they turn.
+            a limited view. They bound the region, and polygons, which sweep what lies there when they turn.
     """
 
     observation: Observation
@@ -173,9 +173,11 @@ def perceive(
             earlier, lone = averaged(before.memory, lone, pose, safe_radius + AVERAGED)
             safety, _ = certified_region(earlier, lone, *looked)
         behind = before.behind
-        if not footprint.is_disc and not scan.full_circle:
+        if not scan.full_circle:
             behind = hits_behind(behind, before.safety.hits, scan.field_of_view, pose, kept[0])
-            safety = dataclasses.replace(safety, behind=behind, earlier=_earlier(before.safety, pose, kept[0]))
+            region = clear_of(region, behind, robot_radius)
+            if not footprint.is_disc:
+                safety = dataclasses.replace(safety, behind=behind, earlier=_earlier(before.safety, pose, kept[0]))
     return Perceived(Observation(region, scan, pose), safety, memory, histories, behind)
 
 

@@ -12,12 +12,15 @@ import numpy as np
 
 from drake_starnav.geometry.se2 import placed
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.regions.erosion import FreeRange, free_range, smoothed_distances
+from drake_starnav.regions.bearing_hits import point_hits
+from drake_starnav.regions.erosion import FreeRange, eroded_range, free_range, smoothed_distances
 from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.piecewise_cubic import PiecewiseCubic, fit_piecewise_cubic
 from drake_starnav.regions.region_union import RegionUnion
 from drake_starnav.utils.snapshot import snapshot
 
+CUT_BORDER = 0.1
+"""Hits farther beyond a region than this and the robot's radius do not cut it back, m."""
 Fit = Callable[[np.ndarray], PiecewiseCubic]
 """From the free range at M bearings, m, to its boundary, as `fit_piecewise_cubic`."""
 
@@ -119,6 +122,31 @@ def smoothed_scan_region(
     distance = smoothed_distances(scan, margins.smoothing_slack)
     profile = free_range(scan, distance, radius, margins, samples)
     return distance, fit_region(profile, pose[:2], float(pose[2]) + scan.angle_min)
+
+
+def cut_back(region: StarRegion, points: np.ndarray, gaps: np.ndarray, radius: float) -> np.ndarray:
+    """The free range of a region, cut back where another scan has hits; shape (M,), m.
+
+    Args:
+        region: made from one scan.
+        points: hits of another one, shape (n, 2), W, m.
+        gaps: shape (n,), their `half_gaps`, m.
+        radius: of the robot with the margin that it keeps from them, m.
+    """
+    within = float(region.free_range.max()) + radius + CUT_BORDER
+    hits = point_hits(points, gaps, region.center, region.bearing_0, within, len(region.free_range))
+    return eroded_range(hits, radius, region.free_range)
+
+
+def clear_of(region: StarRegion, places: np.ndarray, radius: float) -> StarRegion:
+    """The part of a region that is farther than `radius` (m) from places (k, 2) in W."""
+    values = cut_back(region, places, np.zeros(len(places)), radius) if len(places) else region.free_range
+    return region if (values == region.free_range).all() else refitted(region, values)
+
+
+def refitted(region: StarRegion, free_range: np.ndarray) -> StarRegion:
+    """The region with another free range, shape (M,), m."""
+    return dataclasses.replace(region, free_range=free_range, boundary=fit_piecewise_cubic(free_range))
 
 
 def united(regions: Iterable[StarRegion]) -> RegionUnion:

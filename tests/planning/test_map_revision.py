@@ -10,8 +10,6 @@ from drake_starnav.planning.map_revision import (
     CONTRADICTION,
     _near_hits,
     _remade,
-    clear_of,
-    cut_back,
     mappable_hits,
     reconcile,
     seen_through,
@@ -19,6 +17,7 @@ from drake_starnav.planning.map_revision import (
 )
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.roadmap import StarRoadmap, extended
+from drake_starnav.regions.star_region import clear_of, cut_back
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import MARGINS, RADIUS, cast, explored, observed, seeds, segment_distance, wandered
 
@@ -150,7 +149,10 @@ def test_a_revision_equals_a_roadmap_made_anew(seed):
     _, roadmap = wandered(seed, nodes=8)
     for _ in range(2):
         places, more = rng.uniform(-2.0, 2.0, (2, 2)), roadmap.nodes[-1]
-        regions = [clear_of(region, places, RADIUS) if rng.random() < 0.5 else region for region in roadmap.regions]
+        regions = [
+            clear_of(region, places, RADIUS + region.margin) if rng.random() < 0.5 else region
+            for region in roadmap.regions
+        ]
         regions = [region if rng.random() < 0.8 else None for region in regions]
         revised = _remade(roadmap, regions, MARGINS, RADIUS)
         anew = StarRoadmap(roadmap.hits)  # in which all hits are stamped already

@@ -63,3 +63,23 @@ def test_times_are_noted_where_asked_for() -> None:
     perceive(first, (first.observation.scan,), POSES[0], SETTINGS, stopwatch)
     (scan,) = stopwatch.seconds["scan"]
     assert scan > 0.0
+
+
+def test_the_region_of_a_limited_view_ends_at_what_was_hit_beside_the_view() -> None:
+    """Rays along the edge of a view tell nothing of what stands beside them: the robot is as wide on both sides."""
+    post, view = np.array((1.0, 0.0)), math.radians(135.0)
+    world = World("post", (0.0, 0.0, 0.0), (5.0, 0.0), cylinders=[(*post, 0.05)])
+    state = Perceived.nothing()
+    for number, turned in enumerate((0.0, -view - 0.1)):  # the post is 0.1 rad beside the view at last
+        pose = np.array((0.0, 0.0, turned))
+        scan = dataclasses.replace(
+            cast(world, pose, beams=541, angle_min=-view, angle_increment=view / 270), time=0.1 * number
+        )
+        state = perceive(state, (scan,), pose, SETTINGS)
+    region = state.observation.region
+    assert region is not None
+    assert not state.observation.scan.hits.any()
+    around = 0.05 + RADIUS - 0.01
+    ring = post + around * np.column_stack((np.cos(np.linspace(0, 6.28, 99)), np.sin(np.linspace(0, 6.28, 99))))
+    assert not region.contains(ring).any()
+    assert region.contains(np.array((0.0, -2.0)))
