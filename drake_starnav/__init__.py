@@ -1,7 +1,7 @@
 """Lidar navigation through unknown clutter, as Drake systems: star-shaped roadmap and modulation.
 
-What is listed in `__all__`, here and of the rooms that docs/api.md names, is the public interface: it changes only with
-an entry in the changelog. All else is internal, whatever its name. A public name is imported when first used, so that
+What is listed in `__all__`, here and of the packages that docs/api.md names, is the public interface: it changes only
+with an entry in the changelog. All else is internal, whatever its name. A public name is imported when first used, so that
 the numerics can be used without Drake.
 """
 

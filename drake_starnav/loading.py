@@ -1,4 +1,4 @@
-"""Scenarios with the shape of the robot's model where nothing is said of it."""
+"""Scenarios by name, file or text, with the footprint of the robot's model unless they give one."""
 
 import dataclasses
 from collections.abc import Sequence
@@ -11,7 +11,7 @@ from drake_starnav.scenario import Scenario, scenario_file
 def load_scenario(name_or_path: str | Path, *, method: str = "star", overrides: Sequence[str] = ()) -> Scenario:
     """A shipped scenario by name, or one from a YAML file by path.
 
-    If nothing is said of the shape of a robot of the user's own, it is that of the model's collision shapes.
+    The footprint of a URDF of your own is that of its collision shapes, unless the scenario gives one.
 
     Args:
         name_or_path: e.g. "forest", or "my/world.yaml".
@@ -25,7 +25,17 @@ def load_scenario(name_or_path: str | Path, *, method: str = "star", overrides: 
 
 
 def parse_scenario(text: str, *, name: str, **given: Any) -> Scenario:
-    """A scenario from YAML text; arguments as of `scenario.parse_scenario`, and the shape as for `load_scenario`."""
+    """A scenario from YAML text, otherwise as `load_scenario`.
+
+    Args:
+        text: what a scenario's file holds.
+        name: of the scenario, in reports.
+        given: `method` and `overrides` as of `load_scenario`; `folder`, at which paths in the text begin, without it
+            where the program runs; `place`, which names the text in messages.
+
+    Raises:
+        StarnavError: as of `load_scenario`.
+    """
     return _with_own_shape(scenario_file.parse_scenario(text, name=name, **given))
 
 

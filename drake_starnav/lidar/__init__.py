@@ -1,4 +1,4 @@
-"""A scan, and what a sensor makes of the world."""
+"""Laser scans, and the errors of a sensor."""
 
 import drake_starnav.utils.compilation  # noqa: F401  (shows what is compiled)
 from drake_starnav.lidar.laser_scan import LaserScan

@@ -1,4 +1,4 @@
-"""Regions -> where to go next."""
+"""Regions -> roadmap, path and short-term goal."""
 
 import drake_starnav.utils.compilation  # noqa: F401  (shows what is compiled)
 from drake_starnav.planning.guidance import Guidance

@@ -69,7 +69,7 @@ SYMBOLS: dict[str, ErrorTerm] = {
     ),
     "F": ErrorTerm(
         "v * b + B + obstacles.max_speed * (b + T)",
-        "distance from the hull at which an obstacle must be seen for the robot to stand before the two meet, m",
+        "distance from the robot at which an obstacle must be seen for the robot to stand before the two meet, m",
     ),
 }
 """What the texts of the terms call by a letter, each after those that its own text names.

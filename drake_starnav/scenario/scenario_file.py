@@ -66,7 +66,7 @@ def parse_scenario(
     overrides: Sequence[str] = (),
     folder: str | Path | None = None,
 ) -> Scenario:
-    """A scenario from YAML text; `place` names it in messages, other arguments are as for `load_scenario`.
+    """A scenario from YAML text, as `loading.parse_scenario`, but without the footprint of the robot's model.
 
     Paths of world and robot in the text begin at `folder`; those in overrides, and all without it, where the program
     runs.

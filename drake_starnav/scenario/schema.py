@@ -59,9 +59,9 @@ class RecordingParameters:
 class Scenario:
     """Everything that, with a seed, defines a trial.
 
-    `lidars` are those of a robot that has several; the first of them is `lidar`. `goals` are (x, y) or (x, y, yaw), W,
-    m and rad; without any, the robot drives to the goal of its world. `robots` are scenarios of one robot each, which
-    share a world and have a `start`, (x, y, yaw); their own obstacles that move are the others.
+    Its fields are the sections of docs/parameters.md. `lidars` are those of a robot that has several; the first of
+    them is `lidar`. `goals` are (x, y) or (x, y, yaw), W, m and rad; without any, the robot drives to the goal of its
+    world. `robots` are scenarios of one robot each, which share a world and have a `start`, (x, y, yaw).
     """
 
     name: str

@@ -60,8 +60,8 @@ class Trial:
         straight_line_m: from the start to the goal, by way of the others.
         tightest_gap_m: least width of the free space along the shortest path; None where nothing narrows it.
         score: of the benchmark that the world is from, 0 to 0.5; None for other worlds. See `benchmark_score`.
-        min_clearance_m: least distance of the hull to an obstacle, but to none of a model file that moves; negative in
-            a collision.
+        min_clearance_m: least distance of the footprint to an obstacle, except the moving ones of a model file;
+            negative in a collision.
         mean_speed_mps: path length over time.
         mean_clearance_m, jerk_mps3, yaw_rate_change_radps2, twist_energy_m2ps, stops, stuck_s: see `MotionMetrics`.
         nodes: in the roadmap at the end; 0 without one.

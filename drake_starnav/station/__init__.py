@@ -1,4 +1,4 @@
-"""The simulated robot and its world, which drivers can replace."""
+"""The simulated robot and its world; on a real robot, its drivers take their place."""
 
 from drake_starnav.station.navigation_station import Station, StationInterface, add_station
 from drake_starnav.station.plant import plant_config

@@ -80,7 +80,7 @@ def add_moving_obstacle_drive(
 
 
 class MovingObstacleDrive(LeafSystem):
-    """The forces that take moving obstacles along their paths.
+    """Applies the forces that move obstacles along their paths.
 
     ```
               ┌─────────────────────┐

@@ -10,7 +10,7 @@ from drake_starnav.station.robot_geometry import actuated_joints, wheel_rates
 
 
 class WheelServo(Diagram):
-    """Torques that let the wheels turn as desired: the gain of its actuator times what each lacks in speed.
+    """Drives each wheel by a torque proportional to the error of its speed, by the gain of its actuator.
 
     ```
                         ┌────────────┐

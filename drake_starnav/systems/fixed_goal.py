@@ -7,7 +7,7 @@ from pydrake.systems.framework import LeafSystem
 
 
 class FixedGoal(LeafSystem):
-    """The goal as discrete state; Drake's `ConstantVectorSource` would have the planner look at it at every step.
+    """A constant goal, held as discrete state; a `ConstantVectorSource` would have the planner evaluated at every step.
 
     ```
     ┌───────────┐

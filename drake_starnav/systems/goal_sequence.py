@@ -13,7 +13,7 @@ HEADING_TOLERANCE = 0.05
 
 
 class GoalSequence(LeafSystem):
-    """The first of several goals that the robot has not reached; the last one when it has reached all.
+    """Outputs the first of several goals that the robot has not reached; the last one when it has reached all.
 
     ```
               ┌──────────────┐

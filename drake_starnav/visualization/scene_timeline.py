@@ -83,7 +83,7 @@ def _corners(inspector: SceneGraphInspector, geometry: GeometryId) -> tuple[np.n
 
 
 class SceneRecorder(LeafSystem):
-    """Notes where the shapes of a scene are.
+    """Records the poses of the shapes of a scene periodically.
 
     ```
                       ┌───────────────┐

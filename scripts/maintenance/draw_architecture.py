@@ -90,7 +90,7 @@ def rooms_table() -> str:
         holds = text.split("\n\n")[0].replace("\n", " ")
         packages = ", ".join(sorted(set(room.packages.split())))
         rows.append((f"`{place}`", holds, _listed(list(TABLE)[:k], room.rooms.split()), packages))
-    return table(("room", "holds", "may import", "and the packages"), rows)
+    return table(("package", "holds", "may import", "third-party packages"), rows)
 
 
 def _listed(above: list[str], known: list[str]) -> str:
