@@ -1,8 +1,8 @@
 """Lidar navigation through unknown clutter, as Drake systems: star-shaped roadmap and modulation.
 
 What is listed in `__all__`, here and of the packages that docs/api.md names, is the public interface: it changes only
-with an entry in the changelog. All else is internal, whatever its name. A public name is imported when first used, so that
-the numerics can be used without Drake.
+with an entry in the changelog. All else is internal, whatever its name. A public name is imported when first used, so
+that the numerics can be used without Drake.
 """
 
 import importlib
