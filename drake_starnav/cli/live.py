@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from pydrake.geometry import Meshcat
+from pydrake.geometry import Cylinder, Meshcat, MeshcatVisualizer, MeshcatVisualizerParams, Rgba, Role
 from pydrake.systems.analysis import SimulatorStatus
 from pydrake.systems.framework import DiagramBuilder
 
@@ -14,14 +14,18 @@ from drake_starnav.navigation import Parts, add_navigation
 from drake_starnav.planning import PlannerStatus
 from drake_starnav.scenario import Scenario
 from drake_starnav.simulation import add_collision_monitor
+from drake_starnav.simulation.robots import add_robots, worlds_of_robots
+from drake_starnav.station.collars import collar_geometries
 from drake_starnav.station.model_world import make_world_with_footprints
 from drake_starnav.station.navigation_station import add_station
 from drake_starnav.station.plant import advance, make_simulator
+from drake_starnav.visualization.collision_shapes import show_collision_shapes
 from drake_starnav.visualization.live_page import LivePage, LiveState
-from drake_starnav.visualization.meshcat_stage import quiet_meshcat
-from drake_starnav.visualization.meshes import layers_of_run
-from drake_starnav.visualization.page import Cameras, Caption
+from drake_starnav.visualization.meshcat_stage import MeshcatStage, quiet_meshcat
+from drake_starnav.visualization.meshes import LAYERS, Layer, five_pointed_star, layers_of_run, with_scene
+from drake_starnav.visualization.page import ROOT, Cameras, Caption
 from drake_starnav.visualization.recorder import (
+    WORLD_PREFIX,
     add_visualizers,
     finish_recording,
     robot_path,
@@ -29,6 +33,8 @@ from drake_starnav.visualization.recorder import (
     start_recording,
 )
 from drake_starnav.visualization.slider_goal import SliderGoal, add_goal_sliders
+from drake_starnav.visualization.tracks import trail_layer
+from drake_starnav.worlds.world import World
 
 START, PAUSE, STOP = "start", "pause", "stop"
 KEYS = {START: "KeyS", PAUSE: "Space", STOP: "Escape"}
@@ -37,6 +43,8 @@ STEP = 0.05
 """Polling period of the buttons in simulated time, s."""
 POLL = 0.05
 """Polling period of the buttons while nothing runs, s."""
+RIM = 1.15
+"""Radius of the coloured disc below each of several robots, as a share of the robot's."""
 
 
 class Controls:
@@ -96,30 +104,34 @@ class LiveRun:
         Raises:
             StarnavError: the world cannot be made.
         """
-        world = make_world_with_footprints(scenario.world, seed, scenario.robot.radius)
         self.meshcat = quiet_meshcat()
         set_look(self.meshcat)
         self.controls = Controls(self.meshcat)
+        self._scenario, self._seed, self._html, self._say = scenario, seed, html, say
         builder = DiagramBuilder()
-        goal = SliderGoal(world.goal, add_goal_sliders(self.meshcat, world))
-        station = add_station(builder, world, scenario, continuous=True, seed=seed)
-        self._navigation = add_navigation(builder, scenario, Parts(world, station, goal), seed)
-        add_collision_monitor(builder, self._navigation)
-        add_visualizers(builder, self._navigation, scenario, self.meshcat, keep=html is not None)
+        world, layers, said = self._add_to(builder)
         self.simulator = make_simulator(builder.Build(), settings=scenario.simulator_config)
         self.simulator.set_target_realtime_rate(real_time_rate)
         if html is not None:
             start_recording(self.meshcat, scenario.recording, live=True)
         self.simulator.Initialize()
         self.outcome, self.collided = "", False
-        self._scenario, self._html, self._say = scenario, html, say
         self._said = ""
-        self._cameras = Cameras(world.extent, "top", robot_path(self._navigation.station), world.start[:2])
-        layers = layers_of_run(scenario.robot.max_speed, world)
-        lines = f"method {method}, seed {seed}, live", "a click sets the goal, arrow keys move it"
-        self._caption = Caption(scenario.name, lines, layers)
+        self._cameras = Cameras(world.extent, "top", robot_path(self._followed), world.start[:2])
+        self._caption = Caption(scenario.name, (f"method {method}, seed {seed}, live", said), layers)
         self._state = LiveState(0.0, said="press start")
         self.page = LivePage(self.meshcat, self._caption, self._cameras, lambda: self._state)
+
+    def _add_to(self, builder: DiagramBuilder) -> tuple[World, dict[str, Layer], str]:
+        """Add all systems to a diagram, and return the world, the layers that are drawn, and what the user may do."""
+        scenario, seed = self._scenario, self._seed
+        world = make_world_with_footprints(scenario.world, seed, scenario.robot.radius)
+        goal = SliderGoal(world.goal, add_goal_sliders(self.meshcat, world))
+        self._followed = add_station(builder, world, scenario, continuous=True, seed=seed)
+        self._navigation = add_navigation(builder, scenario, Parts(world, self._followed, goal), seed)
+        add_collision_monitor(builder, self._navigation)
+        add_visualizers(builder, self._navigation, scenario, self.meshcat, keep=self._html is not None)
+        return world, layers_of_run(scenario.robot.max_speed, world), "a click sets the goal, arrow keys move it"
 
     @property
     def time(self) -> float:
@@ -180,17 +192,50 @@ class LiveRun:
         self._say(outcome)
 
     def _tell(self) -> None:
-        """Report whether the goal has been reached or is unreachable, if that has changed."""
-        planner, status = self._navigation.planner, None
-        if planner is not None:
-            status = planner.GetOutputPort("status").Eval(planner.GetMyContextFromRoot(self.simulator.get_context()))
-        now = "on its way"
-        if np.hypot(*(self.pose[:2] - self.goal)) < self._scenario.simulation.goal_tolerance:
-            now = "reached the goal"
-        elif status is PlannerStatus.UNREACHABLE:
-            now = "found no way to the goal"
-        elif status is PlannerStatus.BLOCKED:
-            now = "blocked"
+        """Report how the run goes, if that has changed."""
+        now = self._going()
         if now != self._said:
             self._say(f"{self.time:6.1f} s: {now}")
         self._said = now
+
+    def _going(self) -> str:
+        """Whether the goal has been reached or is unreachable, in words."""
+        planner, status = self._navigation.planner, None
+        if planner is not None:
+            status = planner.GetOutputPort("status").Eval(planner.GetMyContextFromRoot(self.simulator.get_context()))
+        if np.hypot(*(self.pose[:2] - self.goal)) < self._scenario.simulation.goal_tolerance:
+            return "reached the goal"
+        said = {PlannerStatus.UNREACHABLE: "found no way to the goal", PlannerStatus.BLOCKED: "blocked"}
+        return "on its way" if status is None else said.get(status, "on its way")
+
+
+class LiveRobots(LiveRun):
+    """A scenario of several robots in an open Meshcat page: each drives to its own goals."""
+
+    def _add_to(self, builder: DiagramBuilder) -> tuple[World, dict[str, Layer], str]:
+        scenario = self._scenario
+        worlds = worlds_of_robots(scenario, self._seed)
+        self._driven = add_robots(builder, scenario, worlds, self._seed)
+        stations = [each.navigation.station for each in self._driven]
+        self._followed = stations[0]
+        plant, scene_graph = self._followed.plant, self._followed.scene_graph
+        hidden = [*self._followed.floor, *collar_geometries(scene_graph)]
+        show_collision_shapes(plant, scene_graph, hidden)
+        period = 1.0 / scenario.recording.frames_per_second
+        looks = MeshcatVisualizerParams(publish_period=period, role=Role.kIllustration, prefix=WORLD_PREFIX)
+        looks.delete_on_initialization_event = False  # what is laid below the robots stays
+        MeshcatVisualizer.AddToBuilder(builder, scene_graph, self.meshcat, looks)
+        layers = with_scene(dict(trail_layer(r.name, "its goals", k) for k, r in enumerate(scenario.robots)), worlds[0])
+        stage = MeshcatStage(self.meshcat, f"/{ROOT}", period, layers)
+        for (name, layer), robot, station in zip(layers.items(), scenario.robots, stations, strict=False):
+            radius, height = robot.robot.radius, LAYERS["goal"].height
+            for x, y, *_ in robot.goals:
+                stage.add(name, five_pointed_star(np.array((x, y)), 0.9 * radius, height), 0.0)
+            below = Cylinder(RIM * radius, height)
+            self.meshcat.SetObject(f"{robot_path(station)}/rim", below, Rgba(*layer.color))
+        return worlds[0], layers, "each drives to its own goals"
+
+    def _going(self) -> str:
+        context = self.simulator.get_context()
+        there = sum(bool(np.isfinite(each.reached(context)).all()) for each in self._driven)
+        return f"{there} of {len(self._driven)} have reached their goals"

@@ -127,13 +127,14 @@ def _check_live_options(options: argparse.Namespace) -> None:
 
 
 def _simulate_live(scenario: "Scenario", options: argparse.Namespace) -> int:
-    from drake_starnav.cli.live import LiveRun  # late: bad input is reported before Drake is loaded
+    from drake_starnav.cli.live import LiveRobots, LiveRun  # late: bad input is reported before Drake is loaded
 
     rate = 1.0 if options.real_time_rate is None else options.real_time_rate
     say = (lambda text: None) if options.quiet else print
-    run = LiveRun(scenario, method=options.method, seed=options.seed, real_time_rate=rate, html=options.html, say=say)
-    address = run.page.address
-    print(f"open {address} and press play (s); pause (space), stop (escape), the goal: arrow keys", flush=True)
+    kind = LiveRobots if scenario.robots else LiveRun
+    run = kind(scenario, method=options.method, seed=options.seed, real_time_rate=rate, html=options.html, say=say)
+    address, goal = run.page.address, "" if scenario.robots else ", the goal: arrow keys"
+    print(f"open {address} and press play (s); pause (space), stop (escape){goal}", flush=True)
     if os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY") or sys.platform == "darwin":
         webbrowser.open(address)
     run.run()

@@ -89,7 +89,7 @@ class RobotNavigator(Diagram):
 
 
 @dataclass(frozen=True)
-class _Driven:
+class DrivenRobot:
     """A robot in the diagram of all.
 
     Attributes:
@@ -147,22 +147,18 @@ def run_robots(
         KeyboardInterrupt: Ctrl-C.
     """
     robots = scenario.robots
-    if not robots:
-        raise StarnavError(f"scenario {scenario.name} has no robots; allowed: a list of them, or run_trial")
     for each in robots:
         check_method(each, method)
     scenario_simulator_config(scenario.simulator_config)
-    made = make_world_with_footprints(scenario.world, seed, max(each.robot.radius for each in robots))
-    worlds = [_world_of(each, made) for each in robots]
-    _check_ends(robots, made)
+    worlds = worlds_of_robots(scenario, seed)
     shortest = [omniscient_path(w, each.robot.radius, each.goals) for each, w in zip(robots, worlds, strict=True)]
     builder = DiagramBuilder()
     holder: Diagram | DiagramBuilder = builder
     try:
-        driven = _add_robots(builder, scenario, worlds, seed)
+        driven = add_robots(builder, scenario, worlds, seed)
         holder = diagram = builder.Build()
         simulator = make_simulator(diagram, settings=scenario.simulator_config)
-        timeout = scenario.simulation.timeout or made.timeout
+        timeout = scenario.simulation.timeout or worlds[0].timeout
         start = time.perf_counter()
         message = _simulated(simulator, driven, timeout, progress)
         wall = time.perf_counter() - start
@@ -184,11 +180,19 @@ def run_robots(
         release(holder)
 
 
-def _world_of(scenario: Scenario, made: World) -> World:
-    """The world with the start of a robot and its last goal."""
-    assert scenario.start is not None
-    x, y, *_ = scenario.goals[-1]
-    return dataclasses.replace(made, start=scenario.start, goal=(x, y))
+def worlds_of_robots(scenario: Scenario, seed: int) -> list[World]:
+    """The world of a scenario with `robots`, once for each, with its start and its last goal.
+
+    Raises:
+        StarnavError: as of `run_robots`.
+    """
+    robots = scenario.robots
+    if not robots:
+        raise StarnavError(f"scenario {scenario.name} has no robots; allowed: a list of them, or run_trial")
+    made = make_world_with_footprints(scenario.world, seed, max(each.robot.radius for each in robots))
+    _check_ends(robots, made)
+    ends = [(each.start or made.start, each.goals[-1]) for each in robots]
+    return [dataclasses.replace(made, start=start, goal=(x, y)) for start, (x, y, *_) in ends]
 
 
 def _check_ends(robots: Sequence[Scenario], world: World) -> None:
@@ -211,8 +215,15 @@ def _check_ends(robots: Sequence[Scenario], world: World) -> None:
                 )
 
 
-def _add_robots(builder: DiagramBuilder, scenario: Scenario, worlds: Sequence[World], seed: int) -> list[_Driven]:
-    """Add a plant with all robots in their world, and what drives each."""
+def add_robots(builder: DiagramBuilder, scenario: Scenario, worlds: Sequence[World], seed: int) -> list[DrivenRobot]:
+    """Add a plant with all robots of a scenario in their world, and what drives each.
+
+    Args:
+        builder: of the diagram.
+        scenario: with `robots`.
+        worlds: as from `worlds_of_robots`.
+        seed: of the sensors' noise.
+    """
     robots, world, settings = scenario.robots, worlds[0], scenario.plant_config
     moving = world.model is not None and world.model.moving
     time_step = scenario.simulation.time_step if moving or DISCRETE_ONLY & set(settings) else 0.0
@@ -236,7 +247,7 @@ def _add_navigators(
     worlds: Sequence[World],
     models: Sequence[ModelInstanceIndex],
     seed: int,
-) -> list[_Driven]:
+) -> list[DrivenRobot]:
     """Add what drives each robot, its monitor and its logs."""
     plant, scene_graph = scene
     seeds = [(seed + k * SEEDS) % 2**63 for k in range(len(robots))]
@@ -259,13 +270,13 @@ def _add_navigators(
         builder.Connect(navigator.GetOutputPort("localization.state"), monitor.GetInputPort("state"))
         ports = plant.get_state_output_port(models[k]), navigator.GetOutputPort("twist_command")
         states, commands = (LogVectorOutput(port, builder, {TriggerType.kPerStep}) for port in ports)
-        driven.append(_Driven(each, world, navigator.navigation, monitor, (states, commands), stopwatch, []))
+        driven.append(DrivenRobot(each, world, navigator.navigation, monitor, (states, commands), stopwatch, []))
     return driven
 
 
 def _simulated(
     simulator: Simulator,
-    driven: Sequence[_Driven],
+    driven: Sequence[DrivenRobot],
     timeout: float,
     progress: Callable[[float, float], None] | None,
 ) -> str:
@@ -286,7 +297,7 @@ def _simulated(
     return advance_until(simulator, timeout, watch, arrived)
 
 
-def _run(simulator: Simulator, driven: _Driven, message: str, wall: float) -> Run:
+def _run(simulator: Simulator, driven: DrivenRobot, message: str, wall: float) -> Run:
     """What the simulation leaves of one robot; it ended for it when its last goal was reached."""
     context = simulator.get_context()
     times = driven.reached(context)

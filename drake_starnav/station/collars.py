@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
-from pydrake.geometry import Convex, Cylinder
+from pydrake.geometry import Convex, Cylinder, GeometryId, Role, SceneGraph
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex
@@ -14,6 +14,7 @@ from drake_starnav.station.lidar_mounts import lidar_poses
 
 COLLAR = 0.03
 """A collar reaches so far above and below the planes of all lidars, m."""
+NAME = "collar"
 
 
 def add_collars(plant: MultibodyPlant, robots: Sequence[Scenario], models: Sequence[ModelInstanceIndex]) -> None:
@@ -28,7 +29,14 @@ def add_collars(plant: MultibodyPlant, robots: Sequence[Scenario], models: Seque
     low, high = max(min(planes) - COLLAR, 0.01), max(planes) + COLLAR
     for each, base, floor in zip(robots, bases, floors, strict=True):
         for k, (shape, X_BC) in enumerate(_collar(each.robot, low - floor, high - floor)):
-            plant.RegisterCollisionGeometry(base, X_BC, shape, f"collar_{k}", CoulombFriction(0.3, 0.3))
+            plant.RegisterCollisionGeometry(base, X_BC, shape, f"{NAME}_{k}", CoulombFriction(0.3, 0.3))
+
+
+def collar_geometries(scene_graph: SceneGraph) -> list[GeometryId]:
+    """The collars of all robots in a scene."""
+    inspector = scene_graph.model_inspector()
+    named = ((g, inspector.GetName(g).rpartition("::")[2]) for g in inspector.GetAllGeometryIds(Role.kProximity))
+    return [geometry for geometry, name in named if name.rpartition("_")[0] == NAME]
 
 
 def _collar(robot: RobotParameters, low: float, high: float) -> list[tuple[Cylinder | Convex, RigidTransform]]:

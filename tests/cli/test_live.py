@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from drake_starnav.cli.live import LiveRun
+from drake_starnav.cli.live import LiveRobots, LiveRun
 from drake_starnav.cli.simulate import simulate
-from drake_starnav.scenario import parse_scenario
+from drake_starnav.loading import parse_scenario
 from drake_starnav.simulation import run_trial
 
 TEXT = "world: !Obstacles {bounds: [-1, -2, 5, 2], cylinders: [[1.5, 0.1, 0.3]], goal: [3.0, 0.0]}\n"
@@ -96,6 +96,26 @@ def test_a_recording_of_it_may_be_kept(tmp_path) -> None:
     run.finish()
     assert "stopped after 0.5 s" in html.read_text(encoding="utf-8")
     assert list(tmp_path.iterdir()) == [html]
+
+
+def test_several_robots_drive_to_their_own_goals(tmp_path) -> None:
+    text = """world: !Obstacles {bounds: [-1, -2, 3, 2]}
+robots: [{start: [0, -1, 0], goal: [0.5, -1]}, {name: box, model: carrier, start: [0, 1, 0], goal: [0.8, 1]}]
+"""
+    reported: list[str] = []
+    scenario, html = parse_scenario(text, name="two"), tmp_path / "two.html"
+    run = LiveRobots(scenario, real_time_rate=0.0, html=html, say=reported.append)
+    assert run.meshcat.GetSliderNames() == []
+    click(run, "start")
+    while not any("2 of 2 have reached their goals" in text for text in reported):
+        assert run.step() and run.time < 20.0
+    for path in ("/starnav/trail/box", "/world/starbot_1_/starbot/base_link/rim", "/world/box_/carrier/base_link/rim"):
+        assert run.meshcat.HasPath(path), path
+    click(run, "stop")
+    run.run()
+    run.finish()
+    page = html.read_text(encoding="utf-8")
+    assert "stopped after" in page and "box: its goals" in page and "each drives to its own goals" in page
 
 
 @pytest.mark.parametrize(
