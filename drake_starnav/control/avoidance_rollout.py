@@ -110,11 +110,10 @@ class Scene(NamedTuple):
     settings: Settings
 
 
-@njit(cache=True)
-def start_row(pose, twist, hits, radius):
+def start_row(pose: np.ndarray, twist: np.ndarray, hits: np.ndarray, radius: float) -> np.ndarray:
     """The rollout before its first step."""
     row = np.zeros(COLUMNS)
-    row[X], row[Y], row[YAW], row[V], row[OMEGA] = pose[0], pose[1], pose[2], twist[0], twist[1]
+    row[[X, Y, YAW]], row[[V, OMEGA]] = pose, twist
     row[WAY_POINT], row[REGION], row[LEAST], row[ARRIVAL] = 1, -1, np.inf, np.inf
     row[CLEARANCE] = clearance_within(pose[0], pose[1], hits, radius, WALL_ZONE)
     row[CLOSEST] = row[CLEARANCE]

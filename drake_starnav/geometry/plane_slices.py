@@ -161,29 +161,22 @@ def _slice(plane, quadrics, vertices, face_starts, face_vertices):
     for k in range(len(quadrics)):
         count = _slice_quadric(quadrics[k], plane, normal, rows, count)
     for f in range(len(face_starts) - 1):
-        count = _slice_face(face_starts[f], face_starts[f + 1], face_vertices, vertices, heights, plane, rows, count)
+        first, last, found = face_starts[f], face_starts[f + 1], 0
+        x1 = y1 = x2 = y2 = 0.0
+        for k in range(first, last):
+            i, j = face_vertices[k], face_vertices[k + 1 if k + 1 < last else first]
+            if (heights[i] >= 0.0) == (heights[j] >= 0.0) or found == 2:
+                continue
+            if heights[i] > heights[j]:  # always upwards: two faces that share an edge get exactly the same point
+                i, j = j, i
+            share = heights[i] / (heights[i] - heights[j])
+            a, b = vertices[i], vertices[j]
+            point = a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1]), a[2] + share * (b[2] - a[2])
+            x1, y1, x2, y2 = x2, y2, _along(point, plane[0], plane[2]), _along(point, plane[1], plane[2])
+            found += 1
+        if found == 2 and (x1 != x2 or y1 != y2):
+            count = _put_segment(x1, y1, x2, y2, rows, count)
     return rows[:count].copy()
-
-
-@njit(cache=True)
-def _slice_face(first, last, corners, vertices, heights, plane, rows, count):
-    """Write the segment in which the plane cuts the face of corners first to last; returns the new count of rows."""
-    x1 = y1 = x2 = y2 = 0.0
-    found = 0
-    for k in range(first, last):
-        i, j = corners[k], corners[k + 1 if k + 1 < last else first]
-        if (heights[i] >= 0.0) == (heights[j] >= 0.0) or found == 2:
-            continue
-        if heights[i] > heights[j]:  # always upwards: two faces that share an edge get exactly the same point
-            i, j = j, i
-        share = heights[i] / (heights[i] - heights[j])
-        a, b = vertices[i], vertices[j]
-        point = a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1]), a[2] + share * (b[2] - a[2])
-        x1, y1, x2, y2 = x2, y2, _along(point, plane[0], plane[2]), _along(point, plane[1], plane[2])
-        found += 1
-    if found == 2 and (x1 != x2 or y1 != y2):
-        count = _put_segment(x1, y1, x2, y2, rows, count)
-    return count
 
 
 @leaf

@@ -81,8 +81,10 @@ class ShapeBins(NamedTuple):
         buckets = 1
         while buckets < 2 * len(rows):
             buckets *= 2
-        placed, starts = _by_cell(rows, cell, buckets)
-        return ShapeBins(placed, starts, cell)
+        i, j = np.floor(rows[:, :2] / cell).astype(np.int64).T
+        bucket = np.where(rows[:, 2] <= cell, _bucket(i, j, buckets), buckets)
+        order = np.argsort(bucket, kind="stable")
+        return ShapeBins(rows[order], np.searchsorted(bucket[order], np.arange(buckets + 2)), cell)
 
 
 def circle_rows(circles: np.ndarray) -> np.ndarray:
@@ -139,27 +141,6 @@ def _bucket(i, j, buckets):
     """The bucket of the grid cell (i, j)."""
     # Cells of one column i are consecutive; multiples of the golden ratio spread the columns evenly.
     return (i * (int(0.6180339887498949 * buckets) | 1) + j) & (buckets - 1)
-
-
-@njit(cache=True)
-def _by_cell(rows, cell, buckets):
-    """The rows in the order of their buckets, and where each bucket starts; large shapes come last."""
-    bucket = np.empty(len(rows), dtype=np.int64)
-    starts = np.zeros(buckets + 2, dtype=np.int64)
-    for k in range(len(rows)):
-        bucket[k] = buckets
-        if rows[k, 2] <= cell:
-            i, j = int(math.floor(rows[k, 0] / cell)), int(math.floor(rows[k, 1] / cell))
-            bucket[k] = _bucket(i, j, buckets)
-        starts[bucket[k] + 1] += 1
-    for n in range(buckets + 1):
-        starts[n + 1] += starts[n]
-    placed = np.empty_like(rows)
-    free = starts.copy()
-    for k in range(len(rows)):
-        placed[free[bucket[k]]] = rows[k]
-        free[bucket[k]] += 1
-    return placed, starts
 
 
 @njit(cache=True)

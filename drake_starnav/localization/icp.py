@@ -82,7 +82,7 @@ def _lines(points, increment, wrap, width):
             continue
         mx, my = sx / count, sy / count
         a, b, c = sxx / count - mx * mx, sxy / count - mx * my, syy / count - my * my
-        spread = _spread(a, b, c)
+        spread = math.sqrt(0.25 * (a - c) ** 2 + b * b)
         least, most = 0.5 * (a + c) - spread, 0.5 * (a + c) + spread
         if most < 1e-12 or least > FLATNESS * most:
             continue  # a corner or a cloud
@@ -90,12 +90,6 @@ def _lines(points, increment, wrap, width):
         anchor[i, 0], anchor[i, 1] = x + mx, y + my
         normal[i, 0], normal[i, 1] = -math.sin(along), math.cos(along)
     return anchor, normal
-
-
-@njit(cache=True)
-def _spread(a, b, c):
-    """Half the difference of the eigenvalues of the matrix ((a, b), (b, c))."""
-    return math.sqrt(0.25 * (a - c) ** 2 + b * b)
 
 
 @njit(cache=True)
@@ -174,7 +168,7 @@ def _keep_along(h, g, away, weight):
     """Keep the guess, which the pose is `away` from, along the lines where all of them are parallel."""
     # the smallest eigenvalue belongs to the direction along the lines
     a, b, c = h[0, 0] - weight[0], h[0, 1], h[1, 1] - weight[1]
-    if 0.5 * (a + c) - _spread(a, b, c) < OBSERVABLE * (a + c):
+    if 0.5 * (a + c) - math.sqrt(0.25 * (a - c) ** 2 + b * b) < OBSERVABLE * (a + c):
         along = 0.5 * math.atan2(2.0 * b, a - c) + 0.5 * math.pi
         u = np.array((math.cos(along), math.sin(along)))
         for i in range(2):

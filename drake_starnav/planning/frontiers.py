@@ -68,21 +68,12 @@ def edge_frontiers(region: StarRegion, owner: int) -> Frontiers:
     At a jump, stands lie along the ray of the jump, one sample beside it, and probes lie across it, behind the nearer
     surface. On an arc at maximum range, stands lie just inside and probes just outside.
     """
-    rows = _edge_points(
-        region.center,
-        region.bearing_0,
-        region.free_range,
-        region.boundary.values,
-        region.limit,
-        JUMP,
-        SPACING,
-        PROBE_DISTANCE,
-    )
+    rows = _edge_points(region.center, region.bearing_0, region.free_range, region.boundary.values, region.limit)
     return Frontiers(rows[:, :2].copy(), rows[:, 2:].copy(), np.full(len(rows), owner))
 
 
 @njit(cache=True)
-def _edge_points(center, bearing_0, free, fitted, limit, jump, spacing, offset):
+def _edge_points(center, bearing_0, free, fitted, limit):
     """Stands and probes of `edge_frontiers` of a region with these fields, shape (n, 4), W, m."""
     count = len(free)
     step = 2.0 * math.pi / count
@@ -91,7 +82,7 @@ def _edge_points(center, bearing_0, free, fitted, limit, jump, spacing, offset):
     along_arc = np.inf
     for i in range(count):
         j = (i + 1) % count
-        if abs(free[i] - free[j]) > jump:
+        if abs(free[i] - free[j]) > JUMP:
             near, far, side = (i, j, -1.0) if free[i] < free[j] else (j, i, 1.0)
             beside = int(far - side) % count  # one sample beside the jump a stand is inside the region
             theta = bearing_0 + far * step
@@ -103,23 +94,23 @@ def _edge_points(center, bearing_0, free, fitted, limit, jump, spacing, offset):
                 r = 0.5 * (low + high)
             while high - low >= 0.04 and r <= high and n < len(out):
                 if r > NEAREST_STAND:
-                    across = theta + side * max(1.5 * step, offset / r)
+                    across = theta + side * max(1.5 * step, PROBE_DISTANCE / r)
                     out[n, 0] = center[0] + r * math.cos(theta - side * step)
                     out[n, 1] = center[1] + r * math.sin(theta - side * step)
                     out[n, 2] = center[0] + r * math.cos(across)
                     out[n, 3] = center[1] + r * math.sin(across)
                     n += 1
-                r += spacing
+                r += SPACING
         if limit[i] > 0.0 and free[i] >= limit[i] - RIM_INSET:
             along_arc += step * free[i]
             r = fitted[i] - RIM_INSET
-            if along_arc > spacing and r > NEAREST_STAND and n < len(out):
+            if along_arc > SPACING and r > NEAREST_STAND and n < len(out):
                 along_arc = 0.0
                 theta = bearing_0 + i * step
                 out[n, 0] = center[0] + r * math.cos(theta)
                 out[n, 1] = center[1] + r * math.sin(theta)
-                out[n, 2] = center[0] + (free[i] + offset) * math.cos(theta)
-                out[n, 3] = center[1] + (free[i] + offset) * math.sin(theta)
+                out[n, 2] = center[0] + (free[i] + PROBE_DISTANCE) * math.cos(theta)
+                out[n, 3] = center[1] + (free[i] + PROBE_DISTANCE) * math.sin(theta)
                 n += 1
         else:
             along_arc = np.inf

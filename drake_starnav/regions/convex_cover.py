@@ -61,7 +61,9 @@ def half_plane_cover(region: StarRegion, count: int = 8) -> list[HalfPlanes]:
     bearings = region.bearing_0 + 2.0 * math.pi / len(values) * np.arange(len(values))
     rays = np.column_stack((np.cos(bearings), np.sin(bearings)))
     reach = np.minimum(values, np.roll(values, -1))  # between two samples the smaller one counts
-    planes, used = _cover(inner_polygon(rays, reach), count)
+    polygon = inner_polygon(rays, reach)
+    points = np.vstack((np.zeros((1, 2)), even_points(polygon, POINTS)))
+    planes, used = _cover(polygon, points, count)
     return [
         HalfPlanes(rows[:n, :2].copy(), rows[:n, 2] + rows[:n, :2] @ region.center)
         for rows, n in zip(planes, used, strict=True)
@@ -69,9 +71,8 @@ def half_plane_cover(region: StarRegion, count: int = 8) -> list[HalfPlanes]:
 
 
 @njit(cache=True)
-def _cover(polygon, count):
+def _cover(polygon, points, count):
     """Half-planes (normal, offset) about the centre of each set, shape (k, MOST_PLANES, 3), and how many each has."""
-    points = np.vstack((np.zeros((1, 2)), even_points(polygon, POINTS)))
     most = (count * SEEDS + 1) * GROWTHS
     planes, used = np.empty((most, MOST_PLANES, 3)), np.zeros(most, np.int64)
     holds, gains, overlaps = np.zeros((most, len(points)), np.bool_), np.zeros(most), np.zeros(most, np.bool_)

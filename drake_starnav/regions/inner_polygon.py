@@ -77,23 +77,15 @@ def _edge(rays, reach, start, radius, leap):
     return end, stop, leaps
 
 
-@njit(cache=True)
-def even_points(polygon, count):
+def even_points(polygon: np.ndarray, count: int) -> np.ndarray:
     """Points spread evenly in a polygon, star-shaped about the origin, shape (count, 2), m; none if it is flat."""
-    n = len(polygon)
-    area = np.zeros(n + 1)
-    for j in range(n):
-        ax, ay = polygon[j]
-        bx, by = polygon[j + 1 if j + 1 < n else 0]
-        area[j + 1] = area[j] + max(ax * by - ay * bx, 0.0)
-    if area[n] <= 0.0:
+    following = np.roll(polygon, -1, axis=0)
+    doubled = np.maximum(polygon[:, 0] * following[:, 1] - polygon[:, 1] * following[:, 0], 0.0)
+    area = np.append(0.0, doubled.cumsum())
+    if area[-1] <= 0.0:
         return np.empty((0, 2))
-    points, j = np.empty((count, 2)), 0
-    for i in range(count):
-        wanted = (i + 0.5) / count * area[n]
-        while area[j + 1] <= wanted:
-            j += 1
-        t = (wanted - area[j]) / (area[j + 1] - area[j])
-        outward = math.sqrt((0.5 + i * GOLDEN) % 1.0)  # the root: as much area below as the share says
-        points[i] = outward * ((1.0 - t) * polygon[j] + t * polygon[j + 1 if j + 1 < n else 0])
-    return points
+    wanted = (np.arange(count) + 0.5) / count * area[-1]
+    j = np.searchsorted(area, wanted, side="right") - 1
+    t = ((wanted - area[j]) / doubled[j])[:, None]
+    outward = np.sqrt((0.5 + np.arange(count) * GOLDEN) % 1.0)  # the root: as much area below as the share says
+    return outward[:, None] * ((1.0 - t) * polygon[j] + t * following[j])

@@ -74,10 +74,12 @@ def _averaged_ranges(
     """
     measured = np.where(hits, scan.ranges, np.inf)
     rays = scan.points_at(np.ones(len(hits)), np.full(len(hits), True), (0.0, 0.0, pose[2]))
-    place = float(pose[0]), float(pose[1]), float(pose[2]) + scan.angle_min
+    _, beam = scan.polar(points, pose)
+    offset, far = points - pose[:2], reach + SAME_SURFACE
     total, count = measured.copy(), np.ones(len(measured))
     for begin, end in itertools.pairwise((0, *ends.tolist())):
-        _add_estimates(measured, rays, points[begin:end], scan.beams, place, reach + SAME_SURFACE, total, count)
+        estimates = _estimates(measured, rays, offset[begin:end], beam[begin:end], scan.beams, far)
+        total, count = total + np.where(estimates < np.inf, estimates, 0.0), count + (estimates < np.inf)
     return total / count, count
 
 
@@ -96,29 +98,21 @@ def _seen_again(scan: LaserScan, ranges: np.ndarray, points: np.ndarray, pose: n
 
 
 @njit(cache=True)
-def _beam(dx, dy, first, increment):
-    """The real-valued index of the beam towards (dx, dy) from the sensor; `first` is the bearing of beam 0."""
-    return ((math.atan2(dy, dx) - first) % (2.0 * math.pi)) / increment
+def _estimates(measured, rays, points, beam, beams, reach):
+    """Of each beam its crossing with a chord of an earlier scan, the one nearest to its measured range, m; or infinity.
 
-
-@njit(cache=True)
-def _add_estimates(measured, rays, points, beams, place, reach, total, count):
-    """Add to each beam's total its crossing with a chord of an earlier scan, the one nearest to its measured range."""
-    x, y, first = place
-    increment, full_circle, number = beams.increment, beams.seam < np.inf, len(measured)
-    turn = 2.0 * math.pi / increment
+    The points (k, 2) of that scan are relative to the sensor in W, m; `beam` (k,) is the real-valued beam towards each.
+    """
+    full_circle, number = beams.seam < np.inf, len(measured)
+    turn = 2.0 * math.pi / beams.increment
     nearest = np.full(number, np.inf)
-    last, beam = -2, 0.0  # the hit whose beam was computed last
     for i in range(len(points)):
-        px, py = points[i - 1, 0] - x, points[i - 1, 1] - y  # in a full circle the last hit is next to the first
-        qx, qy = points[i, 0] - x, points[i, 1] - y
+        px, py = points[i - 1]  # in a full circle the last hit is next to the first
+        qx, qy = points[i]
         ex, ey = qx - px, qy - py
         if max(abs(qx), abs(qy)) > reach or ex * ex + ey * ey > CONNECTED_CHORD * CONNECTED_CHORD:
             continue
-        after = _beam(qx, qy, first, increment)
-        before = _beam(px, py, first, increment) if last != i - 1 else beam
-        last, beam = i, after
-        low, high = min(before, after), max(before, after)
+        low, high = min(beam[i - 1], beam[i]), max(beam[i - 1], beam[i])
         if high - low > 0.5 * turn:  # the chord crosses the bearing of beam 0
             low, high = high - turn, low
         for n in range(int(math.ceil(low)), int(math.floor(high)) + 1):
@@ -131,7 +125,4 @@ def _add_estimates(measured, rays, points, beams, place, reach, total, count):
             crossing = (px * ey - py * ex) / across
             if abs(crossing - measured[k]) < min(SAME_SURFACE, abs(nearest[k] - measured[k])):
                 nearest[k] = crossing
-    for k in range(number):
-        if nearest[k] < np.inf:
-            total[k] += nearest[k]
-            count[k] += 1.0
+    return nearest

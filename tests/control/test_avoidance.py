@@ -18,7 +18,7 @@ from drake_starnav.regions.star_region import scan_region, united
 from drake_starnav.robot import RobotParameters
 from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
-from drake_starnav.tracking.prediction import HORIZON, predicted_trajectories
+from drake_starnav.tracking.prediction import predicted_trajectories
 from tests.helpers.motions import actuation
 from tests.helpers.scans import MARGINS, cast
 from tests.helpers.scenes import hall
@@ -48,9 +48,7 @@ def obstacle(position: tuple[float, float], velocity: tuple[float, float]) -> Tr
         swing=np.zeros(1),
         hits=place + RADIUS * np.column_stack((np.cos(angle), np.sin(angle))),
         owner=np.zeros(40, np.int64),
-        predicted_trajectories=predicted_trajectories(
-            place, moving, np.array([RADIUS]), np.zeros((0, 2)), HORIZON + 0.3
-        ),
+        predicted_trajectories=predicted_trajectories(place, moving, np.array([RADIUS]), np.zeros((0, 2))),
     )
 
 
