@@ -3,6 +3,8 @@
 import numpy as np
 from numba import njit
 
+from drake_starnav.geometry.compiled import largest
+
 UNREACHED = 2**30
 """Costs are stored less this, so that 0, of which memory is full at no cost, stands for what was not reached."""
 FIRST_ENTRIES = 4096
@@ -24,7 +26,7 @@ def bucket_dijkstra(weight, cost, gi, gj, cost_to_come_grid, margin=NEIGHBOURHOO
     cost_to_come = cost_to_come_grid.ravel()
     best = UNREACHED
     buckets = 1
-    while buckets <= 28 * np.int64(w.max()) + 1:
+    while buckets <= 28 * np.int64(largest(w)) + 1:
         buckets *= 2
     head = np.full(buckets, -1, np.int32)
     entries = np.empty((FIRST_ENTRIES, 3), np.int32)  # cell, cost less UNREACHED, next entry

@@ -163,10 +163,9 @@ def _stamp(tiles, used, rows, first, resolution, cap, points):
             for q in range((j - reach) // TILE, (j + reach) // TILE + 1):
                 row = rows[p - first[0], q - first[1]]
                 if row < before:
-                    if row >= 0:
-                        tiles[used] = tiles[row]
-                    else:
-                        tiles[used] = cap
+                    for a in range(TILE):
+                        for b in range(TILE):
+                            tiles[used, a, b] = tiles[row, a, b] if row >= 0 else cap
                     row = rows[p - first[0], q - first[1]] = used
                     used += 1
                 for a in range(max(i - reach, p * TILE), min(i + reach, p * TILE + TILE - 1) + 1):

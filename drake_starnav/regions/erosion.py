@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from drake_starnav.geometry.compiled import largest
 from drake_starnav.lidar.field_of_view import TURN
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.regions.bearing_hits import BearingHits, beams_to_bearings, half_chords
@@ -143,10 +144,13 @@ def disc_range(beams, distance, view, radius, margins, tables):
     limit = bearing_limit(samples, view[0], view[1], max(range_max - inflated, 0.0))
     sight = within_sight(limit, beams, inflated)
     free = erode(hits[0], hits[1], hits[2], inflated, sight, cosine, squares)
-    if least >= margin or free.min() >= SHUT:
-        return free, limit, margin
     # A look at the narrowest robot no farther than it takes to see whether there are passages: there rarely are.
-    look = np.where(free < SHUT, np.minimum(sight, SHUT + 2.0 * PASSAGE_DEPTH), 0.0)
+    look = np.zeros(samples)
+    for i in range(samples):
+        if free[i] < SHUT:
+            look[i] = min(sight[i], SHUT + 2.0 * PASSAGE_DEPTH)
+    if least >= margin or largest(look) == 0.0:
+        return free, limit, margin
     if not with_passages(free, erode(hits[0], hits[1], hits[2], radius + least, look, cosine, squares))[1]:
         return free, limit, margin
     kept = margin
@@ -233,7 +237,7 @@ def erode(distance, gap, offset, radius, limit, cosine, sine_squared):
         samples + 2 * reach, np.inf
     )  # the full turn with an overlap, so that inner loops need no wrap-around
     entry = np.empty(reach + 1)
-    farthest = limit.max()
+    farthest = largest(limit)
     width = 0  # samples that the disc covers to either side: neighbouring hits differ little
     for j in range(samples):
         d = distance[j]

@@ -9,6 +9,7 @@ import math
 import numpy as np
 from numba import njit
 
+from drake_starnav.geometry.compiled import largest
 from drake_starnav.regions.region_union import CELL, WORD, RegionUnion
 
 SLACK = 0.07
@@ -67,7 +68,7 @@ def _mark(marks, first, k, center, bearing_0, values):
     step = 2.0 * math.pi / samples
     _mark_box(marks, first, k, center[0], center[1], PATCH + SLACK)
     low = PATCH
-    farthest = values.max()
+    farthest = largest(values)
     while low < farthest:
         high = 2.0 * low
         together = max(int(PATCH / (high * step)), 1)

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from drake_starnav.geometry.compiled import leaf
+from drake_starnav.geometry.compiled import largest, leaf
 from drake_starnav.geometry.se2 import placed
 
 LINE_STEP = 0.05
@@ -95,10 +95,7 @@ def _contained(union, points, slack):
     low_x = low_y = np.inf
     high_x = high_y = -np.inf
     for k in range(0 if has_index else len(bearing_0)):
-        reach = 0.0
-        for value in values[k]:
-            reach = max(reach, value)
-        reach += abs(slack) + 1e-9
+        reach = largest(values[k]) + abs(slack) + 1e-9
         low_x, high_x = min(low_x, center[k, 0] - reach), max(high_x, center[k, 0] + reach)
         low_y, high_y = min(low_y, center[k, 1] - reach), max(high_y, center[k, 1] + reach)
     last = -1

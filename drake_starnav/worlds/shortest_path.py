@@ -21,6 +21,7 @@ _MOVES = np.array(
     [(1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)]
     + [(1, 2), (2, 1), (2, -1), (1, -2), (-1, -2), (-2, -1), (-2, 1), (-1, 2)]
 )
+_LENGTHS = np.sqrt((_MOVES**2).sum(axis=1).astype(float))
 _ALL_BLOCKED = 0xFFFF
 _POINTS_PER_CIRCLE = 48  # arcs come out 0.14 % too long
 _BAND = 0.3  # m, how far from the straightened path its corners are looked for
@@ -130,7 +131,7 @@ def _search_grid(
     goal_x, goal_y = ends[1]
     cost = np.full(nx * ny, np.inf)
     move = np.full(nx * ny, -1, np.int8)  # by which a grid point was reached
-    lengths = resolution * np.sqrt((_MOVES**2).sum(axis=1).astype(np.float64))
+    lengths = resolution * _LENGTHS
     queue = [(np.inf, -1)]
     # the ends lie off the grid: join each to the grid points that it sees nearby
     to_goal = np.full((2 * _JOINED + 1, 2 * _JOINED + 1), np.inf)
@@ -217,7 +218,7 @@ def _pull_taut(path: np.ndarray, capsules: np.ndarray) -> np.ndarray:
         bars = _around(band, capsules)
         corners = np.column_stack((path, arc_lengths(path)))  # with the distance travelled up to each
         points = np.vstack((corners[:-1], _points_near(path, bars, around), corners[-1:]))
-        shorter = _shortest_through(points, bars)
+        shorter = _shortest_through(points[np.argsort(points[:, 2], kind="stable")], bars)
         done = _length(shorter) > (1.0 - 1e-4) * _length(path)
         path = shorter
         if done:
@@ -266,10 +267,9 @@ def _shortest_through(points: np.ndarray, capsules: np.ndarray) -> np.ndarray:
     """The shortest polyline (k, 2) through mutually visible points, in the order of their travel.
 
     Args:
-        points: shape (n, 3): x, y, distance travelled; the first is the start, the last the goal.
+        points: shape (n, 3): x, y, distance travelled, in ascending order; the first is the start, the last the goal.
         capsules: shape (m, 5).
     """
-    points = points[np.argsort(points[:, 2], kind="mergesort")]
     n = len(points)
     cost = np.full(n, np.inf)
     parent = np.full(n, -1, np.int64)
@@ -292,5 +292,6 @@ def _shortest_through(points: np.ndarray, capsules: np.ndarray) -> np.ndarray:
         chain.append(parent[chain[-1]])
     path = np.empty((len(chain), 2))
     for k in range(len(chain)):
-        path[k] = points[chain[len(chain) - 1 - k], :2]
+        end = chain[len(chain) - 1 - k]
+        path[k, 0], path[k, 1] = points[end, 0], points[end, 1]
     return path
