@@ -1,5 +1,6 @@
 """How a robot moves: what it is commanded, what of it it can do, and which motions it may try."""
 
+from collections.abc import Iterable
 from typing import Protocol
 
 import numpy as np
@@ -59,8 +60,8 @@ class Base(Protocol):
     def towards(self, error: float, speed: float, limits: Limits) -> np.ndarray:
         """The twist that begins to drive in a direction that is `error` (rad) to the left of the heading."""
 
-    def proposals(self, desired: np.ndarray, limits: Limits) -> np.ndarray:
-        """Twists to try for a desired one, shape (k, n), the best first."""
+    def proposals(self, desired: np.ndarray, limits: Limits) -> Iterable[np.ndarray]:
+        """Twists to try for a desired one, the best first: itself."""
 
     def braking(self, twist: np.ndarray, desired: np.ndarray, turns: bool) -> np.ndarray:
         """What brakes the robot.

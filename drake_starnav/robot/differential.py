@@ -1,6 +1,7 @@
 """Two wheels, or two rows of wheels, on one axle."""
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -37,9 +38,9 @@ class Differential:
         """As of `Base`: it turns first."""
         return np.array(turning_twist(error, speed, limits))
 
-    def proposals(self, desired: np.ndarray, limits: Limits) -> np.ndarray:
-        """As of `Base`: slower, and turning less."""
-        return SHARES * desired
+    def proposals(self, desired: np.ndarray, limits: Limits) -> Iterator[np.ndarray]:
+        """As of `Base`: slower, and turning less; made as they are asked for, as the first one mostly does."""
+        return (share * desired for share in SHARES)
 
     def braking(self, twist: np.ndarray, desired: np.ndarray, turns: bool) -> np.ndarray:
         """As of `Base`."""

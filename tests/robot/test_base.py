@@ -28,7 +28,7 @@ def test_twists_are_cut_off_at_the_limits_and_nan_stays(name):
 def test_proposals_begin_with_what_is_desired_and_stay_within_the_limits(name):
     robot = ROBOTS[name]
     desired = robot.drive.towards(0.4, 0.6, robot.limits)
-    proposals = robot.drive.proposals(desired, robot.limits)
+    proposals = list(robot.drive.proposals(desired, robot.limits))
     np.testing.assert_allclose(proposals[0], desired)
     for proposal in proposals:
         np.testing.assert_allclose(robot.drive.saturated(proposal, robot.limits), proposal, atol=1e-9)
