@@ -14,8 +14,10 @@ from drake_starnav.utils.progress import Progress
 COMPILING = "compiling, once"
 """What a first run says."""
 PACKAGE = __name__.partition(".")[0]
-CALLED = 0.75
-"""Share of the functions without a cache that a run calls: measured in forests and among moving obstacles."""
+CALLED = 0.6
+"""Share of the functions without a cache that a run calls: measured in a forest."""
+FEW = 20
+"""So many functions must be compiled before they tell how long the others take: the first ones take longest."""
 IDLE = 1.0
 """The bar disappears when nothing has been compiled for so long, s."""
 
@@ -58,8 +60,8 @@ class _Compilation(event.Listener):
         self._show()
 
     def seconds_left(self) -> float | None:
-        """Estimate of the time that the rest takes, s; None before any function has been compiled."""
-        if not self._done:
+        """Estimate of the time that the rest takes, s; None as long as few functions have been compiled."""
+        if self._done < FEW:
             return None
         waiting = len(self._waiting or ())
         left = max(CALLED * (self._done + waiting) - self._done, 0.4 * waiting)

@@ -67,7 +67,7 @@ def test_every_room_with_compiled_functions_is_followed_whoever_calls_it() -> No
         assert f"import {compilation.__name__}" in sources[PATH / room / "__init__.py"]
 
 
-@pytest.mark.parametrize("called", [0.7, 0.8, 0.9])
+@pytest.mark.parametrize("called", [0.5, 0.6, 0.7])
 @pytest.mark.parametrize("machine", [0.5, 1.0, 3.0])
 def test_the_estimate_is_within_a_factor_of_two(called: float, machine: float, monkeypatch) -> None:
     """Of functions whose costs differ by far more than that, some of them never called."""
@@ -81,7 +81,9 @@ def test_the_estimate_is_within_a_factor_of_two(called: float, machine: float, m
     total = float(costs[needed].sum())
     for k in needed:
         left = total - now[0]
-        if now[0] > 0.1 * total and left > 0.3 * total:
+        if listener._done < compilation.FEW:
+            assert listener.seconds_left() is None
+        elif left > 0.3 * total:
             assert 0.5 * left <= listener.seconds_left() <= 2.0 * left
         now[0] += costs[k]
         listener.spent = now[0]
