@@ -1,5 +1,10 @@
 const starnav = (function () {
   const settings = SETTINGS;
+  // Degrees: of the camera, narrow, so that tall obstacles seen from above hide little; and of each preset's line of
+  // sight from straight down; at 0 the direction "up" would be undefined.
+  const [FIELD_OF_VIEW, TILTS] = [20, {top: 0.05, follow: 35, oblique: 50}];
+  const [SPARE, TALL] = [1.04, 0.5];  // presets show so much more than their box, and the tops of obstacles so high, m
+  const SCALE_WIDTH = 120;  // greatest width of the scale bar, pixels
   const element = (name) => document.getElementById('starnav-' + name);
   const [clock, play, bar, scale] = ['clock', 'play', 'time', 'scale'].map(element);
   const [pane, animator] = [viewer.dom_element, viewer.animator];
@@ -57,10 +62,10 @@ const starnav = (function () {
     const [width, height] = [pane.offsetWidth, pane.offsetHeight];
     let [across, along, up] = [x1 - x0, y1 - y0, [0, 1]];
     if (width >= height ? along > across : along < across) [across, along, up] = [along, across, [-1, 0]];
-    const tilt = Math.PI / 180 * settings.tilts[name];
-    const half = Math.tan(Math.PI / 360 * settings.field_of_view);
-    const high = settings.spare * Math.max(Math.cos(tilt) * along, across * height / width);
-    const distance = 0.5 * high / half + 0.5 * Math.sin(tilt) * along + settings.tall;
+    const tilt = Math.PI / 180 * TILTS[name];
+    const half = Math.tan(Math.PI / 360 * FIELD_OF_VIEW);
+    const high = SPARE * Math.max(Math.cos(tilt) * along, across * height / width);
+    const distance = 0.5 * high / half + 0.5 * Math.sin(tilt) * along + TALL;
     const middle = [0.5 * (x0 + x1), 0.5 * (y0 + y1)];
     const away = distance * Math.sin(tilt);
     const position = [middle[0] - away * up[0], middle[1] - away * up[1], distance * Math.cos(tilt)];
@@ -70,7 +75,7 @@ const starnav = (function () {
     view = name;
     const {position, target, distance} = camera(name);
     // A near plane that is not too near keeps flat layers a centimetre apart from flickering.
-    Object.assign(viewer.camera, {fov: settings.field_of_view, near: 0.02 * distance, far: 10 * distance});
+    Object.assign(viewer.camera, {fov: FIELD_OF_VIEW, near: 0.02 * distance, far: 10 * distance});
     viewer.camera.updateProjectionMatrix();
     viewer.camera.position.fromArray(drawn(position));
     viewer.set_camera_target(drawn(target));
@@ -119,7 +124,7 @@ const starnav = (function () {
   function drawScale() {
     const distance = viewer.camera.position.distanceTo(viewer.controls.target);
     const pixels = pane.offsetHeight / (2 * Math.tan(Math.PI / 360 * viewer.camera.fov) * distance);
-    const longest = Math.min(settings.scale_width, 0.25 * pane.offsetWidth) / pixels;
+    const longest = Math.min(SCALE_WIDTH, 0.25 * pane.offsetWidth) / pixels;
     const power = 10 ** Math.floor(Math.log10(longest));
     const meters = power * Math.max(...[1, 2, 5].filter(step => step * power <= longest * (1 + 1e-9)));
     scale.style.width = meters * pixels + 'px';

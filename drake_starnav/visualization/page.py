@@ -9,19 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from drake_starnav.visualization.camera import (
-    BAR_HEIGHT,
-    FIELD_OF_VIEW,
-    PANEL_WIDTH,
-    SCALE_WIDTH,
-    SPARE,
-    TALL,
-    TILTS,
-    VIEWS,
-    Extent,
-    around_robot,
-    check_view,
-)
+from drake_starnav.visualization.camera import VIEWS, Extent, around_robot, check_view
 from drake_starnav.visualization.meshes import DECK_COLOR, HEADING_COLOR, LAYERS, SPEED_COLORS, Layer
 from drake_starnav.visualization.slider_goal import SLIDERS
 
@@ -95,7 +83,7 @@ def with_panel(page: str, caption: Caption, cameras: Cameras, *, live: bool = Fa
     buttons = "".join(f"<button onclick=\"starnav.look('{view}')\">{view}</button>" for view in VIEWS)
     lines = "".join(f"<p>{html.escape(line)}</p>" for line in caption.lines)
     panel = (
-        f"<style>{_style()}</style>"
+        f"<style>{_beside('page.css')}</style>"
         f'<div id="starnav-panel"><h1>{html.escape(caption.heading)}</h1>{lines}<p id="starnav-said"></p>'
         f'<div id="starnav-views">{buttons}</div>'
         f'<details id="starnav-legend"><summary>legend</summary><table>{rows}</table></details>'
@@ -122,20 +110,15 @@ def _row(name: str, layer: Layer, caption: Caption, followed: list[str]) -> str:
     return f"<tr{data}{off}><td>{_symbol(layer)}</td><td>{html.escape(layer.label)}</td></tr>"
 
 
-def _style() -> str:
-    text = Path(__file__).with_name("page.css").read_text(encoding="utf-8")
-    return text.replace("PANEL", f"{PANEL_WIDTH:g}").replace("BAR", f"{BAR_HEIGHT:g}")
+def _beside(name: str) -> str:
+    """The text of a file beside this one."""
+    return Path(__file__).with_name(name).read_text(encoding="utf-8")
 
 
 def _script(cameras: Cameras, followed: list[str], live: bool) -> str:
     boxes = {view: around_robot(np.array(cameras.start)) if view == "follow" else cameras.extent for view in VIEWS}
     settings = {
         "extents": {view: [float(x) for x in box] for view, box in boxes.items()},
-        "tilts": TILTS,
-        "field_of_view": FIELD_OF_VIEW,
-        "spare": SPARE,
-        "tall": TALL,
-        "scale_width": SCALE_WIDTH,
         "view": cameras.view,
         "followed": followed,
         "start": [*map(float, cameras.start), 0.0],
@@ -143,7 +126,7 @@ def _script(cameras: Cameras, followed: list[str], live: bool) -> str:
         "goal": SLIDERS,
     }
     text = json.dumps(settings).replace("<", "\\u003c")  # "<" may end the script, or begin a comment
-    return Path(__file__).with_name("page.js").read_text(encoding="utf-8").replace("SETTINGS", text, 1)
+    return _beside("page.js").replace("SETTINGS", text, 1)
 
 
 def css_color(color: tuple[float, float, float] | np.ndarray) -> str:

@@ -73,8 +73,6 @@ class StarRoadmapVisualizer(LeafSystem):
 
     Each layer of `meshes.LAYERS` is one folder below `ROOT` in Meshcat's panel and can be switched there.
 
-    Meshcat records no creation of an object, only changes of transforms and properties. So every object is created
-    once, when it is first needed, and its recorded property `visible` brings it on stage and takes it off again.
     As in Drake's `MeshcatVisualizer`, what has been drawn is remembered by this system and not by the Context;
     initialization forgets it and clears the stage. A publish depends on the inputs and on that memory alone.
     """

@@ -5,19 +5,14 @@ import math
 import numpy as np
 from PIL import Image
 
-from drake_starnav.visualization.camera import (
-    BAR_HEIGHT,
-    FIELD_OF_VIEW,
-    PAGE,
-    PANEL_WIDTH,
-    SPARE,
-    TALL,
-    TILTS,
-    Extent,
-)
+from drake_starnav.visualization.camera import PAGE, Extent
 from drake_starnav.visualization.plot import moment_figure
 from drake_starnav.visualization.recorded_run import RecordedRun
 
+FIELD_OF_VIEW, SPARE, TALL, TILTS = 20.0, 1.04, 0.5, {"top": 0.05, "follow": 35.0, "oblique": 50.0}
+"""As in page.js."""
+PANEL_WIDTH, BAR_HEIGHT = 225.0, 40.0
+"""Of the panel on the page's left and of the bar at its bottom, as in page.css, pixels; the scene has the rest."""
 SCENE = (PAGE[0] - PANEL_WIDTH, PAGE[1] - BAR_HEIGHT)
 """Width and height of the scene, pixels."""
 

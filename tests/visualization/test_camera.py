@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from drake_starnav.station.world_geometry import OBSTACLE_HEIGHT
-from drake_starnav.visualization.camera import PAGE, PANEL_WIDTH, VIEWS
-from tests.helpers.camera import SCENE, camera_pose, projected
+from drake_starnav.visualization.camera import PAGE, VIEWS
+from tests.helpers.camera import PANEL_WIDTH, SCENE, camera_pose, projected
 
 
 @pytest.mark.parametrize("view", VIEWS)
