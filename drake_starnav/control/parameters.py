@@ -17,9 +17,8 @@ class ControllerParameters:
 
     kind: str = parameter(
         "star",
-        "star (follow the guiding vector), mpc (choose among sampled twists by where they lead), star_paper (with a "
-        "perception and a planner of its own, which use none of what follows but rate), or a baseline to compare with "
-        "(docs/baselines.md), which uses rate and target of this section and the section of its own name",
+        "star (follow the guiding vector), mpc (choose among sampled twists), star_paper, or a baseline "
+        "(docs/baselines.md), which also reads the section of its own name",
         choices=("star", "mpc", "star_paper", "dsm", "foa", "dwa", "apf"),
     )
     target: str = parameter(

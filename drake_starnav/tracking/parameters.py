@@ -11,7 +11,7 @@ class DynamicObstacleParameters:
 
     max_speed: float = parameter(
         0.0,
-        "greatest speed of obstacles; 0: the world stands still, and nothing of this section is in use",
+        "greatest speed of obstacles; 0: the world is static, and this section is not used",
         unit="m/s",
         low=0.0,
         high=10.0,
@@ -19,20 +19,20 @@ class DynamicObstacleParameters:
     )
     max_radius: float = parameter(
         0.6,
-        "radius of the largest; what is seen to be larger stays where it is",
+        "radius of the largest; what is seen to be larger is static",
         unit="m",
         above=0.0,
         high=5.0,
-        when="smaller, with `caution: 1`, where all that moves is: the robot keeps away from what might be such a one",
+        when="smaller, if all are: with `caution: 1` the robot keeps away from whatever may be one of them",
     )
     caution: float = parameter(
         0.5,
-        "which share of `max_speed` the certificate counts with in all directions for what is tracked; the rest is "
-        "trusted to be its tracked motion. 1: no contact while driving, whatever it does: then what stands may start, "
-        "and what is hidden come out, at `max_speed`",
+        "share of `max_speed` that the certificate allows for in all directions around a tracked obstacle; the rest is "
+        "trusted to be its tracked motion. 1: no contact while driving, whatever obstacles do up to `max_speed`, even "
+        "if they start to move or emerge from hiding",
         low=0.0,
         high=1.0,
-        when="1 for the guarantee; less where being run into while standing is as bad as running into something",
+        when="1 for the guarantee; less where being run into while standing is as bad as a collision",
     )
 
     @property

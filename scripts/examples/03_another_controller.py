@@ -1,7 +1,7 @@
 """The planner's short-term goals with stock systems of Drake in place of our controller.
 
 Drake's `PidController` pulls a point ahead of the axle straight to the short-term goal, which the planner chooses such
-that the way there is free; feedback linearisation makes a twist of the pull. It sees no obstacle and certifies nothing:
+that the way there is free; feedback linearisation makes a twist of it. It sees no obstacle and certifies nothing:
 the planner alone keeps it out of trouble, with a margin for where the axle cuts the corner. `add_navigation` wires the
 whole as it would its own controller, by the names of its ports.
 

@@ -1,7 +1,7 @@
-"""Our controller behind a fixed path in place of our planner: it follows the path and drives round what stands in it.
+"""A fixed path in place of our planner: our controller follows it and drives around obstacles on it.
 
-Whatever outputs a `Guidance` may stand before the controller. That of `FixedPath` holds the part of a given path that
-is still ahead, and the star-shaped region of the latest scan, along whose boundary the controller bends its way.
+Any system that outputs a `Guidance` may stand before the controller. That of `FixedPath` holds the part of a given path
+that is still ahead, and the star-shaped region of the latest scan, along whose boundary the controller bends its way.
 
 Run: python scripts/examples/04_fixed_path.py [--png FILE]
 """

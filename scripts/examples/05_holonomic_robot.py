@@ -1,6 +1,6 @@
-"""A robot without wheels follows the guiding vector, and our twists are left unused.
+"""A holonomic robot without wheels follows the guiding vector; our twists are not used.
 
-The robot is a puck on two sliding joints that moves in any direction without turning. Nothing of the package knows it:
+The robot is a puck on two sliding joints that moves in any direction without turning. The package does not know it:
 the lidar is mounted on its body, perception and planner get its pose, and of the controller's outputs only
 `guiding_vector` is connected.
 

@@ -1,4 +1,4 @@
-"""A robot of the user's own, by its URDF and its limits, drives without a change to any code.
+"""Your own robot, by its URDF and its limits, drives without a change to any code.
 
 `tugbot.yaml` names `tugbot.urdf` and says how fast it is. Planner and controller take the rest from there: regions are
 eroded by its radius, commands keep its speeds and accelerations, and the certificate knows how it brakes.

@@ -1,6 +1,6 @@
 """Your plant, our robot, and an arm: a plant of your own with racks and a crate, through which a robot carries an arm.
 
-All of Drake is at hand: here its `InverseDynamicsController` holds the arm. What is joined to the robot belongs to it:
+Drake's `InverseDynamicsController` holds the arm. What is joined to the robot belongs to it:
 the lidar does not see the arm, its contacts count as the robot's, and it must fit into `robot.radius` as it is folded.
 
 Run: python scripts/examples/14_your_plant_and_an_arm.py [--html FILE] [--png FILE]

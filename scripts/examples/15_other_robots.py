@@ -1,4 +1,4 @@
-"""A rectangle, a robot that drives in any direction and a car drive through one room, each by its model's name alone.
+"""A rectangular robot, an omnidirectional one and a car drive through one room, selected by `robot.model` alone.
 
 Each robot has its footprint, its base and its limits in a file beside its URDF. Certificate, planner and drive take
 them from there; twists have as many components as the base.
