@@ -3,6 +3,7 @@
 import dataclasses
 import math
 import os
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -24,6 +25,8 @@ from drake_starnav.utils.yaml_text import LARGEST_TEXT, load_yaml
 from drake_starnav.worlds import WORLD_KINDS, Model
 from drake_starnav.worlds.formats.listings import check_numbers
 
+NOT_IN_NAMES = r"[^\w.-]"
+"""Characters that no robot's name has, as it is part of the names of systems and of paths."""
 GIVEN_ENDS = ("Obstacles", "RosMap", "Model")
 """Kinds of worlds with a `start` and a `goal`, which are those of the first of several robots."""
 
@@ -128,7 +131,10 @@ def _robots(sections: dict[str, Any], name: str, place: str, method: str) -> lis
         goals = [own.pop("goal")] if goals is None else goals
         parts = {key: own.pop(key) for key in ("lidar", "lidars") if key in own}
         common = sections.get("robot")
-        called = str(own.pop("name", f"{Path(str({**(common or {}), **own}.get('model', 'starbot'))).stem}_{k + 1}"))
+        model = Path(str({**(common or {}), **own}.get("model", "starbot"))).stem
+        called = own.pop("name", f"{re.sub(NOT_IN_NAMES, '_', model)}_{k + 1}")
+        if not isinstance(called, str) or not called or re.search(NOT_IN_NAMES, called):
+            raise StarnavError(f"{at}.name is {shown(called)}; allowed: a text of letters, digits, _, - and .")
         own = {**sections, **parts, "robot": {**(common if isinstance(common, dict) else {}), **own}, "goals": goals}
         try:
             robot = _scenario(own, called, place, method)

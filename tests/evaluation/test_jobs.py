@@ -47,10 +47,10 @@ def test_worlds_number_the_trials() -> None:
 
 
 def test_a_trial_of_several_robots_is_one_record_with_theirs_in_it() -> None:
-    (job,) = make_jobs(make_cases(["three_robots"], ["star"], ["simulation.timeout=0.1"]), 1, 0)
+    (job,) = make_jobs(make_cases(["six_robots"], ["star"], ["simulation.timeout=0.1"]), 1, 0)
     record = run_job(job)
-    assert (record["scenario"], record["trial"], record["outcome"]) == ("three_robots", 0, "timeout")
-    assert [robot["robot"] for robot in record["robots"]] == ["starbot_1", "jackal_2", "carrier_3"]
+    assert (record["scenario"], record["trial"], record["outcome"]) == ("six_robots", 0, "timeout")
+    assert [robot["robot"] for robot in record["robots"]][:3] == ["starbot_1", "jackal_2", "carrier_3"]
     assert record_fault(record) is None and json.loads(json.dumps(record)) == record
 
 

@@ -230,6 +230,10 @@ def test_each_robot_has_what_is_said_of_all_and_what_its_own_model_says() -> Non
         (TWO.replace("model", "modle"), r"robots\[1\]: unknown key robot.modle: did you mean model"),
         (TWO.replace("[3, 4, 1]", "[3, 4]"), r"robots\[1\].start is \[3, 4\]; allowed: finite \[x, y, yaw\]"),
         (TWO.replace("[1, 2]", "[1]"), r"robots\[0\]: goals\[0\] is \[1\]"),
+        *(
+            (TWO.replace("name: b", f"name: {name}"), r"robots\[1\].name is .*; allowed: a text of letters")
+            for name in ("a/b", "'a::b'", "''", "null", "[1]", "'a b'")
+        ),
         (TWO.replace("name: b", "name: starbot_1"), "robots are named starbot_1, starbot_1; allowed: each name once"),
     ],
 )

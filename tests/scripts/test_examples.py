@@ -54,7 +54,7 @@ EXPECTED = {
         "^omnibot, .* v_y .*: reached the goal in",
         "^carbot, .* curvature .*: reached the goal in",
     ],
-    "16_several_robots": [f"^{name}: reached in" for name in ("starbot_1", "jackal_2", "carrier_3")],
+    "16_several_robots": [f"^{name}_{k}: reached in" for k, name in enumerate(2 * ("starbot", "jackal", "carrier"), 1)],
     "lidar_only": ["ground", "extra_heavy_duty_table", "block", "cylinder", "bin", "um off a surface"],
 }
 """What each prints, as regular expressions: its outcome."""

@@ -44,12 +44,24 @@ def test_the_same_seed_gives_the_same_run_and_each_robot_has_noise_of_its_own() 
 
 
 @pytest.mark.slow
-def test_three_robots_of_three_kinds_drive_past_each_other_without_a_contact() -> None:
-    trials = run_robots(load_scenario("three_robots"), seed=0)
-    assert [each.robot for each in trials] == ["starbot_1", "jackal_2", "carrier_3"]
+def test_six_robots_of_three_kinds_change_places_without_a_contact() -> None:
+    trials = run_robots(load_scenario("six_robots"), seed=0)
+    assert [each.robot for each in trials] == [
+        "starbot_1", "jackal_2", "carrier_3", "starbot_4", "jackal_5", "carrier_6",
+    ]  # fmt: skip
     for each in trials:
         assert each.trial.outcome == "reached", each.trial.contact
-        assert each.min_gap_m > 0.3 and each.trial.min_clearance_m > 0.0
+        assert each.min_gap_m > 0.1 and each.trial.min_clearance_m > 0.0
+
+
+@pytest.mark.slow
+def test_in_a_corridor_for_one_a_robot_makes_way_or_gives_up_but_touches_nothing() -> None:
+    robots = "[{start: [0, 0, 0], goal: [6, 0]}, {start: [6, 0, 3.14], goal: [0, 0]}]"
+    text = f"world: !Obstacles {{bounds: [-1, -0.45, 7, 0.45]}}\nrobot: {{max_speed: 0.5}}\nrobots: {robots}\n"
+    trials = run_robots(parse_scenario(f"{text}simulation: {{timeout: 40}}", name="corridor"))
+    ends = sorted(each.trial.outcome for each in trials)
+    assert ends in (["reached", "unreachable"], ["blocked", "reached"]), [each.trial.contact for each in trials]
+    assert trials[0].min_gap_m > 0.05 and min(each.trial.min_clearance_m for each in trials) > 0.0
 
 
 @pytest.mark.parametrize(
