@@ -13,7 +13,7 @@ class KeepOut:
     """Accepts motions on which the robot, as the discs that cover its footprint, stays out of a polygon.
 
     A robot that begins nearer may move, but not nearer to the polygon. The planner does not know the
-    area: a robot whose way leads through it stops at its edge.
+    area: a robot whose way leads through it stops at its edge, and tries another way once it has stalled.
     """
 
     def __init__(self, polygon: np.ndarray, *, margin: float = 0.02) -> None:
