@@ -1,0 +1,258 @@
+"""A search for a way of a footprint among surfaces, in (x, y, yaw), to the best of several goals.
+
+Weighted A* over short moves. The cost to go is that of a disc which fits into the footprint, around the surfaces; so no
+pose is looked at from which not even that disc gets through, and without a way for it the search ends at once.
+"""
+
+import heapq
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from drake_starnav.geometry.footprint import Footprint, Polygons
+from drake_starnav.geometry.polyline import point_to_segment_squared
+from drake_starnav.regions.chords import Chords
+from drake_starnav.regions.separation import keeps_clear
+from drake_starnav.robot.limits import wrapped_angle
+
+CELL, HEADINGS = 0.04, 96
+"""Of the search: cell size, m, and headings in a turn."""
+OFF_CENTRE = 0.75 * CELL
+"""No place of a cell is farther from its centre, m."""
+FIRST_SHARES = (0.125, 0.25, 0.5)
+"""Moves from the start are tried at these shares of their size, too: a robot that is wedged in has room for no more."""
+GEAR_COST = 0.15
+"""Of a change between forwards and backwards, m."""
+SPACING = 0.02
+"""No point of the footprint moves farther between two poses that are checked, m."""
+REACH = 1.8
+"""The search stays within this distance of the start, m."""
+SIDE = int(2.0 * REACH / CELL) + 1
+"""Cells along a side of what is searched."""
+MOST_MOVES = 30000
+"""A search that has tried so many moves gives up."""
+GREED = 1.2
+"""Weight of the cost to go."""
+NEAR_GOAL = 0.12
+"""A pose this near to the goal's place is there, m."""
+SHOOT_EVERY, SHOOT_NEAR = 4, 0.4
+"""A straight way to a goal is looked for from each of so many poses, and from all that are so near to it, m."""
+
+
+class Space(NamedTuple):
+    """Where the footprint may move, for compiled functions.
+
+    Attributes:
+        surfaces: that it keeps clear of; they hide nothing.
+        polygons: the footprint.
+        discs: shape (k, 4), that cover it: centre, radius, and that of the disc within the footprint; robot's frame, m.
+        margin: that it keeps, m.
+        radius: of the disc that holds it, m.
+        clear: distance from the centre of each cell to the nearest surface, up to what matters, shape (SIDE, SIDE), m;
+            NaN out of reach.
+        corner: centre of cell (0, 0), W, m.
+    """
+
+    surfaces: Chords
+    polygons: Polygons
+    discs: np.ndarray
+    margin: float
+    radius: float
+    clear: np.ndarray
+    corner: tuple[float, float]
+
+
+def found_way(
+    start: np.ndarray, goals: np.ndarray, moves: np.ndarray, footprint: Footprint, margin: float, surfaces: Chords
+) -> np.ndarray:
+    """Poses (k, 4) of the cheapest way found to one of some goals: x, y, yaw in W, and the gear; none without a way.
+
+    Args:
+        start: (x, y, yaw) of the robot, W.
+        goals: shape (n, 5): x, y, yaw in W, the largest error of the heading, rad, and what it costs to end there, m.
+        moves: of the base.
+        footprint: of the robot.
+        margin: that it keeps from the surfaces, m; where it starts nearer, it comes no nearer.
+        surfaces: W.
+    """
+    corner, polygons = (float(start[0]) - REACH, float(start[1]) - REACH), footprint.polygons
+    places = np.vstack((footprint.cover, np.zeros(2)))
+    within = np.split(polygons.offsets - places @ polygons.normals.T, polygons.ends[:-1], axis=1)
+    inner = np.max([part.min(axis=1) for part in within], axis=0)
+    discs = np.column_stack((footprint.cover, np.full(len(footprint.cover), footprint.narrow), inner[:-1]))
+    clear = _clearance(surfaces.ends, corner, footprint.narrow + margin + 2.0 * CELL)
+    to_go = _costs_to_go(clear, inner[-1] - OFF_CENTRE, goals, corner)
+    space = Space(surfaces, polygons, discs, margin, footprint.radius, clear, corner)
+    first = np.vstack([moves * (share, share, share, share, 1.0) for share in FIRST_SHARES])
+    return _searched(np.asarray(start, dtype=float), goals, (moves, first), to_go, space)
+
+
+@njit(cache=True)
+def _cell(x, y, corner):
+    """The cell of a place; it may lie outside of what is searched."""
+    return int(round((x - corner[0]) / CELL)), int(round((y - corner[1]) / CELL))
+
+
+@njit(cache=True)
+def _clearance(ends, corner, most):
+    """The distances of `Space.clear` from chords (n, 4), up to `most` (m)."""
+    out = np.full((SIDE, SIDE), np.nan)
+    for i in range(SIDE):
+        for j in range(SIDE):
+            if math.hypot(i * CELL - REACH, j * CELL - REACH) < REACH:
+                out[i, j] = most
+    for k in range(len(ends)):
+        low_i, low_j = _cell(min(ends[k, 0], ends[k, 2]) - most, min(ends[k, 1], ends[k, 3]) - most, corner)
+        high_i, high_j = _cell(max(ends[k, 0], ends[k, 2]) + most, max(ends[k, 1], ends[k, 3]) + most, corner)
+        for i in range(max(low_i, 0), min(high_i + 1, SIDE)):
+            for j in range(max(low_j, 0), min(high_j + 1, SIDE)):
+                x, y = corner[0] + i * CELL, corner[1] + j * CELL
+                away = point_to_segment_squared(x, y, ends[k, 0], ends[k, 1], ends[k, 2], ends[k, 3])
+                out[i, j] = min(out[i, j], math.sqrt(away))
+    return out
+
+
+@njit(cache=True)
+def _costs_to_go(clear, inner, goals, corner):
+    """Cost of the shortest way to a goal for a disc of radius `inner`, with what it costs to end there, m."""
+    out = np.full((SIDE, SIDE), np.inf)
+    queue = [(0.0, 0, 0)]
+    queue.pop()
+    for k in range(len(goals)):
+        i, j = _cell(goals[k, 0], goals[k, 1], corner)
+        if 0 <= i < SIDE and 0 <= j < SIDE and goals[k, 4] < out[i, j]:
+            out[i, j] = goals[k, 4]
+            heapq.heappush(queue, (goals[k, 4], i, j))
+    while len(queue) > 0:
+        cost, i, j = heapq.heappop(queue)
+        if cost > out[i, j]:
+            continue
+        for a in range(max(i - 1, 0), min(i + 2, SIDE)):
+            for b in range(max(j - 1, 0), min(j + 2, SIDE)):
+                there = cost + CELL * math.hypot(a - i, b - j)
+                if there < out[a, b] and clear[a, b] > inner:
+                    out[a, b] = there
+                    heapq.heappush(queue, (there, a, b))
+    return out
+
+
+@njit(cache=True)
+def _after(x, y, yaw, dx, dy, turn):
+    """The pose after a move (dx, dy) that is turned evenly."""
+    middle = yaw + 0.5 * turn
+    cosine, sine = math.cos(middle), math.sin(middle)
+    return x + cosine * dx - sine * dy, y + sine * dx + cosine * dy, yaw + turn
+
+
+@njit(cache=True)
+def _is_free(x, y, yaw, move, space):
+    """Whether the footprint keeps its margin on a move (dx, dy, dyaw, ...) from a pose."""
+    margin, radius, discs = space.margin, space.radius, space.discs
+    count = int(math.ceil((math.hypot(move[0], move[1]) + radius * abs(move[2])) / SPACING)) + 1
+    poses, roomy = np.empty((count + 1, 3)), True
+    poses[0] = x, y, yaw
+    dx, dy, turn = move[0] / count, move[1] / count, move[2] / count
+    for k in range(1, count + 1):
+        poses[k] = _after(poses[k - 1, 0], poses[k - 1, 1], poses[k - 1, 2], dx, dy, turn)
+    for k in range(count, -1, -1):
+        cosine, sine = math.cos(poses[k, 2]), math.sin(poses[k, 2])
+        for m in range(len(discs)):
+            u, v = discs[m, 0], discs[m, 1]
+            i, j = _cell(poses[k, 0] + cosine * u - sine * v, poses[k, 1] + sine * u + cosine * v, space.corner)
+            clear = space.clear[i, j] if 0 <= i < SIDE and 0 <= j < SIDE else np.nan
+            if clear < discs[m, 3] - OFF_CENTRE:
+                return False
+            roomy = roomy and clear > discs[m, 2] + margin + OFF_CENTRE + SPACING
+    surfaces = Chords(space.surfaces.ends, space.surfaces.shades, poses[0, :2])
+    return roomy or keeps_clear(poses, surfaces, space.polygons, (margin, radius, np.inf))
+
+
+@njit(cache=True)
+def _shot(x, y, yaw, goal, space):
+    """Gear and heading of a straight way to the goal between two turns on the spot, gear 0 if there is none."""
+    away = math.hypot(goal[0] - x, goal[1] - y)
+    for gear in (1.0, -1.0):
+        heading = math.atan2(gear * (goal[1] - y), gear * (goal[0] - x)) if away > 1e-6 else yaw
+        first = yaw + wrapped_angle(heading - yaw)
+        last = wrapped_angle(goal[2] - heading)
+        if (
+            _is_free(x, y, yaw, np.array((0.0, 0.0, first - yaw)), space)
+            and _is_free(x, y, first, np.array((gear * away, 0.0, 0.0)), space)
+            and _is_free(goal[0], goal[1], first, np.array((0.0, 0.0, last)), space)
+        ):
+            return gear, first
+    return 0.0, yaw
+
+
+@njit(cache=True)
+def _searched(start, goals, moves, to_go, space):
+    """The way of `found_way`.
+
+    `moves` are those that are tried from all poses, and those from the start alone; `to_go` is the cost to go of each
+    cell. A pose that is at a goal is queued once more, with what it costs to end there: it is the way's last one if it
+    comes first then.
+    """
+    usual, first = moves
+    shoots = (usual[:, 4] == 0.0).any()
+    best = np.full((SIDE, SIDE, HEADINGS), np.inf, np.float32)
+    room = MOST_MOVES + len(usual) + len(first) + 3
+    nodes, parents, costs = np.empty((room, 4)), np.full(room, -1, np.int64), np.zeros(room)
+    nodes[0] = start[0], start[1], start[2], 0.0
+    queue, count, expanded, tried = [(0.0, 0, False)], 1, 0, 0
+    while len(queue) > 0 and tried < MOST_MOVES:
+        expanded += 1
+        _, n, ends = heapq.heappop(queue)
+        if ends:
+            return _way(nodes, parents, n)
+        x, y, yaw, gear = nodes[n]
+        for k in range(len(goals)):
+            goal = goals[k]
+            away, ending = math.hypot(goal[0] - x, goal[1] - y), costs[n] + GREED * goal[4]
+            if away < NEAR_GOAL and abs(wrapped_angle(yaw - goal[2])) < goal[3]:
+                heapq.heappush(queue, (ending, n, True))
+            elif (
+                shoots
+                and k == expanded // SHOOT_EVERY % len(goals)
+                and (away < SHOOT_NEAR or expanded % SHOOT_EVERY == 0)
+            ):
+                shot, heading = _shot(x, y, yaw, goal, space)
+                tried += 3
+                if shot != 0.0:
+                    nodes[count] = x, y, heading, 0.0
+                    nodes[count + 1] = goal[0], goal[1], heading, shot
+                    nodes[count + 2] = goal[0], goal[1], heading + wrapped_angle(goal[2] - heading), 0.0
+                    parents[count], parents[count + 1], parents[count + 2] = n, count, count + 1
+                    heapq.heappush(queue, (ending + GREED * away, count + 2, True))
+                    count += 3
+        for m in range(len(usual) + (len(first) if n == 0 else 0)):
+            move = usual[m] if m < len(usual) else first[m - len(usual)]
+            px, py, turned = _after(x, y, yaw, move[0], move[1], move[2])
+            i, j = _cell(px, py, space.corner)
+            if i < 0 or j < 0 or i >= SIDE or j >= SIDE or to_go[i, j] == np.inf:
+                continue
+            h = int(round(turned / (2.0 * math.pi) * HEADINGS)) % HEADINGS
+            cost = costs[n] + move[3] + (GEAR_COST if gear * move[4] < 0.0 else 0.0)
+            if n > 0 and best[i, j, h] <= cost:
+                continue
+            tried += 1
+            if not _is_free(x, y, yaw, move, space):
+                continue
+            best[i, j, h] = min(best[i, j, h], cost)
+            nodes[count], parents[count], costs[count] = (px, py, turned, move[4]), n, cost
+            heapq.heappush(queue, (cost + GREED * to_go[i, j], count, False))
+            count += 1
+    return np.zeros((0, 4))
+
+
+@njit(cache=True)
+def _way(nodes, parents, last):
+    """The nodes from after the first to the last one, shape (k, 4)."""
+    count, n = 0, last
+    while n > 0:
+        count, n = count + 1, parents[n]
+    out, n = np.empty((count, 4)), last
+    for k in range(count - 1, -1, -1):
+        out[k], n = nodes[n], parents[n]
+    return out
