@@ -31,8 +31,8 @@ REACH = 1.8
 """The search stays within this distance of the start, m."""
 SIDE = int(2.0 * REACH / CELL) + 1
 """Cells along a side of what is searched."""
-MOST_MOVES = 30000
-"""A search that has tried so many moves gives up."""
+EXACT, MOST_CHECKS = 8, 200000
+"""A move that its cells do not decide counts as so many checks; and a search that has made so many gives up."""
 GREED = 1.2
 """Weight of the cost to go."""
 NEAR_GOAL = 0.12
@@ -147,8 +147,8 @@ def _after(x, y, yaw, dx, dy, turn):
 
 
 @njit(cache=True)
-def _is_free(x, y, yaw, move, space):
-    """Whether the footprint keeps its margin on a move (dx, dy, dyaw, ...) from a pose."""
+def _checked(x, y, yaw, move, space):
+    """Whether the footprint keeps its margin on a move (dx, dy, dyaw, ...) from a pose, and how many checks it took."""
     margin, radius, discs = space.margin, space.radius, space.discs
     count = int(math.ceil((math.hypot(move[0], move[1]) + radius * abs(move[2])) / SPACING)) + 1
     poses, roomy = np.empty((count + 1, 3)), True
@@ -163,27 +163,35 @@ def _is_free(x, y, yaw, move, space):
             i, j = _cell(poses[k, 0] + cosine * u - sine * v, poses[k, 1] + sine * u + cosine * v, space.corner)
             clear = space.clear[i, j] if 0 <= i < SIDE and 0 <= j < SIDE else np.nan
             if clear < discs[m, 3] - OFF_CENTRE:
-                return False
+                return False, 1
             roomy = roomy and clear > discs[m, 2] + margin + OFF_CENTRE + SPACING
+    if roomy:
+        return True, 1
     surfaces = Chords(space.surfaces.ends, space.surfaces.shades, poses[0, :2])
-    return roomy or keeps_clear(poses, surfaces, space.polygons, (margin, radius, np.inf))
+    return keeps_clear(poses, surfaces, space.polygons, (margin, radius, np.inf)), EXACT
 
 
 @njit(cache=True)
 def _shot(x, y, yaw, goal, space):
-    """Gear and heading of a straight way to the goal between two turns on the spot, gear 0 if there is none."""
-    away = math.hypot(goal[0] - x, goal[1] - y)
+    """Gear and heading of a straight way to the goal between two turns on the spot, gear 0 if there is none; and the
+    number of checks.
+    """
+    checks, away = 0, math.hypot(goal[0] - x, goal[1] - y)
     for gear in (1.0, -1.0):
         heading = math.atan2(gear * (goal[1] - y), gear * (goal[0] - x)) if away > 1e-6 else yaw
         first = yaw + wrapped_angle(heading - yaw)
         last = wrapped_angle(goal[2] - heading)
-        if (
-            _is_free(x, y, yaw, np.array((0.0, 0.0, first - yaw)), space)
-            and _is_free(x, y, first, np.array((gear * away, 0.0, 0.0)), space)
-            and _is_free(goal[0], goal[1], first, np.array((0.0, 0.0, last)), space)
-        ):
-            return gear, first
-    return 0.0, yaw
+        free, more = _checked(x, y, yaw, np.array((0.0, 0.0, first - yaw)), space)
+        checks += more
+        if free:
+            free, more = _checked(x, y, first, np.array((gear * away, 0.0, 0.0)), space)
+            checks += more
+        if free:
+            free, more = _checked(goal[0], goal[1], first, np.array((0.0, 0.0, last)), space)
+            checks += more
+        if free:
+            return gear, first, checks
+    return 0.0, yaw, checks
 
 
 @njit(cache=True)
@@ -197,11 +205,11 @@ def _searched(start, goals, moves, to_go, space):
     usual, first = moves
     shoots = (usual[:, 4] == 0.0).any()
     best = np.full((SIDE, SIDE, HEADINGS), np.inf, np.float32)
-    room = MOST_MOVES + len(usual) + len(first) + 3
+    room = MOST_CHECKS + len(usual) + len(first) + 3
     nodes, parents, costs = np.empty((room, 4)), np.full(room, -1, np.int64), np.zeros(room)
     nodes[0] = start[0], start[1], start[2], 0.0
-    queue, count, expanded, tried = [(0.0, 0, False)], 1, 0, 0
-    while len(queue) > 0 and tried < MOST_MOVES:
+    queue, count, expanded, checks = [(0.0, 0, False)], 1, 0, 0
+    while len(queue) > 0 and checks < MOST_CHECKS:
         expanded += 1
         _, n, ends = heapq.heappop(queue)
         if ends:
@@ -217,8 +225,8 @@ def _searched(start, goals, moves, to_go, space):
                 and k == expanded // SHOOT_EVERY % len(goals)
                 and (away < SHOOT_NEAR or expanded % SHOOT_EVERY == 0)
             ):
-                shot, heading = _shot(x, y, yaw, goal, space)
-                tried += 3
+                shot, heading, more = _shot(x, y, yaw, goal, space)
+                checks += more
                 if shot != 0.0:
                     nodes[count] = x, y, heading, 0.0
                     nodes[count + 1] = goal[0], goal[1], heading, shot
@@ -236,8 +244,9 @@ def _searched(start, goals, moves, to_go, space):
             cost = costs[n] + move[3] + (GEAR_COST if gear * move[4] < 0.0 else 0.0)
             if n > 0 and best[i, j, h] <= cost:
                 continue
-            tried += 1
-            if not _is_free(x, y, yaw, move, space):
+            free, more = _checked(x, y, yaw, move, space)
+            checks += more
+            if not free:
                 continue
             best[i, j, h] = min(best[i, j, h], cost)
             nodes[count], parents[count], costs[count] = (px, py, turned, move[4]), n, cost
