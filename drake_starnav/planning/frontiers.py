@@ -14,7 +14,7 @@ SPACING = 0.25
 """Distance between frontier points, m."""
 PROBE_DISTANCE = 0.1
 """Distance of a frontier's probe inside unknown space, m."""
-NEAREST_STAND = 0.15
+NEAREST_VIEWPOINT = 0.15
 """Frontier points nearer than this to their node are discarded, m."""
 PROBE_REACHED = 0.6
 """A region that ends before a probe by at most this share of the probe distance counts as covering it."""
@@ -29,12 +29,12 @@ class Frontiers:
     """Open frontier points of the roadmap. Immutable; all in W, m.
 
     Attributes:
-        stand: shape (n, 2), position of the robot at the frontier, inside the owner's region.
+        viewpoint: shape (n, 2), position of the robot at the frontier, inside the owner's region.
         probe: shape (n, 2), a place in unknown space just beyond; once a region covers it, the frontier is explored.
         owner: shape (n,), index of the region that it belongs to.
     """
 
-    stand: np.ndarray
+    viewpoint: np.ndarray
     probe: np.ndarray
     owner: np.ndarray
 
@@ -50,13 +50,13 @@ class Frontiers:
         """Those that a boolean mask of shape (n,) or indices choose."""
         rows = np.flatnonzero(chosen) if chosen.dtype == bool else chosen
         # `take`, as `[rows]` of two columns takes ten times as long
-        return Frontiers(self.stand.take(rows, axis=0), self.probe.take(rows, axis=0), self.owner.take(rows))
+        return Frontiers(self.viewpoint.take(rows, axis=0), self.probe.take(rows, axis=0), self.owner.take(rows))
 
     def joined(self, *others: "Frontiers") -> "Frontiers":
         """These frontiers followed by the others."""
         parts = (self, *others)
         return Frontiers(
-            np.vstack([part.stand for part in parts]),
+            np.vstack([part.viewpoint for part in parts]),
             np.vstack([part.probe for part in parts]),
             np.concatenate([part.owner for part in parts]),
         )
@@ -65,8 +65,8 @@ class Frontiers:
 def edge_frontiers(region: StarRegion, owner: int) -> Frontiers:
     """Frontiers at jumps of the free range and along arcs at maximum range.
 
-    At a jump, stands lie along the ray of the jump, one sample beside it, and probes lie across it, behind the nearer
-    surface. On an arc at maximum range, stands lie just inside and probes just outside.
+    At a jump, viewpoints lie along the ray of the jump, one sample beside it, and probes lie across it, behind the
+    nearer surface. On an arc at maximum range, viewpoints lie just inside and probes just outside.
     """
     rows = _edge_points(region.center, region.bearing_0, region.free_range, region.boundary.values, region.limit)
     return Frontiers(rows[:, :2].copy(), rows[:, 2:].copy(), np.full(len(rows), owner))
@@ -74,7 +74,7 @@ def edge_frontiers(region: StarRegion, owner: int) -> Frontiers:
 
 @njit(cache=True)
 def _edge_points(center, bearing_0, free, fitted, limit):
-    """Stands and probes of `edge_frontiers` of a region with these fields, shape (n, 4), W, m."""
+    """Viewpoints and probes of `edge_frontiers` of a region with these fields, shape (n, 4), W, m."""
     count = len(free)
     step = 2.0 * math.pi / count
     out = np.empty((4096, 4))
@@ -84,7 +84,7 @@ def _edge_points(center, bearing_0, free, fitted, limit):
         j = (i + 1) % count
         if abs(free[i] - free[j]) > JUMP:
             near, far, side = (i, j, -1.0) if free[i] < free[j] else (j, i, 1.0)
-            beside = int(far - side) % count  # one sample beside the jump a stand is inside the region
+            beside = int(far - side) % count  # one sample beside the jump a viewpoint is inside the region
             theta = bearing_0 + far * step
             low = free[near]
             at_limit = free[far] >= limit[far] - RIM_INSET
@@ -93,7 +93,7 @@ def _edge_points(center, bearing_0, free, fitted, limit):
             if r > high:
                 r = 0.5 * (low + high)
             while high - low >= 0.04 and r <= high and n < len(out):
-                if r > NEAREST_STAND:
+                if r > NEAREST_VIEWPOINT:
                     across = theta + side * max(1.5 * step, PROBE_DISTANCE / r)
                     out[n, 0] = center[0] + r * math.cos(theta - side * step)
                     out[n, 1] = center[1] + r * math.sin(theta - side * step)
@@ -104,7 +104,7 @@ def _edge_points(center, bearing_0, free, fitted, limit):
         if limit[i] > 0.0 and free[i] >= limit[i] - RIM_INSET:
             along_arc += step * free[i]
             r = fitted[i] - RIM_INSET
-            if along_arc > SPACING and r > NEAREST_STAND and n < len(out):
+            if along_arc > SPACING and r > NEAREST_VIEWPOINT and n < len(out):
                 along_arc = 0.0
                 theta = bearing_0 + i * step
                 out[n, 0] = center[0] + r * math.cos(theta)

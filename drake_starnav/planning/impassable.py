@@ -14,20 +14,20 @@ BRIDGE_SPACING = 0.1
 """Spacing of the points between two hits that the robot does not fit between, m."""
 
 
-def impassable_points(seen: Observation, margins: Margins, robot_radius: float) -> np.ndarray:
+def impassable_points(observation: Observation, margins: Margins, robot_radius: float) -> np.ndarray:
     """Hits, and points every BRIDGE_SPACING between neighbouring hits closer than the robot's diameter; shape (n, 2).
 
     In W, m. A wall seen at a grazing angle thus remains closed although its hits are far apart. Only beams of
     `Beams.mappable` count.
 
     Args:
-        seen: the scan and its pose.
+        observation: the scan and its pose.
         margins: how the ranges are smoothed.
         robot_radius: m.
     """
-    x, y, yaw = seen.pose
-    distance = smoothed_distances(seen.scan, margins.smoothing_slack)
-    return bridged_ends(seen.scan.beams, distance, (x, y, math.cos(yaw), math.sin(yaw)), 2.0 * robot_radius)
+    x, y, yaw = observation.pose
+    distance = smoothed_distances(observation.scan, margins.smoothing_slack)
+    return bridged_ends(observation.scan.beams, distance, (x, y, math.cos(yaw), math.sin(yaw)), 2.0 * robot_radius)
 
 
 @njit(cache=True)

@@ -33,10 +33,10 @@ FEWEST_HITS = 5
 """A new scan must observe free space at this many of a node's hits to contradict them."""
 
 
-def mappable_hits(seen: Observation) -> tuple[np.ndarray, np.ndarray]:
+def mappable_hits(observation: Observation) -> tuple[np.ndarray, np.ndarray]:
     """Static hits of an observation: points, shape (k, 2), W, and their half gaps, shape (k,), m."""
-    scan, hit = seen.scan, seen.scan.mappable_hits
-    return scan.points_at(scan.distances, hit, seen.pose), half_gaps(scan, scan.distances)[hit]
+    scan, hit = observation.scan, observation.scan.mappable_hits
+    return scan.points_at(scan.distances, hit, observation.pose), half_gaps(scan, scan.distances)[hit]
 
 
 def seen_through(old: Observation, new: Observation, slack: float) -> float:
@@ -65,7 +65,7 @@ def _free_around(beam, distance, ranges, increment, slack, wrap):
     return out
 
 
-def reconcile(roadmap: StarRoadmap, seen: Observation, margins: Margins, robot_radius: float) -> StarRoadmap:
+def reconcile(roadmap: StarRoadmap, observation: Observation, margins: Margins, robot_radius: float) -> StarRoadmap:
     """The roadmap without the parts that a new scan contradicts by more than CONTRADICTION.
 
     Regions are cut back where new hits lie deeper inside them than that. Nodes are discarded if too little of them
@@ -74,11 +74,11 @@ def reconcile(roadmap: StarRoadmap, seen: Observation, margins: Margins, robot_r
 
     Args:
         roadmap: the roadmap before.
-        seen: the latest observation.
+        observation: the latest observation.
         margins: of the regions.
         robot_radius: m.
     """
-    new_hits = mappable_hits(seen)
+    new_hits = mappable_hits(observation)
     if not len(roadmap):
         return roadmap
     regions = list[StarRegion | None](roadmap.regions)
@@ -86,10 +86,10 @@ def reconcile(roadmap: StarRoadmap, seen: Observation, margins: Margins, robot_r
         region = roadmap.regions[k]
         regions[k] = _agreeing(region, *new_hits, robot_radius + region.margin)
     if margins.drop_seen_through:
-        reach = roadmap.union.values.max(axis=1) + seen.scan.range_max
-        near = np.hypot(*(roadmap.union.center - seen.pose[:2]).T) <= reach
+        reach = roadmap.union.values.max(axis=1) + observation.scan.range_max
+        near = np.hypot(*(roadmap.union.center - observation.pose[:2]).T) <= reach
         for k in np.flatnonzero(near).tolist():
-            if seen_through(roadmap.nodes[k], seen, CONTRADICTION) > SEEN_THROUGH_SHARE:
+            if seen_through(roadmap.nodes[k], observation, CONTRADICTION) > SEEN_THROUGH_SHARE:
                 regions[k] = None
     if all(new is old for new, old in zip(regions, roadmap.regions, strict=True)):
         return roadmap

@@ -44,27 +44,30 @@ class PlanCheck(NamedTuple):
     ahead: int
 
 
-def check_plan(state: PlannerState, region: StarRegion, now: PlannerInput) -> PlanCheck:
+def check_plan(state: PlannerState, region: StarRegion, inputs: PlannerInput) -> PlanCheck:
     """Check the plan of a state.
 
     Args:
         state: with at least one node.
         region: of the latest scan, clear of stall points.
-        now: the latest scan, and where the robot is.
+        inputs: the latest scan, and where the robot is.
     """
-    scan, pose = now.seen.scan, now.seen.pose.tolist()
+    scan, pose = inputs.observation.scan, inputs.observation.pose.tolist()
     place = pose[0], pose[1], math.cos(pose[2]), math.sin(pose[2])
-    x, y = now.position.tolist()
-    driven, since_plan = distance_to(now.position, state.node_position), distance_to(now.position, state.plan_position)
+    x, y = inputs.position.tolist()
+    driven, since_plan = (
+        distance_to(inputs.position, state.node_position),
+        distance_to(inputs.position, state.plan_position),
+    )
     plan = (
         state.path,
         EMPTY_PATH if state.target is None else state.target[1:],
         state.optimistic_path if since_plan > REPLAN_DISTANCE else EMPTY_PATH,
         state.next_segment if state.status is PlannerStatus.EXPLORING else EMPTY_PATH,
     )
-    seen = scan.beams, place, now.margins.smoothing_slack
+    seen = scan.beams, place, inputs.margins.smoothing_slack
     unions = state.roadmap.union, region.alone, region.alone if state.doubting else state.roadmap.union
-    return PlanCheck(*_checked((x, y), driven, plan, unions, seen, now.robot_radius))
+    return PlanCheck(*_checked((x, y), driven, plan, unions, seen, inputs.robot_radius))
 
 
 def points_ahead(points: np.ndarray, region: StarRegion, position: np.ndarray) -> int:

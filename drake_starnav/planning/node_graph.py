@@ -40,8 +40,10 @@ def entry_node(roadmap: StarRoadmap, distance: np.ndarray, goal: np.ndarray) -> 
 def graph_lengths(roadmap: StarRoadmap, distance: np.ndarray) -> np.ndarray:
     """Length of the way over the nodes and across each frontier, shape (n,), m."""
     frontiers = roadmap.frontiers
-    to_stand = distance[frontiers.owner] + np.hypot(*(frontiers.stand - roadmap.union.center[frontiers.owner]).T)
-    return to_stand + np.hypot(*(frontiers.probe - frontiers.stand).T)
+    to_viewpoint = distance[frontiers.owner] + np.hypot(
+        *(frontiers.viewpoint - roadmap.union.center[frontiers.owner]).T
+    )
+    return to_viewpoint + np.hypot(*(frontiers.probe - frontiers.viewpoint).T)
 
 
 def node_path(roadmap: StarRoadmap, previous: np.ndarray, node: int, end: np.ndarray) -> np.ndarray:

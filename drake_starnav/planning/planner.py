@@ -12,7 +12,7 @@ from drake_starnav.planning.manoeuvre import manoeuvring
 from drake_starnav.planning.map_revision import reconcile, with_stall_point
 from drake_starnav.planning.monitoring import PlanCheck, check_plan, distance_to, passed_points, points_ahead
 from drake_starnav.planning.recovery import (
-    LOOKS,
+    AVERAGED_SCANS,
     after_trying,
     has_arrived,
     stall_point_ahead,
@@ -56,7 +56,7 @@ class GrowthTrigger(Flag):
     TRIED = ARRIVED | STALLED
 
 
-def plan_step(state: PlannerState, now: PlannerInput) -> PlannerState:
+def plan_step(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     """One update of the planner: grow the roadmap if anything triggers it, and plan a path if there is none.
 
     A new path is also planned as soon as the latest scan blocks the optimistic path beyond the target frontier. On its
@@ -64,88 +64,90 @@ def plan_step(state: PlannerState, now: PlannerInput) -> PlannerState:
 
     Args:
         state: before; it is not changed.
-        now: the latest scan, and where the robot is and shall go.
+        inputs: the latest scan, and where the robot is and shall go.
 
     Raises:
         StarnavError: the scan differs in its number of beams from those before, or the goal is too far.
     """
-    seen = now.seen
-    if state.status is PlannerStatus.UNREACHABLE or seen.region is None:
+    observation = inputs.observation
+    if state.status is PlannerStatus.UNREACHABLE or observation.region is None:
         return state
-    check_beams(state.roadmap, seen)
-    region = clear_of(seen.region, state.roadmap.stall_points, now.robot_radius + seen.region.margin)
-    state, stalled = watched(dataclasses.replace(state, looks=(*state.looks, seen)[-LOOKS:]), now)
-    check = check_plan(state, region, now)
-    trigger = _growth_trigger(state, region, check, stalled, now)
+    check_beams(state.roadmap, observation)
+    region = clear_of(observation.region, state.roadmap.stall_points, inputs.robot_radius + observation.region.margin)
+    state, stalled = watched(dataclasses.replace(state, recent=(*state.recent, observation)[-AVERAGED_SCANS:]), inputs)
+    check = check_plan(state, region, inputs)
+    trigger = _growth_trigger(state, region, check, stalled, inputs)
     if trigger:
-        state, region = _grown(state, region, trigger, now)
+        state, region = _grown(state, region, trigger, inputs)
     if len(state.path):
-        state = _unless_obstructed(state, check, now)
+        state = _unless_obstructed(state, check, inputs)
     if len(state.path):
-        state = _along_path(state, check, now.position)
+        state = _along_path(state, check, inputs.position)
     ahead = check.ahead
     if not len(state.path):
         first_plan = state.plans == 0 and not stalled
-        state = _planned(state, region, first_plan, now)
-        region = clear_of(seen.region, state.roadmap.stall_points, now.robot_radius + seen.region.margin)
-        ahead = points_ahead(state.next_segment, region, now.position)
-    return _manoeuvred(_with_anticipation(state, region, ahead), now)
+        state = _planned(state, region, first_plan, inputs)
+        region = clear_of(
+            observation.region, state.roadmap.stall_points, inputs.robot_radius + observation.region.margin
+        )
+        ahead = points_ahead(state.next_segment, region, inputs.position)
+    return _manoeuvred(_with_anticipation(state, region, ahead), inputs)
 
 
-def _manoeuvred(state: PlannerState, now: PlannerInput) -> PlannerState:
+def _manoeuvred(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     """The state with the manoeuvres of a robot that is no disc."""
-    if now.body is None:
+    if inputs.body is None:
         return state
-    path = EMPTY_PATH if _may_stand(state, now) else state.path
+    path = EMPTY_PATH if _may_stand(state, inputs) else state.path
     return dataclasses.replace(
-        state, manoeuvring=manoeuvring(state.manoeuvring, path, now.seen.pose, now.time, now.body)
+        state, manoeuvring=manoeuvring(state.manoeuvring, path, inputs.observation.pose, inputs.time, inputs.body)
     )
 
 
-def check_beams(roadmap: StarRoadmap, seen: Observation) -> None:
+def check_beams(roadmap: StarRoadmap, observation: Observation) -> None:
     """Raise a `StarnavError` if a scan's region has another number of bearings than the roadmap's regions."""
-    if seen.region is None or not len(roadmap):
+    if observation.region is None or not len(roadmap):
         return
-    bearings, before = len(seen.region.free_range), roadmap.union.values.shape[1]
+    bearings, before = len(observation.region.free_range), roadmap.union.values.shape[1]
     if bearings != before:
         raise StarnavError(
-            f"laser scan: {len(seen.scan.ranges)} beams (a region of {bearings} bearings) after scans of "
+            f"laser scan: {len(observation.scan.ranges)} beams (a region of {bearings} bearings) after scans of "
             f"{len(roadmap.nodes[0].scan.ranges)} beams ({before} bearings); allowed: the same number in every scan"
         )
 
 
-def watched(state: PlannerState, now: PlannerInput) -> tuple[PlannerState, bool]:
+def watched(state: PlannerState, inputs: PlannerInput) -> tuple[PlannerState, bool]:
     """The state with its progress monitor updated, and whether the robot has stalled.
 
     A robot may stand at its goal, without scans, and where it may be giving way; a manoeuvre has a patience of its own.
     """
-    may_stand = _may_stand(state, now)
+    may_stand = _may_stand(state, inputs)
     manoeuvres = state.manoeuvring
-    moves = len(manoeuvres.poses) > 0 or not distance_to(now.position, state.progress_position) <= PROGRESS_DISTANCE
+    moves = len(manoeuvres.poses) > 0 or not distance_to(inputs.position, state.progress_position) <= PROGRESS_DISTANCE
     if may_stand or (moves and not manoeuvres.gives_up):
-        return dataclasses.replace(state, progress_position=now.position.copy(), progress_time=now.time), False
-    if manoeuvres.gives_up or now.time - state.progress_time > now.parameters.progress_timeout:
-        return dataclasses.replace(state, progress_time=now.time), True
+        return dataclasses.replace(state, progress_position=inputs.position.copy(), progress_time=inputs.time), False
+    if manoeuvres.gives_up or inputs.time - state.progress_time > inputs.parameters.progress_timeout:
+        return dataclasses.replace(state, progress_time=inputs.time), True
     return state, False
 
 
-def _may_stand(state: PlannerState, now: PlannerInput) -> bool:
+def _may_stand(state: PlannerState, inputs: PlannerInput) -> bool:
     """Whether the robot is at its goal, was without scans, or may be giving way to a moving obstacle."""
-    scan = now.seen.scan
-    if now.interval > SILENT_SHARE * now.parameters.progress_timeout:
+    scan = inputs.observation.scan
+    if inputs.interval > SILENT_SHARE * inputs.parameters.progress_timeout:
         return True
     if scan.motion is not None and bool((scan.distances[scan.moving] < GIVING_WAY).any()):
         return True
     approaching = state.status is PlannerStatus.APPROACHING and len(state.path) > 0
-    return approaching and distance_to(now.position, state.path[-1]) < AT_GOAL
+    return approaching and distance_to(inputs.position, state.path[-1]) < AT_GOAL
 
 
 def _growth_trigger(
-    state: PlannerState, region: StarRegion, check: PlanCheck, stalled: bool, now: PlannerInput
+    state: PlannerState, region: StarRegion, check: PlanCheck, stalled: bool, inputs: PlannerInput
 ) -> GrowthTrigger:
     """The triggers that hold now."""
-    spaced = distance_to(now.position, state.node_position) > now.parameters.node_spacing
-    arrived = has_arrived(state, region, now)
+    spaced = distance_to(inputs.position, state.node_position) > inputs.parameters.node_spacing
+    arrived = has_arrived(state, region, inputs)
     due = not stalled and not arrived and node_is_due(state, region, check, spaced)
     trigger = GrowthTrigger.NONE
     if stalled:
@@ -171,7 +173,7 @@ def node_is_due(state: PlannerState, region: StarRegion, check: PlanCheck, space
 
 
 def _grown(
-    state: PlannerState, region: StarRegion, trigger: GrowthTrigger, now: PlannerInput
+    state: PlannerState, region: StarRegion, trigger: GrowthTrigger, inputs: PlannerInput
 ) -> tuple[PlannerState, StarRegion]:
     """The state with a new node and no path, if anything triggers one; and what is left of the scan's region.
 
@@ -180,31 +182,31 @@ def _grown(
     """
     if not trigger:
         return state, region
-    seen, margins, robot_radius = now.seen, now.margins, now.robot_radius
-    roadmap = reconcile(state.roadmap, seen, margins, robot_radius)
+    observation, margins, robot_radius = inputs.observation, inputs.margins, inputs.robot_radius
+    roadmap = reconcile(state.roadmap, observation, margins, robot_radius)
     if trigger == GrowthTrigger.SPACED and roadmap is state.roadmap:
-        return dataclasses.replace(state, node_position=now.position.copy()), region
-    roadmap = extended(roadmap, dataclasses.replace(seen, region=region), margins, robot_radius)
+        return dataclasses.replace(state, node_position=inputs.position.copy()), region
+    roadmap = extended(roadmap, dataclasses.replace(observation, region=region), margins, robot_radius)
     target = state.target
     if GrowthTrigger.STALLED in trigger:
-        place = stall_point_ahead(roadmap, state.guidance.path, now)
+        place = stall_point_ahead(roadmap, state.guidance.path, inputs)
         if place is not None:
             roadmap = with_stall_point(roadmap, place, margins, robot_radius)
             region = clear_of(region, place[None, :], robot_radius + region.margin)
     if target is not None and trigger & GrowthTrigger.TRIED:
-        roadmap = after_trying(roadmap, target, GrowthTrigger.ARRIVED in trigger, now)
+        roadmap = after_trying(roadmap, target, GrowthTrigger.ARRIVED in trigger, inputs)
         target = None
-    node_position = seen.pose[:2].copy()
+    node_position = observation.pose[:2].copy()
     return dataclasses.replace(
         state, roadmap=roadmap, target=target, node_position=node_position, path=EMPTY_PATH
     ), region
 
 
-def _unless_obstructed(state: PlannerState, check: PlanCheck, now: PlannerInput) -> PlannerState:
+def _unless_obstructed(state: PlannerState, check: PlanCheck, inputs: PlannerInput) -> PlannerState:
     """The state; if the latest scans show the way past the target to be blocked, with their hits and without a path."""
-    points = too_narrow(state, now)
+    points = too_narrow(state, inputs)
     if check.obstructed:
-        points = np.vstack((points, impassable_points(now.seen, now.margins, now.robot_radius)))
+        points = np.vstack((points, impassable_points(inputs.observation, inputs.margins, inputs.robot_radius)))
     if not len(points):
         return state
     roadmap = dataclasses.replace(state.roadmap, hits=state.roadmap.hits.stamped(points))
@@ -223,17 +225,17 @@ def _path_ahead(regions: RegionUnion, path: np.ndarray, position: np.ndarray) ->
     return path[passed_points(*position, path, regions) :] if len(path) > 1 else path
 
 
-def _planned(state: PlannerState, region: StarRegion, first_plan: bool, now: PlannerInput) -> PlannerState:
+def _planned(state: PlannerState, region: StarRegion, first_plan: bool, inputs: PlannerInput) -> PlannerState:
     """The state with a new path; if there is none, the goal is unreachable.
 
     At the first look the scan may be at fault: one that shows no way at all is forgotten. So is one in which the robot
     cannot move, for what is in its way hides the rest, and may leave.
     """
-    route, state = _searched(state, region, now)
+    route, state = _searched(state, region, inputs)
     boxed_in = region.reach < PROGRESS_DISTANCE < region.limit.max()
     if route is None and (first_plan or (boxed_in and state.plans == 0)):
         return dataclasses.replace(
-            PlannerState.initial(now.parameters, now.swept_radius),
+            PlannerState.initial(inputs.parameters, inputs.swept_radius),
             progress_position=state.progress_position,
             progress_time=state.progress_time,
         )
@@ -244,40 +246,40 @@ def _planned(state: PlannerState, region: StarRegion, first_plan: bool, now: Pla
     if route.blacklisted_probes is not None and len(route.blacklisted_probes) > len(roadmap.blacklisted_probes):
         roadmap = dataclasses.replace(roadmap, blacklisted_probes=route.blacklisted_probes)
     if len(route.target):
-        target = np.vstack((route.target.stand, route.target.probe))
-        if not (roadmap.frontiers.stand == route.target.stand).all(axis=1).any():  # a virtual frontier
+        target = np.vstack((route.target.viewpoint, route.target.probe))
+        if not (roadmap.frontiers.viewpoint == route.target.viewpoint).all(axis=1).any():  # a virtual frontier
             roadmap = dataclasses.replace(roadmap, frontiers=roadmap.frontiers.joined(route.target))
     return dataclasses.replace(
         state,
         roadmap=roadmap,
         status=PlannerStatus.APPROACHING if target is None else PlannerStatus.EXPLORING,
-        path=_path_ahead(region.alone if state.doubting else roadmap.union, route.path, now.position),
+        path=_path_ahead(region.alone if state.doubting else roadmap.union, route.path, inputs.position),
         target=target,
         plans=state.plans + 1,
-        plan_position=now.position.copy(),
+        plan_position=inputs.position.copy(),
         optimistic_path=route.optimistic_path,
         next_segment=route.next_segment,
     )
 
 
-def _searched(state: PlannerState, region: StarRegion, now: PlannerInput) -> tuple[Route | None, PlannerState]:
+def _searched(state: PlannerState, region: StarRegion, inputs: PlannerInput) -> tuple[Route | None, PlannerState]:
     """The route, if there is one, and the state with the roadmap in which it was found.
 
     Where there is none, the robot doubts from then on that gaps are closed which hits may only seem to close, and what
     was tried in vain is tried again, in a roadmap that is rebuilt.
     """
-    seen, roadmap = now.seen, state.roadmap
+    observation, roadmap = inputs.observation, state.roadmap
     current = None if state.target is None else state.target[0]
-    route = find_route(roadmap, region, now, current, doubting=state.doubting)
+    route = find_route(roadmap, region, inputs, current, doubting=state.doubting)
     tried = len(roadmap.blacklisted_probes) or len(roadmap.stall_points)
     if route is not None or (state.doubting and not tried):
         return route, state
-    assert seen.region is not None
+    assert observation.region is not None
     if tried:
-        roadmap = rebuilt(roadmap, now.margins, now.robot_radius)
-        if roadmap.nodes[-1].scan is not seen.scan:
-            roadmap = extended(roadmap, seen, now.margins, now.robot_radius)
-    route = find_route(roadmap, seen.region, now, doubting=True)
+        roadmap = rebuilt(roadmap, inputs.margins, inputs.robot_radius)
+        if roadmap.nodes[-1].scan is not observation.scan:
+            roadmap = extended(roadmap, observation, inputs.margins, inputs.robot_radius)
+    route = find_route(roadmap, observation.region, inputs, doubting=True)
     return route, dataclasses.replace(state, roadmap=roadmap, doubting=True)
 
 

@@ -26,80 +26,81 @@ CAME_STRAIGHT = 1.5
 """Between nodes no farther apart than this many node spacings the robot drove in a straight line."""
 ARRIVAL_DISTANCE = 0.12
 """A frontier this near counts as reached, m: half a robot's radius away, its scan shows what lies beyond."""
-AT_STAND = 0.04
-"""After a first inspection in vain, the robot has arrived only this near to the stand, m."""
+AT_VIEWPOINT = 0.04
+"""After a first inspection in vain, the robot has arrived only this near to the viewpoint, m."""
 INSPECTION_DETOUR = 1.0
-"""A target is inspected from its very stand if giving it up would lengthen the optimistic path by more than this, m."""
-LOOKS = 16
+"""A target is inspected from its very viewpoint if giving it up would lengthen the optimistic path by more than this,
+m."""
+AVERAGED_SCANS = 16
 """A place is closed by the mean of so many scans, which nearly removes the bias of the nearest hit, and by hits that at
 least half of them confirm."""
-LOOKED_AT = 0.5
+AVERAGED_WITHIN = 0.5
 """Hits farther than this from the robot's hull close no place, m: there the beams are too far apart to average."""
 INSPECTED_WITHIN = 2.0
 """An inspection counts within this many arrival distances of where it was made."""
 
 
-def has_arrived(state: PlannerState, region: StarRegion, now: PlannerInput) -> bool:
-    """Whether the robot has arrived at its target; after an inspection in vain, at its very stand.
+def has_arrived(state: PlannerState, region: StarRegion, inputs: PlannerInput) -> bool:
+    """Whether the robot has arrived at its target; after an inspection in vain, at its very viewpoint.
 
     Where it doubts, it has arrived once the latest region leads on.
     """
     if state.target is None:
         return False
-    away = math.dist(now.position.tolist(), state.target[0].tolist())
+    away = math.dist(inputs.position.tolist(), state.target[0].tolist())
     if not away < ARRIVAL_DISTANCE:
         return False
     if state.doubting:
-        return _shows(region, state.target[1], now.parameters.grid_resolution)
-    return away < AT_STAND or not _has_inspected(state.roadmap, now)
+        return _shows(region, state.target[1], inputs.parameters.grid_resolution)
+    return away < AT_VIEWPOINT or not _has_inspected(state.roadmap, inputs)
 
 
-def too_narrow(state: PlannerState, now: PlannerInput) -> np.ndarray:
+def too_narrow(state: PlannerState, inputs: PlannerInput) -> np.ndarray:
     """What shows that a robot which doubts does not fit on its way past the target, shape (n, 2), W, m; or nothing.
 
     That is where two hits on both sides of the way are nearer to each other than its diameter: the hits around the
     robot and the place between those two. The latest scans are averaged, since the nearest of the many hits in a single
     one is too near by the errors of most.
     """
-    if not state.doubting or state.target is None or len(state.looks) < LOOKS:
+    if not state.doubting or state.target is None or len(state.recent) < AVERAGED_SCANS:
         return EMPTY_PATH
-    scan, count = mean_scan(state.looks, now.robot_radius + LOOKED_AT)
-    distance = smoothed_distances(scan, now.margins.smoothing_slack)
-    hits = scan.points_at(distance, scan.hits & (2 * count > LOOKS), state.looks[-1].pose)
-    way = np.vstack((now.position, state.path, state.optimistic_path))
-    narrow = narrowest_place(hits, way, 2.0 * now.robot_radius)
+    scan, count = mean_scan(state.recent, inputs.robot_radius + AVERAGED_WITHIN)
+    distance = smoothed_distances(scan, inputs.margins.smoothing_slack)
+    hits = scan.points_at(distance, scan.hits & (2 * count > AVERAGED_SCANS), state.recent[-1].pose)
+    way = np.vstack((inputs.position, state.path, state.optimistic_path))
+    narrow = narrowest_place(hits, way, 2.0 * inputs.robot_radius)
     return EMPTY_PATH if narrow is None else np.vstack((hits, narrow))
 
 
-def after_trying(roadmap: StarRoadmap, target: np.ndarray, arrived: bool, now: PlannerInput) -> StarRoadmap:
-    """The roadmap after a target (stand and probe) was tried; its newest region was made there.
+def after_trying(roadmap: StarRoadmap, target: np.ndarray, arrived: bool, inputs: PlannerInput) -> StarRoadmap:
+    """The roadmap after a target (viewpoint and probe) was tried; its newest region was made there.
 
     If the robot has arrived and the newest region shows the probe, the target is dropped, since the region leads on.
     Otherwise the target is retired, except at the first inspection if much depends on it: the robot then inspects it
-    from its very stand.
+    from its very viewpoint.
     """
-    if arrived and leads_on(roadmap, target, now):
+    if arrived and leads_on(roadmap, target, inputs):
         return without_target(roadmap, target)
-    first_inspection = arrived and not _has_inspected(roadmap, now)
+    first_inspection = arrived and not _has_inspected(roadmap, inputs)
     given_up = blacklist_target(roadmap, target[0], BLACKLIST_RADIUS, target[1])
-    if first_inspection and _lengthens_optimistic_path(roadmap, given_up, now):
-        return dataclasses.replace(roadmap, inspection_points=np.vstack((roadmap.inspection_points, now.position)))
+    if first_inspection and _lengthens_optimistic_path(roadmap, given_up, inputs):
+        return dataclasses.replace(roadmap, inspection_points=np.vstack((roadmap.inspection_points, inputs.position)))
     return given_up
 
 
-def leads_on(roadmap: StarRoadmap, target: np.ndarray, now: PlannerInput) -> bool:
-    """Whether the newest region shows the probe of a target (stand and probe)."""
-    return _shows(roadmap.regions[-1], target[1], now.parameters.grid_resolution)
+def leads_on(roadmap: StarRoadmap, target: np.ndarray, inputs: PlannerInput) -> bool:
+    """Whether the newest region shows the probe of a target (viewpoint and probe)."""
+    return _shows(roadmap.regions[-1], target[1], inputs.parameters.grid_resolution)
 
 
 def without_target(roadmap: StarRoadmap, target: np.ndarray) -> StarRoadmap:
-    """The roadmap without the frontier of a target (stand and probe)."""
-    others = np.hypot(*(roadmap.frontiers.stand - target[0]).T) > 1e-9
+    """The roadmap without the frontier of a target (viewpoint and probe)."""
+    others = np.hypot(*(roadmap.frontiers.viewpoint - target[0]).T) > 1e-9
     return dataclasses.replace(roadmap, frontiers=roadmap.frontiers.where(others))
 
 
 def stall_point_ahead(
-    roadmap: StarRoadmap, path: np.ndarray, now: PlannerInput, margin: float | None = None
+    roadmap: StarRoadmap, path: np.ndarray, inputs: PlannerInput, margin: float | None = None
 ) -> np.ndarray | None:
     """The place that bars a stalled robot's path (k, 2), shape (2,), W, m; None where nothing need bar it.
 
@@ -107,16 +108,16 @@ def stall_point_ahead(
     where the robot may stand only to turn, if it is a disc; where it came along; or where it may be slow to leave
     another blocked place. `margin` (m) is that of the regions; None: the planner's.
     """
-    if not len(path) or (now.body is None and not _faces(now.seen.pose, path[0])):
+    if not len(path) or (inputs.body is None and not _faces(inputs.observation.pose, path[0])):
         return None
-    way = path[0] - now.position
-    distance = now.robot_radius + (now.margins.preferred if margin is None else margin) + STALL_POINT_AHEAD
-    ahead = now.position + way * (distance / max(float(np.hypot(*way)), 1e-9))
-    passage = None if now.body is None else now.body.passage(now.seen.pose, path)
-    if passage is not None and passage.along(now.seen.pose) < 0.0:
+    way = path[0] - inputs.position
+    distance = inputs.robot_radius + (inputs.margins.preferred if margin is None else margin) + STALL_POINT_AHEAD
+    ahead = inputs.position + way * (distance / max(float(np.hypot(*way)), 1e-9))
+    passage = None if inputs.body is None else inputs.body.passage(inputs.observation.pose, path)
+    if passage is not None and passage.along(inputs.observation.pose) < 0.0:
         ahead = np.array(passage.at(0.0))
-    if _came_along(roadmap, ahead, now.parameters, now.robot_radius) or _is_enclosed(
-        now.position, ahead, roadmap.stall_points
+    if _came_along(roadmap, ahead, inputs.parameters, inputs.robot_radius) or _is_enclosed(
+        inputs.position, ahead, roadmap.stall_points
     ):
         return None
     return ahead
@@ -130,20 +131,20 @@ def _shows(region: StarRegion, probe: np.ndarray, cell: float) -> bool:
     return bool(region.contains(places.reshape(-1, 2)).any())
 
 
-def _has_inspected(roadmap: StarRoadmap, now: PlannerInput) -> bool:
+def _has_inspected(roadmap: StarRoadmap, inputs: PlannerInput) -> bool:
     """Whether the robot is near where it has inspected a target in vain."""
-    away = np.hypot(*(roadmap.inspection_points - now.position).T)
+    away = np.hypot(*(roadmap.inspection_points - inputs.position).T)
     return bool((away < INSPECTED_WITHIN * ARRIVAL_DISTANCE).any())
 
 
-def _lengthens_optimistic_path(before: StarRoadmap, after: StarRoadmap, now: PlannerInput) -> bool:
+def _lengthens_optimistic_path(before: StarRoadmap, after: StarRoadmap, inputs: PlannerInput) -> bool:
     """Whether the optimistic path to the goal is longer by more than INSPECTION_DETOUR in `after` than in `before`."""
-    here = now.position[None, :]
+    here = inputs.position[None, :]
     away = np.hypot(*(before.blacklisted_probes - here).T)  # where the robot stands nothing is closed
     before = dataclasses.replace(
-        before, blacklisted_probes=before.blacklisted_probes[away > BLACKLIST_RADIUS + AT_STAND]
+        before, blacklisted_probes=before.blacklisted_probes[away > BLACKLIST_RADIUS + AT_VIEWPOINT]
     )
-    shorter, longer = (cost_at_robot(known, now) for known in (before, after))
+    shorter, longer = (cost_at_robot(known, inputs) for known in (before, after))
     return math.isfinite(shorter) and longer - shorter > INSPECTION_DETOUR
 
 

@@ -137,7 +137,7 @@ def remade(roadmap: StarRoadmap, nodes: Sequence[Observation], robot_radius: flo
     union = united(regions)
     union = indexed(union, roadmap.union, news) if same else indexed(union, RegionUnion.none(), np.arange(union.size))
     edges, lengths = edges_from(union, 0)
-    every, kept = Frontiers(old.stand, old.probe, renumbered[old.owner]), renumbered[old.owner] >= 0
+    every, kept = Frontiers(old.viewpoint, old.probe, renumbered[old.owner]), renumbered[old.owner] >= 0
     fresh = (_edges_off_hits(regions[k], k, roadmap.hits, robot_radius) for k in news.tolist())
     every = every.where(kept).joined(*fresh)
     covered = np.append(roadmap.covered[kept], np.zeros(len(every) - kept.sum(), bool))
@@ -162,13 +162,13 @@ def remade(roadmap: StarRoadmap, nodes: Sequence[Observation], robot_radius: flo
     frontiers = every.where(~covered)
     frontiers = frontiers.where(enterable(frontiers, roadmap, robot_radius))
     newer = frontiers.owner <= np.arange(union.size)[:, None]
-    near = np.hypot(*(frontiers.stand[:, None] - union.center).T) <= STANDING_THERE
+    near = np.hypot(*(frontiers.viewpoint[:, None] - union.center).T) <= STANDING_THERE
     return dataclasses.replace(roadmap, frontiers=frontiers.where(~(near & newer).any(axis=0)))
 
 
 def blacklist_target(roadmap: StarRoadmap, place: np.ndarray, radius: float, probe: np.ndarray) -> StarRoadmap:
     """The roadmap without frontiers within `radius` (m) of a place (2,) in W, and with a probe (2,) closed."""
-    keep = np.hypot(*(roadmap.frontiers.stand - place).T) > radius
+    keep = np.hypot(*(roadmap.frontiers.viewpoint - place).T) > radius
     return dataclasses.replace(
         roadmap,
         frontiers=roadmap.frontiers.where(keep),
@@ -216,8 +216,8 @@ def is_blacklisted(roadmap: StarRoadmap, places: np.ndarray) -> np.ndarray:
 
 def enterable(frontiers: Frontiers, roadmap: StarRoadmap, robot_radius: float) -> np.ndarray:
     """Frontiers that are not at the newest node, in a retired place, or at a hit or blocked place; shape (n,)."""
-    stand, probe = frontiers.stand, frontiers.probe
-    away = np.hypot(*(stand - roadmap.union.center[-1]).T) > STANDING_THERE
+    viewpoint, probe = frontiers.viewpoint, frontiers.probe
+    away = np.hypot(*(viewpoint - roadmap.union.center[-1]).T) > STANDING_THERE
     stalled = np.hypot(*(probe[:, None] - roadmap.stall_points).T) <= robot_radius
     free = roadmap.hits.distance(probe) > robot_radius - PROBE_SLACK
-    return away & free & ~is_blacklisted(roadmap, stand) & ~stalled.any(axis=0)
+    return away & free & ~is_blacklisted(roadmap, viewpoint) & ~stalled.any(axis=0)

@@ -83,7 +83,7 @@ class Candidate(NamedTuple):
 def find_route(
     roadmap: StarRoadmap,
     here: StarRegion,
-    now: PlannerInput,
+    inputs: PlannerInput,
     current: np.ndarray | None = None,
     *,
     doubting: bool = False,
@@ -102,22 +102,26 @@ def find_route(
     Args:
         roadmap: the snapshot.
         here: region of the latest scan.
-        now: where the robot is and shall go, and the parameters.
-        current: stand of the present target frontier, shape (2,), which gets a bonus.
+        inputs: where the robot is and shall go, and the parameters.
+        current: viewpoint of the present target frontier, shape (2,), which gets a bonus.
         doubting: whether gaps count as open that are too narrow only if the hits are as wrong as they can be; the
             target is then where the optimistic path leaves the regions.
 
     Source: paper, section III-D; ranking of frontiers: this project.
     """
-    position, ways = now.position, graph_distances(roadmap, here, now.position)
-    arrival = _arrival(roadmap, here, now, ways)
+    position, ways = inputs.position, graph_distances(roadmap, here, inputs.position)
+    arrival = _arrival(roadmap, here, inputs, ways)
     if arrival is not None:
         return Route(_pulled(roadmap.union, position, arrival.path), arrival.target)
     if doubting:
         roadmap = dataclasses.replace(roadmap, frontiers=Frontiers.none())
     for closed in range(MOST_BLACKLISTED + 1):
-        ranked, to_go = _ranked(roadmap, now, ways, current, doubting, closed < MOST_BLACKLISTED)
-        if not ranked or ranked[0].kind is not Kind.VIRTUAL or not is_blacklisted(roadmap, ranked[0].target.stand)[0]:
+        ranked, to_go = _ranked(roadmap, inputs, ways, current, doubting, closed < MOST_BLACKLISTED)
+        if (
+            not ranked
+            or ranked[0].kind is not Kind.VIRTUAL
+            or not is_blacklisted(roadmap, ranked[0].target.viewpoint)[0]
+        ):
             break
         probes = np.vstack((roadmap.blacklisted_probes, ranked[0].target.probe))
         roadmap = dataclasses.replace(roadmap, blacklisted_probes=probes)
@@ -135,18 +139,18 @@ def find_route(
 
 
 def _arrival(
-    roadmap: StarRoadmap, here: StarRegion, now: PlannerInput, ways: tuple[np.ndarray, np.ndarray]
+    roadmap: StarRoadmap, here: StarRegion, inputs: PlannerInput, ways: tuple[np.ndarray, np.ndarray]
 ) -> Candidate | None:
     """The goal, or the place nearest to it where the robot may arrive, if a region contains it."""
     distance, previous = ways
-    for place in goal_approach(roadmap, now).places:
+    for place in goal_approach(roadmap, inputs).places:
         path = place[None, :].copy()
         if cover_at(here.alone, *place, 0.0) >= 0:
             return Candidate(0.0, Kind.GOAL, Frontiers.none(), path)
         node = entry_node(roadmap, distance, place)
         if node >= 0:
             # Where nodes are added on the way, the way over the nodes would lead back to the one behind again and again
-            if first_gap(roadmap.union, tuple(now.position), tuple(place), 0.0) > 0.0:
+            if first_gap(roadmap.union, tuple(inputs.position), tuple(place), 0.0) > 0.0:
                 path = node_path(roadmap, previous, node, place)
             return Candidate(0.0, Kind.GOAL, Frontiers.none(), path)
     return None
@@ -154,7 +158,7 @@ def _arrival(
 
 def _ranked(
     roadmap: StarRoadmap,
-    now: PlannerInput,
+    inputs: PlannerInput,
     ways: tuple[np.ndarray, np.ndarray],
     current: np.ndarray | None,
     doubting: bool,
@@ -165,22 +169,22 @@ def _ranked(
     With `virtual`, the cost-to-go is exact only where a candidate may be the cheapest. A path to the goal that lies in
     the regions, though none of them contains the goal, comes last: noise at their edges may hide it.
     """
-    to_go, frontier = _best_frontier(roadmap, now, ways, current, doubting, virtual)
-    hoped = float(to_go.at(now.position[None, :])[0]) + VIRTUAL_FRONTIER_ADVANTAGE if virtual else math.inf
+    to_go, frontier = _best_frontier(roadmap, inputs, ways, current, doubting, virtual)
+    hoped = float(to_go.at(inputs.position[None, :])[0]) + VIRTUAL_FRONTIER_ADVANTAGE if virtual else math.inf
     if not hoped < (frontier[0].cost if frontier else math.inf):
         return frontier, to_go
-    optimistic = to_go.path(now.position)
+    optimistic = to_go.path(inputs.position)
     target, path = virtual_frontier(roadmap, optimistic)
     if len(target):
         return [Candidate(hoped, Kind.VIRTUAL, target, path), *frontier], to_go
-    to_go, frontier = _best_frontier(roadmap, now, ways, current, doubting, False)
+    to_go, frontier = _best_frontier(roadmap, inputs, ways, current, doubting, False)
     known = [Candidate(math.inf, Kind.GOAL, target, optimistic)] if len(optimistic) else []
     return [*frontier, *known], to_go
 
 
 def _best_frontier(
     roadmap: StarRoadmap,
-    now: PlannerInput,
+    inputs: PlannerInput,
     ways: tuple[np.ndarray, np.ndarray],
     current: np.ndarray | None,
     doubting: bool,
@@ -189,27 +193,27 @@ def _best_frontier(
     """The cost-to-go, and the frontier of least g + h, if any leads to the goal; arguments as for `optimistic_cost`."""
     frontiers, (distance, previous) = roadmap.frontiers, ways
     graph = graph_lengths(roadmap, distance)
-    to_go = optimistic_cost(roadmap, now, graph, at_robot, doubting)
-    ahead = estimates(to_go, frontiers, goal_approach(roadmap, now).goal)
+    to_go = optimistic_cost(roadmap, inputs, graph, at_robot, doubting)
+    ahead = estimates(to_go, frontiers, goal_approach(roadmap, inputs).goal)
     if current is not None:
-        ahead = ahead - HYSTERESIS * (np.hypot(*(frontiers.stand - current).T) < 1e-9)
-    best, cost, direct = cheapest_frontier(roadmap, now.position, graph, ahead)
+        ahead = ahead - HYSTERESIS * (np.hypot(*(frontiers.viewpoint - current).T) < 1e-9)
+    best, cost, direct = cheapest_frontier(roadmap, inputs.position, graph, ahead)
     if best < 0:
         return to_go, []
     target = frontiers.where(np.arange(len(frontiers)) == best)
-    path = target.stand if direct else node_path(roadmap, previous, int(target.owner[0]), target.stand[0])
+    path = target.viewpoint if direct else node_path(roadmap, previous, int(target.owner[0]), target.viewpoint[0])
     return to_go, [Candidate(cost, Kind.FRONTIER, target, path)]
 
 
-def goal_approach(roadmap: StarRoadmap, now: PlannerInput) -> Approach:
+def goal_approach(roadmap: StarRoadmap, inputs: PlannerInput) -> Approach:
     """The places at which the robot may arrive, given the hits known so far."""
-    return approach(roadmap.hits, now.goal, now.goal_tolerance, now.robot_radius + now.margins.preferred)
+    return approach(roadmap.hits, inputs.goal, inputs.goal_tolerance, inputs.robot_radius + inputs.margins.preferred)
 
 
-def cost_at_robot(roadmap: StarRoadmap, now: PlannerInput) -> float:
+def cost_at_robot(roadmap: StarRoadmap, inputs: PlannerInput) -> float:
     """The optimistic cost-to-go at the robot, m; infinity without a way. The search ends there."""
     alone = dataclasses.replace(roadmap, frontiers=Frontiers.none())
-    return float(optimistic_cost(alone, now, np.zeros(0)).at(now.position[None, :])[0])
+    return float(optimistic_cost(alone, inputs, np.zeros(0)).at(inputs.position[None, :])[0])
 
 
 def cheapest_frontier(
@@ -227,14 +231,14 @@ def cheapest_frontier(
         Its index or -1, the sum of both costs, and whether the straight line leads there.
     """
     frontiers, (x, y) = roadmap.frontiers, position.tolist()
-    straight = np.hypot(*(frontiers.stand - position).T) + np.hypot(*(frontiers.probe - frontiers.stand).T)
+    straight = np.hypot(*(frontiers.viewpoint - position).T) + np.hypot(*(frontiers.probe - frontiers.viewpoint).T)
     bound = np.minimum(graph, straight) + ahead
     best, best_cost, direct = -1, math.inf, False
     blocked = [0.0] * SIGHT_BEARINGS  # how far away the last line near each bearing left the regions
     for i in np.argsort(bound, kind="stable").tolist():
         if bound[i] >= best_cost:
             break
-        u, v = frontiers.stand[i].tolist()
+        u, v = frontiers.viewpoint[i].tolist()
         bearing = int((math.atan2(v - y, u - x) / (2.0 * math.pi) + 0.5) * SIGHT_BEARINGS) % SIGHT_BEARINGS
         at = first_gap(roadmap.union, (x, y), (u, v), blocked[bearing])
         if at >= 0.0:
@@ -247,7 +251,7 @@ def cheapest_frontier(
 
 def optimistic_cost(
     roadmap: StarRoadmap,
-    now: PlannerInput,
+    inputs: PlannerInput,
     cost_to_come: np.ndarray | None = None,
     at_robot: bool = True,
     doubting: bool = False,
@@ -256,19 +260,19 @@ def optimistic_cost(
 
     Args:
         roadmap: hits, closed and blocked places.
-        now: robot, goal and parameters.
+        inputs: robot, goal and parameters.
         cost_to_come: of the frontiers, shape (n,), m; the search ends once the cheapest of them is known.
         at_robot: whether it may also end once the cost at the robot is the least; the frontiers' costs are then lower
             bounds.
         doubting: as for `find_route`.
     """
-    position, robot_radius = now.position, now.robot_radius
-    goal = goal_approach(roadmap, now).goal
+    position, robot_radius = inputs.position, inputs.robot_radius
+    goal = goal_approach(roadmap, inputs).goal
     border = roadmap.nodes[0].scan.range_max + 0.5
     corners = np.vstack((roadmap.union.center, goal[None, :]))
     low, high = corners.min(axis=0) - border, corners.max(axis=0) + border
     probes = roadmap.blacklisted_probes
-    clearance = np.full(len(probes), robot_radius + now.margins.preferred + BLACKLIST_SLACK)
+    clearance = np.full(len(probes), robot_radius + inputs.margins.preferred + BLACKLIST_SLACK)
     blacklist = np.column_stack(
         (
             np.vstack((probes, roadmap.stall_points)),
@@ -280,15 +284,15 @@ def optimistic_cost(
         points = np.vstack((roadmap.frontiers.probe, position))
         costs = np.append(cost_to_come, 0.0 if at_robot else np.inf)
         origins = Origins(points, costs, position, HYSTERESIS)
-    terrain = Terrain(robot_radius, blacklist, doubt(now) if doubting else 0.0, now.swept_radius)
+    terrain = Terrain(robot_radius, blacklist, doubt(inputs) if doubting else 0.0, inputs.swept_radius)
     return cost_to_go(roadmap.hits, goal, low, high, terrain, origins)
 
 
-def doubt(now: PlannerInput) -> float:
+def doubt(inputs: PlannerInput) -> float:
     """By how much the distance of a cell from the hits may be too small, m; less for a robot as small as a cell."""
-    half_diagonal = math.hypot(0.5, 0.5) * now.parameters.grid_resolution
-    most = now.robot_radius - STRIDE * now.parameters.grid_resolution
-    return max(min(half_diagonal + MARGINS_IN_DOUBT * now.margins.least, most), 0.0)
+    half_diagonal = math.hypot(0.5, 0.5) * inputs.parameters.grid_resolution
+    most = inputs.robot_radius - STRIDE * inputs.parameters.grid_resolution
+    return max(min(half_diagonal + MARGINS_IN_DOUBT * inputs.margins.least, most), 0.0)
 
 
 def estimates(field: CostField, frontiers: Frontiers, goal: np.ndarray) -> np.ndarray:

@@ -43,7 +43,7 @@ class PlannerState:
         roadmap: the latest snapshot.
         status: its current activity.
         path: shape (k, 2), waypoints ahead, W, m.
-        target: stand and probe of the target frontier, shape (2, 2); None when the target is the goal or nothing.
+        target: viewpoint and probe of the target frontier, shape (2, 2); None when the target is the goal or nothing.
         node_position: where a node was last added, or last omitted because its scan showed nothing new, shape (2,).
         progress_position: where the last progress was made, shape (2,).
         progress_time: when it was made, s.
@@ -53,7 +53,7 @@ class PlannerState:
         optimistic_path: shape (m, 2), the optimistic path from the target frontier's probe to the goal, W, m.
         next_segment: shape (n, 2), its next segment, to which the robot may turn.
         doubting: whether no way was left once. Nothing is then given up before enough scans speak against it.
-        looks: the latest observations, oldest first.
+        recent: the latest observations, oldest first.
         manoeuvring: of a robot that is no disc.
         anticipated: guidance that replaces the path once the latest scan shows part of `next_segment`; or None.
     """
@@ -71,7 +71,7 @@ class PlannerState:
     optimistic_path: np.ndarray = field(default_factory=lambda: EMPTY_PATH)
     next_segment: np.ndarray = field(default_factory=lambda: EMPTY_PATH)
     doubting: bool = False
-    looks: tuple[Observation, ...] = ()
+    recent: tuple[Observation, ...] = ()
     manoeuvring: Manoeuvring = Manoeuvring()
     anticipated: Guidance | None = None
 
@@ -117,7 +117,7 @@ class PlannerInput(NamedTuple):
     """Inputs of one update of the planner, beside its state.
 
     Attributes:
-        seen: the latest observation.
+        observation: the latest observation.
         position: of the robot then, shape (2,), W, m.
         goal: shape (2,), W, m.
         time: then, s.
@@ -129,7 +129,7 @@ class PlannerInput(NamedTuple):
         body: the robot, if it is no disc.
     """
 
-    seen: Observation
+    observation: Observation
     position: np.ndarray
     goal: np.ndarray
     time: float

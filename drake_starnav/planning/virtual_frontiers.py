@@ -37,9 +37,9 @@ def virtual_frontier(roadmap: StarRoadmap, path: np.ndarray) -> tuple[Frontiers,
     path, last, end = _leaving(path, 0.5 * STRIDE * roadmap.hits.resolution, union)
     if end < 0:
         return Frontiers.none(), path[:0]
-    stand, probe = path[last], path[end]
-    owner = cover_at(union, *stand, 0.0) if last else len(roadmap) - 1
-    return Frontiers(stand[None, :].copy(), probe[None, :].copy(), np.array([owner])), path[: last + 1]
+    viewpoint, probe = path[last], path[end]
+    owner = cover_at(union, *viewpoint, 0.0) if last else len(roadmap) - 1
+    return Frontiers(viewpoint[None, :].copy(), probe[None, :].copy(), np.array([owner])), path[: last + 1]
 
 
 def virtual_frontier_in_sight(
@@ -57,18 +57,18 @@ def virtual_frontier_in_sight(
         frontier, path: as from `virtual_frontier`.
     """
     places = here.center + VIRTUAL_FRONTIER_INSET * (here.outline(VIRTUAL_FRONTIER_BEARINGS) - here.center)
-    cost, least = to_go.at(places), float(to_go.at(frontier.stand)[0])
+    cost, least = to_go.at(places), float(to_go.at(frontier.viewpoint)[0])
     known = float(np.hypot(*np.diff(path, axis=0).T).sum()) + least
     detour = np.hypot(*(places - path[0]).T) + cost - known
     cost = np.where((detour <= VIRTUAL_FRONTIER_DETOUR) & ~is_blacklisted(roadmap, places), cost, np.inf)
     best = int(np.argmin(cost))
     if not cost[best] < least - VIRTUAL_FRONTIER_LENGTH:
         return frontier, path
-    stand = places[best]
-    beyond = to_go.path(stand)
+    viewpoint = places[best]
+    beyond = to_go.path(viewpoint)
     probe = beyond[min(index_along(beyond, VIRTUAL_FRONTIER_LENGTH) + 1, len(beyond) - 1)]
-    owner = max(cover_at(roadmap.union, *stand, 0.0), 0)
-    return Frontiers(stand[None, :].copy(), probe[None, :].copy(), np.array([owner])), stand[None, :].copy()
+    owner = max(cover_at(roadmap.union, *viewpoint, 0.0), 0)
+    return Frontiers(viewpoint[None, :].copy(), probe[None, :].copy(), np.array([owner])), viewpoint[None, :].copy()
 
 
 @njit(cache=True)

@@ -233,11 +233,11 @@ def vanished_frontiers(before: Frontiers, after: StarRoadmap) -> tuple[np.ndarra
     Those that regions have since reached past, or that turned out to face a wall; and those on the blacklist whose
     unknown side is still unseen.
     """
-    kept = set(map(tuple, np.hstack((after.frontiers.stand, after.frontiers.probe))))
-    gone = np.array([tuple(row) not in kept for row in np.hstack((before.stand, before.probe))], dtype=bool)
-    stand, probe = before.stand[gone], before.probe[gone]
-    stuck = is_blacklisted(after, stand) & ~after.union.contains(probe)
-    return stand[~stuck], stand[stuck]
+    kept = set(map(tuple, np.hstack((after.frontiers.viewpoint, after.frontiers.probe))))
+    gone = np.array([tuple(row) not in kept for row in np.hstack((before.viewpoint, before.probe))], dtype=bool)
+    viewpoint, probe = before.viewpoint[gone], before.probe[gone]
+    stuck = is_blacklisted(after, viewpoint) & ~after.union.contains(probe)
+    return viewpoint[~stuck], viewpoint[stuck]
 
 
 def _circle(radius: float, sides: int) -> np.ndarray:

@@ -176,9 +176,9 @@ class StarRoadmapVisualizer(LeafSystem):
     def _draw_open_frontiers(self, last: Frontiers, now: Frontiers, time: float) -> None:
         """Draw one object for each region's frontiers, so that only changed ones are drawn again."""
         for owner in np.union1d(last.owner, now.owner):
-            stands = now.stand[now.owner == owner]
-            if not np.array_equal(stands, last.stand[last.owner == owner]):
-                self._stage.swap_points("frontiers/extendable", stands, time, key=str(owner))
+            viewpoints = now.viewpoint[now.owner == owner]
+            if not np.array_equal(viewpoints, last.viewpoint[last.owner == owner]):
+                self._stage.swap_points("frontiers/extendable", viewpoints, time, key=str(owner))
 
     def _draw_spent_frontiers(self, last: Frontiers, now: StarRoadmap, time: float) -> None:
         covered, stuck = meshes.vanished_frontiers(last, now)

@@ -135,21 +135,23 @@ def extended_at_clusters(roadmap: StarRoadmap, node: Observation, *others: Any) 
 
 
 def full_cost(
-    roadmap: StarRoadmap, now: PlannerInput, cost_to_come: np.ndarray, at_robot: bool = True, doubting: bool = False
+    roadmap: StarRoadmap, inputs: PlannerInput, cost_to_come: np.ndarray, at_robot: bool = True, doubting: bool = False
 ) -> CostField:
     """For `optimistic_cost`: exact at all frontiers, not only where they are cheaper than a virtual one."""
-    return optimistic_cost(roadmap, now, cost_to_come, False, doubting)
+    return optimistic_cost(roadmap, inputs, cost_to_come, False, doubting)
 
 
-def searched_once(state: PlannerState, region: StarRegion, now: PlannerInput) -> tuple[Route | None, PlannerState]:
+def searched_once(state: PlannerState, region: StarRegion, inputs: PlannerInput) -> tuple[Route | None, PlannerState]:
     """For `planner._searched`: what was tried in vain stays closed."""
     current = None if state.target is None else state.target[0]
-    return find_route(state.roadmap, region, now, current), state
+    return find_route(state.roadmap, region, inputs, current), state
 
 
-def route_without_bonus(roadmap: StarRoadmap, here: StarRegion, now: PlannerInput, *current: Any, **named: Any) -> Any:
+def route_without_bonus(
+    roadmap: StarRoadmap, here: StarRegion, inputs: PlannerInput, *current: Any, **named: Any
+) -> Any:
     """For `find_route`: the current target has no bonus."""
-    return find_route(roadmap, here, now, **named)
+    return find_route(roadmap, here, inputs, **named)
 
 
 def straight_estimates(field: Any, frontiers: Frontiers, goal: np.ndarray) -> np.ndarray:

@@ -115,9 +115,9 @@ def draw_frontiers(axis: Any, moment: PlannerInput) -> None:
     region = moment.region
     axis.fill(*region.outline().T, facecolor=BLUE, alpha=0.2, edgecolor=BLUE, label="star-shaped region")
     frontiers = edge_frontiers(region, 0)
-    for stand, probe in zip(frontiers.stand, frontiers.probe, strict=True):
-        axis.plot(*np.array((stand, probe)).T, color=PURPLE, linewidth=1.0)
-    axis.plot(*frontiers.stand.T, "o", color=PURPLE, markersize=5.0, label="frontier")
+    for viewpoint, probe in zip(frontiers.viewpoint, frontiers.probe, strict=True):
+        axis.plot(*np.array((viewpoint, probe)).T, color=PURPLE, linewidth=1.0)
+    axis.plot(*frontiers.viewpoint.T, "o", color=PURPLE, markersize=5.0, label="frontier")
     axis.plot(*frontiers.probe.T, "x", color=PURPLE, markersize=5.0, label="its probe in the unknown")
     _robot(axis, moment)
 
@@ -132,7 +132,7 @@ def draw_roadmap(axis: Any, moment: PlannerInput) -> None:
     centers = roadmap.union.center
     axis.add_collection(LineCollection(centers[roadmap.edges], color=BLUE, linewidth=0.8, zorder=2))
     axis.plot(*centers.T, "o", color=BLUE, markersize=5.0, label="node, with its region", zorder=3)
-    axis.plot(*roadmap.frontiers.stand.T, "s", color=PURPLE, markersize=3.5, label="frontier", zorder=3)
+    axis.plot(*roadmap.frontiers.viewpoint.T, "s", color=PURPLE, markersize=3.5, label="frontier", zorder=3)
     axis.plot(*moment.trail.T, color="0.3", linewidth=1.0, linestyle=":", label="driven")
     path = np.vstack((moment.pose[:2], moment.state.path))
     axis.plot(*path.T, color=GREEN, linewidth=2.2, label="path", zorder=4)

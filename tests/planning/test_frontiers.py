@@ -3,7 +3,7 @@ import math
 import numpy as np
 from hypothesis import given, settings
 
-from drake_starnav.planning.frontiers import NEAREST_STAND, PROBE_DISTANCE, Frontiers, edge_frontiers
+from drake_starnav.planning.frontiers import NEAREST_VIEWPOINT, PROBE_DISTANCE, Frontiers, edge_frontiers
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.regions.erosion import FreeRange
 from drake_starnav.regions.star_region import StarRegion, fit_region, scan_region
@@ -30,8 +30,8 @@ def test_stands_lie_inside_the_region_and_probes_outside(seed):
     region = scan_region(cast(scattered(rng, discs=12, walls=6), pose, range_max=2.5), pose, RADIUS, MARGINS)
     found = edge_frontiers(region, 7)
     assert len(found) and (found.owner == 7).all()
-    radius, theta = polar(region, found.stand)
-    assert radius.min() > NEAREST_STAND
+    radius, theta = polar(region, found.viewpoint)
+    assert radius.min() > NEAREST_VIEWPOINT
     sample = (theta - region.bearing_0) / (2.0 * math.pi / 720)
     np.testing.assert_allclose(sample, np.rint(sample), atol=1e-6)  # on a sample's bearing its value bounds exactly
     assert (radius <= region.boundary.values[np.rint(sample).astype(int) % 720]).all()
@@ -41,13 +41,13 @@ def test_stands_lie_inside_the_region_and_probes_outside(seed):
 def test_an_edge_is_lined_with_stands_from_the_near_to_the_far_side():
     region = stepped(1.0, 3.0, 5.0)
     found = edge_frontiers(region, 0)
-    radius, theta = polar(region, found.stand)
+    radius, theta = polar(region, found.viewpoint)
     first, last = (theta - region.bearing_0) % (2.0 * math.pi) < math.pi + 0.1, theta
     assert len(found) == 2 * 8 and first.sum() == 8  # 1.12, 1.37, ... 2.87 at both jumps
     np.testing.assert_allclose(np.sort(radius)[::2], 1.12 + 0.25 * np.arange(8), atol=1e-9)
     _, across = polar(region, found.probe)
     turned = np.abs((across - last + math.pi) % (2.0 * math.pi) - math.pi)
-    step = 2.0 * math.pi / 720  # stands lie one sample off the jump, probes across it
+    step = 2.0 * math.pi / 720  # viewpoints lie one sample off the jump, probes across it
     np.testing.assert_allclose(turned, step + np.maximum(PROBE_DISTANCE / radius, 1.5 * step))
 
 
@@ -59,7 +59,7 @@ def test_a_step_too_small_for_the_robot_is_no_frontier():
 def test_an_arc_without_obstacles_is_lined_with_stands_at_its_rim():
     region = fit_region(FreeRange(np.full(720, 2.0), np.full(720, 2.0), 0.0), np.zeros(2), 0.0)
     found = edge_frontiers(region, 0)
-    radius, theta = polar(region, found.stand)
+    radius, theta = polar(region, found.viewpoint)
     np.testing.assert_allclose(radius, 1.98)
     np.testing.assert_allclose(np.hypot(*found.probe.T), 2.0 + PROBE_DISTANCE)
     gaps = 2.0 * np.diff(np.sort(theta % (2.0 * math.pi)))
@@ -73,4 +73,4 @@ def test_frontiers_join_and_select_in_order():
     both = a.joined(Frontiers(np.full((1, 2), 3.0), np.full((1, 2), 4.0), np.array([2])))
     assert both.owner.tolist() == [0, 1, 2] and len(Frontiers.none().joined(a)) == 2
     chosen = both.where(np.array([False, True, True]))
-    assert chosen.owner.tolist() == [1, 2] and chosen.stand[1].tolist() == [3.0, 3.0]
+    assert chosen.owner.tolist() == [1, 2] and chosen.viewpoint[1].tolist() == [3.0, 3.0]

@@ -163,7 +163,7 @@ def test_a_revision_equals_a_roadmap_made_anew(seed):
             np.testing.assert_array_equal(getattr(revised, name), getattr(anew, name))
         for ours, theirs in zip(revised.union.rows, anew.union.rows, strict=True):
             np.testing.assert_array_equal(ours.reshape(-1), theirs.reshape(-1))
-        for name in ("stand", "probe", "owner"):
+        for name in ("viewpoint", "probe", "owner"):
             np.testing.assert_array_equal(getattr(revised.frontiers, name), getattr(anew.frontiers, name))
         roadmap = extended(revised, observed(more.scan, more.pose), DROPPING, RADIUS)
 

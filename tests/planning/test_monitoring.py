@@ -56,7 +56,7 @@ def test_a_check_finds_what_its_parts_find_alone() -> None:
                 break
             passed += 1
         inside = stack.contains(place[None])[0]
-        hits = impassable_points(now.seen, MARGINS, RADIUS)
+        hits = impassable_points(now.observation, MARGINS, RADIUS)
         away = np.linalg.norm(state.optimistic_path[1::2, None] - hits[None], axis=2)
         here = united([region])
         ahead = [k for k, point in enumerate(state.next_segment) if in_view(here, place, point)]
@@ -81,7 +81,7 @@ def test_what_is_too_early_or_not_wanted_is_not_checked() -> None:
         state_in(rng, roadmap, place),
         path=place[None] + (0.1, 0.0),
         target=np.stack((place, place)),
-        optimistic_path=impassable_points(now.seen, MARGINS, RADIUS)[:4],
+        optimistic_path=impassable_points(now.observation, MARGINS, RADIUS)[:4],
         next_segment=place[None],
     )
     check = check_plan(state, region, now)

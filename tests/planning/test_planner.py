@@ -104,7 +104,7 @@ def test_equal_inputs_give_equal_states():
         assert (a.status, a.plans, len(a.roadmap)) == (b.status, b.plans, len(b.roadmap))
         np.testing.assert_array_equal(a.path, b.path)
         np.testing.assert_array_equal(a.roadmap.union.values, b.roadmap.union.values)
-        np.testing.assert_array_equal(a.roadmap.frontiers.stand, b.roadmap.frontiers.stand)
+        np.testing.assert_array_equal(a.roadmap.frontiers.viewpoint, b.roadmap.frontiers.viewpoint)
         np.testing.assert_array_equal(a.roadmap.edges, b.roadmap.edges)
 
 

@@ -9,7 +9,7 @@ from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, UNKNOWN
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, plan_step
 from drake_starnav.planning.cost_field import BLACKLIST_RADIUS
 from drake_starnav.planning.manoeuvre import Manoeuvring
-from drake_starnav.planning.recovery import LOOKS, stall_point_ahead, too_narrow
+from drake_starnav.planning.recovery import AVERAGED_SCANS, stall_point_ahead, too_narrow
 from drake_starnav.regions import Observation
 from drake_starnav.regions.star_region import scan_region
 from drake_starnav.worlds.world import World
@@ -151,11 +151,11 @@ def test_many_noisy_scans_tell_whether_the_robot_fits(make, half):
         rng = np.random.default_rng(seed)
         x, y = rng.uniform(0.55, 0.7), rng.uniform(-0.1, 0.1)
         looks = []
-        for k in range(LOOKS):
+        for k in range(AVERAGED_SCANS):
             now = moment_at(make(half), np.array((x, y, 0.3 * np.sin(0.1 * k))), rng)
-            looks.append(now.seen)
-            assert not len(too_narrow(dataclasses.replace(state, looks=tuple(looks[:-1])), now))  # too few
-        seen = dataclasses.replace(state, looks=tuple(looks))
+            looks.append(now.observation)
+            assert not len(too_narrow(dataclasses.replace(state, recent=tuple(looks[:-1])), now))  # too few
+        seen = dataclasses.replace(state, recent=tuple(looks))
         points = too_narrow(seen, now)
         assert bool(len(points)) == (half < RADIUS)
         assert not len(points) or abs(points[-1, 1]) < 0.05
@@ -178,7 +178,7 @@ def test_noise_does_not_close_the_doorway_in_which_the_robot_stands(x, sway):
     door = wall_with_door(RADIUS + MARGINS.least)
     for k in range(300):
         now = moment_at(door, np.array((x, 0.0, sway * np.sin(0.1 * k))), rng)
-        state = dataclasses.replace(state, looks=(*state.looks, now.seen)[-LOOKS:])
+        state = dataclasses.replace(state, recent=(*state.recent, now.observation)[-AVERAGED_SCANS:])
         assert not len(too_narrow(state, now))
 
 

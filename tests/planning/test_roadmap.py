@@ -31,7 +31,7 @@ def assert_same(one: StarRoadmap, other: StarRoadmap) -> None:
         np.testing.assert_array_equal(getattr(one, part), getattr(other, part))
     for name in RegionUnion._fields:
         np.testing.assert_array_equal(getattr(one.union, name), getattr(other.union, name))
-    for name in ("stand", "probe", "owner"):
+    for name in ("viewpoint", "probe", "owner"):
         np.testing.assert_array_equal(getattr(one.frontiers, name), getattr(other.frontiers, name))
 
 
@@ -44,7 +44,7 @@ def test_frontiers_are_uncovered_open_and_owned_by_the_region_they_stand_in(seed
     for k in range(len(roadmap)):
         mine = frontiers.where(frontiers.owner == k)
         assert not roadmap.union.contains(mine.probe).any()
-        away = np.hypot(*(mine.stand - roadmap.union.center[k]).T)
+        away = np.hypot(*(mine.viewpoint - roadmap.union.center[k]).T)
         assert (away <= roadmap.regions[k].reach + 1e-9).all() and (away > 0.12).all()
 
 
@@ -67,16 +67,16 @@ def test_a_probe_that_another_region_covers_dies():
 @given(seeds)
 def test_blacklisted_places_stay_away(seed):
     world, roadmap = wandered(seed, nodes=3)
-    place = roadmap.frontiers.stand[len(roadmap.frontiers) // 2]
+    place = roadmap.frontiers.viewpoint[len(roadmap.frontiers) // 2]
     given_up = blacklist_target(roadmap, place, 0.2, place)
-    gone = np.hypot(*(roadmap.frontiers.stand - place).T) <= 0.2
+    gone = np.hypot(*(roadmap.frontiers.viewpoint - place).T) <= 0.2
     assert 0 < gone.sum() == len(roadmap.frontiers) - len(given_up.frontiers)
     assert given_up.blacklisted_targets[-1].tolist() == pytest.approx([*place, 0.2])
     scan, pose = roadmap.nodes[-1].scan, roadmap.nodes[-1].pose
     pose = pose + (0.05, 0.0, 0.4)
     scan = cast(world, pose)
     again = extended(given_up, observed(scan, pose), MARGINS, RADIUS)
-    assert np.hypot(*(again.frontiers.stand - place).T).min(initial=np.inf) > 0.2
+    assert np.hypot(*(again.frontiers.viewpoint - place).T).min(initial=np.inf) > 0.2
 
 
 @settings(max_examples=8)
@@ -94,9 +94,9 @@ def test_rebuilt_it_is_the_same(seed):
 @given(seeds)
 def test_in_a_rebuilt_roadmap_nothing_was_tried_in_vain(seed):
     _, roadmap = wandered(seed, nodes=3)
-    stand, probe = roadmap.frontiers.stand[0], roadmap.frontiers.probe[0]
-    given_up = with_stall_point(blacklist_target(roadmap, stand, 10.0, probe), probe, MARGINS, RADIUS)
-    given_up = dataclasses.replace(given_up, inspection_points=stand[None])
+    viewpoint, probe = roadmap.frontiers.viewpoint[0], roadmap.frontiers.probe[0]
+    given_up = with_stall_point(blacklist_target(roadmap, viewpoint, 10.0, probe), probe, MARGINS, RADIUS)
+    given_up = dataclasses.replace(given_up, inspection_points=viewpoint[None])
     again = rebuilt(given_up, MARGINS, RADIUS)
     assert not len(given_up.frontiers) and len(given_up.blacklisted_probes) and len(given_up.stall_points)
     assert not any(

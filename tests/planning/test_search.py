@@ -96,15 +96,15 @@ def test_the_cheapest_frontier_is_chosen(seed, virtual_frontiers):
     goal = np.array((9.0, 4.0))
     region = here(world, position)
     frontiers = roadmap.frontiers
-    for current in (None, frontiers.stand[-1]):
+    for current in (None, frontiers.viewpoint[-1]):
         with nullcontext() if virtual_frontiers else without_gates():
             route = find_route(roadmap, region, moment(position, goal), current)
         distances, _ = graph_distances(roadmap, region, position)
-        cost = distances[frontiers.owner] + np.hypot(*(frontiers.stand - roadmap.union.center[frontiers.owner]).T)
-        for k, stand in enumerate(frontiers.stand):
-            if in_view(roadmap.union, position, stand):
-                cost[k] = min(cost[k], np.hypot(*(stand - position)))
-        cost += np.hypot(*(frontiers.probe - frontiers.stand).T)
+        cost = distances[frontiers.owner] + np.hypot(*(frontiers.viewpoint - roadmap.union.center[frontiers.owner]).T)
+        for k, viewpoint in enumerate(frontiers.viewpoint):
+            if in_view(roadmap.union, position, viewpoint):
+                cost[k] = min(cost[k], np.hypot(*(viewpoint - position)))
+        cost += np.hypot(*(frontiers.probe - frontiers.viewpoint).T)
         closed = roadmap.blacklisted_probes if route is None else route.blacklisted_probes
         known = dataclasses.replace(roadmap, blacklisted_probes=closed)
         cost += estimates(optimistic_cost(known, moment(position, goal)), frontiers, goal)
@@ -112,10 +112,10 @@ def test_the_cheapest_frontier_is_chosen(seed, virtual_frontiers):
             assert np.isinf(cost).all()
             continue
         if current is not None:
-            cost[np.hypot(*(frontiers.stand - current).T) < 1e-9] -= HYSTERESIS
-        chosen = np.flatnonzero((frontiers.stand == route.target.stand).all(axis=1))[0]
+            cost[np.hypot(*(frontiers.viewpoint - current).T) < 1e-9] -= HYSTERESIS
+        chosen = np.flatnonzero((frontiers.viewpoint == route.target.viewpoint).all(axis=1))[0]
         assert cost[chosen] == pytest.approx(cost.min())
-        np.testing.assert_allclose(route.path[-1], route.target.stand[0], atol=1e-12)
+        np.testing.assert_allclose(route.path[-1], route.target.viewpoint[0], atol=1e-12)
 
 
 def test_a_gap_that_shows_no_frontier_is_entered_by_a_virtual_frontier():
@@ -131,10 +131,10 @@ def test_a_gap_that_shows_no_frontier_is_entered_by_a_virtual_frontier():
     with without_gates():
         assert find_route(bare, region, moment(position, goal)) is None
     route = find_route(bare, region, moment(position, goal))
-    assert len(route.target) == 1 and route.target.probe[0, 1] > route.target.stand[0, 1]
-    tried = blacklist_target(bare, route.target.stand[0], 0.2, route.target.probe[0])
+    assert len(route.target) == 1 and route.target.probe[0, 1] > route.target.viewpoint[0, 1]
+    tried = blacklist_target(bare, route.target.viewpoint[0], 0.2, route.target.probe[0])
     other = find_route(tried, region, moment(position, goal))
-    assert other is None or np.hypot(*(other.target.stand - route.target.stand).T)[0] > 0.2
+    assert other is None or np.hypot(*(other.target.viewpoint - route.target.viewpoint).T)[0] > 0.2
 
 
 def test_the_optimistic_path_begins_at_the_probe_and_follows_the_optimistic_path():
@@ -154,7 +154,7 @@ def test_the_optimistic_path_begins_at_the_probe_and_follows_the_optimistic_path
         np.testing.assert_array_equal(route.next_segment, route.optimistic_path[: len(route.next_segment)])
         assert NEXT - 0.15 < length(route.next_segment) < NEXT + 0.3  # the first step is from the probe to a cell
         to_go = np.hypot(*(route.next_segment - goal).T)
-        assert to_go[-1] < to_go[0] - 0.5 and np.hypot(*(route.next_segment[-1] - route.target.stand[0])) > 0.5
+        assert to_go[-1] < to_go[0] - 0.5 and np.hypot(*(route.next_segment[-1] - route.target.viewpoint[0])) > 0.5
     route = find_route(roadmap, here(world, position), moment(position, np.array((0.5, 0.5))))
     assert not len(route.target) and not len(route.optimistic_path) and not len(route.next_segment)
 
@@ -201,7 +201,7 @@ def test_only_a_place_that_was_tried_in_vain_is_barred_in_vain(door, tried, in_v
     roadmap = explored(world, np.array([(0.0, 0.0), (1.0, 0.0), (0.5, -1.0), (0.5, 1.0)]))
     if tried:
         places = np.array([(2.05, y) for y in np.arange(-0.4, 0.41, 0.1)])
-        frontiers = roadmap.frontiers.where(np.abs(roadmap.frontiers.stand[:, 0]) < 1.6)
+        frontiers = roadmap.frontiers.where(np.abs(roadmap.frontiers.viewpoint[:, 0]) < 1.6)
         roadmap = dataclasses.replace(roadmap, blacklisted_probes=places, frontiers=frontiers)
     route = find_route(roadmap, here(world, position), moment(position, goal))
     assert (route is None) == (tried or door < 0.1)

@@ -18,8 +18,8 @@ def test_a_virtual_frontier_is_where_a_path_leaves_the_regions_for_good(seed):
     start, angle = roadmap.union.center[0], np.random.default_rng(seed).uniform(-np.pi, np.pi)
     path = start + np.arange(0.0, 12.0, 0.1)[:, None] * (np.cos(angle), np.sin(angle))
     frontier, way = virtual_frontier(roadmap, path)
-    assert len(frontier) == 1 and roadmap.regions[frontier.owner[0]].contains(frontier.stand[0])
-    away = np.hypot(*(path - frontier.stand[0]).T)
+    assert len(frontier) == 1 and roadmap.regions[frontier.owner[0]].contains(frontier.viewpoint[0])
+    away = np.hypot(*(path - frontier.viewpoint[0]).T)
     assert away.min() < HALF_CELL + 1e-9
     after = np.argmin(away) + 1
     last = np.argmin(np.hypot(*(path - frontier.probe[0]).T))
@@ -28,10 +28,10 @@ def test_a_virtual_frontier_is_where_a_path_leaves_the_regions_for_good(seed):
     assert len(beyond) and not any(region.contains(beyond).any() for region in roadmap.regions)
     assert (
         VIRTUAL_FRONTIER_LENGTH - HALF_CELL
-        <= np.hypot(*(frontier.probe[0] - frontier.stand[0]))
+        <= np.hypot(*(frontier.probe[0] - frontier.viewpoint[0]))
         < VIRTUAL_FRONTIER_LENGTH + 0.1 + HALF_CELL + 1e-9
     )
-    np.testing.assert_array_equal(way[-1], frontier.stand[0])
+    np.testing.assert_array_equal(way[-1], frontier.viewpoint[0])
 
 
 def test_a_virtual_frontier_may_be_where_the_robot_stands_just_outside_of_the_regions():
@@ -42,8 +42,8 @@ def test_a_virtual_frontier_may_be_where_the_robot_stands_just_outside_of_the_re
         path = (edge + outside + np.arange(0.0, 1.0, 0.1))[:, None] * direction
         frontier, way = virtual_frontier(roadmap, path)
         if outside > HALF_CELL:
-            np.testing.assert_array_equal(frontier.stand, path[:1])
+            np.testing.assert_array_equal(frontier.viewpoint, path[:1])
         else:  # a place in the robot's cell is inside
-            assert roadmap.regions[0].contains(frontier.stand[0])
-            assert np.hypot(*(frontier.stand[0] - path[0])) == pytest.approx(HALF_CELL)
+            assert roadmap.regions[0].contains(frontier.viewpoint[0])
+            assert np.hypot(*(frontier.viewpoint[0] - path[0])) == pytest.approx(HALF_CELL)
         assert len(way) == 1 and frontier.owner.tolist() == [0]

@@ -14,7 +14,7 @@ from drake_starnav.planning.state import EMPTY_PATH, PlannerInput, PlannerState,
 from drake_starnav.regions.observation import Observation
 
 
-def plan_step(state: PlannerState, now: PlannerInput) -> PlannerState:
+def plan_step(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     """One update of the planner; arguments as for `planning.plan_step`.
 
     Every frontier point of the roadmap is extendable: one that is visited becomes a node, and one at which the robot
@@ -22,14 +22,14 @@ def plan_step(state: PlannerState, now: PlannerInput) -> PlannerState:
 
     Source: paper, algorithm 1.
     """
-    seen, roadmap, path = now.seen, state.roadmap, state.path
-    if state.status is PlannerStatus.UNREACHABLE or seen.region is None:
+    observation, roadmap, path = inputs.observation, state.roadmap, state.path
+    if state.status is PlannerStatus.UNREACHABLE or observation.region is None:
         return state
-    if not _near(now.position, state.progress_position, constants.STUCK_DISTANCE):
-        state = dataclasses.replace(state, progress_position=now.position.copy(), progress_time=now.time)
-    stuck = now.time - state.progress_time > constants.STUCK_TIME
+    if not _near(inputs.position, state.progress_position, constants.STUCK_DISTANCE):
+        state = dataclasses.replace(state, progress_position=inputs.position.copy(), progress_time=inputs.time)
+    stuck = inputs.time - state.progress_time > constants.STUCK_TIME
     if len(path) and not stuck:
-        if not _near(now.position, path[0], constants.ARRIVAL):
+        if not _near(inputs.position, path[0], constants.ARRIVAL):
             return state
         if len(path) > 1:  # a node, which is only a way point
             return dataclasses.replace(state, path=path[1:])
@@ -37,30 +37,32 @@ def plan_step(state: PlannerState, now: PlannerInput) -> PlannerState:
             return state
     if len(path):
         roadmap = without_point(roadmap, path[0])
-    roadmap = extended(roadmap, seen)
-    state = dataclasses.replace(state, roadmap=roadmap, progress_position=now.position.copy(), progress_time=now.time)
-    return _searched(state, now)
+    roadmap = extended(roadmap, observation)
+    state = dataclasses.replace(
+        state, roadmap=roadmap, progress_position=inputs.position.copy(), progress_time=inputs.time
+    )
+    return _searched(state, inputs)
 
 
 def without_point(roadmap: StarRoadmap, place: np.ndarray) -> StarRoadmap:
     """The roadmap without the frontier points at a place, shape (2,), W, m."""
     frontiers = roadmap.frontiers
-    return dataclasses.replace(roadmap, frontiers=frontiers.where(np.hypot(*(frontiers.stand - place).T) > 1e-9))
+    return dataclasses.replace(roadmap, frontiers=frontiers.where(np.hypot(*(frontiers.viewpoint - place).T) > 1e-9))
 
 
-def extended(roadmap: StarRoadmap, seen: Observation) -> StarRoadmap:
+def extended(roadmap: StarRoadmap, observation: Observation) -> StarRoadmap:
     """The roadmap with a node at which a scan was taken, and its frontier points outside all other regions.
 
     Edges lead to the nodes whose centre its region contains, or whose region contains its centre.
 
     Source: paper, algorithm 1, GenRoadmap, and section III-B.3.
     """
-    assert seen.region is not None
-    points = frontier_points(seen.region, seen.scan, seen.pose)
+    assert observation.region is not None
+    points = frontier_points(observation.region, observation.scan, observation.pose)
     for region in roadmap.regions:
         points = points[~region.contains(points).astype(bool)]
     new = Frontiers(points, points.copy(), np.full(len(points), len(roadmap)))
-    grown = with_node(roadmap, seen, roadmap.hits)
+    grown = with_node(roadmap, observation, roadmap.hits)
     return dataclasses.replace(grown, frontiers=roadmap.frontiers.joined(new))
 
 
@@ -77,7 +79,7 @@ def shortest_path(roadmap: StarRoadmap, goal: np.ndarray) -> tuple[np.ndarray, b
     distance, previous = dijkstra(graph, directed=False, indices=count - 1, return_predecessors=True)
     inside = np.flatnonzero([bool(region.contains(goal)) for region in roadmap.regions])
     arrives = len(inside) > 0
-    ends = np.repeat(goal[None, :], len(inside), axis=0) if arrives else roadmap.frontiers.stand
+    ends = np.repeat(goal[None, :], len(inside), axis=0) if arrives else roadmap.frontiers.viewpoint
     owner = inside if arrives else roadmap.frontiers.owner
     if not len(ends):
         return EMPTY_PATH, False
@@ -90,9 +92,9 @@ def shortest_path(roadmap: StarRoadmap, goal: np.ndarray) -> tuple[np.ndarray, b
     return np.vstack((center[nodes[::-1]], ends[best])), arrives
 
 
-def _searched(state: PlannerState, now: PlannerInput) -> PlannerState:
+def _searched(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     """The state with a new path. Without one the goal is unreachable."""
-    path, arrives = shortest_path(state.roadmap, now.goal)
+    path, arrives = shortest_path(state.roadmap, inputs.goal)
     status = PlannerStatus.APPROACHING if arrives else PlannerStatus.EXPLORING
     return dataclasses.replace(
         state,

@@ -59,14 +59,14 @@ def test_a_node_is_added_on_arrival_at_the_frontier_point() -> None:
     assert len(plan_step(state, given(observed(GATE, *before, time=0.5), GATE.goal)).roadmap) == 1
     arrived = plan_step(state, given(observed(GATE, *place, time=1.0), GATE.goal))
     assert len(arrived.roadmap) == 2 and arrived.plans == 2
-    assert not (arrived.roadmap.frontiers.stand == place).all(axis=1).any()
+    assert not (arrived.roadmap.frontiers.viewpoint == place).all(axis=1).any()
 
 
 def test_a_robot_that_does_not_move_deletes_its_short_term_goal_and_looks_again() -> None:
     state = plan_step(START, given(observed(GATE, 0.0), GATE.goal))
     late = constants.STUCK_TIME + 0.1
     stuck = plan_step(state, given(observed(GATE, 0.5 * constants.STUCK_DISTANCE, time=late), GATE.goal))
-    assert len(stuck.roadmap) == 2 and not (stuck.roadmap.frontiers.stand == state.path[0]).all(axis=1).any()
+    assert len(stuck.roadmap) == 2 and not (stuck.roadmap.frontiers.viewpoint == state.path[0]).all(axis=1).any()
     moved = plan_step(state, given(observed(GATE, 1.5 * constants.STUCK_DISTANCE, time=late), GATE.goal))
     assert moved.roadmap is state.roadmap
 
@@ -80,7 +80,7 @@ def test_an_enclosed_robot_gives_up() -> None:
 def test_frontier_points_lie_in_no_older_region(seed: int) -> None:
     roadmap = explored(seed)
     assert len(roadmap) == 5 and len(roadmap.frontiers)
-    for point, owner in zip(roadmap.frontiers.stand, roadmap.frontiers.owner, strict=True):
+    for point, owner in zip(roadmap.frontiers.viewpoint, roadmap.frontiers.owner, strict=True):
         assert not any(region.contains(point) for region in roadmap.regions[:owner])
 
 
@@ -88,7 +88,7 @@ def test_frontier_points_lie_in_no_older_region(seed: int) -> None:
 def test_the_path_to_the_frontier_point_of_least_length_and_straight_line_is_chosen(seed: int) -> None:
     roadmap, goal = explored(seed), np.array((9.0, 4.0))
     path, arrives = shortest_path(roadmap, goal)
-    center, points = roadmap.union.center, roadmap.frontiers.stand
+    center, points = roadmap.union.center, roadmap.frontiers.viewpoint
     length = np.full((5, 5), np.inf)
     for (i, j), known in zip(roadmap.edges, roadmap.lengths, strict=True):
         length[i, j] = length[j, i] = known
