@@ -148,7 +148,7 @@ def _remade(
     It keeps all hits, unless the pose may err: then only those of the nodes' scans.
     """
     kept = [
-        dataclasses.replace(node, region=region)
+        node if region is node.region else dataclasses.replace(node, region=region)
         for node, region in zip(roadmap.nodes, regions, strict=True)
         if region is not None
     ]
