@@ -172,6 +172,7 @@ def _seen_through(origin, cells, x, y, beams, distance):
     """
     bearing_0, increment, wrap = beams
     n = len(distance)
+    around = np.concatenate((distance, distance, distance))  # by a beam's number, from -n: of a full circle
     through = np.zeros((cells, cells), np.bool_)
     half = 0.5 * math.sqrt(2.0) * CELL
     reach = distance.max()
@@ -198,7 +199,7 @@ def _seen_through(origin, cells, x, y, beams, distance):
             free = wrap or (first >= 0 and last < n)
             k = first
             while free and k <= last:
-                free = distance[k % n] > ends
+                free = around[k + n] > ends
                 k += 1
             through[i, j] = free
     return through
