@@ -78,17 +78,18 @@ def _tight_passage(path, x, y, hits, wide, half):
         dx, dy = dx / length, dy / length
         for n in range(int(min(length, AHEAD - gone) / SPACING) + 1):
             px, py = x + dx * n * SPACING, y + dy * n * SPACING
-            left, right = _sides(px, py, dx, dy, hits, half)
-            if left < 0 or right < 0 or _apart(hits, left, right) >= wide:
+            left, right, width = _sides(px, py, dx, dy, hits, half)
+            if width >= wide:
                 continue
             for _ in range(3):  # the tightest pair hereabouts
-                width = _apart(hits, left, right)
                 if width < 1e-6:
                     break
                 px, py = 0.5 * (hits[left, 0] + hits[right, 0]), 0.5 * (hits[left, 1] + hits[right, 1])
                 dx, dy = (hits[left, 1] - hits[right, 1]) / width, (hits[right, 0] - hits[left, 0]) / width
-                left, right = _sides(px, py, dx, dy, hits, np.inf)
-            width = _apart(hits, left, right)
+                beside = _sides(px, py, dx, dy, hits, np.inf)
+                if beside[2] == np.inf:
+                    break
+                left, right, width = beside
             dx, dy = hits[left, 1] - hits[right, 1], hits[right, 0] - hits[left, 0]
             px, py = 0.5 * (hits[left, 0] + hits[right, 0]), 0.5 * (hits[left, 1] + hits[right, 1])
             return px, py, math.atan2(dy, dx), width
@@ -100,14 +101,11 @@ def _tight_passage(path, x, y, hits, wide, half):
 
 
 @njit(cache=True)
-def _apart(hits, i, j):
-    """Distance of two hits, m."""
-    return math.hypot(hits[i, 0] - hits[j, 0], hits[i, 1] - hits[j, 1])
-
-
-@njit(cache=True)
 def _sides(x, y, dx, dy, hits, half):
-    """The nearest hits to the left and to the right of a place on a line, within `half` along it; -1 without."""
+    """The nearest hits left and right of a place on a line, within `half` along it, and how far apart they are, m.
+
+    -1 without, and infinitely far apart.
+    """
     left = right = -1
     left_away = right_away = np.inf
     for j in range(len(hits)):
@@ -119,4 +117,6 @@ def _sides(x, y, dx, dy, hits, half):
             left, left_away = j, away
         elif aside < 0.0 and away < right_away:
             right, right_away = j, away
-    return left, right
+    if left < 0 or right < 0:
+        return left, right, np.inf
+    return left, right, math.hypot(hits[left, 0] - hits[right, 0], hits[left, 1] - hits[right, 1])

@@ -160,24 +160,26 @@ def perceive(
         first = before.observation.region
         samples = None if first is None else len(first.free_range)  # though the number of beams may vary
         measured = [smoothed_distances(each, margins.smoothing_slack, margins.smoothed_beams) for each in near]
-        seen = view(near, mounts, footprint, measured)
-        scan = seen.scan if near is scans else merged(scans, mounts, footprint)
+        around = view(near, mounts, footprint, measured)
+        scan = around.scan if near is scans else merged(scans, mounts, footprint)
         distance, region = smoothed_scan_region(scan, pose, robot_radius, margins, samples)
         safe_radius = robot_radius + margins.safety
-        kept = margins.safety_range + 2.0 * safe_radius, SCAN_MEMORY
-        looked = distance, pose, safe_radius, margins.safety_range, kept
-        safety, memory = certified_region(before.memory, seen.scan, *looked, (seen.points, seen.half_gaps))
-        if margins.average_scans and seen.scan.motion is None:
+        remembered = margins.safety_range + 2.0 * safe_radius, SCAN_MEMORY
+        arguments = distance, pose, safe_radius, margins.safety_range, remembered
+        safety, memory = certified_region(before.memory, around.scan, *arguments, (around.points, around.half_gaps))
+        if margins.average_scans and around.scan.motion is None:
             (lone,) = near  # more are refused
             lone = dataclasses.replace(lone, ranges=np.where(lone.hits, measured[0], lone.ranges))
             earlier, lone = averaged(before.memory, lone, pose, safe_radius + AVERAGED)
-            safety, _ = certified_region(earlier, lone, *looked)
+            safety, _ = certified_region(earlier, lone, *arguments)
         behind = before.behind
         if not scan.full_circle:
-            behind = hits_behind(behind, before.safety.hits, scan.field_of_view, pose, kept[0])
+            behind = hits_behind(behind, before.safety.hits, scan.field_of_view, pose, remembered[0])
             region = clear_of(region, behind, robot_radius)
             if not footprint.is_disc:
-                safety = dataclasses.replace(safety, behind=behind, earlier=_earlier(before.safety, pose, kept[0]))
+                safety = dataclasses.replace(
+                    safety, behind=behind, earlier=_earlier(before.safety, pose, remembered[0])
+                )
     return Perceived(Observation(region, scan, pose), safety, memory, histories, behind)
 
 

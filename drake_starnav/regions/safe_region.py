@@ -118,7 +118,7 @@ def certified_region(
     pose: np.ndarray,
     radius: float,
     reach: float,
-    kept: tuple[float, int],
+    remembered: tuple[float, int],
     hits: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> tuple[CertifiedRegion, ScanMemory]:
     """The certified region about the latest scan, and the memory with this scan, in one compiled call.
@@ -130,10 +130,10 @@ def certified_region(
         pose: (x, y, yaw) of the robot in W when it was taken.
         radius: of the robot with the safety margin, m.
         reach: maximum extent of the star, m.
-        kept: farther hits are dropped, m; and the number of scans to keep.
+        remembered: farther hits are dropped, m; and the number of scans to keep.
         hits: points and half gaps as of a `View`; None: those of the scan.
     """
-    far, count = min(kept[0], scan.range_max), kept[1]
+    far, count = min(remembered[0], scan.range_max), remembered[1]
     latest, latest_gaps = hits or hit_points(scan, ON_AXIS, scan.distances)
     forgotten = max(len(memory.counts) + 1 - count, 0)
     first = sum(memory.counts[:forgotten])
