@@ -14,16 +14,10 @@ before is an assumption, see SAFETY.md.
 
 from typing import NamedTuple
 
-import numpy as np
-
 from drake_starnav.control.motion import Motion
 from drake_starnav.geometry.footprint import Footprint
-from drake_starnav.lidar.field_of_view import TURN
 from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.regions.separation import keeps_clear
-
-AS_FAR = 1e-9
-"""A place that is farther away by less is as far, m."""
 
 
 class FootprintCertificate(NamedTuple):
@@ -43,7 +37,7 @@ class FootprintCertificate(NamedTuple):
 
     def accepts(self, motion: Motion) -> bool:
         """Whether the motion keeps clear of all surfaces and of what was not looked at; without a scan none does."""
-        if not (self.star.seen and _in_sight(motion.position, self.star)):
+        if not (self.star.seen and self.star.looked_at(motion.position)):
             return False
         room = float(self.star.reach - self.footprint.radius)
         return bool(
@@ -54,20 +48,3 @@ class FootprintCertificate(NamedTuple):
                 (self.margin, self.footprint.radius, room),
             )
         )
-
-
-def _in_sight(places: np.ndarray, star: CertifiedRegion) -> bool:
-    """Whether scans looked at all places (n, 2), or the last one at none from which the first is farther away."""
-    first, last = star.sight
-    if last - first >= TURN:
-        return True
-    dx, dy = (places - star.center).T
-    bearing = np.mod(np.arctan2(dy, dx) - star.bearing_0, TURN)
-    beside = np.minimum(np.mod(first - bearing, TURN), np.mod(bearing - last, TURN))
-    off = np.where((bearing >= first) & (bearing <= last), 0.0, np.hypot(dx, dy) * np.sin(np.minimum(beside, TURN / 4)))
-    unseen = off > off[0] + AS_FAR
-    for other in star.earlier:
-        if not unseen.any():
-            break
-        unseen[unseen] = ~other.alone.contains(places[unseen])
-    return not unseen.any()

@@ -5,7 +5,8 @@ along a curved gap between obstacles may be safe without it. Here a motion passe
 each hit of the last scans along the whole motion. The area that the disc sweeps must therefore have been visible in one
 of those scans, which adds to the assumptions of `braking_certificate` (5) every obstacle in the way of the motion (at
 most one period of driving and one braking distance long) was hit by one of the remembered scans. The range within which
-the last scan's hits are known is no assumption: everything beyond it counts as an obstacle. Between two samples, s
+the last scan's hits are known is no assumption: everything beyond it counts as an obstacle, and where the lidar does
+not look the centre stays where an earlier scan certified it. Between two samples, s
 apart, the clearance of a disc of radius R dips by less than s^2/(8 R): 0.04 mm for the smallest robots of interest.
 """
 
@@ -62,8 +63,9 @@ class PointCertificate:
         return Hits(star.hits, needed, star.center, float(star.reach - self.radius))
 
     def accepts(self, motion: Motion) -> bool:
-        """Whether the motion keeps clear of all hits; without a scan none does."""
-        return bool(self.star.seen) and _keeps_clear(motion.position, self.hits, self.margin)
+        """Whether the motion keeps clear of all hits and of what was not looked at; without a scan none does."""
+        seen = self.star.seen and self.star.looked_at(motion.position)
+        return bool(seen) and _keeps_clear(motion.position, self.hits, self.margin)
 
 
 def needed_distances(half_gaps: np.ndarray, radius: float) -> np.ndarray:

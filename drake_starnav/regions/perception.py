@@ -176,10 +176,8 @@ def perceive(
         if not scan.full_circle:
             behind = hits_behind(behind, before.safety.hits, scan.field_of_view, pose, remembered[0])
             region = clear_of(region, behind, robot_radius)
-            if not footprint.is_disc:
-                safety = dataclasses.replace(
-                    safety, behind=behind, earlier=_earlier(before.safety, pose, remembered[0])
-                )
+            surfaces = np.zeros((0, 2)) if footprint.is_disc else behind
+            safety = dataclasses.replace(safety, behind=surfaces, earlier=_earlier(before.safety, pose, remembered[0]))
     return Perceived(Observation(region, scan, pose), safety, memory, histories, behind)
 
 

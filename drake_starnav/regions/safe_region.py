@@ -36,6 +36,9 @@ BLIND_SIDE = math.radians(60.0)
 """No motion is certified towards bearings nearer than this to an edge of the field of view: there, the disc would sweep
 unobserved space by more than 0.155 of its radius from where it stood."""
 
+AS_FAR = 1e-9
+"""A place that is farther away by less is as far, m."""
+
 
 @snapshot
 class CertifiedRegion:
@@ -59,7 +62,7 @@ class CertifiedRegion:
         newest: index of the first of `hits` that is the last scan's.
         sight: bearings, from `bearing_0` on, between which the last scan looked far enough to either side, rad.
         behind: shape (m, 2), hits of earlier scans where the last one did not look; only for polygons.
-        earlier: regions of earlier scans nearby, the last one first; only for polygons that do not see all around.
+        earlier: regions of earlier scans nearby, the last one first; only where the lidar does not see all around.
     """
 
     center: np.ndarray
@@ -87,6 +90,23 @@ class CertifiedRegion:
     def chords(self) -> Chords:
         """Its hits as surfaces."""
         return chords(self.hits, self.newest, self.behind, self.center)
+
+    def looked_at(self, places: np.ndarray) -> bool:
+        """Whether scans looked at all places (n, 2), or the last one at none from which the first is farther away."""
+        first, last = self.sight
+        if last - first >= TURN:
+            return True
+        dx, dy = (places - self.center).T
+        bearing = np.mod(np.arctan2(dy, dx) - self.bearing_0, TURN)
+        beside = np.minimum(np.mod(first - bearing, TURN), np.mod(bearing - last, TURN))
+        away = np.hypot(dx, dy) * np.sin(np.minimum(beside, 0.25 * TURN))
+        off = np.where((bearing >= first) & (bearing <= last), 0.0, away)
+        unseen = off > off[0] + AS_FAR
+        for other in self.earlier:
+            if not unseen.any():
+                break
+            unseen[unseen] = ~other.alone.contains(places[unseen])
+        return not unseen.any()
 
     @staticmethod
     def none() -> "CertifiedRegion":

@@ -12,13 +12,14 @@ from drake_starnav.control.motion import Actuation, Motion, roll_out
 from drake_starnav.control.point_certificate import PointCertificate, needed_distances
 from drake_starnav.geometry.footprint import disc
 from drake_starnav.regions.erosion import smoothed_distances
+from drake_starnav.regions.perception import Perceived, PerceptionSettings, perceive
 from drake_starnav.regions.safe_region import CertifiedRegion, ScanMemory, certified_region
 from drake_starnav.regions.separation import ESCAPE_CLEARANCE
 from drake_starnav.robot import Limits, RobotParameters
 from drake_starnav.robot.base import SHARES
 from drake_starnav.worlds.world import World
 from tests.helpers.motions import certified, least_clearance, limited_twist, motion
-from tests.helpers.scans import RADIUS, cast, distance, free_point, scattered, seeds
+from tests.helpers.scans import MARGINS, RADIUS, cast, distance, free_point, scattered, seeds
 
 ROBOT = RobotParameters()
 LIMITS = ROBOT.limits
@@ -221,3 +222,18 @@ def test_a_winding_gap_that_the_star_refuses():
 def test_between_two_hits_of_a_surface_the_disc_stays_off_their_chord():
     away = needed_distances(np.array([0.0, 0.07]), RADIUS)
     np.testing.assert_allclose(away, [RADIUS, math.hypot(RADIUS, 0.07)])
+
+
+@pytest.mark.parametrize("half", [2.3, 2.8])
+def test_a_disc_backs_no_farther_than_it_has_seen(half):
+    """Towards a post that stands where its lidar does not look, and never did."""
+    post = World("post", (0, 0, 0), (3, 0), cylinders=[(-0.8, 0.0, 0.1)])
+    settings, seen = PerceptionSettings(MARGINS, disc(RADIUS)), Perceived.nothing()
+    backwards, accepted = np.array((-0.5, 0.0)), []
+    for x in (0.0, 0.1, 0.4):
+        pose = np.array((x, 0.0, 0.0))
+        scan = cast(post, pose, angle_min=-half, angle_increment=2.0 * half / 359)
+        assert not np.isfinite(scan.ranges).any()
+        seen = perceive(seen, (scan,), pose, settings)
+        accepted.append(clear_twist(pose, backwards, backwards, seen.safety) is not None)
+    assert accepted == [False, False, True]  # it stops within 0.14 m

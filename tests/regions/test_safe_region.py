@@ -235,3 +235,25 @@ def test_the_star_ends_before_the_edges_of_a_view() -> None:
     edge = scan.angle_min + np.array((math.radians(60.0), math.radians(209.0)))
     inside = (bearing >= edge[0]) & (bearing <= edge[1])
     assert (star.values[~inside] == 0.0).all() and (star.values[inside] > 0.5).all()
+
+
+@settings(max_examples=200)
+@given(seed=seeds)
+def test_looked_at_is_what_a_scan_looked_at_or_no_farther_from_there(seed):
+    rng = np.random.default_rng(seed)
+    center, ahead = rng.uniform(-1.0, 1.0, 2), rng.uniform(-4.0, 4.0)
+    sight = rng.uniform(0.1, 1.5), rng.uniform(2.0, 5.5)
+    before = [CertifiedRegion(p, 0.5, np.full(72, 0.3), np.zeros((0, 2))) for p in center + rng.uniform(-1, 1, (2, 2))]
+    star = CertifiedRegion(
+        center, ahead, np.zeros(4), np.zeros((0, 2)), seen=True, sight=sight, earlier=tuple(before[: rng.integers(3)])
+    )
+    places = rng.choice([0.1, 0.5]) * rng.standard_normal((rng.integers(2, 4), 2))
+    places = center + (places if rng.random() < 0.3 else places[0] + 0.2 * (places - places[0]))
+    rays = ahead + np.linspace(*sight, 4000)
+    from_there = places - center
+    along, beside = from_there @ (np.cos(rays), np.sin(rays)), from_there @ (-np.sin(rays), np.cos(rays))
+    away = np.hypot(along, beside)
+    off = np.where(along > 0.0, abs(beside), away).min(axis=1)
+    known = [np.hypot(*(places - other.center).T) < 0.3 for other in star.earlier]
+    expected = (off <= off[0] + 0.002 * away.max()) | np.any(known, axis=0)
+    assert star.looked_at(places) == expected.all()
