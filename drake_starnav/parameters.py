@@ -154,6 +154,18 @@ def check_parameters(parameters: Any, place: str) -> None:
         object.__setattr__(parameters, field.name, value)
 
 
+class Checked:
+    """A dataclass of parameters that are checked as it is made; `place` names its section in messages."""
+
+    _place: typing.ClassVar[str]
+
+    def __init_subclass__(cls, *, place: str) -> None:
+        cls._place = place
+
+    def __post_init__(self) -> None:
+        check_parameters(self, self._place)
+
+
 def _within_limits(value: Any, meta: Mapping[str, Any]) -> bool:
     """Whether a converted value is what its field's metadata declare; a range also has to be in order."""
     if isinstance(value, tuple):

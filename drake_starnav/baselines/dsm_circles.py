@@ -21,14 +21,14 @@ from drake_starnav.baselines.checks import rows, vector
 from drake_starnav.baselines.directional_mean import directional_mean
 from drake_starnav.control.inputs import Proposal
 from drake_starnav.errors import StarnavError
-from drake_starnav.parameters import check_parameters, parameter
+from drake_starnav.parameters import Checked, parameter
 
 LEAST_COSINE = 1e-3
 """Where the directions from reference point and centre are nearly at right angles or worse, the centre's is taken."""
 
 
 @dataclass(frozen=True)
-class DsmParameters:
+class DsmParameters(Checked, place="dsm"):
     """Modulation around circles that are all known."""
 
     margin: float = parameter(
@@ -37,9 +37,6 @@ class DsmParameters:
     max_speed: float = parameter(
         0.4, "of the nominal velocity and of the modulated one", unit="m/s", above=0.0, high=10.0
     )
-
-    def __post_init__(self) -> None:
-        check_parameters(self, "dsm")
 
     known = True
     """The circles are given."""

@@ -23,7 +23,7 @@ from drake_starnav.baselines.baseline_step import Situation, unit_vector
 from drake_starnav.baselines.checks import rows, vector
 from drake_starnav.control.inputs import Proposal
 from drake_starnav.geometry.se2 import inverse, placed
-from drake_starnav.parameters import check_parameters, parameter
+from drake_starnav.parameters import Checked, parameter
 from drake_starnav.robot import RobotParameters
 
 PERIOD = 0.25
@@ -39,13 +39,10 @@ STRAIGHT = 1e-6
 
 
 @dataclass(frozen=True)
-class DwaParameters:
+class DwaParameters(Checked, place="dwa"):
     """The dynamic window; its samples and weights are constants."""
 
     margin: float = parameter(0.02, "clearance kept beyond the robot's radius", unit="m", low=0.0, high=1.0)
-
-    def __post_init__(self) -> None:
-        check_parameters(self, "dwa")
 
     known = False
     """It has its scan alone."""

@@ -20,7 +20,7 @@ from drake_starnav.baselines.checks import positive, rows, vector
 from drake_starnav.baselines.directional_mean import directional_mean
 from drake_starnav.control.inputs import Proposal
 from drake_starnav.geometry.se2 import placed
-from drake_starnav.parameters import check_parameters, parameter
+from drake_starnav.parameters import Checked, parameter
 
 MIN_DISTANCE = 1e-3
 """If a hit is nearer to the hull than this, all distances are shifted until it is this far, m."""
@@ -37,7 +37,7 @@ APPROACH_SLOWDOWN = 0.8
 
 
 @dataclass(frozen=True)
-class FoaParameters:
+class FoaParameters(Checked, place="foa"):
     """Modulation away from the hits of the current scan."""
 
     clusters: bool = parameter(False, "modulate around clusters of hits instead of around all hits at once")
@@ -45,9 +45,6 @@ class FoaParameters:
     max_speed: float = parameter(
         0.4, "of the nominal velocity and of the modulated one", unit="m/s", above=0.0, high=10.0
     )
-
-    def __post_init__(self) -> None:
-        check_parameters(self, "foa")
 
     known = False
     """It has its scan alone."""

@@ -18,7 +18,7 @@ import numpy as np
 from drake_starnav.baselines.baseline_step import Situation
 from drake_starnav.baselines.checks import positive, rows, vector
 from drake_starnav.control.inputs import Proposal
-from drake_starnav.parameters import check_parameters, parameter
+from drake_starnav.parameters import Checked, parameter
 
 ATTRACTIVE_GAIN = 1.0
 """Khatib's k: speed per metre to the goal, 1/s."""
@@ -29,7 +29,7 @@ MIN_DISTANCE = 1e-3
 
 
 @dataclass(frozen=True)
-class PotentialFieldParameters:
+class PotentialFieldParameters(Checked, place="apf"):
     """How strongly hits repel, and how fast the robot drives."""
 
     max_speed: float = parameter(
@@ -38,9 +38,6 @@ class PotentialFieldParameters:
     repulsive_gain: float = parameter(
         0.0003, "Khatib's eta: larger turns away sooner", unit="m^4/s", low=0.0, high=100.0
     )
-
-    def __post_init__(self) -> None:
-        check_parameters(self, "apf")
 
     known = False
     """It has its scan alone."""

@@ -3,11 +3,11 @@
 from dataclasses import dataclass
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.parameters import check_parameters, parameter
+from drake_starnav.parameters import Checked, parameter
 
 
 @dataclass(frozen=True)
-class ControllerParameters:
+class ControllerParameters(Checked, place="controller"):
     """How guidance becomes a twist, and what certifies it.
 
     Attributes:
@@ -30,7 +30,7 @@ class ControllerParameters:
     delay: float = 0.0
 
     def __post_init__(self) -> None:
-        check_parameters(self, "controller")
+        super().__post_init__()
         if not 0.0 <= self.delay <= 1.0 / self.rate:
             raise StarnavError(
                 f"controller.delay is {self.delay:g} s; allowed: at most one control period, {1.0 / self.rate:g} s"

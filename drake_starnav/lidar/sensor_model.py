@@ -10,7 +10,7 @@ from numba import njit
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.field_of_view import ROUNDING, TURN, FieldOfView
-from drake_starnav.parameters import check_parameters, parameter
+from drake_starnav.parameters import Checked, parameter
 
 NOISE, ARRIVAL = 0, 1
 """Random streams; `station.fault_models` has others."""
@@ -19,7 +19,7 @@ RELEASE_LAG = 1e-7
 
 
 @dataclass(frozen=True)
-class LidarParameters:
+class LidarParameters(Checked, place="lidar"):
     """A planar laser scanner."""
 
     beams: int = parameter(360, "number of beams in a scan", low=3, high=100000)
@@ -75,7 +75,7 @@ class LidarParameters:
     )
 
     def __post_init__(self) -> None:
-        check_parameters(self, "lidar")
+        super().__post_init__()
         span = self.angle_max - self.angle_min
         if not 0.0 < abs(span) <= TURN + ROUNDING:
             raise StarnavError(

@@ -2,11 +2,11 @@
 
 from dataclasses import dataclass
 
-from drake_starnav.parameters import check_parameters, parameter
+from drake_starnav.parameters import Checked, parameter
 
 
 @dataclass(frozen=True)
-class PlannerParameters:
+class PlannerParameters(Checked, place="planner"):
     """How scans become a roadmap and the roadmap a short-term goal."""
 
     preferred_clearance: float = parameter(
@@ -41,6 +41,3 @@ class PlannerParameters:
         high=0.5,
         when="raise it for worlds of more than 100 m: faster searches",
     )
-
-    def __post_init__(self) -> None:
-        check_parameters(self, "planner")

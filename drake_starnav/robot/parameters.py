@@ -6,7 +6,7 @@ from typing import Any
 
 from drake_starnav.errors import StarnavError, shown
 from drake_starnav.geometry.footprint import Footprint, disc, footprint
-from drake_starnav.parameters import check_parameters, parameter
+from drake_starnav.parameters import Checked, parameter
 from drake_starnav.robot.base import Base
 from drake_starnav.robot.car import Car
 from drake_starnav.robot.differential import Differential
@@ -22,7 +22,7 @@ MODEL_FILES = (".urdf", ".xacro")
 
 
 @dataclass(frozen=True)
-class RobotParameters:
+class RobotParameters(Checked, place="robot"):
     """What a robot covers, how it moves, and what its drive can do."""
 
     model: str = parameter("starbot", "shipped robot by name, or a path to a URDF (docs/your_robot.md)")
@@ -72,7 +72,7 @@ class RobotParameters:
     )
 
     def __post_init__(self) -> None:
-        check_parameters(self, "robot")
+        super().__post_init__()
         if not self.footprint:
             if 0.0 < self.radius < LEAST_RADIUS:
                 raise StarnavError(f"robot.radius is {self.radius:g} m; allowed: 0, or at least {LEAST_RADIUS:g} m")

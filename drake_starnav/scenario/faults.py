@@ -6,11 +6,11 @@ navigation allows for it (see `margins`); what is not declared is neither simula
 
 from dataclasses import dataclass
 
-from drake_starnav.parameters import check_parameters, parameter
+from drake_starnav.parameters import Checked, parameter
 
 
 @dataclass(frozen=True)
-class LocalizationParameters:
+class LocalizationParameters(Checked, place="localization"):
     """How the believed pose of the robot differs from the true one."""
 
     drift: float = parameter(
@@ -28,9 +28,6 @@ class LocalizationParameters:
         "planner's guidance)",
     )
 
-    def __post_init__(self) -> None:
-        check_parameters(self, "localization")
-
     @property
     def exact(self) -> bool:
         """Whether the believed pose is the truth."""
@@ -38,7 +35,7 @@ class LocalizationParameters:
 
 
 @dataclass(frozen=True)
-class DriveParameters:
+class DriveParameters(Checked, place="drive"):
     """How the robot's motion differs from what is commanded."""
 
     delay: float = parameter(
@@ -55,6 +52,3 @@ class DriveParameters:
     slip: float = parameter(
         0.0, "largest share of its speed that a wheel loses; drawn again for each wheel every second", low=0.0, high=0.5
     )
-
-    def __post_init__(self) -> None:
-        check_parameters(self, "drive")

@@ -2,11 +2,11 @@
 
 from dataclasses import dataclass
 
-from drake_starnav.parameters import check_parameters, parameter
+from drake_starnav.parameters import Checked, parameter
 
 
 @dataclass(frozen=True)
-class DynamicObstacleParameters:
+class DynamicObstacleParameters(Checked, place="obstacles"):
     """Declared properties of moving obstacles, and how cautiously the robot treats them."""
 
     max_speed: float = parameter(
@@ -39,6 +39,3 @@ class DynamicObstacleParameters:
     def guarded(self) -> bool:
         """Whether nothing is trusted: small obstacles may start to move, and hidden ones may emerge."""
         return self.caution == 1.0
-
-    def __post_init__(self) -> None:
-        check_parameters(self, "obstacles")
