@@ -4,7 +4,7 @@
 """
 
 import math
-from typing import Any, Protocol
+from typing import Any
 
 import gymnasium
 import numpy as np
@@ -22,7 +22,7 @@ from drake_starnav.simulation import add_collision_monitor
 from drake_starnav.simulation.kinematics import KinematicMotion
 from drake_starnav.station.model_world import make_world_with_footprints
 from drake_starnav.station.navigation_station import add_station
-from drake_starnav.station.plant import advance, make_simulator
+from drake_starnav.station.plant import advance, make_simulator, value_of
 from drake_starnav.systems.release import release
 from drake_starnav.systems.twist_shield import Unshielded
 from drake_starnav.worlds.world import World
@@ -31,32 +31,6 @@ PERIOD = 0.1
 """Of a step of the environment, s."""
 BONUS = 1.0
 """Reward for the goal, and penalty for a contact."""
-
-
-class Motion(Protocol):
-    """What moves the robot of an environment through a world."""
-
-    @property
-    def touched(self) -> bool:
-        """Whether it has touched anything."""
-
-    @property
-    def pose(self) -> np.ndarray:
-        """(x, y, yaw) of the robot, W, m and rad."""
-
-    @property
-    def twist(self) -> np.ndarray:
-        """(v, omega) of the robot, m/s and rad/s."""
-
-    @property
-    def scan(self) -> LaserScan:
-        """The last scan."""
-
-    def drive(self, twist: np.ndarray, duration: float) -> None:
-        """Drive at a twist (v, omega), m/s and rad/s, for a time, s."""
-
-    def close(self) -> None:
-        """Give back what it holds."""
 
 
 class NavigationEnv(gymnasium.Env):
@@ -113,7 +87,7 @@ class NavigationEnv(gymnasium.Env):
                 "twist": gymnasium.spaces.Box(-np.inf, np.inf, (2,), np.float32),
             }
         )
-        self._motion: Motion | None = None
+        self._motion: PlantMotion | KinematicMotion | None = None
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[dict, dict]:
         """Begin an episode; its world and noise follow from the seed, or else from the last one given."""
@@ -214,8 +188,7 @@ class PlantMotion:
         return self._out("lidar.scan")
 
     def _out(self, name: str) -> Any:
-        port = self._station.GetOutputPort(name)
-        return port.Eval(port.get_system().GetMyContextFromRoot(self._simulator.get_context()))
+        return value_of(self._station.GetOutputPort(name), self._simulator.get_context())
 
     def drive(self, twist: np.ndarray, duration: float) -> None:
         """Drive at a twist (v, omega), m/s and rad/s, for a time, s."""

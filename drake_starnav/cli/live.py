@@ -18,7 +18,7 @@ from drake_starnav.simulation.robots import add_robots, worlds_of_robots
 from drake_starnav.station.collars import collar_geometries
 from drake_starnav.station.model_world import make_world_with_footprints
 from drake_starnav.station.navigation_station import add_station
-from drake_starnav.station.plant import advance, make_simulator
+from drake_starnav.station.plant import advance, make_simulator, value_of
 from drake_starnav.visualization.collision_shapes import show_collision_shapes
 from drake_starnav.visualization.live_page import LivePage, LiveState
 from drake_starnav.visualization.meshcat_stage import MeshcatStage, quiet_meshcat
@@ -30,7 +30,6 @@ from drake_starnav.visualization.recorder import (
     finish_recording,
     robot_path,
     set_look,
-    start_recording,
 )
 from drake_starnav.visualization.slider_goal import SliderGoal, add_goal_sliders
 from drake_starnav.visualization.tracks import trail_layer
@@ -113,7 +112,7 @@ class LiveRun:
         self.simulator = make_simulator(builder.Build(), settings=scenario.simulator_config)
         self.simulator.set_target_realtime_rate(real_time_rate)
         if html is not None:
-            start_recording(self.meshcat, scenario.recording, live=True)
+            self.meshcat.StartRecording(scenario.recording.frames_per_second)  # and an open page follows
         self.simulator.Initialize()
         self.outcome, self.collided = "", False
         self._said = ""
@@ -141,14 +140,12 @@ class LiveRun:
     @property
     def pose(self) -> np.ndarray:
         """Of the robot now, (x, y, yaw), W, m and rad."""
-        port = self._navigation.localization("pose")
-        return port.Eval(port.get_system().GetMyContextFromRoot(self.simulator.get_context()))
+        return value_of(self._navigation.localization("pose"), self.simulator.get_context())
 
     @property
     def goal(self) -> np.ndarray:
         """Where the robot is to go now, (x, y), W, m."""
-        port = self._navigation.goal_position
-        return port.Eval(port.get_system().GetMyContextFromRoot(self.simulator.get_context()))
+        return value_of(self._navigation.goal_position, self.simulator.get_context())
 
     def step(self) -> bool:
         """Poll the buttons, then drive on for `STEP` or wait for `POLL`; returns whether the run goes on."""
@@ -200,9 +197,8 @@ class LiveRun:
 
     def _going(self) -> str:
         """Whether the goal has been reached or is unreachable, in words."""
-        planner, status = self._navigation.planner, None
-        if planner is not None:
-            status = planner.GetOutputPort("status").Eval(planner.GetMyContextFromRoot(self.simulator.get_context()))
+        port = self._navigation.planned("status")
+        status = None if port is None else value_of(port, self.simulator.get_context())
         if np.hypot(*(self.pose[:2] - self.goal)) < self._scenario.simulation.goal_tolerance:
             return "reached the goal"
         said = {PlannerStatus.UNREACHABLE: "found no way to the goal", PlannerStatus.BLOCKED: "blocked"}

@@ -88,7 +88,7 @@ def record_robots(
         layers[name], size = layer, 0.9 * robot.robot.radius
         height = meshes.LAYERS["goal"].height
         goals[name] = [meshes.five_pointed_star(np.array(goal[:2]), size, height) for goal in robot.goals]
-    world = make_world_with_footprints(scenario.world, seed, max(track.radius for track in tracks.values()))
+    world = make_world_with_footprints(scenario.world, seed, max(each.robot.radius for each in scenario.robots))
     lines = (f"{len(tracks)} robots, method {trials[0].trial.method}, seed {seed}",)
     caption = Caption(scenario.name, lines, meshes.with_scene(layers, world), shown)
     return record_tracks(tracks, goals, world, caption, scenario.recording, html, view)

@@ -25,7 +25,7 @@ from drake_starnav.station.drake_configs import scenario_simulator_config
 from drake_starnav.station.model_world import make_world_with_footprints
 from drake_starnav.station.navigation_station import add_station
 from drake_starnav.station.planar_localization import planar_states
-from drake_starnav.station.plant import advance, make_simulator
+from drake_starnav.station.plant import advance, make_simulator, value_of
 from drake_starnav.systems.goal_sequence import GoalSequence
 from drake_starnav.systems.release import release
 from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
@@ -140,19 +140,15 @@ def left_by(simulator: Simulator, navigation: Navigation, log: VectorLogSink, me
     record, station = log.FindLog(context), navigation.station
     times, states = record.sample_times(), record.data()
     if times[-1] < context.get_time():
-        port = station.plant.get_state_output_port(station.robot_model)
-        end = port.Eval(port.get_system().GetMyContextFromRoot(context))
+        end = value_of(station.plant.get_state_output_port(station.robot_model), context)
         times, states = np.append(times, context.get_time()), np.column_stack((states, end))
     nodes = 0
     if isinstance(navigation.planner, StarRoadmapPlanner):
-        roadmap = navigation.planner.GetOutputPort("planner_state").Eval(
-            navigation.planner.GetMyContextFromRoot(context)
-        )
-        nodes = len(roadmap.roadmap)
+        nodes = len(value_of(navigation.planner.GetOutputPort("planner_state"), context).roadmap)
     reached: tuple[float, ...] = ()
     if isinstance(navigation.goal, GoalSequence):
-        times_reached = navigation.goal.GetOutputPort("reached").Eval(navigation.goal.GetMyContextFromRoot(context))
-        reached = tuple(time for time in times_reached.tolist() if math.isfinite(time))
+        times_reached = value_of(navigation.goal.GetOutputPort("reached"), context).tolist()
+        reached = tuple(time for time in times_reached if math.isfinite(time))
     return Run(
         message=message,
         elapsed=context.get_time(),

@@ -8,7 +8,7 @@ from pydrake.geometry import GeometryId, SceneGraph
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant, MultibodyPlantConfig
 from pydrake.multibody.tree import ModelInstanceIndex
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig, SimulatorStatus
-from pydrake.systems.framework import Context, Diagram, DiagramBuilder, EventStatus
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder, EventStatus, OutputPort
 
 from drake_starnav.errors import StarnavError, said_by
 from drake_starnav.robot import RobotParameters
@@ -88,6 +88,11 @@ def advance(simulator: Simulator, time: float) -> SimulatorStatus:
         raise StarnavError(
             f"simulation failed at {now:.3f} s: {said_by(error)}; allowed: robots and worlds that Drake can simulate"
         ) from None
+
+
+def value_of(port: OutputPort, root: Context) -> Any:
+    """The value of an output port, in the context of the whole diagram."""
+    return port.Eval(port.get_system().GetMyContextFromRoot(root))
 
 
 def _forget_old_poses(context: Context) -> EventStatus:

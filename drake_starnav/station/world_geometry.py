@@ -138,9 +138,13 @@ def _prism(corners: np.ndarray, label: str) -> tuple[Shape, RigidTransform]:
         if np.abs(corner_cosines).max() < 1e-9:
             R_WG = RotationMatrix.MakeZRotation(math.atan2(edges[0, 1], edges[0, 0]))
             return Box(lengths[0], lengths[1], OBSTACLE_HEIGHT), RigidTransform(R_WG, [*center, z])
-    flat = (corners - center).T
-    points = np.hstack([np.vstack((flat, np.full(flat.shape[1], s * z))) for s in (-1.0, 1.0)])
-    return Convex(points=points, label=label), RigidTransform([*center, z])
+    return upright_prism(corners - center, OBSTACLE_HEIGHT, label), RigidTransform([*center, z])
+
+
+def upright_prism(corners: np.ndarray, height: float, label: str) -> Convex:
+    """The prism over a convex polygon (n, 2), half above and half below it, m."""
+    points = np.hstack([np.vstack((corners.T, np.full(len(corners), z))) for z in (-0.5 * height, 0.5 * height)])
+    return Convex(points=points, label=label)
 
 
 def _prisms_mesh(parts: list[np.ndarray]) -> Mesh:

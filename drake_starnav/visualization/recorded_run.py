@@ -2,10 +2,8 @@
 
 from dataclasses import dataclass
 
-import numpy as np
-
+from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.geometry.trajectory import Motion
-from drake_starnav.robot import RobotParameters
 from drake_starnav.visualization.camera import Extent
 from drake_starnav.visualization.meshes import SHELL_COLOR, Color
 from drake_starnav.visualization.page import Caption
@@ -19,22 +17,15 @@ class RobotTrack:
 
     Attributes:
         motion: its poses.
-        radius: of its hull, m.
+        shape: of its hull.
         color: of its hull, red, green, blue, 0 to 1.
         deck: size of the lighter deck on it, as a share of the hull's.
-        outline: corners of its hull in its frame, shape (n, 2), m; None: it is round.
     """
 
     motion: Motion
-    radius: float
+    shape: Footprint
     color: Color = SHELL_COLOR
     deck: float = 0.86
-    outline: np.ndarray | None = None
-
-
-def outline_of(robot: RobotParameters) -> np.ndarray | None:
-    """The `outline` of a robot."""
-    return None if robot.shape.is_disc else robot.shape.outline
 
 
 @dataclass(frozen=True)

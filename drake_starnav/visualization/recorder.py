@@ -11,7 +11,6 @@ from drake_starnav.errors import StarnavError, check_kind
 from drake_starnav.geometry.trajectory import Motion
 from drake_starnav.navigation import Navigation
 from drake_starnav.scenario import Scenario
-from drake_starnav.scenario.schema import RecordingParameters
 from drake_starnav.station.navigation_station import StationInterface
 from drake_starnav.systems.star_perception import lidar_names
 from drake_starnav.utils.files import write_text
@@ -20,7 +19,7 @@ from drake_starnav.visualization.collision_shapes import show_collision_shapes
 from drake_starnav.visualization.meshcat_stage import quiet_meshcat
 from drake_starnav.visualization.meshes import layers_of_run
 from drake_starnav.visualization.page import Cameras, Caption, with_panel
-from drake_starnav.visualization.recorded_run import RecordedRun, RobotTrack, outline_of
+from drake_starnav.visualization.recorded_run import RecordedRun, RobotTrack
 from drake_starnav.visualization.scene_timeline import SceneRecorder, SceneTimeline
 from drake_starnav.visualization.star_roadmap_visualizer import StarRoadmapVisualizer
 from drake_starnav.visualization.timeline import Broadcast, Timeline
@@ -72,7 +71,9 @@ class Recorder:
     def start(self) -> None:
         """Start to record; call it before the simulator is initialized."""
         set_look(self._meshcat)
-        start_recording(self._meshcat, self._scenario.recording)
+        self._meshcat.StartRecording(
+            self._scenario.recording.frames_per_second, set_visualizations_while_recording=False
+        )
 
     def finish(self, lines: tuple[str, ...] = (), motion: Motion | None = None) -> None:
         """End the recording and write it, or raise a `StarnavError`.
@@ -92,7 +93,7 @@ class Recorder:
             X_WB = np.array(poses.values)
             yaw = np.arctan2(X_WB[:, 1, 0], X_WB[:, 0, 0])
             motion = Motion(np.array(poses.times), np.column_stack((X_WB[:, :2, 3], yaw)))
-        track = RobotTrack(motion, self._scenario.robot.radius, outline=outline_of(self._scenario.robot))
+        track = RobotTrack(motion, self._scenario.robot.shape)
         self.recorded = RecordedRun(caption, world.extent, self._scene, self._timeline, (track,))
 
     def save_png(self, path: str | os.PathLike, time: float, width: int = 1100) -> None:
@@ -156,14 +157,6 @@ def robot_path(station: StationInterface) -> str:
     base = station.plant.GetBodyByName("base_link", station.robot_model)
     name = station.scene_graph.model_inspector().GetName(station.plant.GetBodyFrameIdOrThrow(base.index()))
     return f"{WORLD_PREFIX}/{name.replace('::', '/')}"
-
-
-def start_recording(meshcat: Meshcat, parameters: RecordingParameters, live: bool = False) -> None:
-    """Start to record; call it before the simulator is initialized.
-
-    `live`: whether an open page follows the run as well; it makes the run slower.
-    """
-    meshcat.StartRecording(parameters.frames_per_second, set_visualizations_while_recording=live)
 
 
 def finish_recording(meshcat: Meshcat, path: str | os.PathLike, caption: Caption, cameras: Cameras) -> None:

@@ -105,17 +105,13 @@ def _draw_shape(axes: Axes, shape: Shape, time: float) -> None:
 
 def _draw_robot(axes: Axes, robot: RobotTrack, time: float) -> None:
     """Hull, deck, the bar that shows the heading, and the lidar, as in the shipped robot."""
-    x, y, yaw = robot.motion.at(time)
+    (x, y, yaw), radius, outline = robot.motion.at(time), robot.shape.radius, robot.shape.outline
     for share, color in ((1.0, robot.color), (robot.deck, DECK_COLOR)):
-        if robot.outline is None:
-            hull: Artist = Circle((x, y), share * robot.radius, facecolor=color, zorder=ROBOT_ORDER)
-        else:
-            middle = robot.outline.mean(axis=0)
-            corners = placed(np.array((x, y, yaw)), middle + share * (robot.outline - middle))
-            hull = Polygon(corners, facecolor=color, zorder=ROBOT_ORDER)
-        axes.add_artist(hull)
+        middle = outline.mean(axis=0)
+        corners = placed(np.array((x, y, yaw)), middle + share * (outline - middle))
+        axes.add_artist(Polygon(corners, facecolor=color, zorder=ROBOT_ORDER))
     ahead, left = np.array([math.cos(yaw), math.sin(yaw)]), np.array([-math.sin(yaw), math.cos(yaw)])
     bar_corners = [(0.0, -0.1), (0.8, -0.1), (0.8, 0.1), (0.0, 0.1)]
-    bar = np.array([x, y]) + robot.radius * np.array([a * ahead + b * left for a, b in bar_corners])
+    bar = np.array([x, y]) + radius * np.array([a * ahead + b * left for a, b in bar_corners])
     axes.add_artist(Polygon(bar, facecolor=HEADING_COLOR, zorder=ROBOT_ORDER))
-    axes.add_artist(Circle((x, y), 0.24 * robot.radius, facecolor=LIDAR_COLOR, zorder=ROBOT_ORDER))
+    axes.add_artist(Circle((x, y), 0.24 * radius, facecolor=LIDAR_COLOR, zorder=ROBOT_ORDER))

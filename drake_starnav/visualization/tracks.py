@@ -14,7 +14,7 @@ from drake_starnav.geometry.trajectory import Motion
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.schema import RecordingParameters
 from drake_starnav.station.model_world import floor_geometries
-from drake_starnav.station.world_geometry import OBSTACLE_HEIGHT, add_still_obstacles
+from drake_starnav.station.world_geometry import OBSTACLE_HEIGHT, add_still_obstacles, upright_prism
 from drake_starnav.visualization import meshes
 from drake_starnav.visualization.collision_shapes import show_collision_shapes
 from drake_starnav.visualization.meshcat_stage import MeshcatStage, quiet_meshcat
@@ -28,12 +28,11 @@ from drake_starnav.visualization.meshes import (
     Mesh,
 )
 from drake_starnav.visualization.page import Cameras, Caption
-from drake_starnav.visualization.recorded_run import RecordedRun, RobotTrack, outline_of
+from drake_starnav.visualization.recorded_run import RecordedRun, RobotTrack
 from drake_starnav.visualization.recorder import (
     WORLD_PREFIX,
     finish_recording,
     set_look,
-    start_recording,
 )
 from drake_starnav.visualization.scene_timeline import SceneTimeline, Solid
 from drake_starnav.visualization.star_roadmap_visualizer import FRAME_SLACK
@@ -71,7 +70,7 @@ def trail_layer(name: str, said: str, number: int) -> tuple[str, Layer]:
 
 def track_of(robot: RobotParameters, motion: Motion, number: int) -> RobotTrack:
     """The track of the robot with a number, from 0, which decides its colour."""
-    return RobotTrack(motion, robot.radius, COLORS[number % len(COLORS)], DECK, outline_of(robot))
+    return RobotTrack(motion, robot.shape, COLORS[number % len(COLORS)], DECK)
 
 
 def record_tracks(
@@ -105,7 +104,7 @@ def record_tracks(
     stage = MeshcatStage(Broadcast(meshcat, timeline), "/starnav", 1.0 / parameters.frames_per_second, layers)
     for k, (method, robot) in enumerate(robots.items()):
         _add_robot(meshcat, paths[method], robot, STACKED * (len(robots) - k))
-    start_recording(meshcat, parameters)
+    meshcat.StartRecording(parameters.frames_per_second, set_visualizations_while_recording=False)
     for layer, places in goals.items():
         for place in places:
             stage.add(layer, place, 0.0)
@@ -175,22 +174,16 @@ def _publish_world(meshcat: Meshcat, world: World) -> SceneTimeline:
 
 def _add_robot(meshcat: Meshcat, path: str, robot: RobotTrack, above: float) -> None:
     """A hull of its colour with a light deck, a bar ahead and a lidar, `above` the floor, m."""
-    radius, top = robot.radius, above + HULL_HEIGHT
-    parts = (
-        ("hull", Cylinder(radius, HULL_HEIGHT), [0.0, 0.0, top - 0.5 * HULL_HEIGHT], robot.color),
-        ("deck", Cylinder(robot.deck * radius, 0.004), [0.0, 0.0, top], DECK_COLOR),
-        ("heading", Box(0.8 * radius, 0.2 * radius, 0.008), [0.4 * radius, 0.0, top], HEADING_COLOR),
-        ("lidar", Cylinder(0.24 * radius, 0.016), [0.0, 0.0, top], LIDAR_COLOR),
-    )
-    if robot.outline is not None:
-        around = np.vstack((robot.outline, robot.outline[:1]))
-        walls = [np.column_stack((around, np.full(len(around), z))) for z in (above, top)]
-        n = len(robot.outline)
-        k = np.arange(n)
-        sides = np.vstack((np.column_stack((k, k + 1, n + 2 + k)), np.column_stack((k, n + 2 + k, n + 1 + k))))
-        lid = np.column_stack((np.full(n - 2, n + 1), n + 2 + k[: n - 2], n + 3 + k[: n - 2]))
-        faces = np.vstack((sides, lid)).astype(np.int32)
-        meshcat.SetTriangleMesh(f"{path}/hull", np.vstack(walls).T, faces.T, Rgba(*robot.color))
-    for name, shape, position, rgb in parts if robot.outline is None else parts[2:]:
-        meshcat.SetObject(f"{path}/{name}", shape, Rgba(*rgb))
+    shape, radius, top = robot.shape, robot.shape.radius, above + HULL_HEIGHT
+    hull = Cylinder(radius, HULL_HEIGHT) if shape.is_disc else upright_prism(shape.outline, HULL_HEIGHT, path)
+    parts = {
+        "hull": (hull, [0.0, 0.0, top - 0.5 * HULL_HEIGHT], robot.color),
+        "deck": (Cylinder(robot.deck * radius, 0.004), [0.0, 0.0, top], DECK_COLOR),
+        "heading": (Box(0.8 * radius, 0.2 * radius, 0.008), [0.4 * radius, 0.0, top], HEADING_COLOR),
+        "lidar": (Cylinder(0.24 * radius, 0.016), [0.0, 0.0, top], LIDAR_COLOR),
+    }
+    if not shape.is_disc:
+        del parts["deck"]
+    for name, (part, position, rgb) in parts.items():
+        meshcat.SetObject(f"{path}/{name}", part, Rgba(*rgb))
         meshcat.SetTransform(f"{path}/{name}", RigidTransform(position))

@@ -74,8 +74,8 @@ def test_each_is_drawn_as_it_is_with_its_goals_in_its_colour(tmp_path) -> None:
     trials = [RobotTrial(r.name, one, 1.0, m) for r, m in zip(scenario.robots, motions, strict=True)]
     recorded = record_robots(scenario, trials, 0, tmp_path / "two.html", shown=frozenset({"trail/long"}))
     assert recorded.caption.shown == {"trail/long"}
-    assert recorded.robots[0].outline is None
-    assert np.ptp(recorded.robots[1].outline, axis=0) == pytest.approx((0.8, 0.5), abs=0.01)
+    assert recorded.robots[0].shape.is_disc
+    assert np.ptp(recorded.robots[1].shape.outline, axis=0) == pytest.approx((0.8, 0.5), abs=0.01)
     picture = PlotCamera(recorded).picture(1.0)
     image = np.asarray(picture, dtype=float) / 255.0
     end, side = (4.15, 1.37), (4.33, 1.1)  # it looks along y: longer than wide

@@ -52,7 +52,6 @@ from drake_starnav.visualization.recorder import (
     finish_recording,
     robot_path,
     set_look,
-    start_recording,
     write_html,
 )
 from drake_starnav.visualization.star_roadmap_visualizer import StarRoadmapVisualizer
@@ -152,7 +151,7 @@ def record(path):
         port = visualizer.get_input_port(k)
         builder.Connect(drive.GetOutputPort(port.get_name()), port)
     set_look(meshcat)
-    start_recording(meshcat, parameters)
+    meshcat.StartRecording(parameters.frames_per_second, set_visualizations_while_recording=False)
     simulator = Simulator(builder.Build())
     simulator.Initialize()
     simulator.AdvanceTo(DURATION)
