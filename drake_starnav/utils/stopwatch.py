@@ -2,7 +2,6 @@
 
 import time
 from collections import defaultdict
-from types import TracebackType
 
 import numpy as np
 
@@ -47,9 +46,7 @@ class _Timing:
     def __enter__(self) -> None:
         self._start = time.perf_counter()
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, kind: type[BaseException] | None, *error: object) -> None:
         if kind is None:
             times, spent = self._seconds[self._name], time.perf_counter() - self._start
             if self._since is not None:
