@@ -5,20 +5,21 @@ import math
 
 import numpy as np
 import pytest
-import shapely
 from hypothesis import given, settings
 
 from drake_starnav.control.braking_certificate import StarCertificate
 from drake_starnav.control.certificates import AnyOf
 from drake_starnav.control.footprint_certificate import FootprintCertificate
 from drake_starnav.control.motion import Actuation, roll_out
-from drake_starnav.geometry.footprint import Footprint, covered, footprint
+from drake_starnav.geometry.footprint import Footprint, footprint
 from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.regions.safe_region import CertifiedRegion, ScanMemory, certified_region
 from drake_starnav.robot import BASES, RobotParameters
 from drake_starnav.scenario import parse_scenario
 from drake_starnav.simulation.kinematics import KinematicMotion
+from drake_starnav.worlds.clearance import body_clearance
 from drake_starnav.worlds.world import World
+from scripts.experiments.footprint_soundness import least_distance, solid, sweep
 from tests.helpers.scans import cast, noisy, scattered, seeds
 
 ROBOTS = {name: RobotParameters(base=name) for name in BASES}
@@ -40,12 +41,6 @@ SHAPES = {
 }
 
 
-def solid(world: World) -> shapely.Geometry:
-    discs = [shapely.Point(x, y).buffer(r, quad_segs=64) for x, y, r in world.discs]
-    walls = shapely.Polygon([(-9, -9), (9, -9), (9, 9), (-9, 9)], [[(-3, -3), (3, -3), (3, 3), (-3, 3)]])
-    return shapely.union_all([walls, *discs, *(shapely.Polygon(p) for p in world.polygons)])
-
-
 def sensed(world: World, pose: np.ndarray, shape: Footprint, rng: np.random.Generator | None = None) -> CertifiedRegion:
     """What two scans certify, the first from 2 cm behind, with noise if there is an `rng`."""
     memory = ScanMemory()
@@ -60,38 +55,13 @@ def sensed(world: World, pose: np.ndarray, shape: Footprint, rng: np.random.Gene
     return star
 
 
-def driven(
-    robot: RobotParameters, pose: np.ndarray, twist: np.ndarray, target: np.ndarray, phases: tuple[float, float]
-) -> np.ndarray:
-    """Poses (n, 3) every 4 ms of a robot that keeps its twist, ramps to the target, and then brakes."""
-    poses, step, limits = [pose], 4e-3, robot.limits
-    steers, moving = limits.steers > 0.0, np.array((*twist[:-1], *(() if len(twist) > 2 else (0.0,)), twist[-1]))
-    wanted = np.array((*target[:-1], *(() if len(target) > 2 else (0.0,)), target[-1]))
-    for aim, time in ((moving, phases[0]), (wanted, phases[1]), (None, 1.0)):
-        for _ in range(round(time / step)):
-            want = np.array((0.0, 0.0, moving[2] if steers else 0.0)) if aim is None else aim
-            change, faster = want[:2] - moving[:2], limits.max_acceleration * step
-            change *= min(faster / max(math.hypot(*change), 1e-12), 1.0)
-            turned = np.clip(
-                want[2] - moving[2], -limits.max_yaw_acceleration * step, limits.max_yaw_acceleration * step
-            )
-            after = moving + (*change, turned)
-            x, y, turning = 0.5 * (moving + after)
-            omega, moving = turning * x if steers else turning, after
-            c, s = math.cos(pose[2] + 0.5 * omega * step), math.sin(pose[2] + 0.5 * omega * step)
-            pose = pose + step * np.array((c * x - s * y, s * x + c * y, omega))
-            poses.append(pose)
-    return np.array(poses)
-
-
 def tried(seed: int, shape: Footprint, noise: bool, robot: RobotParameters) -> tuple[bool, float]:
     """Whether a random command beside random obstacles is accepted; and the least distance that it would keep, m."""
     rng = np.random.default_rng(seed)
     world = scattered(rng, discs=14, walls=8, clear=shape.narrow + 0.02)
-    obstacles = solid(world)
     while True:
         pose = np.array((*rng.uniform(-0.6, 0.6, 2), rng.uniform(-math.pi, math.pi)))
-        if shapely.distance(covered(shape, pose), obstacles) > MARGIN + 0.01:
+        if body_clearance(world, pose[None], shape)[0] > MARGIN + 0.01:
             break
     limits, speeds = robot.limits, np.full(len(robot.drive.components), robot.max_speed)
     speeds[-1] = limits.max_yaw_rate
@@ -103,9 +73,8 @@ def tried(seed: int, shape: Footprint, noise: bool, robot: RobotParameters) -> t
         return False, math.inf
     star = sensed(world, pose, shape, rng if noise else None)
     certificate = AnyOf((StarCertificate(star), FootprintCertificate(star, MARGIN, shape)))
-    poses = driven(robot, pose, twist, target, (delay, hold))
-    least = min(float(shapely.distance(covered(shape, p), obstacles)) for p in poses[::3])
-    return certificate.accepts(motion), least
+    poses = sweep(pose, (twist, target), (delay, hold), limits)
+    return certificate.accepts(motion), float(least_distance(poses, shape.parts, shape.radius, *solid(world)))
 
 
 @pytest.mark.parametrize(
