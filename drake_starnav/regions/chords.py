@@ -68,6 +68,6 @@ def _joined(points: np.ndarray, circular: bool) -> np.ndarray:
     """Chords between successive points (n, 2) on one surface, and points without such a neighbour; shape (k, 4)."""
     after = np.roll(points, -1, axis=0)
     linked = ((after - points) ** 2).sum(axis=1) < CONNECTED_CHORD * CONNECTED_CHORD
-    linked[-1:] &= circular and len(points) > 1
+    linked[-1:] &= circular
     alone = ~(linked | np.roll(linked, 1))
     return np.hstack((points, np.where(linked[:, None], after, points)))[linked | alone]

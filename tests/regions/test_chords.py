@@ -92,3 +92,9 @@ def test_hits_are_remembered_only_where_the_lidar_does_not_look():
     assert len(turned) == 0
     again = hits_behind(kept, kept + 1e-3, view, np.zeros(3), 2.0)
     assert len(again) <= 2 * len(kept)
+
+
+def test_hits_as_far_apart_as_a_chord_may_be_long_stay_alone():
+    for length, joined in ((CONNECTED_CHORD, False), (math.nextafter(CONNECTED_CHORD, 0.0), True)):
+        ends = chords(np.array(((0.0, 0.0), (length, 0.0))), 2, NOTHING, np.zeros(2)).ends
+        assert (ends[:, :2] != ends[:, 2:]).any() == joined
