@@ -70,7 +70,8 @@ def free_limit(scan: LaserScan, samples: int, view_range: float, radius: float, 
         radius: of the disc with its margin, m.
         side: bearings nearer than this to an edge of the field of view count as outside, rad.
     """
-    return bearing_limit(samples, *field_of_view(scan, side), max(view_range - radius, 0.0))
+    (first, last), bearing = field_of_view(scan, side), 2.0 * math.pi / samples * np.arange(samples)
+    return np.where((first <= bearing) & (bearing <= last), max(view_range - radius, 0.0), 0.0)
 
 
 def field_of_view(scan: LaserScan, side: float = 0.0) -> tuple[float, float]:
@@ -112,8 +113,10 @@ def free_range(
 
     Source: paper, section III-A; the erosion, which the paper leaves to the controller: this project.
     """
-    kept, tables = (margins.preferred, margins.least), bearing_tables(samples or bearing_count(scan))
-    return FreeRange(*disc_range(scan.beams, distance, field_of_view(scan), radius, kept, tables))
+    samples, kept = samples or bearing_count(scan), (margins.preferred, margins.least)
+    limit = free_limit(scan, samples, scan.range_max, radius + margins.preferred)
+    values, margin = disc_range(scan.beams, distance, limit, radius, kept, bearing_tables(samples))
+    return FreeRange(values, limit, margin)
 
 
 @lru_cache(maxsize=16)
@@ -124,24 +127,22 @@ def bearing_tables(samples: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 @njit(cache=True)
-def disc_range(beams, distance, view, radius, margins, tables):
-    """The loop of `free_range`: the fields of a `FreeRange`.
+def disc_range(beams, distance, limit, radius, margins, tables):
+    """The loop of `free_range`: values and margin of a `FreeRange`.
 
     Args:
         beams: of the scan.
         distance: their smoothed distances, shape (n,), m.
-        view: as of `field_of_view`.
+        limit: of a `FreeRange`, shape (M,), m.
         radius: of the robot, m.
         margins: margin and least margin, m.
         tables: as of `bearing_tables`.
     """
-    range_max = beams.range_max
     margin, least = margins
     cosine, squares = tables
     samples, inflated = len(cosine), radius + margin
     gap = half_chords(distance, beams)
     hits = beams_to_bearings(distance, gap, beams, samples)
-    limit = bearing_limit(samples, view[0], view[1], max(range_max - inflated, 0.0))
     sight = within_sight(limit, beams, inflated)
     free = erode(hits[0], hits[1], hits[2], inflated, sight, cosine, squares)
     # A look at the narrowest robot no farther than it takes to see whether there are passages: there rarely are.
@@ -150,26 +151,16 @@ def disc_range(beams, distance, view, radius, margins, tables):
         if free[i] < SHUT:
             look[i] = min(sight[i], SHUT + 2.0 * PASSAGE_DEPTH)
     if least >= margin or largest(look) == 0.0:
-        return free, limit, margin
+        return free, margin
     if not with_passages(free, erode(hits[0], hits[1], hits[2], radius + least, look, cosine, squares))[1]:
-        return free, limit, margin
+        return free, margin
     kept = margin
     for step in range(1, MARGIN_STEPS + 1):
         tried = margin + (least - margin) * step / MARGIN_STEPS
         free, opened = with_passages(free, erode(hits[0], hits[1], hits[2], radius + tried, sight, cosine, squares))
         if opened:
             kept = tried
-    return free, limit, kept
-
-
-@njit(cache=True)
-def bearing_limit(samples, first, last, most):
-    """`most` at the bearings from `first` to `last`, else 0."""
-    limit = np.zeros(samples)
-    for i in range(samples):
-        if first <= 2.0 * math.pi / samples * i <= last:
-            limit[i] = most
-    return limit
+    return free, kept
 
 
 @njit(cache=True)

@@ -18,10 +18,10 @@ from drake_starnav.regions.bearing_hits import CONNECTED_CHORD, points_to_bearin
 from drake_starnav.regions.chords import Chords, chords
 from drake_starnav.regions.erosion import (
     bearing_count,
-    bearing_limit,
     bearing_tables,
     erode,
     field_of_view,
+    free_limit,
     within_sight,
 )
 from drake_starnav.regions.region_union import RegionUnion
@@ -157,7 +157,8 @@ def certified_region(
     latest, latest_gaps = hits or hit_points(scan, ON_AXIS, scan.distances)
     forgotten = max(len(memory.counts) + 1 - count, 0)
     first = sum(memory.counts[:forgotten])
-    bearings = float(pose[2]) + scan.angle_min, *field_of_view(scan, BLIND_SIDE)
+    samples, bearing_0 = bearing_count(scan), float(pose[2]) + scan.angle_min
+    limit = free_limit(scan, samples, min(scan.range_max, reach + radius), radius, BLIND_SIDE)
     place = float(pose[0]), float(pose[1]), math.cos(pose[2]), math.sin(pose[2])
     points, gaps, known, known_gaps, values, near = _certified_region(
         (memory.points, memory.half_gaps, first),
@@ -165,8 +166,8 @@ def certified_region(
         scan.beams,
         distance,
         place,
-        bearings,
-        bearing_tables(bearing_count(scan)),
+        (bearing_0, limit),
+        bearing_tables(samples),
         (radius, reach),
     )
     newest = len(memory.points) - first
@@ -176,7 +177,17 @@ def certified_region(
     center = np.array(pose[:2], dtype=float)
     times = scan.time, far, memory.time
     star = CertifiedRegion(
-        center, bearings[0], values, near, known, known_gaps, True, *times, radius, newest, bearings[1:]
+        center,
+        bearing_0,
+        values,
+        near,
+        known,
+        known_gaps,
+        True,
+        *times,
+        radius,
+        newest,
+        field_of_view(scan, BLIND_SIDE),
     )
     return star, ScanMemory(points, gaps, counts, scan.time)
 
@@ -192,13 +203,13 @@ def _certified_region(known, seen, beams, distance, place, bearings, tables, siz
         beams: of the latest scan.
         distance: their smoothed distances, shape (n,), m.
         place: x, y, m, and cosine and sine of the yaw of the robot.
-        bearings: that of sample 0 in W, and the first and the last within the view from it on, rad.
+        bearings: that of sample 0 in W, rad, and the star's `free_limit`, shape (M,), m.
         tables: as of `bearing_tables`.
         sizes: radius and reach as of `certified_region`, m.
     """
     measured, range_max, directions = beams.distances, beams.range_max, beams.directions
     x, y, cosine, sine = place
-    bearing_0, first, last = bearings
+    bearing_0, limit = bearings
     cosines, squares = tables
     radius, reach = sizes
     old_points, old_gaps, begin = known
@@ -214,7 +225,6 @@ def _certified_region(known, seen, beams, distance, place, bearings, tables, siz
         hits, hit_gaps = np.concatenate((points, edge)), np.concatenate((gaps, np.zeros(len(edge))))
     within = reach + radius + CONNECTED_CHORD  # farther hits restrict nothing
     nearest, gap, offset = points_to_bearings(hits, hit_gaps, x, y, bearing_0, within, len(cosines))
-    limit = bearing_limit(len(cosines), first, last, max(min(range_max, reach + radius) - radius, 0.0))
     sight = within_sight(limit, beams, radius)
     near = (distance < min(NEAR_HIT_RANGE, range_max)) & beams.hits
     near_hits = placed_ends(directions, distance, near, x, y, cosine, sine)
