@@ -16,6 +16,10 @@ MOST_DISCS = 12
 """Of each part; one that is longer is covered by wider discs."""
 LEAST_SIZE = 0.01
 """A footprint is at least so wide, m."""
+MOST_PARTS = 8
+"""Joined footprints of more parts become one rectangle, or what is joined again and again would grow without bound."""
+ROUNDING = 1e-6
+"""A footprint that sticks out no farther still lies inside another one, m."""
 
 
 class Polygons(NamedTuple):
@@ -101,11 +105,41 @@ def footprint(corners: tuple) -> Footprint:
     return Footprint(parts, np.vstack(cover), narrow, radius)
 
 
+def contains(outer: Footprint, inner: Footprint) -> bool:
+    """Whether a footprint lies inside another one; False also of a disc that only several parts together cover."""
+    if outer.is_disc:
+        return inner.radius <= outer.radius + ROUNDING
+    if inner.is_disc:
+        _, _, offsets, ends = outer.polygons
+        return any(part.min() >= inner.radius - ROUNDING for part in np.split(offsets, ends[:-1]))
+    whole = covered(outer, np.zeros(3)).buffer(ROUNDING)
+    return all(whole.covers(shapely.Polygon(part)) for part in inner.parts)
+
+
+def joined(one: Footprint, other: Footprint) -> Footprint:
+    """A footprint that contains two: one of them if that suffices, else their union or the rectangle around it."""
+    if contains(one, other):
+        return one
+    if contains(other, one):
+        return other
+    parts = [part for shape in (one, other) for part in shape.parts or (_around(shape.radius),)]
+    if len(parts) > MOST_PARTS:
+        (x0, y0), (x1, y1) = np.vstack(parts).min(axis=0), np.vstack(parts).max(axis=0)
+        parts = [np.array(((x0, y0), (x1, y0), (x1, y1), (x0, y1)))]
+    return footprint(tuple(tuple(map(tuple, part.tolist())) for part in parts))
+
+
 def covered(shape: Footprint, pose: np.ndarray) -> shapely.Geometry:
     """The area that a robot covers at a pose (x, y, yaw); a disc as a polygon of 48 corners."""
     x, y, yaw = pose
     turn = np.array(((math.cos(yaw), math.sin(yaw)), (-math.sin(yaw), math.cos(yaw))))
     return shapely.union_all([shapely.Polygon(part @ turn + (x, y)) for part in shape.parts or (shape.outline,)])
+
+
+def _around(radius: float) -> np.ndarray:
+    """A polygon that contains a disc about the origin."""
+    rim = disc(radius).outline
+    return rim / math.cos(math.pi / len(rim))
 
 
 def _convex(corners: Sequence) -> np.ndarray:

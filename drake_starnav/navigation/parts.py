@@ -9,6 +9,7 @@ from drake_starnav.errors import StarnavError, check_kind
 from drake_starnav.station.navigation_station import StationInterface
 from drake_starnav.station.robot_interface import RobotInterface
 from drake_starnav.systems.connecting import output_port, outputs
+from drake_starnav.systems.footprint_hold import FootprintHold
 from drake_starnav.systems.obstacle_tracker import ObstacleTracker
 from drake_starnav.systems.scan_matcher import ScanMatcher
 from drake_starnav.systems.star_perception import StarPerception
@@ -20,10 +21,10 @@ class Parts:
     """Parts of a navigation loop of your own, in the place of those of its scenario.
 
     A planner or controller is wired by the names of its ports. Inputs are `scan`, `ranges`, `scan_pose`, `pose`,
-    `state`, `goal`, `heading` of a `GoalSequence`, `observation`, `certified_region` and `tracks`, as of the systems
-    that output them; for a controller also `twist_command`, which is driven now, and the planner's outputs:
-    `short_term_goal`, `guidance` and all others. Inputs that are connected already stay so. Each system serves for one
-    diagram.
+    `state`, `goal`, `heading` of a `GoalSequence`, `observation`, `certified_region`, `tracks` and, if it changes,
+    `footprint`, as of the systems that output them; for a controller also `twist_command`, which is driven now, and the
+    planner's outputs: `short_term_goal`, `guidance` and all others. Inputs that are connected already stay so. Each
+    system serves for one diagram.
 
     Attributes:
         world: in which to drive.
@@ -31,6 +32,8 @@ class Parts:
             of one of several robots in a plant.
         goal: whose output `goal`, or only one, is (x, y) in W, m, instead of the scenario's goals and the world's; in
             the builder already, or not.
+        footprint: whose output `footprint`, or only one, is the `Footprint` that the robot has from then on, where it
+            changes; in the builder already, or not. What is in force of it decides a `FootprintHold`.
         planner: instead of the star roadmap; it outputs `guidance`, or what your controller reads.
         controller: instead of the scenario's; it outputs `desired_twist`, (v, omega), m/s and rad/s.
         shield: instead of a `TwistShield`, e.g. an `Unshielded`, for which no guarantee holds.
@@ -40,6 +43,7 @@ class Parts:
     world: World | None = None
     station: StationInterface | None = None
     goal: System | None = None
+    footprint: System | None = None
     planner: System | None = None
     controller: System | None = None
     shield: System | None = None
@@ -68,6 +72,7 @@ class Navigation:
         perception: None for a baseline that heads for the goal itself.
         planner: None for such a baseline.
         controller: proposes the twist.
+        footprint: if it changes; its output is the one in force.
         tracker: if the scenario declares obstacles that move.
         matcher: if it declares that the believed pose errs.
         shield: decides what of it is driven.
@@ -79,6 +84,7 @@ class Navigation:
     perception: StarPerception | None = None
     planner: System | None = None
     controller: System | None = None
+    footprint: FootprintHold | None = None
     tracker: ObstacleTracker | None = None
     matcher: ScanMatcher | None = None
     shield: System | None = None

@@ -20,12 +20,17 @@ def goal_sources(navigation: Navigation) -> dict[str, OutputPort]:
     return {name: heading[name] for name in ("heading",) if name in heading} | {"goal": navigation.goal_position}
 
 
+def footprint_sources(navigation: Navigation) -> dict[str, OutputPort]:
+    """The port `footprint` of what is in force, where it changes."""
+    return {} if navigation.footprint is None else {"footprint": navigation.footprint.get_output_port()}
+
+
 def own_sources(navigation: Navigation) -> dict[str, OutputPort]:
     """What a planner or controller of the user's may read, by the name of its input port, all in one frame."""
     assert navigation.perception is not None
     sources = {name: navigation.localization(name) for name in ("pose", "state", "scan_pose")}
     sources |= {name: navigation.station.GetOutputPort(f"lidar.{name}") for name in ("scan", "ranges")}
-    sources |= goal_sources(navigation)
+    sources |= goal_sources(navigation) | footprint_sources(navigation)
     sources["observation"] = (navigation.matcher or navigation.perception).GetOutputPort("observation")
     if navigation.matcher is None:  # else these are in the frame of the odometry
         sources["certified_region"] = navigation.perception.GetOutputPort("certified_region")
@@ -50,7 +55,7 @@ def _guided_sources(builder: DiagramBuilder, needs: Needs, navigation: Navigatio
     scenario, rate = needs.scenario, needs.scenario.controller.rate
     star = navigation.perception.GetOutputPort("certified_region")
     state = navigation.station.GetOutputPort("localization.state")
-    sources = {}
+    sources = footprint_sources(navigation)
     guidance = navigation.planned("guidance")
     if guidance is not None:
         matcher = navigation.matcher

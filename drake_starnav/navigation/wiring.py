@@ -9,13 +9,16 @@ from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.localization.scan_matching import OdometryError
 from drake_starnav.navigation.methods import BY_KIND, SHIELDED, Needs
 from drake_starnav.navigation.parts import AS_DECLARED, Navigation, Parts
-from drake_starnav.navigation.sources import control_sources, own_sources
+from drake_starnav.navigation.sources import control_sources, footprint_sources, own_sources
 from drake_starnav.navigation.validation import check_interface, validated_margins
+from drake_starnav.regions.margins import Margins
+from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario import Scenario
 from drake_starnav.station.model_world import make_world_with_footprints
-from drake_starnav.station.navigation_station import NavigationStation
+from drake_starnav.station.navigation_station import NavigationStation, StationInterface
 from drake_starnav.systems.connecting import add_system, connect, connect_inputs, output_port, outputs
 from drake_starnav.systems.fixed_goal import FixedGoal
+from drake_starnav.systems.footprint_hold import FootprintHold
 from drake_starnav.systems.goal_sequence import GoalSequence
 from drake_starnav.systems.obstacle_tracker import ObstacleTracker
 from drake_starnav.systems.scan_matcher import ScanMatcher
@@ -28,7 +31,7 @@ from drake_starnav.worlds.world import World
 
 SYSTEMS = (
     "goal", "perception", "planner", "tracker", "matcher", "controller", "shield", "jump_guard", "predictor",
-    "known_obstacles",
+    "known_obstacles", "footprint", "footprint_hold",
 )  # fmt: skip
 """Names that `add_navigation` gives, beside the station's."""
 
@@ -72,7 +75,7 @@ def add_navigation(
         station = builder.AddNamedSystem("station", NavigationStation(world, scenario, seed=seed))
     needs = Needs(scenario, validated_margins(scenario, station.robot_interface.mounts), stopwatch)
     goal = add_system(builder, "goal", parts.goal or _goal(scenario, world), "goal")
-    navigation = Navigation(world, station, goal)
+    navigation = Navigation(world, station, goal, footprint=_footprint(builder, needs, parts.footprint, station))
     if needs.plans:
         navigation = _add_planning(builder, needs, parts.planner, _add_perception(builder, needs, navigation))
     if isinstance(goal, GoalSequence):
@@ -83,9 +86,31 @@ def add_navigation(
     navigation = dataclasses.replace(navigation, controller=controller, shield=shield)
     _connect_control(builder, needs, parts, navigation)
     connect(builder, navigation.twist_command, station.GetInputPort("drive.twist_command"), "shield")
+    if navigation.footprint is not None:
+        builder.Connect(navigation.twist_command, navigation.footprint.GetInputPort("twist_command"))
     if navigation.matcher is not None and "certificate" in outputs(shield):
         builder.Connect(shield.GetOutputPort("certificate"), navigation.matcher.GetInputPort("certificate"))
     return navigation
+
+
+def _footprint(
+    builder: DiagramBuilder, needs: Needs, given: System | None, station: StationInterface
+) -> FootprintHold | None:
+    """What decides which footprint is in force, if a system of the user's says that it changes."""
+    if given is None:
+        return None
+    scenario, mounts = needs.scenario, station.robot_interface.mounts
+
+    def margins(robot: RobotParameters) -> Margins:
+        return validated_margins(dataclasses.replace(scenario, robot=robot), mounts)
+
+    given = add_system(builder, "footprint", given, "footprint")
+    hold = FootprintHold(scenario.robot, margins, rate=scenario.controller.rate)
+    builder.AddNamedSystem("footprint_hold", hold)
+    source = output_port(given, "footprint", None, "footprint")
+    connect_inputs(builder, hold, {"footprint": source}, "footprint")
+    builder.Connect(station.GetOutputPort("localization.state"), hold.GetInputPort("state"))
+    return hold
 
 
 def _goal(scenario: Scenario, world: World) -> System:
@@ -107,8 +132,9 @@ def _check_parts(scenario: Scenario, parts: Parts) -> None:
         )
     settings, method = scenario.controller, BY_KIND[scenario.controller.kind]
     certificates = parts.certificates if parts.shield is None else ()
-    if (parts.controller is not None or certificates) and not method.shielded:
-        what = "a controller" if parts.controller is not None else "certificates"
+    own = {"a controller": parts.controller is not None, "certificates": certificates, "a footprint": parts.footprint}
+    if any(own.values()) and not method.shielded:
+        what = next(name for name in own if own[name])
         raise StarnavError(f"controller.kind is {settings.kind} with {what} of your own; allowed: {SHIELDED}")
     if parts.planner is not None and not method.guided and settings.target != "short_term_goal":
         raise StarnavError(
@@ -119,7 +145,7 @@ def _check_parts(scenario: Scenario, parts: Parts) -> None:
 
 def _check_names(builder: DiagramBuilder, parts: Parts) -> None:
     """Raise a `StarnavError` where the builder has other systems of the names that are to be given."""
-    own = parts.goal, parts.planner, parts.controller, parts.shield
+    own = parts.goal, parts.footprint, parts.planner, parts.controller, parts.shield
     for name in SYSTEMS if parts.station is not None else (*SYSTEMS, "station"):
         if builder.HasSubsystemNamed(name) and builder.GetSubsystemByName(name) not in own:
             raise StarnavError(
@@ -182,6 +208,7 @@ def _add_perception(builder: DiagramBuilder, needs: Needs, navigation: Navigatio
     for name, scan in zip(names, scans, strict=True):
         builder.Connect(scan, perception.GetInputPort(name))
     builder.Connect(scan_pose, perception.GetInputPort("pose"))
+    connect_inputs(builder, perception, footprint_sources(navigation), "perception")
     if needs.matches:
         error = OdometryError(localization.drift, localization.jump, _doubtful(scenario).noise)
         matcher = builder.AddNamedSystem("matcher", ScanMatcher(error, rate=lidar.rate))

@@ -189,6 +189,14 @@ def rebuilt(roadmap: StarRoadmap, margins: Margins, robot_radius: float) -> Star
     return remade(StarRoadmap(roadmap.hits), nodes, robot_radius)
 
 
+def refitted(roadmap: StarRoadmap, margins: Margins, robot_radius: float, swept_radius: float) -> StarRoadmap:
+    """A roadmap of the same scans for another footprint; radii as of `PlannerInput`, m."""
+    hits = DistanceGrid.empty(roadmap.hits.resolution, swept_radius)
+    for node in roadmap.nodes:
+        hits = hits.stamped(impassable_points(node, margins, robot_radius))
+    return rebuilt(dataclasses.replace(roadmap, hits=hits), margins, robot_radius)
+
+
 def _edges_off_hits(region: StarRegion, owner: int, hits: DistanceGrid, robot_radius: float) -> Frontiers:
     """The edge frontiers of a region that are not at a hit."""
     edges = edge_frontiers(region, owner)

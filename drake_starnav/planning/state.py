@@ -11,7 +11,7 @@ import numpy as np
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.planning.manoeuvre import Body, Manoeuvring
 from drake_starnav.planning.parameters import PlannerParameters
-from drake_starnav.planning.roadmap import StarRoadmap
+from drake_starnav.planning.roadmap import StarRoadmap, refitted
 from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.observation import Observation
 from drake_starnav.utils.snapshot import snapshot
@@ -101,6 +101,16 @@ class PlannerState:
             anticipated=None,
             began_with_map=len(self.roadmap) > 0,
         )
+
+    def with_new_footprint(self, margins: Margins, robot_radius: float, swept_radius: float) -> "PlannerState":
+        """The state after a change of the footprint: the scans of the map are kept, all else is as with a new goal.
+
+        Args:
+            margins: with it.
+            robot_radius, swept_radius: as of `PlannerInput`, m.
+        """
+        roadmap = refitted(self.roadmap, margins, robot_radius, swept_radius)
+        return dataclasses.replace(self.with_new_goal(), roadmap=roadmap, recent=(), manoeuvring=Manoeuvring())
 
     @property
     def guidance(self) -> Guidance:

@@ -4,6 +4,7 @@ The hits are used as measured. If the declared noise makes the nearest hit too u
 first.
 """
 
+import dataclasses
 import math
 from dataclasses import field
 from functools import cached_property
@@ -107,6 +108,12 @@ class CertifiedRegion:
                 break
             unseen[unseen] = ~other.alone.contains(places[unseen])
         return not unseen.any()
+
+    def keeping(self, radius: float) -> "CertifiedRegion":
+        """What it says to a robot that keeps `radius` from hits, m: no star if that is more than it was made for."""
+        if radius <= self.radius:
+            return self
+        return dataclasses.replace(self, values=np.zeros_like(self.values))
 
     @staticmethod
     def none() -> "CertifiedRegion":

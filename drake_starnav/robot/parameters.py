@@ -1,6 +1,6 @@
 """The robot's body and limits."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -100,8 +100,7 @@ class RobotParameters(Checked, place="robot"):
                 "drake_starnav.load_scenario"
             )
         if not self.footprint:
-            round = disc(self.radius)
-            return round if self.drive.turns_on_the_spot else footprint(_tuples(round.outline.tolist()))
+            return self.body(disc(self.radius))
         try:
             return footprint(_tuples(self.footprint))
         except StarnavError as error:
@@ -110,6 +109,18 @@ class RobotParameters(Checked, place="robot"):
             raise StarnavError(
                 f"robot.footprint is {shown(self.footprint)}; allowed: [[x, y], ...], or a list of such lists, m"
             ) from None
+
+    def body(self, shape: Footprint) -> Footprint:
+        """A footprint as this robot is driven with it: of a base that cannot turn on the spot a polygon."""
+        turns = self.drive.turns_on_the_spot or not shape.is_disc
+        return shape if turns else footprint(_tuples(shape.outline.tolist()))
+
+    def covering(self, shape: Footprint) -> "RobotParameters":
+        """The same robot with another footprint."""
+        if shape.is_disc:
+            return replace(self, footprint=[], radius=shape.radius)
+        corners = [part.tolist() for part in shape.parts]
+        return replace(self, footprint=corners, radius=RobotParameters.radius)
 
     @cached_property
     def limits(self) -> Limits:

@@ -2,16 +2,45 @@
 
 from collections.abc import Callable, Sequence
 
+from pydrake.common.value import Value
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import DiagramBuilder, TriggerType
+from pydrake.systems.framework import Context, DiagramBuilder, EventStatus, LeafSystem, State, TriggerType
 from pydrake.systems.primitives import LogVectorOutput, VectorLogSink
 
 from drake_starnav.navigation import Navigation
+from drake_starnav.navigation.sources import footprint_sources
 from drake_starnav.scenario import Scenario
 from drake_starnav.station.arrival_monitor import ArrivalMonitor
-from drake_starnav.station.collision_monitor import CollisionMonitor
+from drake_starnav.station.collision_monitor import CollisionMonitor, Hull
 from drake_starnav.station.drive_check import check_drive
+from drake_starnav.systems.connecting import connect_inputs
+from drake_starnav.systems.footprint_hold import FootprintInForce
 from drake_starnav.systems.goal_sequence import GoalSequence
+from drake_starnav.systems.release import weakly
+
+FOOTPRINT_LOG = "footprint_log"
+
+
+class FootprintLog(LeafSystem):
+    """Notes, as abstract state, which footprints were in force, and since when."""
+
+    def __init__(self, period: float) -> None:
+        """Argument: between two looks, s."""
+        super().__init__()
+        self._footprint = self.DeclareAbstractInputPort("footprint", Value[object](None))
+        self._noted = self.DeclareAbstractState(Value[object](()))
+        self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, weakly(self._note))
+
+    def noted(self, context: Context) -> tuple[tuple[float, FootprintInForce], ...]:
+        """Since when, s, which was in force."""
+        return context.get_abstract_state(self._noted).get_value()
+
+    def _note(self, context: Context, state: State) -> EventStatus:
+        noted, now = self.noted(context), self._footprint.Eval(context)
+        if noted and noted[-1][1] is now:
+            return EventStatus.DidNothing()
+        state.get_mutable_abstract_state(self._noted).set_value((*noted, (context.get_time(), now)))
+        return EventStatus.Succeeded()
 
 
 def add_monitors(builder: DiagramBuilder, navigation: Navigation, scenario: Scenario) -> list[VectorLogSink]:
@@ -19,6 +48,9 @@ def add_monitors(builder: DiagramBuilder, navigation: Navigation, scenario: Scen
     # both look when the controller does: this causes no steps either, and its state is calculated once
     period = 1.0 / scenario.controller.rate
     add_collision_monitor(builder, navigation, period=period)
+    if navigation.footprint is not None:
+        log = builder.AddNamedSystem(FOOTPRINT_LOG, FootprintLog(period))
+        builder.Connect(navigation.footprint.get_output_port(), log.get_input_port())
     goals = len(scenario.goals) if isinstance(navigation.goal, GoalSequence) else 0
     monitor = ArrivalMonitor(tolerance=scenario.simulation.goal_tolerance, period=period, goals=goals)
     _add_arrival_monitor(builder, navigation, monitor)
@@ -56,6 +88,9 @@ def add_collision_monitor(builder: DiagramBuilder, navigation: Navigation, *, pe
     It is checked at this period, s; where obstacles move, at every step of the plant.
     """
     station, moving = navigation.station, navigation.station.moving_obstacle_geometries
+    hull, robot = station.hull, station.robot_interface
+    if navigation.footprint is not None:  # the plant knows nothing of it
+        hull = Hull(robot.base_frame, robot.robot.shape, navigation.world)
     if moving:
         period = station.robot_interface.time_step
     collision = builder.AddNamedSystem(
@@ -64,12 +99,13 @@ def add_collision_monitor(builder: DiagramBuilder, navigation: Navigation, *, pe
             robot=station.robot_geometries,
             ground=station.floor,
             moving_obstacles=moving,
-            hull=station.hull,
+            hull=hull,
             period=period,
         ),
     )
     builder.Connect(station.geometry_query, collision.GetInputPort("geometry_query"))
     builder.Connect(station.GetOutputPort("localization.state"), collision.GetInputPort("state"))
+    connect_inputs(builder, collision, footprint_sources(navigation), "collision_monitor")
 
 
 def _add_arrival_monitor(builder: DiagramBuilder, navigation: Navigation, monitor: ArrivalMonitor) -> None:

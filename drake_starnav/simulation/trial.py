@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.geometry.polyline import simplified
 from drake_starnav.geometry.se2 import places
 from drake_starnav.geometry.trajectory import evenly_sampled
@@ -116,6 +117,7 @@ class Run:
         nodes: in the roadmap.
         wall: wall-clock time, s.
         goals: when each of several goals was reached, s.
+        footprints: since when, s, which was in force; empty: the robot's own during the whole run.
     """
 
     message: str
@@ -127,6 +129,7 @@ class Run:
     wall: float
     blocked: tuple[tuple[float, str], ...] = ()
     goals: tuple[float, ...] = ()
+    footprints: tuple[tuple[float, Footprint], ...] = ()
 
 
 def figures(scenario: Scenario, world: World, shortest: tuple[float, np.ndarray] | None, run: Run) -> dict[str, Any]:
@@ -134,12 +137,9 @@ def figures(scenario: Scenario, world: World, shortest: tuple[float, np.ndarray]
 
     The shortest path for comparison is as of `omniscient_path`.
     """
-    path, footprint = run.driven[:, :2], scenario.robot.shape
-    standing = body_clearance(world, run.driven[:, :3], footprint)
+    path = run.driven[:, :2]
+    standing, clearances = _clearances(world, run, scenario.robot.shape)
     outcome = COLLISION if standing.min() < 0.0 else run.message.split()[0]
-    centres, count = places(run.driven[:, :3], footprint.cover), len(footprint.cover)
-    moving = moving_obstacle_clearance(world.moving_obstacles, centres, np.repeat(run.times, count))
-    clearances = np.minimum(standing, moving.reshape(-1, count).min(axis=1) - footprint.narrow)
     length = float(np.hypot(*np.diff(path.T, axis=1)).sum())
     blocked_s, blocked_by = run.blocked[0] if run.blocked else (None, None)
     still = length < NEVER_MOVED and run.elapsed > STANDSTILL
@@ -171,6 +171,22 @@ def figures(scenario: Scenario, world: World, shortest: tuple[float, np.ndarray]
         "state_hash": run.state_hash,
         "path": simplified(path, PATH_TOLERANCE).round(3).tolist(),
     }
+
+
+def _clearances(world: World, run: Run, own: Footprint) -> tuple[np.ndarray, np.ndarray]:
+    """Of the footprint in force: to what stands, and to what stands or moves; each of shape (n,), m."""
+    since, footprints = zip(*(run.footprints or ((0.0, own),)), strict=True)
+    ends = np.append(np.searchsorted(run.times, since[1:]), len(run.times))
+    standing, moving, first = np.empty(len(run.times)), np.empty(len(run.times)), 0
+    for footprint, end in zip(footprints, ends, strict=True):
+        if end > first:
+            poses, count = run.driven[first:end, :3], len(footprint.cover)
+            standing[first:end] = body_clearance(world, poses, footprint)
+            times = np.repeat(run.times[first:end], count)
+            away = moving_obstacle_clearance(world.moving_obstacles, places(poses, footprint.cover), times)
+            moving[first:end] = away.reshape(-1, count).min(axis=1) - footprint.narrow
+            first = end
+    return standing, np.minimum(standing, moving)
 
 
 def goal_occupied(world: World, time: float, scenario: Scenario) -> bool:

@@ -21,7 +21,7 @@ COLLISION, STRUCK = "collision", "struck"
 
 class Hull(NamedTuple):
     """The footprint, in the frame of its base, by which a robot is checked against obstacles without contact in its
-    plant."""
+    plant, unless a port says another one."""
 
     frame: FrameId
     footprint: Footprint
@@ -36,12 +36,14 @@ class CollisionMonitor(LeafSystem):
     geometry_query ───>│                  │
                        │ CollisionMonitor │
     state ────────────>│                  │
+    footprint ────────>│                  │
                        └──────────────────┘
     ```
 
     Ports:
         geometry_query: abstract, `QueryObject` of the scene; what penetrates is in contact, a mesh as its convex hull.
         state: vector (x, y, yaw, v, omega) of the robot, m, rad and s; needed only if there are moving obstacles.
+        footprint: abstract, `FootprintInForce`, in the place of the hull's; need not be connected.
 
     The simulator stops with status "reached termination" and a message such as `collision of base_link with crate at
     3.200 s`: the name of the contact, and those of both bodies, see `body_name`. The contact is `STRUCK` if the robot
@@ -75,6 +77,7 @@ class CollisionMonitor(LeafSystem):
         self._hull = hull
         self._query = self.DeclareAbstractInputPort("geometry_query", Value(QueryObject()))
         self._state = self.DeclareVectorInputPort("state", 5)
+        self._footprint = self.DeclareAbstractInputPort("footprint", Value[object](None))
         # an update, for publish events see old geometry, see make_simulator
         self.DeclarePeriodicDiscreteUpdateEvent(checked_period(self, period=period), 0.0, self._check)
 
@@ -111,6 +114,8 @@ class CollisionMonitor(LeafSystem):
         if self._hull is None:
             return EventStatus.DidNothing()
         X_WB, (_, footprint, surfaces) = self._query.Eval(context).GetPoseInWorld(self._hull.frame), self._hull
+        if self._footprint.HasValue(context):
+            footprint = self._footprint.Eval(context).robot.shape
         (x, y, _), (forward_x, forward_y, _) = X_WB.translation(), X_WB.rotation().col(0)
         name, distance = nearest_obstacle(surfaces, (x, y))
         pose = np.array([(x, y, math.atan2(forward_y, forward_x))])

@@ -67,18 +67,19 @@ def connect(builder: DiagramBuilder, source: OutputPort, port: InputPort, role: 
         raise StarnavError(f"{role}: port {port.get_name()} cannot be connected: {reason}") from None
 
 
-def output_port(system: System, name: str, size: int, role: str) -> OutputPort:
-    """The vector output port of that name, or the only one that a system has.
+def output_port(system: System, name: str, size: int | None, role: str) -> OutputPort:
+    """The vector output port of that name and size, or the abstract one (None), or the only one that a system has.
 
     Raises:
-        StarnavError: there is none, or it has another size.
+        StarnavError: there is none, or it has another size or type.
     """
     names = [system.get_output_port(index).get_name() for index in range(system.num_output_ports())]
     if name not in names and len(names) != 1:
         raise StarnavError(f"{role} has the output ports {', '.join(names) or 'none'}; allowed: one named {name}")
     port = system.GetOutputPort(name) if name in names else system.get_output_port(0)
-    if port.get_data_type() != PortDataType.kVectorValued or port.size() != size:
-        raise StarnavError(f"{role}: output port {port.get_name()} is {_kind(port)}; allowed: a vector of size {size}")
+    wanted = "abstract" if size is None else f"a vector of size {size}"
+    if _kind(port) != wanted:
+        raise StarnavError(f"{role}: output port {port.get_name()} is {_kind(port)}; allowed: {wanted}")
     return port
 
 

@@ -13,6 +13,7 @@ from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.robot import RobotParameters
 from drake_starnav.systems.controller import UNUSED_TWIST, Controller
+from drake_starnav.systems.footprint_hold import FootprintInForce, FootprintInput
 from drake_starnav.tracking import DynamicObstacleParameters, Tracks
 from drake_starnav.utils.stopwatch import Stopwatch
 
@@ -25,6 +26,7 @@ class DsmController(Controller):
     guidance ──────────>│               │
     certified_region ──>│               ├──> desired_twist
     state ─────────────>│ DsmController ├──> guiding_vector
+    footprint ─────────>│               │
     tracks ────────────>│               │
     twist_command ─────>│               │
                         └───────────────┘
@@ -36,6 +38,7 @@ class DsmController(Controller):
         guidance: abstract, `Guidance` from any planner.
         certified_region: abstract, `CertifiedRegion`.
         state: vector (x, y, yaw, v, omega) of the robot in the world frame W; its pose is used.
+        footprint: abstract, `FootprintInForce`; need not be connected.
         tracks: abstract, `Tracks` of the moving obstacles; only with `obstacles`.
         twist_command: vector (v, omega) that is commanded now, from the shield, m/s and rad/s; only with `obstacles`.
         desired_twist: vector, as the base's twists are; see `robot.base`.
@@ -68,11 +71,12 @@ class DsmController(Controller):
             stopwatch: records `command` times, if given.
         """
         super().__init__(stopwatch)
-        self._robot, self._margins, self._obstacles, self._state_lead = robot, margins, obstacles, state_lead
+        self._obstacles, self._state_lead = obstacles, state_lead
         self._actuation = Actuation(robot.limits, robot.shape, 1.0 / controller.rate, controller.delay, robot.drive)
         self._guidance = self.DeclareAbstractInputPort("guidance", Value(Guidance.none()))
         self._certified_region = self.DeclareAbstractInputPort("certified_region", Value(CertifiedRegion.none()))
         self._state = self.DeclareVectorInputPort("state", 5)
+        self._footprint = FootprintInput(self, robot, margins)
         self._tracks: InputPort | None = None
         self._twist: InputPort | None = None
         if obstacles is not None:
@@ -81,28 +85,33 @@ class DsmController(Controller):
             self._twist = self.DeclareVectorInputPort("twist_command", 2)
         self._declare_outputs(len(robot.drive.components))
 
-    def _read(self, context: Context) -> tuple[ControllerInputs, TrackedObstacles | None]:
+    def _read(self, context: Context) -> tuple[ControllerInputs, TrackedObstacles | None, FootprintInForce]:
         pose, star = self._state.Eval(context)[:3], self._certified_region.Eval(context)
         twist = UNUSED_TWIST if self._twist is None else self._twist.Eval(context)
         inputs, tracked = ControllerInputs(pose, twist, self._guidance.Eval(context), star), None
         if self._obstacles is not None and self._tracks is not None:
             tracks = self._tracks.Eval(context)
             tracked = TrackedObstacles(tracks, context.get_time() + self._state_lead - tracks.time, self._obstacles)
-        return inputs, tracked
+        return inputs, tracked, self._footprint.Eval(context)
 
-    def _propose(self, read: tuple[ControllerInputs, TrackedObstacles | None]) -> Proposal:
-        inputs, tracked = read
+    def _propose(self, read: tuple[ControllerInputs, TrackedObstacles | None, FootprintInForce]) -> Proposal:
+        inputs, tracked, now = read
+        actuation = self._actuation._replace(footprint=now.robot.shape)
         certificates: tuple[Certificate, ...] = ()
         if self._twist is not None:  # else nobody asks them
-            certificates = standard_certificates(
-                inputs.star, self._margins.safety, self._actuation, inputs.pose[:2], tracked
-            )
-        proposal = self._law(inputs, certificates)
+            certificates = standard_certificates(inputs.star, now.margins.safety, actuation, inputs.pose[:2], tracked)
+        proposal = self._law(inputs, certificates, actuation, now)
         if tracked is not None:
-            way = avoid_collision(inputs, tracked, certificates, self._actuation, self._robot).twist
+            way = avoid_collision(inputs, tracked, certificates, actuation, now.robot).twist
             proposal = proposal if way is None else proposal._replace(twist=way)
         return proposal
 
-    def _law(self, inputs: ControllerInputs, certificates: tuple[Certificate, ...]) -> Proposal:
+    def _law(
+        self,
+        inputs: ControllerInputs,
+        certificates: tuple[Certificate, ...],
+        actuation: Actuation,
+        now: FootprintInForce,
+    ) -> Proposal:
         """What is proposed where nothing that moves comes near."""
-        return followed(inputs, self._margins, self._robot)
+        return followed(inputs, now.margins, now.robot)

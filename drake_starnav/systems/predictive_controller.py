@@ -3,7 +3,9 @@
 from drake_starnav.baselines.sampling_mpc import predictive_twist
 from drake_starnav.control import ControllerInputs, Proposal
 from drake_starnav.control.certificates import Certificate
+from drake_starnav.control.motion import Actuation
 from drake_starnav.systems.dsm_controller import DsmController
+from drake_starnav.systems.footprint_hold import FootprintInForce
 
 
 class PredictiveController(DsmController):
@@ -14,6 +16,7 @@ class PredictiveController(DsmController):
     guidance ──────────>│                      │
     certified_region ──>│                      ├──> desired_twist
     state ─────────────>│ PredictiveController ├──> guiding_vector
+    footprint ─────────>│                      │
     tracks ────────────>│                      │
     twist_command ─────>│                      │
                         └──────────────────────┘
@@ -24,5 +27,11 @@ class PredictiveController(DsmController):
 
     SEARCHES = True
 
-    def _law(self, inputs: ControllerInputs, certificates: tuple[Certificate, ...]) -> Proposal:
-        return predictive_twist(inputs, certificates, self._actuation, self._margins, self._robot)
+    def _law(
+        self,
+        inputs: ControllerInputs,
+        certificates: tuple[Certificate, ...],
+        actuation: Actuation,
+        now: FootprintInForce,
+    ) -> Proposal:
+        return predictive_twist(inputs, certificates, actuation, now.margins, now.robot)

@@ -14,6 +14,7 @@ from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.perception import Perceive, Perceived, PerceptionSettings, check_views, perceive
 from drake_starnav.regions.safe_region import SCAN_PATIENCE, CertifiedRegion
 from drake_starnav.robot import RobotParameters
+from drake_starnav.systems.footprint_hold import FootprintInput
 from drake_starnav.systems.release import weakly
 from drake_starnav.systems.scan_state import ScanState
 from drake_starnav.utils.stopwatch import Stopwatch
@@ -24,15 +25,17 @@ class StarPerception(LeafSystem):
     """Turns laser scans into the planner's star-shaped region and the controller's certified region.
 
     ```
-            ┌────────────────┐
-    scan ──>│ StarPerception ├──> observation
-    pose ──>│                ├──> certified_region
-            └────────────────┘
+                 ┌────────────────┐
+    scan ───────>│                ├──> observation
+    pose ───────>│ StarPerception ├──> certified_region
+    footprint ──>│                │
+                 └────────────────┘
     ```
 
     Ports:
         scan: abstract, `LaserScan` in the sensor frame S. Further lidars have the ports scan_2, scan_3, ...
         pose: vector (x, y, yaw) of the robot in the world frame W at the time of the scan, m and rad.
+        footprint: abstract, `FootprintInForce`, by which the next scan is processed; need not be connected.
         observation: abstract, `Observation`: the scan, or that of all lidars about the robot's axis, the robot's pose,
             and the region with the planning margin.
         certified_region: abstract, `CertifiedRegion` from the last scans; one that certifies nothing
@@ -73,6 +76,7 @@ class StarPerception(LeafSystem):
         names = lidar_names("scan", len(mounts))
         self._scans = [self.DeclareAbstractInputPort(name, Value(LaserScan.nothing())) for name in names]
         self._pose = self.DeclareVectorInputPort("pose", 3)
+        self._footprint = FootprintInput(self, robot, margins)
         nothing = Perceived.nothing()
         self._perceived = ScanState(self, nothing, self._after, (*self._scans, self._pose), rate=lidar.rate)
         depends = {self._perceived.ticket}
@@ -96,10 +100,12 @@ class StarPerception(LeafSystem):
         pose = self._pose.Eval(context).copy()
         if not all(map(math.isfinite, pose.tolist())):
             raise StarnavError(f"the perception's pose is {pose.tolist()}; allowed: finite x, y, m, and yaw, rad")
+        now = self._footprint.Eval(context)
+        settings = self._settings._replace(margins=now.margins, footprint=now.robot.shape)
         if before.observation.region is None and self._certifies:
-            backwards, settings = scans[0].motion is not None, self._settings
+            backwards = scans[0].motion is not None
             check_views(scans, settings.mounts, settings.footprint, backwards=backwards)
-        return self._perceive(before, scans, pose, self._settings, self._stopwatch)
+        return self._perceive(before, scans, pose, settings, self._stopwatch)
 
     def _calc_observation(self, context: Context, output: AbstractValue) -> None:
         output.set_value(self._perceived.Eval(context).observation)

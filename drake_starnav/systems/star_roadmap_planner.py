@@ -19,7 +19,9 @@ from drake_starnav.regions import Observation
 from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.obstruction import obstruction
 from drake_starnav.regions.safe_region import CertifiedRegion
+from drake_starnav.regions.star_region import scan_region
 from drake_starnav.robot import RobotParameters
+from drake_starnav.systems.footprint_hold import FootprintInForce, FootprintInput
 from drake_starnav.systems.release import weakly
 from drake_starnav.systems.scan_state import ScanState
 from drake_starnav.utils.snapshot import snapshot
@@ -38,6 +40,7 @@ class _Plan:
 
     Attributes:
         state: the planner's.
+        footprint: with which it was planned last.
         goal: with which it was planned last, W, m.
         time: of the last scan, s.
         stand: where the robot last moved to, or was given its goal, W, m.
@@ -45,6 +48,7 @@ class _Plan:
     """
 
     state: PlannerState
+    footprint: FootprintInForce
     goal: np.ndarray = field(default_factory=lambda: np.full(2, np.nan))
     time: float = 0.0
     stand: np.ndarray = field(default_factory=lambda: np.full(2, np.nan))
@@ -61,6 +65,7 @@ class StarRoadmapPlanner(LeafSystem):
     goal ──────────────>│ StarRoadmapPlanner ├──> planner_state
     heading ───────────>│                    ├──> status
     certified_region ──>│                    ├──> blocked_by
+    footprint ─────────>│                    │
                         └────────────────────┘
     ```
 
@@ -71,6 +76,7 @@ class StarRoadmapPlanner(LeafSystem):
         heading: vector of size 1, yaw in W to which the guidance turns the robot on the spot, rad; NaN, or not
             connected: it leads to the goal.
         certified_region: abstract, `CertifiedRegion` in any frame, to say what blocks the robot; need not be connected.
+        footprint: abstract, `FootprintInForce`; need not be connected.
         guidance: abstract, `Guidance` for the controller.
         short_term_goal: vector (x, y) in W, m; the robot's own position while there is none.
         planner_state: abstract, `PlannerState`: the roadmap and what the planner is about to do.
@@ -83,7 +89,8 @@ class StarRoadmapPlanner(LeafSystem):
     abstract state is the unrestricted update, here periodic with the lidar's period and offset 0, with discrete-time
     semantics. Outputs are functions of f(x, u): they show the latest scan at the instant at which it is taken, and the
     state follows with the next update; see `ScanState`. A new goal is planned for at once, with the roadmap searched
-    anew, even after having given up. A goal that is not finite raises a `StarnavError`.
+    anew, even after having given up. So it is when the footprint changes: the roadmap is then made anew of its scans,
+    and nothing in it was tried in vain. A goal that is not finite raises a `StarnavError`.
     """
 
     def __init__(
@@ -108,17 +115,18 @@ class StarRoadmapPlanner(LeafSystem):
             stopwatch: where to note `plan` times (updates in which the roadmap was searched), if anywhere.
         """
         super().__init__()
-        self._robot, self._planner, self._margins = robot, planner, margins
-        self._goal_tolerance, self._step = goal_tolerance, step
+        self._planner, self._goal_tolerance, self._step = planner, goal_tolerance, step
         self._stopwatch = stopwatch or Stopwatch()
         self._observation = self.DeclareAbstractInputPort("observation", Value(Observation.none()))
         self._pose = self.DeclareVectorInputPort("pose", 3)
         self._goal = self.DeclareVectorInputPort("goal", 2)
         self._heading = self.DeclareVectorInputPort("heading", 1)
         self._certified_region = self.DeclareAbstractInputPort("certified_region", Value(CertifiedRegion.none()))
+        self._footprint = FootprintInput(self, robot, margins)
         initial = PlannerState.initial(planner, robot.radius)
-        inputs = self._observation, self._goal
-        self._plans = ScanState(self, _Plan(initial), self._after, inputs, rate=lidar.rate)
+        inputs = self._observation, self._goal, self._footprint.port
+        begun = _Plan(initial, self._footprint.own)
+        self._plans = ScanState(self, begun, self._after, inputs, rate=lidar.rate)
         depends = {self._plans.ticket}
         turned = depends | {self._heading.ticket()}
         self.DeclareAbstractOutputPort("guidance", lambda: Value(Guidance.none()), weakly(self._calc_guidance), turned)
@@ -133,47 +141,52 @@ class StarRoadmapPlanner(LeafSystem):
         self.DeclareAbstractOutputPort("blocked_by", lambda: Value(""), weakly(self._calc_blocked_by), depends)
 
     def _after(self, context: Context, before: _Plan) -> _Plan:
-        seen, goal = self._observation.Eval(context), self._goal.Eval(context)
+        seen, goal, body = self._observation.Eval(context), self._goal.Eval(context), self._footprint.Eval(context)
         if seen.region is None:
             return before
         time = seen.scan.time
-        moved = goal.tolist() != before.goal.tolist()
-        if time == before.time and not moved:
+        moved, changed = goal.tolist() != before.goal.tolist(), body is not before.footprint
+        if time == before.time and not (moved or changed):
             return before
+        robot, margins, narrow = body.robot, body.margins, body.robot.shape.narrow
         state, interval = before.state, time - before.time
         if interval < 0.0:  # time was set back: another run begins
-            state, interval, moved = PlannerState.initial(self._planner, self._robot.radius), 0.0, True
+            state, interval, moved = PlannerState.initial(self._planner, robot.radius), 0.0, True
         if moved:
             if not np.isfinite(goal).all():
                 raise StarnavError(f"the planner's goal is {goal.tolist()}; allowed: finite x and y, m")
             state = state.with_new_goal()
+        if changed:  # the region may be from before it did
+            state = state.with_new_footprint(margins, narrow, robot.radius)
+            region = scan_region(seen.scan, seen.pose, narrow, margins, len(seen.region.free_range))
+            seen = dataclasses.replace(seen, region=region)
         now = PlannerInput(
             seen,
             seen.pose[:2],
             goal.copy(),
             time,
             self._planner,
-            self._margins,
-            self._robot.shape.narrow,
+            margins,
+            narrow,
             self._goal_tolerance,
             interval,
-            self._body(context),
+            self._body(context, body),
         )
         with self._stopwatch.measure("update"):
             after = self._step(state, now)
         if after.plans > state.plans:
             self._stopwatch.seconds["plan"].append(self._stopwatch.seconds["update"][-1])
         stand, since = before.stand, before.since
-        if moved or not distance_to(now.position, stand) <= STAND:
+        if moved or changed or not distance_to(now.position, stand) <= STAND:
             stand, since = now.position.copy(), time
-        return _Plan(after, now.goal, time, stand, since)
+        return _Plan(after, body, now.goal, time, stand, since)
 
-    def _body(self, context: Context) -> Body | None:
+    def _body(self, context: Context, now: FootprintInForce) -> Body | None:
         """The robot, if it is no disc and it is known what its certificate knows."""
-        robot = self._robot
+        robot = now.robot
         if robot.shape.is_disc or not self._certified_region.HasValue(context):
             return None
-        return Body(robot.shape, self._certified_region.Eval(context), self._margins.safety, robot.drive)
+        return Body(robot.shape, self._certified_region.Eval(context), now.margins.safety, robot.drive)
 
     def _state(self, context: Context) -> PlannerState:
         return self._plans.Eval(context).state
@@ -202,7 +215,8 @@ class StarRoadmapPlanner(LeafSystem):
     def _blocked_by(self, context: Context) -> str:
         """As the port says."""
         plan = self._plans.Eval(context)
-        patience = max(STANDSTILL, HALF_TURNS * math.pi / self._robot.max_yaw_rate)
+        robot, margins = plan.footprint.robot, plan.footprint.margins
+        patience = max(STANDSTILL, HALF_TURNS * math.pi / robot.max_yaw_rate)
         if context.get_time() - plan.since < patience - EARLY or plan.state.status is PlannerStatus.UNREACHABLE:
             return ""
         silent = context.get_time() - plan.time
@@ -218,7 +232,7 @@ class StarRoadmapPlanner(LeafSystem):
         reason = ""
         if self._certified_region.HasValue(context):
             towards = math.atan2(to_y - y, to_x - x) - yaw
-            reason = obstruction(self._certified_region.Eval(context), seen.scan, towards, self._robot.shape.narrow)
+            reason = obstruction(self._certified_region.Eval(context), seen.scan, towards, robot.shape.narrow)
         if not reason and not len(path):
-            return f"no way is seen that keeps {self._margins.least:.3g} m beyond robot.radius"
+            return f"no way is seen that keeps {margins.least:.3g} m beyond robot.radius"
         return reason or "nothing that the certificate knows: the robot does not follow its guidance"

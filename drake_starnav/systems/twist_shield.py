@@ -15,6 +15,7 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.robot import RobotParameters
+from drake_starnav.systems.footprint_hold import FootprintInput
 from drake_starnav.systems.release import weakly
 from drake_starnav.tracking import DynamicObstacleParameters, Tracks
 from drake_starnav.utils.stopwatch import Stopwatch
@@ -67,7 +68,7 @@ class Unshielded(LeafSystem):
 
     def _update(self, context: Context, values: DiscreteValues) -> EventStatus:
         pose = self._state.Eval(context)[:3]
-        certificates = self._certificates(context, pose[:2])
+        certified_by = self._certificates(context, pose[:2])
         count = self._stopwatch.count("command")
         desired = self._desired.Eval(context)
         with self._stopwatch.measure("command", since=count):
@@ -77,15 +78,15 @@ class Unshielded(LeafSystem):
                 )
             twist, certified = context.get_discrete_state(self._twist).value(), False
             target = self._actuation.base.saturated(desired, self._actuation.limits)
-            if certificates is not None:
-                target, certified = certified_twist(pose, twist, target, certificates, self._actuation)
+            if certified_by is not None:
+                target, certified = certified_twist(pose, twist, target, *certified_by)
             driven = ramped_twist(twist, target, self._actuation)
         values.set_value(self._twist, driven)
         values.set_value(self._certified, (float(certified),))
         return EventStatus.Succeeded()
 
-    def _certificates(self, context: Context, position: np.ndarray) -> tuple[Certificate, ...] | None:
-        """That must accept what is driven; None: none is asked."""
+    def _certificates(self, context: Context, position: np.ndarray) -> tuple[tuple[Certificate, ...], Actuation] | None:
+        """That must accept what is driven, and what commands do; None: none is asked."""
         return None
 
     def _calc_certificate(self, context: Context, output: AbstractValue) -> None:
@@ -105,6 +106,7 @@ class TwistShield(Unshielded):
     desired_twist ─────>│             │
     state ─────────────>│ TwistShield ├──> twist_command
     certified_region ──>│             ├──> certificate
+    footprint ─────────>│             │
     tracks ────────────>│             │
                         └─────────────┘
     ```
@@ -113,6 +115,7 @@ class TwistShield(Unshielded):
         desired_twist: vector of any controller, as the base's twists are; see `robot.base`.
         state: vector (x, y, yaw, v, omega) of the robot in the world frame W; its pose is used.
         certified_region: abstract, `CertifiedRegion`.
+        footprint: abstract, `FootprintInForce`; need not be connected.
         tracks: abstract, `Tracks` of the moving obstacles; only with `obstacles`.
         twist_command: vector of the same size, within the robot's limits.
         certificate: abstract, `BrakingMotion`.
@@ -143,15 +146,19 @@ class TwistShield(Unshielded):
             stopwatch: records `command` times, those of the controller included, if given.
         """
         super().__init__(robot, controller, stopwatch=stopwatch)
-        self._margin, self._own = margins.safety, certificates
-        self._obstacles, self._state_lead = obstacles, state_lead
+        self._own, self._obstacles, self._state_lead = certificates, obstacles, state_lead
         self._certified_region = self.DeclareAbstractInputPort("certified_region", Value(CertifiedRegion.none()))
+        self._footprint = FootprintInput(self, robot, margins)
         if obstacles is not None:
             self._tracks = self.DeclareAbstractInputPort("tracks", Value(Tracks()))
 
-    def _certificates(self, context: Context, position: np.ndarray) -> tuple[Certificate, ...] | None:
-        star, tracked = self._certified_region.Eval(context), None
+    def _certificates(self, context: Context, position: np.ndarray) -> tuple[tuple[Certificate, ...], Actuation] | None:
+        star, tracked, now = self._certified_region.Eval(context), None, self._footprint.Eval(context)
+        shape, margin = now.robot.shape, now.margins.safety
+        if self._footprint.port.HasValue(context):  # the scan may be from before it changed
+            star = star.keeping(shape.narrow + margin)
         if self._obstacles is not None:
             tracks = self._tracks.Eval(context)
             tracked = TrackedObstacles(tracks, context.get_time() + self._state_lead - tracks.time, self._obstacles)
-        return standard_certificates(star, self._margin, self._actuation, position, tracked) + self._own
+        actuation = self._actuation._replace(footprint=shape)
+        return standard_certificates(star, margin, actuation, position, tracked) + self._own, actuation

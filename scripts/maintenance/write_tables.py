@@ -48,6 +48,7 @@ from drake_starnav.systems.controller import Controller
 from drake_starnav.systems.dsm_controller import DsmController
 from drake_starnav.systems.fixed_goal import FixedGoal
 from drake_starnav.systems.fixed_path import FixedPath
+from drake_starnav.systems.footprint_hold import FootprintHold
 from drake_starnav.systems.goal_sequence import GoalSequence
 from drake_starnav.systems.jump_guard import JumpGuard
 from drake_starnav.systems.obstacle_tracker import ObstacleTracker
@@ -103,6 +104,7 @@ def all_systems() -> list[System]:
         PaperController(robot),
         BaselineController(robot, defaults.foa),
         TwistShield(robot, controller, margins, obstacles=defaults.obstacles),
+        FootprintHold(robot, lambda _: margins, rate=controller.rate),
         Unshielded(robot, controller),
         WheelServo(station.plant, station.robot_model),
         WheelSpeedCommand(robot=robot, drive=Drive(np.array([0.05, 0.05]), np.array([-0.16, 0.16]))),

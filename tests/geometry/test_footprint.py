@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.geometry.footprint import COVER_EXCESS, covered, disc, footprint
+from drake_starnav.geometry.footprint import COVER_EXCESS, contains, covered, disc, footprint, joined
 
 SQUARE = ((0.2, 0.2), (-0.2, 0.2), (-0.2, -0.2), (0.2, -0.2))
 corner = st.tuples(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0))
@@ -61,3 +61,38 @@ def test_a_union_covers_what_its_parts_do():
 def test_what_is_no_footprint_is_refused(corners, reason):
     with pytest.raises(StarnavError, match=reason):
         footprint(corners)
+
+
+LONG = footprint(((-0.4, -0.2), (0.4, -0.2), (0.4, 0.2), (-0.4, 0.2)))
+HALVES = footprint(tuple(((x0, -0.2), (x1, -0.2), (x1, 0.2), (x0, 0.2)) for x0, x1 in ((-0.4, 0.1), (0.0, 0.4))))
+
+
+@pytest.mark.parametrize(
+    ("outer", "inner", "lies_inside"),
+    [
+        (disc(0.3), disc(0.3), True),
+        (disc(0.3), disc(0.31), False),
+        (LONG, disc(0.2), True),
+        (LONG, disc(0.21), False),
+        (disc(0.45), LONG, True),
+        (disc(0.44), LONG, False),
+        (LONG, HALVES, True),
+        (HALVES, LONG, True),
+        (LONG, footprint(SQUARE), True),
+        (footprint(SQUARE), LONG, False),
+    ],
+)
+def test_which_footprint_contains_which(outer, inner, lies_inside) -> None:
+    assert contains(outer, inner) == lies_inside
+
+
+def test_joined_a_disc_and_a_polygon_contain_the_whole_disc() -> None:
+    both = joined(disc(0.3), LONG)
+    rim = 0.3 * np.column_stack((np.cos(np.arange(1000.0)), np.sin(np.arange(1000.0))))
+    assert shapely.covers(covered(both, np.zeros(3)).buffer(1e-9), shapely.points(rim)).all()
+    assert both.radius == pytest.approx(LONG.radius)
+
+
+def test_of_two_joined_footprints_one_is_enough_where_it_contains_the_other() -> None:
+    assert joined(LONG, disc(0.1)) is LONG and joined(disc(0.1), LONG) is LONG
+    assert joined(LONG, HALVES) is LONG

@@ -257,3 +257,11 @@ def test_looked_at_is_what_a_scan_looked_at_or_no_farther_from_there(seed):
     known = [np.hypot(*(places - other.center).T) < 0.3 for other in star.earlier]
     expected = (off <= off[0] + 0.002 * away.max()) | np.any(known, axis=0)
     assert star.looked_at(places) == expected.all()
+
+
+def test_to_a_robot_that_has_grown_since_the_scan_it_has_no_star_but_its_hits() -> None:
+    star, *_ = driven(3)
+    assert star.keeping(SAFE) is star and star.keeping(0.5 * SAFE) is star
+    grown = star.keeping(1.01 * SAFE)
+    assert star.values.max() > 0.0 and grown.values.max() == 0.0
+    assert grown.hits is star.hits and grown.seen

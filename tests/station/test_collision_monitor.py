@@ -182,7 +182,7 @@ def test_a_moving_obstacle_pushes_the_robot_along_and_keeps_to_its_path() -> Non
 def test_ports_and_life() -> None:
     run = Run(cylinders=[(1.0, 0.0, 0.3)])
     ports = [run.monitor.get_input_port(k).get_name() for k in range(run.monitor.num_input_ports())]
-    assert ports == ["geometry_query", "state"]
+    assert ports == ["geometry_query", "state", "footprint"]
     assert run.monitor.num_output_ports() == 0
     simulator = run.simulator
     del run

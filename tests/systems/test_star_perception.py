@@ -65,7 +65,11 @@ class Perceived:
 
 def test_ports() -> None:
     system = Perceived().system
-    assert [system.get_input_port(k).get_name() for k in range(system.num_input_ports())] == ["scan", "pose"]
+    assert [system.get_input_port(k).get_name() for k in range(system.num_input_ports())] == [
+        "scan",
+        "pose",
+        "footprint",
+    ]
     assert [system.get_output_port(k).get_name() for k in range(system.num_output_ports())] == [
         "observation",
         "certified_region",

@@ -72,12 +72,12 @@ class Planning:
 def test_ports() -> None:
     system = Planning().system
     inputs = [system.get_input_port(k).get_name() for k in range(system.num_input_ports())]
-    assert inputs == ["observation", "pose", "goal", "heading", "certified_region"]
+    assert inputs == ["observation", "pose", "goal", "heading", "certified_region", "footprint"]
     outputs = [system.get_output_port(k).get_name() for k in range(system.num_output_ports())]
     assert outputs == ["guidance", "short_term_goal", "planner_state", "status", "blocked_by"]
     assert system.GetOutputPort("short_term_goal").size() == 2
     everywhere, guidance, short_term_goal, told = range(5), 0, 1, (3, 4)
-    reaches = everywhere, [short_term_goal, *told], everywhere, [guidance], told
+    reaches = everywhere, [short_term_goal, *told], everywhere, [guidance], told, everywhere
     for port, reached in enumerate(reaches):
         for out in everywhere:
             assert system.HasDirectFeedthrough(port, out) == (out in reached)
