@@ -43,7 +43,7 @@ class CollisionMonitor(LeafSystem):
     Ports:
         geometry_query: abstract, `QueryObject` of the scene; what penetrates is in contact, a mesh as its convex hull.
         state: vector (x, y, yaw, v, omega) of the robot, m, rad and s; needed only if there are moving obstacles.
-        footprint: abstract, `FootprintInForce`, in the place of the hull's; need not be connected.
+        footprint: abstract, any object with a `robot` of that shape, as `FootprintInForce`; need not be connected.
 
     The simulator stops with status "reached termination" and a message such as `collision of base_link with crate at
     3.200 s`: the name of the contact, and those of both bodies, see `body_name`. The contact is `STRUCK` if the robot
@@ -77,7 +77,7 @@ class CollisionMonitor(LeafSystem):
         self._hull = hull
         self._query = self.DeclareAbstractInputPort("geometry_query", Value(QueryObject()))
         self._state = self.DeclareVectorInputPort("state", 5)
-        self._footprint = self.DeclareAbstractInputPort("footprint", Value[object](None))
+        self._footprint = self.DeclareAbstractInputPort("footprint", Value[object](object()))
         # an update, for publish events see old geometry, see make_simulator
         self.DeclarePeriodicDiscreteUpdateEvent(checked_period(self, period=period), 0.0, self._check)
 
