@@ -159,8 +159,8 @@ def _place(trajectories, j, time):
 def _must_brake(row, time, trajectories, radius, limits, settings):
     """Whether a robot that brakes fully now might be touched before it stops, with the discs at their predictions.
 
-    Checked at half the braking time and at its end, for the discs that it approaches: it may always make way. `time` is
-    that since the scan, s.
+    Checked at half the braking time and at its end, also for the discs that it leaves: who lets them come near stands
+    among them. `time` is that since the scan, s.
     """
     x, y, yaw, v = row[X], row[Y], row[YAW], row[V]
     if abs(v) < STANDING_SPEED:
@@ -175,7 +175,7 @@ def _must_brake(row, time, trajectories, radius, limits, settings):
             disc_x, disc_y, vx, vy = _place(trajectories, j, time)
             dx, dy = px - disc_x - (1.0 - caution) * vx * t, py - disc_y - (1.0 - caution) * vy * t
             needed = distance + radius[j] + caution * settings.max_speed * t
-            if dx * dx + dy * dy < needed * needed and (px - x) * dx + (py - y) * dy < 0.0:
+            if dx * dx + dy * dy < needed * needed:
                 return True
     return False
 
