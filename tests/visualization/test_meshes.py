@@ -118,7 +118,7 @@ def test_a_parameter_out_of_range_is_named():
 
 class TestVanishedFrontiers:
     BEFORE = Frontiers(
-        stand=np.array([(1.0, 0.0), (2.0, 0.0), (3.0, 0.0)]),
+        viewpoint=np.array([(1.0, 0.0), (2.0, 0.0), (3.0, 0.0)]),
         probe=np.array([(1.0, 0.1), (2.0, 0.1), (3.0, 0.1)]),
         owner=np.zeros(3, np.int64),
     )
