@@ -31,7 +31,7 @@ def test_plot_shows_robots_where_logged(recorded) -> None:
     image = np.asarray(picture, dtype=float) / 255.0
     for robot in recorded.robots:
         for side in (-0.8, 0.8):
-            place = robot.motion.at(TIME)[:2] + (0.0, side * robot.radius)
+            place = robot.motion.at(TIME)[:2] + (0.0, side * robot.shape.radius)
             assert image[plotted(recorded, place, picture)] == pytest.approx(robot.color, abs=0.02)
 
 
@@ -46,7 +46,7 @@ def test_browser_shows_robots_where_logged(recorded) -> None:
     matrix, offset = floor_to_page(recorded.extent)
     for robot in recorded.robots:
         column, row = np.round(matrix @ robot.motion.at(TIME)[:2] + offset).astype(int)
-        ring = round(0.8 * robot.radius * np.sqrt(abs(np.linalg.det(matrix))))
+        ring = round(0.8 * robot.shape.radius * np.sqrt(abs(np.linalg.det(matrix))))
         for place in (row - ring, row + ring):
             assert image[place, column] == pytest.approx(robot.color, abs=0.13)
     assert all(layer.label in text for layer in recorded.caption.legend.values())

@@ -99,15 +99,16 @@ def test_without_being_asked_an_example_leaves_no_file(tmp_path: Path) -> None:
 
 
 def test_the_table_names_each_example_and_shows_its_picture() -> None:
-    table = (FOLDER / "README.md").read_text(encoding="utf-8")
-    for example in EXAMPLES:
-        assert f"[{example.name}]({example.name})" in table
+    page = ROOT / "docs" / "examples" / "index.md"
+    table = page.read_text(encoding="utf-8")
     numbered = [example.stem for example in EXAMPLES if example.stem[0].isdigit()]
     assert [stem[:2] for stem in numbered] == [f"{k:02d}" for k in range(1, len(numbered) + 1)]
-    pictures = re.findall(r"!\[\]\((.*?)\)", table)
+    assert all(f"]({stem}.md)" in table and (page.parent / f"{stem}.md").exists() for stem in numbered)
+    assert all(f"`{example.name}`" in table for example in EXAMPLES if example.stem not in numbered)
+    pictures = re.findall(r"!\[.*?\]\((.*?)\)", table)
     assert [Path(picture).stem for picture in pictures] == numbered
     for picture in pictures:
-        assert 5_000 < (FOLDER / picture).stat().st_size < LARGEST_PICTURE
+        assert 5_000 < (page.parent / picture).stat().st_size < LARGEST_PICTURE
 
 
 def imports(example: Path) -> list[ast.ImportFrom]:
