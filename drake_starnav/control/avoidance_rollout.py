@@ -159,8 +159,8 @@ def _place(trajectories, j, time):
 def _must_brake(row, time, trajectories, radius, limits, settings):
     """Whether a robot that brakes fully now might be touched before it stops, with the discs at their predictions.
 
-    Checked at half the braking time and at its end, also for the discs that it leaves: who lets them come near stands
-    among them. `time` is that since the scan, s.
+    Checked at half the braking time and at its end, for all discs, whether it approaches them or not: a robot that only
+    watches those ahead is soon surrounded. `time` is that since the scan, s.
     """
     x, y, yaw, v = row[X], row[Y], row[YAW], row[V]
     if abs(v) < STANDING_SPEED:
