@@ -79,7 +79,7 @@ LONGEST = 3.0
 WARM_UP = 6.0
 """The same with compilation, before the first mutant."""
 SLOWER, LATE = 3.0, 5.0
-"""A mutant whose tests take so many times the time of the module's, and so many seconds more, is killed."""
+"""A mutant of which one test, or all, take so many times their usual time, and so many seconds more, is killed."""
 MEMORY = 4 << 30
 """That a mutant may take beyond what its parent has, bytes."""
 SIMILAR = ({"Add", "Sub", "Mul", "Div"}, {"Mul", "Pow"}, {"Mod", "FloorDiv"}, {"BitOr", "BitAnd"})
@@ -273,8 +273,9 @@ class Tests:
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_call(self, item: pytest.Item) -> Iterator[None]:
-        signal.signal(signal.SIGVTALRM, lambda number, frame: pytest.skip("it takes too long"))
-        signal.setitimer(signal.ITIMER_VIRTUAL, 0.0 if self.chosen else self.longest)
+        late = SLOWER * self.chosen.get(item.nodeid, 0.0) + LATE
+        signal.signal(signal.SIGVTALRM, lambda *_: os._exit(1) if self.chosen else pytest.skip("it takes too long"))
+        signal.setitimer(signal.ITIMER_VIRTUAL, late if self.chosen else self.longest)
         began = time.process_time()
         try:
             yield

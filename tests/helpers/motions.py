@@ -1,5 +1,7 @@
 """Motions as the shield rolls them out, and what it decides about one command."""
 
+import math
+
 import numpy as np
 
 from drake_starnav.control import ControllerInputs, ControllerParameters, followed
@@ -13,11 +15,13 @@ from drake_starnav.robot import BASES, Limits, RobotParameters
 from tests.helpers.scans import MARGINS
 
 PERIOD = 0.02
+FINE = 2e-4
+"""Step of the integration that stands for the true motion, s."""
 
 
 def actuation(robot: RobotParameters, hold: float = PERIOD, delay: float = 0.0) -> Actuation:
     """What commands do to a robot."""
-    return Actuation(robot.limits, robot.shape, hold, delay)
+    return Actuation(robot.limits, robot.shape, hold, delay, robot.drive)
 
 
 def motion(
@@ -77,3 +81,41 @@ def stepped(
 def least_clearance(poses: np.ndarray, hits: np.ndarray, needed: np.ndarray) -> float:
     """Least distance of the poses (n, 3) to the hits (m, 2), less what each needs (m,), m."""
     return float((np.hypot(*np.moveaxis(poses[:, None, :2] - hits, -1, 0)) - needed).min())
+
+
+def exact_rates(
+    time: np.ndarray, twist: np.ndarray, target: np.ndarray, actuation: Actuation
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Velocity in the robot's frame (n, 2), turning rate (n,) and curvature (n,), where it steers, at times (n,)."""
+    limits, _, hold, delay, _ = actuation
+    since, left = np.clip(time - delay, 0.0, hold), np.clip(time - delay - hold, 0.0, None)
+    begin, end = ((*value[:-1], 0.0)[:2] for value in (twist, target))
+    gap = np.subtract(end, begin)
+    share = np.minimum(limits.max_acceleration * since / max(math.hypot(*gap), 1e-12), 1.0)
+    held = begin + share[:, None] * gap
+    size = np.hypot(*held.T)
+    velocity = held * (np.clip(size - limits.max_acceleration * left, 0.0, None) / np.maximum(size, 1e-12))[:, None]
+    most = limits.max_yaw_acceleration * since
+    turning = twist[-1] + np.clip(target[-1] - twist[-1], -most, most)
+    if limits.steers:
+        return velocity, turning * velocity[:, 0], turning
+    return velocity, np.sign(turning) * np.clip(abs(turning) - limits.max_yaw_acceleration * left, 0.0, None), turning
+
+
+def exact_poses(twist: np.ndarray, target: np.ndarray, actuation: Actuation) -> np.ndarray:
+    """(x, y, yaw) of the robot from 0 on, while it does exactly what `roll_out` describes, shape (n, 3), m and rad."""
+    limits, until = actuation.limits, actuation.delay + actuation.hold
+    velocity, turning, _ = exact_rates(np.array((until,)), twist, target, actuation)
+    stop = float(np.hypot(*velocity[0])) / limits.max_acceleration
+    stop = stop if limits.steers else max(stop, abs(float(turning[0])) / limits.max_yaw_acceleration)
+    velocity, turning, _ = exact_rates(np.arange(0.0, until + stop + FINE, FINE), twist, target, actuation)
+    middle = 0.5 * FINE * np.column_stack((velocity[1:] + velocity[:-1], turning[1:] + turning[:-1]))
+    yaw = np.concatenate(([0.0], np.cumsum(middle[:, 2])))
+    moved = turned(middle[:, :2], yaw[:-1] + 0.5 * middle[:, 2])
+    return np.column_stack((np.vstack((np.zeros((1, 2)), np.cumsum(moved, axis=0))), yaw))
+
+
+def turned(vectors: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    """Vectors (n, 2), each turned by an angle (n,), rad."""
+    (x, y), cosine, sine = vectors.T, np.cos(angle), np.sin(angle)
+    return np.column_stack((cosine * x - sine * y, sine * x + cosine * y))

@@ -17,9 +17,8 @@ from drake_starnav.parameters import declared
 from drake_starnav.robot import BASES, Limits, RobotParameters
 from drake_starnav.scenario.error_budget import SAMPLED
 from drake_starnav.scenario.faults import DriveParameters
+from tests.helpers.motions import exact_poses, exact_rates, turned
 
-FINE = 2e-4
-"""Step of the integration that stands for the true motion, s."""
 HARDEST_BRAKING = 6.0
 """Robots that brake harder are refused, m/s^2."""
 LONGEST_STOP = 5.0
@@ -90,7 +89,7 @@ def overrating(motion: Motion, twist: np.ndarray, target: np.ndarray, actuation:
     is nearer to the samples than the least margin."""
     limits, lever, position, time = actuation.limits, motion.footprint.lever, motion.position, motion.time
     step, turn = np.diff(time), np.abs(np.diff(motion.pose[:, 2]))
-    velocity, turning, bend = rates(time, twist, target, actuation)
+    velocity, turning, bend = exact_rates(time, twist, target, actuation)
     speed, rate = (np.maximum(size[1:], size[:-1]) for size in (np.hypot(*velocity.T), abs(turning)))
     change = np.hypot(*np.diff(velocity, axis=0).T)
     sped = ahead_of_mean(change, limits.max_acceleration, step)
@@ -125,47 +124,9 @@ def ahead_of_mean(change: np.ndarray, fastest: float, step: np.ndarray) -> np.nd
     return 0.5 * change * step * share * (1.0 - 0.5 * share) ** 2
 
 
-def rates(
-    time: np.ndarray, twist: np.ndarray, target: np.ndarray, actuation: Actuation
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Velocity in the robot's frame (n, 2), turning rate (n,) and curvature (n,), where it steers, at times (n,)."""
-    limits, _, hold, delay, _ = actuation
-    since, left = np.clip(time - delay, 0.0, hold), np.clip(time - delay - hold, 0.0, None)
-    begin, end = ((*value[:-1], 0.0)[:2] for value in (twist, target))
-    gap = np.subtract(end, begin)
-    share = np.minimum(limits.max_acceleration * since / max(math.hypot(*gap), 1e-12), 1.0)
-    held = begin + share[:, None] * gap
-    size = np.hypot(*held.T)
-    velocity = held * (np.clip(size - limits.max_acceleration * left, 0.0, None) / np.maximum(size, 1e-12))[:, None]
-    most = limits.max_yaw_acceleration * since
-    turning = twist[-1] + np.clip(target[-1] - twist[-1], -most, most)
-    if limits.steers:
-        return velocity, turning * velocity[:, 0], turning
-    return velocity, np.sign(turning) * np.clip(abs(turning) - limits.max_yaw_acceleration * left, 0.0, None), turning
-
-
 def _kept(shape: Footprint) -> float:
     """From the samples' centres of a disc, or from the samples of polygons, no obstacle is nearer, m."""
     return shape.radius if shape.is_disc else SAMPLED + STRAYING + STRAYING_HEADING * shape.lever
-
-
-def integrated(twist: np.ndarray, target: np.ndarray, actuation: Actuation) -> np.ndarray:
-    """(x, y, yaw) of the robot from 0 on, while it does exactly what `roll_out` describes, shape (n, 3), m and rad."""
-    limits, until = actuation.limits, actuation.delay + actuation.hold
-    velocity, turning, _ = rates(np.array((until,)), twist, target, actuation)
-    stop = float(np.hypot(*velocity[0])) / limits.max_acceleration
-    stop = stop if limits.steers else max(stop, abs(float(turning[0])) / limits.max_yaw_acceleration)
-    velocity, turning, _ = rates(np.arange(0.0, until + stop + FINE, FINE), twist, target, actuation)
-    middle = 0.5 * FINE * np.column_stack((velocity[1:] + velocity[:-1], turning[1:] + turning[:-1]))
-    yaw = np.concatenate(([0.0], np.cumsum(middle[:, 2])))
-    moved = _turned(middle[:, :2], yaw[:-1] + 0.5 * middle[:, 2])
-    return np.column_stack((np.vstack((np.zeros((1, 2)), np.cumsum(moved, axis=0))), yaw))
-
-
-def _turned(vectors: np.ndarray, angle: np.ndarray) -> np.ndarray:
-    """Vectors (n, 2), each turned by an angle (n,), rad."""
-    (x, y), cosine, sine = vectors.T, np.cos(angle), np.sin(angle)
-    return np.column_stack((cosine * x - sine * y, sine * x + cosine * y))
 
 
 def nearest(poses: np.ndarray, points: np.ndarray, shape: Footprint) -> np.ndarray:
@@ -195,7 +156,7 @@ def test_samples_overrate_clearance_by_no_more_than_the_bound(case, seed: int) -
     shape, motion, exact = (
         actuation.footprint,
         roll_out(STILL, twist, target, actuation),
-        integrated(twist, target, actuation),
+        exact_poses(twist, target, actuation),
     )
     random = np.random.default_rng(seed)
     away, at = random.uniform(-math.pi, math.pi, 12), exact[random.integers(len(exact), size=12)]
@@ -204,7 +165,7 @@ def test_samples_overrate_clearance_by_no_more_than_the_bound(case, seed: int) -
         points = at[:, :2] + shape.radius * around
     else:
         corner = shape.parts[0][random.integers(len(shape.parts[0]), size=12)]
-        points = at[:, :2] + _turned(corner, at[:, 2]) + random.uniform(0.7, 1.1, (12, 1)) * _kept(shape) * around
+        points = at[:, :2] + turned(corner, at[:, 2]) + random.uniform(0.7, 1.1, (12, 1)) * _kept(shape) * around
     seen = nearest(motion.pose, points, shape)
     overrated = (seen - nearest(exact, points, shape))[seen >= _kept(shape)]
     assert overrated.max(initial=0.0) <= overrating(motion, twist, target, actuation) + 1e-6
