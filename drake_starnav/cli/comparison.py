@@ -14,7 +14,7 @@ from drake_starnav.station.model_world import make_world_with_footprints
 from drake_starnav.visualization import meshes
 from drake_starnav.visualization.meshes import LAYERS, Layer, five_pointed_star
 from drake_starnav.visualization.page import Caption
-from drake_starnav.visualization.recorded_run import RecordedRun, RobotTrack
+from drake_starnav.visualization.scene_timeline import RecordedRun, RobotTrack
 from drake_starnav.visualization.tracks import record_tracks, track_of, trail_layer
 
 

@@ -29,9 +29,7 @@ from drake_starnav.utils.files import check_outputs, file_name
 from drake_starnav.utils.progress import Progress
 
 if TYPE_CHECKING:
-    from drake_starnav.visualization.browser import BrowserCamera
-    from drake_starnav.visualization.plot import PlotCamera
-    from drake_starnav.visualization.recorded_run import RecordedRun
+    from drake_starnav.visualization.scene_timeline import RecordedRun
 
 TRIAL_SUFFIXES = (".json", ".jsonl", ".jsonl.xz")
 """Suffixes of files with trials; every other argument is a scenario."""
@@ -39,7 +37,6 @@ STILLS = {
     "png": "stills as pixels", "svg": "vector graphics with axes in metres", "pdf": "the same as PDF",
 }  # fmt: skip
 """Options for pictures of one time."""
-RENDERERS = ("auto", "browser", "matplotlib")
 
 
 @dataclass(frozen=True)
@@ -100,16 +97,10 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
     for option in ("--gif", "--mp4"):
         text = f"write a clip (default: the HTML file's name with .{option[2:]})"
         parser.add_argument(option, type=Path, nargs="?", const=Path(), metavar="FILE", help=text)
-    parser.add_argument("--view", default="top", help="camera: top, follow or oblique (default: top)")
+    parser.add_argument("--view", default="top", help="top, follow or, for the page alone, oblique (default: top)")
     parser.add_argument("--width", type=int, default=1100, help="of stills and clips, pixels (default: 1100)")
-    parser.add_argument("--trim", action="store_true", help="cut off what is empty below the scene")
     parser.add_argument("--speed", type=float, default=2.0, help="of clips: times real time (default: 2)")
     parser.add_argument("--rate", type=int, default=10, help="pictures a second of clips (default: 10)")
-    parser.add_argument(
-        "--renderer", choices=RENDERERS, default="auto",
-        help="of stills and clips: a headless browser, or matplotlib, which draws the same from above "
-        "(default: a browser if there is one)",
-    )  # fmt: skip
     parser.add_argument("--quiet", action="store_true", help="no progress bar and no list of files")
 
 
@@ -125,12 +116,12 @@ def _record(options: argparse.Namespace) -> int:
         read.add(scenario_path(options.run))
     check_outputs([html, *clips.values(), *(still.path for still in stills)], read)
 
-    from drake_starnav.visualization.camera import check_view  # late: bad input is reported before Drake is loaded
+    from drake_starnav.visualization.page import check_view  # late: bad input is reported before Drake is loaded
 
     check_view(options.view)
     shown = _shown_layers(run, options)
-    pictures = [still for still in stills if still.path.suffix == ".png"]
-    plotted = _without_browser(options, bool(clips or pictures))
+    if stills or clips:
+        _check_pictures(options)
     recorded, same = _shoot(run, html, options, shown)
     for still in stills:
         if (still.time or 0.0) > recorded.duration:
@@ -138,14 +129,8 @@ def _record(options: argparse.Namespace) -> int:
             raise StarnavError(
                 f"--{kind} is {still.time:g}, after the run; allowed: times up to {recorded.duration:.1f} s"
             )
-    if clips or pictures:
-        with _camera(recorded, html, options, plotted) as camera:
-            _develop(camera, recorded, pictures, clips, options)
-    for still in stills:
-        if still not in pictures:
-            from drake_starnav.visualization.plot import write_figure
-
-            write_figure(still.path, recorded, still.at(recorded))
+    if stills or clips:
+        _draw(recorded, stills, clips, options)
     written = [html, *(still.path for still in stills), *clips.values()]
     if not options.quiet:
         print_written(written)
@@ -197,20 +182,16 @@ def _check_numbers(options: argparse.Namespace) -> None:
     check_numbers(options, width=(100, 4400), rate=(1, 50), speed=(0.1, 100.0))
 
 
-def _without_browser(options: argparse.Namespace, pictures: bool) -> bool:
-    """Whether pictures are drawn by matplotlib; a `StarnavError` before the run if a program for them is missing."""
-    from drake_starnav.visualization.browser import browser_missing
+def _check_pictures(options: argparse.Namespace) -> None:
+    """Raise a `StarnavError` before the run where its pictures cannot be drawn."""
     from drake_starnav.visualization.clips import find_ffmpeg
+    from drake_starnav.visualization.world_figure import new_figure
 
-    if pictures and options.renderer == "matplotlib" and options.view == "oblique":
-        raise StarnavError("--view oblique with --renderer matplotlib; allowed: top, follow, or a browser")
+    if options.view == "oblique":
+        raise StarnavError("--view oblique with stills or clips, which are drawn from above; allowed: top or follow")
     if options.mp4 is not None:
         find_ffmpeg()
-    missing = browser_missing() if pictures else None
-    if missing is not None and (options.renderer == "browser" or options.view == "oblique"):
-        what = "--renderer browser" if options.renderer == "browser" else "--view oblique"
-        raise StarnavError(f"{what} needs {missing}; allowed: install it, or --renderer matplotlib --view top")
-    return options.renderer == "matplotlib" or missing is not None
+    new_figure(1.0)
 
 
 def _shown_layers(run: Run, options: argparse.Namespace) -> frozenset[str] | None:
@@ -249,39 +230,22 @@ def _shoot(
     return recorder.recorded, run.state_hash in (None, trial.state_hash)
 
 
-def _camera(
-    recorded: "RecordedRun", html: Path, options: argparse.Namespace, plotted: bool
-) -> "BrowserCamera | PlotCamera":
-    if plotted:
-        from drake_starnav.visualization.plot import PlotCamera
+def _draw(recorded: "RecordedRun", stills: list[Still], clips: dict[str, Path], options: argparse.Namespace) -> None:
+    """Write stills and clips; each picture of a clip is drawn once."""
+    from drake_starnav.visualization.clips import picture_times, write_gif, write_mp4, write_png
+    from drake_starnav.visualization.plot import moment_picture, write_figure
 
-        return PlotCamera(recorded, options.view, options.width)
-    from drake_starnav.visualization.browser import BrowserCamera
-
-    return BrowserCamera(html, options.view, options.width)
-
-
-def _develop(
-    camera: "BrowserCamera | PlotCamera",
-    recorded: "RecordedRun",
-    stills: list[Still],
-    clips: dict[str, Path],
-    options: argparse.Namespace,
-) -> None:
-    """Write stills and clips; each picture is taken once."""
-    from drake_starnav.visualization.clips import picture_times, trimmed, write_gif, write_mp4, write_png
-
-    trim = trimmed if options.trim else list
-    for still, picture in zip(stills, trim([camera.picture(still.at(recorded)) for still in stills]), strict=True):
-        write_png(still.path, picture)
+    for still in stills:
+        if still.path.suffix == ".png":
+            write_png(still.path, moment_picture(recorded, still.at(recorded), options.view, options.width))
+        else:
+            write_figure(still.path, recorded, still.at(recorded))
     if clips:
-        times = picture_times(recorded.duration, options.rate, options.speed)
-        taken = []
+        times, pictures = picture_times(recorded.duration, options.rate, options.speed), []
         with Progress("pictures") as bar:
             for time in times:
-                taken.append(camera.picture(float(time)))
-                bar.count(len(taken), len(times))
-        pictures = trim(taken)
+                pictures.append(moment_picture(recorded, float(time), options.view, options.width))
+                bar.count(len(pictures), len(times))
         if "gif" in clips:
             said = ", ".join((recorded.caption.heading, *recorded.caption.lines)).replace("\u00a0", " ")
             with Progress("gif") as bar:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
-from PIL import Image, ImageChops
+from PIL import Image
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.utils.files import replacing
@@ -27,16 +27,6 @@ def picture_times(duration: float, rate: int, speed: float) -> np.ndarray:
     """
     times = np.arange(0.0, duration, speed / rate)
     return np.append(times, duration)
-
-
-def trimmed(pictures: list[Image.Image]) -> list[Image.Image]:
-    """The pictures without the bottom rows that are white in all of them, except for a margin."""
-    if not pictures:
-        return []
-    filled = [ImageChops.invert(picture).getbbox() for picture in pictures]
-    low = max((box[3] for box in filled if box), default=0)
-    height = min(low + round(0.015 * pictures[0].width), pictures[0].height)
-    return [picture.crop((0, 0, picture.width, height)) for picture in pictures]
 
 
 def write_png(path: Path, picture: Image.Image) -> None:

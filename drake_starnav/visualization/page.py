@@ -9,12 +9,19 @@ from pathlib import Path
 
 import numpy as np
 
-from drake_starnav.visualization.camera import VIEWS, Extent, around_robot, check_view
+from drake_starnav.errors import StarnavError, shown
 from drake_starnav.visualization.meshes import DECK_COLOR, HEADING_COLOR, LAYERS, SPEED_COLORS, Layer
-from drake_starnav.visualization.slider_goal import SLIDERS
 
 ROOT = "starnav"
 """Folder of Meshcat's panel that holds the layers."""
+SLIDERS = ("goal x", "goal y")
+"""Labels of the live goal's sliders in Meshcat's panel; the page also moves them by clicks and arrow keys."""
+VIEWS = ("top", "follow", "oblique")
+"""Names of the camera presets; page.js says how each looks down."""
+FOLLOWED = (9.0, 7.0)
+"""Size of the box around the robot that the preset `follow` shows, m."""
+
+Extent = tuple[float, float, float, float]
 
 
 @dataclass(frozen=True)
@@ -64,6 +71,18 @@ class Cameras:
 
     def __post_init__(self) -> None:
         check_view(self.view)
+
+
+def around_robot(position: np.ndarray) -> Extent:
+    """The box of the floor that `follow` shows: (x_min, y_min, x_max, y_max), W, m."""
+    x, y, (width, depth) = *np.asarray(position, dtype=float)[:2], FOLLOWED
+    return float(x - 0.5 * width), float(y - 0.5 * depth), float(x + 0.5 * width), float(y + 0.5 * depth)
+
+
+def check_view(view: str) -> None:
+    """Raise `StarnavError` for an unknown view."""
+    if view not in VIEWS:
+        raise StarnavError(f"camera view is {shown(view)}; allowed: one of {', '.join(VIEWS)}")
 
 
 def with_panel(page: str, caption: Caption, cameras: Cameras, *, live: bool = False) -> str:

@@ -1,22 +1,34 @@
 """Moments of a recorded run from straight above, by Matplotlib: vector graphics for papers, and pictures."""
 
 import io
+import math
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib import rc_context
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Circle, PathPatch, Polygon, Rectangle
+from matplotlib.path import Path as Outline
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 from PIL import Image
 
-from drake_starnav.errors import StarnavError
+from drake_starnav.geometry.se2 import placed
+from drake_starnav.station.model_world import FLOOR_TOLERANCE
 from drake_starnav.station.world_geometry import WALL_THICKNESS
 from drake_starnav.utils.files import replacing
-from drake_starnav.visualization.camera import PAGE, around_robot, check_view
-from drake_starnav.visualization.recorded_run import RecordedRun
-from drake_starnav.visualization.scene_plot import draw_scene, legend_handles
-from drake_starnav.visualization.world_figure import figure_pixels
+from drake_starnav.visualization.meshes import DECK_COLOR, HEADING_COLOR, LIDAR_COLOR, Layer
+from drake_starnav.visualization.page import ROOT, around_robot
+from drake_starnav.visualization.scene_timeline import RecordedRun, RobotTrack, SceneTimeline
+from drake_starnav.visualization.star_roadmap_visualizer import FRAME_SLACK
+from drake_starnav.visualization.timeline import Shape
+from drake_starnav.visualization.world_figure import DETAILED, figure_pixels, new_figure
+from drake_starnav.worlds.world import ROBOT_HEIGHT
 
 WIDTH, LEGEND, BORDER, MARGIN = 504.0, 190.0, 46.0, 18.0
 """Of the scene, the legend, the border with the axes' numbers, and that elsewhere, points of 1/72 inch."""
@@ -29,6 +41,20 @@ DPI = 200
 TEXT_SIZE = 9.0
 LONG_NUMBER = re.compile(rb"(\d\.\d\d)\d+")
 """Of an SVG file: a hundredth of a point is as much as anyone sees."""
+SOLID_ORDER, ON_TOP = 100.0, 300.0
+"""Drawing order; flat layers have the order of their height in cm, solid shapes that of their top and SOLID_ORDER."""
+ROBOT_ORDER = SOLID_ORDER + 100.0 * ROBOT_HEIGHT
+DOTS = 0.58
+"""Factor on the sizes of lone points: a figure is as much narrower than the page for which they are."""
+SHADES = 16
+"""A layer whose vertices have colours is drawn in so many shades of each channel."""
+SEAM = 0.5
+"""Width of rims that close the seams between the faces of an opaque line, points."""
+MARKERS = {
+    "disc": ("o", 9.0), "square": ("s", 6.0), "dot": ("o", 4.5), "ring": ("o", 9.0), "cross": ("x", 7.0),
+    "star": ("*", 13.0), "robot": ("o", 10.0),
+}  # fmt: skip
+"""Of the legend's symbols that are points: Matplotlib's marker and its size, points."""
 
 
 def moment_figure(recorded: RecordedRun, time: float, view: str = "top", title: str = "") -> Figure:
@@ -38,11 +64,12 @@ def moment_figure(recorded: RecordedRun, time: float, view: str = "top", title: 
     """
     walls = 1.5 * WALL_THICKNESS * np.array([-1.0, -1.0, 1.0, 1.0])
     extent = around_robot(recorded.robots[0].motion.at(time)) if view == "follow" else np.add(recorded.extent, walls)
-    x0, y0, x1, y1 = extent
-    handles = legend_handles(recorded.caption)
+    (x0, y0, x1, y1), caption = extent, recorded.caption
+    handles = [_handle(layer) for name, layer in caption.legend.items() if caption.shows(name)]
     height = WIDTH * (y1 - y0) / (x1 - x0)
     size = BORDER + WIDTH + MARGIN + LEGEND, MARGIN + max(height + BORDER, ROW_HEIGHT * len(handles))
-    figure = Figure(figsize=(size[0] / POINT, size[1] / POINT))
+    figure = new_figure(size[1] / POINT, size[0] / POINT)
+    figure.set_layout_engine("none")
     top = 1.0 - (MARGIN + height) / size[1]
     axes = figure.add_axes((BORDER / size[0], top, WIDTH / size[0], height / size[1]), xlim=(x0, x1), ylim=(y0, y1))
     axes.set_aspect("equal")
@@ -52,7 +79,7 @@ def moment_figure(recorded: RecordedRun, time: float, view: str = "top", title: 
     step = np.diff(MaxNLocator(10, steps=(1, 2, 5, 10)).tick_values(0.0, max(x1 - x0, y1 - y0)))[0]
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(MultipleLocator(step))
-    draw_scene(axes, recorded, time)
+    _draw_scene(axes, recorded, time)
     place = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0), "frameon": False}  # a longer text makes a file wider
     legend = axes.legend(handles=handles, fontsize=TEXT_SIZE, labelspacing=0.6, **place)
     for text in legend.get_texts():
@@ -74,30 +101,78 @@ def write_figure(path: Path, recorded: RecordedRun, time: float) -> None:
         temporary.write_bytes(content)
 
 
-class PlotCamera:
-    """Takes pictures of a recorded run from above without a browser: `moment_figure` with a title."""
+def moment_picture(recorded: RecordedRun, time: float, view: str = "top", width: int = 1100) -> Image.Image:
+    """`moment_figure` with a title as pixels, of a width in pixels."""
+    title = ", ".join((recorded.caption.heading, *recorded.caption.lines, f"t = {time:.1f} s"))
+    with rc_context({"font.size": TEXT_SIZE}):
+        figure = moment_figure(recorded, time, view, title)
+        return Image.fromarray(figure_pixels(figure, dpi=width / figure.get_figwidth()))
 
-    def __init__(self, recorded: RecordedRun, view: str = "top", width: int = int(PAGE[0])) -> None:
-        """Of a run, from the view `top` or `follow`, both looking straight down, for pictures of a width in pixels.
 
-        Raises:
-            StarnavError: unknown view, or one that needs a browser.
-        """
-        check_view(view)
-        if view == "oblique":
-            raise StarnavError("camera view is 'oblique', which needs Chromium and playwright; allowed: top, follow")
-        self._run, self._view, self._width = recorded, view, width
+def _draw_scene(axes: Axes, recorded: RecordedRun, time: float) -> None:
+    """Draw a moment of a run, a time in s, into axes in metres of W: solid shapes, layers, robots."""
+    _draw_solids(axes, recorded.scene, time)
+    for name, shape in recorded.timeline.visible(time + FRAME_SLACK).items():
+        if recorded.caption.shows(name.removeprefix(f"/{ROOT}/")):
+            _draw_shape(axes, shape, time)
+    for robot in reversed(recorded.robots):  # the first on top
+        _draw_robot(axes, robot, time)
 
-    def __enter__(self) -> "PlotCamera":
-        return self
 
-    def __exit__(self, *error: object) -> None:
-        pass
+def _handle(layer: Layer) -> Artist:
+    look: dict[str, Any] = {"label": layer.label.replace(" (newest bright)", ""), "color": layer.color}
+    if layer.symbol == "area":
+        return Rectangle((0.0, 0.0), 1.0, 1.0, alpha=0.45, **look)
+    if layer.symbol in ("line", "gradient"):
+        return Line2D([], [], linewidth=3.0, **look)
+    marker, size = MARKERS[layer.symbol]
+    face, edge = ("none", 2.5) if layer.symbol in ("ring", "cross", "robot") else (layer.color, 0.0)
+    look |= {"marker": marker, "markersize": size, "markerfacecolor": face, "markeredgewidth": edge}
+    return Line2D([], [], linestyle="none", **look)
 
-    def picture(self, time: float) -> Image.Image:
-        """The figure at a time of the run, s."""
-        caption = self._run.caption
-        title = ", ".join((caption.heading, *caption.lines, f"t = {time:.1f} s"))
-        with rc_context({"font.size": TEXT_SIZE}):
-            figure = moment_figure(self._run, time, self._view, title)
-            return Image.fromarray(figure_pixels(figure, dpi=self._width / figure.get_figwidth()))
+
+def _draw_solids(axes: Axes, scene: SceneTimeline, time: float) -> None:
+    """Draw solid shapes as they hide one another from above: what has one colour and height is drawn together."""
+    kinds: dict[tuple[tuple[float, ...], float], list[np.ndarray]] = {}
+    for solid in scene.solids:
+        outlines, top = solid.seen_from_above(time)
+        order = min(SOLID_ORDER + 100.0 * top, ON_TOP - 1.0) if top > FLOOR_TOLERANCE else 0.0
+        kinds.setdefault((solid.color, round(order, 3)), []).extend(outlines)
+    for (color, order), outlines in kinds.items():
+        # a hairline hides the seams between the parts of a wall
+        shapes = PolyCollection(outlines, facecolor=color, edgecolor=color, linewidth=0.2, zorder=order)
+        shapes.set_rasterized(len(outlines) > DETAILED)
+        axes.add_collection(shapes, autolim=False)
+
+
+def _draw_shape(axes: Axes, shape: Shape, time: float) -> None:
+    order = ON_TOP if shape.on_top else 100.0 * shape.height
+    points = shape.points + shape.value("position", time, np.zeros(2))
+    if shape.faces is None:
+        look = {"color": shape.colors[0], "markersize": DOTS * shape.size, "markeredgewidth": 0.0, "zorder": order}
+        axes.add_line(Line2D(*points.T, linestyle="none", marker="s", **look))
+        return
+    # Where vertices have colours, rims of one shade are drawn together.
+    kinds: dict[tuple[float, ...], list[Outline]] = {}
+    for loop in shape.loops:
+        color = shape.colors[loop].mean(axis=0) if len(shape.colors) > 1 else shape.colors[0]
+        color = np.round(SHADES * color) / SHADES if len(shape.colors) > 1 else color
+        kinds.setdefault(tuple(color), []).append(Outline(points[[*loop, loop[0]]], closed=True))
+    for color, paths in kinds.items():
+        area, opacity = Outline.make_compound_path(*paths), shape.value("opacity", time, 1.0)
+        seam = SEAM if opacity >= 1.0 else 0.0
+        axes.add_artist(PathPatch(area, color=color, alpha=opacity, linewidth=seam, joinstyle="round", zorder=order))
+
+
+def _draw_robot(axes: Axes, robot: RobotTrack, time: float) -> None:
+    """Hull, deck, the bar that shows the heading, and the lidar, as in the shipped robot."""
+    (x, y, yaw), radius, outline = robot.motion.at(time), robot.shape.radius, robot.shape.outline
+    for share, color in ((1.0, robot.color), (robot.deck, DECK_COLOR)):
+        middle = outline.mean(axis=0)
+        corners = placed(np.array((x, y, yaw)), middle + share * (outline - middle))
+        axes.add_artist(Polygon(corners, facecolor=color, zorder=ROBOT_ORDER))
+    ahead, left = np.array([math.cos(yaw), math.sin(yaw)]), np.array([-math.sin(yaw), math.cos(yaw)])
+    bar_corners = [(0.0, -0.1), (0.8, -0.1), (0.8, 0.1), (0.0, 0.1)]
+    bar = np.array([x, y]) + radius * np.array([a * ahead + b * left for a, b in bar_corners])
+    axes.add_artist(Polygon(bar, facecolor=HEADING_COLOR, zorder=ROBOT_ORDER))
+    axes.add_artist(Circle((x, y), 0.24 * radius, facecolor=LIDAR_COLOR, zorder=ROBOT_ORDER))

@@ -14,13 +14,11 @@ from drake_starnav.scenario import Scenario
 from drake_starnav.station.navigation_station import StationInterface
 from drake_starnav.systems.star_perception import lidar_names
 from drake_starnav.utils.files import write_text
-from drake_starnav.visualization.camera import check_view
 from drake_starnav.visualization.collision_shapes import show_collision_shapes
 from drake_starnav.visualization.meshcat_stage import quiet_meshcat
 from drake_starnav.visualization.meshes import layers_of_run
-from drake_starnav.visualization.page import Cameras, Caption, with_panel
-from drake_starnav.visualization.recorded_run import RecordedRun, RobotTrack
-from drake_starnav.visualization.scene_timeline import SceneRecorder, SceneTimeline
+from drake_starnav.visualization.page import Cameras, Caption, check_view, with_panel
+from drake_starnav.visualization.scene_timeline import RecordedRun, RobotTrack, SceneRecorder, SceneTimeline
 from drake_starnav.visualization.star_roadmap_visualizer import StarRoadmapVisualizer
 from drake_starnav.visualization.timeline import Broadcast, Timeline
 
@@ -103,11 +101,11 @@ class Recorder:
             StarnavError: the run has not been finished, or the file cannot be written.
         """
         from drake_starnav.visualization.clips import write_png
-        from drake_starnav.visualization.plot import PlotCamera  # Matplotlib is an extra
+        from drake_starnav.visualization.plot import moment_picture  # Matplotlib is an extra
 
         if self.recorded is None:
             raise StarnavError("the recorder has recorded no run yet; allowed: after finish")
-        write_png(Path(path), PlotCamera(self.recorded, width=width).picture(time))
+        write_png(Path(path), moment_picture(self.recorded, time, width=width))
 
 
 def add_visualizers(

@@ -1,4 +1,4 @@
-"""The solid shapes of a scene over time, kept in memory to draw pictures from above without a browser."""
+"""A recorded run and the solid shapes of its scene over time, kept in memory to draw pictures from above."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -9,9 +9,13 @@ from pydrake.geometry import FrameId, GeometryId, Mesh, QueryObject, Role, Scene
 from pydrake.systems.framework import Context, EventStatus, LeafSystem
 
 from drake_starnav.errors import StarnavError
+from drake_starnav.geometry.footprint import Footprint
+from drake_starnav.geometry.trajectory import Motion
 from drake_starnav.station.mesh_files import mesh_triangles
 from drake_starnav.station.model_world import shape_vertices
-from drake_starnav.visualization.timeline import Track
+from drake_starnav.visualization.meshes import SHELL_COLOR, Color
+from drake_starnav.visualization.page import Caption, Extent
+from drake_starnav.visualization.timeline import Timeline, Track
 from drake_starnav.worlds.footprints import box_vertices, convex_footprint
 
 UNPAINTED = (0.9, 0.9, 0.9)
@@ -105,3 +109,44 @@ class SceneRecorder(LeafSystem):
     def _publish(self, context: Context) -> EventStatus:
         self._timeline.note(self._query.Eval(context), context.get_time())
         return EventStatus.Succeeded()
+
+
+@dataclass(frozen=True)
+class RobotTrack:
+    """A robot that drives through the scene.
+
+    Attributes:
+        motion: its poses.
+        shape: of its hull.
+        color: of its hull, red, green, blue, 0 to 1.
+        deck: size of the lighter deck on it, as a share of the hull's.
+    """
+
+    motion: Motion
+    shape: Footprint
+    color: Color = SHELL_COLOR
+    deck: float = 0.86
+
+
+@dataclass(frozen=True)
+class RecordedRun:
+    """A recorded run.
+
+    Attributes:
+        caption: text beside the scene.
+        extent: the box of the floor that is shown, W, m.
+        scene: obstacles and all else that is solid, but the robots.
+        timeline: drawings on the floor.
+        robots: the robots; the camera follows the first.
+    """
+
+    caption: Caption
+    extent: Extent
+    scene: SceneTimeline
+    timeline: Timeline
+    robots: tuple[RobotTrack, ...]
+
+    @property
+    def duration(self) -> float:
+        """Time of the last pose, s."""
+        return max(robot.motion.duration for robot in self.robots)

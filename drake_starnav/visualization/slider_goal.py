@@ -6,10 +6,9 @@ import numpy as np
 from pydrake.geometry import Meshcat
 from pydrake.systems.framework import Context, DiscreteValues, EventStatus, LeafSystem
 
+from drake_starnav.visualization.page import SLIDERS
 from drake_starnav.worlds.world import World
 
-SLIDERS = ("goal x", "goal y")
-"""Labels in Meshcat's panel; the page of a live run also moves them by clicks and arrow keys."""
 STEP = 0.01
 """Step of the sliders, m."""
 

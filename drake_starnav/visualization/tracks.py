@@ -28,13 +28,12 @@ from drake_starnav.visualization.meshes import (
     Mesh,
 )
 from drake_starnav.visualization.page import Cameras, Caption
-from drake_starnav.visualization.recorded_run import RecordedRun, RobotTrack
 from drake_starnav.visualization.recorder import (
     WORLD_PREFIX,
     finish_recording,
     set_look,
 )
-from drake_starnav.visualization.scene_timeline import SceneTimeline, Solid
+from drake_starnav.visualization.scene_timeline import RecordedRun, RobotTrack, SceneTimeline, Solid
 from drake_starnav.visualization.star_roadmap_visualizer import FRAME_SLACK
 from drake_starnav.visualization.timeline import Broadcast, Timeline, Track
 from drake_starnav.worlds.footprints import cylinder_vertices

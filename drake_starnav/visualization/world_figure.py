@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.footprint import Footprint, disc
 from drake_starnav.geometry.se2 import placed
 from drake_starnav.robot import RobotParameters
@@ -13,6 +14,8 @@ from drake_starnav.utils.files import replacing
 from drake_starnav.visualization.meshes import LAYERS, MOVING_OBSTACLES, five_pointed_star, joined, ribbon, with_scene
 from drake_starnav.worlds.world import OPEN_BORDER, World
 
+WIDTH = 11.0
+"""Of a plot, inches; a page shows an inch as 96 pixels."""
 OBSTACLES, WALLS = "0.62", "0.35"
 """Greys of the obstacles and of the walls around a world."""
 START, GOAL, PATH = "#D55E00", "#009E73", "#0072B2"
@@ -21,6 +24,15 @@ DETAILED = 300
 """A world with more outlines is drawn as pixels, to keep vector graphics small."""
 PATH_WIDTH = 0.06
 """In a page, m; paths of moving obstacles are half as wide."""
+
+
+def new_figure(height: float, width: float = WIDTH) -> Any:
+    """An empty Matplotlib figure, `height` and `width` in inches; a `StarnavError` if Matplotlib is not installed."""
+    try:
+        from matplotlib.figure import Figure  # without pyplot, which needs a display and keeps figures alive
+    except ImportError:
+        raise StarnavError("matplotlib is not installed; allowed: pip install 'drake-starnav[report]'") from None
+    return Figure(figsize=(width, height), layout="constrained")
 
 
 def draw_world(axis: Any, world: World, obstacles: str = OBSTACLES, *, paths: bool = True) -> None:
@@ -52,14 +64,11 @@ def draw_world(axis: Any, world: World, obstacles: str = OBSTACLES, *, paths: bo
 
 def world_axes(world: World, title: str) -> tuple[Any, Any]:
     """A Matplotlib figure of a world seen from above, for `save_figure`, and its axes to draw more into."""
-    from matplotlib.figure import Figure
-
     x0, y0, x1, y1 = world.extent
     spare = 0.0 if world.bounds is not None else OPEN_BORDER - 0.4
     x0, y0, x1, y1 = x0 + spare, y0 + spare, x1 - spare, y1 - spare
     width = 9.0 if x1 - x0 >= y1 - y0 else 7.0
-    size = (width, min(12.0, max(4.0, width * (y1 - y0) / (x1 - x0) + 1.0)))
-    figure = Figure(figsize=size, layout="constrained")  # without pyplot, which needs a display and keeps figures alive
+    figure = new_figure(min(12.0, max(4.0, width * (y1 - y0) / (x1 - x0) + 1.0)), width)
     axis = figure.add_subplot()
     draw_world(axis, world)
     axis.set_xlim(x0 - 0.2, x1 + 0.2)

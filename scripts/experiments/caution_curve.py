@@ -9,8 +9,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from drake_starnav.cli.options import add_overrides
-from drake_starnav.evaluation.report.figures import new_figure, svg
+from drake_starnav.evaluation.report.figures import svg
 from drake_starnav.evaluation.summary import markdown_table, number, rate_text
+from drake_starnav.visualization.world_figure import new_figure
 from scripts.experiments.experiment import Results, count, experiment, experiment_parser, of_scenario, run_experiment
 
 CAUTIONS = (1.0, 0.75, 0.5, 0.25, 0.0)

@@ -16,7 +16,7 @@ from scripts.maintenance.record_results import with_section
 
 ROOT = Path(__file__).parents[2]
 README, PICTURE = ROOT / "README.md", ROOT / "docs" / "images" / "forest.gif"
-OPTIONS = "--width 880 --speed 2.5 --rate 8 --trim"
+OPTIONS = "--width 880 --speed 2.5 --rate 8"
 SECTION = "caption", "python scripts/maintenance/draw_readme.py"
 
 

@@ -5,8 +5,8 @@ import pytest
 
 from drake_starnav.cli.comparison import record_comparison
 from drake_starnav.scenario import parse_scenario
-from drake_starnav.visualization.browser import BrowserCamera, browser_missing
-from drake_starnav.visualization.plot import PlotCamera
+from drake_starnav.visualization.plot import moment_picture
+from tests.helpers.browser import BrowserCamera, browser_missing
 from tests.helpers.camera import floor_to_page, plotted
 
 TEXT = "world: !Obstacles {bounds: [-1, -2, 5, 2], cylinders: [[1.5, 0.1, 0.3]], goal: [3.5, 0.0]}\n"
@@ -27,7 +27,7 @@ def test_plot_shows_robots_where_logged(recorded) -> None:
     assert np.hypot(*(first - second)) > 0.3
     layers = recorded.timeline.visible(TIME)
     assert len(layers) > 2 * TIME  # trails
-    picture = PlotCamera(recorded).picture(TIME)
+    picture = moment_picture(recorded, TIME)
     image = np.asarray(picture, dtype=float) / 255.0
     for robot in recorded.robots:
         for side in (-0.8, 0.8):

@@ -3,6 +3,7 @@
 import argparse
 import json
 import lzma
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,6 @@ from drake_starnav.cli.simulate import simulate
 from drake_starnav.errors import StarnavError
 from drake_starnav.evaluation import make_cases, make_header
 from drake_starnav.evaluation.report.recordings import read_trial
-from drake_starnav.visualization.browser import browser_missing
 from drake_starnav.visualization.clips import find_ffmpeg
 from tests.helpers.trials import record as trial_record
 
@@ -34,7 +34,7 @@ def names(folder: str) -> set[str]:
 
 
 def test_a_scenario_leaves_a_recording_stills_and_a_clip(scenario, capsys) -> None:
-    arguments = [scenario, "--seed", "2", "--png", "0", "1.25", "--gif", "--width", "440", "--renderer", "matplotlib"]
+    arguments = [scenario, "--seed", "2", "--png", "0", "1.25", "--gif", "--width", "440"]
     assert record([*arguments, "--rate", "4"]) == 0
     assert names("out") == {"mine-star-2" + end for end in (".html", "-0s.png", "-1.25s.png", ".gif")}
     with Image.open("out/mine-star-2.gif") as clip:
@@ -52,7 +52,7 @@ def test_encoding_has_bars_of_its_own(scenario, monkeypatch, capsys) -> None:
     except StarnavError:
         clips.remove("--mp4")
     monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
-    small = ["--width", "220", "--renderer", "matplotlib", "--rate", "4"]
+    small = ["--width", "220", "--rate", "4"]
     assert record([scenario, *clips, *small]) == 0
     shown = capsys.readouterr().err
     for bar in ("driving", "pictures", *(clip[2:] for clip in clips)):
@@ -155,9 +155,9 @@ def test_a_record_of_a_batch_brings_its_scenario(scenario) -> None:
         (["mine.yaml", "--line", "2"], "with a file of trials"),
         (["mine.yaml", "--view", "side"], "camera view is 'side'; allowed: one of top, follow, oblique"),
         (["mine.yaml", "--png", "-1"], "--png is -1"),
-        (["mine.yaml", "--png", "99", "--renderer", "matplotlib"], "after the run; allowed: times up to 1.5 s"),
+        (["mine.yaml", "--png", "99"], "after the run; allowed: times up to 1.5 s"),
         (["mine.yaml", "--width", "5"], "--width is 5; allowed: 100 <= x <= 4400"),
-        (["mine.yaml", "--gif", "--renderer", "matplotlib", "--view", "oblique"], "--view oblique with --renderer"),
+        (["mine.yaml", "--gif", "--view", "oblique"], "--view oblique with stills or clips"),
         (["mine.yaml", "--compare", "star", "star"], "allowed: each method once"),
         (["mine.yaml", "--compare", "star", "--method", "star"], "--compare and --method"),
         (["mine.yaml", "--html", "/proc/forbidden/x.html"], "cannot write"),
@@ -172,29 +172,11 @@ def test_bad_input_is_one_sentence(arguments, words, scenario, capsys) -> None:
     assert error.count("\n") == 1
 
 
-def test_without_a_browser_matplotlib_draws_or_an_error_says_why(scenario, monkeypatch, capsys) -> None:
-    from drake_starnav.visualization import browser
-
-    monkeypatch.setattr(browser, "find_chromium", lambda: None)
-    assert "Chromium" in (browser_missing() or "")
-    assert record([scenario, "--png", "0.5", "--html", "x.html", "--quiet"]) == 0
-    assert names(".") >= {"x.html", "x-0.5s.png"}
-    assert record([scenario, "--png", "0.5", "--view", "oblique"]) == 2
-    assert "--view oblique needs Chromium" in capsys.readouterr().err
-
-
-def test_a_browser_that_does_not_start_is_reported(scenario, monkeypatch, tmp_path, capsys) -> None:
-    pytest.importorskip("playwright.sync_api")
-    from drake_starnav.visualization import browser
-
-    broken = tmp_path / "chromium"
-    broken.write_text("#!/bin/sh\nexit 1\n")
-    broken.chmod(0o755)
-    monkeypatch.setattr(browser, "find_chromium", lambda: str(broken))
-    assert record([scenario, "--png", "0.5", "--html", "x.html", "--quiet"]) == 2
-    error = capsys.readouterr().err
-    assert "chromium cannot show x.html" in error and "Traceback" not in error
-    assert names(".") == {"mine.yaml", "chromium", "x.html"}
+def test_without_matplotlib_an_error_says_what_helps(scenario, monkeypatch, capsys) -> None:
+    monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
+    assert record([scenario, "--png", "0.5", "--quiet"]) == 2
+    assert "matplotlib is not installed; allowed: pip install" in capsys.readouterr().err
+    assert names(".") == {"mine.yaml"}
 
 
 def test_the_names_of_files_tell_what_they_show() -> None:

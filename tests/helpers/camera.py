@@ -5,9 +5,10 @@ import math
 import numpy as np
 from PIL import Image
 
-from drake_starnav.visualization.camera import PAGE, Extent
+from drake_starnav.visualization.page import Extent
 from drake_starnav.visualization.plot import moment_figure
-from drake_starnav.visualization.recorded_run import RecordedRun
+from drake_starnav.visualization.scene_timeline import RecordedRun
+from tests.helpers.browser import PAGE
 
 FIELD_OF_VIEW, SPARE, TALL, TILTS = 20.0, 1.04, 0.5, {"top": 0.05, "follow": 35.0, "oblique": 50.0}
 """As in page.js."""
@@ -72,7 +73,7 @@ def floor_to_page(extent: Extent) -> tuple[np.ndarray, np.ndarray]:
 
 
 def plotted(film: RecordedRun, place: np.ndarray, picture: Image.Image) -> tuple[int, int]:
-    """Row and column at which a picture of a whole film by `PlotCamera` shows a place (2,) of the floor, W, m."""
+    """Row and column at which a picture of a whole film by `moment_picture` shows a place (2,) of the floor, W, m."""
     figure = moment_figure(film, 0.0)
     share = figure.transFigure.inverted().transform(figure.axes[0].transData.transform(place))
     return round((1.0 - share[1]) * picture.height), round(share[0] * picture.width)

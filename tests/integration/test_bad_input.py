@@ -285,7 +285,7 @@ def test_so_may_those_of_a_batch_and_of_a_recording(folder: Path, capsys) -> Non
     paths = [f"./{name}.yaml" for name in NAMES]
     for path in paths:
         Path(path).write_text(WORLD)
-    assert record([paths[0], "--png", "0", "--renderer", "matplotlib"]) == 0
+    assert record([paths[0], "--png", "0"]) == 0
     assert benchmark([*paths, "--trials", "1", "--jobs", "1", "--json", "t.jsonl"]) == 0
     assert report(["t.jsonl", "--html", "t.html", "--recordings", "--markdown", "t.md", "--csv", "t.csv"]) == 0
     assert capsys.readouterr().err.count("\n") == 1  # the estimate

@@ -6,11 +6,11 @@ import pytest
 from drake_starnav.cli.comparison import record_comparison
 from drake_starnav.scenario import parse_scenario
 from drake_starnav.simulation import run_trial
-from drake_starnav.visualization.browser import BrowserCamera, browser_missing
 from drake_starnav.visualization.meshes import LAYERS, MOVING_OBSTACLES, ROBOT, with_scene
-from drake_starnav.visualization.plot import PlotCamera
+from drake_starnav.visualization.plot import moment_picture
 from drake_starnav.visualization.recorder import Recorder
 from drake_starnav.worlds import Crowd, World, make_world, moving_obstacle_states
+from tests.helpers.browser import BrowserCamera, browser_missing
 from tests.helpers.camera import floor_to_page, plotted
 
 pytestmark = pytest.mark.slow
@@ -44,7 +44,7 @@ def shades(picture, world: World, time: float) -> list[np.ndarray]:
 @pytest.mark.parametrize("time", TIMES)
 def test_plot_shows_moving_obstacles(recorded, k: int, time: float) -> None:
     world, (recorded, _) = recorded[0], recorded[1 + k]
-    picture = PlotCamera(recorded).picture(time)
+    picture = moment_picture(recorded, time)
     image = np.asarray(picture, dtype=float) / 255.0
     for place in moving_obstacle_states(world.moving_obstacles, np.array([time]))[0][0]:
         assert image[plotted(recorded, place, picture)] == pytest.approx(MOVING_OBSTACLES.color, abs=0.02)

@@ -54,7 +54,7 @@ TABLE = {
     "station": Room(f"{SENSING} worlds planning scenario systems", f"{DRAKE} shapely xacro"),
     "loading": Room("scenario station"),
     "navigation": Room(f"{METHOD} scenario systems station", DRAKE),
-    "visualization": Room(LOOP, f"{DRAKE} shapely matplotlib PIL playwright imageio_ffmpeg"),
+    "visualization": Room(LOOP, f"{DRAKE} shapely matplotlib PIL imageio_ffmpeg"),
     "simulation": Room(f"{LOOP} visualization", DRAKE),
     "gym": Room(f"{LOOP} visualization simulation", f"{DRAKE} gymnasium"),
     "evaluation": Room(f"{LOOP} visualization simulation", "numpy scipy dask distributed jinja2 matplotlib"),

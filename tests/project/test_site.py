@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from drake_starnav.visualization.browser import browser_missing, find_chromium
+from tests.helpers.browser import browser_missing, find_chromium
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 

@@ -10,7 +10,7 @@ from drake_starnav.geometry.trajectory import Motion
 from drake_starnav.loading import parse_scenario
 from drake_starnav.simulation import RobotTrial, run_trial, trial_record
 from drake_starnav.simulation.records import driven_record, record_robots, robots_record
-from drake_starnav.visualization.plot import PlotCamera
+from drake_starnav.visualization.plot import moment_picture
 from tests.helpers.camera import plotted
 
 WORLD = "world: !Obstacles {bounds: [-1, -2, 5, 2], goal: [4, 0]}\nsimulation: {timeout: 0.2}\n"
@@ -76,7 +76,7 @@ def test_each_is_drawn_as_it_is_with_its_goals_in_its_colour(tmp_path) -> None:
     assert recorded.caption.shown == {"trail/long"}
     assert recorded.robots[0].shape.is_disc
     assert np.ptp(recorded.robots[1].shape.outline, axis=0) == pytest.approx((0.8, 0.5), abs=0.01)
-    picture = PlotCamera(recorded).picture(1.0)
+    picture = moment_picture(recorded, 1.0)
     image = np.asarray(picture, dtype=float) / 255.0
     end, side = (4.15, 1.37), (4.33, 1.1)  # it looks along y: longer than wide
     assert image[plotted(recorded, end, picture)] == pytest.approx(recorded.robots[1].color, abs=0.02)

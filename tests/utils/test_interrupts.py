@@ -74,7 +74,7 @@ def test_while_it_starts(module: str, tmp_path: Path) -> None:
     "command",
     [
         ["simulate", "tiny.yaml", "--html", "a.html", "--json", "a.json"],
-        ["record", "tiny.yaml", "--gif", "--png", "--renderer", "matplotlib"],
+        ["record", "tiny.yaml", "--gif", "--png"],
         ["benchmark", "tiny.yaml", "--trials", "50", "--jobs", "2", "--html", "b.html"],
         ["show_world", "map"],
         ["--version"],

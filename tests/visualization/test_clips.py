@@ -12,7 +12,6 @@ from drake_starnav.visualization.clips import (
     FINAL_PAUSE,
     find_ffmpeg,
     picture_times,
-    trimmed,
     write_gif,
     write_mp4,
     write_png,
@@ -114,14 +113,6 @@ def test_an_encoder_that_fails_is_quoted_and_leaves_nothing(monkeypatch, tmp_pat
     with pytest.raises(StarnavError, match="ffmpeg failed on .*x.mp4: no such codec"):
         write_mp4(tmp_path / "x.mp4", pictures(), RATE)
     assert [path.name for path in tmp_path.iterdir()] == ["bin"]
-
-
-def test_trimming_keeps_what_any_picture_shows() -> None:
-    images = [Image.new("RGB", (100, 80), "white") for _ in range(2)]
-    images[0].putpixel((5, 10), (0, 0, 0))
-    images[1].putpixel((5, 40), (0, 0, 0))
-    assert {image.height for image in trimmed(images)} == {41 + 2}
-    assert trimmed([]) == []
 
 
 def test_a_still_is_the_picture(tmp_path) -> None:

@@ -9,10 +9,10 @@ from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_starnav.station.world_geometry import add_ground, add_world
-from drake_starnav.visualization.browser import BrowserCamera, browser_missing
 from drake_starnav.visualization.collision_shapes import show_collision_shapes
 from drake_starnav.worlds import make_world
 from drake_starnav.worlds.generators.forest import Forest
+from tests.helpers.browser import BrowserCamera, browser_missing
 
 POST = """<sdf version="1.7"><model name="posts"><static>true</static><link name="l">
 <visual name="seen"><pose>0 0 0.5 0 0 0</pose><geometry><box><size>0.5 0.5 1</size></box></geometry></visual>

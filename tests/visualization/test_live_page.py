@@ -10,8 +10,8 @@ import pytest
 
 from drake_starnav.cli.live import LiveRun
 from drake_starnav.scenario import parse_scenario
-from drake_starnav.visualization.browser import FLAGS, PATIENCE, browser_missing, find_chromium
 from drake_starnav.visualization.slider_goal import SLIDERS
+from tests.helpers.browser import FLAGS, PATIENCE, browser_missing, find_chromium
 
 TEXT = "world: !Obstacles {bounds: [-1, -2, 5, 2], cylinders: [[1.5, 0.1, 0.3]], goal: [3.0, 0.0]}\n"
 RIGHT_EDGES = """

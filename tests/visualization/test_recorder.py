@@ -40,12 +40,10 @@ from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.station.plant import plant_config
 from drake_starnav.station.robot_interface import RobotInterface
 from drake_starnav.station.robot_model import add_robot
-from drake_starnav.visualization.browser import BrowserCamera, browser_missing
-from drake_starnav.visualization.camera import VIEWS, around_robot
 from drake_starnav.visualization.meshcat_stage import quiet_meshcat
 from drake_starnav.visualization.meshes import LAYERS
 from drake_starnav.visualization.meshes import ROBOT as ROBOT_ROW
-from drake_starnav.visualization.page import Cameras, Caption
+from drake_starnav.visualization.page import VIEWS, Cameras, Caption, around_robot
 from drake_starnav.visualization.recorder import (
     WORLD_PREFIX,
     Recorder,
@@ -56,6 +54,7 @@ from drake_starnav.visualization.recorder import (
 )
 from drake_starnav.visualization.star_roadmap_visualizer import StarRoadmapVisualizer
 from drake_starnav.worlds.world import World
+from tests.helpers.browser import BrowserCamera, browser_missing
 from tests.helpers.camera import PANEL_WIDTH, camera_pose, projected
 from tests.helpers.scans import MARGINS
 

@@ -16,12 +16,12 @@ from drake_starnav.station.plant import plant_config
 from drake_starnav.station.robot_interface import RobotInterface, connect_robot
 from drake_starnav.station.robot_model import add_robot
 from drake_starnav.station.world_geometry import OBSTACLE_COLOR, add_ground
-from drake_starnav.visualization.browser import BrowserCamera, browser_missing
-from drake_starnav.visualization.plot import PlotCamera
+from drake_starnav.visualization.plot import moment_picture
 from drake_starnav.visualization.recorder import Recorder
 from drake_starnav.visualization.scene_timeline import Solid
 from drake_starnav.visualization.timeline import Track
 from drake_starnav.worlds.world import World
+from tests.helpers.browser import BrowserCamera, browser_missing
 from tests.helpers.camera import floor_to_page, plotted
 
 WORLD = World("own", (0.0, 0.0, 0.0), (3.0, 0.0), bounds=(-1.0, -2.0, 4.0, 2.0))
@@ -77,7 +77,7 @@ def shade(picture, place) -> np.ndarray:
 
 @pytest.mark.parametrize("time", [0.0, 1.0, DURATION])
 def test_still_shows_own_bodies_in_place(recorded, time: float) -> None:
-    picture = PlotCamera(recorded.recorded).picture(time)
+    picture = moment_picture(recorded.recorded, time)
     image = np.asarray(picture, dtype=float) / 255.0
     for place, color in (
         (PLACES["rack"], BLUE),

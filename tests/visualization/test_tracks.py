@@ -8,7 +8,7 @@ from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.schema import RecordingParameters
 from drake_starnav.visualization.meshes import LAYERS, five_pointed_star, with_scene
 from drake_starnav.visualization.page import Caption
-from drake_starnav.visualization.plot import PlotCamera
+from drake_starnav.visualization.plot import moment_picture
 from drake_starnav.visualization.tracks import COLORS, record_tracks, track_of, trail_layer
 from drake_starnav.worlds.world import World
 from tests.helpers.camera import plotted
@@ -28,9 +28,9 @@ def test_trails_grow_behind_robots_of_their_colours(tmp_path) -> None:
     recorded = record_tracks(tracks, {"trail/b": [goal]}, WORLD, caption, RecordingParameters(), tmp_path / "two.html")
     assert recorded.duration == 2.0
     assert [layer.label for layer in recorded.caption.legend.values()][:2] == ["a: reached", "b: reached"]
-    picture = PlotCamera(recorded).picture(2.0)
+    picture = moment_picture(recorded, 2.0)
     image = np.asarray(picture, dtype=float) / 255.0
     for place, number in (((0.0, 1.0), 0), ((0.0, -1.0), 1), ((0.0, 0.0), 1), ((1.0, 1.2), 0), ((1.0, -1.2), 1)):
         assert image[plotted(recorded, place, picture)] == pytest.approx(COLORS[number], abs=0.15)
-    before = np.asarray(PlotCamera(recorded).picture(0.5), dtype=float) / 255.0
+    before = np.asarray(moment_picture(recorded, 0.5), dtype=float) / 255.0
     assert before[plotted(recorded, (0.0, 1.0), picture)] != pytest.approx(COLORS[0], abs=0.15)

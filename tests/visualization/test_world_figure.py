@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 
-from drake_starnav.evaluation.report.figures import new_figure
 from drake_starnav.robot import RobotParameters
 from drake_starnav.visualization.meshes import MOVING_OBSTACLES
-from drake_starnav.visualization.world_figure import draw_world, world_axes, write_html, write_png
+from drake_starnav.visualization.world_figure import draw_world, new_figure, world_axes, write_html, write_png
 from drake_starnav.worlds import Crowd, make_world
 
 WORLD = make_world(Crowd(moving_obstacles=(3, 3)), 0, 0.25)

@@ -8,20 +8,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from drake_starnav.errors import StarnavError
 from drake_starnav.evaluation.jobs import Record
 from drake_starnav.evaluation.report.intervals import ratio_interval
 from drake_starnav.evaluation.report.results import Results
 from drake_starnav.evaluation.summary import summarise, wilson_interval
-from drake_starnav.visualization.world_figure import draw_world
+from drake_starnav.visualization.world_figure import WIDTH, draw_world, new_figure
 from drake_starnav.worlds import World
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-WIDTH = 11.0
-"""Width of every plot, inches; a page shows an inch as 96 pixels."""
 COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#8C510A", "#707070")
 """The palette of Okabe and Ito, its yellow replaced by a brown that shows on white, and a grey."""
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*", "h")
@@ -43,15 +40,6 @@ class Point:
     low: float
     high: float
     text: str
-
-
-def new_figure(height: float, width: float = WIDTH) -> "Figure":
-    """An empty figure, `height` and `width` in inches; a `StarnavError` if matplotlib is not installed."""
-    try:
-        from matplotlib.figure import Figure
-    except ImportError:
-        raise StarnavError("matplotlib is not installed; allowed: pip install 'drake-starnav[report]'") from None
-    return Figure(figsize=(width, height), layout="constrained")
 
 
 def svg(figure: "Figure") -> str:

@@ -10,7 +10,7 @@ import pytest
 from drake_starnav.errors import StarnavError
 from drake_starnav.evaluation.report import Recording, Results, chosen_trials, figures, write_page
 from drake_starnav.evaluation.report.page import load_template
-from drake_starnav.visualization.browser import browser_missing, find_chromium
+from tests.helpers.browser import browser_missing, find_chromium
 from tests.helpers.trials import made_up
 
 SECTIONS = ["success", "cost", "difficulty", "trajectories", "trials", "reproduce"]

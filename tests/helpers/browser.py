@@ -8,13 +8,11 @@ from typing import Any
 
 from PIL import Image
 
-from drake_starnav.errors import StarnavError
-from drake_starnav.utils.interrupts import kept_from_children
-from drake_starnav.visualization.camera import PAGE, check_view
-
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 """Names of the program, in the order of search on PATH."""
 PLACES = ("/Applications/Google Chrome.app/Contents/MacOS/Google Chrome",)
+PAGE = (1100.0, 800.0)
+"""Width and height of a page, pixels."""
 FLAGS = ("--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
 """For rendering without a graphics card, also as root in a container."""
 PATIENCE = 120.0
@@ -43,37 +41,21 @@ class BrowserCamera:
 
     page: Any
 
-    def __init__(self, html: Path, view: str = "top", width: int = int(PAGE[0])) -> None:
-        """Of a recording, from a preset of `camera.VIEWS`, for pictures of a width in pixels.
-
-        Raises:
-            StarnavError: unknown view, or no browser.
-        """
-        check_view(view)
-        missing = browser_missing()
-        if missing is not None:
-            raise StarnavError(f"pictures by a browser need {missing}; allowed: install it, or draw them by matplotlib")
-        self._html, self._view, self._width = html, view, width
+    def __init__(self, html: Path, view: str = "top") -> None:
+        """Of a recording, from a preset of `page.VIEWS`."""
+        self._html, self._view = html, view
 
     def __enter__(self) -> "BrowserCamera":
-        from playwright.sync_api import Error, sync_playwright  # an extra
+        from playwright.sync_api import sync_playwright
 
-        with kept_from_children():
-            self._playwright = sync_playwright().start()
-        try:
-            self._browser = self._playwright.chromium.launch(
-                executable_path=find_chromium(), headless=True, args=list(FLAGS), handle_sigint=False
-            )
-            self.page = self._browser.new_page(viewport={"width": int(PAGE[0]), "height": int(PAGE[1])})
-            self.page.set_default_timeout(1e3 * PATIENCE)
-            self.page.goto(self._html.resolve().as_uri())
-            self.page.wait_for_function("viewer.animator.duration > 0")
-        except Error as error:
-            self._playwright.stop()  # and with it the browser
-            raise StarnavError(
-                f"{find_chromium()} cannot show {self._html}: {error.message.splitlines()[0]}; "
-                "allowed: a Chromium that works, or pictures by matplotlib"
-            ) from None
+        self._playwright = sync_playwright().start()
+        self._browser = self._playwright.chromium.launch(
+            executable_path=find_chromium(), headless=True, args=list(FLAGS)
+        )
+        self.page = self._browser.new_page(viewport={"width": int(PAGE[0]), "height": int(PAGE[1])})
+        self.page.set_default_timeout(1e3 * PATIENCE)
+        self.page.goto(self._html.resolve().as_uri())
+        self.page.wait_for_function("viewer.animator.duration > 0")
         self.page.evaluate(f"starnav.look('{self._view}')")
         # Buttons are not for pictures.
         controls = "#starnav-views, #starnav-controls, #starnav-legend summary, #starnav-legend tr.off"
@@ -88,7 +70,4 @@ class BrowserCamera:
     def picture(self, time: float) -> Image.Image:
         """The page at a time of the run, s."""
         self.page.evaluate(f"starnav.show({time})")
-        image = Image.open(io.BytesIO(self.page.screenshot())).convert("RGB")
-        if image.width == self._width:
-            return image
-        return image.resize((self._width, round(self._width * PAGE[1] / PAGE[0])), Image.Resampling.LANCZOS)
+        return Image.open(io.BytesIO(self.page.screenshot())).convert("RGB")
