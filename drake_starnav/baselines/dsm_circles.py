@@ -17,10 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from drake_starnav.baselines.baseline_step import Situation
-from drake_starnav.baselines.checks import rows, vector
 from drake_starnav.baselines.directional_mean import directional_mean
 from drake_starnav.control.inputs import Proposal
-from drake_starnav.errors import StarnavError
 from drake_starnav.parameters import Checked, parameter
 
 LEAST_COSINE = 1e-3
@@ -74,23 +72,10 @@ def dsm_velocity(
         circles: shape (n, 3): x, y, radius; W, m.
         robot_radius: m, by which every circle is inflated.
         reference_points: shape (n, 2), W, m, a point in each inflated circle; None for the centres.
-
-    Raises:
-        StarnavError: wrong shape, a value that is not finite, or a negative radius.
     """
-    place = "dsm_velocity: "
-    position = vector(position, 2, place + "position")
-    nominal_velocity = vector(nominal_velocity, 2, place + "nominal_velocity")
-    circles = rows(circles, 3, place + "circles")
-    if not (math.isfinite(robot_radius) and robot_radius >= 0.0):
-        raise StarnavError(f"{place}robot_radius is {robot_radius}; allowed: a finite number, at least 0")
     if len(circles) == 0:
         return nominal_velocity.copy()
-    if circles[:, 2].min() < 0.0:
-        bad = int(np.argmin(circles[:, 2]))
-        raise StarnavError(f"{place}circles[{bad}, 2] (radius) is {circles[bad, 2]:g}; allowed: at least 0")
     references = circles[:, :2] if reference_points is None else reference_points
-    references = rows(references, 2, place + "reference_points", len(circles))
     offset, speed = position - circles[:, :2], math.hypot(*nominal_velocity)
     distance, radius = np.hypot(*offset.T), circles[:, 2] + robot_radius
     if speed == 0.0 or not distance.all():

@@ -20,7 +20,6 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.baselines.baseline_step import Situation, unit_vector
-from drake_starnav.baselines.checks import rows, vector
 from drake_starnav.control.inputs import Proposal
 from drake_starnav.geometry.se2 import inverse, placed
 from drake_starnav.parameters import Checked, parameter
@@ -71,14 +70,7 @@ def dwa_twist(
         pose, twist: (x, y, yaw) of the robot, W, m and rad, and its (v, omega) now.
         goal, points: shape (2,), and the hits, shape (n, 2), W, m.
         robot, parameters: radius and limits, and the margin.
-
-    Raises:
-        StarnavError: wrong shape, or a value that is not finite.
     """
-    pose = vector(pose, 3, "dwa_twist: pose")
-    twist = vector(twist, 2, "dwa_twist: twist")
-    goal = vector(goal, 2, "dwa_twist: goal")
-    points = rows(points, 2, "dwa_twist: points")
     hits, goal = placed(inverse(pose), points), placed(inverse(pose), goal[None])[0]
     v, omega = _best(twist, goal, hits, robot.limits, robot.radius + parameters.margin)
     return float(v), float(omega)

@@ -16,7 +16,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from drake_starnav.baselines.baseline_step import Situation
-from drake_starnav.baselines.checks import positive, rows, vector
 from drake_starnav.baselines.directional_mean import directional_mean
 from drake_starnav.control.inputs import Proposal
 from drake_starnav.geometry.se2 import placed
@@ -71,11 +70,8 @@ def foa_velocity(
         position, nominal_velocity: shape (2,), W, m and m/s.
         points: the hits, shape (n, 2), W, m; in any order.
         control_radius: radius of the disc that is kept clear, m.
-
-    Raises:
-        StarnavError: wrong shape, a value that is not finite, or a radius that is not positive.
     """
-    position, velocity, points, radius = _checked("foa_velocity: ", position, nominal_velocity, points, control_radius)
+    velocity, radius = nominal_velocity, control_radius
     speed = math.hypot(*velocity)
     directions, distances = _hits(position, points, radius)
     away = -_weights(distances, 1.0, math.inf) @ directions
@@ -102,24 +98,13 @@ def foa_cluster_velocity(
     scikit-learn is imported on the first call. It starts OpenMP threads that cost more than they save on one scan:
     set OMP_NUM_THREADS=1 in processes that run trials side by side.
     """
-    position, velocity, points, radius = _checked(
-        "foa_cluster_velocity: ", position, nominal_velocity, points, control_radius
-    )
+    velocity, radius = nominal_velocity, control_radius
     if len(points) == 0 or not velocity.any():
         return velocity.copy()
     from sklearn.cluster import DBSCAN  # takes a second to import, and only this function needs it
 
     labels = DBSCAN(eps=2.0 * radius, min_samples=3).fit(points).labels_
     return _around_clusters(position, velocity, points, labels, radius)
-
-
-def _checked(place, position, velocity, points, radius):
-    return (
-        vector(position, 2, place + "position"),
-        vector(velocity, 2, place + "nominal_velocity"),
-        rows(points, 2, place + "points"),
-        positive(radius, place + "control_radius"),
-    )
 
 
 def _around_clusters(

@@ -16,7 +16,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from drake_starnav.baselines.baseline_step import Situation
-from drake_starnav.baselines.checks import positive, rows, vector
 from drake_starnav.control.inputs import Proposal
 from drake_starnav.parameters import Checked, parameter
 
@@ -72,15 +71,7 @@ def potential_field_velocity(
         points: the hits, shape (n, 2), W, m.
         robot_radius: m.
         parameters: gain of the repulsion, and largest speed.
-
-    Raises:
-        StarnavError: wrong shape, or a value that is not finite.
     """
-    place = "potential_field_velocity: "
-    position = vector(position, 2, place + "position")
-    goal = vector(goal, 2, place + "goal")
-    points = rows(points, 2, place + "points")
-    robot_radius = positive(robot_radius, place + "robot_radius")
     attraction = _limited(ATTRACTIVE_GAIN * (goal - position), parameters.max_speed)
     repulsion = parameters.repulsive_gain * _repulsion(position, points, robot_radius)
     return _limited(attraction + repulsion, parameters.max_speed)
