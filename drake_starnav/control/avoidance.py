@@ -104,12 +104,12 @@ def around(pose: np.ndarray, path: np.ndarray, tracked: TrackedObstacles, robot:
     """The velocity towards the next way point, modulated around the foreseen tracks; None without one."""
     if not len(path):
         return None
-    tracks, age, _ = tracked
+    tracks, age, obstacles = tracked
     ahead = path[0] - pose[:2]
     velocity = robot.max_speed * ahead / max(math.hypot(*ahead), 1e-9)
     foreseen, velocities = tracks.foreseen, tracks.expected_velocity[tracks.foreseen]
     centers = tracks.position[foreseen] + age * velocities
-    radii = tracks.radius[foreseen] + robot.radius + MOVING_MARGIN
+    radii = tracks.radius[foreseen] + robot.radius + MOVING_MARGIN + obstacles.stopping_distance
     aside = moving_modulation(pose[:2], velocity, centers, velocities, radii)
     return aside if math.hypot(*aside) > STANDING_SPEED else None
 
@@ -154,6 +154,7 @@ def avoid_collision(
     settings = Settings(
         slowdown=GOAL_SLOWDOWN if guidance.arrives or not len(path) else np.inf,
         radius=robot.radius,
+        spacing=MOVING_MARGIN + obstacles.stopping_distance,
         caution=obstacles.caution,
         max_speed=obstacles.max_speed,
     )

@@ -21,7 +21,7 @@ from numba import njit
 
 from drake_starnav.control.heading_controller import CREEP_SPEED
 from drake_starnav.control.motion import Pose, Twist, stepped
-from drake_starnav.control.moving_certificate import MOVING_MARGIN, STANDING_SPEED
+from drake_starnav.control.moving_certificate import STANDING_SPEED
 from drake_starnav.control.rollout import (
     ARRIVED,
     FreeSpace,
@@ -82,10 +82,12 @@ class Settings(NamedTuple):
 
     Attributes:
         slowdown: speed per distance to the goal; infinite where the path ends at a frontier.
+        spacing: distance to moving obstacles that the certificate keeps, m.
     """
 
     slowdown: float
     radius: float
+    spacing: float
     caution: float
     max_speed: float
 
@@ -166,7 +168,7 @@ def _must_brake(row, time, trajectories, radius, limits, settings):
     if abs(v) < STANDING_SPEED:
         return False
     caution, stop = settings.caution, abs(v) / limits.max_acceleration
-    distance = settings.radius + MOVING_MARGIN + ROLLOUT_MARGIN
+    distance = settings.radius + settings.spacing + ROLLOUT_MARGIN
     for share in (0.5, 1.0):
         t = share * stop
         way = v * t - 0.5 * math.copysign(limits.max_acceleration, v) * t * t
@@ -186,7 +188,7 @@ def _held(row, standing, limits, settings):
     x, y, yaw, v = row[X], row[Y], row[YAW], row[V]
     if abs(v) < STANDING_SPEED:
         return False
-    distance, stop = settings.radius + MOVING_MARGIN, abs(v) / limits.max_acceleration
+    distance, stop = settings.radius + settings.spacing, abs(v) / limits.max_acceleration
     for share in (0.5, 1.0):
         t = share * stop
         way = v * (t + STEP) - 0.5 * math.copysign(limits.max_acceleration, v) * t * t

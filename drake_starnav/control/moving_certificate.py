@@ -17,6 +17,10 @@ a time t later, with the caution c. With c = 1 that is all directions. The place
     hits on static objects that are small enough  with c = 1 only: they may start to move
     the edges of occluded areas                   with c = 1 only: something may come out
 
+Obstacles that are declared to brake are left the room for it as well: the radius of each place is greater by their
+stopping distance, so that whoever begins to brake in time never meets the robot, be it driving or standing (passive
+friendly safety).
+
 Near to what creeps the robot may make way: a motion that comes no nearer to the places than standing would is accepted
 with ESCAPE less of the margin.
 
@@ -79,7 +83,8 @@ class MovingCertificate(NamedTuple):
 def reachable_discs(tracks: Tracks, parameters: DynamicObstacleParameters) -> np.ndarray:
     """The places that a braking robot must keep clear of, shape (n, 6), at the time of the tracks.
 
-    Columns: position, m, velocity, m/s, growth of its radius, m/s, and radius, m. Hits have no radius. A track that
+    Columns: position, m, velocity, m/s, growth of its radius, m/s, and radius, m, with the room to brake. Hits have no
+    radius of their own. A track that
     counts but is not in view is a disc at its predicted position; what may come out of its occlusion is listed as well.
 
     Args:
@@ -99,7 +104,9 @@ def reachable_discs(tracks: Tracks, parameters: DynamicObstacleParameters) -> np
         _rows(tracks.hits[known], moving[tracks.owner[known]], cautious, 0.0),
         _rows(tracks.position[lost], moving[lost], cautious, tracks.radius[lost]),
     ]
-    return np.vstack(rows)
+    discs = np.vstack(rows)
+    discs[:, RADIUS] += parameters.stopping_distance
+    return discs
 
 
 def _rows(places: np.ndarray, velocity: np.ndarray, growth: float, radius: np.ndarray | float) -> np.ndarray:

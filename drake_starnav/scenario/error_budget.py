@@ -68,8 +68,8 @@ SYMBOLS: dict[str, ErrorTerm] = {
         "age of a scan that just missed an obstacle when a command that knows of it takes effect, s",
     ),
     "F": ErrorTerm(
-        "v * b + B + obstacles.max_speed * (b + T)",
-        "distance from the robot at which an obstacle must be seen for the robot to stand before the two meet, m",
+        "v * b + B + obstacles.max_speed * (b + T) + obstacles.stopping_distance",
+        "distance from the robot at which an obstacle must be seen for the robot to stand in time, m",
     ),
 }
 """What the texts of the terms call by a letter, each after those that its own text names.

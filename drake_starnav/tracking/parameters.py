@@ -35,6 +35,21 @@ class DynamicObstacleParameters(Checked, place="obstacles"):
         when="1 for the guarantee; less where being run into while standing is as bad as a collision",
     )
 
+    deceleration: float = parameter(
+        0.0,
+        "with which all obstacles can brake: a robot that drives also leaves them room to stop before they meet it; 0: "
+        "it does not count on that",
+        unit="m/s^2",
+        low=0.0,
+        high=100.0,
+        when="where nobody must run into a standing robot either; the room is `max_speed^2 / (2 deceleration)`",
+    )
+
+    @property
+    def stopping_distance(self) -> float:
+        """The room that the robot leaves obstacles to brake, m."""
+        return self.max_speed**2 / (2.0 * self.deceleration) if self.deceleration > 0.0 else 0.0
+
     @property
     def guarded(self) -> bool:
         """Whether nothing is trusted: small obstacles may start to move, and hidden ones may emerge."""

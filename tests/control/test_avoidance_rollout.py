@@ -28,6 +28,7 @@ from drake_starnav.control.avoidance_rollout import (
     start_row,
     wanted_twist,
 )
+from drake_starnav.control.moving_certificate import MOVING_MARGIN
 from drake_starnav.control.rollout import FreeSpace, times_left
 from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.regions.star_region import scan_region, united
@@ -37,7 +38,7 @@ from tests.helpers.scans import MARGINS, cast
 
 LIMITS = Limits(0.8, 2.0, 1.0, 4.0)
 LINE = np.array(((0.0, 0.0), (2.0, 0.0)))
-SETTINGS = Settings(slowdown=1.2, radius=0.25, caution=0.5, max_speed=0.0)
+SETTINGS = Settings(slowdown=1.2, radius=0.25, spacing=MOVING_MARGIN, caution=0.5, max_speed=0.0)
 NO_HITS = np.zeros((0, 2))
 
 

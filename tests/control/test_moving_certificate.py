@@ -86,6 +86,47 @@ def test_discs_within_the_declared_speed_never_touch_a_robot_that_moves(
 
 
 @settings(max_examples=40, deadline=None)
+@given(seed=seeds, deceleration=st.floats(0.5, 10.0))
+def test_obstacles_that_brake_in_time_never_meet_a_robot_that_leaves_them_room(seed: int, deceleration: float) -> None:
+    """They hurry towards it, and brake when they are no farther away than they need; it may be driving or standing."""
+    rng = np.random.default_rng(seed)
+    obstacles = DynamicObstacleParameters(max_speed=0.8, caution=1.0, deceleration=deceleration)
+    pose, twist, desired = np.zeros(3), np.zeros(2), np.zeros(2)
+    centers = rng.uniform(-3.0, 3.0, (4, 2))
+    centers = centers[np.hypot(*centers.T) > RADIUS + 0.3 + obstacles.stopping_distance]
+    speeds = np.full(len(centers), obstacles.max_speed)
+    for k in range(300):
+        if k % SCANS == 0:
+            rows, scan_time = reachable_discs(seen(centers, 0.2), obstacles), k * PERIOD
+        if k % 15 == 0:  # a reckless driver
+            desired = rng.uniform((-0.8, -2.0), (0.8, 2.0))
+        certificate = MovingCertificate(rows, RADIUS + MARGIN, k * PERIOD - scan_time)
+        target = desired if stays_clear(pose, twist, desired, certificate) else np.zeros(2)
+        before, twist = twist, limited_twist(twist, target, ROBOT, PERIOD)
+        for i in range(round(PERIOD / STEP)):
+            share = (i + 0.5) * STEP / PERIOD
+            pose = moved(pose, before + share * (twist - before), STEP)
+            to_robot = pose[:2] - centers
+            gaps = np.hypot(*to_robot.T) - 0.2 - RADIUS
+            assert (gaps > 0.0).all()
+            brakes = gaps - STEP * obstacles.max_speed <= speeds**2 / (2.0 * deceleration)
+            speeds = np.where(brakes, np.maximum(speeds - deceleration * STEP, 0.0), speeds)
+            centers = centers + STEP * speeds[:, None] * to_robot / np.hypot(*to_robot.T)[:, None]
+
+
+def test_the_room_to_brake_is_that_of_the_fastest_obstacle() -> None:
+    tracks, still = seen(np.array([[1.0, 0.0]]), 0.2), np.zeros(2)
+    obstacles = DynamicObstacleParameters(max_speed=0.8, deceleration=2.0)
+    without = reachable_discs(tracks, DynamicObstacleParameters(max_speed=0.8))
+    discs = reachable_discs(tracks, obstacles)
+    assert obstacles.stopping_distance == pytest.approx(0.16)
+    np.testing.assert_allclose(discs - without, [[0.0, 0.0, 0.0, 0.0, 0.0, 0.16]] * len(discs))
+    creep, room = np.array((0.05, 0.0)), 0.8 - RADIUS
+    assert stays_clear(np.zeros(3), still, creep, MovingCertificate(without, RADIUS + room - 0.1, 0.0))
+    assert not stays_clear(np.zeros(3), still, creep, MovingCertificate(discs, RADIUS + room - 0.1, 0.0))
+
+
+@settings(max_examples=40, deadline=None)
 @given(seed=seeds, desired=st.tuples(st.floats(-0.8, 0.8), st.floats(-2.0, 2.0)))
 def test_a_larger_speed_or_a_later_command_certifies_nothing_more(seed: int, desired: tuple[float, float]) -> None:
     rng = np.random.default_rng(seed)

@@ -146,6 +146,22 @@ def test_an_obstacle_may_start_stop_and_turn_at_any_instant() -> None:
                   both <= obstacle * (before + s))  # fmt: skip
 
 
+@pytest.mark.parametrize("brakes", [True, False])
+def test_an_obstacle_that_is_left_room_to_brake_needs_no_more_than_that(brakes: bool) -> None:
+    """While the robot drives, and when it stands, the obstacle is no nearer than the way in which it can stop."""
+    closer, slower, room, after = z3.Reals("c k f u")
+    rate = -braking if brakes else speed_up
+    needed = room + stopping(speed, 0, obstacle) + (0 if brakes else command(speed, obstacle))
+    within = time * braking <= speed if brakes else time <= period
+    left = distance - (speed * time + rate * time * time / 2) - closer - margin
+    bounded = z3.And(obstacle >= 0, slower > 0, closer <= obstacle * time, room == obstacle * obstacle / (2 * slower))
+    hypotheses = [DRIVES, rho == 0, turn_braking > 0, time >= 0, within, bounded, distance - margin >= needed]
+    assert proved(hypotheses, left >= room + stopping(speed + rate * time, 0, obstacle))
+    stops = z3.And(after >= 0, after * slower <= obstacle)
+    way = obstacle * after - slower * after * after / 2
+    assert proved([DRIVES, rho == 0, turn_braking > 0, bounded, stops], way <= room)
+
+
 @pytest.mark.parametrize("weakened", ["command", "braking"])
 def test_a_weaker_hypothesis_is_refuted(weakened: str) -> None:
     """That the solver finds counterexamples: without one of the terms the first lemma does not hold."""

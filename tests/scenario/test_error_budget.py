@@ -274,6 +274,15 @@ def test_the_slip_s_part_bounds_how_far_the_robot_gets_by_turning_round_on_the_s
     assert 0.9 * slip * half_track < away <= bound * 1.01
 
 
+def test_obstacles_must_be_seen_from_farther_away_by_the_room_that_they_are_left():
+    obstacles = DynamicObstacleParameters(max_speed=1.5, deceleration=2.5)
+    without = dataclasses.replace(obstacles, deceleration=0.0)
+    farther, needed = (
+        error_budget(Scenario("room", None, obstacles=each)).symbols["F"] for each in (obstacles, without)
+    )
+    assert farther - needed == pytest.approx(0.45)
+
+
 @given(given=scenarios(), robot_speed=share(0.1, 1.0))
 def test_a_robot_stands_before_it_meets_what_comes_from_out_of_range(given: Scenario, robot_speed: float):
     """Head-on, at any speed of the robot, and seen by the last of the scans that may be late or lost."""
