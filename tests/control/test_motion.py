@@ -1,5 +1,6 @@
 """A rolled-out motion: its phases, its times, and that it follows the ramps."""
 
+import itertools
 import math
 
 import numpy as np
@@ -16,6 +17,9 @@ from drake_starnav.control.motion import (
     BrakingMotion,
     Pose,
     Twist,
+    Velocity,
+    body_rates,
+    ramped_velocity,
     roll_out,
     stepped,
 )
@@ -33,14 +37,16 @@ def test_the_samples_lie_on_the_motion_of_a_robot_that_ramps_continuously(seed, 
     axis, sideways or on a circle, and however fast it turns meanwhile. Margins count on it."""
     rng, robot = np.random.default_rng(seed), RobotParameters(base=base)
     most = (robot.max_speed,) * (len(robot.drive.components) - 1) + (robot.limits.max_yaw_rate,)
-    twist, target = (robot.drive.saturated(row * most, robot.limits) for row in rng.uniform(-1.0, 1.0, (2, len(most))))
+    shares = np.where(rng.random((2, len(most))) < 0.7, rng.uniform(-1.0, 1.0, (2, len(most))), 0.0)
+    twist, target = (robot.drive.saturated(row * most, robot.limits) for row in shares)
     command, start = actuation(robot, hold, delay), rng.uniform(-3.0, 3.0, 3)
     motion = roll_out(start, twist, target, command)
     assert motion.time[[motion.commanded, motion.braking]] == pytest.approx((delay, delay + hold))
     assert (motion.commanded == 0) == (delay == 0.0)
     velocity, turning, _ = exact_rates(motion.time, twist, target, command)
-    speed = np.copysign(np.hypot(*velocity.T), velocity[:, 0])
-    np.testing.assert_allclose(motion.twist, np.column_stack((speed, turning)), atol=1e-9)
+    np.testing.assert_allclose(np.abs(motion.twist[:, 0]), np.hypot(*velocity.T), atol=1e-9)
+    assert (motion.twist[:, 0] * velocity[:, 0] >= -1e-12).all()  # backwards is negative
+    np.testing.assert_allclose(motion.twist[:, 1], turning, atol=1e-9)
     np.testing.assert_allclose(motion.twist[-1], 0.0, atol=AT_REST)
     exact = exact_poses(twist, target, command)
     times = FINE * np.arange(len(exact))
@@ -83,6 +89,25 @@ def test_a_step_keeps_the_accelerations_and_drives_at_the_mean_speed() -> None:
     assert (*pose, way) == pytest.approx((1.045, 2.0, 0.0, 0.045))
     _, twist, way = stepped(Pose(0.0, 0.0, 0.0), Twist(0.4, 0.0), Twist(0.45, 0.0), 0.1, ROBOT.limits)
     assert (twist.v, way) == pytest.approx((0.45, 0.05 * 0.425 + 0.05 * 0.45))  # reached in the middle of the step
+
+
+def test_sideways_it_speeds_up_and_brakes_as_it_does_ahead() -> None:
+    velocities = list(itertools.product((-1.0, 0.0, 1.0), repeat=2))
+    for now, target in itertools.product(velocities, repeat=2):
+        for one, other in zip(
+            ramped_velocity(Velocity(*now, 0.5), Velocity(*target, -0.5), 0.1, ROBOT.limits),
+            ramped_velocity(Velocity(*now[::-1], 0.5), Velocity(*target[::-1], -0.5), 0.1, ROBOT.limits),
+            strict=True,
+        ):
+            assert (one.ahead, one.aside, one.turning) == pytest.approx((other.aside, other.ahead, other.turning))
+
+
+def test_the_speed_of_a_velocity_is_its_size_with_the_sign_of_that_ahead() -> None:
+    for ahead, aside in itertools.product((-2.0, -1.0, 1.0), (-2.0, -1.0, 0.0, 1.0, 2.0)):
+        speed, rate = body_rates(Velocity(ahead, aside, 0.5), ROBOT.limits)
+        assert (speed, rate) == pytest.approx((math.copysign(math.hypot(ahead, aside), ahead), 0.5))
+        speed, rate = body_rates(Velocity(ahead, 0.0, 0.5), ROBOT.limits._replace(steers=1.0))
+        assert (speed, rate) == pytest.approx((ahead, 0.5 * ahead))  # of a base that steers it is a curvature
 
 
 def test_a_step_follows_an_arc() -> None:

@@ -52,7 +52,7 @@ def test_the_next_way_point_is_in_sight_beyond_the_backward_extension_of_its_leg
 
 @given(seeds, st.floats(0.2, 2.5), st.sampled_from([-1.0, 1.0]))
 def test_at_a_bend_the_next_leg_is_taken_where_its_line_is_crossed_or_the_bend_is_near(seed, turn, side) -> None:
-    """The obstacle lies on the inner side of the bend: from beyond the next leg.s line its end is in view."""
+    """The obstacle lies on the inner side of the bend: from beyond the next leg's line its end is in view."""
     rng = np.random.default_rng(seed)
     yaw, corner = rng.uniform(-math.pi, math.pi), rng.uniform(-3.0, 3.0, 2)
     before, leg = (np.array((math.cos(a), math.sin(a))) for a in (yaw, yaw + side * turn))
