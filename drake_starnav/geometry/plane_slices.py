@@ -13,8 +13,7 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.geometry.compiled import leaf
-from drake_starnav.geometry.ray_kernels import CIRCLE, CONIC, SEGMENT
-from drake_starnav.geometry.raycast import COLUMNS
+from drake_starnav.geometry.raycast import CIRCLE, COLUMNS, CONIC, SEGMENT
 
 RESOLUTION = 1e-6
 """Rounding of a plane: of its unit normal, and of its distance from the origin in metres."""

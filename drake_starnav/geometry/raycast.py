@@ -12,8 +12,7 @@ in memory:
 | 10:14 | conic: m0, m1, low, high; only the part with low <= m^T d <= high exists |
 
 A beam measures the first curve it crosses, from either side: a sensor inside a closed shape sees its inner wall.
-Each shape is tested only against the beams whose bearings it can cover, and only shapes in grid cells within reach
-are tested.
+Each shape within reach is tested only against the beams whose bearings it can cover.
 """
 
 import math
@@ -22,10 +21,12 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from drake_starnav.errors import StarnavError
-from drake_starnav.geometry.ray_kernels import CIRCLE, SEGMENT, cast_rows
+from drake_starnav.geometry.compiled import leaf
 
 COLUMNS = 14
+CIRCLE, SEGMENT, CONIC = 0.0, 1.0, 2.0
+_PAD = 1e-9
+"""rad and m: no beam slips through the corner of two segments, or between a clipped conic and what closes it."""
 
 
 class Fan(NamedTuple):
@@ -50,41 +51,22 @@ class Fan(NamedTuple):
         return Fan(float(angle_min), increment, np.column_stack((np.cos(angles), np.sin(angles))), clockwise)
 
 
-class ShapeBins(NamedTuple):
-    """Shapes sorted by bin: `rows[starts[k]:starts[k + 1]]` are those of bin k.
+class Shapes(NamedTuple):
+    """Shapes in groups, each in a frame of its own: `rows[starts[k]:starts[k + 1]]` are those of group k.
 
     Attributes:
         rows: shape (n, 14), as described at the top of this module.
-        starts: shape (bins + 1,), int.
-        cell: edge of a grid cell, m; 0 when the bins are not a grid.
+        starts: shape (groups + 1,), int.
     """
 
     rows: np.ndarray
     starts: np.ndarray
-    cell: float = 0.0
 
     @staticmethod
-    def grouped(groups: list[np.ndarray]) -> "ShapeBins":
-        """One bin for each array of rows, in the given order."""
-        starts = np.zeros(len(groups) + 1, dtype=np.int64)
-        np.cumsum([len(group) for group in groups], out=starts[1:])
-        return ShapeBins(np.vstack([*groups, np.zeros((0, COLUMNS))]), starts)
-
-    @staticmethod
-    def grid(rows: np.ndarray, cell: float) -> "ShapeBins":
-        """Shapes by the grid cell of their centres; cells are hashed, so the grid is unbounded.
-
-        Args:
-            rows: shape (n, 14).
-            cell: edge of a cell, m. Shapes of a larger radius go to a last bin that every cast tests.
-        """
-        buckets = 1
-        while buckets < 2 * len(rows):
-            buckets *= 2
-        i, j = np.floor(rows[:, :2] / cell).astype(np.int64).T
-        bucket = np.where(rows[:, 2] <= cell, _bucket(i, j, buckets), buckets)
-        order = np.argsort(bucket, kind="stable")
-        return ShapeBins(rows[order], np.searchsorted(bucket[order], np.arange(buckets + 2)), cell)
+    def of(groups: list[np.ndarray]) -> "Shapes":
+        """The arrays of rows in the given order."""
+        starts = np.cumsum([0, *(len(group) for group in groups)])
+        return Shapes(np.vstack([*groups, np.zeros((0, COLUMNS))]), starts)
 
 
 def circle_rows(circles: np.ndarray) -> np.ndarray:
@@ -116,94 +98,34 @@ def segment_rows(segments: np.ndarray) -> np.ndarray:
 
 
 @njit(cache=True)
-def cast_grid(bins, pose, fan, ranges, reach):
-    """Shorten `ranges` to the first crossing with the shapes of a grid.
-
-    Args:
-        bins: made by `ShapeBins.grid`.
-        pose: (x, y, yaw) of S in the frame of the shapes, shape (3,), m and rad.
-        fan: the beams.
-        ranges: shape (n,), m, changed in place; start from `+inf`.
-        reach: shapes farther than this are ignored, m.
-
-    Raises:
-        StarnavError: the bins are not a grid.
-    """
-    if bins.cell <= 0.0:
-        raise StarnavError("ray cast: the bins are no grid; allowed: bins made by ShapeBins.grid")
-    place = pose[0], pose[1], math.cos(pose[2]), math.sin(pose[2])
-    for first, last in _near_runs(bins, pose[0], pose[1], reach):
-        cast_rows(bins.rows[first:last], place, fan, ranges, reach)
-
-
-@njit(cache=True)
-def _bucket(i, j, buckets):
-    """The bucket of the grid cell (i, j)."""
-    # Cells of one column i are consecutive; multiples of the golden ratio spread the columns evenly.
-    return (i * (int(0.6180339887498949 * buckets) | 1) + j) & (buckets - 1)
-
-
-@njit(cache=True)
-def _near_runs(bins, x, y, reach):
-    """The rows of a grid that may be within reach, as runs [first, last), shape (k, 2); a row may be in several."""
-    starts, cell = bins.starts, bins.cell
-    buckets = len(starts) - 2
-    i0, i1 = math.floor((x - reach) / cell) - 1, math.floor((x + reach) / cell) + 1
-    j0, j1 = math.floor((y - reach) / cell) - 1, math.floor((y + reach) / cell) + 1
-    if (i1 - i0 + 1.0) * (j1 - j0 + 1.0) >= buckets:  # more cells than buckets: test every shape once
-        return np.array([[0, starts[-1]]])
-    runs = np.empty((2 * int(i1 - i0) + 3, 2), dtype=np.int64)
-    runs[0, 0], runs[0, 1] = starts[buckets], starts[buckets + 1]
-    count, length = 1, int(j1 - j0) + 1
-    for i in range(int(i0), int(i1) + 1):
-        begin = _bucket(i, int(j0), buckets)
-        end = begin + length
-        runs[count, 0], runs[count, 1] = starts[begin], starts[min(end, buckets)]
-        count += 1
-        if end > buckets:  # the column continues at the first bucket
-            runs[count, 0], runs[count, 1] = 0, starts[end - buckets]
-            count += 1
-    return runs[:count]
-
-
-@njit(cache=True)
-def rows_near(bins, x, y, reach):
-    """The rows of a grid that may lie within reach of a point, m; shape (k, 14)."""
-    rows = bins.rows
-    chosen = np.zeros(len(rows), dtype=np.bool_)
-    for first, last in _near_runs(bins, x, y, reach):
-        for i in range(first, last):
-            chosen[i] = math.hypot(rows[i, 0] - x, rows[i, 1] - y) <= reach + rows[i, 2]
-    return rows[chosen]
-
-
-@njit(cache=True)
-def cast_groups(bins, poses, fan, ranges, reach):
+def cast_groups(groups, poses, fan, ranges, reach):
     """Shorten `ranges` to the first crossing with groups of shapes, each in its own frame.
 
     Args:
-        bins: made by `ShapeBins.grouped`, g groups.
+        groups: `Shapes` of g groups.
         poses: shape (g, 3): (x, y, yaw) of S in the frame of each group, m and rad.
-        fan, ranges, reach: as in `cast_grid`.
+        fan: a `Fan` of n beams.
+        ranges: shape (n,), m, changed in place; start from `+inf`.
+        reach: shapes farther than this are ignored, m.
     """
-    for g in range(len(bins.starts) - 1):
+    for g in range(len(groups.starts) - 1):
         place = poses[g, 0], poses[g, 1], math.cos(poses[g, 2]), math.sin(poses[g, 2])
-        cast_rows(bins.rows[bins.starts[g] : bins.starts[g + 1]], place, fan, ranges, reach)
+        cast_rows(groups.rows[groups.starts[g] : groups.starts[g + 1]], place, fan, ranges, reach)
 
 
 @njit(cache=True)
-def cast_rolling(bins, begin, end, fan, ranges, reach):
+def cast_rolling(groups, begin, end, fan, ranges, reach):
     """Shorten `ranges` to those of a rolling scan: beams measure one after the other while the sensor moves.
 
     Args:
-        bins: made by `ShapeBins.grouped`, g groups.
+        groups: `Shapes` of g groups.
         begin: shape (g, 3): (x, y, yaw) of S in the frame of each group one beam before the first beam, m and rad.
         end: the same at the last beam; in between, velocities are constant and yaw changes by at most half a turn.
-        fan, ranges, reach: as in `cast_grid`.
+        fan, ranges, reach: as in `cast_groups`.
     """
     beams = len(ranges)
-    for g in range(len(bins.starts) - 1):
-        rows = bins.rows[bins.starts[g] : bins.starts[g + 1]]
+    for g in range(len(groups.starts) - 1):
+        rows = groups.rows[groups.starts[g] : groups.starts[g + 1]]
         turn = (end[g, 2] - begin[g, 2] + math.pi) % (2.0 * math.pi) - math.pi
         for i in range(beams):
             left = i / beams if fan.clockwise else 1.0 - (i + 1.0) / beams  # of the sweep, when this beam is measured
@@ -213,3 +135,120 @@ def cast_rolling(bins, begin, end, fan, ranges, reach):
             place = x, y, math.cos(yaw), math.sin(yaw)
             beam = Fan(fan.angle_min + i * fan.increment, fan.increment, fan.directions[i : i + 1], fan.clockwise)
             cast_rows(rows, place, beam, ranges[i : i + 1], reach)
+
+
+@njit(cache=True)
+def cast_rows(rows, place, fan, ranges, reach):
+    """Shorten `ranges` to the first crossing with rows of shapes.
+
+    Each shape is transformed into the sensor frame S once, so that beams need no rotation.
+
+    Args:
+        rows: shape (k, 14).
+        place: x, y, m, and cosine and sine of the yaw of the sensor.
+        fan, ranges, reach: as in `cast_groups`.
+    """
+    x, y, cy, sy = place
+    angle_min, increment, directions = fan.angle_min, fan.increment, fan.directions
+    turn = 2.0 * math.pi
+    for k in range(len(rows)):
+        row = rows[k]
+        gx, gy, radius = row[0] - x, row[1] - y, row[2]
+        squared = gx * gx + gy * gy
+        limit = reach + radius
+        if squared > limit * limit:
+            continue
+        dx, dy = cy * gx + sy * gy, cy * gy - sy * gx
+        if row[3] == SEGMENT:
+            ax, ay = row[4] - x, row[5] - y
+            ex, ey = row[6] - row[4], row[7] - row[5]
+            ax, ay = cy * ax + sy * ay, cy * ay - sy * ax
+            ex, ey = cy * ex + sy * ey, cy * ey - sy * ex
+            angle = math.atan2(ay, ax)
+            width = math.atan2(ax * ey - ay * ex, ax * (ax + ex) + ay * (ay + ey))
+            if width < 0.0:
+                angle += width
+                width = -width
+        elif squared <= radius * radius:
+            angle, width = angle_min, turn
+        else:
+            half = math.asin(radius / math.sqrt(squared))
+            angle, width = math.atan2(dy, dx) - half, 2.0 * half
+        offset = (angle - angle_min) % turn
+        for start in (offset - turn, offset):  # an interval may cover both ends of the fan
+            i0 = max(0, int(math.ceil((start - _PAD) / increment)))
+            i1 = min(len(ranges) - 1, int(math.floor((start + width + _PAD) / increment)))
+            if i0 > i1:
+                continue
+            if row[3] == CIRCLE:
+                _cast_circle(dx, dy, radius, directions, i0, i1, ranges)
+            elif row[3] == SEGMENT:
+                _cast_segment(ax, ay, ex, ey, directions, i0, i1, ranges)
+            else:
+                _cast_conic(row, place, directions, i0, i1, ranges)
+
+
+@leaf
+def _cast_conic(row, place, directions, i0, i1, ranges):
+    """Shorten ranges of the beams i0 to i1 to a clipped conic; arguments as of `cast_rows`."""
+    # Into S: A <- R^T A R, b <- R^T b, m <- R^T m with R the rotation by yaw.
+    x, y, cy, sy = place
+    gx, gy = row[0] - x, row[1] - y
+    dx, dy = cy * gx + sy * gy, cy * gy - sy * gx
+    a00, a01, a11 = row[4], row[5], row[6]
+    p00 = cy * cy * a00 + 2.0 * cy * sy * a01 + sy * sy * a11
+    p11 = sy * sy * a00 - 2.0 * cy * sy * a01 + cy * cy * a11
+    p01 = cy * sy * (a11 - a00) + (cy * cy - sy * sy) * a01
+    b0, b1 = cy * row[7] + sy * row[8], cy * row[8] - sy * row[7]
+    m0, m1 = cy * row[10] + sy * row[11], cy * row[11] - sy * row[10]
+    low, high = row[12] - _PAD, row[13] + _PAD
+    g0, g1 = b0 - p00 * dx - p01 * dy, b1 - p01 * dx - p11 * dy
+    c = row[9] - (g0 + b0) * dx - (g1 + b1) * dy
+    flat = 1e-14 * (p00 + p11)
+    s = -(m0 * dx + m1 * dy)
+    for i in range(i0, i1 + 1):
+        ux, uy = directions[i, 0], directions[i, 1]
+        a = p00 * ux * ux + 2.0 * p01 * ux * uy + p11 * uy * uy
+        b = g0 * ux + g1 * uy
+        under = b * b - a * c
+        if a <= flat or under < 0.0:  # flat: the beam is parallel to the sides of a horizontal cylinder
+            continue
+        root = math.sqrt(under)
+        if b < 0.0:  # form without cancellation
+            near, far = c / (root - b), (root - b) / a
+        else:
+            near, far = -(root + b) / a, (-c / (root + b) if root + b > 0.0 else 0.0)
+        rate = m0 * ux + m1 * uy
+        for t in (near, far):
+            if 0.0 <= t < ranges[i] and low <= s + t * rate <= high:
+                ranges[i] = t
+                break
+
+
+@leaf
+def _cast_circle(dx, dy, radius, directions, i0, i1, ranges):
+    """The same with a circle about (dx, dy) in S, m."""
+    for i in range(i0, i1 + 1):
+        ux, uy = directions[i, 0], directions[i, 1]
+        cross = dx * uy - dy * ux
+        under = radius * radius - cross * cross
+        if under < 0.0:
+            continue
+        along, chord = dx * ux + dy * uy, math.sqrt(under)
+        t = along - chord
+        if t < 0.0:
+            t = along + chord
+        if 0.0 <= t < ranges[i]:
+            ranges[i] = t
+
+
+@leaf
+def _cast_segment(ax, ay, ex, ey, directions, i0, i1, ranges):
+    """The same with a segment from (ax, ay) to (ax + ex, ay + ey) in S, m."""
+    cross = ax * ey - ay * ex
+    for i in range(i0, i1 + 1):
+        below = directions[i, 0] * ey - directions[i, 1] * ex
+        if below != 0.0:
+            t = cross / below
+            if 0.0 <= t < ranges[i]:
+                ranges[i] = t

@@ -19,9 +19,9 @@ from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.station.collision_monitor import COLLISION, contact_in
 from drake_starnav.systems.star_roadmap_planner import STANDSTILL
 from drake_starnav.worlds.clearance import body_clearance
-from drake_starnav.worlds.difficulty import tightest_gap
 from drake_starnav.worlds.moving_obstacles import moving_obstacle_clearance
 from drake_starnav.worlds.shortest_path import shortest_path
+from drake_starnav.worlds.view import tightest_gap
 from drake_starnav.worlds.world import World
 
 INTERRUPTED = "interrupted"

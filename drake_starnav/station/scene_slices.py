@@ -33,7 +33,7 @@ from pydrake.geometry import (
 from pydrake.math import RigidTransform
 
 from drake_starnav.geometry.plane_slices import Solids, planar_poses, scan_planes, slice_solids
-from drake_starnav.geometry.raycast import COLUMNS, Fan, ShapeBins, cast_grid, cast_groups, cast_rolling, rows_near
+from drake_starnav.geometry.raycast import Fan, Shapes, cast_groups, cast_rolling
 from drake_starnav.station.mesh_files import hull_faces, mesh_triangles
 from drake_starnav.worlds.footprints import box_vertices
 
@@ -86,11 +86,12 @@ class SceneSlices:
         self._role = role
         self._exclude = frozenset(exclude)
         self._version = GeometryVersion()
-        self._moving_frames: list[FrameId] = []
+        self._frames: list[FrameId] = []
         self._solids: list[Solids] = []
         self._keys = np.zeros((0, 4))
-        self._moving_rows: list[np.ndarray] = []
-        self._anchored = self._moving = ShapeBins.grouped([])
+        self._rows: list[np.ndarray] = []
+        self._groups = Shapes.of([])
+        self._kept = (0.0, 0.0, 0.0)  # a circle: x, y, radius; no anchored shape outside it is in the groups
 
     def __deepcopy__(self, memo: dict) -> "SceneSlices":
         return SceneSlices(self._role, self._exclude)  # a copied Context fills its own
@@ -120,43 +121,32 @@ class SceneSlices:
             self._read(inspector)
         X_WF = np.empty((len(self._solids), 3, 4))
         X_WF[0] = _IDENTITY
-        for k, frame in enumerate(self._moving_frames, start=1):
+        for k, frame in enumerate(self._frames[1:], start=1):
             X_WF[k] = query.GetPoseInWorld(frame).GetAsMatrix34()
         keys, planes, end, stale = scan_planes(X_WF, X_WS, self._keys)
-        if len(stale):
-            self._refresh(keys, planes, stale, range_max)
-        ranges = np.empty(len(fan.directions))
-        ranges.fill(np.inf)
+        begin = end if X_WS_begin is None else planar_poses(X_WF, X_WS_begin, planes)
+        (x, y), kept = end[0, :2].tolist(), self._kept
+        reach = range_max + math.dist((x, y), begin[0, :2])
+        if len(stale) or math.dist((x, y), kept[:2]) + reach > kept[2]:
+            for k in stale:
+                self._rows[k] = slice_solids(self._solids[k], planes[k])
+            self._keys, self._kept = keys, (x, y, 2.0 * reach)
+            anchored = self._rows[0]
+            near = np.hypot(anchored[:, 0] - x, anchored[:, 1] - y) <= 2.0 * reach + anchored[:, 2]
+            self._groups = Shapes.of([anchored[near], *self._rows[1:]])
+        ranges = np.full(len(fan.directions), np.inf)
         if X_WS_begin is None:
-            cast_grid(self._anchored, end[0], fan, ranges, range_max)
-            if len(self._moving.rows):
-                cast_groups(self._moving, end[1:], fan, ranges, range_max)
-            return ranges
-        begin = planar_poses(X_WF, X_WS_begin, planes)
-        travel = math.hypot(end[0, 0] - begin[0, 0], end[0, 1] - begin[0, 1])
-        near = ShapeBins.grouped([rows_near(self._anchored, end[0, 0], end[0, 1], range_max + travel)])
-        cast_rolling(near, begin[:1], end[:1], fan, ranges, range_max)
-        cast_rolling(self._moving, begin[1:], end[1:], fan, ranges, range_max)
+            cast_groups(self._groups, end, fan, ranges, range_max)
+        else:
+            cast_rolling(self._groups, begin, end, fan, ranges, range_max)
         return ranges
 
     def _read(self, inspector: SceneGraphInspector) -> None:
         solids = read_solids(inspector, self._role, self._exclude)
-        self._moving_frames = list(solids)[1:]
-        self._solids = list(solids.values())
-        self._keys = np.full((len(self._solids), 4), np.nan)
-        self._moving_rows = [np.zeros((0, COLUMNS))] * (len(self._solids) - 1)
+        self._frames, self._solids = list(solids), list(solids.values())
+        self._keys = np.full((len(solids), 4), np.nan)
+        self._rows = [np.zeros(0)] * len(solids)
         self._version = GeometryVersion(inspector.geometry_version())
-
-    def _refresh(self, keys: np.ndarray, planes: np.ndarray, stale: np.ndarray, range_max: float) -> None:
-        for k in stale:
-            rows = slice_solids(self._solids[k], planes[k])
-            if k == 0:
-                self._anchored = ShapeBins.grid(rows, range_max / 2.0)
-            else:
-                self._moving_rows[k - 1] = rows
-        if stale[-1] > 0:
-            self._moving = ShapeBins.grouped(self._moving_rows)
-        self._keys = keys
 
 
 class _Parts:

@@ -1,21 +1,29 @@
 """What a planar lidar sees of all that stands in a world, without a simulator: for figures, benchmarks and examples."""
 
+import math
+
 import numpy as np
 
-from drake_starnav.geometry.raycast import Fan, ShapeBins, cast_grid, circle_rows, segment_rows
+from drake_starnav.geometry.polyline import resampled
+from drake_starnav.geometry.raycast import Fan, Shapes, cast_groups, circle_rows, segment_rows
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.sensor_model import LidarParameters, measure
 from drake_starnav.worlds.world import World
 
-_CELL = 1.0  # m, of the ray caster's grid: about the size of an obstacle
+STEP = 0.1
+"""The width is measured this often along a path, m."""
+BEAMS = 180
+"""Half of them give the directions in which it is measured: one for each 2 degrees."""
+FARTHEST = 20.0
+"""What is farther away does not narrow anything, m."""
 
 
-def visible_shapes(world: World) -> ShapeBins:
+def visible_shapes(world: World) -> Shapes:
     """The world as the ray caster takes it."""
-    return ShapeBins.grid(np.vstack((circle_rows(world.discs), segment_rows(world.segments))), _CELL)
+    return Shapes.of([np.vstack((circle_rows(world.discs), segment_rows(world.segments)))])
 
 
-def scan_from(shapes: ShapeBins, pose: np.ndarray, lidar: LidarParameters, seed: int = 0, index: int = 0) -> LaserScan:
+def scan_from(shapes: Shapes, pose: np.ndarray, lidar: LidarParameters, seed: int = 0, index: int = 0) -> LaserScan:
     """The scan that a lidar at a pose (x, y, yaw) in W takes of shapes as from `visible_shapes`, with its noise.
 
     The seed and the index of the scan, which gives it its time, determine the noise.
@@ -23,6 +31,21 @@ def scan_from(shapes: ShapeBins, pose: np.ndarray, lidar: LidarParameters, seed:
     view = lidar.field_of_view
     fan = Fan.regular(*view)
     distances = np.full(lidar.beams, np.inf)
-    cast_grid(shapes, pose, fan, distances, lidar.range_max)
+    cast_groups(shapes, np.array([pose]), fan, distances, lidar.range_max)
     ranges = measure(distances, lidar, seed, index)
     return LaserScan(index / lidar.rate, view.angle_min, view.angle_increment, lidar.range_min, lidar.range_max, ranges)
+
+
+def tightest_gap(world: World, path: np.ndarray) -> float:
+    """The least width of the free space along a path (n, 2), m, W, outside of all obstacles: of all straight lines
+    through its points, the shortest between two obstacles, m; infinite where nothing stands on both sides.
+
+    Source: the characteristic dimension of D. Perille et al., Benchmarking metric ground navigation, 2020.
+    """
+    shapes, fan, least = visible_shapes(world), Fan.regular(-math.pi, 2.0 * math.pi / BEAMS, BEAMS), math.inf
+    for x, y in resampled(path, STEP):
+        ranges = np.full(BEAMS, np.inf)
+        cast_groups(shapes, np.array([(x, y, 0.0)]), fan, ranges, FARTHEST)
+        ranges[ranges >= FARTHEST] = np.inf
+        least = min(least, float((ranges[: BEAMS // 2] + ranges[BEAMS // 2 :]).min()))
+    return least

@@ -18,7 +18,7 @@ import numpy as np
 from scipy.ndimage import label
 from tqdm import tqdm
 
-from drake_starnav.geometry.raycast import Fan, cast_grid
+from drake_starnav.geometry.raycast import Fan, cast_groups
 from drake_starnav.navigation import Parts
 from drake_starnav.scenario import Scenario, parse_scenario
 from drake_starnav.scenario.margins import derive_margins
@@ -140,7 +140,7 @@ def time_to_see(world: World, scenario: Scenario, states: np.ndarray) -> float:
     for time in np.arange(0.0, states[-1, 0] + SEEN_PERIOD, SEEN_PERIOD):
         pose = states[min(np.searchsorted(states[:, 0], time), len(states) - 1), 1:4]
         ranges = np.full(lidar.beams, lidar.range_max)
-        cast_grid(shapes, pose, fan, ranges, lidar.range_max)
+        cast_groups(shapes, pose[None], fan, ranges, lidar.range_max)
         offset = cells - pose[:2]
         beam = np.rint((np.arctan2(offset[:, 1], offset[:, 0]) - pose[2] - lidar.angle_min) / step).astype(int)
         seen = np.hypot(*offset.T) < ranges[beam % lidar.beams]

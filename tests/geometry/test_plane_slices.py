@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from drake_starnav.geometry.plane_slices import Solids, planar_poses, scan_planes, slice_solids
-from drake_starnav.geometry.ray_kernels import CIRCLE, CONIC, SEGMENT
+from drake_starnav.geometry.raycast import CIRCLE, CONIC, SEGMENT
 
 NOTHING = {
     "quadrics": np.zeros((0, 15)),

@@ -1,19 +1,21 @@
+import math
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drake_starnav.errors import StarnavError
-from drake_starnav.geometry.ray_kernels import CONIC
 from drake_starnav.geometry.raycast import (
+    CIRCLE,
     COLUMNS,
+    CONIC,
+    SEGMENT,
     Fan,
-    ShapeBins,
-    cast_grid,
+    Shapes,
     cast_groups,
     cast_rolling,
+    cast_rows,
     circle_rows,
-    rows_near,
     segment_rows,
 )
 
@@ -41,9 +43,9 @@ def ellipse_rows(ellipses: np.ndarray) -> np.ndarray:
     return rows
 
 
-def cast(rows, pose=(0.0, 0.0, 0.0), fan=FAN, reach=5.0, cell=1.0):
+def cast(rows, pose=(0.0, 0.0, 0.0), fan=FAN, reach=5.0):
     ranges = np.full(len(fan.directions), np.inf)
-    cast_grid(ShapeBins.grid(rows, cell), np.array(pose), fan, ranges, reach)
+    cast_groups(Shapes.of([rows]), np.array([pose]), fan, ranges, reach)
     return np.where(ranges < reach, ranges, np.inf)
 
 
@@ -102,58 +104,81 @@ def test_ranges_agree_with_brute_force(seed, part):
     rows = np.vstack((circle_rows(circles), segment_rows(segments), ellipse_rows(ellipses)))
     truth = brute(pose, fan, 5.0, circles, segments, ellipses)
     assert np.allclose(cast(rows, pose, fan), truth, rtol=0.0, atol=1e-8)
-    groups = ShapeBins.grouped([rows[:7], rows[7:]])
+    groups = Shapes.of([rows[:7], rows[7:]])
     ranges = np.full(len(fan.directions), np.inf)
     cast_groups(groups, np.array([pose, pose]), fan, ranges, 5.0)
     assert np.array_equal(np.where(ranges < 5.0, ranges, np.inf), cast(rows, pose, fan))
 
 
 @settings(max_examples=10)
-@given(seed=st.integers(0, 10**6), cell=st.floats(0.3, 10.0))
-def test_the_grid_changes_nothing_wherever_it_is(seed, cell):
-    rng = np.random.default_rng(seed)
-    centre = rng.uniform(-1e4, 1e4, 2)
-    circles = np.column_stack((centre + rng.uniform(-30, 30, (500, 2)), rng.uniform(0.05, 2.0, 500)))
-    pose = (*centre, rng.uniform(-3, 3))
-    ranges = np.full(BEAMS, np.inf)
-    cast_groups(ShapeBins.grouped([circle_rows(circles)]), np.array([pose]), FAN, ranges, 5.0)
-    assert np.array_equal(cast(circle_rows(circles), pose, cell=cell), np.where(ranges < 5.0, ranges, np.inf))
-
-
-@settings(max_examples=10)
 @given(seed=st.integers(0, 10**6))
 def test_a_rolling_scan_is_each_beam_cast_from_its_own_pose(seed):
     rng = np.random.default_rng(seed)
-    bins = ShapeBins.grid(
-        np.vstack((circle_rows(rng.uniform(0.1, 4.0, (8, 3))), segment_rows(rng.uniform(-5, 5, (8, 4))))), 1.0
-    )
+    rows = np.vstack((circle_rows(rng.uniform(0.1, 4.0, (8, 3))), segment_rows(rng.uniform(-5, 5, (8, 4)))))
     begin, turn = rng.uniform(-3, 3, 3), rng.uniform(-0.3, 0.3)
     end = begin + (*rng.uniform(-0.2, 0.2, 2), turn + 2.0 * np.pi * rng.integers(-1, 2))  # yaw wraps
-    near = ShapeBins.grouped([rows_near(bins, end[0], end[1], 5.5)])
     swept = np.full(BEAMS, np.inf)
-    cast_rolling(near, begin[None], end[None], FAN, swept, 5.0)
+    cast_rolling(Shapes.of([rows]), begin[None], end[None], FAN, swept, 5.0)
     for i in range(0, BEAMS, 7):
         pose = begin + (i + 1) / BEAMS * np.array((*(end - begin)[:2], turn))
-        alone = cast(bins.rows, pose)
+        alone = cast(rows, pose)
         assert min(swept[i], 5.0) == pytest.approx(min(alone[i], 5.0), abs=1e-9)
-
-
-def test_only_shapes_near_the_sensor_are_in_the_cells_it_looks_at():
-    rng = np.random.default_rng(3)
-    density = 0.5  # per square metre
-    for count in (1000, 10000):
-        side = np.sqrt(count / density) / 2.0
-        bins = ShapeBins.grid(
-            circle_rows(np.column_stack((rng.uniform(-side, side, (count, 2)), np.full(count, 0.1)))), 2.5
-        )
-        assert len(bins.rows) == count and bins.starts[-1] == count
-        assert np.diff(bins.starts).max() < 60  # a cell holds about three, and hashing may join a few cells
 
 
 def test_an_empty_plane_returns_nothing():
     assert np.isinf(cast(np.zeros((0, 14)))).all()
 
 
-def test_groups_are_no_grid():
-    with pytest.raises(StarnavError, match="no grid"):
-        cast_grid(ShapeBins.grouped([]), np.zeros(3), FAN, np.full(BEAMS, np.inf), 5.0)
+DEGREES = Fan.regular(-math.pi, math.pi / 180.0, 360)
+
+
+def cast_row(row: list[float], x: float = 0.0, y: float = 0.0, yaw: float = 0.0) -> np.ndarray:
+    rows = np.zeros((1, COLUMNS))
+    rows[0, : len(row)] = row
+    ranges = np.full(360, np.inf)
+    cast_rows(rows, (x, y, math.cos(yaw), math.sin(yaw)), DEGREES, ranges, 10.0)
+    return ranges
+
+
+def test_a_circle_is_hit_at_its_near_side_within_its_angle() -> None:
+    ranges = cast_row([3.0, 0.0, 1.0, CIRCLE])
+    assert ranges[180] == pytest.approx(2.0)
+    half = math.degrees(math.asin(1.0 / 3.0))
+    assert np.isfinite(ranges).sum() == 2 * math.floor(half) + 1
+
+
+def test_from_inside_a_circle_its_far_side_is_hit() -> None:
+    np.testing.assert_allclose(cast_row([0.0, 0.0, 2.0, CIRCLE]), 2.0)
+    assert cast_row([0.5, 0.0, 2.0, CIRCLE])[180] == pytest.approx(2.5)
+
+
+def test_a_segment_is_hit_along_its_line() -> None:
+    ranges = cast_row([2.0, 0.0, 1.0, SEGMENT, 2.0, -1.0, 2.0, 1.0])
+    seen = np.flatnonzero(np.isfinite(ranges))
+    bearing = DEGREES.angle_min + DEGREES.increment * seen
+    np.testing.assert_allclose(ranges[seen], 2.0 / np.cos(bearing))
+    assert np.abs(bearing).max() <= math.atan2(1.0, 2.0)
+
+
+def test_an_ellipse_is_hit_at_its_axes() -> None:
+    a, b = 1.0, 0.5
+    ellipse = [3.0, 0.0, a, CONIC, 1 / a**2, 0.0, 1 / b**2, 0.0, 0.0, -1.0, 0.0, 0.0, -1.0, 1.0]
+    assert cast_row(ellipse)[180] == pytest.approx(3.0 - a)
+    assert cast_row(ellipse, x=3.0, y=-2.0)[270] == pytest.approx(2.0 - b)
+
+
+def test_a_clip_opens_a_conic() -> None:
+    circle = [3.0, 0.0, 1.0, CONIC, 1.0, 0.0, 1.0, 0.0, 0.0, -1.0, 1.0, 0.0, 0.0, 2.0]  # the half beyond x = 3
+    assert cast_row(circle)[180] == pytest.approx(4.0)
+
+
+def test_a_turned_sensor_sees_the_same_at_other_bearings() -> None:
+    np.testing.assert_allclose(cast_row([3.0, 0.0, 1.0, CIRCLE], yaw=0.5 * math.pi)[90], 2.0)
+
+
+def test_nearer_ranges_stay() -> None:
+    rows = np.zeros((1, COLUMNS))
+    rows[0, :4] = 3.0, 0.0, 1.0, CIRCLE
+    ranges = np.full(360, 1.0)
+    cast_rows(rows, (0.0, 0.0, 1.0, 0.0), DEGREES, ranges, 10.0)
+    assert (ranges == 1.0).all()

@@ -263,6 +263,15 @@ def test_memory_of_slices_changes_nothing(seed):
         assert np.array_equal(scene.cast(X_WS, kept), scene.cast(X_WS))
 
 
+def test_a_sensor_that_drives_away_sees_what_was_far_before():
+    far = [(Cylinder(0.3, 1.0), RigidTransform([float(x), 0.7, 0.0])) for x in range(0, 60, 2)]
+    scene, slices = Scene(*far), SceneSlices(Role.kProximity)
+    for x in (0.0, 1.0, 4.9, 5.1, 16.0, 58.0, 3.0):
+        X_WS = RigidTransform([x, 0.0, 0.0])
+        np.testing.assert_array_equal(scene.cast(X_WS, slices), scene.cast(X_WS))
+        assert np.isfinite(scene.cast(X_WS, slices)).any()
+
+
 def test_slices_are_computed_once_until_tilt_or_height_changes(monkeypatch):
     calls = []
     original = scene_slices.slice_solids
