@@ -209,7 +209,7 @@ def _shoot(
     """Simulate and record; returns what was recorded, and whether the run repeats the given trial."""
     with progress_bar("driving") as progress:
         if options.compare:
-            from drake_starnav.cli.comparison import record_comparison
+            from drake_starnav.simulation.records import record_comparison
 
             recorded = record_comparison(
                 run.scenarios, run.seed, html, view=options.view, shown=shown, progress=progress

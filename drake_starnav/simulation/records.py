@@ -1,12 +1,14 @@
-"""A run of one robot or of several: its record as JSON, and its recording."""
+"""A run of one robot or of several: its record as JSON, and its recording, also of several methods in one scene."""
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
+from pydrake.systems.framework import DiagramBuilder
 
+from drake_starnav.geometry.trajectory import Motion
+from drake_starnav.navigation import Navigation
 from drake_starnav.scenario import Scenario
 from drake_starnav.simulation.robots import RobotTrial, run_robots
 from drake_starnav.simulation.run import run_trial
@@ -76,19 +78,55 @@ def record_robots(
         view: camera preset that it opens with.
         shown: layers that are shown at first; None for all.
     """
-    from drake_starnav.visualization import meshes  # late: they load Meshcat
-    from drake_starnav.visualization.page import Caption
-    from drake_starnav.visualization.tracks import record_tracks, track_of, trail_layer
+    from drake_starnav.visualization.tracks import Driven, record_tracks  # late: it loads Meshcat
 
-    tracks, layers = {}, {}
-    goals: dict[str, list[meshes.Mesh]] = {}
-    for k, (each, robot) in enumerate(zip(trials, scenario.robots, strict=True)):
-        tracks[each.robot] = track_of(robot.robot, each.motion, k)
-        name, layer = trail_layer(each.robot, caption_lines(each.trial)[-1], k)
-        layers[name], size = layer, 0.9 * robot.robot.radius
-        height = meshes.LAYERS["goal"].height
-        goals[name] = [meshes.five_pointed_star(np.array(goal[:2]), size, height) for goal in robot.goals]
+    driven = [
+        Driven(each.robot, robot.robot, each.motion, caption_lines(each.trial)[-1], robot.goals)
+        for each, robot in zip(trials, scenario.robots, strict=True)
+    ]
     world = make_world_with_footprints(scenario.world, seed, max(each.robot.radius for each in scenario.robots))
-    lines = (f"{len(tracks)} robots, method {trials[0].trial.method}, seed {seed}",)
-    caption = Caption(scenario.name, lines, meshes.with_scene(layers, world), shown)
-    return record_tracks(tracks, goals, world, caption, scenario.recording, html, view)
+    line = f"{len(driven)} robots, method {trials[0].trial.method}, seed {seed}"
+    return record_tracks(scenario, driven, world, line, html, view, shown)
+
+
+class _Witness:
+    """Observes a trial to store its outcome and motion."""
+
+    def add_to(self, builder: DiagramBuilder, navigation: Navigation, scenario: Scenario) -> None:
+        pass
+
+    def start(self) -> None:
+        pass
+
+    def finish(self, lines: tuple[str, ...], motion: Motion) -> None:
+        self.outcome, self.motion = lines[-1], motion
+
+
+def record_comparison(
+    scenarios: Mapping[str, Scenario],
+    seed: int,
+    html: Path,
+    *,
+    view: str = "top",
+    shown: frozenset[str] | None = None,
+    progress: Callable[[float, float], None] | None = None,
+) -> "RecordedRun":
+    """Let each method drive the same world alone, then record all their robots in one scene.
+
+    The robots do not interact: each repeats its own run and stays at the pose where that ended.
+
+    Args:
+        scenarios: method -> the scenario with its settings; they have the same world.
+        seed, html, view, shown: as for `record_robots`.
+        progress: called repeatedly with the simulated time of the current run and its time limit, s.
+    """
+    from drake_starnav.visualization.tracks import Driven, record_tracks  # late: it loads Meshcat
+
+    driven = []
+    for method, scenario in scenarios.items():
+        witness = _Witness()
+        run_trial(scenario, method=method, seed=seed, observer=witness, progress=progress)
+        driven.append(Driven(method, scenario.robot, witness.motion, witness.outcome))
+    world = make_world_with_footprints(scenario.world, seed, scenario.robot.radius)
+    line = f"{len(driven)} method{'s' * (len(driven) > 1)}, seed {seed}"
+    return record_tracks(scenario, driven, world, line, html, view, shown)

@@ -1,8 +1,8 @@
 """Record robots that have driven in one scene, each with its outline, colour and trail."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from pydrake.geometry import Box, Cylinder, Meshcat, MeshcatVisualizer, MeshcatVisualizerParams, Rgba, Role
@@ -12,7 +12,7 @@ from pydrake.systems.framework import DiagramBuilder
 
 from drake_starnav.geometry.trajectory import Motion
 from drake_starnav.robot import RobotParameters
-from drake_starnav.scenario.schema import RecordingParameters
+from drake_starnav.scenario import RecordingParameters, Scenario
 from drake_starnav.station.model_world import floor_geometries
 from drake_starnav.station.world_geometry import OBSTACLE_HEIGHT, add_still_obstacles, upright_prism
 from drake_starnav.visualization import meshes
@@ -21,13 +21,15 @@ from drake_starnav.visualization.meshcat_stage import MeshcatStage, quiet_meshca
 from drake_starnav.visualization.meshes import (
     DECK_COLOR,
     HEADING_COLOR,
+    LAYERS,
     LIDAR_COLOR,
     LINE_WIDTH,
     Color,
     Layer,
-    Mesh,
+    five_pointed_star,
+    with_scene,
 )
-from drake_starnav.visualization.page import Cameras, Caption
+from drake_starnav.visualization.page import ROOT, Cameras, Caption
 from drake_starnav.visualization.recorder import (
     WORLD_PREFIX,
     finish_recording,
@@ -57,62 +59,68 @@ DECK = 0.55
 
 
 def trail_layer(name: str, said: str, number: int) -> tuple[str, Layer]:
-    """The layer of a robot's trail, with its name, for `record_tracks`.
-
-    Args:
-        name: of the robot.
-        said: about it in the legend.
-        number: of the robot, from 0, which decides its colour.
-    """
+    """Name and layer of the trail of a robot, whose number, from 0, decides its colour; `said` is about it."""
     return f"{TRAIL}/{name}", Layer(f"{name}: {said}", COLORS[number % len(COLORS)], "robot", 0.1 - 0.005 * number)
 
 
-def track_of(robot: RobotParameters, motion: Motion, number: int) -> RobotTrack:
-    """The track of the robot with a number, from 0, which decides its colour."""
-    return RobotTrack(motion, robot.shape, COLORS[number % len(COLORS)], DECK)
+class Driven(NamedTuple):
+    """A robot that has driven: its name, what it is, how it moved, the legend's words for it, and the goals (x, y), W,
+    m, that are its own."""
+
+    name: str
+    robot: RobotParameters
+    motion: Motion
+    said: str
+    goals: Sequence[tuple[float, ...]] = ()
 
 
 def record_tracks(
-    robots: Mapping[str, RobotTrack],
-    goals: Mapping[str, Sequence[Mesh]],
+    scenario: Scenario,
+    driven: Sequence[Driven],
     world: World,
-    caption: Caption,
-    parameters: RecordingParameters,
+    line: str,
     html: Path,
     view: str = "top",
+    shown: frozenset[str] | None = None,
 ) -> RecordedRun:
     """Record robots that have driven in one scene: each stays at the pose where its motion ends.
 
     Args:
-        robots: their motions and colours, by name.
-        goals: by the layers that they are drawn in.
+        scenario: with the name and the parameters of the recording.
+        driven: the robots; where none has goals of its own, the world's is shown.
         world: around them.
-        caption: its layers hold that of each robot's trail, as of `trail_layer`.
-        parameters: of the recording.
+        line: of the caption.
         html: the file to write.
         view: camera preset that it opens with.
+        shown: layers that are shown at first; None for all.
     """
-    layers = dict(caption.layers or {})
+    names, trails = zip(*(trail_layer(each.name, each.said, k) for k, each in enumerate(driven)), strict=True)
+    goal, layers, parameters = LAYERS["goal"], dict(zip(names, trails, strict=True)), scenario.recording
+    layers |= {"goal": goal} if not any(each.goals for each in driven) else {}
+    layers |= with_scene({}, world)
     del layers["robot"]  # there are several, each with a row of its own
-    caption = replace(caption, layers=layers)
-    paths = {method: f"{ROBOT_PATH}/{method}" for method in robots}
-    cameras = Cameras(world.extent, view, next(iter(paths.values())), world.start[:2])
+    tracks = [
+        RobotTrack(each.motion, each.robot.shape, trail.color, DECK) for each, trail in zip(driven, trails, strict=True)
+    ]
+    paths = [f"{ROBOT_PATH}/{each.name}" for each in driven]
+    caption = Caption(scenario.name, (line,), layers, shown)
     meshcat, timeline = quiet_meshcat(), Timeline()
     set_look(meshcat)
     scene = _publish_world(meshcat, world)
-    stage = MeshcatStage(Broadcast(meshcat, timeline), "/starnav", 1.0 / parameters.frames_per_second, layers)
-    for k, (method, robot) in enumerate(robots.items()):
-        _add_robot(meshcat, paths[method], robot, STACKED * (len(robots) - k))
+    stage = MeshcatStage(Broadcast(meshcat, timeline), f"/{ROOT}", 1.0 / parameters.frames_per_second, layers)
+    for k, (path, track) in enumerate(zip(paths, tracks, strict=True)):
+        _add_robot(meshcat, path, track, STACKED * (len(tracks) - k))
     meshcat.StartRecording(parameters.frames_per_second, set_visualizations_while_recording=False)
-    for layer, places in goals.items():
-        for place in places:
-            stage.add(layer, place, 0.0)
-    recorded = RecordedRun(caption, world.extent, scene, timeline, tuple(robots.values()))
+    for layer, each in zip(names, driven, strict=True):
+        for place in each.goals:
+            stage.add(layer, five_pointed_star(np.array(place[:2]), 0.9 * each.robot.radius, goal.height), 0.0)
+    if "goal" in layers:
+        stage.add("goal", five_pointed_star(np.array(world.goal), 0.9 * driven[0].robot.radius, goal.height), 0.0)
+    recorded = RecordedRun(caption, world.extent, scene, timeline, tuple(tracks))
     _play_moving_obstacles(meshcat, scene, world, recorded.duration, parameters)
-    for method, robot in robots.items():
-        trail = f"{TRAIL}/{method}"
-        _play(meshcat, stage, robot.motion, paths[method], (trail, layers[trail].height), parameters)
-    finish_recording(meshcat, html, caption, cameras)
+    for path, track, name in zip(paths, tracks, names, strict=True):
+        _play(meshcat, stage, track.motion, path, (name, layers[name].height), parameters)
+    finish_recording(meshcat, html, caption, Cameras(world.extent, view, paths[0], world.start[:2]))
     return recorded
 
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from drake_starnav.cli.comparison import record_comparison
 from drake_starnav.scenario import parse_scenario
 from drake_starnav.simulation import run_trial
+from drake_starnav.simulation.records import record_comparison
 from drake_starnav.visualization.meshes import LAYERS, MOVING_OBSTACLES, ROBOT, with_scene
 from drake_starnav.visualization.plot import moment_picture
 from drake_starnav.visualization.recorder import Recorder

@@ -5,11 +5,9 @@ import pytest
 
 from drake_starnav.geometry.trajectory import Motion
 from drake_starnav.robot import RobotParameters
-from drake_starnav.scenario.schema import RecordingParameters
-from drake_starnav.visualization.meshes import LAYERS, five_pointed_star, with_scene
-from drake_starnav.visualization.page import Caption
+from drake_starnav.scenario import Scenario
 from drake_starnav.visualization.plot import moment_picture
-from drake_starnav.visualization.tracks import COLORS, record_tracks, track_of, trail_layer
+from drake_starnav.visualization.tracks import COLORS, Driven, record_tracks
 from drake_starnav.worlds.world import World
 from tests.helpers.camera import plotted
 
@@ -21,11 +19,11 @@ def test_trails_grow_behind_robots_of_their_colours(tmp_path) -> None:
     lines = {
         name: np.column_stack((times - 1.0, np.full(41, y), np.zeros(41))) for name, y in (("a", 1.0), ("b", -1.0))
     }
-    tracks = {name: track_of(RobotParameters(), Motion(times, line), k) for k, (name, line) in enumerate(lines.items())}
-    layers = with_scene(dict(trail_layer(name, "reached", k) for k, name in enumerate(tracks)), WORLD)
-    goal = five_pointed_star(np.array((0.0, 0.0)), 0.3, LAYERS["goal"].height)
-    caption = Caption("two", ("2 robots",), layers)
-    recorded = record_tracks(tracks, {"trail/b": [goal]}, WORLD, caption, RecordingParameters(), tmp_path / "two.html")
+    driven = [
+        Driven(name, RobotParameters(), Motion(times, line), "reached", [(0.0, 0.0)] if name == "b" else [])
+        for name, line in lines.items()
+    ]
+    recorded = record_tracks(Scenario("two", None), driven, WORLD, "2 robots", tmp_path / "two.html")
     assert recorded.duration == 2.0
     assert [layer.label for layer in recorded.caption.legend.values()][:2] == ["a: reached", "b: reached"]
     picture = moment_picture(recorded, 2.0)
