@@ -5,7 +5,6 @@ import math
 import os
 import shlex
 import sys
-import time
 import traceback
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -163,17 +162,17 @@ def progress_bar(label: str) -> Iterator[Callable[[float, float], None]]:
 
     What it says to be left is a bound: up to the limit, which a run that arrives does not need.
     """
-    from drake_starnav.utils.compilation import seconds_spent  # late: help needs no Numba
-
     with Progress(label) as bar:
-        begun: list[float] = []
+        first = last = math.inf
 
         def progress(now: float, limit: float) -> None:
-            clock = time.monotonic() - seconds_spent()  # what compiles has a bar of its own
-            begun[:] = begun or (now, clock)
-            pace = (clock - begun[1]) / (now - begun[0]) if now > begun[0] else None
-            left = None if pace is None else pace * (limit - now)
-            bar.show(now / limit, f"{now:.1f} s of at most {limit:g} s", left, at_most=True)
+            nonlocal first, last
+            if now <= last:  # a run begins
+                bar.restart()
+                first = now
+            last = now
+            share = (now - first) / max(limit - first, 1e-9)
+            bar.show(share, f"{now:.1f} s of at most {limit:g} s", at_most=True)
 
         yield progress
 

@@ -1,8 +1,7 @@
-"""What Numba compiles: all that its cache lacks, as in the first run after an installation, and how long it takes."""
+"""What Numba compiles: all that its cache lacks, as in the first run after an installation."""
 
 import sys
 import threading
-import time
 from collections import defaultdict
 from pathlib import Path
 
@@ -26,8 +25,7 @@ class _Compilation(event.Listener):
     """Follows the compilation of this package's functions, and shows how much of it is left."""
 
     def __init__(self) -> None:
-        self.spent = 0.0
-        self._depth, self._done, self._begun = 0, 0, 0.0
+        self._depth, self._done = 0, 0
         self._waiting: set[Dispatcher] | None = None
         self._progress: Progress | None = None
         self._closing: threading.Timer | None = None
@@ -38,7 +36,6 @@ class _Compilation(event.Listener):
             return
         self._depth += 1
         if self._depth == 1:
-            self._begun = time.perf_counter()
             if self._closing is not None:
                 self._closing.cancel()
             self._show()
@@ -51,21 +48,18 @@ class _Compilation(event.Listener):
         if self._waiting is not None and event.data["dispatcher"] in self._waiting:
             self._waiting.remove(event.data["dispatcher"])
             self._done += 1
-        if self._depth == 0:
-            self.spent += time.perf_counter() - self._begun
-            if self._progress is not None:
-                self._closing = threading.Timer(IDLE, self.close)
-                self._closing.daemon = True
-                self._closing.start()
+        if self._depth == 0 and self._progress is not None:
+            self._closing = threading.Timer(IDLE, self.close)
+            self._closing.daemon = True
+            self._closing.start()
         self._show()
 
-    def seconds_left(self) -> float | None:
-        """Estimate of the time that the rest takes, s; None as long as few functions have been compiled."""
+    def share(self) -> float:
+        """Estimate of what is done, 0 to 1; 0 as long as few functions have been compiled."""
         if self._done < FEW:
-            return None
+            return 0.0
         waiting = len(self._waiting or ())
-        left = max(CALLED * (self._done + waiting) - self._done, 0.4 * waiting)
-        return left * (self.spent + (time.perf_counter() - self._begun if self._depth else 0.0)) / self._done
+        return self._done / (self._done + max(CALLED * (self._done + waiting) - self._done, 0.4 * waiting))
 
     def _show(self) -> None:
         if Progress.silent:
@@ -74,8 +68,7 @@ class _Compilation(event.Listener):
             self._waiting = _uncached()
         if self._progress is None:
             self._progress = Progress(COMPILING)
-        total = self._done + len(self._waiting)
-        self._progress.show(self._done / max(CALLED * total, 1.0), f"{self._done} functions", self.seconds_left())
+        self._progress.show(self.share(), f"{self._done} functions")
 
     def close(self) -> None:
         """Remove the bar."""
@@ -109,8 +102,3 @@ def _is_cached(function: Dispatcher) -> bool:
 
 _compilation = _Compilation()
 event.register("numba:compile", _compilation)
-
-
-def seconds_spent() -> float:
-    """The time that this process has compiled for, s."""
-    return _compilation.spent

@@ -4,12 +4,12 @@ import multiprocessing
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
 REFRESH = 0.5
-"""Period of the bar while nothing is reported, s: what is left goes down."""
+"""Period of the bar while nothing is reported, s."""
 FIRST_LINE, LONGEST_SILENCE = 10.0, 600.0
 """Without a terminal, the first line comes after so long, each next one after twice the time, at most the second, s."""
 
@@ -25,7 +25,6 @@ class Progress:
     def __init__(self, label: str) -> None:
         """Begins a task of that label."""
         self._label, self._share, self._detail, self._bound = label, 0.0, "", "about"
-        self._left: Callable[[], float | None] = lambda: None
         self._begun = time.monotonic()
         self._gap, self._next = FIRST_LINE, self._begun + FIRST_LINE
         self._bar: Any = None
@@ -44,31 +43,29 @@ class Progress:
             self._draw()
         threading.Thread(target=self._tick, daemon=True).start()
 
-    def show(
-        self,
-        share: float,
-        detail: str = "",
-        left: float | Callable[[], float | None] | None = None,
-        at_most: bool = False,
-    ) -> None:
-        """Report where the task is.
+    def restart(self) -> None:
+        """Count the time from now on."""
+        self._begun = time.monotonic()
+
+    def show(self, share: float, detail: str = "", at_most: bool = False) -> None:
+        """Report where the task is; what is left of it takes as long, for its share, as what is done.
 
         Args:
-            share: that is done, 0 to 1.
+            share: that is done, 0 to 1; 0 as long as it is unknown.
             detail: where it is, in words.
-            left: time that the rest takes, s, or what tells it at any time; None if unknown.
-            at_most: whether that is a bound and not an estimate.
+            at_most: whether the time left is a bound and not an estimate.
         """
         with self._lock:
             self._share, self._detail, self._bound = share, detail, "at most" if at_most else "about"
-            end = time.monotonic() + left if isinstance(left, (int, float)) else None
-            self._left = left if callable(left) else lambda: None if end is None else end - time.monotonic()
             self._draw()
 
     def count(self, done: int, total: int) -> None:
-        """Report that so many of equal parts are done; the longer the next one takes, the longer all others will."""
-        left = (lambda: (time.monotonic() - self._begun) / done * (total - done)) if done else None
-        self.show(done / max(total, 1), f"{done} of {total}", left)
+        """Report that so many of equal parts are done."""
+        self.show(done / max(total, 1), f"{done} of {total}")
+
+    def left(self) -> float | None:
+        """Time that the rest takes, s; None if unknown."""
+        return (time.monotonic() - self._begun) * (1.0 / self._share - 1.0) if self._share > 0.0 else None
 
     def say(self, text: str) -> None:
         """Print a line, above the bar if there is one."""
@@ -81,11 +78,13 @@ class Progress:
                 print(text, file=sys.stderr, flush=True)
 
     def close(self) -> None:
-        """Remove the bar."""
+        """Remove the bar; its time is no part of the task below, of what is compiled on the way."""
         with self._lock:
             self._closed.set()
             if self in self._open:
                 self._open.remove(self)
+                for below in self._open[-1:]:
+                    below._begun += time.monotonic() - self._begun
             if self._bar is not None:
                 self._bar.close()
                 self._bar = None
@@ -107,7 +106,7 @@ class Progress:
             return
         now = time.monotonic()
         words = [f"{duration_text(now - self._begun)} so far"]
-        left = self._left()
+        left = self.left()
         if left is not None:
             words.append(f"{self._bound} {duration_text(max(left, 1.0))} left")
         if self._bar is not None:

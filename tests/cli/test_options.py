@@ -87,7 +87,7 @@ def test_the_bar_of_a_run_is_there_before_the_run(monkeypatch, capsys) -> None:
 def test_the_bar_of_a_run_bounds_what_remains(monkeypatch, capsys) -> None:
     monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
     now = iter(range(0, 1000, 4))
-    monkeypatch.setattr("drake_starnav.cli.options.time.monotonic", lambda: float(next(now)))
+    monkeypatch.setattr("drake_starnav.utils.progress.time.monotonic", lambda: float(next(now)))
     with progress_bar("driving") as progress:
         progress(0.0, 60.0)
         progress(10.0, 60.0)

@@ -223,14 +223,14 @@ def test_the_time_that_is_left_is_known_within_a_factor_of_two_and_a_half(
     now = 0.0
     monkeypatch.setattr(time, "monotonic", lambda: now)
     with silence(True), Progress("trials") as bar:
-        assert bar._left() is None
+        assert bar.left() is None
         for now in np.linspace(0.0, total, 1000):
             while ends and ends[0][0] <= now:
                 known.add(ends.pop(0)[1].case)
                 bar.count(len(jobs) - len(ends), len(jobs))
             if 0.1 * total < now < 0.8 * total and len(known) == 2:
-                assert 0.4 * (total - now) < bar._left() < 2.5 * (total - now), now / total
-        assert bar._left() == 0.0
+                assert 0.4 * (total - now) < bar.left() < 2.5 * (total - now), now / total
+        assert bar.left() == 0.0
 
 
 def test_an_interrupted_batch_reports_on_what_ended(tiny: Path, tmp_path: Path, monkeypatch, capsys) -> None:

@@ -21,7 +21,7 @@ def clock(monkeypatch):
 def test_without_a_terminal_a_line_comes_now_and_then(clock, capsys) -> None:
     with Progress("driving") as bar:
         for clock[0] in range(100, 200):
-            bar.show((clock[0] - 100) / 100, f"{clock[0] - 100} m", 200 - clock[0])
+            bar.show((clock[0] - 100) / 100, f"{clock[0] - 100} m")
     assert capsys.readouterr().err.splitlines() == [
         "driving: 10 m, 10 s so far, about 1.5 min left",
         "driving: 30 m, 30 s so far, about 70 s left",
@@ -40,7 +40,7 @@ def test_a_terminal_shows_a_bar_at_once_and_removes_it(clock, monkeypatch, capsy
     with Progress("driving") as bar:
         assert "driving" in capsys.readouterr().err
         clock[0] += 4.0
-        bar.show(0.5, "5 m", 4.0, at_most=True)
+        bar.show(0.5, "5 m", at_most=True)
         shown = capsys.readouterr().err
         assert "driving: 5 m" in shown and "4 s so far, at most 4 s left" in shown
     assert capsys.readouterr().err.split("\r")[-2].strip() == ""
@@ -54,7 +54,8 @@ def test_equal_parts_take_equal_times(clock, monkeypatch, capsys) -> None:
         shown = capsys.readouterr().err
         assert "1 of 5" in shown and "about 12 s left" in shown
         clock[0] += 3.0  # the second takes longer, and so may the others
-        assert bar._left() == 24.0
+        bar.count(1, 5)
+        assert "about 24 s left" in capsys.readouterr().err
 
 
 def test_of_several_tasks_the_newest_is_shown(clock, capsys) -> None:
@@ -65,6 +66,21 @@ def test_of_several_tasks_the_newest_is_shown(clock, capsys) -> None:
             inner.show(0.2)
         outer.show(0.3)
     assert [line.partition(":")[0] for line in capsys.readouterr().err.splitlines()] == ["compiling", "driving"]
+
+
+def test_the_time_of_a_task_on_the_way_is_not_counted(clock, monkeypatch, capsys) -> None:
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
+    with Progress("driving") as outer:
+        clock[0] += 2.0
+        with Progress("compiling"):
+            clock[0] += 60.0
+        capsys.readouterr()
+        outer.show(0.5)
+        assert "2 s so far, about 2 s left" in capsys.readouterr().err
+        outer.restart()
+        clock[0] += 3.0
+        outer.show(0.5)
+        assert "3 s so far, about 3 s left" in capsys.readouterr().err
 
 
 def test_silence_is_kept_and_ends(capsys) -> None:
