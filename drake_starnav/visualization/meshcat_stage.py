@@ -5,7 +5,6 @@ from collections.abc import Mapping
 
 import numpy as np
 from pydrake.geometry import Meshcat, MeshcatParams, Rgba
-from pydrake.math import RigidTransform
 from pydrake.perception import PointCloud
 
 from drake_starnav.visualization.meshes import LAYERS, Layer, Mesh
@@ -50,16 +49,12 @@ class MeshcatStage:
         self._layers, self._keep = layers, keep
         self._count = 0
         self._shown: dict[str, str] = {}  # layer and key -> the object shown last
-        self._places: dict[str, np.ndarray | None] = {}  # layer -> where its moving object is, None while hidden
-        self._swapped: set[str] = set()  # layers whose second object is the one shown last
 
     def clear(self) -> None:
         """Remove everything."""
         self._meshcat.Delete(self._root)
         self._count = 0
         self._shown.clear()
-        self._places.clear()
-        self._swapped.clear()
 
     def add(
         self, layer: str, mesh: Mesh, time: float, opacity: float = 1.0, colors: np.ndarray | None = None
@@ -105,30 +100,6 @@ class MeshcatStage:
         """Replace the last points of the same layer and key by others of shape (n, 2), W, m."""
         self._replace(layer + key, self.add_points(layer, points, time), time)
 
-    def prepare(self, layer: str, mesh: Mesh) -> None:
-        """Create what `move` shows of a layer, hidden, with a mesh about the origin."""
-        for path in self._pair(layer):
-            self._set_mesh(path, layer, mesh, 1.0, None)
-            self._show(path, False, 0.0)
-        self._places[layer] = None
-
-    def move(self, layer: str, position: np.ndarray | None, time: float) -> None:
-        """Put the prepared object of a layer at a position of shape (2,), W, m; None hides it.
-
-        Meshcat lets an object glide between keyframes of its position. So there are two, and the hidden one jumps.
-        """
-        (shown, hidden), last = self._pair(layer), self._places[layer]
-        if position is None and last is None or np.array_equal(position, last):  # type: ignore[arg-type]
-            return
-        if last is not None:
-            self._meshcat.SetTransform(shown, RigidTransform([*last, 0.0]), time)
-            self._show(shown, False, time)
-        if position is not None:
-            self._meshcat.SetTransform(hidden, RigidTransform([*position, 0.0]), time)
-            self._show(hidden, True, time)
-            self._swapped ^= {layer}
-        self._places[layer] = None if position is None else np.array(position)
-
     def remove(self, path: str, time: float) -> None:
         """Hide an object permanently."""
         if self._keep:
@@ -139,11 +110,6 @@ class MeshcatStage:
     def set_opacity(self, path: str, opacity: float, time: float) -> None:
         """Set a keyframe of the opacity of an object that was added with one below 1; it changes evenly in between."""
         self._meshcat.SetProperty(f"{path}/<object>", "material.opacity", opacity, time)
-
-    def _pair(self, layer: str) -> tuple[str, str]:
-        """Paths of a layer's two moving objects: the one shown last, and the other."""
-        first, second = f"{self._root}/{layer}/a", f"{self._root}/{layer}/b"
-        return (second, first) if layer in self._swapped else (first, second)
 
     def _set_mesh(self, path: str, layer: str, mesh: Mesh, opacity: float, colors: np.ndarray | None) -> None:
         vertices, faces = np.asfortranarray(mesh.vertices.T), np.asfortranarray(mesh.faces.T)

@@ -147,7 +147,7 @@ def _draw_solids(axes: Axes, scene: SceneTimeline, time: float) -> None:
 
 def _draw_shape(axes: Axes, shape: Shape, time: float) -> None:
     order = ON_TOP if shape.on_top else 100.0 * shape.height
-    points = shape.points + shape.value("position", time, np.zeros(2))
+    points = shape.points
     if shape.faces is None:
         look = {"color": shape.colors[0], "markersize": DOTS * shape.size, "markeredgewidth": 0.0, "zorder": order}
         axes.add_line(Line2D(*points.T, linestyle="none", marker="s", **look))

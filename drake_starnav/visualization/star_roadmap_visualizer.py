@@ -97,6 +97,12 @@ class StarRoadmapVisualizer(LeafSystem):
         self._robot = robot
         self._stage = MeshcatStage(meshcat, f"/{ROOT}", 1.0 / parameters.frames_per_second, keep=keep)
         state = PlannerState.initial(PlannerParameters(), robot.radius)
+        node, here, sides = NODE_RADIUS, np.zeros(2), 20
+        self._marks = {
+            "goal": meshes.five_pointed_star(here, 0.9 * robot.radius, LAYERS["goal"].height),
+            "short_term_goal": meshes.ring(here, 1.2 * node, 2.0 * node, LAYERS["short_term_goal"].height, sides),
+            "frontiers/target": meshes.ring(here, 2.4 * node, 3.1 * node, LAYERS["frontiers/target"].height, sides),
+        }
         self._nothing = state.roadmap
         self._drawn = _Drawn(self._nothing)
         self.DeclareVectorInputPort("pose", 3)
@@ -114,25 +120,17 @@ class StarRoadmapVisualizer(LeafSystem):
     def _clear(self, context: Context) -> EventStatus:
         self._stage.clear()
         self._drawn = _Drawn(self._nothing)
-        node, here = NODE_RADIUS, np.zeros(2)
-        hidden = {
-            "goal": meshes.five_pointed_star(here, 0.9 * self._robot.radius, LAYERS["goal"].height),
-            "short_term_goal": meshes.ring(here, 1.2 * node, 2.0 * node, LAYERS["short_term_goal"].height),
-            "frontiers/target": meshes.ring(here, 2.4 * node, 3.1 * node, LAYERS["frontiers/target"].height),
-        }
-        for layer, mesh in hidden.items():
-            self._stage.prepare(layer, mesh)
         return EventStatus.Succeeded()
 
     def _publish(self, context: Context) -> EventStatus:
         time = context.get_time() + FRAME_SLACK
         pose, goal, twist = self._input("pose", context), self._input("goal", context), self._input("twist", context)
         state = self._input("planner_state", context)
-        self._stage.move("goal", goal, time)
+        self._mark("goal", goal, time)
         if state is not None:
             self._draw_roadmap(state.roadmap, time)
             self._fade(time)
-            self._stage.move("frontiers/target", None if state.target is None else state.target[0], time)
+            self._mark("frontiers/target", None if state.target is None else state.target[0], time)
         if pose is not None:
             speed = 0.0 if twist is None else float(self._robot.drive.body_rates(twist)[0])
             self._drawn.trail.append((pose[0], pose[1], speed))
@@ -148,6 +146,14 @@ class StarRoadmapVisualizer(LeafSystem):
     def _input(self, name: str, context: Context) -> Any:
         port: InputPort = self.GetInputPort(name)
         return port.Eval(context) if port.HasValue(context) else None
+
+    def _mark(self, layer: str, place: np.ndarray | None, time: float) -> None:
+        """Show the mark of a layer at a place of shape (2,), W, m, and nowhere else; None hides it."""
+        if not np.array_equal(place, self._drawn.marked.get(layer)):  # type: ignore[arg-type]
+            mark = self._marks[layer]
+            mesh = meshes.joined() if place is None else meshes.Mesh(mark.vertices + (*place, 0.0), mark.faces)
+            self._stage.swap(layer, mesh, time)
+            self._drawn.marked[layer] = None if place is None else np.array(place)
 
     def _draw_roadmap(self, roadmap: StarRoadmap, time: float) -> None:
         """Draw regions, nodes, edges and frontiers: the new ones, or all if the roadmap was rebuilt."""
@@ -235,7 +241,7 @@ class StarRoadmapVisualizer(LeafSystem):
         if np.array_equal(points, self._drawn.path):
             return
         self._drawn.path = points
-        self._stage.move("short_term_goal", path[0] if len(path) else None, time)  # at once, or they would come apart
+        self._mark("short_term_goal", path[0] if len(path) else None, time)  # at once, or they would come apart
         self._stage.swap("path", meshes.ribbon(points, LINE_WIDTH, LAYERS["path"].height), time)
 
     def _draw_scans(self, scans: list[tuple[LaserScan | None, Mount]], pose: np.ndarray | None, time: float) -> None:
@@ -293,6 +299,7 @@ class _Drawn:
     certificate: Any = None
     path: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
     trail: list[tuple[float, float, float]] = field(default_factory=list)
+    marked: dict[str, np.ndarray | None] = field(default_factory=dict)
     growing: list[str] = field(default_factory=list)
     regions: list[_Region] = field(default_factory=list)
     next_scan_time: float = 0.0

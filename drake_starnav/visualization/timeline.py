@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 from pydrake.geometry import Rgba
-from pydrake.math import RigidTransform
 from pydrake.perception import PointCloud
 
 
@@ -117,10 +116,6 @@ class Timeline:
             self._set(path, "opacity", float(value), time_in_recording)
         elif name == "material.depthTest":
             self._shapes[path].on_top = not value
-
-    def SetTransform(self, path: str, X_WG: RigidTransform, time_in_recording: float = 0.0) -> None:
-        """Set a keyframe of the position."""
-        self._set(path, "position", X_WG.translation()[:2].copy(), time_in_recording)
 
     def Delete(self, path: str) -> None:
         """Remove everything in a folder."""

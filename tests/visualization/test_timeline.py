@@ -34,18 +34,6 @@ def test_objects_are_there_from_when_they_came_to_when_they_went(stage, timeline
     assert lengths == [[], [1.0], [1.0], [2.0], []]
 
 
-def test_what_is_moved_stands_until_it_jumps(stage, timeline) -> None:
-    stage.prepare("goal", meshes.five_pointed_star(np.zeros(2), 0.2, 0.1))
-    assert timeline.visible(0.0) == {}
-    for k in range(1, 5):
-        stage.move("goal", np.array([float(k), 2.0]), float(k))
-    stage.move("goal", None, 5.0)
-    for time in (1.0, 1.5, 1.99, 2.0, 2.7, 3.0, 3.98, 4.5):
-        (goal,) = timeline.visible(time).values()
-        assert goal.value("position", time, None).tolist() == [np.floor(time), 2.0]
-    assert timeline.visible(5.0) == {}
-
-
 def test_opacity_glides_between_keyframes(stage, timeline) -> None:
     path = stage.add("regions", meshes.discs(np.zeros((1, 2)), 1.0, 0.0), 1.0, opacity=0.5)
     stage.set_opacity(path, 0.5, 2.0)
