@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from pydrake.geometry import Cylinder, Meshcat, MeshcatVisualizer, MeshcatVisualizerParams, Rgba, Role
+from pydrake.geometry import Cylinder, Meshcat, Rgba
 from pydrake.systems.analysis import SimulatorStatus
 from pydrake.systems.framework import DiagramBuilder
 
@@ -19,18 +19,11 @@ from drake_starnav.station.collars import collar_geometries
 from drake_starnav.station.model_world import make_world_with_footprints
 from drake_starnav.station.navigation_station import add_station
 from drake_starnav.station.plant import advance, make_simulator, value_of
-from drake_starnav.visualization.collision_shapes import show_collision_shapes
 from drake_starnav.visualization.live_page import LivePage, LiveState
-from drake_starnav.visualization.meshcat_stage import MeshcatStage, quiet_meshcat
+from drake_starnav.visualization.meshcat_stage import MeshcatStage, add_scene, quiet_meshcat
 from drake_starnav.visualization.meshes import LAYERS, Layer, five_pointed_star, layers_of_run, with_scene
 from drake_starnav.visualization.page import ROOT, Cameras, Caption
-from drake_starnav.visualization.recorder import (
-    WORLD_PREFIX,
-    add_visualizers,
-    finish_recording,
-    robot_path,
-    set_look,
-)
+from drake_starnav.visualization.recorder import add_visualizers, finish_recording, robot_path
 from drake_starnav.visualization.slider_goal import SliderGoal, add_goal_sliders
 from drake_starnav.visualization.tracks import trail_layer
 from drake_starnav.worlds.world import World
@@ -104,7 +97,6 @@ class LiveRun:
             StarnavError: the world cannot be made.
         """
         self.meshcat = quiet_meshcat()
-        set_look(self.meshcat)
         self.controls = Controls(self.meshcat)
         self._scenario, self._seed, self._html, self._say = scenario, seed, html, say
         builder = DiagramBuilder()
@@ -216,11 +208,9 @@ class LiveRobots(LiveRun):
         self._followed = stations[0]
         plant, scene_graph = self._followed.plant, self._followed.scene_graph
         hidden = [*self._followed.floor, *collar_geometries(scene_graph)]
-        show_collision_shapes(plant, scene_graph, hidden)
         period = 1.0 / scenario.recording.frames_per_second
-        looks = MeshcatVisualizerParams(publish_period=period, role=Role.kIllustration, prefix=WORLD_PREFIX)
-        looks.delete_on_initialization_event = False  # what is laid below the robots stays
-        MeshcatVisualizer.AddToBuilder(builder, scene_graph, self.meshcat, looks)
+        looks = {"publish_period": period, "delete_on_initialization_event": False}  # what is below the robots stays
+        add_scene(builder, plant, scene_graph, self.meshcat, hidden, **looks)
         layers = with_scene(dict(trail_layer(r.name, "its goals", k) for k, r in enumerate(scenario.robots)), worlds[0])
         stage = MeshcatStage(self.meshcat, f"/{ROOT}", period, layers)
         for (name, layer), robot, station in zip(layers.items(), scenario.robots, stations, strict=False):

@@ -1,12 +1,29 @@
-"""Meshcat, and objects in it that appear and disappear in recorded time."""
+"""Meshcat: its look, the scene in it, and objects that appear and disappear in recorded time."""
 
 import logging
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from typing import Any
 
 import numpy as np
-from pydrake.geometry import Meshcat, MeshcatParams, Rgba
+from pydrake.geometry import (
+    GeometryId,
+    MakePhongIllustrationProperties,
+    Meshcat,
+    MeshcatParams,
+    MeshcatVisualizer,
+    MeshcatVisualizerParams,
+    Rgba,
+    Role,
+    SceneGraph,
+    SceneGraphInspector,
+)
+from pydrake.math import RigidTransform
+from pydrake.multibody.plant import MultibodyPlant
 from pydrake.perception import PointCloud
+from pydrake.systems.framework import DiagramBuilder, OutputPort
 
+from drake_starnav.station.scene_slices import seen_geometries
+from drake_starnav.station.world_geometry import OBSTACLE_COLOR
 from drake_starnav.visualization.meshes import LAYERS, Layer, Mesh
 
 POINT_SIZES = {"scan": 4.0, "frontiers/extendable": 4.5, "frontiers/covered": 2.0}
@@ -15,15 +32,78 @@ SEEN_THROUGH = ("scan",)
 """Layers of points that are never hidden: a hit lies on the surface of an obstacle."""
 
 
+AMBIENT_LIGHT, FILL_LIGHT = 2.0, 1.3
+"""Intensities: together they show a level surface in about the colour it was given, and walls a little darker."""
+WORLD_PREFIX = "/world"
+"""Folder of Meshcat's panel that holds robot and obstacles."""
+
+
 def quiet_meshcat() -> Meshcat:
-    """A Meshcat server for this machine alone, that shows no statistics and does not log its address."""
+    """A Meshcat server for this machine alone, that shows no statistics and does not log its address.
+
+    Its background is white, without a grid, and light comes evenly from everywhere.
+    """
     log = logging.getLogger("drake")
     level = log.level
     log.setLevel(logging.WARNING)
     try:
-        return Meshcat(MeshcatParams(host="localhost", show_stats_plot=False))
+        meshcat = Meshcat(MeshcatParams(host="localhost", show_stats_plot=False))
     finally:
         log.setLevel(level)
+    for light in ("SpotLight", "PointLightNegativeX", "PointLightPositiveX"):
+        meshcat.SetProperty(f"/Lights/{light}", "visible", False)
+    meshcat.SetProperty("/Lights/AmbientLight/<object>", "intensity", AMBIENT_LIGHT)
+    meshcat.SetProperty("/Lights/FillLight/<object>", "intensity", FILL_LIGHT)
+    meshcat.SetProperty("/Lights/FillLight/<object>", "position", [-3.0, 10.0, 4.0])  # x, z, -y of W
+    meshcat.SetProperty("/Background", "top_color", [1.0, 1.0, 1.0])
+    meshcat.SetProperty("/Background", "bottom_color", [1.0, 1.0, 1.0])
+    for helper in ("/Grid", "/Axes"):
+        meshcat.SetProperty(helper, "visible", False)
+    return meshcat
+
+
+def add_scene(
+    builder: DiagramBuilder,
+    plant: MultibodyPlant,
+    scene_graph: SceneGraph,
+    meshcat: Meshcat,
+    floor: Iterable[GeometryId],
+    source: OutputPort | None = None,
+    **looks: Any,
+) -> None:
+    """Show what `show_collision_shapes` leaves of a scene below `WORLD_PREFIX`.
+
+    `source`: the scene graph's query port, if it is in a diagram of its own; `looks`: of `MeshcatVisualizerParams`.
+    """
+    show_collision_shapes(plant, scene_graph, floor)
+    parameters = MeshcatVisualizerParams(role=Role.kIllustration, prefix=WORLD_PREFIX, **looks)
+    MeshcatVisualizer.AddToBuilder(builder, source or scene_graph, meshcat, parameters)
+
+
+def show_collision_shapes(plant: MultibodyPlant, scene_graph: SceneGraph, floor: Iterable[GeometryId]) -> None:
+    """Let visualizers draw the collision shapes that no visual shape of the same body stands for.
+
+    A visual shape stands for the collision shapes whose middle lies in its bounding box; those of the floor are not
+    drawn. The plant is finalized, and no context of its scene graph exists yet.
+    """
+    inspector = scene_graph.model_inspector()
+    seen, unseen = seen_geometries(inspector), set(floor)
+    for frame in inspector.GetAllFrameIds():
+        boxes = [_box(inspector, geometry) for geometry in inspector.GetGeometries(frame, Role.kIllustration)]
+        for geometry in sorted(seen & set(inspector.GetGeometries(frame)), key=GeometryId.get_value):
+            box = _box(inspector, geometry)
+            if geometry in unseen or box is None or inspector.GetIllustrationProperties(geometry) is not None:
+                continue
+            middle = box[0].translation()
+            if not any((np.abs(X.inverse() @ middle) <= half).all() for X, half in filter(None, boxes)):
+                look = MakePhongIllustrationProperties(OBSTACLE_COLOR)
+                scene_graph.AssignRole(plant.get_source_id(), geometry, look)
+
+
+def _box(inspector: SceneGraphInspector, geometry: GeometryId) -> tuple[RigidTransform, np.ndarray] | None:
+    """Pose in the body's frame and half widths of a shape's bounding box; None for an unbounded shape."""
+    box = inspector.GetObbInGeometryFrame(geometry)
+    return None if box is None else (inspector.GetPoseInFrame(geometry) @ box.pose(), box.half_width())
 
 
 class MeshcatStage:

@@ -4,7 +4,7 @@ import os
 from pathlib import Path
 
 import numpy as np
-from pydrake.geometry import Meshcat, MeshcatVisualizer, MeshcatVisualizerParams, Role
+from pydrake.geometry import Meshcat
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_starnav.errors import StarnavError, check_kind
@@ -14,18 +14,12 @@ from drake_starnav.scenario import Scenario
 from drake_starnav.station.navigation_station import StationInterface
 from drake_starnav.systems.star_perception import lidar_names
 from drake_starnav.utils.files import write_text
-from drake_starnav.visualization.collision_shapes import show_collision_shapes
-from drake_starnav.visualization.meshcat_stage import quiet_meshcat
+from drake_starnav.visualization.meshcat_stage import WORLD_PREFIX, add_scene, quiet_meshcat
 from drake_starnav.visualization.meshes import layers_of_run
 from drake_starnav.visualization.page import Cameras, Caption, check_view, with_panel
 from drake_starnav.visualization.scene_timeline import RecordedRun, RobotTrack, SceneRecorder, SceneTimeline
 from drake_starnav.visualization.star_roadmap_visualizer import StarRoadmapVisualizer
 from drake_starnav.visualization.timeline import Broadcast, Timeline
-
-AMBIENT_LIGHT, FILL_LIGHT = 2.0, 1.3
-"""Intensities: together they show a level surface in about the colour it was given, and walls a little darker."""
-WORLD_PREFIX = "/world"
-"""Folder of Meshcat's panel that holds robot and obstacles."""
 
 
 class Recorder:
@@ -68,7 +62,6 @@ class Recorder:
 
     def start(self) -> None:
         """Start to record; call it before the simulator is initialized."""
-        set_look(self._meshcat)
         self._meshcat.StartRecording(
             self._scenario.recording.frames_per_second, set_visualizations_while_recording=False
         )
@@ -123,13 +116,8 @@ def add_visualizers(
     """
     station = navigation.station
     period = 1.0 / scenario.recording.frames_per_second
-    show_collision_shapes(station.plant, station.scene_graph, station.floor)
-    MeshcatVisualizer.AddToBuilder(
-        builder,
-        navigation.station.geometry_query,
-        meshcat,
-        MeshcatVisualizerParams(publish_period=period, role=Role.kIllustration, prefix=WORLD_PREFIX),
-    )
+    scene = station.plant, station.scene_graph, meshcat, station.floor
+    add_scene(builder, *scene, station.geometry_query, publish_period=period)
     canvas = meshcat if timeline is None else Broadcast(meshcat, timeline)
     mounts = station.robot_interface.mounts
     visualizer = builder.AddNamedSystem(
@@ -162,19 +150,6 @@ def finish_recording(meshcat: Meshcat, path: str | os.PathLike, caption: Caption
     meshcat.StopRecording()
     meshcat.PublishRecording()
     write_html(meshcat, path, caption, cameras)
-
-
-def set_look(meshcat: Meshcat) -> None:
-    """White background, no grid, even light from everywhere."""
-    for light in ("SpotLight", "PointLightNegativeX", "PointLightPositiveX"):
-        meshcat.SetProperty(f"/Lights/{light}", "visible", False)
-    meshcat.SetProperty("/Lights/AmbientLight/<object>", "intensity", AMBIENT_LIGHT)
-    meshcat.SetProperty("/Lights/FillLight/<object>", "intensity", FILL_LIGHT)
-    meshcat.SetProperty("/Lights/FillLight/<object>", "position", [-3.0, 10.0, 4.0])  # x, z, -y of W
-    meshcat.SetProperty("/Background", "top_color", [1.0, 1.0, 1.0])
-    meshcat.SetProperty("/Background", "bottom_color", [1.0, 1.0, 1.0])
-    for helper in ("/Grid", "/Axes"):
-        meshcat.SetProperty(helper, "visible", False)
 
 
 def write_html(meshcat: Meshcat, path: str | os.PathLike, caption: Caption, cameras: Cameras) -> None:

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from pydrake.geometry import Box, Cylinder, Meshcat, MeshcatVisualizer, MeshcatVisualizerParams, Rgba, Role
+from pydrake.geometry import Box, Cylinder, Meshcat, Rgba
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.framework import DiagramBuilder
@@ -16,8 +16,7 @@ from drake_starnav.scenario import RecordingParameters, Scenario
 from drake_starnav.station.model_world import floor_geometries
 from drake_starnav.station.world_geometry import OBSTACLE_HEIGHT, add_still_obstacles, upright_prism
 from drake_starnav.visualization import meshes
-from drake_starnav.visualization.collision_shapes import show_collision_shapes
-from drake_starnav.visualization.meshcat_stage import MeshcatStage, quiet_meshcat
+from drake_starnav.visualization.meshcat_stage import WORLD_PREFIX, MeshcatStage, add_scene, quiet_meshcat
 from drake_starnav.visualization.meshes import (
     DECK_COLOR,
     HEADING_COLOR,
@@ -30,11 +29,7 @@ from drake_starnav.visualization.meshes import (
     with_scene,
 )
 from drake_starnav.visualization.page import ROOT, Cameras, Caption
-from drake_starnav.visualization.recorder import (
-    WORLD_PREFIX,
-    finish_recording,
-    set_look,
-)
+from drake_starnav.visualization.recorder import finish_recording
 from drake_starnav.visualization.scene_timeline import RecordedRun, RobotTrack, SceneTimeline, Solid
 from drake_starnav.visualization.star_roadmap_visualizer import FRAME_SLACK
 from drake_starnav.visualization.timeline import Broadcast, Timeline, Track
@@ -105,7 +100,6 @@ def record_tracks(
     paths = [f"{ROBOT_PATH}/{each.name}" for each in driven]
     caption = Caption(scenario.name, (line,), layers, shown)
     meshcat, timeline = quiet_meshcat(), Timeline()
-    set_look(meshcat)
     scene = _publish_world(meshcat, world)
     stage = MeshcatStage(Broadcast(meshcat, timeline), f"/{ROOT}", 1.0 / parameters.frames_per_second, layers)
     for k, (path, track) in enumerate(zip(paths, tracks, strict=True)):
@@ -168,9 +162,7 @@ def _publish_world(meshcat: Meshcat, world: World) -> SceneTimeline:
     plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.0)
     add_still_obstacles(plant, world)
     plant.Finalize()
-    show_collision_shapes(plant, scene_graph, floor_geometries(plant, scene_graph))
-    looks = MeshcatVisualizerParams(role=Role.kIllustration, prefix=WORLD_PREFIX)
-    MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat, looks)
+    add_scene(builder, plant, scene_graph, meshcat, floor_geometries(plant, scene_graph))
     scene = SceneTimeline(scene_graph)
     diagram = builder.Build()
     context = diagram.CreateDefaultContext()

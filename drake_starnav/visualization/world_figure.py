@@ -135,24 +135,20 @@ def write_html(world: World, robot: RobotParameters, path: np.ndarray | None, ti
 
     The shortest path has shape (k, 2), W, m; None if there is none.
     """
-    from pydrake.geometry import MeshcatVisualizer, MeshcatVisualizerParams, Rgba, Role
+    from pydrake.geometry import Rgba
     from pydrake.systems.framework import DiagramBuilder
 
     from drake_starnav.scenario import Scenario
     from drake_starnav.station.navigation_station import NavigationStation
-    from drake_starnav.visualization.collision_shapes import show_collision_shapes
-    from drake_starnav.visualization.meshcat_stage import quiet_meshcat
+    from drake_starnav.visualization.meshcat_stage import add_scene, quiet_meshcat
     from drake_starnav.visualization.page import ROOT, Cameras, Caption
-    from drake_starnav.visualization.recorder import WORLD_PREFIX, robot_path, set_look
+    from drake_starnav.visualization.recorder import robot_path
     from drake_starnav.visualization.recorder import write_html as write_page
 
     meshcat = quiet_meshcat()
     builder = DiagramBuilder()
     station = builder.AddSystem(NavigationStation(world, Scenario("figure", None, robot)))
-    show_collision_shapes(station.plant, station.scene_graph, station.floor)
-    query = station.GetOutputPort("cheat.geometry_query")
-    looks = MeshcatVisualizerParams(role=Role.kIllustration, prefix=WORLD_PREFIX)
-    MeshcatVisualizer.AddToBuilder(builder, query, meshcat, looks)
+    add_scene(builder, station.plant, station.scene_graph, meshcat, station.floor, station.geometry_query)
     diagram = builder.Build()
     context = diagram.CreateDefaultContext()
     command = station.GetInputPort("drive.twist_command")
@@ -168,7 +164,6 @@ def write_html(world: World, robot: RobotParameters, path: np.ndarray | None, ti
     for name, mesh in shapes.items():
         if len(mesh):
             meshcat.SetTriangleMesh(f"{ROOT}/{name}", mesh.vertices.T, mesh.faces.T, Rgba(*layers[name].color))
-    set_look(meshcat)
     heading, *lines = title.split(" · ")
     cameras = Cameras(world.extent, "top", robot_path(station), world.start[:2])
     write_page(meshcat, file, Caption(heading, tuple(lines), layers), cameras)

@@ -40,16 +40,14 @@ from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.station.plant import plant_config
 from drake_starnav.station.robot_interface import RobotInterface
 from drake_starnav.station.robot_model import add_robot
-from drake_starnav.visualization.meshcat_stage import quiet_meshcat
+from drake_starnav.visualization.meshcat_stage import WORLD_PREFIX, quiet_meshcat
 from drake_starnav.visualization.meshes import LAYERS
 from drake_starnav.visualization.meshes import ROBOT as ROBOT_ROW
 from drake_starnav.visualization.page import VIEWS, Cameras, Caption, around_robot
 from drake_starnav.visualization.recorder import (
-    WORLD_PREFIX,
     Recorder,
     finish_recording,
     robot_path,
-    set_look,
     write_html,
 )
 from drake_starnav.visualization.star_roadmap_visualizer import StarRoadmapVisualizer
@@ -149,7 +147,6 @@ def record(path):
     for k in range(visualizer.num_input_ports()):
         port = visualizer.get_input_port(k)
         builder.Connect(drive.GetOutputPort(port.get_name()), port)
-    set_look(meshcat)
     meshcat.StartRecording(parameters.frames_per_second, set_visualizations_while_recording=False)
     simulator = Simulator(builder.Build())
     simulator.Initialize()

@@ -9,7 +9,7 @@ from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_starnav.station.world_geometry import add_ground, add_world
-from drake_starnav.visualization.collision_shapes import show_collision_shapes
+from drake_starnav.visualization.meshcat_stage import show_collision_shapes
 from drake_starnav.worlds import make_world
 from drake_starnav.worlds.generators.forest import Forest
 from tests.helpers.browser import BrowserCamera, browser_missing
