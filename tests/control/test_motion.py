@@ -14,6 +14,7 @@ from drake_starnav.control.motion import (
     LONGEST_STEP,
     SAMPLE_SPACING,
     SAMPLES,
+    Actuation,
     BrakingMotion,
     Pose,
     Twist,
@@ -23,11 +24,13 @@ from drake_starnav.control.motion import (
     roll_out,
     stepped,
 )
-from drake_starnav.robot import BASES, RobotParameters
+from drake_starnav.geometry.footprint import disc, footprint
+from drake_starnav.robot import BASES, Limits, RobotParameters
 from tests.helpers.motions import FINE, actuation, exact_poses, exact_rates, turned
 from tests.helpers.scans import seeds
 
 ROBOT = RobotParameters()
+LONG = footprint(((0.3, 0.0), (0.0, 0.1), (-0.3, 0.0), (0.0, -0.1)))
 
 
 @settings(max_examples=60)
@@ -79,8 +82,31 @@ def test_it_brakes_as_hard_as_it_can_and_the_drive_and_the_motion_end_at_samples
 def test_there_are_no_more_samples_than_needed(twist, steps, sign) -> None:
     """Of a second: 8 mm apart, or 0.04 s where it is slow, or a quarter of a radian where it turns fast."""
     steady = sign * np.array(twist)
-    motion = roll_out(np.zeros(3), steady, steady, actuation(RobotParameters(max_yaw_rate=10.0), 1.0))
+    with np.errstate(divide="raise"):
+        motion = roll_out(np.zeros(3), steady, steady, actuation(RobotParameters(max_yaw_rate=10.0), 1.0))
     assert abs(motion.braking - motion.commanded - steps) <= 1  # rounding may add one
+
+
+@pytest.mark.parametrize(("curvature", "shape", "steps"), [(2.0, LONG, 100), (-2.0, LONG, 100), (60.0, disc(0.3), 120)])
+def test_of_a_car_there_are_no_more_samples_than_needed(curvature, shape, steps) -> None:
+    """Of a second at 0.5 m/s: a corner 0.3 m off the axis moves by 8 mm, or the car turns by a quarter of a radian."""
+    steady, limits = np.array((0.5, curvature)), Limits(0.5, 60.0, 1.0, 1.0, 1.0)
+    motion = roll_out(np.zeros(3), steady, steady, Actuation(limits, shape, 1.0, 0.0, BASES["car"]))
+    assert abs(motion.braking - steps) <= 1
+
+
+@settings(max_examples=60)
+@given(seeds, st.sampled_from(list(BASES)))
+def test_no_point_of_the_footprint_goes_farther_than_the_spacing_between_samples(seed, base) -> None:
+    rng, robot = np.random.default_rng(seed), RobotParameters(base=base, max_yaw_rate=5.0)
+    limits = robot.limits._replace(max_yaw_acceleration=40.0)
+    twist, target = (
+        robot.drive.saturated(row, limits) for row in rng.uniform(-5.0, 5.0, (2, len(robot.drive.components)))
+    )
+    motion = roll_out(np.zeros(3), twist, target, Actuation(limits, LONG, 0.1, 0.0, robot.drive))
+    for corner in LONG.parts[0]:
+        places = motion.position + turned(np.broadcast_to(corner, motion.position.shape), motion.pose[:, 2])
+        assert np.hypot(*np.diff(places, axis=0).T).max() <= SAMPLE_SPACING + 1e-9
 
 
 def test_a_step_keeps_the_accelerations_and_drives_at_the_mean_speed() -> None:
