@@ -88,6 +88,10 @@ class Actuation(NamedTuple):
     delay: float
     base: Base = BASES["differential"]
 
+    def carrying(self, footprint: Footprint) -> "Actuation":
+        """The same of a robot with this footprint."""
+        return self if footprint is self.footprint else self._replace(footprint=footprint)
+
 
 class Motion(NamedTuple):
     """What the robot does if a command is sent and then it brakes, as samples.

@@ -24,7 +24,6 @@ from drake_starnav.regions.scan_averaging import averaged
 from drake_starnav.regions.star_region import clear_of, smoothed_scan_region
 from drake_starnav.regions.views import merged, view
 from drake_starnav.utils.snapshot import snapshot
-from drake_starnav.utils.stopwatch import Stopwatch
 
 SCAN_MEMORY = 5
 """Number of scans from which the certified region is made."""
@@ -128,7 +127,7 @@ class PerceptionSettings(NamedTuple):
     mounts: tuple[Mount, ...] = (ON_AXIS,)
 
 
-Perceive = Callable[[Perceived, Sequence[LaserScan], np.ndarray, PerceptionSettings, Stopwatch | None], Perceived]
+Perceive = Callable[[Perceived, Sequence[LaserScan], np.ndarray, PerceptionSettings], Perceived]
 """Perception as a pure function: `perceive`, or the paper's."""
 
 
@@ -137,7 +136,6 @@ def perceive(
     scans: Sequence[LaserScan],
     pose: np.ndarray,
     settings: PerceptionSettings,
-    stopwatch: Stopwatch | None = None,
 ) -> Perceived:
     """Process new scans.
 
@@ -146,38 +144,35 @@ def perceive(
         scans: one of each lidar in its sensor frame S, all taken at one time; rolling ones are de-skewed.
         pose: (x, y, yaw) of the robot in the world frame W at that time, m and rad.
         settings: of robot and sensors.
-        stopwatch: records the times `scan` and `fit`; None: no times are recorded.
     """
     margins, footprint, noise, mounts = settings
     robot_radius = footprint.narrow
-    stopwatch = stopwatch or Stopwatch()
-    with stopwatch.measure("scan"):
-        scans = [unturned(*each) for each in zip(scans, mounts, strict=True)]
-        scans = _deskewed(before.observation, scans, pose, mounts)
-        histories, near = before.histories, scans  # `near` is for the certificate
-        if noise is not None:
-            histories, near, scans = _without_outliers(before.histories, scans, pose, settings)
-        first = before.observation.region
-        samples = None if first is None else len(first.free_range)  # though the number of beams may vary
-        measured = [smoothed_distances(each, margins.smoothing_slack, margins.smoothed_beams) for each in near]
-        around = view(near, mounts, footprint, measured)
-        scan = around.scan if near is scans else merged(scans, mounts, footprint)
-        distance, region = smoothed_scan_region(scan, pose, robot_radius, margins, samples)
-        safe_radius = robot_radius + margins.safety
-        remembered = margins.safety_range + 2.0 * safe_radius, SCAN_MEMORY
-        arguments = distance, pose, safe_radius, margins.safety_range, remembered
-        safety, memory = certified_region(before.memory, around.scan, *arguments, (around.points, around.half_gaps))
-        if margins.average_scans and around.scan.motion is None:
-            (lone,) = near  # more are refused
-            lone = dataclasses.replace(lone, ranges=np.where(lone.hits, measured[0], lone.ranges))
-            earlier, lone = averaged(before.memory, lone, pose, safe_radius + AVERAGED)
-            safety, _ = certified_region(earlier, lone, *arguments)
-        behind = before.behind
-        if not scan.full_circle:
-            behind = hits_behind(behind, before.safety.hits, scan.field_of_view, pose, remembered[0])
-            region = clear_of(region, behind, robot_radius)
-            surfaces = np.zeros((0, 2)) if footprint.is_disc else behind
-            safety = dataclasses.replace(safety, behind=surfaces, earlier=_earlier(before.safety, pose, remembered[0]))
+    scans = [unturned(*each) for each in zip(scans, mounts, strict=True)]
+    scans = _deskewed(before.observation, scans, pose, mounts)
+    histories, near = before.histories, scans  # `near` is for the certificate
+    if noise is not None:
+        histories, near, scans = _without_outliers(before.histories, scans, pose, settings)
+    first = before.observation.region
+    samples = None if first is None else len(first.free_range)  # though the number of beams may vary
+    measured = [smoothed_distances(each, margins.smoothing_slack, margins.smoothed_beams) for each in near]
+    around = view(near, mounts, footprint, measured)
+    scan = around.scan if near is scans else merged(scans, mounts, footprint)
+    distance, region = smoothed_scan_region(scan, pose, robot_radius, margins, samples)
+    safe_radius = robot_radius + margins.safety
+    remembered = margins.safety_range + 2.0 * safe_radius, SCAN_MEMORY
+    arguments = distance, pose, safe_radius, margins.safety_range, remembered
+    safety, memory = certified_region(before.memory, around.scan, *arguments, (around.points, around.half_gaps))
+    if margins.average_scans and around.scan.motion is None:
+        (lone,) = near  # more are refused
+        lone = dataclasses.replace(lone, ranges=np.where(lone.hits, measured[0], lone.ranges))
+        earlier, lone = averaged(before.memory, lone, pose, safe_radius + AVERAGED)
+        safety, _ = certified_region(earlier, lone, *arguments)
+    behind = before.behind
+    if not scan.full_circle:
+        behind = hits_behind(behind, before.safety.hits, scan.field_of_view, pose, remembered[0])
+        region = clear_of(region, behind, robot_radius)
+        surfaces = np.zeros((0, 2)) if footprint.is_disc else behind
+        safety = dataclasses.replace(safety, behind=surfaces, earlier=_earlier(before.safety, pose, remembered[0]))
     return Perceived(Observation(region, scan, pose), safety, memory, histories, behind)
 
 

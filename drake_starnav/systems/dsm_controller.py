@@ -96,7 +96,7 @@ class DsmController(Controller):
 
     def _propose(self, read: tuple[ControllerInputs, TrackedObstacles | None, FootprintInForce]) -> Proposal:
         inputs, tracked, now = read
-        actuation = self._actuation._replace(footprint=now.robot.shape)
+        actuation = self._actuation.carrying(now.robot.shape)
         certificates: tuple[Certificate, ...] = ()
         if self._twist is not None:  # else nobody asks them
             certificates = standard_certificates(inputs.star, now.margins.safety, actuation, inputs.pose[:2], tracked)

@@ -1,5 +1,7 @@
 """Dynamic obstacles, detected and tracked once for all consumers."""
 
+from time import perf_counter
+
 from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import Context, LeafSystem
 
@@ -56,9 +58,10 @@ class ObstacleTracker(LeafSystem):
             return before
         if scan.time < before.tracks.time:  # time was set back: another run begins
             before = Tracked()
-        pose = self._pose.Eval(context).copy()
-        with self._stopwatch.measure("track"):
-            return track(before, scan, pose, self._obstacles, self._range_deviation)
+        pose, begin = self._pose.Eval(context).copy(), perf_counter()
+        after = track(before, scan, pose, self._obstacles, self._range_deviation)
+        self._stopwatch.note("track", begin)
+        return after
 
     def _calc_scan(self, context: Context, output: AbstractValue) -> None:
         output.set_value(self._tracked.Eval(context).scan)

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from time import perf_counter
 
 from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import Context, LeafSystem
@@ -65,12 +66,11 @@ class StarPerception(LeafSystem):
             mounts: where each lidar is on the robot; there are as many ports for scans.
             certifies: whether motion is certified by the certified region, which takes a wide view.
             perceive: the work as a pure function.
-            stopwatch: where to note `scan` and `fit` times, if anywhere.
+            stopwatch: where to note `scan` times, if anywhere.
         """
         super().__init__()
-        outlier_noise = lidar.noise if lidar.outliers > 0.0 else None
+        self._outlier_noise, self._mounts = lidar.noise if lidar.outliers > 0.0 else None, tuple(mounts)
         self._certifies, self._perceive = certifies, perceive
-        self._settings = PerceptionSettings(margins, robot.shape, outlier_noise, tuple(mounts))
         self._stopwatch = stopwatch or Stopwatch()
         self._expiry = lidar.delay + SCAN_PATIENCE / lidar.rate
         names = lidar_names("scan", len(mounts))
@@ -101,11 +101,14 @@ class StarPerception(LeafSystem):
         if not all(map(math.isfinite, pose.tolist())):
             raise StarnavError(f"the perception's pose is {pose.tolist()}; allowed: finite x, y, m, and yaw, rad")
         now = self._footprint.Eval(context)
-        settings = self._settings._replace(margins=now.margins, footprint=now.robot.shape)
+        settings = PerceptionSettings(now.margins, now.robot.shape, self._outlier_noise, self._mounts)
         if before.observation.region is None and self._certifies:
             backwards = scans[0].motion is not None
             check_views(scans, settings.mounts, settings.footprint, backwards=backwards)
-        return self._perceive(before, scans, pose, settings, self._stopwatch)
+        begin = perf_counter()
+        after = self._perceive(before, scans, pose, settings)
+        self._stopwatch.note("scan", begin)
+        return after
 
     def _calc_observation(self, context: Context, output: AbstractValue) -> None:
         output.set_value(self._perceived.Eval(context).observation)

@@ -1,10 +1,11 @@
 """Between any controller and the drive: limits, certificates, ramp, as Drake systems."""
 
 import math
+from time import perf_counter
 
 import numpy as np
 from pydrake.common.value import AbstractValue, Value
-from pydrake.systems.framework import Context, DiscreteValues, EventStatus, LeafSystem
+from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
 from drake_starnav.control import ControllerParameters
 from drake_starnav.control.certificates import Certificate, standard_certificates
@@ -66,24 +67,23 @@ class Unshielded(LeafSystem):
         )
         self.DeclarePeriodicDiscreteUpdateEvent(checked_period(self, rate=controller.rate), 0.0, self._update)
 
-    def _update(self, context: Context, values: DiscreteValues) -> EventStatus:
+    def _update(self, context: Context, values: DiscreteValues) -> None:
         pose = self._state.Eval(context)[:3]
         certified_by = self._certificates(context, pose[:2])
         count = self._stopwatch.count("command")
-        desired = self._desired.Eval(context)
-        with self._stopwatch.measure("command", since=count):
-            if not all(map(math.isfinite, (*desired.tolist(), *pose.tolist()))):
-                raise StarnavError(
-                    f"desired_twist is {desired.tolist()} at the pose {pose.tolist()}; allowed: finite numbers"
-                )
-            twist, certified = context.get_discrete_state(self._twist).value(), False
-            target = self._actuation.base.saturated(desired, self._actuation.limits)
-            if certified_by is not None:
-                target, certified = certified_twist(pose, twist, target, *certified_by)
-            driven = ramped_twist(twist, target, self._actuation)
+        desired, begin = self._desired.Eval(context), perf_counter()
+        if not all(map(math.isfinite, (*desired.tolist(), *pose.tolist()))):
+            raise StarnavError(
+                f"desired_twist is {desired.tolist()} at the pose {pose.tolist()}; allowed: finite numbers"
+            )
+        twist, certified = context.get_discrete_state(self._twist).value(), False
+        target = self._actuation.base.saturated(desired, self._actuation.limits)
+        if certified_by is not None:
+            target, certified = certified_twist(pose, twist, target, *certified_by)
+        driven = ramped_twist(twist, target, self._actuation)
+        self._stopwatch.note("command", begin, since=count)
         values.set_value(self._twist, driven)
         values.set_value(self._certified, (float(certified),))
-        return EventStatus.Succeeded()
 
     def _certificates(self, context: Context, position: np.ndarray) -> tuple[tuple[Certificate, ...], Actuation] | None:
         """That must accept what is driven, and what commands do; None: none is asked."""
@@ -155,10 +155,10 @@ class TwistShield(Unshielded):
     def _certificates(self, context: Context, position: np.ndarray) -> tuple[tuple[Certificate, ...], Actuation] | None:
         star, tracked, now = self._certified_region.Eval(context), None, self._footprint.Eval(context)
         shape, margin = now.robot.shape, now.margins.safety
-        if self._footprint.port.HasValue(context):  # the scan may be from before it changed
+        if now is not self._footprint.own:  # the scan may be from before it changed
             star = star.keeping(shape.narrow + margin)
         if self._obstacles is not None:
             tracks = self._tracks.Eval(context)
             tracked = TrackedObstacles(tracks, context.get_time() + self._state_lead - tracks.time, self._obstacles)
-        actuation = self._actuation._replace(footprint=shape)
+        actuation = self._actuation.carrying(shape)
         return standard_certificates(star, margin, actuation, position, tracked) + self._own, actuation

@@ -19,12 +19,16 @@ class Stopwatch:
         """How often a step has been timed."""
         return len(self.seconds.get(name, ()))
 
-    def measure(self, name: str, since: int | None = None) -> "_Timing":
-        """Times the body of a `with` statement under `name`; a body that fails is not counted.
+    def note(self, name: str, begin: float, since: int | None = None) -> None:
+        """Note a step that ends now, and began at the `time.perf_counter()` of `begin`.
 
-        What was timed under this name since that `count` is part of the same step; None: nothing is.
+        What was noted under this name since that `count` is part of the same step; None: nothing is.
         """
-        return _Timing(self.seconds, name, since)
+        times, spent = self.seconds[name], time.perf_counter() - begin
+        if since is not None:
+            spent += sum(times[since:])
+            del times[since:]
+        times.append(spent)
 
     def summary(self, name: str) -> dict[str, float]:
         """`count`, `mean_s`, `p50_s` and `p99_s` of one step; zeros if it never ran."""
@@ -33,23 +37,3 @@ class Stopwatch:
             return {"count": 0, "mean_s": 0.0, "p50_s": 0.0, "p99_s": 0.0}
         p50, p99 = np.percentile(times, (50, 99))
         return {"count": len(times), "mean_s": float(np.mean(times)), "p50_s": float(p50), "p99_s": float(p99)}
-
-
-class _Timing:
-    """One body of a `with` statement being timed: a class, for a generator costs as much as some of the steps."""
-
-    __slots__ = ("_name", "_seconds", "_since", "_start")
-
-    def __init__(self, seconds: dict[str, list[float]], name: str, since: int | None) -> None:
-        self._seconds, self._name, self._since = seconds, name, since
-
-    def __enter__(self) -> None:
-        self._start = time.perf_counter()
-
-    def __exit__(self, kind: type[BaseException] | None, *error: object) -> None:
-        if kind is None:
-            times, spent = self._seconds[self._name], time.perf_counter() - self._start
-            if self._since is not None:
-                spent += sum(times[self._since :])
-                del times[self._since :]
-            times.append(spent)

@@ -9,7 +9,6 @@ from drake_starnav.geometry.footprint import disc
 from drake_starnav.planning import PlannerParameters
 from drake_starnav.regions import scan_region
 from drake_starnav.regions.perception import Perceived, PerceptionSettings, perceive
-from drake_starnav.utils.stopwatch import Stopwatch
 from drake_starnav.worlds import World
 from tests.helpers.scans import MARGINS, cast
 
@@ -55,14 +54,6 @@ def test_the_number_of_beams_may_vary_from_scan_to_scan() -> None:
         free.append(known.observation.region.free_range)
     assert {len(samples) for samples in free} == {898}
     assert max(np.abs(samples - free[0]).mean() for samples in free) < 0.03
-
-
-def test_times_are_noted_where_asked_for() -> None:
-    (first,) = looks(POSES[0])
-    stopwatch = Stopwatch()
-    perceive(first, (first.observation.scan,), POSES[0], SETTINGS, stopwatch)
-    (scan,) = stopwatch.seconds["scan"]
-    assert scan > 0.0
 
 
 def test_the_region_of_a_limited_view_ends_at_what_was_hit_beside_the_view() -> None:

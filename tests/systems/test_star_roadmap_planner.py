@@ -307,5 +307,4 @@ def test_only_updates_with_a_search_count_as_plans() -> None:
     for _ in range(4):
         planning.see(OPEN)
         planning.update()
-    assert len(stopwatch.seconds["update"]) == 4
     assert len(stopwatch.seconds["plan"]) == planning.out("planner_state").plans == 1

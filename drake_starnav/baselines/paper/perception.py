@@ -13,7 +13,6 @@ from drake_starnav.regions.perception import Perceived, PerceptionSettings
 from drake_starnav.regions.piecewise_cubic import PiecewiseCubic, fit_piecewise_cubic
 from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.regions.star_region import fit_region
-from drake_starnav.utils.stopwatch import Stopwatch
 
 TOLERANCE = 0.1
 """Largest overshoot plus undershoot of a cubic, m: ten times the lidar's noise, so that noise makes no segments."""
@@ -24,24 +23,22 @@ def perceive(
     scans: Sequence[LaserScan],
     pose: np.ndarray,
     settings: PerceptionSettings,
-    stopwatch: Stopwatch | None = None,
 ) -> Perceived:
     """Process a new scan; arguments as for `regions.perception.perceive`, of one lidar on the axis.
 
     Nothing is certified: of the certified region there are only the time and the hits.
     """
-    (scan,), stopwatch = scans, stopwatch or Stopwatch()
-    with stopwatch.measure("scan"):
-        profile = sight_range(scan, scan.distances, constants.RANGE)
-        region = fit_region(profile, pose[:2], pose[2] + scan.angle_min, fit_scan)
-        safety = CertifiedRegion(
-            center=np.array(pose[:2], dtype=float),
-            bearing_0=region.bearing_0,
-            values=np.zeros(len(profile.values)),
-            near_hits=scan.points_at(scan.distances, scan.hits & (scan.distances < constants.RANGE), pose),
-            time=scan.time,
-            previous=before.safety.time,
-        )
+    (scan,) = scans
+    profile = sight_range(scan, scan.distances, constants.RANGE)
+    region = fit_region(profile, pose[:2], pose[2] + scan.angle_min, fit_scan)
+    safety = CertifiedRegion(
+        center=np.array(pose[:2], dtype=float),
+        bearing_0=region.bearing_0,
+        values=np.zeros(len(profile.values)),
+        near_hits=scan.points_at(scan.distances, scan.hits & (scan.distances < constants.RANGE), pose),
+        time=scan.time,
+        previous=before.safety.time,
+    )
     return Perceived(Observation(region, scan, pose), safety, before.memory, before.histories)
 
 

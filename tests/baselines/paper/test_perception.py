@@ -9,7 +9,6 @@ from drake_starnav.baselines.paper import constants
 from drake_starnav.baselines.paper.perception import TOLERANCE, perceive, sight_range
 from drake_starnav.geometry.footprint import disc
 from drake_starnav.regions.perception import Perceived, PerceptionSettings
-from drake_starnav.utils.stopwatch import Stopwatch
 from drake_starnav.worlds import World
 from tests.helpers.scans import MARGINS, RADIUS, cast, scattered
 
@@ -35,11 +34,10 @@ def test_the_region_is_as_far_as_the_beams_see() -> None:
 def test_nothing_is_certified_but_hits_and_times_are_kept() -> None:
     pose = np.zeros(3)
     world = World("posts", (0, 0, 0), (3, 0), cylinders=[(0.8, 0.2, 0.1), (3.5, -0.5, 0.2), (-5.4, 0.0, 0.2)])
-    scan, stopwatch = cast(world, pose, range_max=8.0), Stopwatch()
-    seen = perceive(Perceived.nothing(), (scan,), pose, SETTINGS, stopwatch)
+    scan = cast(world, pose, range_max=8.0)
+    seen = perceive(Perceived.nothing(), (scan,), pose, SETTINGS)
     assert not seen.safety.seen and not seen.safety.values.any() and seen.safety.time == scan.time
     distance = np.sort(scan.distances[scan.hits])
     near = distance[distance < constants.RANGE]
     np.testing.assert_allclose(np.sort(np.hypot(*seen.safety.near_hits.T)), near)
     assert len(near) < len(distance)
-    assert len(stopwatch.seconds["scan"]) == 1
