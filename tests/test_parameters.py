@@ -22,7 +22,7 @@ from drake_starnav.parameters import (
 )
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.robot import RobotParameters
-from drake_starnav.scenario.faults import DriveParameters, LocalizationParameters
+from drake_starnav.scenario.schema import DriveParameters, LocalizationParameters
 from drake_starnav.worlds import Obstacles
 
 SHIPPED = (RobotParameters, PlannerParameters, ControllerParameters)

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from drake_starnav.baselines.baseline_step import Situation
-from drake_starnav.baselines.directional_mean import directional_mean
+from drake_starnav.baselines.dsm_circles import directional_mean
 from drake_starnav.control.inputs import Proposal
 from drake_starnav.geometry.se2 import placed
 from drake_starnav.parameters import Checked, parameter

@@ -107,8 +107,8 @@ def _benchmark(options: argparse.Namespace) -> int:
         make_header,
         run_batch,
     )
-    from drake_starnav.evaluation.batch import BatchInterrupted
     from drake_starnav.evaluation.report.results import make_results
+    from drake_starnav.evaluation.workers import BatchInterrupted
 
     suite = find_suite(options.suite) if options.suite else None
     methods = options.method or (suite.methods if suite else ["star"])

@@ -19,12 +19,11 @@ from drake_starnav.station.collars import collar_geometries
 from drake_starnav.station.model_world import make_world_with_footprints
 from drake_starnav.station.navigation_station import add_station
 from drake_starnav.station.plant import advance, make_simulator, value_of
-from drake_starnav.visualization.live_page import LivePage, LiveState
+from drake_starnav.visualization.live_page import LivePage, LiveState, SliderGoal, add_goal_sliders
 from drake_starnav.visualization.meshcat_stage import MeshcatStage, add_scene, quiet_meshcat
 from drake_starnav.visualization.meshes import LAYERS, Layer, five_pointed_star, layers_of_run, with_scene
 from drake_starnav.visualization.page import ROOT, Cameras, Caption
 from drake_starnav.visualization.recorder import add_visualizers, finish_recording, robot_path
-from drake_starnav.visualization.slider_goal import SliderGoal, add_goal_sliders
 from drake_starnav.visualization.tracks import trail_layer
 from drake_starnav.worlds.world import World
 

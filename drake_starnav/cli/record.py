@@ -29,7 +29,7 @@ from drake_starnav.utils.files import check_outputs, file_name
 from drake_starnav.utils.progress import Progress
 
 if TYPE_CHECKING:
-    from drake_starnav.visualization.scene_timeline import RecordedRun
+    from drake_starnav.visualization.timeline import RecordedRun
 
 TRIAL_SUFFIXES = (".json", ".jsonl", ".jsonl.xz")
 """Suffixes of files with trials; every other argument is a scenario."""

@@ -37,8 +37,8 @@ from numba import njit
 from drake_starnav.control.inputs import TrackedObstacles
 from drake_starnav.control.motion import Actuation, Motion
 from drake_starnav.tracking.kalman_tracks import Tracks
-from drake_starnav.tracking.occlusions import OCCLUSION_SPACING
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
+from drake_starnav.tracking.prediction import OCCLUSION_SPACING
 
 MOVING_MARGIN = 0.03
 """Clearance kept from obstacles that move, m."""

@@ -5,10 +5,15 @@ from typing import TYPE_CHECKING, Any
 from drake_starnav.scenario.shipped import METHODS, scenario_names
 
 if TYPE_CHECKING:
-    from drake_starnav.scenario.faults import DriveParameters, LocalizationParameters
     from drake_starnav.scenario.margins import derive_margins
     from drake_starnav.scenario.scenario_file import load_scenario, parse_scenario, save_scenario
-    from drake_starnav.scenario.schema import RecordingParameters, Scenario, SimulationParameters
+    from drake_starnav.scenario.schema import (
+        DriveParameters,
+        LocalizationParameters,
+        RecordingParameters,
+        Scenario,
+        SimulationParameters,
+    )
 
 __all__ = [
     "METHODS",

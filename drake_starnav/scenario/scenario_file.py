@@ -14,14 +14,19 @@ from drake_starnav.errors import StarnavError, shown
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.parameters import build, declared, unknown_name
 from drake_starnav.robot import MODEL_FILES, RobotParameters
-from drake_starnav.scenario.directives import directives_text, make_paths_absolute, move_directives
-from drake_starnav.scenario.robot_limits import EXCLUSIVE, limits_file, of_model
+from drake_starnav.scenario.directives import (
+    EXCLUSIVE,
+    directives_text,
+    limits_file,
+    make_paths_absolute,
+    move_directives,
+    of_model,
+)
 from drake_starnav.scenario.schema import DRAKE_CONFIGS, KEYS, LISTS, SECTIONS, Scenario, check_known
 from drake_starnav.scenario.shipped import METHODS, scenario_names
-from drake_starnav.scenario.tagged_yaml import Loader, SectionDumper, Tagged, read_mapping, section
 from drake_starnav.utils.files import read_text, reason_of, write_text
 from drake_starnav.utils.resources import model_path
-from drake_starnav.utils.yaml_text import LARGEST_TEXT, load_yaml
+from drake_starnav.utils.yaml_text import LARGEST_TEXT, Loader, SectionDumper, Tagged, load_yaml, read_mapping, section
 from drake_starnav.worlds import WORLD_KINDS, Model
 from drake_starnav.worlds.formats.listings import check_numbers
 
@@ -45,7 +50,7 @@ def scenario_path(name_or_path: str | Path) -> Path:
 def load_scenario(name_or_path: str | Path, *, method: str = "star", overrides: Sequence[str] = ()) -> Scenario:
     """A shipped scenario by name, or one from a YAML file by path; arguments and errors as of `loading.load_scenario`.
 
-    What the scenario does not say is taken from the YAML file beside the robot's model, see `robot_limits`.
+    What the scenario does not say is taken from the YAML file beside the robot's model, see `directives.of_model`.
     """
     path = scenario_path(name_or_path)
     try:

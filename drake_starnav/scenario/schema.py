@@ -7,7 +7,8 @@ of [x, y] or [x, y, yaw], which the robot visits in order instead of the world's
 `robots` is a list of robots: each a mapping over `robot` that also has a `start` [x, y, yaw], a `goal` or `goals`, and
 may have a `name`, a `lidar` and `lidars`.
 The world is chosen by a tag, e.g. `world: !Forest {width: 20}`; the models of a `!Model` may stand in `directives`.
-`plant_config` and `simulator_config` hold what Drake's structs of these names hold.
+`plant_config` and `simulator_config` hold what Drake's structs of these names hold. Faults of localization and drive
+that are declared are simulated, and navigation allows for them; others are neither.
 """
 
 import dataclasses
@@ -18,12 +19,56 @@ from drake_starnav.baselines import DsmParameters, DwaParameters, FoaParameters,
 from drake_starnav.control import ControllerParameters
 from drake_starnav.errors import StarnavError, check_kind, shown
 from drake_starnav.lidar.sensor_model import LidarParameters
-from drake_starnav.parameters import is_number, parameter, unknown_name
+from drake_starnav.parameters import Checked, is_number, parameter, unknown_name
 from drake_starnav.planning import PlannerParameters
 from drake_starnav.robot import RobotParameters
-from drake_starnav.scenario.faults import DriveParameters, LocalizationParameters
 from drake_starnav.scenario.shipped import METHODS
 from drake_starnav.tracking import DynamicObstacleParameters
+
+
+@dataclass(frozen=True)
+class LocalizationParameters(Checked, place="localization"):
+    """How the believed pose of the robot differs from the true one."""
+
+    drift: float = parameter(
+        0.0,
+        "error of the believed position as a share of the distance travelled, and of the heading as a share of the "
+        "angle turned",
+        low=0.0,
+        high=0.5,
+    )
+    jump: float = parameter(0.0, "how far the believed position jumps at times", unit="m", low=0.0, high=5.0)
+    jump_interval: float = parameter(10.0, "time from jump to jump", unit="s", low=0.1, high=1e6)
+    matching: bool = parameter(
+        True,
+        "where the believed pose errs, new scans are aligned with old ones to correct it (methods that follow the "
+        "planner's guidance)",
+    )
+
+    @property
+    def exact(self) -> bool:
+        """Whether the believed pose is the truth."""
+        return self.drift == 0.0 and self.jump == 0.0
+
+
+@dataclass(frozen=True)
+class DriveParameters(Checked, place="drive"):
+    """How the robot's motion differs from what is commanded."""
+
+    delay: float = parameter(
+        0.0, "time from a command to its effect, rounded up to whole plant steps", unit="s", low=0.0, high=1.0
+    )
+    error: float = parameter(
+        0.0,
+        "how much farther than the shipped robots the base strays from its commands until it stands",
+        unit="m",
+        low=0.0,
+        high=0.5,
+        when="for a base that does not follow its commands well; it widens the safety margin, and is not simulated",
+    )
+    slip: float = parameter(
+        0.0, "largest share of its speed that a wheel loses; drawn again for each wheel every second", low=0.0, high=0.5
+    )
 
 
 @dataclass(frozen=True)

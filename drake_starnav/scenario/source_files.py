@@ -6,7 +6,7 @@ from pathlib import Path
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.robot import MODEL_FILES
-from drake_starnav.scenario.robot_limits import limits_file
+from drake_starnav.scenario.directives import limits_file
 from drake_starnav.scenario.scenario_file import scenario_path
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.utils.resources import resolve_path

@@ -16,7 +16,7 @@ from drake_starnav.simulation.trial import caption_lines, trial_record
 from drake_starnav.station.model_world import make_world_with_footprints
 
 if TYPE_CHECKING:
-    from drake_starnav.visualization.scene_timeline import RecordedRun
+    from drake_starnav.visualization.timeline import RecordedRun
 
 DECIDES = "collision", "struck", "unreachable", "blocked", "occupied", "timeout"
 """Outcomes of which the first that any robot has is that of all."""

@@ -8,7 +8,7 @@ from pydrake.systems.framework import BasicVector, Context, DiscreteValues, Even
 
 from drake_starnav.geometry.se2 import composed, now_in
 from drake_starnav.lidar.sensor_model import LidarParameters, arrives, released, scan_index
-from drake_starnav.scenario.faults import LocalizationParameters
+from drake_starnav.scenario.schema import LocalizationParameters
 from drake_starnav.station.fault_models import drifted, jumped
 from drake_starnav.systems.release import weakly
 from drake_starnav.utils.timing import begins_run

@@ -10,8 +10,7 @@ from pydrake.multibody.tree import BodyIndex, ModelInstanceIndex
 from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort, LeafSystem, OutputPort, System
 from pydrake.systems.primitives import DiscreteTimeDelay
 
-from drake_starnav.scenario.faults import DriveParameters
-from drake_starnav.scenario.schema import Scenario
+from drake_starnav.scenario.schema import DriveParameters, Scenario
 from drake_starnav.station.lidar_mounts import lidar_poses, mount_of
 from drake_starnav.station.lidar_sensor import LidarMount, LidarSensor
 from drake_starnav.station.model_world import floor_geometries

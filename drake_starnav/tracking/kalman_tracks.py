@@ -16,9 +16,8 @@ from drake_starnav.tracking.clusters import (
     fitted_radius,
     partners,
 )
-from drake_starnav.tracking.occlusions import occlusion_points, seen_past
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
-from drake_starnav.tracking.prediction import predicted_trajectories
+from drake_starnav.tracking.prediction import occlusion_points, predicted_trajectories, seen_past
 from drake_starnav.utils.snapshot import snapshot
 
 RADIUS_GAIN = 0.2

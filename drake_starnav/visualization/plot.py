@@ -24,9 +24,8 @@ from drake_starnav.station.world_geometry import WALL_THICKNESS
 from drake_starnav.utils.files import replacing
 from drake_starnav.visualization.meshes import DECK_COLOR, HEADING_COLOR, LIDAR_COLOR, Layer
 from drake_starnav.visualization.page import ROOT, around_robot
-from drake_starnav.visualization.scene_timeline import RecordedRun, RobotTrack, SceneTimeline
 from drake_starnav.visualization.star_roadmap_visualizer import FRAME_SLACK
-from drake_starnav.visualization.timeline import Shape
+from drake_starnav.visualization.timeline import RecordedRun, RobotTrack, SceneTimeline, Shape
 from drake_starnav.visualization.world_figure import DETAILED, figure_pixels, new_figure
 from drake_starnav.worlds.world import ROBOT_HEIGHT
 

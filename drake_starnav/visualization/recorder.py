@@ -17,9 +17,15 @@ from drake_starnav.utils.files import write_text
 from drake_starnav.visualization.meshcat_stage import WORLD_PREFIX, add_scene, quiet_meshcat
 from drake_starnav.visualization.meshes import layers_of_run
 from drake_starnav.visualization.page import Cameras, Caption, check_view, with_panel
-from drake_starnav.visualization.scene_timeline import RecordedRun, RobotTrack, SceneRecorder, SceneTimeline
 from drake_starnav.visualization.star_roadmap_visualizer import StarRoadmapVisualizer
-from drake_starnav.visualization.timeline import Broadcast, Timeline
+from drake_starnav.visualization.timeline import (
+    Broadcast,
+    RecordedRun,
+    RobotTrack,
+    SceneRecorder,
+    SceneTimeline,
+    Timeline,
+)
 
 
 class Recorder:

@@ -30,9 +30,16 @@ from drake_starnav.visualization.meshes import (
 )
 from drake_starnav.visualization.page import ROOT, Cameras, Caption
 from drake_starnav.visualization.recorder import finish_recording
-from drake_starnav.visualization.scene_timeline import RecordedRun, RobotTrack, SceneTimeline, Solid
 from drake_starnav.visualization.star_roadmap_visualizer import FRAME_SLACK
-from drake_starnav.visualization.timeline import Broadcast, Timeline, Track
+from drake_starnav.visualization.timeline import (
+    Broadcast,
+    RecordedRun,
+    RobotTrack,
+    SceneTimeline,
+    Solid,
+    Timeline,
+    Track,
+)
 from drake_starnav.worlds.footprints import cylinder_vertices
 from drake_starnav.worlds.moving_obstacles import moving_obstacle_states
 from drake_starnav.worlds.world import World

@@ -59,9 +59,9 @@ from drake_starnav.systems.star_perception import StarPerception
 from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
 from drake_starnav.systems.state_predictor import StatePredictor
 from drake_starnav.systems.twist_shield import TwistShield, Unshielded
-from drake_starnav.visualization.scene_timeline import SceneRecorder, SceneTimeline
-from drake_starnav.visualization.slider_goal import SliderGoal
+from drake_starnav.visualization.live_page import SliderGoal
 from drake_starnav.visualization.star_roadmap_visualizer import StarRoadmapVisualizer
+from drake_starnav.visualization.timeline import SceneRecorder, SceneTimeline
 from drake_starnav.worlds import WORLD_KINDS, World
 from drake_starnav.worlds.moving_obstacles import MovingObstacles
 from scripts.maintenance.example_pages import example_pages

@@ -21,8 +21,8 @@ from drake_starnav.geometry.footprint import disc
 from drake_starnav.geometry.trajectory_metrics import STANDING
 from drake_starnav.robot import Limits, RobotParameters
 from drake_starnav.tracking.kalman_tracks import SETTLED_AFTER, Tracks
-from drake_starnav.tracking.occlusions import OCCLUSION_SPACING
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
+from drake_starnav.tracking.prediction import OCCLUSION_SPACING
 from tests.helpers.motions import limited_twist
 from tests.helpers.scans import RADIUS, seeds
 from tests.helpers.scenes import moved

@@ -1,20 +1,38 @@
 """Trials through executors: broken ones, and processes of this machine."""
 
+import itertools
+import json
 import multiprocessing
 import os
+import shlex
 import signal
+import subprocess
+import sys
 import threading
 import time
 from collections.abc import Iterator
 from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecutor
 from contextlib import contextmanager, nullcontext
+from pathlib import Path
 
+import numpy as np
 import pytest
 
+from drake_starnav.cli.benchmark import benchmark
+from drake_starnav.cli.options import command_name
+from drake_starnav.cli.simulate import simulate
 from drake_starnav.errors import StarnavError
-from drake_starnav.evaluation import workers
+from drake_starnav.evaluation import read_trials, trial_seed, workers
 from drake_starnav.evaluation.jobs import Case, Job
-from drake_starnav.evaluation.workers import LONE_CRASHES, THREAD_VARIABLES, Pool, local_pool, local_processes, run_jobs
+from drake_starnav.evaluation.workers import (
+    LONE_CRASHES,
+    THREAD_VARIABLES,
+    Pool,
+    announcement,
+    local_pool,
+    local_processes,
+    run_jobs,
+)
 from drake_starnav.utils.progress import Progress, silence
 
 pytestmark = pytest.mark.slow
@@ -189,3 +207,241 @@ def test_one_worker_shows_what_it_compiles_unless_its_parent_is_silent() -> None
         with silence(quiet), local_processes(2) as executor:
             both = [executor.submit(shows_nothing, 1.0) for _ in range(2)]
             assert sorted(future.result() for future in both) == silent
+
+
+TIMES = ("wall_s", "command", "scan", "plan")
+BROKEN = "world: !Obstacles {cylinders: [[0.1, 0.0, 0.3]]}\n"
+
+
+@pytest.fixture(scope="module")
+def tiny(tmp_path_factory) -> Path:
+    path = tmp_path_factory.mktemp("scenario") / "tiny.yaml"
+    path.write_text("world: !Obstacles {cylinders: [[1.0, 0.9, 0.3]], goal: [1.5, 0.0]}\nsimulation: {timeout: 6.0}\n")
+    return path
+
+
+def results(path: Path) -> dict[tuple, dict]:
+    """The records of a file without wall-clock times, by what tells them apart."""
+    _, records = read_trials(path)
+    found = {(r["scenario"], r["method"], r["trial"]): {k: v for k, v in r.items() if k not in TIMES} for r in records}
+    assert len(found) == len(records)
+    return found
+
+
+@pytest.fixture(scope="module")
+def whole(tiny: Path, tmp_path_factory) -> Path:
+    """A file of four trials, run without interruption by two processes."""
+    path = tmp_path_factory.mktemp("whole") / "trials.jsonl"
+    assert benchmark(arguments(tiny, path, "--jobs", "2")) == 0
+    return path
+
+
+def arguments(scenario: Path, path: Path, *more: str) -> list[str]:
+    return [str(scenario), "--trials", "4", "--seed", "1000", "--json", str(path), "--quiet", *more]
+
+
+def test_every_trial_has_its_line(whole: Path) -> None:
+    header, records = read_trials(whole)
+    assert header["seed"] == 1000
+    assert set(results(whole)) == {("tiny", "star", k) for k in range(4)}
+    assert {r["trial"]: r["seed"] for r in records} == {k: trial_seed(1000, k) for k in range(4)}
+    assert {r["outcome"] for r in records} == {"reached"}
+
+
+def test_a_trial_is_the_same_alone(whole: Path, tiny: Path, tmp_path: Path) -> None:
+    record = results(whole)["tiny", "star", 2]
+    assert simulate([str(tiny), "--seed", str(record["seed"]), "--json", str(tmp_path / "one.json"), "--quiet"]) == 0
+    alone = json.loads((tmp_path / "one.json").read_text())
+    assert alone["state_hash"] == record["state_hash"]
+    header, records = read_trials(whole)
+    assert alone.pop("text") == header["cases"][0]["text"]  # of a batch it stands in the header, once for all trials
+    assert set(alone) == set(records[0]) - {"trial"}
+
+
+def test_resuming_a_cut_file_gives_the_same_trials(whole: Path, tiny: Path, tmp_path: Path, capsys) -> None:
+    cut = tmp_path / "cut.jsonl"
+    lines = whole.read_bytes().splitlines(keepends=True)
+    cut.write_bytes(b"".join(lines[:3]) + lines[3][:50])
+    assert benchmark(arguments(tiny, cut, "--jobs", "1", "--resume")) == 0
+    assert "the last line was cut off" in capsys.readouterr().err
+    assert results(cut) == results(whole)
+    assert cut.read_bytes().startswith(b"".join(lines[:3]))
+
+
+def test_a_whole_file_is_only_summarised(whole: Path, tiny: Path, tmp_path: Path, capsys) -> None:
+    before = whole.read_bytes()
+    table = tmp_path / "table.md"
+    loud = [a for a in arguments(tiny, whole, "--resume", "--markdown", str(table)) if a != "--quiet"]
+    assert benchmark(loud) == 0
+    assert whole.read_bytes() == before
+    assert table.read_text() in capsys.readouterr().out + "\n"
+    assert "100.0 % (51.0 to 100.0)" in table.read_text()
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        ([], ["not empty", "--resume"]),
+        (["--resume", "--seed", "1001"], ["seed 1000, now 1001"]),
+        (["--resume", "--method", "star_paper"], ["cases tiny star, now tiny star_paper"]),
+        (["--resume", "--set", "robot.radius=0.3"], ["other parameters of tiny star (robot.radius 0.25 and 0.3)"]),
+        (["--method", "stra"], ["stra", "did you mean star"]),
+        (["--set", "robot.radis=1"], ["robot.radis"]),
+        (["--trials", "0"], ["--trials is 0"]),
+        (["--jobs", "0"], ["--jobs is 0"]),
+        (["--seed", "-1"], ["--seed is -1"]),
+        (["--worlds", "3-1"], ["--worlds has '3-1'", "ascending"]),
+        (["--worlds", "all"], ["--worlds is 'all'", "0-149"]),
+        (["--worlds", "0-3"], ["world !Obstacles has no number"]),
+        (["--markdown", "/proc/forbidden/table.md"], ["cannot write /proc/forbidden/table.md"]),
+    ],
+)
+def test_bad_input_exits_with_2_and_loses_nothing(more, words, whole: Path, tiny: Path, capsys) -> None:
+    before = whole.read_bytes()
+    assert benchmark(arguments(tiny, whole, *more)) == 2
+    printed = capsys.readouterr().err
+    assert printed.count("\n") == 1
+    for word in words:
+        assert word in printed
+    assert whole.read_bytes() == before
+
+
+def test_trials_by_world_and_by_seed_are_kept_apart(tmp_path: Path, capsys) -> None:
+    path = tmp_path / "trials.jsonl"
+    common = ["barn", "--set", "simulation.timeout=0.1", "--json", str(path), "--jobs", "1", "--quiet"]
+    assert benchmark([*common, "--worlds", "9,2-3"]) == 0
+    assert [record["trial"] for record in read_trials(path)[1]] == [2, 3, 9]
+    assert benchmark([*common, "--worlds", "2-4", "--resume"]) == 0
+    assert [record["trial"] for record in read_trials(path)[1]] == [2, 3, 9, 4]
+    assert benchmark([*common, "--trials", "2", "--resume"]) == 2
+    assert "by world, now by seed" in capsys.readouterr().err
+
+
+def test_resume_needs_a_file(tiny: Path, capsys) -> None:
+    assert benchmark([str(tiny), "--resume"]) == 2
+    assert "--json" in capsys.readouterr().err
+
+
+def test_trials_that_cannot_run_are_recorded_and_told(tmp_path: Path, capsys) -> None:
+    scenario, path = tmp_path / "broken.yaml", tmp_path / "trials.jsonl"
+    scenario.write_text(BROKEN)
+    assert benchmark([str(scenario), "--trials", "2", "--json", str(path), "--jobs", "1"]) == 1
+    assert [r["outcome"] for r in read_trials(path)[1]] == ["error", "error"]
+    assert "Obstacles.start" in read_trials(path)[1][0]["message"]
+    assert "broken star trial 1 seed" in capsys.readouterr().err
+
+
+def test_trials_that_could_not_run_run_again_on_resume(whole: Path, tiny: Path, tmp_path: Path) -> None:
+    path = tmp_path / "trials.jsonl"
+    header, *lines = whole.read_text().splitlines()
+    trials = [json.loads(line) for line in lines]
+    keys = ("trial", "scenario", "method", "seed")
+    lost = [{**{key: r[key] for key in keys}, "outcome": "error", "message": "its worker died"} for r in trials[1:3]]
+    entries = [trials[0], *lost, trials[3]]
+    path.write_text("\n".join([header, *map(json.dumps, entries)]) + "\n")
+    assert benchmark(arguments(tiny, path, "--jobs", "1", "--resume")) == 0
+    assert results(path) == results(whole)
+    assert [r["trial"] for r in read_trials(path)[1]] == [r["trial"] for r in trials]
+
+
+def test_the_same_error_is_not_written_again(tmp_path: Path) -> None:
+    scenario, path = tmp_path / "broken.yaml", tmp_path / "trials.jsonl"
+    scenario.write_text(BROKEN)
+    options = [str(scenario), "--trials", "1", "--json", str(path), "--jobs", "1", "--quiet"]
+    assert benchmark(options) == 1
+    before = path.read_bytes()
+    assert benchmark([*options, "--resume"]) == 1
+    assert path.read_bytes() == before
+
+
+def test_what_cannot_be_tried_is_reported_once(capsys) -> None:
+    assert benchmark(["crowd_room", "--method", "dsm", "--trials", "3"]) == 0
+    captured = capsys.readouterr()
+    assert captured.err.count("unsupported: controller.kind dsm in world crowd") == 1
+    assert "| 3 " in captured.out.split("unsupported")[1].splitlines()[2]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
+def test_an_ended_benchmark_leaves_no_process_and_goes_on(number: int, tiny: Path, whole: Path, tmp_path: Path) -> None:
+    path = tmp_path / "trials.jsonl"
+    command = [sys.executable, "-m", "drake_starnav", "benchmark", *arguments(tiny, path, "--jobs", "2")]
+    process = subprocess.Popen(
+        command, cwd=Path(__file__).parents[2], stderr=subprocess.PIPE, text=True, start_new_session=True
+    )
+    while process.poll() is None and not (path.exists() and path.read_bytes().count(b"\n") >= 2):
+        time.sleep(0.01)
+    process.send_signal(number)
+    _, printed = process.communicate(timeout=30)  # the pipe closes with the last worker
+    if process.returncode != 0:  # it may have been done by then
+        assert process.returncode == (130 if number == signal.SIGINT else -signal.SIGKILL)
+        assert "Traceback" not in printed
+    with pytest.raises(ProcessLookupError):
+        for _ in range(200):
+            os.killpg(process.pid, 0)
+            time.sleep(0.05)
+    assert benchmark(arguments(tiny, path, "--jobs", "1", "--resume")) == 0
+    assert results(path) == results(whole)
+
+
+def test_the_size_of_a_batch_is_said() -> None:
+    jobs = [Job(Case("forest", method, ""), k, k) for k in range(3) for method in ("star", "dwa")]
+    assert announcement(jobs, 2) == "6 trials of 2 cases, 2 at a time"
+    assert announcement(jobs[:1], 4) == "1 trial of 1 case, 4 at a time"
+
+
+@pytest.mark.parametrize("workers", [1, 2, 6])
+@pytest.mark.parametrize(("usual", "spread", "trials"), [((1, 12), 1, 60), ((1, 12), 3, 60), ((25, 25), 1.8, 10)])
+def test_the_time_that_is_left_is_known_within_a_factor_of_two_and_a_half(
+    usual: tuple[float, float], spread: float, trials: int, workers: int, monkeypatch
+) -> None:
+    """At any moment once both methods are known, on workers that load for 3 s before their first trial."""
+    random = np.random.default_rng(4)
+    jobs = [Job(Case("forest", method, ""), k, k) for k in range(trials) for method in ("star", "dwa")]
+    times = [usual[job.case.method == "dwa"] * random.uniform(1 / spread, spread) for job in jobs]
+    ends, free = [], [0.0] * workers
+    for job, seconds in zip(jobs, times, strict=True):  # each to the worker that is free first
+        worker = free.index(min(free))
+        load = 3.0 if free[worker] == 0.0 else 0.0
+        free[worker] += load + seconds
+        ends.append((free[worker], job, load + seconds))
+    ends.sort(key=lambda end: end[0])
+    total, known = max(free), set()
+    now = 0.0
+    monkeypatch.setattr(time, "monotonic", lambda: now)
+    with silence(True), Progress("trials") as bar:
+        assert bar.left() is None
+        for now in np.linspace(0.0, total, 1000):
+            while ends and ends[0][0] <= now:
+                known.add(ends.pop(0)[1].case)
+                bar.count(len(jobs) - len(ends), len(jobs))
+            if 0.1 * total < now < 0.8 * total and len(known) == 2:
+                assert 0.4 * (total - now) < bar.left() < 2.5 * (total - now), now / total
+        assert bar.left() == 0.0
+
+
+def test_an_interrupted_batch_reports_on_what_ended(tiny: Path, tmp_path: Path, monkeypatch, capsys) -> None:
+    def interrupted(jobs, pool):
+        yield from itertools.islice(run_jobs(jobs, pool), 2)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("drake_starnav.evaluation.workers.run_jobs", interrupted)
+    command = [str(tiny), "--trials", "4", "--jobs", "1"]
+    assert benchmark([*command, "--csv", str(tmp_path / "a.csv")]) == 130
+    printed = capsys.readouterr()
+    assert "| 2      | 2       |" in printed.out
+    assert ",2,2," in (tmp_path / "a.csv").read_text()
+    assert printed.err.splitlines()[-1].endswith("interrupted; 2 of 4 trials ended")
+    assert benchmark([*command, "--json", str(tmp_path / "a.jsonl")]) == 130
+    assert "2 of 4 trials ended, in" in capsys.readouterr().err
+    assert len(read_trials(tmp_path / "a.jsonl")[1]) == 2
+
+
+def test_the_command_says_them_before_its_first_trial(tiny: Path, tmp_path: Path, capsys) -> None:
+    path = tmp_path / "trials.jsonl"
+    command = [str(tiny), "--trials", "1", "--jobs", "1", "--json", str(path)]
+    assert benchmark(command) == 0
+    assert capsys.readouterr().err.startswith("1 trial of 1 case, 1 at a time\n")
+    assert read_trials(path)[0]["command"] == f"{command_name('benchmark')} {shlex.join(command)}"
+    assert benchmark([*command, "--resume"]) == 0  # nothing to say
+    assert "trials of" not in capsys.readouterr().err

@@ -7,7 +7,7 @@ from PIL import Image
 
 from drake_starnav.visualization.page import Extent
 from drake_starnav.visualization.plot import moment_figure
-from drake_starnav.visualization.scene_timeline import RecordedRun
+from drake_starnav.visualization.timeline import RecordedRun
 from tests.helpers.browser import PAGE
 
 FIELD_OF_VIEW, SPARE, TALL, TILTS = 20.0, 1.04, 0.5, {"top": 0.05, "follow": 35.0, "oblique": 50.0}

@@ -16,7 +16,7 @@ from drake_starnav.geometry.footprint import LEAST_SIZE, Footprint, disc, footpr
 from drake_starnav.parameters import declared
 from drake_starnav.robot import BASES, Limits, RobotParameters
 from drake_starnav.scenario.error_budget import SAMPLED
-from drake_starnav.scenario.faults import DriveParameters
+from drake_starnav.scenario.schema import DriveParameters
 from tests.helpers.motions import exact_poses, exact_rates, turned
 
 HARDEST_BRAKING = 6.0

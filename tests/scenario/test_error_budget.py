@@ -18,8 +18,7 @@ from drake_starnav.regions.safe_region import SCAN_PATIENCE
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario import Scenario
 from drake_starnav.scenario.error_budget import error_budget
-from drake_starnav.scenario.faults import DriveParameters, LocalizationParameters
-from drake_starnav.scenario.schema import SimulationParameters
+from drake_starnav.scenario.schema import DriveParameters, LocalizationParameters, SimulationParameters
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.tracking import DynamicObstacleParameters
 from drake_starnav.worlds.world import World

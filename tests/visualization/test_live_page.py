@@ -7,10 +7,13 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from pydrake.geometry import Meshcat, MeshcatParams
+from pydrake.systems.analysis import Simulator
 
 from drake_starnav.cli.live import LiveRun
 from drake_starnav.scenario import parse_scenario
-from drake_starnav.visualization.slider_goal import SLIDERS
+from drake_starnav.visualization.live_page import SLIDERS, STEP, SliderGoal, add_goal_sliders
+from drake_starnav.worlds.world import World
 from tests.helpers.browser import FLAGS, PATIENCE, browser_missing, find_chromium
 
 TEXT = "world: !Obstacles {bounds: [-1, -2, 5, 2], cylinders: [[1.5, 0.1, 0.3]], goal: [3.0, 0.0]}\n"
@@ -156,3 +159,38 @@ def test_a_browser_starts_pauses_and_sees_the_run(run) -> None:
         assert seen[0] == pytest.approx(run.pose[0], abs=0.1)
         assert complaints == []
         browser.close()
+
+
+WORLD = World("open", (0, 0, 0), (1.2345, -0.5678), bounds=(-1.0, -2.0, 6.0, 2.0))
+
+
+@pytest.fixture
+def meshcat() -> Meshcat:
+    return Meshcat(MeshcatParams(host="localhost", show_stats_plot=False))
+
+
+def test_the_goal_is_the_worlds_until_a_slider_moves(meshcat) -> None:
+    system = SliderGoal(WORLD.goal, add_goal_sliders(meshcat, WORLD), period=0.1)
+    simulator = Simulator(system)
+    port = system.GetOutputPort("goal")
+    simulator.AdvanceTo(1.0)
+    assert np.array_equal(port.Eval(simulator.get_context()), WORLD.goal)
+    meshcat.SetSliderValue("goal x", 4.0)
+    simulator.AdvanceTo(1.25)
+    assert port.Eval(simulator.get_context()) == pytest.approx([4.0, WORLD.goal[1]], abs=0.5 * STEP)
+
+
+def test_between_updates_the_goal_is_held(meshcat) -> None:
+    system = SliderGoal(WORLD.goal, add_goal_sliders(meshcat, WORLD), period=0.5)
+    simulator = Simulator(system)
+    simulator.AdvanceTo(0.1)
+    meshcat.SetSliderValue("goal y", 1.0)
+    simulator.AdvanceTo(0.4)
+    assert np.array_equal(system.GetOutputPort("goal").Eval(simulator.get_context()), WORLD.goal)
+
+
+def test_the_sliders_reach_over_the_world_and_no_further(meshcat) -> None:
+    add_goal_sliders(meshcat, WORLD)
+    for label, low, high in zip(SLIDERS, WORLD.extent[:2], WORLD.extent[2:], strict=True):
+        assert meshcat.SetSliderValue(label, -100.0) == pytest.approx(low)
+        assert meshcat.SetSliderValue(label, 100.0) == pytest.approx(high)

@@ -2,10 +2,28 @@
 
 import numpy as np
 import pytest
+from pydrake.geometry import Box, Sphere
+from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.multibody.plant import AddMultibodyPlant, CoulombFriction
+from pydrake.multibody.tree import SpatialInertia
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import ConstantVectorSource
 
+from drake_starnav.navigation import Navigation
+from drake_starnav.scenario import parse_scenario
+from drake_starnav.station.plant import plant_config
+from drake_starnav.station.robot_interface import RobotInterface, connect_robot
+from drake_starnav.station.robot_model import add_robot
+from drake_starnav.station.world_geometry import OBSTACLE_COLOR, add_ground
 from drake_starnav.visualization import meshes
 from drake_starnav.visualization.meshcat_stage import MeshcatStage
-from drake_starnav.visualization.timeline import Broadcast, Shape, Timeline, Track
+from drake_starnav.visualization.plot import moment_picture
+from drake_starnav.visualization.recorder import Recorder
+from drake_starnav.visualization.timeline import Broadcast, Shape, Solid, Timeline, Track
+from drake_starnav.worlds.world import World
+from tests.helpers.browser import BrowserCamera, browser_missing
+from tests.helpers.camera import floor_to_page, plotted
 
 
 def area(points: np.ndarray) -> float:
@@ -95,3 +113,96 @@ def test_a_tee_tells_each() -> None:
     first, second = [], []
     Broadcast(first, second).append(3)
     assert (first, second) == ([3], [3])
+
+
+WORLD = World("own", (0.0, 0.0, 0.0), (3.0, 0.0), bounds=(-1.0, -2.0, 4.0, 2.0))
+SCENARIO = parse_scenario("world: !Obstacles {}\nlidar: {beams: 36}", name="own")
+BLUE, RED = (0.1, 0.2, 0.8), (0.8, 0.1, 0.1)
+SPEED, DURATION = 0.5, 1.5
+FRICTION = CoulombFriction(0.0, 0.0)
+PLACES = {"rack": (2.0, 1.0), "unpainted": (2.0, -1.0), "floor": (3.4, 0.5)}
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory):
+    """The recorder of a robot that drives straight on beside a rack, a bare box and a ball that slides along y."""
+    builder = DiagramBuilder()
+    plant, scene_graph = AddMultibodyPlant(plant_config(), builder)
+    add_ground(plant, WORLD.extent)
+    world = plant.world_body()
+    rack, bare = (RigidTransform([*PLACES[name], 0.4]) for name in ("rack", "unpainted"))
+    plant.RegisterCollisionGeometry(world, rack, Box(0.6, 0.4, 0.8), "rack", FRICTION)
+    plant.RegisterVisualGeometry(world, rack, Box(0.6, 0.4, 0.8), "rack_visual", [*BLUE, 1.0])
+    plant.RegisterCollisionGeometry(world, bare, Box(0.6, 0.4, 0.8), "unpainted", FRICTION)
+    ball = plant.AddRigidBody("ball", plant.AddModelInstance("ball"), SpatialInertia.SolidSphereWithMass(1.0, 0.2))
+    plant.RegisterVisualGeometry(ball, RigidTransform(), Sphere(0.2), "ball_visual", [*RED, 1.0])
+    plant.SetDefaultFloatingBaseBodyPose(ball, RigidTransform([1.0, -1.5, 50.0]))  # it falls, seen from above
+    model = add_robot(plant, scene_graph, SCENARIO.robot, WORLD.start)
+    plant.Finalize()
+    robot = builder.AddNamedSystem("robot", RobotInterface(plant, scene_graph, model, SCENARIO))
+    connect_robot(builder, plant, scene_graph, model, robot)
+    ahead = builder.AddSystem(ConstantVectorSource([SPEED, 0.0]))
+    builder.Connect(ahead.get_output_port(), robot.GetInputPort("drive.twist_command"))
+    recorder = Recorder(tmp_path_factory.mktemp("own") / "own.html")
+    recorder.add_to(builder, Navigation(WORLD, robot))
+    simulator = Simulator(builder.Build())
+    context = plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
+    plant.SetFreeBodySpatialVelocity(context, ball, velocity(0.0, 1.0))
+    recorder.start()
+    simulator.AdvanceTo(DURATION)
+    recorder.finish()
+    return recorder
+
+
+def velocity(x: float, y: float):
+    from pydrake.multibody.math import SpatialVelocity
+
+    return SpatialVelocity(np.zeros(3), np.array([x, y, 0.0]))
+
+
+def shade(picture, place) -> np.ndarray:
+    matrix, offset = floor_to_page(WORLD.extent)
+    column, row = np.round(matrix @ np.array(place) + offset).astype(int)
+    return np.asarray(picture.convert("RGB"), dtype=float)[row, column] / 255.0
+
+
+@pytest.mark.parametrize("time", [0.0, 1.0, DURATION])
+def test_still_shows_own_bodies_in_place(recorded, time: float) -> None:
+    picture = moment_picture(recorded.recorded, time)
+    image = np.asarray(picture, dtype=float) / 255.0
+    for place, color in (
+        (PLACES["rack"], BLUE),
+        (PLACES["unpainted"], OBSTACLE_COLOR[:3]),
+        (PLACES["floor"], 1.0),
+        ((1.0, -1.5 + time), RED),
+    ):
+        assert image[plotted(recorded.recorded, place, picture)] == pytest.approx(color, abs=0.02)
+    assert recorded.recorded.robots[0].motion.at(time)[:2] == pytest.approx((SPEED * time, 0.0), abs=0.05)
+
+
+@pytest.mark.slow
+def test_browser_shows_own_bodies_in_colour(recorded) -> None:
+    if browser_missing() is not None:
+        pytest.skip(f"there is no {browser_missing()}")
+    with BrowserCamera(recorded._html) as camera:
+        picture = camera.picture(1.0)
+    assert shade(picture, PLACES["floor"]) == pytest.approx(1.0, abs=0.03)
+    assert shade(picture, PLACES["rack"]) == pytest.approx(BLUE, abs=0.15)
+
+
+def test_edge_on_wall_covers_nothing() -> None:
+    track = Track([0.0], [np.eye(3, 4)])
+    wall = np.array([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (1.0, 0.0, 1.0), (0.0, 0.0, 1.0)])
+    assert Solid(wall, None, BLUE, track).seen_from_above(0.0) == ([], 1.0)
+
+
+def test_turned_and_hollow_shapes() -> None:
+    X_WF = RigidTransform(RotationMatrix.MakeZRotation(np.pi / 2.0), [1.0, 2.0, 0.5])
+    corners = np.array([(0.0, 0.0, 0.0), (2.0, 0.0, 0.0), (2.0, 1.0, 0.0), (0.0, 1.0, 0.0)])
+    track = Track([0.0], [X_WF.GetAsMatrix34()])
+    ((outline,), top) = Solid(corners, None, BLUE, track).seen_from_above(3.0)
+    assert outline.min(axis=0) == pytest.approx((0.0, 2.0)) and outline.max(axis=0) == pytest.approx((1.0, 4.0))
+    assert top == 0.5
+    faces = np.array([(0, 1, 2)])
+    ((triangle,), _) = Solid(corners, faces, BLUE, track).seen_from_above(0.0)
+    assert triangle.shape == (3, 2)

@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from drake_starnav.evaluation.jobs import Record
-from drake_starnav.evaluation.report.intervals import ratio_interval
 from drake_starnav.evaluation.report.results import Results
-from drake_starnav.evaluation.summary import summarise, wilson_interval
+from drake_starnav.evaluation.summary import ratio_interval, summarise, wilson_interval
 from drake_starnav.visualization.world_figure import WIDTH, draw_world, new_figure
 from drake_starnav.worlds import World
 
