@@ -31,6 +31,7 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numba
 import parso
 import pytest
 import yaml
@@ -268,6 +269,9 @@ class Tests:
             items[:] = [item for item in items if item.nodeid in self.chosen]
             items.sort(key=lambda item: self.chosen[item.nodeid])
 
+    def pytest_collection_finish(self) -> None:
+        numba.config.DISABLE_JIT = False  # what stays compiled may have to be for what now calls it
+
     def pytest_collectreport(self, report: pytest.CollectReport) -> None:
         if report.failed:
             self.killer = f"{report.nodeid}: does not import"
@@ -343,7 +347,6 @@ def tried(loader: Mutated, files: Sequence[str], durations: dict[str, float], li
         gc.disable()
         for stream in (1, 2):
             os.dup2(os.open(os.devnull, os.O_WRONLY), stream)
-        os.environ["NUMBA_DISABLE_JIT"] = "1"
         sys.meta_path.insert(0, loader)
         try:
             importlib.import_module(loader.name)
@@ -370,8 +373,6 @@ def _die_of_the_limits(limit: float) -> None:
 
 def scored(module: str, files: Sequence[str], count: int, seed: int) -> list[dict[str, Any]]:
     """The fate of a random draw of a module's mutants."""
-    import numba
-
     os.chdir(ROOT)
     path = ROOT / "drake_starnav" / f"{module}.py"
     source = path.read_text(encoding="utf-8")
