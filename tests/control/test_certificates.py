@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from drake_starnav.control.braking_certificate import StarCertificate
 from drake_starnav.control.certificates import accepted, standard_certificates
+from drake_starnav.control.footprint_certificate import FootprintCertificate
 from drake_starnav.control.inputs import TrackedObstacles
 from drake_starnav.control.motion import Motion, roll_out
 from drake_starnav.control.moving_certificate import MOVING_MARGIN, MovingCertificate
@@ -79,6 +80,23 @@ def test_all_certificates_are_asked_for_all_that_is_declared(seed: int, margin: 
     assert accepted(motion, standard_certificates(star, margin, commands, pose[:2])) == StarCertificate(star).accepts(
         motion
     )
+
+
+@settings(max_examples=100)
+@given(seeds)
+def test_of_polygons_the_discs_that_cover_them_may_leave_the_star_if_they_keep_clear_of_what_was_hit(seed: int) -> None:
+    rng, robot = (
+        np.random.default_rng(seed),
+        RobotParameters(footprint=[[0.2, 0.1], [-0.2, 0.1], [-0.2, -0.1], [0.2, -0.1]]),
+    )
+    hits = rng.uniform(-1.2, 1.2, (8, 2))
+    hits = hits[np.hypot(*hits.T) > 0.3]
+    values, gaps = np.full(8, rng.choice([0.1, 0.5])), np.zeros(len(hits))
+    star = CertifiedRegion(np.zeros(2), 0.0, values, hits, hits, gaps, seen=True, reach=0.8)
+    commands, pose = actuation(robot, hold=0.1), rng.uniform(-0.1, 0.1, 3)
+    motion = roll_out(pose, np.zeros(2), rng.uniform((-0.3, -2.0), (0.8, 2.0)), commands)
+    kept = StarCertificate(star).accepts(motion) or FootprintCertificate(star, 0.01, robot.shape).accepts(motion)
+    assert accepted(motion, standard_certificates(star, 0.01, commands, pose[:2])) == kept
 
 
 @pytest.mark.parametrize(("twist", "grips"), [((0.8, 2.0), True), ((2.0, 5.0), False)])

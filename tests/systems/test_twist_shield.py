@@ -71,7 +71,10 @@ def test_a_twist_does_not_pass_in_the_same_instant() -> None:
     assert not system.HasDirectFeedthrough(0)
 
 
-@pytest.mark.parametrize("desired, pose", [([np.nan, 0.0], (0.0, 0.0, 0.0)), ([0.1, 0.0], (0.0, np.inf, 0.0))])
+@pytest.mark.parametrize(
+    "desired, pose",
+    [([np.nan, 0.0], (0.0, 0.0, 0.0)), ([0.1, 0.0], (0.0, np.inf, 0.0)), ([0.1, 0.0], (0.0, 0.0, np.nan))],
+)
 def test_what_is_not_finite_ends_the_simulation(desired, pose) -> None:
     with pytest.raises(StarnavError, match="desired_twist is .*; allowed: finite numbers"):
         shielding(desired, pose=pose).AdvanceTo(0.1)
