@@ -143,7 +143,7 @@ class MeshcatStage:
 
         Args:
             layer, mesh, time: W, m and s.
-            opacity: below 1 the object hides nothing, and its opacity may change later.
+            opacity: below 1 the object hides nothing.
             colors: shape (n, 3), one for each vertex, instead of the layer's.
         """
         if not len(mesh):
@@ -186,10 +186,6 @@ class MeshcatStage:
             self._show(path, False, time)
         else:
             self._meshcat.Delete(path)
-
-    def set_opacity(self, path: str, opacity: float, time: float) -> None:
-        """Set a keyframe of the opacity of an object that was added with one below 1; it changes evenly in between."""
-        self._meshcat.SetProperty(f"{path}/<object>", "material.opacity", opacity, time)
 
     def _set_mesh(self, path: str, layer: str, mesh: Mesh, opacity: float, colors: np.ndarray | None) -> None:
         vertices, faces = np.asfortranarray(mesh.vertices.T), np.asfortranarray(mesh.faces.T)

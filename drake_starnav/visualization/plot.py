@@ -26,15 +26,9 @@ from drake_starnav.visualization.meshes import DECK_COLOR, HEADING_COLOR, LIDAR_
 from drake_starnav.visualization.page import ROOT, around_robot
 from drake_starnav.visualization.star_roadmap_visualizer import FRAME_SLACK
 from drake_starnav.visualization.timeline import RecordedRun, RobotTrack, SceneTimeline, Shape
-from drake_starnav.visualization.world_figure import DETAILED, figure_pixels, new_figure
+from drake_starnav.visualization.world_figure import DETAILED, WIDTH, figure_pixels, new_figure
 from drake_starnav.worlds.world import ROBOT_HEIGHT
 
-WIDTH, LEGEND, BORDER, MARGIN = 504.0, 190.0, 46.0, 18.0
-"""Of the scene, the legend, the border with the axes' numbers, and that elsewhere, points of 1/72 inch."""
-ROW_HEIGHT = 15.0
-"""Of the legend, points."""
-POINT = 72.0
-"""Points an inch."""
 DPI = 200
 """Of what is drawn as pixels."""
 TEXT_SIZE = 9.0
@@ -43,8 +37,6 @@ LONG_NUMBER = re.compile(rb"(\d\.\d\d)\d+")
 SOLID_ORDER, ON_TOP = 100.0, 300.0
 """Drawing order; flat layers have the order of their height in cm, solid shapes that of their top and SOLID_ORDER."""
 ROBOT_ORDER = SOLID_ORDER + 100.0 * ROBOT_HEIGHT
-DOTS = 0.58
-"""Factor on the sizes of lone points: a figure is as much narrower than the page for which they are."""
 SHADES = 16
 """A layer whose vertices have colours is drawn in so many shades of each channel."""
 SEAM = 0.5
@@ -65,12 +57,9 @@ def moment_figure(recorded: RecordedRun, time: float, view: str = "top", title: 
     extent = around_robot(recorded.robots[0].motion.at(time)) if view == "follow" else np.add(recorded.extent, walls)
     (x0, y0, x1, y1), caption = extent, recorded.caption
     handles = [_handle(layer) for name, layer in caption.legend.items() if caption.shows(name)]
-    height = WIDTH * (y1 - y0) / (x1 - x0)
-    size = BORDER + WIDTH + MARGIN + LEGEND, MARGIN + max(height + BORDER, ROW_HEIGHT * len(handles))
-    figure = new_figure(size[1] / POINT, size[0] / POINT)
-    figure.set_layout_engine("none")
-    top = 1.0 - (MARGIN + height) / size[1]
-    axes = figure.add_axes((BORDER / size[0], top, WIDTH / size[0], height / size[1]), xlim=(x0, x1), ylim=(y0, y1))
+    scene = 0.67 * WIDTH * (y1 - y0) / (x1 - x0)  # its height, inches; the legend takes the rest of the width
+    figure = new_figure(max(scene + 0.9, 0.22 * len(handles) + 0.2))
+    axes = figure.add_subplot(xlim=(x0, x1), ylim=(y0, y1), anchor="NW")
     axes.set_aspect("equal")
     axes.set_xlabel("x in m")
     axes.set_ylabel("y in m")
@@ -79,8 +68,7 @@ def moment_figure(recorded: RecordedRun, time: float, view: str = "top", title: 
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(MultipleLocator(step))
     _draw_scene(axes, recorded, time)
-    place = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0), "frameon": False}  # a longer text makes a file wider
-    legend = axes.legend(handles=handles, fontsize=TEXT_SIZE, labelspacing=0.6, **place)
+    legend = figure.legend(handles=handles, loc="outside right upper", labelspacing=0.6, frameon=False)
     for text in legend.get_texts():
         text.set_parse_math(False)
     return figure
@@ -92,7 +80,7 @@ def write_figure(path: Path, recorded: RecordedRun, time: float) -> None:
     file = io.BytesIO()
     with rc_context({"svg.fonttype": "none", "svg.hashsalt": "starnav", "font.size": TEXT_SIZE}):
         figure = moment_figure(recorded, time)
-        figure.savefig(file, format=path.suffix[1:], dpi=DPI, bbox_inches="tight", metadata={dated: None})
+        figure.savefig(file, format=path.suffix[1:], dpi=DPI, metadata={dated: None})
     content = file.getvalue()
     if path.suffix == ".svg":
         content = LONG_NUMBER.sub(rb"\1", content)
@@ -148,7 +136,7 @@ def _draw_shape(axes: Axes, shape: Shape, time: float) -> None:
     order = ON_TOP if shape.on_top else 100.0 * shape.height
     points = shape.points
     if shape.faces is None:
-        look = {"color": shape.colors[0], "markersize": DOTS * shape.size, "markeredgewidth": 0.0, "zorder": order}
+        look = {"color": shape.colors[0], "markersize": shape.size, "markeredgewidth": 0.0, "zorder": order}
         axes.add_line(Line2D(*points.T, linestyle="none", marker="s", **look))
         return
     # Where vertices have colours, rims of one shade are drawn together.
@@ -158,7 +146,7 @@ def _draw_shape(axes: Axes, shape: Shape, time: float) -> None:
         color = np.round(SHADES * color) / SHADES if len(shape.colors) > 1 else color
         kinds.setdefault(tuple(color), []).append(Outline(points[[*loop, loop[0]]], closed=True))
     for color, paths in kinds.items():
-        area, opacity = Outline.make_compound_path(*paths), shape.value("opacity", time, 1.0)
+        area, opacity = Outline.make_compound_path(*paths), shape.opacity
         seam = SEAM if opacity >= 1.0 else 0.0
         axes.add_artist(PathPatch(area, color=color, alpha=opacity, linewidth=seam, joinstyle="round", zorder=order))
 

@@ -32,16 +32,12 @@ REGION_VERTICES = 120
 """Corners of a region's outline."""
 NODE_RADIUS = 0.09
 """Of a roadmap node, m."""
-NEW_OPACITY, OLD_OPACITY = 0.45, 0.12
-"""Of the newest region, and of a region as soon as a newer one is there."""
-FADE_TIME = 3.0
-"""A region is gone this long after a newer one is there, s."""
+BRIGHT, FAINT = (0.45, 0.9), (0.12, 0.3)
+"""Opacity of area and outline of the newest region, and of a region as soon as a newer one is there."""
 FRAME_SLACK = 1e-6
 """Meshcat's frame at time t is floor(t * frames_per_second): this keeps rounding from losing a frame, s."""
 OLD_REGIONS = 3
 """At most so many old regions are shown: on top of one another they are still fainter than the newest."""
-OUTLINE_OPACITY = (0.9, 0.3)
-"""Opacity of the newest region's outline, and of older ones."""
 CERTIFICATE_OPACITY = 0.55
 CERTIFICATE_POINTS = 8
 """A certificate's path is reduced to about this many points."""
@@ -129,7 +125,6 @@ class StarRoadmapVisualizer(LeafSystem):
         self._mark("goal", goal, time)
         if state is not None:
             self._draw_roadmap(state.roadmap, time)
-            self._fade(time)
             self._mark("frontiers/target", None if state.target is None else state.target[0], time)
         if pose is not None:
             speed = 0.0 if twist is None else float(self._robot.drive.body_rates(twist)[0])
@@ -193,36 +188,29 @@ class StarRoadmapVisualizer(LeafSystem):
         self._grow(self._stage.add("frontiers/stuck", crosses, time))
 
     def _draw_region(self, region: StarRegion, time: float) -> None:
-        """Draw the newest region; the one before it is faint at once."""
-        for path, bright, faint in self._drawn.regions[-1].parts if self._drawn.regions else ():
-            self._stage.set_opacity(path, bright, max(time - 1.0 / self._parameters.frames_per_second, 0.0))
-            self._stage.set_opacity(path, faint, time)
-        if self._drawn.regions:
-            self._drawn.regions[-1].old_since = time
-        self._remove_regions(len(self._drawn.regions) - OLD_REGIONS, time)
-        height, rim = LAYERS["regions"].height, region.outline(REGION_VERTICES)
-        outline = meshes.ribbon(rim, 0.5 * LINE_WIDTH, height, closed=True)
-        fill = NEW_OPACITY, OLD_OPACITY
-        parts = []
-        for mesh, (bright, faint) in ((meshes.fan(region.center, rim, height), fill), (outline, OUTLINE_OPACITY)):
-            added = self._stage.add("regions", mesh, time, bright)
-            if added:
-                parts.append((added, bright, faint))
-        self._drawn.regions.append(_Region(parts))
+        """Draw the newest region; the one before it is drawn anew, faint."""
+        regions = self._drawn.regions
+        if regions:
+            before = regions[-1][0]
+            self._remove_regions(-1, time)
+            regions.append((before, self._add_region(before, FAINT, time)))
+        self._remove_regions(max(len(regions) - OLD_REGIONS, 0), time)
+        regions.append((region, self._add_region(region, BRIGHT, time)))
 
-    def _fade(self, time: float) -> None:
-        """Remove regions that have faded; each keyframe is set in its own time, or the recording might be too long."""
-        due = [self._is_due(time, region.old_since + FADE_TIME) for region in self._drawn.regions]
-        self._remove_regions(sum(due), time)
+    def _add_region(self, region: StarRegion, opacities: tuple[float, float], time: float) -> list[str]:
+        """Paths of the area and the outline of a region, in these opacities."""
+        height, rim = LAYERS["regions"].height, region.outline(REGION_VERTICES)
+        parts = meshes.fan(region.center, rim, height), meshes.ribbon(rim, 0.5 * LINE_WIDTH, height, closed=True)
+        added = [self._stage.add("regions", mesh, time, o) for mesh, o in zip(parts, opacities, strict=True)]
+        return [path for path in added if path]
 
     def _remove_regions(self, count: int, time: float) -> None:
-        """Remove the oldest ones; the number may be negative for none."""
-        for region in self._drawn.regions[: max(count, 0)]:
-            for path, _, _ in region.parts:
-                if region.old_since < math.inf:
-                    self._stage.set_opacity(path, 0.0, time)  # evenly from when it became old
+        """Remove so many of the oldest ones, or if negative of the newest."""
+        chosen = slice(count) if count >= 0 else slice(count, None)
+        for _, paths in self._drawn.regions[chosen]:
+            for path in paths:
                 self._stage.remove(path, time)
-        del self._drawn.regions[: max(count, 0)]
+        del self._drawn.regions[chosen]
 
     def _is_due(self, time: float, due: float) -> bool:
         """With half a frame of tolerance: publishes are as far apart as frames, up to rounding."""
@@ -282,15 +270,6 @@ class StarRoadmapVisualizer(LeafSystem):
 
 
 @dataclass
-class _Region:
-    """A region that is shown: path, opacity while it is the newest and afterwards of each part; and when a newer one
-    came, s."""
-
-    parts: list[tuple[str, float, float]]
-    old_since: float = math.inf
-
-
-@dataclass
 class _Drawn:
     """The snapshots drawn last, and the objects that will change."""
 
@@ -301,5 +280,5 @@ class _Drawn:
     trail: list[tuple[float, float, float]] = field(default_factory=list)
     marked: dict[str, np.ndarray | None] = field(default_factory=dict)
     growing: list[str] = field(default_factory=list)
-    regions: list[_Region] = field(default_factory=list)
+    regions: list[tuple[StarRegion, list[str]]] = field(default_factory=list)
     next_scan_time: float = 0.0

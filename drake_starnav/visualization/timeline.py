@@ -36,7 +36,8 @@ class Shape:
         colors: shape (1, 3) for all of it, or (n, 3) for each point; red, green, blue, 0 to 1.
         size: of a lone point, pixels.
         on_top: whether it is never hidden.
-        tracks: property -> its keyframes.
+        opacity: 0 to 1.
+        shown: whether it is visible.
     """
 
     points: np.ndarray
@@ -45,7 +46,8 @@ class Shape:
     colors: np.ndarray
     size: float = 0.0
     on_top: bool = False
-    tracks: dict[str, "Track"] = field(default_factory=dict)
+    opacity: float = 1.0
+    shown: "Track" = field(default_factory=lambda: Track([0.0], [True]))
 
     @cached_property
     def loops(self) -> list[list[int]]:
@@ -67,10 +69,6 @@ class Shape:
                     del after[here]
             loops.append(loop[:-1])
         return loops
-
-    def value(self, name: str, time: float, otherwise: Any) -> Any:
-        """A property at a time."""
-        return self.tracks[name].at(time) if name in self.tracks else otherwise
 
 
 @dataclass
@@ -109,8 +107,7 @@ class Timeline:
     def SetTriangleMesh(self, path: str, vertices: np.ndarray, faces: np.ndarray, rgba: Rgba) -> None:
         """Add triangles of one colour; vertices have shape (3, n), faces (3, k)."""
         color = np.array([[rgba.r(), rgba.g(), rgba.b()]])
-        self._shapes[path] = Shape(vertices[:2].T, vertices[2, 0], faces.T, color)
-        self._set(path, "opacity", rgba.a(), 0.0)
+        self._shapes[path] = Shape(vertices[:2].T, vertices[2, 0], faces.T, color, opacity=rgba.a())
 
     def SetTriangleColorMesh(self, path: str, vertices: np.ndarray, faces: np.ndarray, colors: np.ndarray) -> None:
         """Add triangles whose vertices have colours of shape (3, n), linear light."""
@@ -123,12 +120,10 @@ class Timeline:
         self._shapes[path] = Shape(points[:, :2], points[0, 2], None, color, size)
 
     def SetProperty(self, path: str, name: str, value: Any, time_in_recording: float = 0.0) -> None:
-        """Set a keyframe of `visible` or of the opacity; other properties hardly matter from above."""
+        """Set a keyframe of `visible`; most other properties hardly matter from above."""
         path = path.removesuffix("/<object>")
         if name == "visible":
-            self._set(path, "visible", bool(value), time_in_recording)
-        elif name == "material.opacity":
-            self._set(path, "opacity", float(value), time_in_recording)
+            self._shapes[path].shown.set(bool(value), time_in_recording)
         elif name == "material.depthTest":
             self._shapes[path].on_top = not value
 
@@ -138,10 +133,7 @@ class Timeline:
 
     def visible(self, time: float) -> dict[str, Shape]:
         """Path -> object of what is visible at a time, s, in the order of their creation."""
-        return {path: shape for path, shape in self._shapes.items() if shape.value("visible", time, True)}
-
-    def _set(self, path: str, name: str, value: Any, time: float) -> None:
-        self._shapes[path].tracks.setdefault(name, Track()).set(value, time)
+        return {path: shape for path, shape in self._shapes.items() if shape.shown.at(time)}
 
 
 class Broadcast:

@@ -446,6 +446,7 @@ def test_a_page_of_another_size_is_drawn_to_it_at_once(page):
           requestAnimationFrame(function next() { frames_drawn.push('frame'); requestAnimationFrame(next); });
         }""")
     page.set_viewport_size({"width": 800, "height": 800})
+    page.wait_for_function("frames_drawn.includes('resized')")  # however slow the machine
     page.wait_for_timeout(300)
     drawn = page.evaluate("frames_drawn")
     last = max(k for k, what in enumerate(drawn) if what == "resized")

@@ -52,14 +52,6 @@ def test_objects_are_there_from_when_they_came_to_when_they_went(stage, timeline
     assert lengths == [[], [1.0], [1.0], [2.0], []]
 
 
-def test_opacity_glides_between_keyframes(stage, timeline) -> None:
-    path = stage.add("regions", meshes.discs(np.zeros((1, 2)), 1.0, 0.0), 1.0, opacity=0.5)
-    stage.set_opacity(path, 0.5, 2.0)
-    stage.set_opacity(path, 0.1, 3.0)
-    (shape,) = timeline.visible(4.0).values()
-    assert [shape.value("opacity", time, 1.0) for time in (1.0, 2.5, 4.0)] == pytest.approx([0.5, 0.3, 0.1])
-
-
 def test_points_colours_and_what_is_never_hidden_are_kept(stage, timeline) -> None:
     stage.add_points("scan", np.array([(1.0, 2.0), (3.0, 4.0)]), 0.0)
     colors = np.array([(0.1, 0.5, 0.9)] * 4)
