@@ -47,22 +47,24 @@ def hidden(ends: np.ndarray, shades: bool, center: np.ndarray) -> shapely.Geomet
     return shapely.MultiPoint(np.vstack((corners, center + (50.0 if shades else 1.0) * (corners - center)))).convex_hull
 
 
-@settings(max_examples=300)
+@settings(max_examples=400)
 @given(seeds)
 def test_a_motion_keeps_clear_if_it_does_so_at_each_of_its_poses(seed: int) -> None:
-    """Of each surface by the margin or by the bound that holds at first: else it is refused, and only then."""
+    """Of each surface by the margin or by the bound that holds at first: else it is refused, and only then; in steps
+    of any length."""
     rng = np.random.default_rng(seed)
-    steps = rng.choice([0.005, 0.1]) * rng.standard_normal((rng.integers(2, 9), 3)) * (1.0, 1.0, 2.0)
+    steps = rng.choice([0.005, 0.1, 1.0]) * rng.standard_normal((rng.integers(2, 9), 3)) * (1.0, 1.0, 2.0)
     poses = rng.uniform(-1.0, 1.0, 3) * (0.5, 0.5, math.pi) + np.cumsum(steps, axis=0)
-    ends = np.empty((3, 4))
-    ends[:, :2] = poses[0, :2] + rng.uniform(-0.9, 0.9, (3, 2))
-    ends[:, 2:] = ends[:, :2] + rng.uniform(-0.1, 0.1, (3, 2))
-    surfaces = Chords(ends, rng.random(3) < 0.5, poses[0, :2] + rng.uniform(-0.1, 0.1, 2))
-    margin, room = rng.uniform(0.0, 0.1), rng.uniform(0.1, 2.0)
+    count = rng.integers(1, 4)
+    ends = np.empty((count, 4))
+    ends[:, :2] = poses[rng.integers(len(poses), size=count), :2] + rng.uniform(-0.9, 0.9, (count, 2))
+    ends[:, 2:] = ends[:, :2] + rng.uniform(-0.1, 0.1, (count, 2))
+    surfaces = Chords(ends, rng.random(count) < 0.5, poses[0, :2] + rng.uniform(-0.1, 0.1, 2))
+    margin, room = rng.uniform(0.0, 0.1), rng.choice([rng.uniform(0.1, 2.0), 99.0])
     accepts = keeps_clear(poses, surfaces, ELL.polygons, (margin, ELL.radius, room))
     inside = (np.hypot(*(poses[:, :2] - surfaces.center).T) <= room).all()
-    bounds, distances = np.empty((2, 3, len(poses)))
-    for j in range(3):
+    bounds, distances = np.empty((2, count, len(poses)))
+    for j in range(count):
         one = Chords(ends[j : j + 1], surfaces.shades[j : j + 1], surfaces.center)
         behind = hidden(ends[j], surfaces.shades[j], surfaces.center)
         bounds[j] = [gap(pose, ELL, one) for pose in poses]
@@ -79,3 +81,18 @@ def test_what_leaves_the_known_area_does_not_keep_clear(room: float, clear: bool
     nothing = Chords(np.zeros((0, 4)), np.zeros(0, bool), np.array((1.0, 2.0)))
     poses = np.array(((1.0, 2.0, 0.0), (1.3, 2.0, 0.0), (1.0, 2.1, 0.0)))
     assert keeps_clear(poses, nothing, ELL.polygons, (0.01, ELL.radius, room)) == clear
+
+
+@pytest.mark.parametrize("way", [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.6, -0.8), (0.0, 0.0)])
+@pytest.mark.parametrize("turn", [0.0, 0.5, -2.0])
+@pytest.mark.parametrize("count", [2, 3, 40])
+def test_a_long_step_to_a_surface_is_no_less_noticed_than_many_short_ones(way, turn: float, count: int) -> None:
+    """Also from one side of the origin to the other, and where the robot only turns."""
+    there = np.column_stack((np.linspace(-0.5, 0.5, count)[:, None] * way, np.linspace(0.0, turn, count)))
+    poses = np.vstack((there, there[::-1]))
+    for nose in (0.28, 0.32):  # in the front of the robot at the far end, or just ahead of it
+        hit = there[-1, :2] + nose * np.array((math.cos(turn), math.sin(turn)))
+        surface = Chords(np.hstack((hit, hit))[None], np.array([False]), np.zeros(2))
+        bounds = np.array([gap(pose, ELL, surface) for pose in poses])
+        clear = (bounds >= min(0.01, bounds[0])).all()
+        assert keeps_clear(poses, surface, ELL.polygons, (0.01, ELL.radius, 9.0)) == (clear and bounds[0] > 0.0)
