@@ -47,7 +47,7 @@ def hidden(ends: np.ndarray, shades: bool, center: np.ndarray) -> shapely.Geomet
     return shapely.MultiPoint(np.vstack((corners, center + (50.0 if shades else 1.0) * (corners - center)))).convex_hull
 
 
-@settings(max_examples=400)
+@settings(max_examples=300)
 @given(seeds)
 def test_a_motion_keeps_clear_if_it_does_so_at_each_of_its_poses(seed: int) -> None:
     """Of each surface by the margin or by the bound that holds at first: else it is refused, and only then; in steps
@@ -96,3 +96,19 @@ def test_a_long_step_to_a_surface_is_no_less_noticed_than_many_short_ones(way, t
         bounds = np.array([gap(pose, ELL, surface) for pose in poses])
         clear = (bounds >= min(0.01, bounds[0])).all()
         assert keeps_clear(poses, surface, ELL.polygons, (0.01, ELL.radius, 9.0)) == (clear and bounds[0] > 0.0)
+
+
+@settings(max_examples=60)
+@given(seeds)
+def test_surfaces_count_as_far_as_the_robot_can_get_with_its_margin(seed: int) -> None:
+    """From where the scan was taken straight on, with its farthest corner ahead."""
+    rng = np.random.default_rng(seed)
+    center, bearing, margin = rng.uniform(-3.0, 3.0, 2), rng.uniform(-math.pi, math.pi), rng.uniform(0.01, 0.1)
+    ahead = np.array((math.cos(bearing), math.sin(bearing)))
+    corner = max(np.vstack(ELL.parts), key=np.linalg.norm)
+    way = np.cumsum(rng.uniform(0.1, 1.0, rng.integers(2, 6)))
+    poses = np.column_stack((center + way[:, None] * ahead, np.full(len(way), bearing - math.atan2(*corner[::-1]))))
+    for share in (0.9, 1.1):
+        hit = poses[-1, :2] + (ELL.radius + share * margin) * ahead
+        surface = Chords(np.hstack((hit, hit))[None], np.array([False]), center)
+        assert keeps_clear(poses, surface, ELL.polygons, (margin, ELL.radius, 9.0)) == (share > 1.0)
