@@ -226,7 +226,7 @@ def body_rates(velocity, limits):
 def _roll_out(pose, twist, target, phases, limits, lever, samples):
     """`roll_out` on arrays and numbers: the number of samples, which may not all have room, and the fields after."""
     delay, hold = phases
-    limits = Limits(limits[0], limits[1], limits[2], limits[3], limits[4])
+    limits = Limits(*limits)
     now, moves, commanded_velocity = Pose(pose[0], pose[1], pose[2]), velocity_of(twist), velocity_of(target)
     speed, rate = body_rates(moves, limits)
     samples[0] = now.x, now.y, now.yaw, speed, rate, 0.0

@@ -41,7 +41,7 @@ def followed(inputs: ControllerInputs, margins: Margins, robot: RobotParameters)
         robot: its size and limits.
     """
     pose, _, guidance, star = inputs
-    known = guidance.path, guidance.arrives, guidance.regions, star.near_hits
+    known = guidance.path, guidance.arrives, tuple(guidance.regions), star.near_hits
     near_wall = near_wall_radius(margins.safety, robot.shape.narrow)
     limits = robot.limits
     if len(guidance.poses):
@@ -97,7 +97,7 @@ def _followed(pose, known, star, near_wall, limits):
     """`followed` as numbers: the guiding vector (x, y), zero where it shall stand, (v, omega), and the most speed."""
     x, y, yaw = pose
     path, arrives, regions, hits = known
-    limits = Limits(limits[0], limits[1], limits[2], limits[3], limits[4])
+    regions, limits = RegionUnion(*regions), Limits(*limits)  # plain tuples are handed over faster than named ones
     count = len(path)
     if count == 0 or (arrives and math.hypot(path[-1, 0] - x, path[-1, 1] - y) <= GOAL_REACHED):
         return 0.0, 0.0, 0.0, 0.0, 0.0

@@ -72,7 +72,7 @@ class Unshielded(LeafSystem):
         certified_by = self._certificates(context, pose[:2])
         count = self._stopwatch.count("command")
         desired, begin = self._desired.Eval(context), perf_counter()
-        if not all(map(math.isfinite, (*desired.tolist(), *pose.tolist()))):
+        if not math.isfinite(sum(desired.tolist()) + sum(pose.tolist())):
             raise StarnavError(
                 f"desired_twist is {desired.tolist()} at the pose {pose.tolist()}; allowed: finite numbers"
             )
