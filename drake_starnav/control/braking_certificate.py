@@ -38,18 +38,18 @@ class StarCertificate(NamedTuple):
 
     def accepts(self, motion: Motion) -> bool:
         """Whether the star contains every sample after the first."""
-        return _covered(self.star.alone[:3], motion.pose, motion.footprint.cover)
+        return _covered(self.star.alone[:3], motion.samples, motion.footprint.cover)
 
 
 @njit(cache=True)
-def _covered(star, poses, places):
-    """Whether a region contains places (m, 2) of a robot at all poses (n, 3) but the first.
+def _covered(star, samples, places):
+    """Whether a region contains places (m, 2) of a robot at all samples of a `Motion` but the first.
 
     `star` is what comes first in a union of one region: center, bearing_0, values.
     """
     center, bearing_0, values = star
-    for k in range(1, len(poses)):
-        x, y, cosine, sine = poses[k, 0], poses[k, 1], math.cos(poses[k, 2]), math.sin(poses[k, 2])
+    for k in range(1, len(samples)):
+        x, y, cosine, sine = samples[k, 0], samples[k, 1], math.cos(samples[k, 2]), math.sin(samples[k, 2])
         for j in range(len(places)):
             px, py = places[j]
             px, py = x + cosine * px - sine * py, y + sine * px + cosine * py
