@@ -15,6 +15,7 @@ A beam measures the first curve it crosses, from either side: a sensor inside a 
 Each shape within reach is tested only against the beams whose bearings it can cover.
 """
 
+import itertools
 import math
 from typing import NamedTuple
 
@@ -65,8 +66,8 @@ class Shapes(NamedTuple):
     @staticmethod
     def of(groups: list[np.ndarray]) -> "Shapes":
         """The arrays of rows in the given order."""
-        starts = np.cumsum([0, *(len(group) for group in groups)])
-        return Shapes(np.vstack([*groups, np.zeros((0, COLUMNS))]), starts)
+        starts = np.array([*itertools.accumulate(map(len, groups), initial=0)])
+        return Shapes(np.concatenate([*groups, np.zeros((0, COLUMNS))]), starts)
 
 
 def circle_rows(circles: np.ndarray) -> np.ndarray:
@@ -95,6 +96,15 @@ def segment_rows(segments: np.ndarray) -> np.ndarray:
     rows[:, 3] = SEGMENT
     rows[:, 4:8] = segments
     return rows
+
+
+@njit(cache=True)
+def rows_near(rows, x, y, reach):
+    """The rows (k, 14) out of n of shapes that may lie within reach of a point, m."""
+    near = np.empty(len(rows), np.bool_)
+    for i in range(len(rows)):
+        near[i] = math.hypot(rows[i, 0] - x, rows[i, 1] - y) <= reach + rows[i, 2]
+    return rows[near]
 
 
 @njit(cache=True)

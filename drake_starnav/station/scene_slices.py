@@ -33,7 +33,7 @@ from pydrake.geometry import (
 from pydrake.math import RigidTransform
 
 from drake_starnav.geometry.plane_slices import Solids, planar_poses, scan_planes, slice_solids
-from drake_starnav.geometry.raycast import Fan, Shapes, cast_groups, cast_rolling
+from drake_starnav.geometry.raycast import Fan, Shapes, cast_groups, cast_rolling, rows_near
 from drake_starnav.station.mesh_files import hull_faces, mesh_triangles
 from drake_starnav.worlds.footprints import box_vertices
 
@@ -131,9 +131,7 @@ class SceneSlices:
             for k in stale:
                 self._rows[k] = slice_solids(self._solids[k], planes[k])
             self._keys, self._kept = keys, (x, y, 2.0 * reach)
-            anchored = self._rows[0]
-            near = np.hypot(anchored[:, 0] - x, anchored[:, 1] - y) <= 2.0 * reach + anchored[:, 2]
-            self._groups = Shapes.of([anchored[near], *self._rows[1:]])
+            self._groups = Shapes.of([rows_near(self._rows[0], x, y, 2.0 * reach), *self._rows[1:]])
         ranges = np.full(len(fan.directions), np.inf)
         if X_WS_begin is None:
             cast_groups(self._groups, end, fan, ranges, range_max)
