@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 
 from drake_starnav.geometry.polyline import resampled
-from drake_starnav.lidar.scan_records import LoggedScan
+from drake_starnav.lidar.scan_log import LoggedScan
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.worlds import World
 from drake_starnav.worlds.outlines import place, rectangle

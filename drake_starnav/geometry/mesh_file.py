@@ -1,8 +1,12 @@
-"""The triangles of STL and COLLADA files, which Drake does not read; also of broken and hostile ones."""
+"""The triangles of STL, COLLADA and glTF files, of which Drake reads none; also of broken and hostile ones."""
 
+import base64
 import io
+import json
 import re
+from collections.abc import Callable, Iterator
 from typing import Any
+from urllib.parse import unquote
 from xml.etree import ElementTree
 
 import numpy as np
@@ -13,6 +17,9 @@ from drake_starnav.errors import StarnavError, said_by
 MOST_SHOWN = 20_000
 """Geometries that the nodes of a COLLADA scene may show, each as often as it is shown."""
 _FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+TRIANGLES, TRIANGLE_STRIP, TRIANGLE_FAN = 4, 5, 6
+_COMPONENTS = {5121: "<u1", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
+_WIDTHS = {"SCALAR": 1, "VEC3": 3}
 
 
 def mesh_triangles(data: bytes, suffix: str) -> tuple[np.ndarray, np.ndarray]:
@@ -111,3 +118,113 @@ def _shown(element: Any, nodes: dict[str, Any], known: dict[str, int]) -> int:
                 known[name] = _shown(nodes[name], nodes, known) if name in nodes else 0
             count = min(count + known[name], MOST_SHOWN + 1)
     return count
+
+
+def gltf_triangles(text: bytes | str, load: Callable[[str], bytes]) -> tuple[np.ndarray, np.ndarray]:
+    """The triangles of a file's scene, in its own frame (y up).
+
+    Args:
+        text: content of the .gltf file.
+        load: returns the content of another file by its URI.
+
+    Returns:
+        vertices, shape (n, 3), and triangles, shape (m, 3), indices of vertices.
+
+    Raises:
+        StarnavError: the file is invalid or its meshes are compressed; the caller adds the file's name.
+    """
+    try:
+        gltf = json.loads(text)
+        buffers = [_buffer(entry, load) for entry in gltf.get("buffers", [])]
+        pieces = list(_pieces(gltf, buffers))
+    except StarnavError:
+        raise
+    except (ValueError, KeyError, IndexError, TypeError, AttributeError, RecursionError) as error:
+        raise StarnavError(f"not a valid glTF 2.0 file ({type(error).__name__}: {error})") from error
+    if not pieces:
+        raise StarnavError("a glTF file without triangles")
+    offsets = np.cumsum([0, *(len(vertices) for vertices, _ in pieces)])
+    triangles = [corners + offset for (_, corners), offset in zip(pieces, offsets[:-1], strict=True)]
+    return np.vstack([vertices for vertices, _ in pieces]), np.vstack(triangles)
+
+
+def _pieces(gltf: dict[str, Any], buffers: list[bytes]) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Vertices and triangles of each primitive of the scene."""
+    nodes = gltf.get("nodes", [])
+    if "scenes" in gltf:
+        roots = gltf["scenes"][gltf.get("scene", 0)].get("nodes", [])
+    else:
+        roots = sorted(set(range(len(nodes))) - {child for node in nodes for child in node.get("children", [])})
+    stack = [(root, np.eye(4)) for root in reversed(roots)]
+    visits = 0
+    while stack:
+        index, parent = stack.pop()
+        visits += 1
+        if visits > len(nodes):
+            raise ValueError("a node is reached twice")
+        node = nodes[index]
+        transform = parent @ _transform(node)
+        stack += [(child, transform) for child in reversed(node.get("children", []))]
+        if "mesh" not in node:
+            continue
+        for primitive in gltf["meshes"][node["mesh"]]["primitives"]:
+            mode = primitive.get("mode", TRIANGLES)
+            if mode < TRIANGLES:  # points and lines have no surface
+                continue
+            if "KHR_draco_mesh_compression" in primitive.get("extensions", {}):
+                raise StarnavError("a glTF file with compressed meshes")
+            points = _accessor(gltf, buffers, primitive["attributes"]["POSITION"], "VEC3").astype(float)
+            order = np.arange(len(points))
+            if "indices" in primitive:
+                order = _accessor(gltf, buffers, primitive["indices"], "SCALAR").astype(np.int64).ravel()
+            if len(order) and order.max() >= len(points):
+                raise ValueError(f"index {order.max()} of {len(points)} vertices")
+            yield points @ transform[:3, :3].T + transform[:3, 3], _corners(order, mode)
+
+
+def _corners(order: np.ndarray, mode: int) -> np.ndarray:
+    if mode == TRIANGLES:
+        return order[: len(order) // 3 * 3].reshape(-1, 3)
+    first = order[:-2] if mode == TRIANGLE_STRIP else np.broadcast_to(order[:1], max(len(order) - 2, 0))
+    return np.column_stack((first, order[1:-1], order[2:]))
+
+
+def _transform(node: dict[str, Any]) -> np.ndarray:
+    """Pose and scale of a node in its parent, shape (4, 4)."""
+    if "matrix" in node:
+        return np.array(node["matrix"], dtype=float).reshape(4, 4).T  # column-major
+    x, y, z, w = np.array(node.get("rotation", (0.0, 0.0, 0.0, 1.0)), dtype=float)
+    rotation = np.array(
+        [
+            [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
+            [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
+            [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
+        ]
+    )
+    transform = np.eye(4)
+    transform[:3, :3] = rotation * np.array(node.get("scale", (1.0, 1.0, 1.0)), dtype=float)
+    transform[:3, 3] = node.get("translation", (0.0, 0.0, 0.0))
+    return transform
+
+
+def _accessor(gltf: dict[str, Any], buffers: list[bytes], index: int, kind: str) -> np.ndarray:
+    """The elements of an accessor, shape (count, width)."""
+    accessor = gltf["accessors"][index]
+    if "bufferView" not in accessor or "sparse" in accessor:
+        raise StarnavError("a glTF file with compressed or sparse meshes")
+    if accessor["type"] != kind:
+        raise ValueError(f"accessor {index} holds {accessor['type']} instead of {kind}")
+    view = gltf["bufferViews"][accessor["bufferView"]]
+    component = np.dtype(_COMPONENTS[accessor["componentType"]])
+    width, count = _WIDTHS[kind], accessor["count"]
+    step = view.get("byteStride", width * component.itemsize)
+    data = buffers[view["buffer"]]
+    start = view.get("byteOffset", 0) + accessor.get("byteOffset", 0)
+    return np.ndarray((count, width), component, data, start, (step, component.itemsize))
+
+
+def _buffer(entry: dict[str, Any], load: Callable[[str], bytes]) -> bytes:
+    uri = entry["uri"]
+    if uri.startswith("data:"):
+        return base64.b64decode(uri.partition(",")[2])
+    return load(unquote(uri))

@@ -1,8 +1,13 @@
-"""A robot's trajectory: its poses over time."""
+"""A robot's trajectory: its poses over time, and metrics beside its outcome.
+
+Metrics take samples at equal time steps. Speeds are first averaged over windows of `WINDOW`: wheel servo and contact
+solver add a small ripple at every step, which derivatives would amplify.
+"""
 
 import itertools
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,6 +16,12 @@ from drake_starnav.utils.snapshot import snapshot
 
 GAP_PERIOD = 0.05
 """Gaps between robots are measured at equal steps of this length, s."""
+WINDOW = 0.1
+"""Speeds are averaged over this time, s; an incomplete window at the end is dropped."""
+STANDING, DRIVING = 0.02, 0.1
+"""A robot slower than the first speed stands; one faster than the second drives, m/s."""
+STUCK_RADIUS, STUCK_TIME = 0.25, 5.0
+"""A robot is stuck if it stays within this distance of a place for at least this time, m and s."""
 
 
 @snapshot
@@ -69,3 +80,113 @@ def least_gaps(footprints: Sequence[Footprint], motions: Sequence[Motion]) -> li
         gap = min(a.distance(b) for a, b in zip(areas[i], areas[j], strict=True))
         least[i], least[j] = min(least[i], gap), min(least[j], gap)
     return least
+
+
+@dataclass(frozen=True)
+class MotionMetrics:
+    """Metrics for comparing controllers; except for the clearance, smaller is better.
+
+    Attributes:
+        mean_clearance_m: distance of the hull from the nearest obstacle, mean over time; infinite without obstacles.
+        jerk_mps3: root mean square of the forward speed's second derivative.
+        yaw_rate_change_radps2: mean absolute derivative of the yaw rate.
+        twist_energy_m2ps: integral over time of v^2 + (radius omega)^2/2, twice the kinetic energy of a disc per mass.
+        stops: number of times the robot came to a stop after driving.
+        stuck_s: time spent stuck.
+    """
+
+    mean_clearance_m: float
+    jerk_mps3: float
+    yaw_rate_change_radps2: float
+    twist_energy_m2ps: float
+    stops: int
+    stuck_s: float
+
+
+def motion_metrics(
+    positions: np.ndarray, twists: np.ndarray, clearances: np.ndarray, *, time_step: float, robot_radius: float
+) -> MotionMetrics:
+    """All metrics of one trajectory.
+
+    Args:
+        positions: of the robot's centre, shape (n, 2), W, m.
+        twists: (v, omega), shape (n, 2), m/s and rad/s.
+        clearances: of the hull, shape (n,), m.
+        time_step: between two samples, s.
+        robot_radius: m.
+    """
+    count = max(round(WINDOW / time_step), 1)
+    v, omega = window_means(twists[:, 0], count), window_means(twists[:, 1], count)
+    window = count * time_step
+    return MotionMetrics(
+        mean_clearance_m=float(clearances.mean()),
+        jerk_mps3=jerk(v, window),
+        yaw_rate_change_radps2=yaw_rate_change(omega, window),
+        twist_energy_m2ps=twist_energy(v, omega, window, robot_radius),
+        stops=stops(v),
+        stuck_s=time_stuck(positions[::count], window),
+    )
+
+
+def window_means(values: np.ndarray, count: int) -> np.ndarray:
+    """Means of consecutive groups of `count` values; an incomplete group at the end is dropped."""
+    whole = len(values) // count
+    return values[: whole * count].reshape(whole, count).mean(axis=1)
+
+
+def jerk(v: np.ndarray, time_step: float) -> float:
+    """Root mean square of the second difference quotient of the speed, m/s^3.
+
+    Args:
+        v: forward speed, shape (n,), m/s.
+        time_step: s.
+    """
+    second = np.diff(v, 2) / time_step**2
+    return float(np.sqrt(np.mean(second**2))) if len(second) else 0.0
+
+
+def yaw_rate_change(omega: np.ndarray, time_step: float) -> float:
+    """Mean absolute difference quotient of the yaw rate, rad/s^2; arguments as for `jerk`."""
+    first = np.diff(omega) / time_step
+    return float(np.abs(first).mean()) if len(first) else 0.0
+
+
+def twist_energy(v: np.ndarray, omega: np.ndarray, time_step: float, robot_radius: float) -> float:
+    """Integral of v^2 + (radius omega)^2/2 over time, m^2/s.
+
+    Args:
+        v, omega: forward speed and yaw rate, shape (n,), m/s and rad/s.
+        time_step: s.
+        robot_radius: radius of the disc, m.
+    """
+    return float((v @ v + 0.5 * robot_radius**2 * (omega @ omega)) * time_step)
+
+
+def stops(v: np.ndarray) -> int:
+    """Number of times the speed fell below STANDING after it had risen above DRIVING.
+
+    Args:
+        v: forward speed, shape (n,), m/s; reversing counts as driving.
+    """
+    speed = np.abs(v)
+    clear = speed[(speed < STANDING) | (speed > DRIVING)]  # speeds in between change nothing
+    return int(np.count_nonzero((clear[:-1] > DRIVING) & (clear[1:] < STANDING)))
+
+
+def time_stuck(positions: np.ndarray, time_step: float) -> float:
+    """Total time of the intervals of at least STUCK_TIME in which the robot stays within STUCK_RADIUS of their start.
+
+    An interval begins where the one before ended, as in Nav2's `SimpleProgressChecker`.
+
+    Args:
+        positions: shape (n, 2), W, m.
+        time_step: s.
+    """
+    total, begin = 0.0, 0
+    for k in range(1, len(positions) + 1):
+        if k < len(positions) and math.dist(positions[begin], positions[k]) <= STUCK_RADIUS:
+            continue
+        lasted = (k - 1 - begin) * time_step
+        total += lasted if lasted >= STUCK_TIME - 1e-9 else 0.0
+        begin = k
+    return total

@@ -2,8 +2,7 @@
 
 import drake_starnav.utils.compilation  # noqa: F401  (shows what is compiled)
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.lidar.scan_log import read_scan_log
-from drake_starnav.lidar.scan_records import LoggedScan
+from drake_starnav.lidar.scan_log import LoggedScan, read_scan_log
 from drake_starnav.lidar.sensor_model import LidarParameters
 
 __all__ = ["LaserScan", "LidarParameters", "LoggedScan", "read_scan_log"]

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from drake_starnav.errors import StarnavError, said_by
-from drake_starnav.lidar.scan_records import LoggedScan, ScanRecord, Sectors, logged_scans
+from drake_starnav.lidar.scan_log import LoggedScan, ScanRecord, Sectors, logged_scans
 
 POSE_TOPICS = ("/odom", "/tf")
 """Where poses are looked for, in this order."""

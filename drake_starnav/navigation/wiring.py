@@ -26,7 +26,7 @@ from drake_starnav.systems.star_perception import StarPerception, lidar_names
 from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
 from drake_starnav.systems.twist_shield import TwistShield, Unshielded
 from drake_starnav.utils.stopwatch import Stopwatch
-from drake_starnav.worlds.endpoints import check_free, check_free_ends
+from drake_starnav.worlds.solvable import check_free, check_free_ends
 from drake_starnav.worlds.world import World
 
 SYSTEMS = (

@@ -36,7 +36,7 @@ from drake_starnav.station.world_geometry import add_ground, add_world
 from drake_starnav.systems.goal_sequence import GoalSequence
 from drake_starnav.systems.release import release
 from drake_starnav.utils.stopwatch import STEPS, Stopwatch
-from drake_starnav.worlds.endpoints import check_free
+from drake_starnav.worlds.solvable import check_free
 from drake_starnav.worlds.world import World
 
 SEEDS = 1000003

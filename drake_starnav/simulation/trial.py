@@ -12,8 +12,7 @@ import numpy as np
 from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.geometry.polyline import simplified
 from drake_starnav.geometry.se2 import places
-from drake_starnav.geometry.trajectory import evenly_sampled
-from drake_starnav.geometry.trajectory_metrics import motion_metrics
+from drake_starnav.geometry.trajectory import evenly_sampled, motion_metrics
 from drake_starnav.scenario import Scenario
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.station.collision_monitor import COLLISION, contact_in

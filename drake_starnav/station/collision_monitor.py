@@ -10,7 +10,7 @@ from pydrake.geometry import FrameId, GeometryId, QueryObject, SceneGraphInspect
 from pydrake.systems.framework import Context, DiscreteValues, EventStatus, LeafSystem
 
 from drake_starnav.geometry.footprint import Footprint
-from drake_starnav.geometry.trajectory_metrics import STANDING
+from drake_starnav.geometry.trajectory import STANDING
 from drake_starnav.utils.timing import checked_period
 from drake_starnav.worlds.clearance import body_clearance, nearest_obstacle
 from drake_starnav.worlds.world import World

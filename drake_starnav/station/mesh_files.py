@@ -8,8 +8,7 @@ import numpy as np
 from pydrake.geometry import Convex, Mesh, ReadObjToTriangleSurfaceMesh, RefineVolumeMeshIntoVtkFileContents
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.geometry.gltf import gltf_triangles
-from drake_starnav.geometry.mesh_file import depth_in_hull
+from drake_starnav.geometry.mesh_file import depth_in_hull, gltf_triangles
 
 READABLE = (".obj", ".gltf", ".vtk")
 DENT = 0.01

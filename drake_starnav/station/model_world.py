@@ -37,9 +37,9 @@ from drake_starnav.station.scene_slices import SURFACE, read_solids
 from drake_starnav.utils.resources import model_path
 from drake_starnav.worlds import make_world
 from drake_starnav.worlds.clearance import clearance
-from drake_starnav.worlds.endpoints import check_free_ends, check_reachable
 from drake_starnav.worlds.footprints import convex_footprint, cylinder_vertices, sphere_footprint
 from drake_starnav.worlds.formats.model_files import Models
+from drake_starnav.worlds.solvable import check_free_ends, check_reachable
 from drake_starnav.worlds.world import ROBOT_HEIGHT, ModelFile, World
 
 FLOOR_TOLERANCE = 0.001

@@ -8,7 +8,7 @@ from pydrake.systems.framework import Context, EventStatus, LeafSystem, State
 from drake_starnav.control.motion import AT_REST
 from drake_starnav.errors import StarnavError, check_kind
 from drake_starnav.geometry.footprint import Footprint, contains, joined
-from drake_starnav.geometry.trajectory_metrics import STANDING
+from drake_starnav.geometry.trajectory import STANDING
 from drake_starnav.regions.margins import Margins
 from drake_starnav.robot import RobotParameters
 from drake_starnav.systems.release import weakly

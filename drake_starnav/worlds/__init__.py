@@ -11,20 +11,17 @@ from drake_starnav.errors import StarnavError, shown
 from drake_starnav.parameters import check_parameters
 from drake_starnav.worlds.clearance import clearance
 from drake_starnav.worlds.convex_parts import convex_parts
-from drake_starnav.worlds.formats.barn import Barn
-from drake_starnav.worlds.formats.dynabarn import DynaBarn
 from drake_starnav.worlds.formats.model import Model
 from drake_starnav.worlds.formats.obstacles import Obstacles
 from drake_starnav.worlds.formats.ros_map import RosMap
+from drake_starnav.worlds.formats.world_file import Barn, DynaBarn
 from drake_starnav.worlds.generators.channel import Channel
 from drake_starnav.worlds.generators.corridor import Corridor
-from drake_starnav.worlds.generators.crowd import Crowd
-from drake_starnav.worlds.generators.forest import Forest
+from drake_starnav.worlds.generators.crowd import Crowd, StopAndGo
+from drake_starnav.worlds.generators.forest import Forest, PaperForest
 from drake_starnav.worlds.generators.maze import Maze
-from drake_starnav.worlds.generators.paper_forest import PaperForest
 from drake_starnav.worlds.generators.room import Room
 from drake_starnav.worlds.generators.rooms import Rooms
-from drake_starnav.worlds.generators.stop_and_go import StopAndGo
 from drake_starnav.worlds.moving_obstacles import MovingObstacles, moving_obstacle_states
 from drake_starnav.worlds.shortest_path import shortest_path
 from drake_starnav.worlds.world import World

@@ -2,6 +2,9 @@
 
 import numpy as np
 
+WALL = 0.1
+"""Thickness of walls in corridors and rooms, m."""
+
 
 def rectangle(x_min: float, y_min: float, x_max: float, y_max: float) -> np.ndarray:
     """An axis-parallel rectangle, shape (4, 2), m."""

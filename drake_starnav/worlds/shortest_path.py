@@ -13,21 +13,64 @@ from numba import njit
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.polyline import arc_lengths, point_to_segment_squared
-from drake_starnav.worlds.capsules import TOLERANCE, blocker, blocks, capsules_around
 from drake_starnav.worlds.clearance import clearance as clearance_at
 from drake_starnav.worlds.world import World
 
+TOLERANCE = 1e-9  # m, a path may touch the capsules
 _MOVES = np.array(
     [(1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)]
     + [(1, 2), (2, 1), (2, -1), (1, -2), (-1, -2), (-2, -1), (-2, 1), (-1, 2)]
 )
 _LENGTHS = np.sqrt((_MOVES**2).sum(axis=1).astype(float))
-_ALL_BLOCKED = 0xFFFF
 _POINTS_PER_CIRCLE = 48  # arcs come out 0.14 % too long
 _BAND = 0.3  # m, how far from the straightened path its corners are looked for
 _LARGEST_GRID = 30_000_000  # cells
 _JOINED = 3  # cells to each side, among which start and goal are joined to the grid
 _OFF_GRID = 0.0275 * math.sqrt(2.0) * (_JOINED + 0.5)  # cells; a way along the grid is at most 2.75 % longer
+
+
+def capsules_around(world: World, clearance: float) -> np.ndarray:
+    """All obstacles inflated, shape (m, 5): axis x1, y1, x2, y2 and radius. A disc's axis is a point."""
+    discs, segments = world.discs, world.segments
+    return np.vstack(
+        (
+            np.column_stack((discs[:, :2], discs[:, :2], discs[:, 2] + clearance)),
+            np.column_stack((segments, np.full(len(segments), clearance))),
+        )
+    )
+
+
+@njit(cache=True)
+def blocks(ax: float, ay: float, bx: float, by: float, capsule: np.ndarray) -> bool:
+    """Whether the segment a b enters the capsule."""
+    x1, y1, x2, y2, radius = capsule
+    if (
+        min(ax, bx) - radius > max(x1, x2)
+        or max(ax, bx) + radius < min(x1, x2)
+        or min(ay, by) - radius > max(y1, y2)
+        or max(ay, by) + radius < min(y1, y2)
+    ):
+        return False
+    side_1 = (bx - ax) * (y1 - ay) - (by - ay) * (x1 - ax)
+    side_2 = (bx - ax) * (y2 - ay) - (by - ay) * (x2 - ax)
+    side_a = (x2 - x1) * (ay - y1) - (y2 - y1) * (ax - x1)
+    side_b = (x2 - x1) * (by - y1) - (y2 - y1) * (bx - x1)
+    if side_1 * side_2 < 0.0 and side_a * side_b < 0.0:  # it crosses the axis
+        return radius > TOLERANCE
+    nearest = min(
+        min(point_to_segment_squared(ax, ay, x1, y1, x2, y2), point_to_segment_squared(bx, by, x1, y1, x2, y2)),
+        min(point_to_segment_squared(x1, y1, ax, ay, bx, by), point_to_segment_squared(x2, y2, ax, ay, bx, by)),
+    )
+    return nearest < (radius - TOLERANCE) ** 2
+
+
+@njit(cache=True)
+def blocker(ax: float, ay: float, bx: float, by: float, capsules: np.ndarray) -> int:
+    """Index of a capsule that the segment a b enters, -1 if it is free."""
+    for k in range(len(capsules)):
+        if blocks(ax, ay, bx, by, capsules[k]):
+            return k
+    return -1
 
 
 def shortest_path(world: World, clearance: float, resolution: float = 0.05) -> tuple[float, np.ndarray] | None:
@@ -111,7 +154,7 @@ def _blocked_edges(origin: np.ndarray, shape: tuple[int, int], resolution: float
                 if distance_squared >= reach * reach:
                     continue
                 if distance_squared < (radius - TOLERANCE) ** 2:
-                    blocked[i, j] = _ALL_BLOCKED
+                    blocked[i, j] = 0xFFFF
                     continue
                 for k in range(16):
                     if (blocked[i, j] >> k) & 1:

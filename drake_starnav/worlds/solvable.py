@@ -1,11 +1,11 @@
-"""Draws worlds until the robot can solve one."""
+"""Worlds that the robot can solve: drawn until it can, or checked."""
 
 import math
 
 import numpy as np
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.worlds.clearance import clearance
+from drake_starnav.worlds.clearance import clearance, nearest_obstacle
 from drake_starnav.worlds.shortest_path import shortest_path
 from drake_starnav.worlds.world import World
 
@@ -41,3 +41,30 @@ class Drawn:
 def random_yaw(rng: np.random.Generator) -> float:
     """Any heading, rad, in [-pi, pi)."""
     return float(rng.uniform(-math.pi, math.pi))
+
+
+def check_free_ends(world: World, robot_radius: float, place: str, ends: tuple[str, ...] = ("start", "goal")) -> None:
+    """Raise `StarnavError` if the robot (radius in m) touches an obstacle at one of the ends, which `place` has."""
+    for name, point in (("start", world.start[:2]), ("goal", world.goal)):
+        if name in ends:
+            check_free(world, point, robot_radius, f"{place}.{name}")
+
+
+def check_free(world: World, point: tuple[float, float], robot_radius: float, name: str) -> None:
+    """Raise `StarnavError` if the robot touches an obstacle at a point (x, y), W, m, of that name."""
+    obstacle, distance = nearest_obstacle(world, point)
+    if distance <= robot_radius:
+        raise StarnavError(
+            f"{name} is [{point[0]:g}, {point[1]:g}], {distance:g} m from {obstacle}; "
+            f"allowed: more than robot_radius {robot_radius:g} m from every obstacle"
+        )
+
+
+def check_reachable(world: World, robot_radius: float, place: str) -> None:
+    """Raise `StarnavError` if there is no way for the robot; arguments as of `check_free_ends`."""
+    if shortest_path(world, robot_radius) is None:
+        raise StarnavError(
+            f"{place}.goal [{world.goal[0]:g}, {world.goal[1]:g}] is out of reach from the start "
+            f"[{world.start[0]:g}, {world.start[1]:g}] for robot_radius {robot_radius:g} m; "
+            "allowed: a goal to which the robot has a way"
+        )

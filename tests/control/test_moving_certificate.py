@@ -18,7 +18,7 @@ from drake_starnav.control.moving_certificate import (
     within,
 )
 from drake_starnav.geometry.footprint import disc
-from drake_starnav.geometry.trajectory_metrics import STANDING
+from drake_starnav.geometry.trajectory import STANDING
 from drake_starnav.robot import Limits, RobotParameters
 from drake_starnav.tracking.kalman_tracks import SETTLED_AFTER, Tracks
 from drake_starnav.tracking.parameters import DynamicObstacleParameters

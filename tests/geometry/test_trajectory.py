@@ -4,11 +4,26 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from drake_starnav.geometry.footprint import disc
-from drake_starnav.geometry.trajectory import Motion, least_gaps
+from drake_starnav.geometry.trajectory import (
+    STUCK_RADIUS,
+    STUCK_TIME,
+    Motion,
+    jerk,
+    least_gaps,
+    motion_metrics,
+    stops,
+    time_stuck,
+    twist_energy,
+    window_means,
+    yaw_rate_change,
+)
 
 MOTION = Motion(np.array([1.0, 2.0, 4.0]), np.array([(0.0, 0.0, 3.0), (1.0, -1.0, -3.0), (1.0, 3.0, -3.0)]))
+STEP = 0.005
 
 
 def test_logged_poses_are_met_and_others_lie_between() -> None:
@@ -34,3 +49,111 @@ def test_gaps_are_between_footprints() -> None:
     footprints = [disc(0.25), disc(0.25), disc(0.5)]
     gaps = least_gaps(footprints, [Motion(times, poses) for poses in (still, passing, far)])
     assert gaps == pytest.approx([0.5, 0.5, 4.25], abs=0.02)
+
+
+def metrics(v, omega, positions=None, clearances=None):
+    twists = np.column_stack((v, omega))
+    positions = np.cumsum(np.column_stack((v, np.zeros(len(v)))) * STEP, axis=0) if positions is None else positions
+    clearances = np.ones(len(v)) if clearances is None else clearances
+    return motion_metrics(positions, twists, clearances, time_step=STEP, robot_radius=0.25)
+
+
+def test_steady_driving_is_smooth() -> None:
+    found = metrics(np.full(4000, 0.8), np.full(4000, -0.5), clearances=np.linspace(0.1, 0.5, 4000))
+    assert found.jerk_mps3 == pytest.approx(0.0, abs=1e-9)
+    assert found.yaw_rate_change_radps2 == pytest.approx(0.0, abs=1e-9)
+    assert found.twist_energy_m2ps == pytest.approx(20.0 * (0.64 + 0.5 * (0.25 * 0.5) ** 2))
+    assert found.mean_clearance_m == pytest.approx(0.3)
+    assert (found.stops, found.stuck_s) == (0, 0.0)
+
+
+@given(amplitude=st.floats(0.05, 0.4), period=st.floats(2.0, 6.0))
+def test_of_a_sine(amplitude, period) -> None:
+    """v = sin: the root mean square jerk is a w^2/sqrt(2); omega = sin: its mean absolute slope is 2 a w/pi."""
+    w = 2.0 * math.pi / period
+    sine = amplitude * np.sin(w * np.arange(round(10.0 * period / STEP)) * STEP)
+    found = metrics(0.5 + sine, sine)
+    assert found.jerk_mps3 == pytest.approx(amplitude * w**2 / math.sqrt(2.0), rel=0.03)
+    assert found.yaw_rate_change_radps2 == pytest.approx(2.0 * amplitude * w / math.pi, rel=0.03)
+
+
+def test_a_constant_acceleration_has_no_jerk_and_a_ramp_of_the_yaw_rate_its_slope() -> None:
+    ramp = 0.4 * np.arange(0, 2, 0.1)
+    assert jerk(ramp, 0.1) == pytest.approx(0.0, abs=1e-9)
+    assert jerk(0.5 * 3.0 * np.arange(0, 2, 0.1) ** 2, 0.1) == pytest.approx(3.0)
+    assert yaw_rate_change(-ramp, 0.1) == pytest.approx(0.4)
+
+
+def test_shaking_from_step_to_step_is_averaged_out() -> None:
+    shaking = 0.5 + 0.05 * (-1.0) ** np.arange(4000)
+    assert metrics(shaking, shaking).jerk_mps3 == pytest.approx(0.0, abs=1e-9)
+
+
+def test_energy_grows_with_the_square_and_the_time() -> None:
+    v, omega = np.full(100, 0.4), np.full(100, 1.0)
+    once = twist_energy(v, omega, 0.1, 0.3)
+    assert once == pytest.approx(10.0 * (0.16 + 0.045))
+    assert twist_energy(2.0 * v, 2.0 * omega, 0.1, 0.3) == pytest.approx(4.0 * once)
+    assert twist_energy(v, -omega, 0.2, 0.3) == pytest.approx(2.0 * once)
+
+
+@pytest.mark.parametrize(
+    ("v", "count"),
+    [
+        ([0.0, 0.0, 0.5, 0.5], 0),  # the beginning is no stop
+        ([0.0, 0.5, 0.05, 0.5], 0),  # slow is not standing
+        ([0.0, 0.5, 0.05, 0.01, 0.0, 0.5], 1),
+        ([0.5, 0.0, 0.05, 0.0, 0.05, 0.0], 1),  # creeping is not driving
+        ([0.5, 0.0, -0.5, 0.0], 2),
+        ([0.5, 0.019, 0.5], 1),
+        ([0.5, 0.021, 0.5], 0),
+        ([0.101, 0.0], 1),
+        ([0.099, 0.0], 0),
+        ([], 0),
+    ],
+)
+def test_stops(v, count) -> None:
+    assert stops(np.array(v)) == count
+
+
+def test_time_stuck() -> None:
+    drive = np.column_stack((np.arange(0.0, 4.0, 0.08), np.zeros(50)))  # 0.8 m/s for 5 s
+    stand = np.repeat(drive[-1:], 100, axis=0)  # 10 s
+    assert time_stuck(drive, 0.1) == 0.0
+    slack = STUCK_RADIUS / 0.8 + 0.1  # the way into the circle counts as well
+    assert time_stuck(np.vstack((drive, stand)), 0.1) == pytest.approx(10.0, abs=slack)
+    again = np.vstack((drive, stand, drive + drive[-1], stand + drive[-1]))
+    assert time_stuck(again, 0.1) == pytest.approx(20.0, abs=2.0 * slack)
+    assert time_stuck(np.vstack((drive, stand[: round(0.8 * STUCK_TIME / 0.1)], drive + drive[-1])), 0.1) == 0.0
+
+
+def test_a_stretch_begins_where_the_one_before_has_ended() -> None:
+    """At 0.04 m/s a robot leaves a place after four steps of 1.5 s; the step that leaves it counts for neither."""
+    creeping = np.column_stack((0.06 * np.arange(21), np.zeros(21)))
+    assert time_stuck(creeping, 1.5) == pytest.approx(4 * 6.0)
+
+
+@pytest.mark.parametrize(("far", "stuck"), [(0.24, 9.9), (0.26, 0.0)])
+def test_to_and_fro_near_a_place_is_being_stuck_there(far: float, stuck: float) -> None:
+    x = far * (np.arange(100) % 2)
+    assert time_stuck(np.column_stack((x, np.zeros(100))), 0.1) == pytest.approx(stuck)
+
+
+def test_driving_in_a_small_circle_is_being_stuck() -> None:
+    angle = np.linspace(0.0, 20.0 * math.pi, 400)
+    assert time_stuck(0.1 * np.column_stack((np.cos(angle), np.sin(angle))), 0.1) == pytest.approx(39.9)
+
+
+def test_windows_drop_an_incomplete_one_at_the_end() -> None:
+    assert window_means(np.arange(7.0), 3) == pytest.approx([1.0, 4.0])
+
+
+def test_a_trial_of_one_step_has_figures() -> None:
+    found = metrics(np.zeros(1), np.zeros(1))
+    assert (found.jerk_mps3, found.yaw_rate_change_radps2, found.stops, found.stuck_s) == (0.0, 0.0, 0, 0.0)
+    assert metrics(np.zeros(50), np.zeros(50), clearances=np.full(50, math.inf)).mean_clearance_m == math.inf
+
+
+def test_the_mean_clearance_counts_every_moment() -> None:
+    mostly_near = np.repeat((0.1, 0.5), (30, 10))
+    assert metrics(np.zeros(40), np.zeros(40), clearances=mostly_near).mean_clearance_m == pytest.approx(0.2)

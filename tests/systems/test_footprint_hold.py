@@ -12,7 +12,7 @@ from pydrake.systems.analysis import Simulator
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.footprint import MOST_PARTS, Footprint, covered, disc, footprint
-from drake_starnav.geometry.trajectory_metrics import STANDING
+from drake_starnav.geometry.trajectory import STANDING
 from drake_starnav.robot import RobotParameters
 from drake_starnav.systems.footprint_hold import FootprintHold
 from tests.helpers.footprints import LONG, ROUND, WIDE

@@ -7,8 +7,8 @@ import numpy as np
 from drake_starnav.errors import StarnavError
 from drake_starnav.parameters import parameter
 from drake_starnav.worlds.convex_parts import convex_parts, evened
-from drake_starnav.worlds.endpoints import check_free_ends
 from drake_starnav.worlds.formats.listings import check_ends, check_list, check_numbers
+from drake_starnav.worlds.solvable import check_free_ends
 from drake_starnav.worlds.world import MOST_SHAPES, World
 
 

@@ -10,16 +10,13 @@ from scipy import ndimage
 from drake_starnav.errors import StarnavError
 from drake_starnav.parameters import parameter
 from drake_starnav.utils.resources import resolve_path
-from drake_starnav.worlds.endpoints import check_free_ends, check_reachable
 from drake_starnav.worlds.formats.listings import check_numbers
 from drake_starnav.worlds.formats.map_file import FREE, OCCUPIED, OccupancyMap, read_map
 from drake_starnav.worlds.rectangles import solid_rectangles
-from drake_starnav.worlds.solvable import random_yaw
+from drake_starnav.worlds.solvable import check_free_ends, check_reachable, random_yaw
 from drake_starnav.worlds.world import World
 
-_TIMEOUT = 600.0  # s; a map may be of a whole floor of a building
 _SPARE = 0.1  # m, random places, and the way between them, are this much wider than the robot
-_TRIES = 200  # random starts, before the map counts as too small
 
 
 @dataclass(frozen=True)
@@ -72,7 +69,7 @@ class RosMap:
             start=(start[0], start[1], start[2]),
             goal=(goal[0], goal[1]),
             polygons=_polygons(grid, solid, closed, (start[:2], goal)),
-            timeout=_TIMEOUT,
+            timeout=600.0,  # a map may be of a whole floor of a building
         )
         if self.start or self.goal:
             check_free_ends(world, robot_radius, "RosMap")
@@ -100,7 +97,7 @@ class RosMap:
     ) -> tuple[list[float], list[float]] | None:
         """The start (x, y, yaw) and the goal (x, y), what is empty at random; None if there are no two such places."""
         given = start[:2] or goal
-        for _ in range(1 if given else _TRIES):
+        for _ in range(1 if given else 200):
             here = places.near(given) if given else places.random(rng)
             point = given or places.centers[here].tolist()
             others = places.in_reach(here, point, self.min_distance)

@@ -13,8 +13,13 @@ from drake_starnav.errors import StarnavError, said_by, shown
 from drake_starnav.parameters import parameter
 from drake_starnav.utils.files import read_bytes, reason_of
 from drake_starnav.utils.resources import model_path
-from drake_starnav.worlds.endpoints import check_free_ends
-from drake_starnav.worlds.world import World
+from drake_starnav.worlds.formats.listings import check_ends, check_list, check_numbers
+from drake_starnav.worlds.moving_obstacles import MovingObstacles
+from drake_starnav.worlds.outlines import place, rectangle
+from drake_starnav.worlds.solvable import check_free_ends
+from drake_starnav.worlds.world import MOST_SHAPES, World
+
+_POSE = ("x", "y", "z", "roll", "pitch", "yaw")
 
 
 def shipped_file(name: str) -> Path | None:
@@ -127,3 +132,94 @@ def _ranges(numbers: list[int]) -> str:
         else:
             runs.append([number])
     return ", ".join("-".join(str(x) for x in run) for run in runs)
+
+
+@dataclass(frozen=True)
+class Barn(NumberedWorld):
+    """A numbered world of a file in the BARN benchmark's form, or of the shipped one with worlds of the same kind.
+
+    Source: D. Perille et al., Benchmarking metric ground navigation, 2020; score of the BARN challenge since 2024.
+    """
+
+    file: str = parameter("barn_like", "shipped file of worlds by name, or the path of a JSON file", path=True)
+
+    KEYS = ("cylinders", "start", "goal", "path_length_official")
+
+    def _world(self, entry: dict[str, Any], place: str, file: WorldFile) -> World:
+        cylinders = check_list(entry["cylinders"], f"{place}: cylinders")
+        if len(cylinders) > MOST_SHAPES:
+            raise StarnavError(f"{place} has {len(cylinders)} cylinders; allowed: at most {MOST_SHAPES}")
+        for k, cylinder in enumerate(cylinders):
+            check_numbers(cylinder, f"{place}: cylinders[{k}]", ("x", "y", "radius"))
+        start, goal = check_ends(entry["start"], entry["goal"], f"{place}: ")
+        (length,) = check_numbers([entry["path_length_official"]], f"{place}: path_length_official", ("a length in m",))
+        if length <= 0.0:
+            raise StarnavError(f"{place}: path_length_official is {length:g}; allowed: 0 < x m")
+        return World(
+            name=f"barn_{self.id}",
+            start=start,
+            goal=goal,
+            cylinders=np.array(cylinders),
+            timeout=self.TIMEOUT,
+            optimal_time=length / 2.0,  # as the benchmark takes it: at 2 m/s
+        )
+
+
+@dataclass(frozen=True)
+class DynaBarn(NumberedWorld):
+    """A numbered world of a file in the DynaBARN benchmark's form, or of the shipped one with worlds of the same kind.
+
+    The obstacles move uniformly between the file's key frames, which the benchmark's own simulator joins by a spline.
+
+    Source: A. Nair et al., DynaBARN: benchmarking metric ground navigation in dynamic environments, 2022.
+    """
+
+    file: str = parameter("dynabarn_like", "shipped file of worlds by name, or the path of a JSON file", path=True)
+
+    KEYS = ("walls", "plugins")
+
+    def _world(self, entry: dict[str, Any], place: str, file: WorldFile) -> World:
+        check_keys(file.content, str(file.path), ("meta", "trajectories"))
+        meta = file.content["meta"]
+        check_keys(meta, f"{file.path}: meta", ("start", "goal"))
+        start, goal = check_ends(meta["start"], meta["goal"], f"{file.path}: meta.")
+        return World(
+            name=f"dynabarn_{self.id}",
+            start=start,
+            goal=goal,
+            polygons=_walls(entry["walls"], f"{place}: walls"),
+            timeout=self.TIMEOUT,
+            moving_obstacles=_moving_obstacles(file, check_list(entry["plugins"], f"{place}: plugins"), place),
+        )
+
+
+def _walls(walls: Any, name: str) -> tuple[np.ndarray, ...]:
+    polygons = []
+    for k, wall in enumerate(check_list(walls, name)):
+        check_keys(wall, f"{name}[{k}]", ("pose", "size"))
+        x, y, *_, yaw = check_numbers(wall["pose"], f"{name}[{k}].pose", _POSE)
+        length, width, height = check_numbers(wall["size"], f"{name}[{k}].size", ("x", "y", "z"))
+        if min(length, width, height) <= 0.0:
+            raise StarnavError(f"{name}[{k}].size is {shown(wall['size'])}; allowed: positive lengths, m")
+        polygons.append(place(rectangle(-0.5 * length, -0.5 * width, 0.5 * length, 0.5 * width), (x, y), yaw))
+    return tuple(polygons)
+
+
+def _moving_obstacles(file: WorldFile, plugins: Iterable[Any], name: str) -> MovingObstacles:
+    """The obstacles of the trajectories that a world names."""
+    trajectories, paths = file.content["trajectories"], []
+    for k, plugin in enumerate(plugins):
+        if not isinstance(trajectories, dict) or not isinstance(plugin, str) or plugin not in trajectories:
+            raise StarnavError(f"{name}: plugins[{k}] is {shown(plugin)}; allowed: the name of one of the trajectories")
+        where = f"{file.path}: trajectories.{plugin}"
+        check_keys(trajectories[plugin], where, ("total", "keys"))
+        keys = check_list(trajectories[plugin]["keys"], f"{where}.keys")
+        path = [list(check_numbers(key, f"{where}.keys[{n}]", ("t", "x", "y"))) for n, key in enumerate(keys)]
+        (total,) = check_numbers([trajectories[plugin]["total"]], f"{where}.total", ("a time in s",))
+        if path and total > path[-1][0]:
+            path.append([total, *path[-1][1:]])  # it waits until its path begins again
+        paths.append(np.array(path).reshape(-1, 3))
+    try:
+        return MovingObstacles(np.full(len(paths), 0.5), tuple(paths))
+    except StarnavError as error:
+        raise StarnavError(f"{name}: {error}") from None

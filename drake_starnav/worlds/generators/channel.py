@@ -16,8 +16,6 @@ _LENGTHS = (2.0, 5.0)  # m, of a lane
 _LANES = (3, 8)  # fewest and most of a serpentine or a spiral
 _WALLS = (0.03, 0.4)  # m, thickness between two lanes
 _SHAPES = ("corridor", "u_turn", "serpentine", "spiral")
-_SLOWEST = 0.05
-"""The time limit allows for this mean speed, m/s."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +46,7 @@ class Channel:
             start=(*ends[0], random_yaw(rng)),
             goal=tuple(ends[1]),
             polygons=tuple(place(outline, (0.0, 0.0), angle) for outline in _walls(line, width, wall)),
-            timeout=60.0 + driven / _SLOWEST,
+            timeout=60.0 + driven / 0.05,  # for that mean speed, m/s
         )
 
 

@@ -1,4 +1,4 @@
-"""A room or a hall in which discs wander and never yield."""
+"""Rooms and halls in which discs move and never yield: they wander, or stand for a while and walk."""
 
 import dataclasses
 import math
@@ -9,22 +9,25 @@ import numpy as np
 from drake_starnav.errors import StarnavError
 from drake_starnav.parameters import parameter
 from drake_starnav.worlds.clearance import clearance
-from drake_starnav.worlds.generators.wandering import wander
-from drake_starnav.worlds.moving_obstacles import MovingObstacles, moving_obstacle_clearance
+from drake_starnav.worlds.moving_obstacles import MovingObstacles, moving_obstacle_clearance, there_and_back
 from drake_starnav.worlds.outlines import place, rectangle
 from drake_starnav.worlds.solvable import Drawn, random_yaw
 from drake_starnav.worlds.world import World
 
-_TIMEOUT = 90.0  # s; after that the moving obstacles return the way they came
 _HEIGHT = 12.0  # m, extent along y
 _RADII = (0.2, 0.3)  # m, of the moving obstacles
 _COLUMNS, _COLUMN_RADII = (3, 6), (0.15, 0.4)  # least and greatest number, and radii, m
-_WALLS, _WALL_LENGTHS, _WALL_THICKNESS = (1, 3), (1.5, 3.0), 0.12  # m
-_ROOM = 0.05  # m, least distance of a moving obstacle from static ones at first
+_WALLS, _WALL_LENGTHS = (1, 3), (1.5, 3.0)  # least and greatest number, and lengths, m
 _HEAD_START = 1.8  # m, least distance of a moving obstacle from the robot at the start
-_LONGEST_WAIT = 10.0  # s, for which a moving obstacle may occupy the goal
-_SAMPLING = 0.1  # s, of the check for that
-_TRIES = 1000  # paths drawn for one moving obstacle
+_LONGEST_WAIT, _SAMPLING = 10.0, 0.1  # s, for which a moving obstacle may occupy the goal, and of the check for that
+_TRIES = 1000  # paths drawn for one moving obstacle, or places, and headings for one walk
+_DURATION = 90.0  # s, until the moving obstacles return the way they came, and the trial ends
+_TURN_RATES, _TURN_TIMES = (-0.6, 0.6), (1.0, 3.0)  # rad/s, kept for so long, s
+_SPACING = 0.01  # m, between the places of a leg that are checked
+_ROOM = np.array((10.0, 6.0))  # m, of StopAndGo, from start to goal along x, and along y
+_STOPPING_RADII = (0.15, 0.3)  # m, of its moving obstacles
+_INSET = 0.8  # m, of its start and goal from the walls at both ends
+_WAITS, _WALKS = (0.5, 6.0), (0.5, 2.0)  # s, duration of a stand and of a walk
 
 
 @dataclass(frozen=True)
@@ -55,7 +58,7 @@ class Crowd(Drawn):
         walls = []
         for _ in range(rng.integers(*_WALLS, endpoint=True)):
             middle = rng.uniform((3.0, 2.0), (self.width - 3.0, _HEIGHT - 2.0))
-            half, thick = 0.5 * rng.uniform(*_WALL_LENGTHS), 0.5 * _WALL_THICKNESS
+            half, thick = 0.5 * rng.uniform(*_WALL_LENGTHS), 0.06
             walls.append(place(rectangle(-half, -thick, half, thick), middle, rng.uniform(0.0, math.pi)))
         start_y, goal_y = rng.uniform(0.8, _HEIGHT - 0.8, 2)
         return World(
@@ -65,7 +68,7 @@ class Crowd(Drawn):
             cylinders=np.column_stack((places, rng.uniform(*_COLUMN_RADII, len(places)))),
             polygons=tuple(walls),
             bounds=(0.0, 0.0, self.width, _HEIGHT),
-            timeout=_TIMEOUT,
+            timeout=_DURATION,
         )
 
     def _draw_path(self, world: World, radius: float, robot_radius: float, rng: np.random.Generator) -> np.ndarray:
@@ -73,7 +76,7 @@ class Crowd(Drawn):
         for _ in range(_TRIES):
             position = rng.uniform(radius, (self.width - radius, _HEIGHT - radius))
             room = clearance(world, position[None])[0] - radius
-            if room < _ROOM or math.dist(position, world.start[:2]) < _HEAD_START:
+            if room < 0.05 or math.dist(position, world.start[:2]) < _HEAD_START:
                 continue
             path = wander(world, position, radius, speed, winding, rng)
             if path is not None and _longest_stay(path, radius + robot_radius, world.goal) <= _LONGEST_WAIT:
@@ -94,3 +97,117 @@ def _longest_stay(path: np.ndarray, distance: float, place: tuple[float, float])
     )
     changes = np.flatnonzero(np.diff(np.concatenate(([False], near, [False]))))
     return float(np.diff(changes)[::2].max(initial=0)) * _SAMPLING
+
+
+def wander(
+    world: World, position: np.ndarray, radius: float, speed: float, winding: bool, rng: np.random.Generator
+) -> np.ndarray | None:
+    """A closed path, there and back, on which a disc touches no static obstacle; None if it was caught in a corner.
+
+    Args:
+        position: where the disc is at first, free, shape (2,), W, m.
+        radius, speed: of the disc, m and m/s.
+        winding: whether its path is curved; otherwise it is straight between the turns at obstacles.
+
+    Returns:
+        Way points as of `MovingObstacles`, shape (k, 3): time, x, y, s and m.
+    """
+    least = radius + 0.5 * _SPACING  # at the checked places, so that none between them is nearer than the radius
+    heading, time, turn_rate, next_turn = rng.uniform(-math.pi, math.pi), 0.0, 0.0, 0.0
+    points = [(time, *position)]
+    while time < _DURATION:
+        if winding and time >= next_turn:
+            turn_rate, next_turn = rng.uniform(*_TURN_RATES), time + rng.uniform(*_TURN_TIMES)
+        leg = 0.2 if winding else 2.0  # s: collision checks and changes of heading are per leg
+        heading += turn_rate * leg
+        steps = _free_steps(world, position, heading, least, math.ceil(speed * leg / _SPACING))
+        if steps > 0:
+            position = position + steps * _SPACING * _direction(heading)
+            time += steps * _SPACING / speed
+            points.append((time, *position))
+        if steps * _SPACING < speed * leg:
+            turned = _turned(world, position, heading, least, rng)
+            if turned is None:
+                return None
+            heading = turned
+    return there_and_back(np.array(points))
+
+
+def _direction(heading: float) -> np.ndarray:
+    return np.array([math.cos(heading), math.sin(heading)])
+
+
+def _free_steps(world: World, position: np.ndarray, heading: float, least: float, steps: int) -> int:
+    """How many of the steps in a direction keep the least clearance."""
+    places = position + _SPACING * np.arange(1, steps + 1)[:, None] * _direction(heading)
+    blocked = np.flatnonzero(clearance(world, places) < least)
+    return int(blocked[0]) if len(blocked) else steps
+
+
+def _turned(world: World, position: np.ndarray, heading: float, least: float, rng: np.random.Generator) -> float | None:
+    """A free heading: roughly mirrored at the nearest obstacle, else any; None if none was found."""
+    offsets = 1e-4 * np.array([(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)])
+    right, left, up, down = clearance(world, position + offsets)
+    normal = math.atan2(up - down, right - left)
+    mirrored = 2.0 * normal + math.pi - heading + rng.uniform(-0.15, 0.15)
+    for candidate in (mirrored, *rng.uniform(-math.pi, math.pi, 50)):
+        if _free_steps(world, position, candidate, least, 1):
+            return float(candidate)
+    return None
+
+
+@dataclass(frozen=True)
+class StopAndGo:
+    """A room crossed from left to right among discs that stand, then start at full speed and never yield."""
+
+    moving_obstacles: int = parameter(8, "discs that move", low=0, high=1000)
+    speed: tuple[float, float] = parameter(
+        (0.5, 1.5), "of the slowest and the fastest; each disc walks at its speed", unit="m/s", low=0.01, high=5.0
+    )
+
+    def make(self, rng: np.random.Generator, robot_radius: float) -> World:
+        """A bare room and its moving obstacles; they stand at first, avoid its walls, and pass through each other."""
+        if robot_radius >= _INSET:
+            raise StarnavError(
+                f"StopAndGo: robot_radius {robot_radius:g} m does not fit at the start; allowed: below {_INSET:g} m"
+            )
+        start = np.array((_INSET, 0.5 * _ROOM[1]))
+        radii = rng.uniform(*_STOPPING_RADII, self.moving_obstacles)
+        moving_obstacles = MovingObstacles(radii, tuple(self._draw_path(start, radius, rng) for radius in radii))
+        return World(
+            name="stop_and_go",
+            start=(*start, random_yaw(rng)),
+            goal=(_ROOM[0] - _INSET, 0.5 * _ROOM[1]),
+            bounds=(0.0, 0.0, *_ROOM),
+            timeout=90.0,
+            moving_obstacles=moving_obstacles,
+        )
+
+    def _draw_path(self, start: np.ndarray, radius: float, rng: np.random.Generator) -> np.ndarray:
+        low = np.full(2, radius + 0.1)  # m, between a moving obstacle and the walls
+        high = _ROOM - radius - 0.1
+        for _ in range(_TRIES):
+            place = rng.uniform(low, high)
+            if math.dist(place, start) >= _HEAD_START:
+                break
+        speed, time = rng.uniform(*self.speed), 0.0
+        points = [(time, *place)]
+        while time < 60.0:  # s, until it returns along the same path
+            time += rng.uniform(*_WAITS)
+            points.append((time, *place))
+            place, duration = _walk(place, speed, low, high, rng)
+            time += duration
+            points.append((time, *place))
+        return there_and_back(np.array(points))
+
+
+def _walk(
+    place: np.ndarray, speed: float, low: np.ndarray, high: np.ndarray, rng: np.random.Generator
+) -> tuple[np.ndarray, float]:
+    """End of a straight walk from a place inside the limits, and its duration, s."""
+    for _ in range(_TRIES):
+        heading, duration = rng.uniform(-math.pi, math.pi), rng.uniform(*_WALKS)
+        end = place + speed * duration * np.array((math.cos(heading), math.sin(heading)))
+        if ((low <= end) & (end <= high)).all():
+            return end, duration
+    raise StarnavError(f"StopAndGo: none of {_TRIES} walks at {speed:g} m/s stays in the room; allowed: slower discs")

@@ -10,7 +10,22 @@ from drake_starnav.worlds.world import World
 
 _CLEARING = 2.2  # m, no trees in the strips at both ends, where start and goal lie
 _VERGE = (0.3, 0.6)  # m, the bounds' distance from the field along x and y
-_PLACES = 4000  # a dense forest is full after this many places were tried
+_TREES = np.array(
+    [
+        (-1.70186, 2.39497),
+        (0.265649, -0.515862),
+        (-1.66085, 0.914274),
+        (0.574884, 2.1123),
+        (-1.58538, -0.744632),
+        (1.06212, 3.00715),
+        (1.09001, 0.754745),
+        (2.78983, 2.44672),
+        (2.72924, 1.05454),
+        (2.01592, -0.540701),
+        (3.60735, -0.432026),
+    ]
+)
+_BOUNDS = (-4.01, -1.69, 5.02, 3.51)
 
 
 @dataclass(frozen=True)
@@ -28,7 +43,8 @@ class Forest(Drawn):
     def draw(self, rng: np.random.Generator) -> World:
         spacing = 2.0 * self.radius + rng.uniform(*self.gap)
         wanted = int(rng.integers(*self.trees, endpoint=True))
-        places = rng.uniform((_CLEARING, 0.0), (self.width - _CLEARING, self.height), (_PLACES, 2))
+        # a dense forest is full after so many places were tried
+        places = rng.uniform((_CLEARING, 0.0), (self.width - _CLEARING, self.height), (4000, 2))
         trees = np.empty((0, 2))
         while len(trees) < wanted and len(places):
             trees = np.vstack((trees, places[:1]))
@@ -40,4 +56,22 @@ class Forest(Drawn):
             goal=(self.width - rng.uniform(0.4, 1.2), goal_y),
             cylinders=np.column_stack((trees, np.full(len(trees), self.radius))),
             bounds=(-_VERGE[0], -_VERGE[1], self.width + _VERGE[0], self.height + _VERGE[1]),
+        )
+
+
+@dataclass(frozen=True)
+class PaperForest(Drawn):
+    """The authors' Gazebo forest; only start and goal are random, in the paper's ranges.
+
+    Source: arXiv 2403.11484, simulated experiments.
+    """
+
+    def draw(self, rng: np.random.Generator) -> World:
+        start_y, goal_y = rng.uniform(-1.35, 3.2, 2)
+        return World(
+            name="paper_forest",
+            start=(rng.uniform(-3.6, -2.7), start_y, random_yaw(rng)),
+            goal=(rng.uniform(4.5, 4.8), goal_y),
+            cylinders=np.column_stack((_TREES, np.full(len(_TREES), 0.5))),
+            bounds=_BOUNDS,
         )

@@ -12,7 +12,6 @@ from drake_starnav.worlds.world import World
 
 _TIMEOUT = 400.0  # s; without a map, a robot may see most of the maze before it finds the goal
 _WALL = 0.12  # m, thickness of the open family's walls
-_SMALLEST_SPHERE = 0.2  # m: the lidar passes over the widest part of smaller ones
 
 
 @dataclass(frozen=True)
@@ -82,7 +81,7 @@ class Maze(Drawn):
         spheres: list[tuple[float, ...]] = []
         for _ in range(rng.integers(3, 9)):
             disc = (*rng.uniform(0.8, size - 0.8, 2), rng.uniform(0.15, 0.4))
-            sphere = disc[2] >= _SMALLEST_SPHERE and rng.random() < 0.5
+            sphere = disc[2] >= 0.2 and rng.random() < 0.5  # the lidar passes over the widest part of smaller ones
             (spheres if sphere else cylinders).append(disc)
         start_y, goal_y = rng.uniform(0.4, size - 0.4, 2)
         return World(

@@ -5,12 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drake_starnav.worlds.outlines import place, rectangle, trap
+from drake_starnav.worlds.outlines import WALL, place, rectangle, trap
 from drake_starnav.worlds.solvable import Drawn, random_yaw
 from drake_starnav.worlds.world import World
 
 _WIDTH, _HEIGHT = 6.0, 8.0  # m, along x and, from start to goal, along y
-_WALL = 0.1  # m, thickness of the dead end's walls
 _CLUTTER = (3, 7)  # fewest and most cylinders and boxes beside the dead end
 
 
@@ -20,7 +19,7 @@ class Room(Drawn):
 
     def draw(self, rng: np.random.Generator) -> World:
         middle = rng.uniform((_WIDTH / 3.0, 0.525 * _HEIGHT), (_WIDTH / 1.5, 0.7 * _HEIGHT))
-        dead_end = trap(rng.uniform(1.6, 3.0), rng.uniform(1.0, 2.2), _WALL, arms=2)
+        dead_end = trap(rng.uniform(1.6, 3.0), rng.uniform(1.0, 2.2), WALL, arms=2)
         polygons = [place(dead_end, middle, rng.uniform(-0.4, 0.4) - math.pi / 2.0)]
         cylinders = []
         for _ in range(rng.integers(*_CLUTTER, endpoint=True)):

@@ -6,16 +6,14 @@ import numpy as np
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.parameters import parameter
-from drake_starnav.worlds.outlines import rectangle
+from drake_starnav.worlds.outlines import WALL, rectangle
 from drake_starnav.worlds.solvable import random_yaw
 from drake_starnav.worlds.world import World
 
-_WALL = 0.1
-"""Thickness of walls, m."""
-_SIZE = 2.5
-"""Side of a room, m."""
 _SHUT = 0.2
 """Share of the doors that are walled up, as long as all rooms are joined."""
+_SIZE = 2.5
+"""Side of a room, m."""
 _DOOR_POST = 0.1
 """Least distance of a door from both ends of its wall, m."""
 _GOALS = ("wall", "corner", "niche")
@@ -52,7 +50,7 @@ class Rooms:
                 gap = along + rng.uniform(_DOOR_POST, _SIZE - self.door - _DOOR_POST)
                 pieces = [(along, gap), (gap + self.door, along + _SIZE)] if joined[axis][i, j] else []
                 for first, last in pieces or [(along, along + _SIZE)]:
-                    low, high = (wall - _WALL / 2.0, first), (wall + _WALL / 2.0, last)
+                    low, high = (wall - WALL / 2.0, first), (wall + WALL / 2.0, last)
                     polygons.append(rectangle(*low, *high) if axis == 0 else rectangle(*low[::-1], *high[::-1]))
         goal, niche = self._goal(rng, robot_radius, side)
         return World(
@@ -72,7 +70,7 @@ class Rooms:
                 f"allowed: wider than the robot, {width:g} m, and at most {widest:g} m, as its wall has two ends"
             )
         taken = width if self.goal in ("wall", "corner") else 2.0 * width  # the robot passes in front of a niche
-        most = _SIZE - 0.5 * _WALL - taken
+        most = _SIZE - 0.5 * WALL - taken
         if self.goal_clearance > most:
             raise StarnavError(
                 f"Rooms.goal_clearance is {self.goal_clearance:g} m with robot_radius {robot_radius:g} m and "

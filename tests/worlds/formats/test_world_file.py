@@ -1,11 +1,40 @@
 """What files of numbered worlds have in common; their kinds' own tests try broken files."""
 
+import copy
 import json
+from pathlib import Path
 
+import numpy as np
 import pytest
 
 from drake_starnav.errors import StarnavError
+from drake_starnav.utils.resources import model_path
+from drake_starnav.worlds import Barn, DynaBarn, make_world, moving_obstacle_states
 from drake_starnav.worlds.formats.world_file import WorldFile, check_keys
+
+BENCHMARK = Path(__file__).parents[4] / "shared" / "data" / "barn_000_149.json"
+ENTRY = {
+    "id": 7,
+    "cylinders": [[2.0, 0.0, 0.075], [2.15, 0.0, 0.075]],
+    "start": [0.0, 0.0, 1.5],
+    "goal": [5.0, 0.5],
+    "path_length_official": 5.2,
+}
+DYNABARN = Path(__file__).parents[4] / "shared" / "data" / "dynabarn_00_29.json"
+CONTENT = {
+    "meta": {"start": [11, 0, 3.14], "goal": [-9, 0]},
+    "worlds": [
+        {
+            "id": 4,
+            "plugins": ["a", "b"],
+            "walls": [{"pose": [-10.0, 4.0, 0.5, 0.0, 0.0, 0.5], "size": [0.5, 4.0, 1.0]}],
+        }
+    ],
+    "trajectories": {
+        "a": {"total": 4.0, "keys": [[0.0, 10.0, -6.0], [4.0, 6.0, -6.0]]},
+        "b": {"total": 5.0, "keys": [[0.0, 0.0, 1.0], [2.0, 0.0, 2.0]]},
+    },
+}
 
 
 def test_worlds_are_found_by_their_numbers(tmp_path) -> None:
@@ -30,3 +59,169 @@ def test_a_kind_is_told_its_own_shipped_files(kind: str, others: str) -> None:
 def test_keys_that_lack_are_named(entry) -> None:
     with pytest.raises(StarnavError, match=r"here has no .*b; allowed: a mapping with a, b"):
         check_keys(entry, "here", ("a", "b"))
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    path = tmp_path / "worlds.json"
+    path.write_text(json.dumps({"meta": {}, "worlds": [ENTRY, {**ENTRY, "id": 8}, {**ENTRY, "id": 10}]}))
+    return path
+
+
+def rewrite(path: Path, **changes) -> None:
+    path.write_text(json.dumps({"worlds": [{**ENTRY, **changes}]}))
+
+
+def test_a_world_is_as_the_file_has_it(file: Path) -> None:
+    world = make_world(Barn(file=str(file), id=7), 3, 0.334)
+    np.testing.assert_array_equal(world.cylinders, ENTRY["cylinders"])
+    assert world.start == (0.0, 0.0, 1.5)
+    assert world.goal == (5.0, 0.5)
+    assert world.optimal_time == pytest.approx(2.6)
+    assert world.timeout == 100.0
+    assert world.name == "barn_7"
+
+
+def test_shipped_worlds_are_found_by_name() -> None:
+    names = sorted(path.stem for path in model_path("worlds").glob("*.json"))
+    assert "barn_like" in names
+    for number in range(12):
+        world = make_world(Barn(id=number), 0, 0.334)
+        assert world.optimal_time == pytest.approx(5.1, abs=0.5)
+
+
+@pytest.mark.skipif(not BENCHMARK.is_file(), reason=f"the benchmark's worlds are not at {BENCHMARK}")
+def test_reads_the_benchmark() -> None:
+    kind = Barn(file=str(BENCHMARK), id=3)
+    kind.check_numbers(range(150))
+    world = make_world(kind, 0, 0.334)
+    assert len(world.cylinders) > 100
+    assert world.optimal_time == pytest.approx(json.loads(BENCHMARK.read_text())["worlds"][3]["optimal_time"], abs=1e-3)
+
+
+def test_an_unknown_number_is_told_the_known_ones(file: Path) -> None:
+    with pytest.raises(StarnavError, match=r"world\.id is 9; allowed: a world of .*worlds\.json: 7-8, 10"):
+        make_world(Barn(file=str(file), id=9), 0, 0.334)
+    with pytest.raises(StarnavError, match=r"world\.id is 11"):
+        Barn(file=str(file)).check_numbers([7, 10, 11])
+
+
+@pytest.mark.parametrize("name", ["nowhere.json", ".", "a" * 300])
+def test_a_file_that_cannot_be_read(name: str) -> None:
+    with pytest.raises(StarnavError, match=r"world\.file is '.*', which cannot be read .* allowed: .*barn_like.* or"):
+        make_world(Barn(file=name), 0, 0.334)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (b'{"worlds": [', "is not JSON"),
+        (b"\xff\xfe\x00", "is not JSON"),
+        (b"[" * 100_000, "is not JSON"),
+        (b"[1, 2]", "has no list of worlds"),
+        (b'{"worlds": []}', "has no list of worlds"),
+        (b'{"worlds": [3]}', r"worlds\[0\] has the id None; allowed: a whole number"),
+        (b'{"worlds": [{"id": 1}, {"id": 1}]}', r"worlds\[1\] has the id 1; allowed: .* each once"),
+        (b'{"worlds": [{"id": 7, "start": [0, 0, 0]}]}', "world 7 has no cylinders, goal, path_length_official; all"),
+    ],
+)
+def test_a_file_of_something_else(file: Path, text: bytes, message: str) -> None:
+    file.write_bytes(text)
+    with pytest.raises(StarnavError, match=message):
+        make_world(Barn(file=str(file), id=7), 0, 0.334)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"cylinders": 3}, "world 7: cylinders is 3; allowed: a list"),
+        ({"cylinders": [[1.0, 2.0]]}, r"cylinders\[0\] is \[1.0, 2.0\]; allowed: finite \[x, y, radius\]"),
+        ({"cylinders": [[2.0, 2.0, -1.0]]}, r"cylinders\[0\] is .* positive radius"),
+        ({"start": [0.0, "a", 0.0]}, "start is"),
+        ({"goal": [0.0, float("nan")]}, "goal is"),
+        ({"path_length_official": None}, r"path_length_official is \[None\]"),
+        ({"path_length_official": 0}, "path_length_official is 0; allowed: 0 < x m"),
+        ({"goal": [2.0, 0.3]}, r"goal is \[2, 0.3\], 0.225 m from cylinders\[0\]; allowed: more than robot_radius"),
+    ],
+)
+def test_a_world_that_makes_no_sense(file: Path, changes: dict, message: str) -> None:
+    rewrite(file, **changes)
+    with pytest.raises(StarnavError, match=message):
+        make_world(Barn(file=str(file), id=7), 0, 0.334)
+
+
+def make(folder: Path, content: object) -> object:
+    file = folder / "worlds.json"
+    file.write_text(json.dumps(content))
+    return make_world(DynaBarn(file=str(file), id=4), 0, 0.25)
+
+
+def test_a_world_is_as_the_file_has_it_of_dynabarn(tmp_path: Path) -> None:
+    world = make(tmp_path, CONTENT)
+    assert (world.name, world.start, world.goal, world.timeout) == ("dynabarn_4", (11, 0, 3.14), (-9, 0), 100.0)
+    assert world.moving_obstacles.radii.tolist() == [0.5, 0.5]
+    positions, velocities = moving_obstacle_states(world.moving_obstacles, np.array([1.0, 3.0, 6.0]))
+    assert positions[:, 0] == pytest.approx(np.array([(9.0, -6.0), (7.0, -6.0), (8.0, -6.0)]))
+    assert positions[:, 1] == pytest.approx(np.array([(0.0, 1.5), (0.0, 2.0), (0.0, 1.5)])), "it waits for its total"
+    assert velocities[1, 1].tolist() == [0.0, 0.0]
+    (wall,) = world.polygons
+    assert wall.mean(axis=0) == pytest.approx((-10.0, 4.0))
+    along = wall[2] - wall[1]
+    assert np.hypot(*along) == pytest.approx(4.0)
+    assert np.arctan2(along[1], along[0]) == pytest.approx(0.5 + 0.5 * np.pi)
+
+
+@pytest.mark.skipif(not DYNABARN.is_file(), reason=f"the benchmark's worlds are not at {DYNABARN}")
+def test_reads_the_benchmark_of_dynabarn() -> None:
+    kind = DynaBarn(file=str(DYNABARN), id=0)
+    kind.check_numbers(range(30))
+    world = make_world(kind, 0, 0.25)
+    assert len(world.moving_obstacles) == 11
+    assert len(world.polygons) == 3
+    assert world.goal == (-9.0, 0.0)
+
+
+def test_an_unknown_number_is_told_the_known_ones_of_dynabarn(tmp_path: Path) -> None:
+    make(tmp_path, CONTENT)
+    with pytest.raises(StarnavError, match=r"world\.id is 9; allowed: a world of .*worlds\.json: 4"):
+        make_world(DynaBarn(file=str(tmp_path / "worlds.json"), id=9), 0, 0.25)
+    with pytest.raises(StarnavError, match=r"world\.file is 'nowhere', .* allowed: dynabarn_like, or the path"):
+        make_world(DynaBarn(file="nowhere"), 0, 0.25)
+
+
+@pytest.mark.parametrize(
+    ("keys", "value", "message"),
+    [
+        (("meta",), None, r"worlds\.json: meta has no start, goal; allowed: a mapping with start, goal"),
+        (("trajectories",), 3, r"world 4: plugins\[0\] is 'a'; allowed: the name of one of the trajectories"),
+        (("worlds", 0, "plugins"), "a", r"world 4: plugins is 'a'; allowed: a list"),
+        (("worlds", 0, "plugins", 1), "c", r"plugins\[1\] is 'c'"),
+        (("worlds", 0, "walls", 0), [], r"walls\[0\] has no pose, size"),
+        (("worlds", 0, "walls", 0, "pose"), [1.0], r"walls\[0\]\.pose is \[1.0\]; allowed: finite \[x, y, z"),
+        (("worlds", 0, "walls", 0, "size"), [1.0, 0.0, 1.0], r"walls\[0\]\.size is .* positive lengths"),
+        (("worlds", 0, "walls", 0, "pose"), [-9.0, 0.0, 0, 0, 0, 0], r"world 4\.goal is \[-9, 0\], -.* from polygons"),
+        (("trajectories", "a"), {}, r"trajectories\.a has no total, keys"),
+        (("trajectories", "a", "keys", 1), [4.0, "x", 0.0], r"trajectories\.a\.keys\[1\] is"),
+        (("trajectories", "a", "keys"), [], r"world 4: moving obstacles: paths\[0\] is \[\]; allowed: two or more"),
+        (
+            ("trajectories", "a", "keys", 0),
+            [7.0, 0.0, 0.0],
+            r"world 4: moving obstacles: the times of paths\[0\] are \[7",
+        ),
+        (("trajectories", "a", "total"), "4", r"trajectories\.a\.total is"),
+    ],
+)
+def test_a_world_that_makes_no_sense_of_dynabarn(tmp_path: Path, keys: tuple, value: object, message: str) -> None:
+    content = copy.deepcopy(CONTENT)
+    place: object = content
+    for key in keys[:-1]:
+        place = place[key]
+    place[keys[-1]] = value
+    with pytest.raises(StarnavError, match=message):
+        make(tmp_path, content)
+
+
+@pytest.mark.parametrize("name", ["meta", "trajectories"])
+def test_a_file_of_static_worlds(tmp_path: Path, name: str) -> None:
+    with pytest.raises(StarnavError, match=rf"worlds\.json has no {name}; allowed: a mapping with meta, trajectories"):
+        make(tmp_path, {key: value for key, value in CONTENT.items() if key != name})

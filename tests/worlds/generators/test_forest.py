@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.worlds import Forest, make_world
+from drake_starnav.worlds import Forest, PaperForest, make_world
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -21,3 +21,13 @@ def test_trees_keep_their_gap_and_leave_both_ends_clear(seed: int) -> None:
 def test_bounds_out_of_order_are_refused() -> None:
     with pytest.raises(StarnavError, match=r"Forest\.trees is \[9, 3\]; allowed: \[least, most\]"):
         make_world(Forest(trees=(9, 3)), 0, 0.25)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_only_start_and_goal_are_random(seed: int) -> None:
+    first, world = make_world(PaperForest(), 100, 0.25), make_world(PaperForest(), seed, 0.25)
+    np.testing.assert_array_equal(world.cylinders, first.cylinders)
+    assert len(world.cylinders) == 11
+    assert -3.6 <= world.start[0] <= -2.7 and 4.5 <= world.goal[0] <= 4.8
+    assert all(-1.35 <= y <= 3.2 for y in (world.start[1], world.goal[1]))
+    assert (world.start[1], world.goal[1]) != (first.start[1], first.goal[1])
