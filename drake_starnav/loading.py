@@ -44,6 +44,6 @@ def _with_own_shape(scenario: Scenario) -> Scenario:
         return dataclasses.replace(scenario, robots=tuple(map(_with_own_shape, scenario.robots)))
     if scenario.robot.radius > 0.0:
         return scenario
-    from drake_starnav.station.own_shape import with_own_shape  # by Drake, which numerics do without
+    from drake_starnav.station.robot_model import with_own_shape  # by Drake, which numerics do without
 
     return with_own_shape(scenario)

@@ -1,7 +1,7 @@
 """Parameters of a planar lidar, and its measurement errors."""
 
+import enum
 import math
-import threading
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,8 +12,6 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.field_of_view import ROUNDING, TURN, FieldOfView
 from drake_starnav.parameters import Checked, parameter
 
-NOISE, ARRIVAL = 0, 1
-"""Random streams; `station.fault_models` has others."""
 RELEASE_LAG = 1e-7
 """Additional delay of a release, s: Drake may skip a periodic event that coincides with another up to rounding."""
 
@@ -169,7 +167,7 @@ def measure(distances: np.ndarray, parameters: LidarParameters, seed: int, index
     errors = strays = np.zeros(0)
     lost = np.zeros(0, bool)
     if p.noise > 0.0 or p.dropout > 0.0 or p.outliers > 0.0:
-        generator = _generator(seed, index, NOISE)
+        generator = _of_scan(seed, index, Stream.NOISE)
         errors = p.noise * generator.standard_normal(count)
         if p.dropout > 0.0 or p.outliers > 0.0:
             lost = generator.random(count) < p.dropout
@@ -183,7 +181,7 @@ def arrives(parameters: LidarParameters, seed: int, index: int) -> bool:
     """Whether a scan arrives; a function of its index and the seed only, as for `measure`."""
     p = parameters
     silent = p.silence_start - 1e-9 <= index / p.rate < p.silence_start + p.silence_duration - 1e-9
-    return not silent and (p.scan_loss == 0.0 or _generator(seed, index, ARRIVAL).random() >= p.scan_loss)
+    return not silent and (p.scan_loss == 0.0 or _of_scan(seed, index, Stream.ARRIVAL).random() >= p.scan_loss)
 
 
 def released(parameters: LidarParameters, seed: int, time: float) -> int | None:
@@ -192,30 +190,20 @@ def released(parameters: LidarParameters, seed: int, time: float) -> int | None:
     return index if index >= 0 and arrives(parameters, seed, index) else None
 
 
-class _Workbench(threading.local):
-    """One generator per thread: constructing one takes longer than drawing all numbers of a scan."""
+class Stream(enum.IntEnum):
+    """Streams of random numbers of one seed."""
 
-    def __init__(self) -> None:
-        self.generator = np.random.Generator(np.random.Philox(key=0))
-
-
-_workbench = _Workbench()
+    NOISE, ARRIVAL, DRIFT, JUMP, SLIP = range(5)
 
 
-def _generator(seed: int, index: int, stream: int) -> np.random.Generator:
-    """`Generator(Philox(key=(seed, stream), counter=...))` for one scan, whatever was drawn before."""
-    generator = _workbench.generator
-    # The highest word of the counter is the scan's index, so that no two scans share numbers.
-    counter = np.array([0, 0, 0, index & 0xFFFFFFFFFFFFFFFF], dtype=np.uint64)
-    generator.bit_generator.state = {
-        "bit_generator": "Philox",
-        "state": {"counter": counter, "key": np.array([seed, stream], dtype=np.uint64)},
-        "buffer": np.zeros(4, dtype=np.uint64),
-        "buffer_pos": 4,  # empty
-        "has_uint32": 0,
-        "uinteger": 0,
-    }
-    return generator
+def random_numbers(seed: int, stream: Stream, counter: int = 0) -> np.random.Generator:
+    """The random numbers of a seed, a non-negative whole number below 2**64, and a stream from a place in it on."""
+    return np.random.Generator(np.random.Philox(key=np.array([seed, stream], np.uint64), counter=counter))
+
+
+def _of_scan(seed: int, index: int, stream: Stream) -> np.random.Generator:
+    """Random numbers that no two scans share: the index is the highest word of the counter."""
+    return random_numbers(seed, stream, index << 192)
 
 
 @njit(cache=True)

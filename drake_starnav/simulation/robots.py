@@ -27,9 +27,14 @@ from drake_starnav.simulation.run import advance_until, left_by
 from drake_starnav.simulation.trial import INTERRUPTED, TIMEOUT, Run, Trial, figures, omniscient_path
 from drake_starnav.station.collars import add_collars
 from drake_starnav.station.collision_monitor import CollisionMonitor
-from drake_starnav.station.drake_configs import scenario_plant_config, scenario_simulator_config
 from drake_starnav.station.model_world import drop_floors, make_world_with_footprints
-from drake_starnav.station.plant import DISCRETE_ONLY, make_simulator, plant_config
+from drake_starnav.station.plant import (
+    DISCRETE_ONLY,
+    make_simulator,
+    plant_config,
+    scenario_plant_config,
+    scenario_simulator_config,
+)
 from drake_starnav.station.robot_interface import RobotInterface, connect_robot
 from drake_starnav.station.robot_model import add_robot
 from drake_starnav.station.world_geometry import add_ground, add_world

@@ -22,11 +22,10 @@ from drake_starnav.scenario import Scenario
 from drake_starnav.scenario.schema import check_method
 from drake_starnav.simulation.monitors import FOOTPRINT_LOG, add_monitors, watcher
 from drake_starnav.simulation.trial import INTERRUPTED, TIMEOUT, Run, Trial, caption_lines, figures, omniscient_path
-from drake_starnav.station.drake_configs import scenario_simulator_config
 from drake_starnav.station.model_world import make_world_with_footprints
 from drake_starnav.station.navigation_station import add_station
 from drake_starnav.station.planar_localization import planar_states
-from drake_starnav.station.plant import advance, make_simulator, value_of
+from drake_starnav.station.plant import advance, make_simulator, scenario_simulator_config, value_of
 from drake_starnav.systems.goal_sequence import GoalSequence
 from drake_starnav.systems.release import release
 from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner

@@ -4,7 +4,7 @@ from drake_starnav.station.navigation_station import Station, StationInterface, 
 from drake_starnav.station.plant import plant_config
 from drake_starnav.station.robot_interface import connect_robot
 from drake_starnav.station.robot_model import add_robot
-from drake_starnav.station.wheel_speed_command import WheelSpeedCommand
+from drake_starnav.station.wheel_drive import WheelSpeedCommand
 from drake_starnav.station.world_geometry import add_ground, add_world
 
 __all__ = [

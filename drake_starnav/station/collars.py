@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 
-import numpy as np
 from pydrake.geometry import Convex, Cylinder, GeometryId, Role, SceneGraph
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
@@ -11,6 +10,7 @@ from pydrake.multibody.tree import ModelInstanceIndex
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.lidar_mounts import lidar_poses
+from drake_starnav.station.world_geometry import upright_prism
 
 COLLAR = 0.03
 """A collar reaches so far above and below the planes of all lidars, m."""
@@ -43,8 +43,5 @@ def _collar(robot: RobotParameters, low: float, high: float) -> list[tuple[Cylin
     """Solid shapes over a robot's footprint between two heights in base_link, m."""
     if robot.shape.is_disc:
         return [(Cylinder(robot.radius, high - low), RigidTransform([0.0, 0.0, 0.5 * (low + high)]))]
-    prisms = []
-    for part in robot.shape.parts:
-        points = np.hstack([np.vstack((part.T, np.full(len(part), z))) for z in (low, high)])
-        prisms.append((Convex(points=points, label="collar"), RigidTransform()))
-    return prisms
+    middle = RigidTransform([0.0, 0.0, 0.5 * (low + high)])
+    return [(upright_prism(part, high - low, "collar"), middle) for part in robot.shape.parts]

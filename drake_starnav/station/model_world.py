@@ -31,7 +31,7 @@ from pydrake.systems.framework import DiagramBuilder
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.station.mesh_files import is_hollow, mesh_triangles
-from drake_starnav.station.parser_warnings import none_skipped
+from drake_starnav.station.parser_warnings import parsing
 from drake_starnav.station.robot_geometry import massless_links, outline, swollen
 from drake_starnav.station.scene_slices import SURFACE, read_solids
 from drake_starnav.utils.resources import model_path
@@ -48,9 +48,6 @@ UNSEEN = 0.01
 """What reaches farther than this beyond what the lidar sees of it is warned of, m."""
 SHEET = 0.001
 """Thickness that a footprint takes the surface of a hollow mesh to have, m."""
-_UPRIGHT = 1.0 - 1e-12
-_LEVEL = 1.0 - 1e-6
-_TIME_STEP = 0.01  # of a plant that is never simulated
 
 
 def make_world_with_footprints(kind: Any, seed: int, robot_radius: float) -> World:
@@ -74,7 +71,7 @@ def with_footprints(world: World) -> World:
     if world.model is None:
         return world
     builder = DiagramBuilder()
-    plant, scene_graph = AddMultibodyPlantSceneGraph(builder, _TIME_STEP)
+    plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.01)  # never simulated
     add_model(plant, scene_graph, world.model)
     plant.Finalize()
     inspector = scene_graph.model_inspector()
@@ -94,7 +91,7 @@ def with_footprints(world: World) -> World:
         if _is_floor(inspector, geometry, X_WG):
             continue
         if isinstance(shape, Sphere) or (
-            isinstance(shape, Cylinder) and abs(X_WG.rotation().matrix()[2, 2]) > _UPRIGHT
+            isinstance(shape, Cylinder) and abs(X_WG.rotation().matrix()[2, 2]) > 1.0 - 1e-12
         ):
             disc = _disc(shape, X_WG, FLOOR_TOLERANCE)
             seen = _disc(shape, X_WG, ROBOT_HEIGHT - UNSEEN)
@@ -167,17 +164,11 @@ def add_model(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelFile) 
     parser.package_map().PopulateFromRosPackagePath()
     parser.package_map().AddPackageXml(str(model_path("package.xml")))
     place, files = model.path or "directives", Models(weld=model.weld)
-    try:
-        with none_skipped(f"model {place}"):
-            if model.text:
-                instances = parser.AddModelsFromString(files.directives(model.text, Path.cwd()), "dmd.yaml")
-            else:
-                instances = parser.AddModels(str(files.model(Path(model.path))))
-    except StarnavError:
-        raise
-    except (RuntimeError, ValueError) as error:
-        reason = " ".join(files.said(str(error)).split())
-        raise StarnavError(f"model {place} cannot be read: {reason}; allowed: what Drake's parser reads") from None
+    with parsing(f"model {place}", said=files.said):
+        if model.text:
+            instances = parser.AddModelsFromString(files.directives(model.text, Path.cwd()), "dmd.yaml")
+        else:
+            instances = parser.AddModels(str(files.model(Path(model.path))))
     if model.weld:
         held = {plant.get_joint(index).child_body().index() for index in plant.GetJointIndices()}
         for index in [index for instance in instances for index in plant.GetBodyIndices(instance)]:
@@ -232,7 +223,7 @@ def floor_geometries(plant: MultibodyPlant, scene_graph: SceneGraph) -> list[Geo
 def _is_floor(inspector: SceneGraphInspector, geometry: GeometryId, X_WG: RigidTransform) -> bool:
     shape = inspector.GetShape(geometry)
     if isinstance(shape, HalfSpace):
-        return X_WG.translation()[2] <= FLOOR_TOLERANCE and X_WG.rotation().matrix()[2, 2] >= _LEVEL
+        return X_WG.translation()[2] <= FLOOR_TOLERANCE and X_WG.rotation().matrix()[2, 2] >= 1.0 - 1e-6
     return shape_vertices(inspector, geometry, X_WG)[:, 2].max() <= FLOOR_TOLERANCE
 
 

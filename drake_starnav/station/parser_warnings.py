@@ -1,8 +1,8 @@
-"""What Drake's parser skips with no more than a warning, although it blocks the way or moves."""
+"""What Drake's parser refuses, or skips with no more than a warning although it blocks the way or moves."""
 
 import logging
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from drake_starnav.errors import StarnavError, said_by
@@ -12,24 +12,33 @@ SKIPPED = re.compile(r"element in geometry|geom\b.*\btype|inertia", re.IGNORECAS
 
 
 @contextmanager
-def none_skipped(place: str) -> Iterator[None]:
-    """Refuse what Drake's parser skips; its other warnings, of what does not matter here, are not shown.
+def parsing(place: str, allowed: str = "what Drake's parser reads", said: Callable[[str], str] = str) -> Iterator[None]:
+    """Refuse what Drake's parser does, and what it skips; its other warnings, which do not matter here, are not shown.
+
+    Args:
+        place: names the file.
+        allowed: what can be read.
+        said: how a message of the parser is told.
 
     Raises:
-        StarnavError: at the end, a shape or an inertia of the file that `place` names was skipped.
+        StarnavError: the parser raised an error, or skipped a shape or an inertia.
     """
     log, found = logging.getLogger("drake"), _Messages()
     handlers, passed_on = log.handlers, log.propagate
     log.handlers, log.propagate = [found], False
     try:
         yield
+    except StarnavError:
+        raise
+    except (RuntimeError, ValueError) as error:
+        reason = " ".join(said(str(error)).split())
+        raise StarnavError(f"{place} cannot be read: {reason}; allowed: {allowed}") from None
     finally:
         log.handlers, log.propagate = handlers, passed_on
-    for message in found.messages:
-        if SKIPPED.search(message):
-            raise StarnavError(
-                f"{place} cannot be read: {said_by(ValueError(message))}; allowed: what Drake's parser reads"
-            )
+    for message in filter(SKIPPED.search, found.messages):
+        raise StarnavError(
+            f"{place} cannot be read: {said_by(ValueError(message))}; allowed: what Drake's parser reads"
+        )
 
 
 class _Messages(logging.Handler):

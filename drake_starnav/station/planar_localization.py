@@ -7,9 +7,8 @@ import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, EventStatus, LeafSystem, State
 
 from drake_starnav.geometry.se2 import composed, now_in
-from drake_starnav.lidar.sensor_model import LidarParameters, arrives, released, scan_index
+from drake_starnav.lidar.sensor_model import LidarParameters, Stream, arrives, random_numbers, released, scan_index
 from drake_starnav.scenario.schema import LocalizationParameters
-from drake_starnav.station.fault_models import drifted, jumped
 from drake_starnav.systems.release import weakly
 from drake_starnav.utils.timing import begins_run
 
@@ -17,6 +16,31 @@ PLANAR = 3
 """Positions of a planar base, see `planar_drive`; a floating one has more."""
 DRIFT_PERIOD = 0.02
 """The believed pose takes up its error this often, s."""
+
+
+def drifted(believed: np.ndarray, before: np.ndarray, now: np.ndarray, drift: float, seed: int) -> np.ndarray:
+    """The believed pose after the robot went from one true pose to another, near it; (x, y, yaw) in W, m and rad.
+
+    During a trial the error keeps one direction relative to the robot and one sign of the heading, so that it
+    accumulates like that of a badly calibrated odometry.
+
+    Args:
+        believed: pose at the true one `before`.
+        before, now: true poses.
+        drift: error as a share of the distance travelled and of the angle turned.
+        seed: a non-negative whole number below 2**64.
+    """
+    along, across, turn = now_in(before, now)
+    generator = random_numbers(seed, Stream.DRIFT)
+    angle, sign = generator.uniform(-math.pi, math.pi), 1.0 if generator.random() < 0.5 else -1.0
+    along, across = along + drift * along * math.cos(angle), across + drift * along * math.sin(angle)
+    return composed(believed, (along, across, turn * (1.0 + drift * sign)))
+
+
+def jumped(jump: float, seed: int, index: int) -> np.ndarray:
+    """The jump of that index of the believed position, shape (2,), m: its size is given, its direction drawn."""
+    angle = random_numbers(seed, Stream.JUMP, index).uniform(-math.pi, math.pi)
+    return jump * np.array((math.cos(angle), math.sin(angle)))
 
 
 class PlanarLocalization(LeafSystem):
@@ -123,7 +147,7 @@ class PlanarLocalization(LeafSystem):
         return EventStatus.Succeeded()
 
     def _true_pose(self, context: Context) -> np.ndarray:
-        return np.array(planar_pose(self._multibody_state.Eval(context).tolist()))
+        return np.array(planar_state(self._multibody_state.Eval(context).tolist(), self._num_positions)[:3])
 
     def _believed_pose(self, context: Context) -> np.ndarray:
         pose = self._true_pose(context)
@@ -136,34 +160,24 @@ class PlanarLocalization(LeafSystem):
         output.SetFromVector(self._believed_pose(context))
 
     def _calc_state(self, context: Context, output: BasicVector) -> None:
-        x = self._multibody_state.Eval(context).tolist()
-        px, py, yaw = planar_pose(x)
-        planar, n = self._num_positions == PLANAR, self._num_positions
-        v_x, v_y, omega_z = x[PLANAR:] if planar else (x[n + 3], x[n + 4], x[n + 2])
-        speed = v_x * math.cos(yaw) + v_y * math.sin(yaw)
-        if planar:
-            speed = math.copysign(math.hypot(v_x, v_y), speed)
+        state = planar_state(self._multibody_state.Eval(context).tolist(), self._num_positions)
         if not self._error.exact:
-            px, py, yaw = self._believed_pose(context)
-        output.SetFromVector(np.array((px, py, yaw, speed, omega_z)))
+            state = (*self._believed_pose(context), *state[3:])
+        output.SetFromVector(np.array(state))
 
 
 def planar_states(multibody_states: np.ndarray, num_positions: int) -> np.ndarray:
     """The values of port `state`, shape (n, 5), for many states (n, m) at once, each as on port `multibody_state`."""
+    return np.array([planar_state(x, num_positions) for x in multibody_states.tolist()]).reshape(-1, 5)
+
+
+def planar_state(x: Sequence[float], num_positions: int) -> tuple[float, float, float, float, float]:
+    """The true value of port `state` for one of port `multibody_state`."""
     if num_positions == PLANAR:
-        x, y, yaw, v_x, v_y, omega = multibody_states.T
-        along = np.copysign(np.hypot(v_x, v_y), v_x * np.cos(yaw) + v_y * np.sin(yaw))
-        return np.column_stack((x, y, yaw, along, omega))
-    qw, qx, qy, qz, x, y = multibody_states[:, :6].T
-    yaw = np.arctan2(2.0 * (qw * qz + qx * qy), qw * qw + qx * qx - qy * qy - qz * qz)
-    omega, v_x, v_y = multibody_states[:, num_positions + 2 : num_positions + 5].T
-    return np.column_stack((x, y, yaw, v_x * np.cos(yaw) + v_y * np.sin(yaw), omega))
-
-
-def planar_pose(x: Sequence[float]) -> tuple[float, float, float]:
-    """(x, y, yaw) in W, m and rad, from a state as on port `multibody_state`."""
-    if len(x) == 2 * PLANAR:
-        return x[0], x[1], x[2]
+        px, py, yaw, v_x, v_y, omega = x
+        return px, py, yaw, math.copysign(math.hypot(v_x, v_y), v_x * math.cos(yaw) + v_y * math.sin(yaw)), omega
     # the plant lets the quaternion's length drift: only ratios of its elements count
     qw, qx, qy, qz, px, py = x[:6]
-    return px, py, math.atan2(2.0 * (qw * qz + qx * qy), qw * qw + qx * qx - qy * qy - qz * qz)
+    yaw = math.atan2(2.0 * (qw * qz + qx * qy), qw * qw + qx * qx - qy * qy - qz * qz)
+    omega, v_x, v_y = x[num_positions + 2 : num_positions + 5]
+    return px, py, yaw, v_x * math.cos(yaw) + v_y * math.sin(yaw), omega

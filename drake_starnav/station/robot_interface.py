@@ -17,9 +17,7 @@ from drake_starnav.station.model_world import floor_geometries
 from drake_starnav.station.planar_drive import PlanarVelocityCommand
 from drake_starnav.station.planar_localization import PlanarLocalization
 from drake_starnav.station.robot_geometry import drive_geometry, floor_contact, robot_reach
-from drake_starnav.station.wheel_servo import WheelServo
-from drake_starnav.station.wheel_slip import WheelSlip
-from drake_starnav.station.wheel_speed_command import WheelSpeedCommand
+from drake_starnav.station.wheel_drive import WheelServo, WheelSlip, WheelSpeedCommand
 from drake_starnav.systems.star_perception import lidar_names
 
 LIDAR_SEEDS = 0x9E3779B97F4A7C15

@@ -1,8 +1,14 @@
 """Robots as models of a plant: read, checked, and put on the floor."""
 
+import dataclasses
+import math
 import warnings
+from collections.abc import Iterator
+from typing import Any
 from xml.etree import ElementTree
 
+import numpy as np
+import shapely
 from pydrake.geometry import CollisionFilterDeclaration, GeometrySet, SceneGraph
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.parsing import Parser
@@ -11,19 +17,36 @@ from pydrake.multibody.tree import ModelInstanceIndex, PdControllerGains
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.robot import RobotParameters
-from drake_starnav.station.parser_warnings import none_skipped
+from drake_starnav.scenario import Scenario
+from drake_starnav.station.parser_warnings import parsing
 from drake_starnav.station.planar_drive import lowest_point, motorize, put_on_joints
-from drake_starnav.station.robot_checks import model_faults
 from drake_starnav.station.robot_file import center, effort, hold, robot_urdf
-from drake_starnav.station.robot_geometry import actuated_joints, carried, collision_shapes, drive_geometry
+from drake_starnav.station.robot_geometry import (
+    actuated_joints,
+    carried,
+    collision_shapes,
+    drive_geometry,
+    floor_contact,
+    link_poses,
+    lowest,
+    massless_links,
+    robot_outline,
+    robot_reach,
+)
 from drake_starnav.station.robot_wheels import found_wheels, stand_on_wheels
 
+TOLERANCE = 1e-3
+"""Of where a model's wheels are, how they are turned, their radii and `robot.radius`, m and rad."""
 WHEEL_GAIN = 10.0
 """Velocity servo of the wheels, N m s/rad, if those of `SERVO_LAG` do not need more."""
 SERVO_LAG = 0.02
 """A robot's speed follows its wheels' commands within this, s."""
 EXACT = 1e-6
 """A model whose axles' middle lies so near to the origin of base_link stays as it is, m."""
+ROUND = 0.97
+"""A model that covers this share of the disc around it counts as a disc."""
+SIMPLIFIED = 0.004
+"""Corners are left out where the outline grows by no more than about this, m."""
 
 
 def add_robot(
@@ -104,15 +127,8 @@ def _refuse(faults: list[str], path: str) -> None:
 
 
 def _parsed(parser: Parser, root: ElementTree.Element, path: str) -> ModelInstanceIndex:
-    try:
-        with none_skipped(f"robot model {path}"):
-            (model,) = parser.AddModelsFromString(ElementTree.tostring(root, encoding="unicode"), "urdf")
-    except StarnavError:
-        raise
-    except (RuntimeError, ValueError) as error:
-        raise StarnavError(
-            f"robot model {path} cannot be read: {' '.join(str(error).split())}; allowed: a URDF file with one robot"
-        ) from None
+    with parsing(f"robot model {path}", "a URDF file with one robot"):
+        (model,) = parser.AddModelsFromString(ElementTree.tostring(root, encoding="unicode"), "urdf")
     return model
 
 
@@ -135,3 +151,66 @@ def _free_wheels(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelIns
     )
     apart = CollisionFilterDeclaration().ExcludeBetween(wheels, all_of_them)
     scene_graph.collision_filter_manager().Apply(apart)
+
+
+def with_own_shape(scenario: Scenario) -> Scenario:
+    """The scenario with the shape of the robot's model, of which nothing was said: `robot.radius` is 0."""
+    robot = scenario.robot
+    shape = own_shape(dataclasses.replace(robot, radius=5.0))  # m; a model may reach so far while it is read
+    return dataclasses.replace(scenario, robot=dataclasses.replace(robot, **shape))
+
+
+def own_shape(robot: RobotParameters) -> dict[str, Any]:
+    """`radius`, and `footprint` unless it is round, from a model's collision shapes with all joints at zero."""
+    plant, scene_graph = MultibodyPlant(1.0), SceneGraph()
+    plant.RegisterAsSourceForSceneGraph(scene_graph)
+    model = add_robot(plant, scene_graph, robot, (0.0, 0.0, 0.0))
+    outline = robot_outline(plant, scene_graph, link_poses(plant, model))
+    if outline is None:
+        raise StarnavError(
+            f"robot model {robot.model} has no collision shapes that enclose anything; allowed: robot.radius or "
+            "robot.footprint"
+        )
+    hull, radius = shapely.Polygon(outline), float(np.hypot(*outline.T).max())
+    if hull.area > ROUND * math.pi * radius**2:
+        return {"radius": math.ceil(1e3 * radius) / 1e3}
+    simple = hull.simplify(SIMPLIFIED).buffer(SIMPLIFIED, join_style="mitre") if len(outline) > 8 else hull
+    corners = shapely.get_coordinates(simple)[:-1].round(4).tolist()
+    return {"radius": RobotParameters.radius, "footprint": corners}
+
+
+def model_faults(
+    plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelInstanceIndex, radius: float, floor: float | None
+) -> Iterator[str]:
+    """What is wrong with a model in a plant not yet finalized, of a `robot.radius`, m.
+
+    `floor`: its height in base_link, m; None if the model has no wheels.
+    """
+    based = plant.HasBodyNamed("base_link", model)
+    if not based:
+        yield "it has no link base_link; allowed: link base_link, whose x axis is the robot's heading"
+    for name in massless_links(plant, plant.GetBodyIndices(model)):
+        yield f"link {name} has no mass; allowed: <inertial> with a mass and an inertia"
+    if not based:
+        return
+    reach, link = robot_reach(plant, scene_graph, link_poses(plant, model))
+    if reach > radius + TOLERANCE:
+        yield f"link {link} reaches {reach:.3f} m from the robot's axis; allowed: up to robot.radius, {radius:g} m"
+    if floor is not None:
+        yield from _floor_faults(plant, scene_graph, model, floor)
+
+
+def _floor_faults(
+    plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelInstanceIndex, floor: float
+) -> Iterator[str]:
+    """What would lift the wheels off the floor."""
+    inspector = scene_graph.model_inspector()
+    for index, X_BL in link_poses(plant, model).items():
+        body = plant.get_body(index)
+        for geometry in collision_shapes(plant, scene_graph, body):
+            low = lowest(inspector, geometry, X_BL)
+            if low < floor - TOLERANCE and floor_contact(inspector, geometry) is None:
+                yield (
+                    f"link {body.name()} reaches {1e3 * (floor - low):.0f} mm lower than the wheels; allowed: down to "
+                    "the floor that they stand on"
+                )

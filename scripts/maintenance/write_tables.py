@@ -40,9 +40,7 @@ from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.station.planar_drive import PlanarVelocityCommand
 from drake_starnav.station.planar_localization import PlanarLocalization
 from drake_starnav.station.robot_geometry import Drive
-from drake_starnav.station.wheel_servo import WheelServo
-from drake_starnav.station.wheel_slip import WheelSlip
-from drake_starnav.station.wheel_speed_command import WheelSpeedCommand
+from drake_starnav.station.wheel_drive import WheelServo, WheelSlip, WheelSpeedCommand
 from drake_starnav.systems.baseline_controller import BaselineController
 from drake_starnav.systems.controller import Controller
 from drake_starnav.systems.dsm_controller import DsmController

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from drake_starnav.geometry.se2 import composed, now_in
 from drake_starnav.localization.scan_matching import Keyframe, OdometryError, ScanMap, matched
-from drake_starnav.station.fault_models import drifted
+from drake_starnav.station.planar_localization import drifted
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import cast, noisy, scattered, seeds
 

@@ -9,7 +9,7 @@ from pydrake.geometry import Convex, InMemoryMesh, Mesh
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.station.mesh_files import hull_faces, mesh_triangles
-from tests.geometry.test_gltf import document
+from tests.geometry.test_mesh_file import document
 
 # Two tetrahedra that share the face 0 1 2.
 VERTICES = np.array([(0, 0, 0), (1, 0, 0), (0, 2, 0), (0, 0, 3), (0.5, 0.5, -1)], dtype=float)

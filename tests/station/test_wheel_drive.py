@@ -4,14 +4,23 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pydrake.systems.framework import DiagramBuilder
 
 from drake_starnav.robot import RobotParameters
-from drake_starnav.station.robot_geometry import Drive
-from drake_starnav.station.wheel_speed_command import WheelSpeedCommand
+from drake_starnav.station.plant import add_plant
+from drake_starnav.station.robot_geometry import Drive, wheel_rates
+from drake_starnav.station.robot_model import WHEEL_GAIN
+from drake_starnav.station.wheel_drive import SLIP_PERIOD, WheelServo, WheelSlip, WheelSpeedCommand, wheel_shares
+from drake_starnav.worlds.world import World
+from tests.helpers.scans import seeds
 
 FAST = RobotParameters(max_speed=10.0, max_yaw_rate=10.0)
 sizes = st.floats(0.01, 2.0)
 speeds = st.floats(-5.0, 5.0)
+SLIP, SEED = 0.2, 7
+SIDES = np.array((0, 0, 1))
+DESIRED = np.array((0.0, 0.0, 0.0, 3.0, 3.0, -2.0))
+WHEELS = ("left_wheel", "right_wheel")
 
 
 def two_wheels(radius: float, track: float) -> Drive:
@@ -65,3 +74,53 @@ def test_no_twist_beyond_the_limits_reaches_the_wheels(v, omega) -> None:
 def test_wheels_of_any_size_and_axis_roll_at_the_speed_of_their_place() -> None:
     drive = Drive(np.array((0.1, -0.2, 0.1)), np.array((-0.3, -0.3, 0.4)))
     assert drive.rates(1.0, 2.0) == pytest.approx((4.0, -2.0, 18.0))
+
+
+def slipping(time: float) -> np.ndarray:
+    system = WheelSlip(sides=SIDES, slip=SLIP, seed=SEED)
+    context = system.CreateDefaultContext()
+    system.GetInputPort("desired_state").FixValue(context, DESIRED)
+    context.SetTime(time)
+    return system.GetOutputPort("slipping_state").Eval(context)
+
+
+@pytest.mark.parametrize("index", range(4))
+def test_the_wheels_of_a_side_keep_their_share_for_one_period(index: int) -> None:
+    expected = DESIRED[3:] * wheel_shares(SLIP, SEED, index)[SIDES]
+    for time in (index * SLIP_PERIOD, (index + 0.999) * SLIP_PERIOD):
+        np.testing.assert_array_equal(slipping(time), (0.0, 0.0, 0.0, *expected))
+    assert (np.abs(expected) >= (1.0 - SLIP) * np.abs(DESIRED[3:])).all()
+
+
+def test_the_shares_differ_from_period_to_period() -> None:
+    assert len({tuple(slipping(index * SLIP_PERIOD)) for index in range(5)}) == 5
+
+
+@pytest.fixture(scope="module")
+def plant_and_model():
+    plant, _, model, _ = add_plant(DiagramBuilder(), World("open", (0, 0, 0), (1, 0)), RobotParameters(), 0.0)
+    return plant, model
+
+
+def test_the_torque_is_the_gain_times_what_is_missing(plant_and_model) -> None:
+    plant, model = plant_and_model
+    servo = WheelServo(plant, model)
+    context = servo.CreateDefaultContext()
+    state = plant.CreateDefaultContext()
+    for rate, name in zip((3.0, -1.0), WHEELS, strict=True):
+        plant.GetJointByName(name, model).set_angular_rate(state, rate)
+    servo.GetInputPort("desired_state").FixValue(context, [9.0, 9.0, 4.0, 1.0])
+    servo.GetInputPort("multibody_state").FixValue(context, plant.GetPositionsAndVelocities(state, model))
+    assert servo.GetOutputPort("actuation").Eval(context) == pytest.approx(WHEEL_GAIN * np.array((1.0, 2.0)))
+
+
+def test_the_rates_are_those_of_the_wheels(plant_and_model) -> None:
+    rates = wheel_rates(*plant_and_model)
+    assert rates.shape == (2, plant_and_model[0].num_multibody_states())
+    assert rates.sum(axis=1).tolist() == [1.0, 1.0]
+
+
+@given(seeds, st.floats(0.0, 0.5), st.integers(0, 1000))
+def test_wheels_keep_at_least_what_is_not_declared_lost(seed, slip, index):
+    shares = wheel_shares(slip, seed, index)
+    assert ((1.0 - slip <= shares) & (shares <= 1.0)).all()

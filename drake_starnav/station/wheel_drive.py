@@ -1,0 +1,118 @@
+"""Bases with driven wheels on one axle: the speeds of the wheels, their slip, and their servo."""
+
+import math
+
+import numpy as np
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import ModelInstanceIndex
+from pydrake.systems.framework import BasicVector, Context, Diagram, DiagramBuilder, LeafSystem
+from pydrake.systems.primitives import MatrixGain, Multiplexer
+
+from drake_starnav.lidar.sensor_model import Stream, random_numbers
+from drake_starnav.robot import RobotParameters
+from drake_starnav.station.robot_geometry import Drive, actuated_joints, wheel_rates
+from drake_starnav.systems.release import weakly
+
+SLIP_PERIOD = 1.0
+"""Period with which the slip of the wheels is drawn, s."""
+
+
+class WheelSpeedCommand(LeafSystem):
+    """Turns a twist into the desired state of the wheel actuators, and no twist beyond the robot's limits.
+
+    ```
+                      ┌───────────────────┐
+    twist_command ───>│ WheelSpeedCommand ├──> desired_state
+                      └───────────────────┘
+    ```
+
+    Ports:
+        twist_command: vector (v, omega), m/s and rad/s, left and forward positive, or of a car (v, curvature), m/s and
+            1/m; cut off at the limits.
+        desired_state: vector of n wheel angles (zero and unused, as is their gain) and n speeds, rad/s, in the order of
+            the actuators, as `MultibodyPlant.get_desired_state_input_port` takes it.
+    """
+
+    def __init__(self, *, robot: RobotParameters, drive: Drive) -> None:
+        """Of a robot's base and limits, and its n wheels."""
+        super().__init__()
+        self._base, self._limits, self._drive, n = robot.drive, robot.limits, drive, len(drive.radii)
+        self._twist = self.DeclareVectorInputPort("twist_command", 2)
+        standing = BasicVector([0.0] * (2 * n))
+        self.DeclareVectorOutputPort("desired_state", standing, weakly(self._calc_state), {self._twist.ticket()})
+
+    def _calc_state(self, context: Context, output: BasicVector) -> None:
+        rates = self._drive.rates(*self._base.body_rates(self._base.saturated(self._twist.Eval(context), self._limits)))
+        output.get_mutable_value()[len(rates) :] = rates
+
+
+class WheelSlip(LeafSystem):
+    """Reduces the desired speed of the wheels of each side by a seeded random share.
+
+    ```
+                      ┌───────────┐
+    desired_state ───>│ WheelSlip ├──> slipping_state
+                      └───────────┘
+    ```
+
+    Ports:
+        desired_state: vector of 2 n values as of `WheelSpeedCommand`, rad/s.
+        slipping_state: vector, the same with less speed.
+    """
+
+    def __init__(self, *, sides: np.ndarray, slip: float, seed: int) -> None:
+        """Of wheels on `sides` (n,), 0 left and 1 right, that lose up to the share `slip` of their speed."""
+        super().__init__()
+        self._sides, self._slip, self._seed = sides, slip, seed
+        self._desired = self.DeclareVectorInputPort("desired_state", 2 * len(sides))
+        self.DeclareVectorOutputPort("slipping_state", 2 * len(sides), weakly(self._calc))
+
+    def _calc(self, context: Context, output: BasicVector) -> None:
+        desired = self._desired.Eval(context).copy()
+        shares = wheel_shares(self._slip, self._seed, math.floor(context.get_time() / SLIP_PERIOD + 1e-9))
+        desired[len(self._sides) :] *= shares[self._sides]
+        output.SetFromVector(desired)
+
+
+class WheelServo(Diagram):
+    """Drives each wheel by a torque proportional to the error of its speed, by the gain of its actuator.
+
+    ```
+                        ┌────────────┐
+    desired_state ─────>│            │
+                        │ WheelServo ├──> actuation
+    multibody_state ───>│            │
+                        └────────────┘
+    ```
+
+    Ports:
+        desired_state: vector as of `WheelSpeedCommand`, rad/s.
+        multibody_state: vector of the robot's model, from the plant.
+        actuation: vector, N m, for the plant's port of that name, which limits it to the actuators' efforts.
+
+    A discrete plant holds the same servo in its joint actuators (see `add_robot`); a continuous one ignores gains
+    there. CENIC linearizes it, so that it is integrated implicitly, as stiff as it is.
+    """
+
+    def __init__(self, plant: MultibodyPlant, model: ModelInstanceIndex) -> None:
+        """Of a robot as from `add_robot` in a finalized plant."""
+        super().__init__()
+        rates = wheel_rates(plant, model)
+        n, size = rates.shape
+        actuators = [plant.GetJointActuatorByName(joint.name(), model) for joint in actuated_joints(plant, model)]
+        gain_of_each = np.array([[actuator.get_controller_gains().d] for actuator in actuators])
+        gains = gain_of_each * np.hstack((np.zeros((n, n)), np.eye(n), -rates))
+        builder = DiagramBuilder()
+        both = builder.AddNamedSystem("both", Multiplexer([2 * n, size]))
+        gain = builder.AddNamedSystem("gain", MatrixGain(gains))
+        builder.Connect(both.get_output_port(), gain.get_input_port())
+        builder.ExportInput(both.get_input_port(0), "desired_state")
+        builder.ExportInput(both.get_input_port(1), "multibody_state")
+        builder.ExportOutput(gain.get_output_port(), "actuation")
+        builder.BuildInto(self)
+
+
+def wheel_shares(slip: float, seed: int, index: int) -> np.ndarray:
+    """The share of its speed that each wheel, left and right, keeps in a second of that index; it may lose up to
+    `slip`."""
+    return 1.0 - slip * random_numbers(seed, Stream.SLIP, index).random(2)
