@@ -11,13 +11,13 @@ from xml.etree import ElementTree
 
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
+from scipy.spatial.transform import Rotation
 
 from drake_starnav.errors import StarnavError, said_by
 
 MOST_SHOWN = 20_000
 """Geometries that the nodes of a COLLADA scene may show, each as often as it is shown."""
 _FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
-TRIANGLES, TRIANGLE_STRIP, TRIANGLE_FAN = 4, 5, 6
 _COMPONENTS = {5121: "<u1", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _WIDTHS = {"SCALAR": 1, "VEC3": 3}
 
@@ -168,8 +168,8 @@ def _pieces(gltf: dict[str, Any], buffers: list[bytes]) -> Iterator[tuple[np.nda
         if "mesh" not in node:
             continue
         for primitive in gltf["meshes"][node["mesh"]]["primitives"]:
-            mode = primitive.get("mode", TRIANGLES)
-            if mode < TRIANGLES:  # points and lines have no surface
+            mode = primitive.get("mode", 4)  # 4 triangles, 5 a strip, 6 a fan; points and lines have no surface
+            if mode < 4:
                 continue
             if "KHR_draco_mesh_compression" in primitive.get("extensions", {}):
                 raise StarnavError("a glTF file with compressed meshes")
@@ -183,9 +183,9 @@ def _pieces(gltf: dict[str, Any], buffers: list[bytes]) -> Iterator[tuple[np.nda
 
 
 def _corners(order: np.ndarray, mode: int) -> np.ndarray:
-    if mode == TRIANGLES:
+    if mode == 4:
         return order[: len(order) // 3 * 3].reshape(-1, 3)
-    first = order[:-2] if mode == TRIANGLE_STRIP else np.broadcast_to(order[:1], max(len(order) - 2, 0))
+    first = order[:-2] if mode == 5 else np.broadcast_to(order[:1], max(len(order) - 2, 0))
     return np.column_stack((first, order[1:-1], order[2:]))
 
 
@@ -193,14 +193,7 @@ def _transform(node: dict[str, Any]) -> np.ndarray:
     """Pose and scale of a node in its parent, shape (4, 4)."""
     if "matrix" in node:
         return np.array(node["matrix"], dtype=float).reshape(4, 4).T  # column-major
-    x, y, z, w = np.array(node.get("rotation", (0.0, 0.0, 0.0, 1.0)), dtype=float)
-    rotation = np.array(
-        [
-            [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
-            [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
-            [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
-        ]
-    )
+    rotation = Rotation.from_quat(node.get("rotation", (0.0, 0.0, 0.0, 1.0))).as_matrix()
     transform = np.eye(4)
     transform[:3, :3] = rotation * np.array(node.get("scale", (1.0, 1.0, 1.0)), dtype=float)
     transform[:3, 3] = node.get("translation", (0.0, 0.0, 0.0))

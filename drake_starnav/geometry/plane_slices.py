@@ -49,7 +49,7 @@ class _Conic(NamedTuple):
 
 
 def slice_solids(solids: Solids, plane: np.ndarray) -> np.ndarray:
-    """The slice of solids by a plane, as rows for `drake_starnav.geometry.raycast`.
+    """The slice of solids, as rows for `drake_starnav.geometry.raycast`.
 
     Args:
         solids: in a frame F.
@@ -261,15 +261,8 @@ def _slice_quadric(q, plane, normal, rows, count):
 
 @njit(cache=True)
 def _slice_caps(q, height, lean, place, rows, count):
-    """Write the chords of a quadric's end faces, flat discs.
-
-    Args:
-        q: the quadric.
-        height: of its centre above the plane, m.
-        lean: component of its axis along the plane's normal.
-        place: where the centre is in the plane, m, the axis's direction there, and its component along that.
-        rows, count: rows to write to, and how many are written; the new count is returned.
-    """
+    """Write the chords of the flat end faces of a quadric whose centre is so high above the plane, m, and whose axis
+    leans on its normal; `place`: x and y of the centre, the axis's direction there, and its component along that."""
     x0, y0, u0, u1, slope = place
     cap = q[14]
     for bound in (q[12], q[13]):

@@ -8,14 +8,7 @@ from numba import njit
 
 
 def simplified(points: np.ndarray, tolerance: float) -> np.ndarray:
-    """The polyline with the fewest corners from which none of its points is farther than `tolerance`.
-
-    Args:
-        points: shape (n, 2), m; n >= 1.
-        tolerance: m, >= 0.
-
-    Returns:
-        Shape (k, 2), 1 <= k <= n: a subset of the points with the first and the last.
+    """The corners (k, 2) of a polyline (n, 2) without those whose loss moves it by no more than `tolerance`, m.
 
     Source: D. H. Douglas and T. K. Peucker, Algorithms for the reduction of the number of points required to represent
     a digitized line or its caricature, 1973.
@@ -46,30 +39,14 @@ def point_to_segment_squared(x, y, ax, ay, bx, by):
 
 
 def resampled(points: np.ndarray, step: float) -> np.ndarray:
-    """Points along a polyline at equal distances of at most `step`, both ends included.
-
-    Args:
-        points: shape (n, 2), m; n >= 1.
-        step: m, > 0.
-
-    Returns:
-        Shape (k, 2), m.
-    """
+    """Points (k, 2) along a polyline (n, 2) at equal distances of at most `step`, both ends included, m."""
     travelled = arc_lengths(points)
     at = np.linspace(0.0, travelled[-1], int(np.ceil(travelled[-1] / step)) + 1)
     return np.column_stack([np.interp(at, travelled, coordinate) for coordinate in points.T])
 
 
 def subdivided(points: np.ndarray, step: float) -> np.ndarray:
-    """The polyline with points at most `step` apart, all of its corners included.
-
-    Args:
-        points: shape (n, 2), m; n >= 1.
-        step: m, > 0.
-
-    Returns:
-        Shape (k, 2), m.
-    """
+    """Points (k, 2) along a polyline (n, 2) at most `step` apart, all of its corners included, m."""
     pieces = [points[:1]]
     for a, b in zip(points[:-1], points[1:], strict=True):
         count = int(math.hypot(b[0] - a[0], b[1] - a[1]) / step) + 1

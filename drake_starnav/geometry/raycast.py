@@ -71,12 +71,8 @@ class Shapes(NamedTuple):
 
 
 def circle_rows(circles: np.ndarray) -> np.ndarray:
-    """Circles as rows.
-
-    Args:
-        circles: shape (n, 3): x, y, radius, m.
-    """
-    circles = np.asarray(circles, dtype=float).reshape(-1, 3)
+    """Circles, shape (n, 3): x, y, radius, m, as rows."""
+    circles = np.reshape(circles, (-1, 3))
     rows = np.zeros((len(circles), COLUMNS))
     rows[:, :3] = circles
     rows[:, 3] = CIRCLE
@@ -84,12 +80,8 @@ def circle_rows(circles: np.ndarray) -> np.ndarray:
 
 
 def segment_rows(segments: np.ndarray) -> np.ndarray:
-    """Segments as rows.
-
-    Args:
-        segments: shape (n, 4): x1, y1, x2, y2, m.
-    """
-    segments = np.asarray(segments, dtype=float).reshape(-1, 4)
+    """Segments, shape (n, 4): x1, y1, x2, y2, m, as rows."""
+    segments = np.reshape(segments, (-1, 4))
     rows = np.zeros((len(segments), COLUMNS))
     rows[:, :2] = 0.5 * (segments[:, :2] + segments[:, 2:])
     rows[:, 2] = 0.5 * np.hypot(*(segments[:, 2:] - segments[:, :2]).T)

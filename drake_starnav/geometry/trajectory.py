@@ -14,8 +14,6 @@ import numpy as np
 from drake_starnav.geometry.footprint import Footprint, covered
 from drake_starnav.utils.snapshot import snapshot
 
-GAP_PERIOD = 0.05
-"""Gaps between robots are measured at equal steps of this length, s."""
 WINDOW = 0.1
 """Speeds are averaged over this time, s; an incomplete window at the end is dropped."""
 STANDING, DRIVING = 0.02, 0.1
@@ -48,29 +46,15 @@ class Motion:
 
 
 def evenly_sampled(times: np.ndarray, values: np.ndarray, period: float) -> np.ndarray:
-    """Values at equal steps of time, interpolated linearly.
-
-    Args:
-        times: of the values, shape (n,), increasing, s.
-        values: shape (n, m).
-        period: between two samples, s.
-
-    Returns:
-        Shape (k, m): at the first time and every `period` after it, up to the last time.
-    """
+    """Values (n, m) at times (n,), s, interpolated at the first time and every `period` after it, shape (k, m)."""
     count = int((times[-1] - times[0]) / period + 1e-9) + 1
     even = times[0] + period * np.arange(count)
     return np.column_stack([np.interp(even, times, column) for column in values.T])
 
 
 def least_gaps(footprints: Sequence[Footprint], motions: Sequence[Motion]) -> list[float]:
-    """The least distance of each robot's footprint to another one during a run, m; 0 if they overlap.
-
-    Args:
-        footprints: of the robots.
-        motions: of each.
-    """
-    times = np.arange(0.0, max(motion.duration for motion in motions), GAP_PERIOD)
+    """The least distance of each robot's footprint to another one during a run, m; 0 if they overlap."""
+    times = np.arange(0.0, max(motion.duration for motion in motions), 0.05)
     areas = [
         [covered(footprint, motion.at(float(t))) for t in times]
         for footprint, motion in zip(footprints, motions, strict=True)
@@ -135,39 +119,24 @@ def window_means(values: np.ndarray, count: int) -> np.ndarray:
 
 
 def jerk(v: np.ndarray, time_step: float) -> float:
-    """Root mean square of the second difference quotient of the speed, m/s^3.
-
-    Args:
-        v: forward speed, shape (n,), m/s.
-        time_step: s.
-    """
+    """Root mean square of the second difference quotient of the forward speed (n,), m/s^3."""
     second = np.diff(v, 2) / time_step**2
     return float(np.sqrt(np.mean(second**2))) if len(second) else 0.0
 
 
 def yaw_rate_change(omega: np.ndarray, time_step: float) -> float:
-    """Mean absolute difference quotient of the yaw rate, rad/s^2; arguments as for `jerk`."""
+    """Mean absolute difference quotient of the yaw rate (n,), rad/s^2."""
     first = np.diff(omega) / time_step
     return float(np.abs(first).mean()) if len(first) else 0.0
 
 
 def twist_energy(v: np.ndarray, omega: np.ndarray, time_step: float, robot_radius: float) -> float:
-    """Integral of v^2 + (radius omega)^2/2 over time, m^2/s.
-
-    Args:
-        v, omega: forward speed and yaw rate, shape (n,), m/s and rad/s.
-        time_step: s.
-        robot_radius: radius of the disc, m.
-    """
+    """Integral of v^2 + (radius omega)^2/2 over time, m^2/s, of samples (n,)."""
     return float((v @ v + 0.5 * robot_radius**2 * (omega @ omega)) * time_step)
 
 
 def stops(v: np.ndarray) -> int:
-    """Number of times the speed fell below STANDING after it had risen above DRIVING.
-
-    Args:
-        v: forward speed, shape (n,), m/s; reversing counts as driving.
-    """
+    """Number of times the speed (n,) fell below STANDING after it had risen above DRIVING, also in reverse."""
     speed = np.abs(v)
     clear = speed[(speed < STANDING) | (speed > DRIVING)]  # speeds in between change nothing
     return int(np.count_nonzero((clear[:-1] > DRIVING) & (clear[1:] < STANDING)))
@@ -176,11 +145,7 @@ def stops(v: np.ndarray) -> int:
 def time_stuck(positions: np.ndarray, time_step: float) -> float:
     """Total time of the intervals of at least STUCK_TIME in which the robot stays within STUCK_RADIUS of their start.
 
-    An interval begins where the one before ended, as in Nav2's `SimpleProgressChecker`.
-
-    Args:
-        positions: shape (n, 2), W, m.
-        time_step: s.
+    An interval of the positions (n, 2) begins where the one before ended, as in Nav2's `SimpleProgressChecker`.
     """
     total, begin = 0.0, 0
     for k in range(1, len(positions) + 1):

@@ -17,20 +17,10 @@ from drake_starnav.utils.snapshot import snapshot
 
 NEIGHBOUR_BEAMS = 2
 """Neighbours are searched among this many beams to each side."""
-NEIGHBOUR_DISTANCE = 0.05
-"""Hits of one scan nearer than this to each other lie on the same surface, m."""
-NEIGHBOUR_CHORDS = 4.0
-"""So do hits nearer than this many times the distance between two beams at their range."""
-CONFIRMING_BEAMS = 1.5
-"""Across the beam, a confirming hit of an earlier scan is off by at most this many distances between two beams."""
-CONFIRMING_DISTANCE = 0.03
-"""Along the beam, it is off by at most this or by the tolerance across, whichever is larger, m."""
 CONFIRMING_SCANS = 4
 """Number of earlier scans that are compared."""
 CONFIRMATIONS = 2
 """Number of these that must confirm a hit."""
-INSIDE_DEVIATIONS = 3.0
-"""A hit counts as inside the robot if it is so by more than this many standard deviations of the noise."""
 
 
 @snapshot
@@ -62,7 +52,7 @@ def without_outliers(
         scans, a neighbouring beam suffices.
     """
     farthest = np.maximum(scan.distances, scan.range_min)  # a hit that is too close lies within range_min
-    scan = _lost(scan, np.flatnonzero(scan.hits & (farthest < body - INSIDE_DEVIATIONS * noise)))
+    scan = _lost(scan, np.flatnonzero(scan.hits & (farthest < body - 3.0 * noise)))
     index = np.flatnonzero(scan.hits)
     earlier = np.concatenate((np.zeros((0, 2)), *history.points))
     number = np.repeat(np.arange(len(history.points)), [len(points) for points in history.points])
@@ -102,7 +92,8 @@ def _confirmed(points, center, distance, index, earlier, number, beams, slack):
     beside, before = np.zeros(n, np.bool_), np.zeros(n, np.bool_)
     for i in range(n):
         x, y = points[i, 0], points[i, 1]
-        reach = max(NEIGHBOUR_DISTANCE, NEIGHBOUR_CHORDS * distance[i] * increment) + slack
+        chord = distance[i] * increment  # between two beams at its range
+        reach = max(0.05, 4.0 * chord) + slack  # hits nearer than this to each other lie on the same surface
         for side in (-1, 1):
             for k in range(1, min(NEIGHBOUR_BEAMS, n - 1) + 1):  # hits are sorted by beam
                 j = i + side * k
@@ -117,10 +108,10 @@ def _confirmed(points, center, distance, index, earlier, number, beams, slack):
                     beside[i] = True
         if distance[i] <= 0.0:
             continue
-        # along the beam and across it
+        # along the beam and across it, by how much a confirming hit may be off
         ux, uy = (x - center[0]) / distance[i], (y - center[1]) / distance[i]
-        across = CONFIRMING_BEAMS * distance[i] * increment
-        along = max(CONFIRMING_DISTANCE, across) + slack
+        across = 1.5 * distance[i] * increment
+        along = max(0.03, across) + slack
         confirmed, last = 0, -1
         for j in range(len(earlier)):
             if number[j] == last:

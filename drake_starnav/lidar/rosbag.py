@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from drake_starnav.errors import StarnavError, said_by
 from drake_starnav.lidar.scan_log import LoggedScan, ScanRecord, Sectors, logged_scans
@@ -17,8 +18,6 @@ POSE_TOPICS = ("/odom", "/tf")
 """Where poses are looked for, in this order."""
 FIXED_TRANSFORMS = "tf_static"
 """The end of the names of topics whose transforms never change."""
-LEVEL = 0.99
-"""A lidar scans level if the cosine of its tilt, upright or upside down, is at least this."""
 
 
 def read_rosbag(
@@ -180,19 +179,17 @@ def _span(chain: list[_Link]) -> tuple[float, float]:
 
 def _matrix(row: np.ndarray) -> np.ndarray:
     """The homogeneous matrix, shape (4, 4), of a row as in `_Link`; a quaternion of zeros turns nothing."""
-    x, y, z, w = row[4:] / max(float(np.linalg.norm(row[4:])), 1e-12)
     out = np.eye(4)
     out[:3, 3] = row[1:4]
-    out[0, :3] = 1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)
-    out[1, :3] = 2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)
-    out[2, :3] = 2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)
+    if row[4:].any():
+        out[:3, :3] = Rotation.from_quat(row[4:]).as_matrix()
     return out
 
 
 def _record(time: float, message: Any, X_WS: np.ndarray, path: Path) -> ScanRecord:
     """A message as a record of an upright lidar; beams of one that is upside down turn the other way."""
     upright = float(X_WS[2, 2])
-    if abs(upright) < LEVEL:
+    if abs(upright) < 0.99:  # the cosine of its tilt
         raise StarnavError(
             f"bag {path}: the lidar {message.header.frame_id} is tilted by {math.degrees(math.acos(upright)):.0f} "
             "degrees; allowed: a level one, upright or upside down"

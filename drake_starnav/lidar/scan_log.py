@@ -113,11 +113,7 @@ def write_csv(file: Path, log: Sequence[LoggedScan]) -> None:
 
 
 def read_csv(file: Path, *, mask: Sectors = ()) -> list[LoggedScan]:
-    """The scans of a file in the format of `write_csv`; what its numbers mean, `logged_scans` says.
-
-    Raises:
-        StarnavError: the file cannot be read or has another format.
-    """
+    """The scans of a file as from `write_csv`, see `logged_scans`; a `StarnavError` for a file of another format."""
     try:
         with file.open(encoding="utf-8") as lines, warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of a file without rows, which is refused below

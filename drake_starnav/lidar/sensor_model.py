@@ -12,9 +12,6 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.field_of_view import ROUNDING, TURN, FieldOfView
 from drake_starnav.parameters import Checked, parameter
 
-RELEASE_LAG = 1e-7
-"""Additional delay of a release, s: Drake may skip a periodic event that coincides with another up to rounding."""
-
 
 @dataclass(frozen=True)
 class LidarParameters(Checked, place="lidar"):
@@ -122,7 +119,8 @@ class LidarParameters(Checked, place="lidar"):
     def release_offset(self) -> float:
         """Time from a multiple of the period to the release of delayed scans, s."""
         rest = math.fmod(self.delay, 1.0 / self.rate)
-        return rest + RELEASE_LAG if 1e-9 < rest < 1.0 / self.rate - 1e-9 else 0.0
+        # 0.1 us later: Drake may skip a periodic event that coincides with another up to rounding
+        return rest + 1e-7 if 1e-9 < rest < 1.0 / self.rate - 1e-9 else 0.0
 
     @property
     def waiting_scans(self) -> int:

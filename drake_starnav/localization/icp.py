@@ -11,12 +11,6 @@ from numba import njit
 
 from drake_starnav.lidar.laser_scan import LaserScan
 
-ITERATIONS = 15
-FLATNESS = 0.15
-"""Hits lie on a line if their variance across it is at most this share of that along it."""
-OBSERVABLE = 0.05
-"""A direction in which the lines' normals have less than this share of their weight is unobservable: the noise of the
-normals would always suggest zero motion."""
 UNOBSERVABLE_WEIGHT = 1e12
 """Inverse variance of the guess in an unobservable direction, 1/m^2."""
 
@@ -84,7 +78,7 @@ def _lines(points, increment, wrap, width):
         a, b, c = sxx / count - mx * mx, sxy / count - mx * my, syy / count - my * my
         spread = math.sqrt(0.25 * (a - c) ** 2 + b * b)
         least, most = 0.5 * (a + c) - spread, 0.5 * (a + c) + spread
-        if most < 1e-12 or least > FLATNESS * most:
+        if most < 1e-12 or least > 0.15 * most:
             continue  # a corner or a cloud
         along = 0.5 * math.atan2(2.0 * b, a - c)
         anchor[i, 0], anchor[i, 1] = x + mx, y + my
@@ -108,7 +102,7 @@ def aligned(points, guess, weight, known, sigma, gate, last_gate):
     """
     pose = guess.copy()
     inliers = 0
-    for _ in range(ITERATIONS):
+    for _ in range(15):
         h, g = np.diag(weight), weight * (pose - guess)
         inliers = _add_points(h, g, points, pose, known, sigma, gate)
         _keep_along(h, g, pose - guess, weight)
@@ -166,9 +160,10 @@ def _nearest(known, x, y, gate):
 @njit(cache=True)
 def _keep_along(h, g, away, weight):
     """Keep the guess, which the pose is `away` from, along the lines where all of them are parallel."""
-    # the smallest eigenvalue belongs to the direction along the lines
+    # The smallest eigenvalue belongs to the direction along the lines. Where the normals have less than a twentieth of
+    # their weight in it, it is unobservable: their noise would always suggest zero motion.
     a, b, c = h[0, 0] - weight[0], h[0, 1], h[1, 1] - weight[1]
-    if 0.5 * (a + c) - math.sqrt(0.25 * (a - c) ** 2 + b * b) < OBSERVABLE * (a + c):
+    if 0.5 * (a + c) - math.sqrt(0.25 * (a - c) ** 2 + b * b) < 0.05 * (a + c):
         along = 0.5 * math.atan2(2.0 * b, a - c) + 0.5 * math.pi
         u = np.array((math.cos(along), math.sin(along)))
         for i in range(2):

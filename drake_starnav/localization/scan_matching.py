@@ -23,24 +23,12 @@ REACH = 1.0
 """A keyframe is compared with scans taken within this distance, m."""
 SPACING = 0.5
 """A scan this far from all keyframes in view becomes a keyframe, m."""
-LEAST_SPACING = 0.1
-"""A scan that fits no keyframe well becomes one at this distance from the last, m."""
 GOOD_SHARE, POOR_SHARE = 0.6, 0.3
 """Share of a scan's hits on the surfaces of a keyframe from which it fits well, and below which it does not fit."""
-OLDEST_TRIED = 2
-"""Number of the oldest keyframes in view that are tried before the last one used."""
-LEAST_HITS = 20
-"""A scan with fewer hits is not aligned."""
-STEP_ERROR = 0.0005
-"""Standard deviation of fault-free odometry from scan to scan, m and rad."""
-DRIFT_SHARE = 2.0
-"""Standard deviation per declared drift: more than 1, as drift is no noise but has the same sign each time."""
 RETURN_ERROR = 0.1, 0.05
 """Standard deviation between the map's latest part and an older part to which the robot returns, m and rad."""
 UNSEEN_JUMP = 0.02
 """A step of the pose that deviates by more than this from the one predicted by the robot's speed is a jump, m."""
-SURFACE_ERROR = 0.005
-"""Standard deviation of a surface between its hits, in addition to the noise, m."""
 WIDEST_GATE, NARROWEST_GATE = 0.4, 0.1
 """A hit is compared with surfaces up to this distance, in the first and in the last iterations, m."""
 
@@ -113,19 +101,21 @@ def matched(known: ScanMap, scan: LaserScan, odometry: np.ndarray, error: Odomet
         return ScanMap((first,), first.pose[None, :2], known.correction, np.array(odometry, dtype=float), scan.time)
     step = now_in(known.odometry, odometry)
     way = math.hypot(step[0], step[1])
-    if (way < STILL and abs(step[2]) < STILL) or hit.sum() < LEAST_HITS:
+    if (way < STILL and abs(step[2]) < STILL) or hit.sum() < 20:
         return known
     speed = np.array(step[:2]) / max(scan.time - known.time, 1e-9)
     jumped = error.jump > 0.0 and np.hypot(*(speed - known.speed)) * (scan.time - known.time) > UNSEEN_JUMP
     jump = error.jump if jumped or error.jump <= UNSEEN_JUMP else 0.0
     speed = known.speed if jumped else speed
-    drift = DRIFT_SHARE * error.drift
-    deviation = np.array((drift * way + jump, drift * way + jump, drift * abs(step[2]))) + STEP_ERROR
+    drift = 2.0 * error.drift  # more than once, as drift is no noise but has the same sign each time
+    deviation = (
+        np.array((drift * way + jump, drift * way + jump, drift * abs(step[2]))) + 0.0005
+    )  # m and rad, without faults
     predicted = composed(known.correction, odometry)
     points = scan.points_at(scan.distances, hit, (0.0, 0.0, 0.0))
     pose, share, used = predicted, 0.0, known.last
     near = _in_view(known, scan, predicted)
-    for index in dict.fromkeys((*near[:OLDEST_TRIED], known.last)):
+    for index in dict.fromkeys((*near[:2], known.last)):  # the oldest in view are tried before the last one used
         returning = np.array((RETURN_ERROR[0], *RETURN_ERROR)) if index < known.last else 0.0
         found, fits = _fitted(known.keyframes[index], points, predicted, deviation + returning, error)
         if fits > share:
@@ -136,7 +126,7 @@ def matched(known: ScanMap, scan: LaserScan, odometry: np.ndarray, error: Odomet
         pose = predicted
     keyframes, places = known.keyframes, known.places
     away = np.hypot(*(places - pose[:2]).T)
-    if (away[near] > SPACING).all() or (share < GOOD_SHARE and away[-1] > LEAST_SPACING):
+    if (away[near] > SPACING).all() or (share < GOOD_SHARE and away[-1] > 0.1):
         keyframes, places = (*keyframes, Keyframe.of(scan, pose, error.noise)), np.vstack((places, pose[:2]))
         used = used if share >= GOOD_SHARE else len(keyframes) - 1
     correction = composed(pose, inverse(odometry))
@@ -167,7 +157,7 @@ def _fitted(
         np.array(now_in(keyframe.pose, predicted)),
         1.0 / deviation**2,
         keyframe.surfaces,
-        math.hypot(error.noise, SURFACE_ERROR),
+        math.hypot(error.noise, 0.005),  # that of a surface between its hits, m
         min(NARROWEST_GATE + 3.0 * float(deviation[0]), WIDEST_GATE),
         NARROWEST_GATE,
     )

@@ -14,8 +14,6 @@ SHARES = np.array(
 """Shares of the desired speed and of the desired turning that are proposed, in this order."""
 MOVE = 0.1
 """Length of a move of a manoeuvre, m."""
-REVERSE_COST = 1.2
-"""A metre backwards costs so many metres."""
 
 
 class Base(Protocol):
@@ -87,7 +85,7 @@ def straight_and_curved(length: float, turn: float, gears: tuple[float, ...] = (
     """Moves of a length (m): straight on, and with a turn (rad) either way, in each gear."""
     rows = []
     for gear in gears:
-        cost = 1.0 if gear > 0.0 else REVERSE_COST
+        cost = 1.0 if gear > 0.0 else 1.2  # of a metre
         rows.append((gear * length, 0.0, 0.0, cost * length, gear))
         rows += [(gear * 1.2 * length, 0.0, side * turn, cost * (1.2 * length + 0.02), gear) for side in (1.0, -1.0)]
     return rows

@@ -5,23 +5,17 @@ import math
 import numpy as np
 
 from drake_starnav.robot.base import SHARES, straight_and_curved
-from drake_starnav.robot.differential import limited_to
+from drake_starnav.robot.differential import Differential, limited_to
 from drake_starnav.robot.limits import Limits
 
 MOVE = 0.15
 """Length of a move of a manoeuvre, m."""
-LEAST_FORWARD_SHARE = 0.3
-"""It turns towards what lies aside at this share of the speed at least."""
-PREVIEW = 0.25
-"""The curvature leads to the direction within twice this length, m."""
-YAW_GAIN, ASIDE_GAIN = 1.0, 2.0
-"""Of manoeuvres: curvature for an error of the heading, 1/m, and for each metre that a pose lies aside, 1/m^2."""
 BENDS = (0.0, 0.4, -0.4)
 """Shares of the largest curvature that are tried on top of the desired one."""
 
 
-class Car:
-    """Commanded a speed and a curvature."""
+class Car(Differential):
+    """Commanded a speed and a curvature; methods as of `Base`."""
 
     components = ("v m/s", "curvature 1/m")
     turns_on_the_spot, holonomic = False, False
@@ -33,34 +27,28 @@ class Car:
         ]
     )
 
-    def saturated(self, twist: np.ndarray, limits: Limits) -> np.ndarray:
-        """As of `Base`."""
-        v, curvature = float(twist[0]), float(twist[1])
-        return np.array((limited_to(v, limits.max_speed), limited_to(curvature, limits.max_yaw_rate)))
-
     def body_rates(self, twist: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """As of `Base`."""
         return twist[0], twist[0] * twist[1]
 
     def towards(self, error: float, speed: float, limits: Limits) -> np.ndarray:
-        """As of `Base`: a circle that leads into the direction; towards what lies behind it as tight as it can."""
+        """A circle that leads into the direction; towards what lies behind it as tight as it can."""
         behind = abs(error) > 0.5 * math.pi
-        bend = math.copysign(limits.max_yaw_rate, error) if behind else math.sin(error) / PREVIEW
-        share = max(math.cos(error), LEAST_FORWARD_SHARE)
+        bend = math.copysign(limits.max_yaw_rate, error) if behind else math.sin(error) / 0.25  # within 0.5 m
+        share = max(math.cos(error), 0.3)  # of the speed, at least, towards what lies aside
         return np.array((share * speed, limited_to(bend, limits.max_yaw_rate)))
 
     def proposals(self, desired: np.ndarray, limits: Limits) -> np.ndarray:
-        """As of `Base`: slower, and steering otherwise; last it steers standing."""
+        """Slower, and steering otherwise; last it steers standing."""
         v, bend = desired
         steered = [limited_to(bend + share * limits.max_yaw_rate, limits.max_yaw_rate) for share in BENDS]
         rows = [(share * v, other) for share in SHARES[:6, 0] for other in steered]
         return np.array([*rows, (0.0, bend)])
 
     def braking(self, twist: np.ndarray, desired: np.ndarray, turns: bool) -> np.ndarray:
-        """As of `Base`: it keeps its curvature."""
+        """It keeps its curvature."""
         return np.array((0.0, twist[1]))
 
     def pursued(self, ahead: float, aside: float, turn: float, gear: float, speed: float) -> np.ndarray:
-        """As of `Base`; it cannot turn on the spot."""
+        """It cannot turn on the spot."""
         away = max(abs(ahead), 0.08)
-        return np.array((gear * speed, gear * turn / away + ASIDE_GAIN * aside + gear * YAW_GAIN * turn))
+        return np.array((gear * speed, gear * turn / away + 2.0 * aside + gear * turn))

@@ -1,7 +1,7 @@
 """Two wheels, or two rows of wheels, on one axle."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -12,12 +12,10 @@ TURN, TURN_COST = math.radians(15.0), 0.09
 """Of the manoeuvres: a turn on the spot or of a curve, rad, and the cost of the former, m."""
 TURN_GAIN, TURN_RATE = 4.0, 1.5
 """Of turns on the spot: rate for each radian that is left, 1/s, and the largest, rad/s."""
-YAW_GAIN, ASIDE_GAIN = 2.5, 3.0
-"""Turning rate for an error of the heading, 1/s, and for each metre that a pose lies aside, 1/(m s)."""
 
 
 class Differential:
-    """Commanded a speed and a turning rate."""
+    """Commanded a speed and a turning rate; methods as of `Base`."""
 
     components = ("v m/s", "omega rad/s")
     turns_on_the_spot, holonomic = True, False
@@ -26,31 +24,28 @@ class Differential:
     )
 
     def saturated(self, twist: np.ndarray, limits: Limits) -> np.ndarray:
-        """As of `Base`: each component for itself."""
+        """Each component for itself."""
         v, omega = float(twist[0]), float(twist[1])
         return np.array((limited_to(v, limits.max_speed), limited_to(omega, limits.max_yaw_rate)))
 
     def body_rates(self, twist: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """As of `Base`."""
         return twist[0], twist[1]
 
     def towards(self, error: float, speed: float, limits: Limits) -> np.ndarray:
-        """As of `Base`: it turns first."""
+        """It turns first."""
         return np.array(turning_twist(error, speed, limits))
 
-    def proposals(self, desired: np.ndarray, limits: Limits) -> Iterator[np.ndarray]:
-        """As of `Base`: slower, and turning less; made as they are asked for, as the first one mostly does."""
+    def proposals(self, desired: np.ndarray, limits: Limits) -> Iterable[np.ndarray]:
+        """Slower, and turning less; made as they are asked for, as the first one mostly does."""
         return (share * desired for share in SHARES)
 
     def braking(self, twist: np.ndarray, desired: np.ndarray, turns: bool) -> np.ndarray:
-        """As of `Base`."""
         return np.array((0.0, desired[1] if turns else 0.0))
 
     def pursued(self, ahead: float, aside: float, turn: float, gear: float, speed: float) -> np.ndarray:
-        """As of `Base`."""
         if gear == 0.0:
             return np.array((0.0, limited_to(TURN_GAIN * turn, TURN_RATE)))
-        return np.array((gear * speed, YAW_GAIN * turn + gear * ASIDE_GAIN * aside))
+        return np.array((gear * speed, 2.5 * turn + gear * 3.0 * aside))
 
 
 def limited_to(value: float, limit: float) -> float:

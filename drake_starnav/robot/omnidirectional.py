@@ -12,14 +12,10 @@ ASIDE = (0.0, 0.35, -0.35, 0.7, -0.7, 1.2, -1.2)
 """Directions that are tried beside the desired one, rad."""
 SHARES = (1.0, 0.6, 0.3, 0.12)
 """Shares of the desired speed that are tried in each direction."""
-YAW_GAIN = 2.0
-"""Turning rate for each radian between its x axis, in either direction, and the direction of motion, 1/s."""
-POSITION_GAIN = 2.0
-"""Of manoeuvres: speed aside for each metre that a pose lies aside, 1/s."""
 
 
 class Omnidirectional:
-    """Commanded speeds along both axes and a turning rate."""
+    """Commanded speeds along both axes and a turning rate; methods as of `Base`."""
 
     components = ("v_x m/s", "v_y m/s", "omega rad/s")
     turns_on_the_spot, holonomic = True, True
@@ -31,23 +27,22 @@ class Omnidirectional:
     )
 
     def saturated(self, twist: np.ndarray, limits: Limits) -> np.ndarray:
-        """As of `Base`: a velocity keeps its direction."""
+        """A velocity keeps its direction."""
         x, y, omega = (float(value) for value in twist)
         share = limits.max_speed / max(math.hypot(x, y), limits.max_speed)
         return np.array((share * x, share * y, limited_to(omega, limits.max_yaw_rate)))
 
     def body_rates(self, twist: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """As of `Base`."""
         return np.copysign(np.hypot(twist[0], twist[1]), twist[0]), twist[2]
 
     def towards(self, error: float, speed: float, limits: Limits) -> np.ndarray:
-        """As of `Base`: at once, and it turns its x axis into the direction of motion, forwards or backwards."""
+        """At once, and it turns its x axis into the direction of motion, forwards or backwards."""
         turn = math.remainder(error, math.pi)
-        omega = limited_to(YAW_GAIN * turn, limits.max_yaw_rate)
+        omega = limited_to(2.0 * turn, limits.max_yaw_rate)
         return np.array((speed * math.cos(error), speed * math.sin(error), omega))
 
     def proposals(self, desired: np.ndarray, limits: Limits) -> np.ndarray:
-        """As of `Base`: slower, past what is in the way, and without turning; last only turning."""
+        """Slower, past what is in the way, and without turning; last only turning."""
         x, y, omega = desired
         rows = [
             (share * (math.cos(a) * x - math.sin(a) * y), share * (math.sin(a) * x + math.cos(a) * y), turn * omega)
@@ -58,13 +53,11 @@ class Omnidirectional:
         return np.array([*rows, (0.0, 0.0, omega)])
 
     def braking(self, twist: np.ndarray, desired: np.ndarray, turns: bool) -> np.ndarray:
-        """As of `Base`."""
         return np.array((0.0, 0.0, desired[2] if turns else 0.0))
 
     def pursued(self, ahead: float, aside: float, turn: float, gear: float, speed: float) -> np.ndarray:
-        """As of `Base`."""
         omega = limited_to(TURN_GAIN * turn, TURN_RATE)
         if gear == 0.0:
-            return np.array((POSITION_GAIN * ahead, POSITION_GAIN * aside, omega))
+            return np.array((2.0 * ahead, 2.0 * aside, omega))
         away = max(math.hypot(ahead, aside), 1e-6)
         return np.array((speed * ahead / away, speed * aside / away, omega))

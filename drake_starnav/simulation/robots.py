@@ -236,7 +236,7 @@ def add_robots(builder: DiagramBuilder, scenario: Scenario, worlds: Sequence[Wor
     models = []
     for each in robots:
         models.append(add_robot(plant, scene_graph, each.robot, each.start or (0.0, 0.0, 0.0), name=f"{each.name}_"))
-    add_collars(plant, robots, models)
+    add_collars(plant, scene_graph, robots, models)
     ground = add_ground(plant, world.extent)
     add_world(plant, world)
     plant.Finalize()

@@ -10,6 +10,7 @@ from pydrake.multibody.tree import ModelInstanceIndex
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.lidar_mounts import lidar_poses
+from drake_starnav.station.robot_geometry import RobotModel
 from drake_starnav.station.world_geometry import upright_prism
 
 COLLAR = 0.03
@@ -17,14 +18,16 @@ COLLAR = 0.03
 NAME = "collar"
 
 
-def add_collars(plant: MultibodyPlant, robots: Sequence[Scenario], models: Sequence[ModelInstanceIndex]) -> None:
+def add_collars(
+    plant: MultibodyPlant, scene_graph: SceneGraph, robots: Sequence[Scenario], models: Sequence[ModelInstanceIndex]
+) -> None:
     """Give each robot, in a plant not yet finalized, a collar by which the lidars of the others see it."""
     bases = [plant.GetBodyByName("base_link", model) for model in models]
     floors = [float(plant.GetDefaultFloatingBaseBodyPose(base).translation()[2]) for base in bases]
     planes = [
         floor + float(X_BL.translation()[2])
         for each, model, floor in zip(robots, models, floors, strict=True)
-        for X_BL in lidar_poses(plant, model, each.all_lidars)
+        for X_BL in lidar_poses(RobotModel(plant, scene_graph, model), each.all_lidars)
     ]
     low, high = max(min(planes) - COLLAR, 0.01), max(planes) + COLLAR
     for each, base, floor in zip(robots, bases, floors, strict=True):

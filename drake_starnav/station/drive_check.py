@@ -5,12 +5,10 @@ import numpy as np
 from drake_starnav.errors import StarnavError
 from drake_starnav.station.navigation_station import StationInterface
 from drake_starnav.station.planar_localization import planar_states
-from drake_starnav.station.robot_geometry import drive_geometry, wheel_rates
+from drake_starnav.station.robot_geometry import RobotModel, drive_geometry, wheel_rates
 
 SPAN = 2.0
 """Motion is compared with its command over two spans of this length, one after the other, s."""
-SHARE = 0.3
-"""A robot that neither drives nor turns by this much of what it was told, in both, does not follow its commands."""
 LEAST = np.array((0.005, 0.01))
 """Slower commands are not judged, m/s and rad/s."""
 
@@ -45,11 +43,13 @@ def check_drive(
     later = times > times[-1] - SPAN - 1e-9
     told, done = (np.array([each[span].mean(axis=0) for span in (~later, later)]) for each in (commands, twists))
     judged = np.abs(told) > LEAST
-    follows = judged & (done * np.sign(told) >= SHARE * (1.0 - slip) * np.abs(told))
+    # a robot that neither drives nor turns by this much of what it was told, in both spans, does not follow
+    follows = judged & (done * np.sign(told) >= 0.3 * (1.0 - slip) * np.abs(told))
     if follows.any() or not judged.any(axis=1).all():
         return
-    asked = np.abs(drive_geometry(plant, station.scene_graph, model).rates(*commands.T[:, :, None])).mean()
-    rolled = np.abs(states @ wheel_rates(plant, model).T).mean()
+    robot = RobotModel(plant, station.scene_graph, model)
+    asked = np.abs(drive_geometry(robot).rates(*commands.T[:, :, None])).mean()
+    rolled = np.abs(states @ wheel_rates(robot).T).mean()
     cause = (
         "its wheels turn, but do not move it; allowed: wheels that stand on the floor with their weight and grip it"
         if rolled > 0.5 * asked

@@ -4,13 +4,12 @@ import math
 from collections.abc import Sequence
 
 from pydrake.math import RigidTransform, RollPitchYaw
-from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import FrameIndex, ModelInstanceIndex
+from pydrake.multibody.tree import FrameIndex
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.mounts import Mount
 from drake_starnav.lidar.sensor_model import LidarParameters
-from drake_starnav.station.robot_geometry import link_poses
+from drake_starnav.station.robot_geometry import RobotModel
 
 ALIKE = ("lidar", "laser", "scan", "hokuyo", "velodyne", "rplidar", "ouster", "sick", "lds")
 """Parts of the names that lidars' frames have."""
@@ -18,20 +17,18 @@ TOLERANCE = 1e-3
 """Within which a lidar counts as level, on the axis or unturned, m and rad."""
 
 
-def lidar_poses(
-    plant: MultibodyPlant, model: ModelInstanceIndex, lidars: Sequence[LidarParameters]
-) -> list[RigidTransform]:
+def lidar_poses(robot: RobotModel, lidars: Sequence[LidarParameters]) -> list[RigidTransform]:
     """Of the frame of each lidar in base_link, with all joints at zero.
 
     Raises:
         StarnavError: the model has no such frame, or the frame is not joined to base_link.
     """
-    links, poses = link_poses(plant, model), []
+    plant, model, links, poses = robot.plant, robot.index, robot.poses(), []
     for lidar in lidars:
         if not plant.HasFrameNamed(lidar.frame, model):
             raise StarnavError(
                 f"lidar.frame is {lidar.frame}; allowed: a link or frame of the robot's model, "
-                f"{', '.join(_candidates(plant, model))}"
+                f"{', '.join(_candidates(robot))}"
             )
         frame = plant.GetFrameByName(lidar.frame, model)
         X_BL = links.get(frame.body().index())
@@ -57,10 +54,10 @@ def mount_of(X_BS: RigidTransform, frame: str) -> Mount:
     return Mount(x, y, yaw if abs(yaw) > TOLERANCE else 0.0, upward < 0.0)
 
 
-def _candidates(plant: MultibodyPlant, model: ModelInstanceIndex) -> list[str]:
+def _candidates(robot: RobotModel) -> list[str]:
     """Names of the model's frames that may be lidars'; if there are none, of all but those of joints."""
-    frames = (plant.get_frame(FrameIndex(k)) for k in range(plant.num_frames()))
-    joints = [plant.get_joint(index).name() for index in plant.GetJointIndices(model)]
+    frames = (robot.plant.get_frame(FrameIndex(k)) for k in range(robot.plant.num_frames()))
+    joints = [joint.name() for joint in robot.joints]
     hidden = {f"{joint}_{side}" for joint in joints for side in ("parent", "child")} | {"", "__model__"}
-    names = sorted({frame.name() for frame in frames if frame.model_instance() == model} - hidden)
+    names = sorted({frame.name() for frame in frames if frame.model_instance() == robot.index} - hidden)
     return [name for name in names if any(part in name.lower() for part in ALIKE)] or names

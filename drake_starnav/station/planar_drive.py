@@ -4,21 +4,16 @@ import math
 from xml.etree import ElementTree
 
 import numpy as np
-from pydrake.geometry import ProximityProperties, SceneGraph
-from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import ModelInstanceIndex, PdControllerGains
+from pydrake.geometry import ProximityProperties
+from pydrake.multibody.tree import PdControllerGains
 from pydrake.systems.framework import BasicVector, Context, LeafSystem
 
 from drake_starnav.robot import RobotParameters
-from drake_starnav.station.robot_geometry import collision_shapes, keep_off_floor, link_poses, lowest
+from drake_starnav.station.robot_geometry import RobotModel
 from drake_starnav.systems.release import weakly
 
 JOINTS = {"x": ("prismatic", "1 0 0"), "y": ("prismatic", "0 1 0"), "yaw": ("continuous", "0 0 1")}
 """From the floor on, with their type and axis."""
-LINK_MASS = 0.001
-"""Of the two links between the joints, kg."""
-SERVO_LAG = 0.004
-"""The base's speed follows its commands within this, s."""
 
 
 class PlanarVelocityCommand(LeafSystem):
@@ -40,10 +35,7 @@ class PlanarVelocityCommand(LeafSystem):
     """
 
     def __init__(self, *, robot: RobotParameters) -> None:
-        """
-        Args:
-            robot: its base and limits.
-        """
+        """Of a robot's base and limits."""
         super().__init__()
         self._robot = robot
         self._twist = self.DeclareVectorInputPort("twist_command", 3)
@@ -64,7 +56,7 @@ def put_on_joints(root: ElementTree.Element, height: float) -> None:
         child = "base_link" if name == "yaw" else f"floor_{name}"
         if child != "base_link":
             inertial = ElementTree.SubElement(ElementTree.SubElement(root, "link", name=child), "inertial")
-            ElementTree.SubElement(inertial, "mass", value=f"{LINK_MASS:g}")
+            ElementTree.SubElement(inertial, "mass", value="0.001")  # kg
             moments = {"ixx": "1e-6", "iyy": "1e-6", "izz": "1e-6", "ixy": "0", "ixz": "0", "iyz": "0"}
             ElementTree.SubElement(inertial, "inertia", moments)
         joint = ElementTree.SubElement(root, "joint", name=f"floor_{name}", type=kind)
@@ -76,30 +68,19 @@ def put_on_joints(root: ElementTree.Element, height: float) -> None:
         parent = child
 
 
-def lowest_point(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelInstanceIndex) -> float:
-    """Of the collision shapes of a robot, in base_link, m."""
-    inspector, low = scene_graph.model_inspector(), 0.0
-    for index, X_BL in link_poses(plant, model).items():
-        for geometry in collision_shapes(plant, scene_graph, plant.get_body(index)):
-            low = min(low, lowest(inspector, geometry, X_BL))
-    return low
-
-
-def motorize(
-    plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelInstanceIndex, start: tuple[float, float, float]
-) -> None:
+def motorize(robot: RobotModel, start: tuple[float, float, float]) -> None:
     """Give the joints of a planar base their motors and the start, (x, y, yaw), m and rad, W, and let it not touch the
     floor.
 
     The plant is not yet finalized; its model was read from a file with `put_on_joints`.
     """
-    inspector, bodies = scene_graph.model_inspector(), [plant.get_body(i) for i in link_poses(plant, model)]
-    for geometry in (g for body in bodies for g in collision_shapes(plant, scene_graph, body)):
-        keep_off_floor(plant, scene_graph, geometry, ProximityProperties(inspector.GetProximityProperties(geometry)))
+    plant, bodies = robot.plant, [robot.plant.get_body(index) for index in robot.poses()]
+    for geometry in robot.shapes(*bodies):
+        robot.keep_off_floor(geometry, ProximityProperties(robot.inspector.GetProximityProperties(geometry)))
     mass = sum(body.default_mass() for body in bodies)
     inertia = sum(body.default_rotational_inertia().get_moments()[2] for body in bodies)
     for name, value, inert in zip(JOINTS, start, (mass, mass, inertia), strict=True):
-        joint = plant.GetJointByName(f"floor_{name}", model)
+        joint = plant.GetJointByName(f"floor_{name}", robot.index)
         joint.set_default_positions(np.array([value]))
         actuator = plant.AddJointActuator(joint.name(), joint, math.inf)
-        actuator.set_controller_gains(PdControllerGains(p=0.0, d=inert / SERVO_LAG))
+        actuator.set_controller_gains(PdControllerGains(p=0.0, d=inert / 0.004))  # s, within which it follows

@@ -19,7 +19,7 @@ from pydrake.geometry import (
 )
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import BodyIndex, ModelInstanceIndex, RevoluteJoint, RigidBody
+from pydrake.multibody.tree import BodyIndex, Joint, ModelInstanceIndex, RevoluteJoint, RigidBody
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.worlds.footprints import ball_vertices, box_vertices, convex_footprint
@@ -28,47 +28,116 @@ FLOOR_CONTACT = ("starnav", "floor")
 """Group and name of a property of a robot's collision shapes."""
 
 
-def robot_reach(
-    plant: MultibodyPlant, scene_graph: SceneGraph, poses: Mapping[BodyIndex, RigidTransform]
-) -> tuple[float, str]:
+class RobotModel(NamedTuple):
+    """A robot in a plant: its model instance, which need not be finalized."""
+
+    plant: MultibodyPlant
+    scene_graph: SceneGraph
+    index: ModelInstanceIndex
+
+    @property
+    def inspector(self) -> SceneGraphInspector:
+        """Of the scene."""
+        return self.scene_graph.model_inspector()
+
+    @property
+    def joints(self) -> list[Joint]:
+        """Of the robot."""
+        return [self.plant.get_joint(index) for index in self.plant.GetJointIndices(self.index)]
+
+    @property
+    def links(self) -> list[RigidBody]:
+        """Of the robot."""
+        return [self.plant.get_body(index) for index in self.plant.GetBodyIndices(self.index)]
+
+    @property
+    def base(self) -> RigidBody:
+        """The link base_link."""
+        return self.plant.GetBodyByName("base_link", self.index)
+
+    @property
+    def wheels(self) -> list[RevoluteJoint]:
+        """Joints with a motor, in the order of their actuators."""
+        actuators = (self.plant.get_joint_actuator(index) for index in self.plant.GetJointActuatorIndices())
+        return [actuator.joint() for actuator in actuators if actuator.model_instance() == self.index]
+
+    def shapes(self, *links: RigidBody) -> list[GeometryId]:
+        """What still collides of links."""
+        found = (g for link in links for g in self.plant.GetCollisionGeometriesForBody(link))
+        return [g for g in found if self.inspector.GetProximityProperties(g) is not None]
+
+    def carried(self, link: RigidBody) -> list[RigidBody]:
+        """A link, and all that hang on it."""
+        joints, found = self.joints, [link]
+        for body in found:  # grows
+            found += [joint.child_body() for joint in joints if joint.parent_body().index() == body.index()]
+        return found
+
+    def poses(self) -> dict[BodyIndex, RigidTransform]:
+        """Where its links are in base_link, with all joints at zero."""
+        poses, joints = {self.base.index(): RigidTransform()}, self.joints
+        for _ in joints:  # each round knows the links one joint farther from the base
+            for joint in joints:
+                parent, child = joint.parent_body().index(), joint.child_body().index()
+                if parent in poses and child not in poses:
+                    X_PF, X_CM = (
+                        f.GetFixedPoseInBodyFrame() for f in (joint.frame_on_parent(), joint.frame_on_child())
+                    )
+                    poses[child] = poses[parent] @ X_PF @ X_CM.inverse()
+        return poses
+
+    def extents(self, poses: Mapping[BodyIndex, RigidTransform]) -> Iterator["Extent"]:
+        """Of what still collides of links at poses in a frame."""
+        for index, X_FL in poses.items():
+            link = self.plant.get_body(index)
+            for geometry in self.shapes(link):
+                points, grown = outline(self.inspector, geometry)
+                placed = (X_FL @ self.inspector.GetPoseInFrame(geometry)) @ points
+                yield Extent(link, geometry, placed, grown, floor_contact(self.inspector, geometry))
+
+    def lowest(self, links: Iterable[BodyIndex], poses: Mapping[BodyIndex, RigidTransform]) -> float:
+        """How high the lowest point of links at poses is, m; infinite without shapes."""
+        return min((e.low for e in self.extents({index: poses[index] for index in links})), default=math.inf)
+
+    def keep_off_floor(self, geometry: GeometryId, properties: ProximityProperties) -> None:
+        """Let a shape with these properties never touch the floor."""
+        set_floor_contact(properties, False)
+        self.scene_graph.AssignRole(self.plant.get_source_id(), geometry, properties, RoleAssign.kReplace)
+
+
+class Extent(NamedTuple):
+    """What a shape covers: all that is nearer than `grown` to the hull of points (3, n), m.
+
+    `floor`: whether it touches nothing but the floor, or anything but it; None if nothing is said of it.
+    """
+
+    link: RigidBody
+    geometry: GeometryId
+    points: np.ndarray
+    grown: float
+    floor: bool | None
+
+    @property
+    def low(self) -> float:
+        """Height of its lowest point, m."""
+        return float(self.points[2].min()) - self.grown
+
+
+def robot_reach(robot: RobotModel, poses: Mapping[BodyIndex, RigidTransform]) -> tuple[float, str]:
     """How far from base_link's z axis a robot's links at their poses in base_link collide, m, and which of them."""
-    inspector, reaches = scene_graph.model_inspector(), [(0.0, "base_link")]
-    for body, geometry, X_BG in _extents(plant, scene_graph, poses):
-        points, grown = outline(inspector, geometry)
-        reaches.append((float(np.hypot(*(X_BG @ points)[:2]).max()) + grown, body.name()))
-    return max(reaches)
+    shapes = (each for each in robot.extents(poses) if each.floor is not True)
+    reaches = [(float(np.hypot(*each.points[:2]).max()) + each.grown, each.link.name()) for each in shapes]
+    return max(reaches, default=(0.0, "base_link"))
 
 
-def robot_outline(
-    plant: MultibodyPlant, scene_graph: SceneGraph, poses: Mapping[BodyIndex, RigidTransform]
-) -> np.ndarray | None:
-    """The convex hull of what a robot's links at their poses in base_link collide with, seen from above.
+def robot_outline(robot: RobotModel) -> np.ndarray | None:
+    """The convex hull of what a robot collides with, with all joints at zero, seen from above.
 
     Counter-clockwise, shape (n, 2), about base_link's z axis, m; round shapes lie within. None if they enclose nothing.
     """
-    inspector, found = scene_graph.model_inspector(), []
-    for _, geometry, X_BG in _extents(plant, scene_graph, poses):
-        points, grown = outline(inspector, geometry)
-        found.append(swollen((X_BG @ points).T, grown))
-    return convex_footprint(np.vstack(found), -math.inf, math.inf)
-
-
-def _extents(
-    plant: MultibodyPlant, scene_graph: SceneGraph, poses: Mapping[BodyIndex, RigidTransform]
-) -> Iterator[tuple[RigidBody, GeometryId, RigidTransform]]:
-    """Shapes with which a robot touches other things than the floor, and where they are in base_link."""
-    inspector = scene_graph.model_inspector()
-    for index, X_BL in poses.items():
-        body = plant.get_body(index)
-        for geometry in collision_shapes(plant, scene_graph, body):
-            if floor_contact(inspector, geometry) is not True:
-                yield body, geometry, X_BL @ inspector.GetPoseInFrame(geometry)
-
-
-def collision_shapes(plant: MultibodyPlant, scene_graph: SceneGraph, body: RigidBody) -> list[GeometryId]:
-    """Those of a body that still collide."""
-    inspector = scene_graph.model_inspector()
-    return [g for g in plant.GetCollisionGeometriesForBody(body) if inspector.GetProximityProperties(g) is not None]
+    shapes = (each for each in robot.extents(robot.poses()) if each.floor is not True)
+    corners = [swollen(each.points.T, each.grown) for each in shapes]
+    return convex_footprint(np.vstack([*corners, np.zeros((0, 3))]), -math.inf, math.inf)
 
 
 def set_floor_contact(properties: ProximityProperties, floor: bool) -> None:
@@ -82,27 +151,6 @@ def floor_contact(inspector: SceneGraphInspector, geometry: GeometryId) -> bool 
     if properties is None or not properties.HasProperty(*FLOOR_CONTACT):
         return None
     return properties.GetProperty(*FLOOR_CONTACT)
-
-
-def carried(plant: MultibodyPlant, model: ModelInstanceIndex, link: RigidBody) -> list[RigidBody]:
-    """A link of a robot, and all that hang on it."""
-    joints, found = [plant.get_joint(index) for index in plant.GetJointIndices(model)], [link]
-    for body in found:  # grows
-        found += [joint.child_body() for joint in joints if joint.parent_body().index() == body.index()]
-    return found
-
-
-def link_poses(plant: MultibodyPlant, model: ModelInstanceIndex) -> dict[BodyIndex, RigidTransform]:
-    """Where a robot's links are in base_link, with all joints at zero."""
-    base = plant.GetBodyByName("base_link", model).index()
-    poses, joints = {base: RigidTransform()}, [plant.get_joint(index) for index in plant.GetJointIndices(model)]
-    for _ in joints:  # each round knows the links one joint farther from the base
-        for joint in joints:
-            parent, child = joint.parent_body().index(), joint.child_body().index()
-            if parent in poses and child not in poses:
-                X_PF, X_CM = (f.GetFixedPoseInBodyFrame() for f in (joint.frame_on_parent(), joint.frame_on_child()))
-                poses[child] = poses[parent] @ X_PF @ X_CM.inverse()
-    return poses
 
 
 def outline(inspector: SceneGraphInspector, geometry: GeometryId) -> tuple[np.ndarray, float]:
@@ -132,26 +180,6 @@ def outline(inspector: SceneGraphInspector, geometry: GeometryId) -> tuple[np.nd
 def swollen(points: np.ndarray, grown: float) -> np.ndarray:
     """Corners of what contains all places so near to some points, shape (n, 3), m."""
     return (points[:, None] + ball_vertices(np.full(3, grown))).reshape(-1, 3) if grown else points
-
-
-def lowest(inspector: SceneGraphInspector, geometry: GeometryId, X_BL: RigidTransform) -> float:
-    """How high the lowest point of a shape is in base_link, in which its link is at X_BL, m."""
-    points, grown = outline(inspector, geometry)
-    return float(((X_BL @ inspector.GetPoseInFrame(geometry)) @ points)[2].min()) - grown
-
-
-def keep_off_floor(
-    plant: MultibodyPlant, scene_graph: SceneGraph, geometry: GeometryId, properties: ProximityProperties
-) -> None:
-    """Let a shape with these properties never touch the floor."""
-    set_floor_contact(properties, False)
-    scene_graph.AssignRole(plant.get_source_id(), geometry, properties, RoleAssign.kReplace)
-
-
-def actuated_joints(plant: MultibodyPlant, model: ModelInstanceIndex) -> list[RevoluteJoint]:
-    """A robot's wheels, in the order of their actuators."""
-    actuators = (plant.get_joint_actuator(index) for index in plant.GetJointActuatorIndices())
-    return [actuator.joint() for actuator in actuators if actuator.model_instance() == model]
 
 
 def massless_links(plant: MultibodyPlant, bodies: Iterable[BodyIndex]) -> list[str]:
@@ -190,23 +218,23 @@ class Drive(NamedTuple):
         return (v + self.arms * omega) / self.radii
 
 
-def drive_geometry(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelInstanceIndex) -> Drive:
+def drive_geometry(robot: RobotModel) -> Drive:
     """Of a robot as from `add_robot`."""
-    inspector, poses, drive = scene_graph.model_inspector(), link_poses(plant, model), []
-    for joint in actuated_joints(plant, model):
+    poses, drive = robot.poses(), []
+    for joint in robot.wheels:
         link = joint.child_body()
-        (sphere,) = (g for g in collision_shapes(plant, scene_graph, link) if floor_contact(inspector, g))
+        (sphere,) = (g for g in robot.shapes(link) if floor_contact(robot.inspector, g))
         X_BL = poses[link.index()]
         axis = X_BL.rotation() @ (joint.frame_on_child().GetFixedRotationMatrixInBodyFrame() @ joint.revolute_axis())
-        y = (X_BL @ inspector.GetPoseInFrame(sphere)).translation()[1]
-        drive.append((math.copysign(inspector.GetShape(sphere).radius(), axis[1]), -y))
+        y = (X_BL @ robot.inspector.GetPoseInFrame(sphere)).translation()[1]
+        drive.append((math.copysign(robot.inspector.GetShape(sphere).radius(), axis[1]), -y))
     return Drive(*np.array(drive).T)
 
 
-def wheel_rates(plant: MultibodyPlant, model: ModelInstanceIndex) -> np.ndarray:
+def wheel_rates(robot: RobotModel) -> np.ndarray:
     """The matrix that takes the wheels' rates, in the order of their actuators, out of the state of a model."""
-    rows = []
-    for joint in actuated_joints(plant, model):
+    plant, model, rows = robot.plant, robot.index, []
+    for joint in robot.wheels:
         rates = np.zeros(plant.num_velocities())
         rates[joint.velocity_start()] = 1.0
         rows.append((*np.zeros(plant.num_positions(model)), *plant.GetVelocitiesFromArray(model, rates)))

@@ -16,7 +16,7 @@ from drake_starnav.station.lidar_sensor import LidarMount, LidarSensor
 from drake_starnav.station.model_world import floor_geometries
 from drake_starnav.station.planar_drive import PlanarVelocityCommand
 from drake_starnav.station.planar_localization import PlanarLocalization
-from drake_starnav.station.robot_geometry import drive_geometry, floor_contact, robot_reach
+from drake_starnav.station.robot_geometry import RobotModel, drive_geometry, floor_contact, robot_reach
 from drake_starnav.station.wheel_drive import WheelServo, WheelSlip, WheelSpeedCommand
 from drake_starnav.systems.star_perception import lidar_names
 
@@ -86,15 +86,16 @@ class RobotInterface(Diagram):
         base, context = plant.GetBodyByName("base_link", model).body_frame(), plant.CreateDefaultContext()
         bodies = joined_bodies(plant, model)
         poses = {i: plant.CalcRelativeTransform(context, base, plant.get_body(i).body_frame()) for i in bodies}
-        self._drive = None if self.robot.drive.holonomic else drive_geometry(plant, scene_graph, model)
-        self.reach, self.farthest = robot_reach(plant, scene_graph, poses)
+        placed = RobotModel(plant, scene_graph, model)
+        self._drive = None if self.robot.drive.holonomic else drive_geometry(placed)
+        self.reach, self.farthest = robot_reach(placed, poses)
         builder = DiagramBuilder()
         inspector = scene_graph.model_inspector()
         frames = [plant.GetBodyFrameIdOrThrow(index) for index in (*bodies, *carried)]
         self.robot_geometries = [g for f in frames for g in inspector.GetGeometries(f, Role.kProximity)]
         self._keep_to_the_floor()
         self.base_frame = plant.GetBodyFrameIdOrThrow(plant.GetBodyByName("base_link", model).index())
-        places = lidar_poses(plant, model, self.lidars)
+        places = lidar_poses(placed, self.lidars)
         self.mounts = tuple(mount_of(X, lidar.frame) for X, lidar in zip(places, self.lidars, strict=True))
         sensors = {}
         for k, (name, lidar) in enumerate(zip(lidar_names("lidar", len(places)), self.lidars, strict=True)):
@@ -134,7 +135,7 @@ class RobotInterface(Diagram):
         if plant.time_step() > 0.0:
             builder.ExportOutput(turning, "desired_state")
         else:
-            servo = builder.AddNamedSystem("servo", WheelServo(plant, model))
+            servo = builder.AddNamedSystem("servo", WheelServo(placed))
             builder.Connect(turning, servo.GetInputPort("desired_state"))
             builder.ConnectInput(state, servo.GetInputPort("multibody_state"))
             builder.ExportOutput(servo.GetOutputPort("actuation"), "actuation")

@@ -4,27 +4,19 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from pydrake.geometry import Cylinder, ProximityProperties, Role, RoleAssign, SceneGraph, Sphere
+from pydrake.geometry import Cylinder, ProximityProperties, Role, RoleAssign, Sphere
 from pydrake.math import RigidTransform, RotationMatrix
-from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
+from pydrake.multibody.plant import CoulombFriction
 from pydrake.multibody.tree import (
+    BodyIndex,
     FixedOffsetFrame,
-    ModelInstanceIndex,
     RevoluteJoint,
     RigidBody,
     SpatialInertia,
     UnitInertia,
 )
 
-from drake_starnav.station.robot_geometry import (
-    carried,
-    collision_shapes,
-    keep_off_floor,
-    link_poses,
-    lowest,
-    outline,
-    set_floor_contact,
-)
+from drake_starnav.station.robot_geometry import RobotModel, set_floor_contact
 
 OPPOSITE = 0.005
 """Wheels of an axle differ by no more than this along x and z, m; an axle so near to the middle carries the grip."""
@@ -32,18 +24,12 @@ ALONG = 0.99
 """Least share of y in the axis of a wheel, and of z in that of a swivel."""
 CASTER_CLEARANCE = 0.005
 """A shape this near to the floor, or nearer, is a caster, m; and a wheel stands on it."""
-CASTER_DEPTH = 0.006
-"""A caster may lie this much lower than the wheels in a model, m."""
 CASTER_RADIUS = 0.02
 LIFTED = 5e-5
 """Casters clear the floor by this, m: the wheels carry the weight, and with it the grip."""
 STIFFNESS = 1e7
 """Of a wheel of which nothing else is said, N/m: the radius that it rolls on is not shortened by the load."""
 ALONG_Z = np.array([0.0, 0.0, 1.0])
-PLANE = 1e-3
-"""Width of a wheel that is a sphere, m."""
-GRIP_MASS = 0.1
-"""Of an added wheel, kg."""
 
 
 class Wheels(NamedTuple):
@@ -70,13 +56,11 @@ class _Span(NamedTuple):
     high: float
 
 
-def found_wheels(
-    plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelInstanceIndex, given: tuple[str, str]
-) -> Wheels:
+def found_wheels(robot: RobotModel, given: tuple[str, str]) -> Wheels:
     """The wheels of a model as it was read into a plant not yet finalized.
 
     Args:
-        plant, scene_graph, model: with the robot.
+        robot: as it was read.
         given: names of the left and of the right joints, separated by spaces; empty where they are to be found: joints
             that turn about y or -y, on no swivel, in pairs left and right, with shapes down to one floor. Of several
             such joints in a chain, as of a suspension, it is the last.
@@ -84,7 +68,7 @@ def found_wheels(
     Raises:
         ValueError: there are none, or not these; says what is allowed.
     """
-    turning = {each.name: each for each in _turning(plant, scene_graph, model)}
+    turning = {each.name: each for each in _turning(robot)}
     choice = f"robot.wheel_joints: [left, right] with two of {', '.join(turning) or 'the joints that turn about y'}"
     if any(given):
         left, right = (tuple(side.split()) for side in given)
@@ -111,9 +95,7 @@ def found_wheels(
     return Wheels(left, right, (0.5 * float(x + x_right), 0.5 * float(y + y_right)))
 
 
-def stand_on_wheels(
-    plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelInstanceIndex, wheels: Wheels, efforts: Sequence[float]
-) -> float:
+def stand_on_wheels(robot: RobotModel, wheels: Wheels, efforts: Sequence[float]) -> float:
     """Put motors on the wheels, let them roll as spheres, and all else that is low slide; returns the floor's height.
 
     The edge of a cylinder on the floor makes a robot too slow. What is not the floor a wheel meets with its own shape,
@@ -122,45 +104,44 @@ def stand_on_wheels(
     behind its axle gets a caster there, so that it does not tip over.
 
     Args:
-        plant, scene_graph, model: not yet finalized; the origin of base_link lies in the middle of the axles.
+        robot: in a plant not yet finalized; the origin of base_link lies in the middle of the axles.
         wheels: as from `found_wheels`, with collision shapes.
         efforts: the largest torque of each, the left ones first, N m.
 
     Returns:
         m, in base_link.
     """
-    joints = [plant.GetJointByName(name, model) for name in (*wheels.left, *wheels.right)]
-    poses = link_poses(plant, model)
-    spans = [_span(plant, scene_graph, model, joint) for joint in joints]
+    joints = [robot.plant.GetJointByName(name, robot.index) for name in (*wheels.left, *wheels.right)]
+    poses = robot.poses()
+    spans = [_span(robot, joint) for joint in joints]
     axles = [(poses[joint.child_body().index()] @ _axle(joint)).translation() for joint in joints]
     floor = min(float(axle[2]) - span.radius for axle, span in zip(axles, spans, strict=True))
     grips = [abs(axle[0]) <= OPPOSITE for axle in axles]
     turned = set()
     for joint, span, axle, grip, effort in zip(joints, spans, axles, grips, efforts, strict=True):
-        plant.AddJointActuator(joint.name(), joint, effort)
+        robot.plant.AddJointActuator(joint.name(), joint, effort)
         radius = float(axle[2]) - floor
-        _roll(plant, scene_graph, joint, span._replace(radius=radius if grip else radius - LIFTED), slides=not grip)
-        turned |= {body.index() for body in carried(plant, model, joint.child_body())}
+        _roll(robot, joint, span._replace(radius=radius if grip else radius - LIFTED), slides=not grip)
+        turned |= {body.index() for body in robot.carried(joint.child_body())}
     if not any(grips):
         for name, side in (("left_grip", axles[: len(wheels.left)]), ("right_grip", axles[len(wheels.left) :])):
             _, y, z = np.mean(side, axis=0)
-            _add_grip(plant, scene_graph, model, name, np.array([0.0, y, z]), float(z) - floor)
+            _add_grip(robot, name, np.array([0.0, y, z]), float(z) - floor)
     stands = [float(axle[0]) for axle, grip in zip(axles, grips, strict=True) if not grip]
     for index, X_BL in poses.items():
         if index not in turned:
-            stands += _slide(plant, scene_graph, plant.get_body(index), X_BL, floor)
+            stands += _slide(robot, index, X_BL, floor)
     far = max(map(abs, stands), default=0.5 * float(np.ptp([axle[1] for axle in axles])))
     for end in (-far, far):
         if not any(x * end > 0.0 for x in stands):
             place = RigidTransform([end, 0.0, floor + LIFTED + CASTER_RADIUS])
-            _register(plant, scene_graph, plant.GetBodyByName("base_link", model), place, CASTER_RADIUS, None)
+            _register(robot, robot.base, place, CASTER_RADIUS, None)
     return floor
 
 
-def _turning(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelInstanceIndex) -> list[_Turning]:
+def _turning(robot: RobotModel) -> list[_Turning]:
     """The joints of a model about y or -y that hang on no swivel, and that no other such joint hangs on."""
-    poses, found, inspector = link_poses(plant, model), [], scene_graph.model_inspector()
-    joints = [plant.get_joint(index) for index in plant.GetJointIndices(model)]
+    poses, found, joints = robot.poses(), [], robot.joints
     above = {joint.child_body().index(): joint for joint in joints}
     axes = {
         joint.name(): (poses[joint.child_body().index()] @ _axle(joint)).rotation() @ ALONG_Z
@@ -168,8 +149,8 @@ def _turning(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelInstanc
         if isinstance(joint, RevoluteJoint) and joint.child_body().index() in poses
     }
     for name, axis in axes.items():
-        joint = plant.GetJointByName(name, model)
-        below = carried(plant, model, joint.child_body())
+        joint = robot.plant.GetJointByName(name, robot.index)
+        below = robot.carried(joint.child_body())
         body, swivels = joint.parent_body().index(), False
         while body in above:
             swivels = swivels or abs(axes.get(above[body].name(), np.zeros(3))[2]) > ALONG
@@ -177,10 +158,7 @@ def _turning(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelInstanc
         arm = any(abs(axes.get(above[part.index()].name(), np.zeros(3))[1]) > ALONG for part in below[1:])
         if swivels or arm or abs(axis[1]) < ALONG:
             continue
-        low = np.inf
-        for part in below:
-            for geometry in collision_shapes(plant, scene_graph, part):
-                low = min(low, lowest(inspector, geometry, poses[part.index()]))
+        low = robot.lowest([part.index() for part in below], poses)
         found.append(_Turning(name, (poses[joint.child_body().index()] @ _axle(joint)).translation(), low))
     return found
 
@@ -203,44 +181,43 @@ def _axle(joint: RevoluteJoint) -> RigidTransform:
     return X @ RigidTransform(RotationMatrix.MakeFromOneVector(joint.revolute_axis(), 2), np.zeros(3))
 
 
-def _span(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelInstanceIndex, joint: RevoluteJoint) -> _Span:
+def _span(robot: RobotModel, joint: RevoluteJoint) -> _Span:
     """Of a wheel's shapes; a sphere counts with its plane."""
-    inspector, poses = scene_graph.model_inspector(), link_poses(plant, model)
-    X_AB, spans = (poses[joint.child_body().index()] @ _axle(joint)).inverse(), []
-    for part in carried(plant, model, joint.child_body()):
-        for geometry in collision_shapes(plant, scene_graph, part):
-            points, grown = outline(inspector, geometry)
-            points = (X_AB @ poses[part.index()] @ inspector.GetPoseInFrame(geometry)) @ points
-            spans.append((np.hypot(*points[:2]).max() + grown, points[2].min(), points[2].max()))
+    poses = robot.poses()
+    X_AB = (poses[joint.child_body().index()] @ _axle(joint)).inverse()
+    parts = {part.index(): X_AB @ poses[part.index()] for part in robot.carried(joint.child_body())}
+    spans = [
+        (np.hypot(*each.points[:2]).max() + each.grown, each.points[2].min(), each.points[2].max())
+        for each in robot.extents(parts)
+    ]
     radii, low, high = np.array(spans).T
     return _Span(float(radii.max()), float(low.min()), float(high.max()))
 
 
-def _roll(plant: MultibodyPlant, scene_graph: SceneGraph, joint: RevoluteJoint, span: _Span, *, slides: bool) -> None:
+def _roll(robot: RobotModel, joint: RevoluteJoint, span: _Span, *, slides: bool) -> None:
     """Give a wheel a sphere that touches only the floor, and let what else it carries never touch it."""
-    inspector, link, X_LA = scene_graph.model_inspector(), joint.child_body(), _axle(joint)
+    plant, inspector, link, X_LA = robot.plant, robot.inspector, joint.child_body(), _axle(joint)
     middle = RigidTransform(X_LA.translation() + 0.5 * (span.low + span.high) * (X_LA.rotation() @ ALONG_Z))
     properties = None
-    for part in carried(plant, joint.model_instance(), link):
-        for geometry in collision_shapes(plant, scene_graph, part):
+    for part in robot.carried(link):
+        for geometry in robot.shapes(part):
             own = ProximityProperties(inspector.GetProximityProperties(geometry))
             properties = properties or ProximityProperties(own)
             shape = inspector.GetShape(geometry)
             if isinstance(shape, Sphere) and part is link:
                 X_LG = RigidTransform(X_LA.rotation(), inspector.GetPoseInFrame(geometry).translation())
-                scene_graph.RemoveRole(plant.get_source_id(), geometry, Role.kProximity)
-                name, disc = inspector.GetName(geometry).rpartition("::")[2], Cylinder(shape.radius(), PLANE)
+                robot.scene_graph.RemoveRole(plant.get_source_id(), geometry, Role.kProximity)
+                name, disc = inspector.GetName(geometry).rpartition("::")[2], Cylinder(shape.radius(), 1e-3)  # m wide
                 geometry = plant.RegisterCollisionGeometry(link, X_LG, disc, name, own)
-            keep_off_floor(plant, scene_graph, geometry, own)
+            robot.keep_off_floor(geometry, own)
     assert properties is not None
     if not properties.HasProperty("material", "point_contact_stiffness"):
         properties.AddProperty("material", "point_contact_stiffness", STIFFNESS)
-    _register(plant, scene_graph, link, middle, span.radius, None if slides else properties)
+    _register(robot, link, middle, span.radius, None if slides else properties)
 
 
 def _register(
-    plant: MultibodyPlant,
-    scene_graph: SceneGraph,
+    robot: RobotModel,
     link: RigidBody,
     X_LG: RigidTransform,
     radius: float,
@@ -251,58 +228,46 @@ def _register(
     if grip is None:
         properties.AddProperty("material", "coulomb_friction", CoulombFriction(0.0, 0.0))
     name = f"{link.name()}_on_floor"
-    taken = {
-        scene_graph.model_inspector().GetName(g).rpartition("::")[2] for g in collision_shapes(plant, scene_graph, link)
-    }
+    taken = {robot.inspector.GetName(g).rpartition("::")[2] for g in robot.shapes(link)}
     while name in taken:
         name += "_"
     set_floor_contact(properties, True)
-    plant.RegisterCollisionGeometry(link, X_LG, Sphere(radius), name, properties)
+    robot.plant.RegisterCollisionGeometry(link, X_LG, Sphere(radius), name, properties)
 
 
-def _add_grip(
-    plant: MultibodyPlant,
-    scene_graph: SceneGraph,
-    model: ModelInstanceIndex,
-    name: str,
-    place: np.ndarray,
-    radius: float,
-) -> None:
+def _add_grip(robot: RobotModel, name: str, place: np.ndarray, radius: float) -> None:
     """Add a wheel that is neither seen nor struck, with a motor."""
-    inertia = SpatialInertia(GRIP_MASS, np.zeros(3), UnitInertia.SolidSphere(radius))
-    link, base = plant.AddRigidBody(name, model, inertia), plant.GetBodyByName("base_link", model).body_frame()
-    frame = plant.AddFrame(FixedOffsetFrame(f"{name}_axle", base, RigidTransform(place), model))
+    plant, inertia = robot.plant, SpatialInertia(0.1, np.zeros(3), UnitInertia.SolidSphere(radius))  # kg
+    link, base = plant.AddRigidBody(name, robot.index, inertia), robot.base.body_frame()
+    frame = plant.AddFrame(FixedOffsetFrame(f"{name}_axle", base, RigidTransform(place), robot.index))
     joint = plant.AddJoint(RevoluteJoint(name, frame, link.body_frame(), [0.0, 1.0, 0.0]))
     plant.AddJointActuator(name, joint)
     properties = ProximityProperties()
     properties.AddProperty("material", "coulomb_friction", CoulombFriction(1.0, 1.0))
     properties.AddProperty("material", "point_contact_stiffness", STIFFNESS)
-    _register(plant, scene_graph, link, RigidTransform(), radius, properties)
+    _register(robot, link, RigidTransform(), radius, properties)
 
 
-def _slide(
-    plant: MultibodyPlant, scene_graph: SceneGraph, link: RigidBody, X_BL: RigidTransform, floor: float
-) -> list[float]:
+def _slide(robot: RobotModel, link: BodyIndex, X_BL: RigidTransform, floor: float) -> list[float]:
     """Let the shapes of a link that reach the floor slide on it, as a caster's wheel; returns their x in base_link, m.
 
     A sphere just above the floor stays; else a sphere without friction, that touches only the floor, comes beneath.
     """
     stands = []
-    inspector = scene_graph.model_inspector()
-    for geometry in collision_shapes(plant, scene_graph, link):
-        points, grown = outline(inspector, geometry)
-        points = (X_BL @ inspector.GetPoseInFrame(geometry)) @ points
-        clearance = float(points[2].min()) - grown - floor
-        if not -CASTER_DEPTH <= clearance < CASTER_CLEARANCE:
+    for each in list(robot.extents({link: X_BL})):
+        clearance = each.low - floor
+        if not -0.006 <= clearance < CASTER_CLEARANCE:  # m; a caster may lie a little lower than the wheels in a model
             continue
-        bottom = points[:, points[2] < points[2].min() + 1e-3].mean(axis=1)
+        bottom = each.points[:, each.points[2] < each.points[2].min() + 1e-3].mean(axis=1)
         stands.append(float(bottom[0]))
-        properties = ProximityProperties(inspector.GetProximityProperties(geometry))
-        if isinstance(inspector.GetShape(geometry), Sphere) and 0.5 * LIFTED < clearance < 2.0 * LIFTED:
+        properties = ProximityProperties(robot.inspector.GetProximityProperties(each.geometry))
+        is_sphere = isinstance(robot.inspector.GetShape(each.geometry), Sphere)
+        if is_sphere and 0.5 * LIFTED < clearance < 2.0 * LIFTED:
             properties.UpdateProperty("material", "coulomb_friction", CoulombFriction(0.0, 0.0))
-            scene_graph.AssignRole(plant.get_source_id(), geometry, properties, RoleAssign.kReplace)
+            source = robot.plant.get_source_id()
+            robot.scene_graph.AssignRole(source, each.geometry, properties, RoleAssign.kReplace)
             continue
-        keep_off_floor(plant, scene_graph, geometry, properties)
+        robot.keep_off_floor(each.geometry, properties)
         place = X_BL.inverse() @ np.array([*bottom[:2], floor + LIFTED + CASTER_RADIUS])
-        _register(plant, scene_graph, link, RigidTransform(place), CASTER_RADIUS, None)
+        _register(robot, each.link, RigidTransform(place), CASTER_RADIUS, None)
     return stands

@@ -40,7 +40,6 @@ from drake_starnav.worlds.footprints import box_vertices
 SURFACE = ("lidar", "surface")
 """Group and name of the perception property of shapes that lidars see whatever their role."""
 _IDENTITY = np.eye(3, 4)
-_HALF_SPACE_EXTENT = 1e5  # m; a half space is cut as a square face of this half-width
 _BOX_FACES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
 
 
@@ -182,7 +181,7 @@ class _Parts:
         elif isinstance(shape, Box):
             self._add_faces(X_FG, box_vertices(shape.size()), _BOX_FACES)
         elif isinstance(shape, HalfSpace):
-            e = _HALF_SPACE_EXTENT
+            e = 1e5  # m; it is cut as a square face of this half-width
             self._add_faces(X_FG, np.array([(-e, -e, 0.0), (e, -e, 0.0), (e, e, 0.0), (-e, e, 0.0)]), ((0, 1, 2, 3),))
         elif isinstance(shape, Convex):
             self._add_faces(X_FG, *hull_faces(shape, name))

@@ -3,14 +3,12 @@
 import math
 
 import numpy as np
-from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import ModelInstanceIndex
 from pydrake.systems.framework import BasicVector, Context, Diagram, DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import MatrixGain, Multiplexer
 
 from drake_starnav.lidar.sensor_model import Stream, random_numbers
 from drake_starnav.robot import RobotParameters
-from drake_starnav.station.robot_geometry import Drive, actuated_joints, wheel_rates
+from drake_starnav.station.robot_geometry import Drive, RobotModel, wheel_rates
 from drake_starnav.systems.release import weakly
 
 SLIP_PERIOD = 1.0
@@ -94,12 +92,12 @@ class WheelServo(Diagram):
     there. CENIC linearizes it, so that it is integrated implicitly, as stiff as it is.
     """
 
-    def __init__(self, plant: MultibodyPlant, model: ModelInstanceIndex) -> None:
+    def __init__(self, robot: RobotModel) -> None:
         """Of a robot as from `add_robot` in a finalized plant."""
         super().__init__()
-        rates = wheel_rates(plant, model)
+        rates = wheel_rates(robot)
         n, size = rates.shape
-        actuators = [plant.GetJointActuatorByName(joint.name(), model) for joint in actuated_joints(plant, model)]
+        actuators = [robot.plant.GetJointActuatorByName(joint.name(), robot.index) for joint in robot.wheels]
         gain_of_each = np.array([[actuator.get_controller_gains().d] for actuator in actuators])
         gains = gain_of_each * np.hstack((np.zeros((n, n)), np.eye(n), -rates))
         builder = DiagramBuilder()

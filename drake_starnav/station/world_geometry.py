@@ -26,6 +26,7 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.station.model_world import add_model
 from drake_starnav.station.scene_slices import SURFACE
 from drake_starnav.worlds.convex_parts import convex_parts
+from drake_starnav.worlds.formats.obj_files import obj_text, prism
 from drake_starnav.worlds.world import World
 
 OBSTACLE_HEIGHT = 0.5
@@ -148,18 +149,12 @@ def upright_prism(corners: np.ndarray, height: float, label: str) -> Convex:
 
 
 def _prisms_mesh(parts: list[np.ndarray]) -> Mesh:
-    """The sides and tops of the upright prisms over convex footprints, as one mesh."""
-    lines, count = [], 1  # vertices of an OBJ file are numbered from 1
-    for corners in parts:
-        n = len(corners)
-        for height in (0.0, OBSTACLE_HEIGHT):
-            lines += [f"v {x:.12g} {y:.12g} {height:g}" for x, y in corners]
-        for k in range(n):
-            a, b = count + k, count + (k + 1) % n
-            lines += [f"f {a} {b} {b + n}", f"f {a} {b + n} {a + n}"]
-        lines += [f"f {count + n} {count + n + k} {count + n + k + 1}" for k in range(1, n - 1)]
-        count += 2 * n
-    return Mesh(InMemoryMesh(mesh_file=MemoryFile("\n".join(lines) + "\n", ".obj", "obstacles.obj")))
+    """The upright prisms over convex footprints, as one mesh."""
+    meshes = [prism(corners, 0.0, OBSTACLE_HEIGHT) for corners in parts]
+    first = np.cumsum([0, *(len(vertices) for vertices, _ in meshes)])
+    triangles = [corners + k for (_, corners), k in zip(meshes, first, strict=False)]
+    text = obj_text(np.vstack([vertices for vertices, _ in meshes]), np.vstack(triangles))
+    return Mesh(InMemoryMesh(mesh_file=MemoryFile(text, ".obj", "obstacles.obj")))
 
 
 def _walls(bounds: tuple[float, float, float, float]) -> dict[str, tuple[float, float, float, float]]:

@@ -8,10 +8,6 @@ from drake_starnav.geometry.footprint import Footprint, covered
 from drake_starnav.geometry.se2 import places
 from drake_starnav.worlds.world import World
 
-NEAR_BODY = 0.1
-"""Farther from a robot than this its covering discs tell the clearance, m: too little by their excess at most."""
-_PAIRS = 1_000_000  # of points and discs whose distances are in memory at a time
-
 
 def clearance(world: World, points: np.ndarray) -> np.ndarray:
     """Signed distance from points (n, 2), m, W, to the nearest obstacle surface, shape (n,); +inf without obstacles.
@@ -37,7 +33,7 @@ def body_clearance(world: World, poses: np.ndarray, footprint: Footprint) -> np.
     least = clearance(world, places(poses, footprint.cover)).reshape(-1, count).min(axis=1) - footprint.narrow
     if footprint.is_disc:
         return least
-    near = np.flatnonzero(least < NEAR_BODY)
+    near = np.flatnonzero(least < 0.1)  # m; farther away the discs tell too little by their excess at most
     bodies = np.array([covered(footprint, pose) for pose in poses[near]])
     exact = np.full(len(near), np.inf)
     if world.polygons and len(near):
@@ -73,7 +69,7 @@ def _nearest(world: World, points: np.ndarray) -> dict[str, tuple[np.ndarray, np
     low, high = np.reshape(world.bounds or (-np.inf, -np.inf, np.inf, np.inf), (2, 2))
     found = {"bounds": (np.minimum(points - low, high - points).min(axis=1), np.zeros(len(points)))}
     if len(discs := world.discs):
-        pieces = np.array_split(points, 1 + len(points) * len(discs) // _PAIRS)
+        pieces = np.array_split(points, 1 + len(points) * len(discs) // 1_000_000)  # distances in memory at a time
         away = [np.hypot(*(piece[:, None] - discs[:, :2]).T).T - discs[:, 2] for piece in pieces]
         found["discs"] = (
             np.hstack([part.min(axis=1) for part in away]),

@@ -16,7 +16,6 @@ MOST_CORNERS = 20_000
 """Of a polygon: so many take about a second to cut."""
 EVEN = 1e-5
 """Corners no farther than this from the line between others count as straight, m; digitised outlines have many."""
-_FLAT = 1e-12  # relative: a corner whose sine is smaller counts as straight
 
 Corner = tuple[float, float]
 
@@ -89,4 +88,4 @@ def _begun_after(piece: list[Corner], corner: Corner) -> list[Corner]:
 def _turns_left(a: Corner, b: Corner, c: Corner) -> bool:
     """Whether a b c turns left or goes straight on."""
     (ux, uy), (vx, vy) = np.subtract(b, a), np.subtract(c, b)
-    return bool(ux * vy - uy * vx >= -_FLAT * np.hypot(ux, uy) * np.hypot(vx, vy))
+    return bool(ux * vy - uy * vx >= -1e-12 * np.hypot(ux, uy) * np.hypot(vx, vy))

@@ -12,12 +12,8 @@ _AROUND = 96  # sides of the polyhedra that stand for round solids: they are up 
 def convex_footprint(vertices: np.ndarray, low: float, high: float) -> np.ndarray | None:
     """The shadow on the floor of a convex solid's part between two heights, exactly.
 
-    Args:
-        vertices: shape (n, 3), m; the solid is their convex hull.
-        low, high: m.
-
-    Returns:
-        A convex polygon, counter-clockwise, of shape (k, 2); None if nothing is between the heights, or no area.
+    The solid is the convex hull of vertices (n, 3), m; its shadow is a convex polygon (k, 2), counterclockwise; None
+    if nothing is between the heights, or no area.
     """
     z = vertices[:, 2]
     points = [vertices[(z >= low) & (z <= high), :2]]

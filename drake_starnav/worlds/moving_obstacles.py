@@ -83,11 +83,7 @@ def moving_obstacle_states(moving_obstacles: MovingObstacles, times: np.ndarray)
 
 
 def moving_obstacle_clearance(moving_obstacles: MovingObstacles, points: np.ndarray, times: np.ndarray) -> np.ndarray:
-    """Signed distance from each point (m, 2), W, m, to the nearest moving obstacle at the same of the times (m,), s.
-
-    Returns:
-        Shape (m,), m; +inf without moving obstacles.
-    """
+    """Signed distances (m,) from points (m, 2), W, m, to the nearest moving obstacle at times (m,), s; +inf without."""
     positions, _ = moving_obstacle_states(moving_obstacles, times)
     offsets = positions - np.asarray(points, dtype=float)[:, None]
     return (np.hypot(offsets[..., 0], offsets[..., 1]) - moving_obstacles.radii).min(axis=1, initial=np.inf)

@@ -14,11 +14,8 @@ def rectangle(x_min: float, y_min: float, x_max: float, y_max: float) -> np.ndar
 def trap(length: float, depth: float, thickness: float, arms: int) -> np.ndarray:
     """A straight wall, an L or a U (0, 1 or 2 arms) as one polygon, shape (k, 2), m.
 
-    Args:
-        length: of the spine, which lies along y with its middle in the origin.
-        depth: how far the arms reach along +x.
-        thickness: of spine and arms.
-        arms: how many: the first at the lower end of the spine, the second at the upper end.
+    The spine of that length lies along y with its middle in the origin; arms reach a depth along +x, the first from its
+    lower end, the second from its upper end.
     """
     half = thickness / 2.0
     outer, inner = length / 2.0 + half, length / 2.0 - half

@@ -271,10 +271,7 @@ def _pull_taut(path: np.ndarray, capsules: np.ndarray) -> np.ndarray:
 @njit(cache=True)
 def _points_near(path: np.ndarray, capsules: np.ndarray, around: np.ndarray) -> np.ndarray:
     """Free points on circles about the capsules' first ends, near a path (k, 2); `around` (c, 2) is the unit circle.
-
-    Returns:
-        Shape (n, 3): x, y, distance travelled along the path to the nearest point of it.
-    """
+    Shape (n, 3): x, y, distance travelled along the path to the nearest point of it."""
     found = [(0.0, 0.0, 0.0)][:0]
     for c in range(len(capsules)):
         centre_x, centre_y, radius = capsules[c, 0], capsules[c, 1], capsules[c, 4] + TOLERANCE
@@ -307,12 +304,8 @@ def _points_near(path: np.ndarray, capsules: np.ndarray, around: np.ndarray) -> 
 
 @njit(cache=True)
 def _shortest_through(points: np.ndarray, capsules: np.ndarray) -> np.ndarray:
-    """The shortest polyline (k, 2) through mutually visible points, in the order of their travel.
-
-    Args:
-        points: shape (n, 3): x, y, distance travelled, in ascending order; the first is the start, the last the goal.
-        capsules: shape (m, 5).
-    """
+    """The shortest polyline (k, 2) from the first to the last of points (n, 3): x, y, distance travelled, ascending;
+    neighbours in it see one another past all capsules (m, 5)."""
     n = len(points)
     cost = np.full(n, np.inf)
     parent = np.full(n, -1, np.int64)

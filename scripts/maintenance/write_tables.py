@@ -39,7 +39,7 @@ from drake_starnav.station.moving_bodies import MovingObstacleDrive
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.station.planar_drive import PlanarVelocityCommand
 from drake_starnav.station.planar_localization import PlanarLocalization
-from drake_starnav.station.robot_geometry import Drive
+from drake_starnav.station.robot_geometry import Drive, RobotModel
 from drake_starnav.station.wheel_drive import WheelServo, WheelSlip, WheelSpeedCommand
 from drake_starnav.systems.baseline_controller import BaselineController
 from drake_starnav.systems.controller import Controller
@@ -104,7 +104,7 @@ def all_systems() -> list[System]:
         TwistShield(robot, controller, margins, obstacles=defaults.obstacles),
         FootprintHold(robot, lambda _: margins, rate=controller.rate),
         Unshielded(robot, controller),
-        WheelServo(station.plant, station.robot_model),
+        WheelServo(RobotModel(station.plant, station.scene_graph, station.robot_model)),
         WheelSpeedCommand(robot=robot, drive=Drive(np.array([0.05, 0.05]), np.array([-0.16, 0.16]))),
         PlanarVelocityCommand(robot=RobotParameters(base="omnidirectional")),
         StatePredictor(delay=0.05, rate=controller.rate),

@@ -6,7 +6,7 @@ import pytest
 from drake_starnav.scenario import load_scenario
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.station.plant import make_simulator
-from drake_starnav.station.robot_geometry import link_poses, robot_outline
+from drake_starnav.station.robot_geometry import RobotModel, robot_outline
 from drake_starnav.worlds.world import World
 
 SCENARIO = load_scenario("room", overrides=["robot.model=carrier"])
@@ -18,7 +18,7 @@ def station() -> NavigationStation:
 
 
 def test_its_footprint_is_its_outline(station: NavigationStation) -> None:
-    outline = robot_outline(station.plant, station.scene_graph, link_poses(station.plant, station.robot_model))
+    outline = robot_outline(RobotModel(station.plant, station.scene_graph, station.robot_model))
     assert sorted(map(tuple, np.round(outline, 9).tolist())) == sorted(map(tuple, SCENARIO.robot.footprint))
 
 

@@ -8,7 +8,7 @@ from pydrake.systems.framework import DiagramBuilder
 
 from drake_starnav.robot import RobotParameters
 from drake_starnav.station.plant import add_plant
-from drake_starnav.station.robot_geometry import Drive, wheel_rates
+from drake_starnav.station.robot_geometry import Drive, RobotModel, wheel_rates
 from drake_starnav.station.robot_model import WHEEL_GAIN
 from drake_starnav.station.wheel_drive import SLIP_PERIOD, WheelServo, WheelSlip, WheelSpeedCommand, wheel_shares
 from drake_starnav.worlds.world import World
@@ -97,14 +97,14 @@ def test_the_shares_differ_from_period_to_period() -> None:
 
 
 @pytest.fixture(scope="module")
-def plant_and_model():
-    plant, _, model, _ = add_plant(DiagramBuilder(), World("open", (0, 0, 0), (1, 0)), RobotParameters(), 0.0)
-    return plant, model
+def robot():
+    plant, scene_graph, model, _ = add_plant(DiagramBuilder(), World("open", (0, 0, 0), (1, 0)), RobotParameters(), 0.0)
+    return RobotModel(plant, scene_graph, model)
 
 
-def test_the_torque_is_the_gain_times_what_is_missing(plant_and_model) -> None:
-    plant, model = plant_and_model
-    servo = WheelServo(plant, model)
+def test_the_torque_is_the_gain_times_what_is_missing(robot) -> None:
+    plant, _, model = robot
+    servo = WheelServo(robot)
     context = servo.CreateDefaultContext()
     state = plant.CreateDefaultContext()
     for rate, name in zip((3.0, -1.0), WHEELS, strict=True):
@@ -114,9 +114,9 @@ def test_the_torque_is_the_gain_times_what_is_missing(plant_and_model) -> None:
     assert servo.GetOutputPort("actuation").Eval(context) == pytest.approx(WHEEL_GAIN * np.array((1.0, 2.0)))
 
 
-def test_the_rates_are_those_of_the_wheels(plant_and_model) -> None:
-    rates = wheel_rates(*plant_and_model)
-    assert rates.shape == (2, plant_and_model[0].num_multibody_states())
+def test_the_rates_are_those_of_the_wheels(robot) -> None:
+    rates = wheel_rates(robot)
+    assert rates.shape == (2, robot.plant.num_multibody_states())
     assert rates.sum(axis=1).tolist() == [1.0, 1.0]
 
 

@@ -21,8 +21,6 @@ CONVERTED = (".dae", ".stl")
 READ_BY_DRAKE = (".obj", ".gltf", ".vtk")
 EVERYWHERE = ("sun", "ground_plane")
 """Included models without which no world of Gazebo's is: there is a floor and light already."""
-DEEPEST = 50
-"""Files that include one another."""
 LARGEST_MESH = 64 * 2**20
 """Of a file to convert, bytes."""
 _PRIMITIVES = {"box", "sphere", "cylinder", "capsule", "ellipsoid", "empty"}
@@ -75,7 +73,7 @@ class Models:
             StarnavError: a file is missing or broken, or holds a shape that cannot be built.
         """
         path = path.resolve()
-        if path in self._open or len(self._open) >= DEEPEST:
+        if path in self._open or len(self._open) >= 50:
             raise StarnavError(f"model {path} includes itself; allowed: files that do not")
         self._open.append(path)
         try:

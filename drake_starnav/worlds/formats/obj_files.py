@@ -19,8 +19,6 @@ from drake_starnav.worlds.footprints import cylinder_vertices
 
 MOST_PIECES = 200
 """A mesh of more connected pieces stays one."""
-_PLANE, _SLAB = 100.0, 1.0
-"""A plane reaches this far to each side of its origin, and is this thick, m."""
 
 
 @functools.lru_cache(maxsize=1000)
@@ -51,22 +49,22 @@ def _polyline(shape: Element) -> list[tuple[np.ndarray, np.ndarray]]:
     if not 0.0 < height < math.inf:
         raise ValueError(f"height {height:g}")
     outline = np.array([[float(x) for x in (point.text or "").split()] for point in shape.iter("point")])
-    return [_prism(part, 0.0, height) for part in convex_parts(outline)]
+    return [prism(part, 0.0, height) for part in convex_parts(outline)]
 
 
 def _plane(shape: Element) -> list[tuple[np.ndarray, np.ndarray]]:
-    """A wide slab with the plane as its upper face."""
+    """A slab with the plane as its upper face, 1 m thick, that reaches 100 m to each side of the origin."""
     normal = np.array([float(x) for x in shape.findtext("normal", "0 0 1").split()])
     if normal.shape != (3,) or not 0.0 < np.linalg.norm(normal) < math.inf:
         raise ValueError(f"normal {normal.tolist()}")
     across = np.linalg.svd(normal[None])[2][1:]
     axes = np.vstack((across, np.cross(*across)))  # the last is the normal or its opposite
     axes[1:] *= math.copysign(1.0, float(axes[2] @ normal))
-    vertices, triangles = _prism(_PLANE * np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]), -_SLAB, 0.0)
+    vertices, triangles = prism(100.0 * np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]), -1.0, 0.0)
     return [(vertices @ axes, triangles)]
 
 
-def _prism(outline: np.ndarray, low: float, high: float) -> tuple[np.ndarray, np.ndarray]:
+def prism(outline: np.ndarray, low: float, high: float) -> tuple[np.ndarray, np.ndarray]:
     """Vertices and triangles of the upright prism over a convex outline, between two heights."""
     n = len(outline)
     vertices = np.vstack([np.column_stack((outline, np.full(n, z))) for z in (low, high)])
@@ -91,9 +89,14 @@ def _fan(corners: np.ndarray) -> np.ndarray:
 
 def write_obj(vertices: np.ndarray, triangles: np.ndarray) -> Path:
     used, index = np.unique(triangles, return_inverse=True)
-    lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in vertices[used].tolist()]
-    lines += [f"f {a} {b} {c}" for a, b, c in (index.reshape(-1, 3) + 1).tolist()]
-    return write(("\n".join(lines) + "\n").encode(), ".obj")
+    return write(obj_text(vertices[used], index.reshape(-1, 3)).encode(), ".obj")
+
+
+def obj_text(vertices: np.ndarray, triangles: np.ndarray) -> str:
+    """The content of an OBJ file of that mesh, vertices (n, 3) and triangles (m, 3)."""
+    lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in vertices.tolist()]
+    lines += [f"f {a} {b} {c}" for a, b, c in (triangles + 1).tolist()]
+    return "\n".join(lines) + "\n"
 
 
 @functools.cache
