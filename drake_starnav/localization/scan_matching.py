@@ -108,9 +108,8 @@ def matched(known: ScanMap, scan: LaserScan, odometry: np.ndarray, error: Odomet
     jump = error.jump if jumped or error.jump <= UNSEEN_JUMP else 0.0
     speed = known.speed if jumped else speed
     drift = 2.0 * error.drift  # more than once, as drift is no noise but has the same sign each time
-    deviation = (
-        np.array((drift * way + jump, drift * way + jump, drift * abs(step[2]))) + 0.0005
-    )  # m and rad, without faults
+    # m and rad; 0.0005 without faults
+    deviation = np.array((drift * way + jump, drift * way + jump, drift * abs(step[2]))) + 0.0005
     predicted = composed(known.correction, odometry)
     points = scan.points_at(scan.distances, hit, (0.0, 0.0, 0.0))
     pose, share, used = predicted, 0.0, known.last

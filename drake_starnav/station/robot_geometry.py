@@ -95,9 +95,9 @@ class RobotModel(NamedTuple):
                 placed = (X_FL @ self.inspector.GetPoseInFrame(geometry)) @ points
                 yield Extent(link, geometry, placed, grown, floor_contact(self.inspector, geometry))
 
-    def lowest(self, links: Iterable[BodyIndex], poses: Mapping[BodyIndex, RigidTransform]) -> float:
+    def lowest(self, poses: Mapping[BodyIndex, RigidTransform]) -> float:
         """How high the lowest point of links at poses is, m; infinite without shapes."""
-        return min((e.low for e in self.extents({index: poses[index] for index in links})), default=math.inf)
+        return min((each.low for each in self.extents(poses)), default=math.inf)
 
     def keep_off_floor(self, geometry: GeometryId, properties: ProximityProperties) -> None:
         """Let a shape with these properties never touch the floor."""

@@ -70,7 +70,7 @@ def add_robot(
     if held and (planar or wheels is not None):
         warnings.warn(f"robot model {path}: joints held still: {', '.join(held)}", stacklevel=2)
     if planar:
-        put_on_joints(root, max(0.0, -read.lowest(poses := read.poses(), poses)))
+        put_on_joints(root, max(0.0, -read.lowest(read.poses())))
     placed = RobotModel(plant, scene_graph, _parsed(Parser(plant, model_name_prefix=name), root, path))
     floor = None
     if planar:

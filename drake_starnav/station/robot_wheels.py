@@ -158,7 +158,7 @@ def _turning(robot: RobotModel) -> list[_Turning]:
         arm = any(abs(axes.get(above[part.index()].name(), np.zeros(3))[1]) > ALONG for part in below[1:])
         if swivels or arm or abs(axis[1]) < ALONG:
             continue
-        low = robot.lowest([part.index() for part in below], poses)
+        low = robot.lowest({part.index(): poses[part.index()] for part in below})
         found.append(_Turning(name, (poses[joint.child_body().index()] @ _axle(joint)).translation(), low))
     return found
 

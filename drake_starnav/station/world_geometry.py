@@ -153,7 +153,7 @@ def _prisms_mesh(parts: list[np.ndarray]) -> Mesh:
     meshes = [prism(corners, 0.0, OBSTACLE_HEIGHT) for corners in parts]
     first = np.cumsum([0, *(len(vertices) for vertices, _ in meshes)])
     triangles = [corners + k for (_, corners), k in zip(meshes, first, strict=False)]
-    text = obj_text(np.vstack([vertices for vertices, _ in meshes]), np.vstack(triangles))
+    text = obj_text(np.vstack([vertices for vertices, _ in meshes]).round(9), np.vstack(triangles))
     return Mesh(InMemoryMesh(mesh_file=MemoryFile(text, ".obj", "obstacles.obj")))
 
 

@@ -176,7 +176,7 @@ def test_many_prisms_are_shown_as_one_mesh() -> None:
     vertices = {tuple(float(x) for x in line.split()[1:]) for line in lines if line.startswith("v")}
     assert vertices == {(x, y, z) for polygon in polygons for x, y in polygon for z in (0.0, OBSTACLE_HEIGHT)}
     corners = sum(len(polygon) for polygon in polygons)
-    assert sum(line.startswith("f") for line in lines) == 3 * corners - 2 * len(polygons)  # sides and tops
+    assert sum(line.startswith("f") for line in lines) == 4 * corners - 4 * len(polygons)
 
 
 def test_more_polygons_than_a_plant_can_pair_are_one_surface() -> None:
