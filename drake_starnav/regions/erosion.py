@@ -70,8 +70,14 @@ def free_limit(scan: LaserScan, samples: int, view_range: float, radius: float, 
         radius: of the disc with its margin, m.
         side: bearings nearer than this to an edge of the field of view count as outside, rad.
     """
-    (first, last), bearing = field_of_view(scan, side), 2.0 * math.pi / samples * np.arange(samples)
-    return np.where((first <= bearing) & (bearing <= last), max(view_range - radius, 0.0), 0.0)
+    return _limit(field_of_view(scan, side), samples, max(view_range - radius, 0.0))
+
+
+@lru_cache(maxsize=16)
+def _limit(view: tuple[float, float], samples: int, farthest: float) -> np.ndarray:
+    """The same within a view, as of `field_of_view`: that of every scan of one lidar."""
+    bearing = 2.0 * math.pi / samples * np.arange(samples)
+    return np.where((view[0] <= bearing) & (bearing <= view[1]), farthest, 0.0)
 
 
 def field_of_view(scan: LaserScan, side: float = 0.0) -> tuple[float, float]:
