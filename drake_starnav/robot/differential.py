@@ -37,7 +37,8 @@ class Differential:
 
     def proposals(self, desired: np.ndarray, limits: Limits) -> Iterable[np.ndarray]:
         """Slower, and turning less; made as they are asked for, as the first one mostly does."""
-        return (share * desired for share in SHARES)
+        yield desired
+        yield from (share * desired for share in SHARES[1:])
 
     def braking(self, twist: np.ndarray, desired: np.ndarray, turns: bool) -> np.ndarray:
         return np.array((0.0, desired[1] if turns else 0.0))

@@ -125,4 +125,4 @@ def lidar_names(name: str, count: int) -> list[str]:
 
 
 def _is_silent(scan: LaserScan) -> bool:
-    return bool(scan.lost.all())
+    return not scan.beams.complete and bool(scan.lost.all())
