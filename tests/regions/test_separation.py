@@ -110,5 +110,15 @@ def test_surfaces_count_as_far_as_the_robot_can_get_with_its_margin(seed: int) -
     poses = np.column_stack((center + way[:, None] * ahead, np.full(len(way), bearing - math.atan2(*corner[::-1]))))
     for share in (0.9, 1.1):
         hit = poses[-1, :2] + (ELL.radius + share * margin) * ahead
-        surface = Chords(np.hstack((hit, hit))[None], np.array([False]), center)
-        assert keeps_clear(poses, surface, ELL.polygons, (margin, ELL.radius, 9.0)) == (share > 1.0)
+        beyond = hit + rng.uniform(0.0, 0.2) * ahead + rng.uniform(-0.5, 0.5) * np.array((-ahead[1], ahead[0]))
+        for ends in ((hit, beyond), (beyond, hit)):
+            surface = Chords(np.hstack(ends)[None], np.array([False]), center)
+            assert keeps_clear(poses, surface, ELL.polygons, (margin, ELL.radius, 9.0)) == (share > 1.0)
+
+
+@pytest.mark.parametrize("margin", [0.01, 0.1])
+@pytest.mark.parametrize(("nudge", "clear"), [(0.0009, True), (0.0011, False), (0.004, False)])
+def test_a_nudge_into_the_margin_and_back_is_noticed(margin: float, nudge: float, clear: bool) -> None:
+    wall = Chords(np.array([(0.301 + margin, -0.05, 0.301 + margin, 0.05)]), np.array([False]), np.zeros(2))
+    poses = np.array([(0.0, 0.0, 0.0), (nudge, 0.0, 0.0), (0.0, 0.0, 0.0)])
+    assert keeps_clear(poses, wall, ELL.polygons, (margin, ELL.radius, 9.0)) == clear
