@@ -41,7 +41,7 @@ from drake_starnav.control.rollout import (
     times_left,
 )
 from drake_starnav.regions.margins import Margins
-from drake_starnav.regions.region_union import RegionUnion, covering, covers, first_gap
+from drake_starnav.regions.region_union import RegionUnion, excess, covers, first_gap
 from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.limits import turning_twist, wrapped_angle
 
@@ -128,7 +128,7 @@ def path_in_sight(position: np.ndarray, path: np.ndarray, regions: RegionUnion) 
     ahead = path[0]
     if _sees(position, ahead, regions):
         return path
-    centers = regions.center[covering(regions, *position) & covering(regions, *ahead)]
+    centers = regions.center[(excess(regions, *position) <= 0.0) & (excess(regions, *ahead) <= 0.0)]
     if not len(centers):
         return None
     over = np.hypot(*(centers - position).T) + np.hypot(*(centers - ahead).T)

@@ -19,7 +19,8 @@ from drake_starnav.planning.roadmap import StarRoadmap, remade
 from drake_starnav.regions.bearing_hits import half_gaps
 from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.observation import Observation
-from drake_starnav.regions.region_union import CELL, WORD
+from drake_starnav.regions.piecewise_cubic import JUMP
+from drake_starnav.regions.region_union import CELL, WORD, samples_beside
 from drake_starnav.regions.star_region import StarRegion, clear_of, cut_back, refitted
 
 CONTRADICTION = 0.2
@@ -82,7 +83,8 @@ def reconcile(roadmap: StarRoadmap, observation: Observation, margins: Margins, 
     if not len(roadmap):
         return roadmap
     regions = list[StarRegion | None](roadmap.regions)
-    for k in _near_hits(roadmap.union, new_hits[0], robot_radius).tolist():
+    smaller, gap = max(robot_radius + margins.preferred - CONTRADICTION, 0.0), float(new_hits[1].max(initial=0.0))
+    for k in _near_hits(roadmap.union, new_hits[0], robot_radius, smaller, gap).tolist():
         region = roadmap.regions[k]
         regions[k] = _agreeing(region, *new_hits, robot_radius + region.margin)
     if margins.drop_seen_through:
@@ -107,20 +109,40 @@ def _agreeing(region: StarRegion, points: np.ndarray, gaps: np.ndarray, radius: 
 
 
 @njit(cache=True)
-def _near_hits(union, points, reach):
-    """Indices of the regions of an indexed union that are within `reach` of one of some points (n, 2), and others."""
-    marks, corner = union.marks, union.corner
-    near = np.zeros(marks.shape[2], np.uint64)
+def _near_hits(union, points, reach, radius, gap):
+    """Indices of the regions of an indexed union that some points (n, 2), hits, may contradict.
+
+    That is where, at some bearing, a region may reach farther by CONTRADICTION than to a disc of `radius` about a hit
+    with half gaps of at most `gap`; a fit is below its samples by at most JUMP. Only points within `reach` count. In m.
+    """
+    center, bearing_0, values, marks, corner = union.center, union.bearing_0, union.values, union.marks, union.corner
+    samples, one = values.shape[1], np.uint64(1)
+    step = 2.0 * math.pi / samples
+    found = np.zeros(len(center), np.bool_)
     for n in range(len(points)):
         x, y = points[n, 0], points[n, 1]
         low, high = int(math.floor((x - reach) / CELL)) - corner[0], int(math.floor((x + reach) / CELL)) - corner[0]
         left, right = int(math.floor((y - reach) / CELL)) - corner[1], int(math.floor((y + reach) / CELL)) - corner[1]
-        for i in range(max(low, 0), min(high + 1, marks.shape[0])):
-            for j in range(max(left, 0), min(right + 1, marks.shape[1])):
-                for w in range(len(near)):
-                    near[w] |= marks[i, j, w]
-    one = np.uint64(1)
-    return np.array([k for k in range(len(union.center)) if near[k // WORD] >> np.uint64(k % WORD) & one], np.int64)
+        for k in range(len(center)):
+            if k % WORD == 0:
+                word = np.uint64(0)
+                for i in range(max(low, 0), min(high + 1, marks.shape[0])):
+                    for j in range(max(left, 0), min(right + 1, marks.shape[1])):
+                        word |= marks[i, j, k // WORD]
+            if found[k] or not word >> np.uint64(k % WORD) & one:
+                continue
+            away = math.hypot(x - center[k, 0], y - center[k, 1])
+            disc = math.hypot(radius + 0.5 * step * away, gap)
+            found[k] = away <= disc
+            if away > disc:
+                beside, _ = samples_beside(bearing_0[k], samples, x - center[k, 0], y - center[k, 1])
+                width = int(math.asin(disc / away) / step)
+                for m in range(beside - width, beside + width + 2):
+                    off = step * max(beside - m, m - beside - 1, 0)
+                    entry = away * math.cos(off) - math.sqrt(disc * disc - (away * math.sin(off)) ** 2)
+                    if values[k, m % samples] + JUMP > entry + CONTRADICTION:
+                        found[k] = True
+    return np.flatnonzero(found)
 
 
 def with_stall_point(roadmap: StarRoadmap, place: np.ndarray, margins: Margins, robot_radius: float) -> StarRoadmap:
@@ -157,6 +179,6 @@ def _remade(
         for node in kept:
             hits = hits.stamped(impassable_points(node, margins, robot_radius))
         roadmap = dataclasses.replace(
-            roadmap, hits=hits, nodes=(), edge_frontiers=Frontiers.none(), covered=np.zeros(0, bool)
+            roadmap, hits=hits, nodes=(), edge_frontiers=Frontiers.none(), covers=np.zeros(0, np.int64)
         )
     return remade(roadmap, kept, robot_radius)

@@ -4,7 +4,7 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.planning.roadmap import StarRoadmap
-from drake_starnav.regions.region_union import covering, least_outside
+from drake_starnav.regions.region_union import excess
 from drake_starnav.regions.star_region import StarRegion
 
 OFF_MAP_PENALTY = 0.1
@@ -17,10 +17,11 @@ def graph_distances(roadmap: StarRoadmap, here: StarRegion, position: np.ndarray
     The robot is connected to nodes whose region contains it and to nodes inside the latest region. If there are none,
     it is connected to the node whose region it is the least outside of.
     """
-    first = np.flatnonzero(covering(roadmap.union, *position) | here.contains(roadmap.union.center))
+    beyond = excess(roadmap.union, *position)
+    first = np.flatnonzero((beyond <= 0.0) | here.contains(roadmap.union.center))
     length = np.hypot(*(roadmap.union.center[first] - position).T)
     if not len(first):
-        first = np.array([least_outside(roadmap.union, len(roadmap), *position)])
+        first = np.array([len(roadmap) - 1 - np.argmin(beyond[::-1])])  # of equals the newest
         length = np.hypot(*(roadmap.union.center[first] - position).T) + OFF_MAP_PENALTY
     distance = np.full(len(roadmap), np.inf)
     distance[first] = length
@@ -29,7 +30,7 @@ def graph_distances(roadmap: StarRoadmap, here: StarRegion, position: np.ndarray
 
 def entry_node(roadmap: StarRoadmap, distance: np.ndarray, goal: np.ndarray) -> int:
     """The node whose region contains the goal and through which the way is shortest, or -1."""
-    inside = np.flatnonzero(covering(roadmap.union, *goal))
+    inside = np.flatnonzero(excess(roadmap.union, *goal) <= 0.0)
     if not len(inside):
         return -1
     cost = distance[inside] + np.hypot(*(roadmap.union.center[inside] - goal).T)

@@ -16,7 +16,7 @@ from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.roadmap_edges import edges_from
 from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.observation import Observation
-from drake_starnav.regions.region_index import indexed
+from drake_starnav.regions.region_index import indexed, only
 from drake_starnav.regions.region_union import RegionUnion
 from drake_starnav.regions.star_region import StarRegion, scan_region, united
 from drake_starnav.utils.snapshot import snapshot
@@ -53,7 +53,7 @@ class StarRoadmap:
         stall_points: shape (b, 2), places in front of which the robot stalled: no region lets it touch one, and they
             are obstacles for the cost-to-go.
         edge_frontiers: of all nodes, m of them sorted by node, covered ones too, except those at hits.
-        covered: shape (m,), whether a region covers their probes.
+        covers: shape (m,), index of a region that covers each one's probe, or -1.
     """
 
     hits: DistanceGrid
@@ -67,7 +67,7 @@ class StarRoadmap:
     inspection_points: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
     stall_points: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
     edge_frontiers: Frontiers = field(default_factory=Frontiers.none)
-    covered: np.ndarray = field(default_factory=lambda: np.zeros(0, bool))
+    covers: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
 
     def __len__(self) -> int:
         return len(self.nodes)
@@ -96,15 +96,16 @@ def extended(roadmap: StarRoadmap, node: Observation, margins: Margins, robot_ra
     assert region is not None
     grown = with_node(roadmap, node, hits)
     own = _edges_off_hits(region, len(roadmap), hits, robot_radius)
-    own_covered = grown.union.contains(own.probe, COVER_SLACK)
-    covered = roadmap.covered | region.alone.contains(roadmap.edge_frontiers.probe, COVER_SLACK)
-    known = roadmap.frontiers.where(~region.alone.contains(roadmap.frontiers.probe, COVER_SLACK))
-    frontiers = known.joined(own.where(~own_covered))
+    own_covers = grown.union.covers(own.probe, COVER_SLACK)
+    here, covers = only(grown.union, np.array([len(roadmap)])), roadmap.covers.copy()
+    covers[covers < 0] = here.covers(roadmap.edge_frontiers.probe[covers < 0], COVER_SLACK)
+    known = roadmap.frontiers.where(~here.contains(roadmap.frontiers.probe, COVER_SLACK))
+    frontiers = known.joined(own.where(own_covers < 0))
     return dataclasses.replace(
         grown,
         frontiers=frontiers.where(enterable(frontiers, grown, robot_radius)),
         edge_frontiers=roadmap.edge_frontiers.joined(own),
-        covered=np.concatenate((covered, own_covered)),
+        covers=np.concatenate((covers, own_covers)),
     )
 
 
@@ -139,16 +140,15 @@ def remade(roadmap: StarRoadmap, nodes: Sequence[Observation], robot_radius: flo
     union = indexed(union, roadmap.union, news) if same else indexed(union, RegionUnion.none(), np.arange(union.size))
     edges, lengths = edges_from(union, 0)
     every, kept = Frontiers(old.viewpoint, old.probe, renumbered[old.owner]), renumbered[old.owner] >= 0
-    fresh = (_edges_off_hits(regions[k], k, roadmap.hits, robot_radius) for k in news.tolist())
-    every = every.where(kept).joined(*fresh)
-    covered = np.append(roadmap.covered[kept], np.zeros(len(every) - kept.sum(), bool))
-    lost = united(region for region, k in zip(roadmap.regions, renumbered, strict=True) if k < 0)
-    doubtful = covered & lost.contains(every.probe, COVER_SLACK)
-    doubtful[kept.sum() :] = True
-    covered |= united(regions[k] for k in news.tolist()).contains(every.probe, COVER_SLACK)
-    covered[doubtful] = union.contains(every.probe[doubtful], COVER_SLACK)
+    fresh = [_edges_off_hits(regions[k], k, roadmap.hits, robot_radius) for k in news.tolist()]
+    every, by = every.where(kept).joined(*fresh), roadmap.covers[kept]
+    covers = np.append(np.append(renumbered, -1)[by], np.full(len(every) - len(by), -1))
+    unseen = np.append(by < 0, np.zeros(len(every) - len(by), bool))  # by the regions that stay
+    again = (covers < 0) & ~unseen
+    covers[unseen] = only(union, news).covers(every.probe[unseen], COVER_SLACK)
+    covers[again] = union.covers(every.probe[again], COVER_SLACK)
     order = np.argsort(every.owner, kind="stable")
-    every, covered = every.where(order), covered[order]
+    every, covers = every.where(order), covers[order]
     roadmap = dataclasses.replace(
         new,
         union=union,
@@ -156,11 +156,11 @@ def remade(roadmap: StarRoadmap, nodes: Sequence[Observation], robot_radius: flo
         lengths=lengths,
         frontiers=Frontiers.none(),
         edge_frontiers=every,
-        covered=covered,
+        covers=covers,
     )
     if not regions:
         return roadmap
-    frontiers = every.where(~covered)
+    frontiers = every.where(covers < 0)
     frontiers = frontiers.where(enterable(frontiers, roadmap, robot_radius))
     order = np.argsort(union.center[:, 0])
     places = union.center[order]
@@ -221,8 +221,8 @@ def uncovered_share(region: StarRegion, others: RegionUnion) -> float:
 
 def is_blacklisted(roadmap: StarRoadmap, places: np.ndarray) -> np.ndarray:
     """Which places of shape (n, 2) in W lie in a blacklisted disc, shape (n,)."""
-    away = np.hypot(*(places[:, None] - roadmap.blacklisted_targets[:, :2]).T)
-    return (away <= roadmap.blacklisted_targets[:, 2:]).any(axis=0)
+    x, y, radius = roadmap.blacklisted_targets.T[..., None]
+    return ((places[:, 0] - x) ** 2 + (places[:, 1] - y) ** 2 <= radius**2).any(axis=0)
 
 
 def enterable(frontiers: Frontiers, roadmap: StarRoadmap, robot_radius: float) -> np.ndarray:

@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numba import njit
 
-from drake_starnav.regions.region_union import covers, least_outside
+from drake_starnav.regions.region_union import covers, excess
 
 DRIVEN_EDGE_PENALTY = 0.2
 """Extra length of an edge that the robot has driven but that no region certifies as free, m."""
@@ -28,7 +28,7 @@ def edges_from(union, first):
                 ends.append((i, j))
                 lengths.append(math.hypot(u - x, v - y))
         if j and len(ends) == begin:
-            i = least_outside(union, j, x, y)
+            i = j - 1 - np.argmin(excess(union, x, y)[:j][::-1])  # of equals the newest
             ends.append((i, j))
             lengths.append(math.hypot(center[i, 0] - x, center[i, 1] - y) + DRIVEN_EDGE_PENALTY)
     edges = np.empty((len(ends), 2), np.int64)

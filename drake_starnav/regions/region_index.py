@@ -35,14 +35,23 @@ def indexed(union: RegionUnion, before: RegionUnion, news: np.ndarray) -> Region
         first, last = low, low
     corner, end = np.where(low < first, low - SPARE_CELLS, first), np.where(high > last, high + SPARE_CELLS, last)
     marks = np.zeros((*(end - corner), union.size // WORD + 1), np.uint64)
-    staying = np.ones(WORD * old.shape[2], bool)
-    staying[news[news < len(staying)]] = False
     (i, j), (nx, ny, words) = first - corner, old.shape
-    kept = np.packbits(staying, bitorder="little").view(np.uint64)
-    np.bitwise_and(old, kept, out=marks[i : i + nx, j : j + ny, :words])
+    np.bitwise_and(old, ~_bits(news, words), out=marks[i : i + nx, j : j + ny, :words])
     for k in news.tolist():
         _mark(marks, corner, k, union.center[k], union.bearing_0[k], union.values[k])
     return union._replace(marks=marks, corner=corner)
+
+
+def only(union: RegionUnion, members: np.ndarray) -> RegionUnion:
+    """An indexed union in whose index only the regions of these indices (k,) are: places are asked of them alone."""
+    return union._replace(marks=union.marks & _bits(members, union.marks.shape[2]))
+
+
+def _bits(members: np.ndarray, words: int) -> np.ndarray:
+    """The bits of regions of these indices (k,) in a cell's words, shape (words,), uint64."""
+    chosen = np.zeros(WORD * words, bool)
+    chosen[members[members < len(chosen)]] = True
+    return np.packbits(chosen, bitorder="little").view(np.uint64)
 
 
 def _cells(union: RegionUnion, members: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from drake_starnav.geometry.compiled import largest, leaf
+from drake_starnav.geometry.compiled import leaf
 from drake_starnav.geometry.se2 import placed
 
 LINE_STEP = 0.05
@@ -67,7 +67,11 @@ class RegionUnion(NamedTuple):
 
     def contains(self, points: np.ndarray, slack: float = 0.0) -> np.ndarray:
         """Whether points in W are in the union, or up to `slack` (m) beyond a boundary; shape (n, 2) -> (n,), bool."""
-        return _contained(self, np.ascontiguousarray(points, dtype=float), slack)
+        return self.covers(points, slack) >= 0
+
+    def covers(self, points: np.ndarray, slack: float = 0.0) -> np.ndarray:
+        """Index of a region that contains each point, as for `contains`, or -1; shape (n, 2) -> (n,)."""
+        return _covers_at(self, np.ascontiguousarray(points, dtype=float), slack)
 
     def moved(self, frame: np.ndarray) -> "RegionUnion":
         """The same regions in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""
@@ -84,28 +88,15 @@ def cover_at(union, x, y, slack):
 
 
 @njit(cache=True)
-def _contained(union, points, slack):
-    """The loop of `RegionUnion.contains`: the region that contains a point is tried first on the next.
-
-    Without an index, only points in the box around all regions are tried.
-    """
+def _covers_at(union, points, slack):
+    """The loop of `RegionUnion.covers`: the region that contains a point is tried first on the next."""
     center, bearing_0, values, marks, corner = union.center, union.bearing_0, union.values, union.marks, union.corner
-    out = np.zeros(len(points), np.bool_)
-    has_index = len(marks) > 0
-    low_x = low_y = np.inf
-    high_x = high_y = -np.inf
-    for k in range(0 if has_index else len(bearing_0)):
-        reach = largest(values[k]) + abs(slack) + 1e-9
-        low_x, high_x = min(low_x, center[k, 0] - reach), max(high_x, center[k, 0] + reach)
-        low_y, high_y = min(low_y, center[k, 1] - reach), max(high_y, center[k, 1] + reach)
-    last = -1
+    out, last = np.empty(len(points), np.int64), -1
     for n in range(len(points)):
         x, y = points[n, 0], points[n, 1]
-        if not (has_index or (low_x <= x <= high_x and low_y <= y <= high_y)):
-            continue
         if last < 0 or not covers(center, bearing_0, values, last, x, y, slack):
             last = newest_cover(center, bearing_0, values, marks, corner, (x, y), slack)
-        out[n] = last >= 0
+        out[n] = last
     return out
 
 
@@ -181,30 +172,15 @@ def first_gap(union, start, end, guess):
 
 
 @njit(cache=True)
-def covering(union, x, y):
-    """Which regions of a union contain (x, y), shape (n,)."""
+def excess(union, x, y):
+    """How far (x, y) is beyond the boundary of each region along the ray from its centre, at most 0 inside; (n,), m."""
     center, bearing_0, values = union.center, union.bearing_0, union.values
-    out = np.empty(len(center), np.bool_)
+    out = np.empty(len(center))
     for k in range(len(out)):
-        out[k] = covers(center, bearing_0, values, k, x, y, 0.0)
-    return out
-
-
-@njit(cache=True)
-def least_outside(union, before, x, y):
-    """Index of the region, of those before one, whose boundary (x, y) exceeds least, along the ray from its centre.
-
-    Of equals the newest.
-    """
-    center, bearing_0, values = union.center, union.bearing_0, union.values
-    best, least = -1, np.inf
-    for k in range(before - 1, -1, -1):
         dx, dy = x - center[k, 0], y - center[k, 1]
         left, right = samples_beside(bearing_0[k], values.shape[1], dx, dy)
-        outside = math.hypot(dx, dy) - min(values[k, left], values[k, right])
-        if outside < least:
-            best, least = k, outside
-    return best
+        out[k] = math.hypot(dx, dy) - min(values[k, left], values[k, right])
+    return out
 
 
 @leaf

@@ -176,8 +176,8 @@ def test_hits_that_may_not_disagree_cut_nothing_back(seed):
     for pose in (roadmap.nodes[0].pose, roadmap.nodes[-1].pose):
         off = pose + rng.uniform(-0.15, 0.15, 3) * (1.0, 1.0, 0.2)
         points, gaps = mappable_hits(observed(cast(world, pose), off))
-        contested = _near_hits(roadmap.union, points, RADIUS)
+        radius = RADIUS + MARGINS.preferred - CONTRADICTION
+        contested = _near_hits(roadmap.union, points, RADIUS, radius, gaps.max())
         for k, region in enumerate(roadmap.regions):
             if k not in contested:
-                radius = RADIUS + region.margin - CONTRADICTION
                 assert (region.free_range - cut_back(region, points, gaps, radius)).max() <= CONTRADICTION
