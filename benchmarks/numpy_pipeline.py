@@ -350,9 +350,11 @@ def cost_to_go(
     roadmap: StarRoadmap, goal: np.ndarray, low: np.ndarray, high: np.ndarray, robot_radius: float
 ) -> np.ndarray:
     """As `planning.cost_field.cost_to_go` for the probes of all frontiers, by SciPy's Dijkstra over the whole box."""
-    distance, first = roadmap.hits.window(low, high)
+    first, count = roadmap.hits.box(low, high)
     cell = roadmap.hits.resolution * STRIDE
     origin = (first + 0.5 * (STRIDE - 1)) * roadmap.hits.resolution
+    middles = origin + cell * np.moveaxis(np.indices(count), 0, -1).reshape(-1, 2)
+    distance = roadmap.hits.coarse(middles)[1].max(axis=1).reshape(count)
     blocked, soft = robot_radius - BLOCKED_SLACK, robot_radius + SOFT_ZONE
     d = np.pad(distance.astype(float), 1, constant_values=0.0)
     dearer = 1.0 + NEAR_WALL_COST * np.maximum(soft - d, 0.0) / (soft - blocked)

@@ -41,7 +41,7 @@ from drake_starnav.control.rollout import (
     times_left,
 )
 from drake_starnav.regions.margins import Margins
-from drake_starnav.regions.region_union import RegionUnion, excess, covers, first_gap
+from drake_starnav.regions.region_union import RegionUnion, covers, excess, first_gap
 from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.limits import turning_twist, wrapped_angle
 

@@ -8,10 +8,7 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.planning.bucket_search import NEIGHBOURHOOD, UNREACHED, bucket_dijkstra, heuristic
-from drake_starnav.planning.distance_grid import (
-    STRIDE,
-    DistanceGrid,
-)
+from drake_starnav.planning.distance_grid import STRIDE, TILE, DistanceGrid
 
 NEAR_WALL_COST = 0.4
 """Additional cost of a metre right at an obstacle, as a multiple of its length: wide paths are preferred."""
@@ -68,9 +65,7 @@ class CostField:
         """
         x, y = (np.asarray(start) - self.origin) / self.cell + 1.0
         middles = self.origin + (_descent(self.cost, self.weight, x, y) - 1) * self.cell
-        offsets = (np.arange(STRIDE) - 0.5 * (STRIDE - 1)) * self.grid.resolution
-        places = middles[:, None] + np.stack(np.meshgrid(offsets, offsets), axis=-1).reshape(-1, 2)
-        clear = self.grid.distance(places.reshape(-1, 2)).reshape(places.shape[:2])
+        places, clear = self.grid.coarse(middles)
         freest = places[np.arange(len(places)), clear.argmax(axis=1)]
         return np.where((clear.max(axis=1) > clear.min(axis=1))[:, None], freest, middles)
 
@@ -133,16 +128,16 @@ def cost_to_go(
     Raises:
         StarnavError: the box has too many cells.
     """
-    distance, first = grid.window(low, high)
+    first, count = grid.box(low, high)
     cell, origin = grid.resolution * STRIDE, (first + 0.5 * (STRIDE - 1)) * grid.resolution
     blocked = terrain.robot_radius - BLOCKED_SLACK
     soft = terrain.robot_radius + SOFT_ZONE
     swept = terrain.swept_radius if terrain.swept_radius > terrain.robot_radius else 0.0  # of a disc nothing
     half_diagonal = math.hypot(0.5, 0.5) * grid.resolution  # a path is up to so far off its cells' centres
-    weight = _weights(distance, (blocked - terrain.doubt, blocked, soft, swept), (NEAR_WALL_COST, ALIGNED_COST))
+    limits = blocked - terrain.doubt, blocked, soft, swept
+    weight = _weights(grid.arrays, first, count, limits, (NEAR_WALL_COST, ALIGNED_COST))
     for x, y, clearance in terrain.blacklist:
-        place = (np.array((x, y)) - origin) / cell + 1.0
-        _close(weight, distance, place, (BLACKLIST_RADIUS + half_diagonal) / cell, clearance)
+        _close(weight, grid, origin, np.array((x, y)), BLACKLIST_RADIUS + half_diagonal, clearance)
     points, cost_to_come, source, margin = origins or NO_ORIGINS
     margin_cells = NEIGHBOURHOOD + round(100.0 * margin / cell)
     cost, come = np.zeros(weight.shape, np.int32), np.zeros(weight.shape, np.int32)
@@ -154,39 +149,58 @@ def cost_to_go(
 
 
 @njit(cache=True)
-def _weights(distance, limits, costs):
-    """What crossing each cell costs in tenths, 0 where blocked; with a blocked border.
+def _weights(grid, corner, count, limits, costs):
+    """What crossing each cell costs in tenths, 0 where blocked, by the greatest distance in it; with a blocked border.
 
-    The limits are distances (m) from which on a cell may be open, is open, is no longer near a wall, and is wide; the
-    costs are those near a wall and where it is narrow.
+    Args:
+        grid: `DistanceGrid.arrays`. Where it has no tile, cells are wide.
+        corner, count: as of `DistanceGrid.box`.
+        limits: distances from which on a cell may be open, is open, is no longer near a wall, and is wide, m.
+        costs: near a wall, and where it is narrow.
     """
+    tiles, rows, first, _, _ = grid
     (shut, blocked, soft, swept), (near_wall_cost, aligned_cost) = limits, costs
-    nx, ny = distance.shape
-    out = np.zeros((nx + 2, ny + 2), np.uint8)
-    for i in range(nx):
-        for j in range(ny):
-            clear, near_wall = distance[i, j], 0.0
-            if clear < blocked:
-                out[i + 1, j + 1] = 10 * DOUBTFUL_COST if clear >= shut else 0
+    out, side, wide = np.zeros((count[0] + 2, count[1] + 2), np.uint8), TILE // STRIDE, max(soft, swept)
+    out[1:-1, 1:-1] = 10
+    for t in range(rows.shape[0]):
+        for u in range(rows.shape[1]):
+            if rows[t, u] < 0:
                 continue
-            if clear < max(soft, swept):
-                near_wall = near_wall_cost * (max(soft, clear) - clear) / (soft - blocked)
-            if clear < swept:
-                near_wall += aligned_cost * (swept - clear) / (swept - blocked)
-            out[i + 1, j + 1] = int(10.0 * (1.0 + near_wall))
+            tile = tiles[rows[t, u]]
+            p, q = ((first[0] + t) * TILE - corner[0]) // STRIDE, ((first[1] + u) * TILE - corner[1]) // STRIDE
+            for i in range(max(-p, 0), min(side, count[0] - p)):
+                for j in range(max(-q, 0), min(side, count[1] - q)):
+                    clear = tile[i * STRIDE, j * STRIDE]
+                    for a in range(STRIDE):
+                        for b in range(STRIDE):
+                            clear = max(clear, tile[i * STRIDE + a, j * STRIDE + b])
+                    if clear >= wide:
+                        continue
+                    if clear < blocked:
+                        out[p + i + 1, q + j + 1] = 10 * DOUBTFUL_COST if clear >= shut else 0
+                        continue
+                    near_wall = near_wall_cost * (max(soft, clear) - clear) / (soft - blocked)
+                    if clear < swept:
+                        near_wall += aligned_cost * (swept - clear) / (swept - blocked)
+                    out[p + i + 1, q + j + 1] = int(10.0 * (1.0 + near_wall))
     return out
 
 
-def _close(weight: np.ndarray, distance: np.ndarray, place: np.ndarray, radius: float, clearance: float) -> None:
-    """Block cells about a place (x, y), as `Terrain.blacklist`; place and radius in cells of `weight`."""
-    low = np.maximum(np.ceil(place - radius), 1.0).astype(int)
-    high = np.minimum(np.floor(place + radius), np.array(weight.shape) - 2.0).astype(int) + 1
+def _close(
+    weight: np.ndarray, grid: DistanceGrid, origin: np.ndarray, place: np.ndarray, radius: float, clearance: float
+) -> None:
+    """Block cells about a place (2,), as `Terrain.blacklist`; the origin is that of `weight`. In W, m."""
+    cell = grid.resolution * STRIDE
+    middle, reach = (place - origin) / cell + 1.0, radius / cell
+    low = np.maximum(np.ceil(middle - reach), 1.0).astype(int)
+    high = np.minimum(np.floor(middle + reach), np.array(weight.shape) - 2.0).astype(int) + 1
     if (high <= low).any():
         return
-    i, j = np.ogrid[low[0] : high[0], low[1] : high[1]]
-    squared = (i - place[0]) ** 2 + (j - place[1]) ** 2
-    narrow = (squared <= radius * radius) & (distance[i - 1, j - 1] < clearance)
-    weight[low[0] : high[0], low[1] : high[1]][narrow | (squared <= BLACKLIST_CORE * BLACKLIST_CORE)] = 0
+    cells = np.stack(np.mgrid[low[0] : high[0], low[1] : high[1]], axis=-1).reshape(-1, 2)
+    squared = ((cells - middle) ** 2).sum(axis=1)
+    clear = grid.coarse(origin + (cells - 1) * cell)[1].max(axis=1)
+    narrow = (squared <= reach * reach) & (clear < clearance)
+    weight[tuple(cells[narrow | (squared <= BLACKLIST_CORE * BLACKLIST_CORE)].T)] = 0
 
 
 @njit(cache=True)

@@ -103,21 +103,23 @@ class DistanceGrid:
 
     def distance(self, points: np.ndarray) -> np.ndarray:
         """Distance from each point's cell to the nearest hit, at most `cap`; shape (n, 2) -> (n,), m."""
-        cell = np.rint(points / self.resolution).astype(np.int64)
-        (p, q), (i, j) = (cell // TILE - self.first).T, (cell % TILE).T
-        known = (p >= 0) & (q >= 0) & (p < self.rows.shape[0]) & (q < self.rows.shape[1])
-        known[known] = self.rows[p[known], q[known]] >= 0
-        out = np.full(len(points), self.cap)
-        out[known] = self.pool.tiles[self.rows[p[known], q[known]], i[known], j[known]]
-        return out
+        return _distances(self.arrays, np.ascontiguousarray(points, dtype=float))
 
-    def window(self, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """A coarser grid over a box in W, whose cells hold STRIDE x STRIDE cells of this one.
-
-        A coarse cell has the greatest distance of its cells, so that no passage falls between them.
+    def coarse(self, middles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The STRIDE x STRIDE cells in coarse cells of these centres, shape (k, 2), W, m.
 
         Returns:
-            Distances, shape (nx, ny), m, and the index of the first cell of the first coarse cell, shape (2,).
+            Their centres, shape (k, STRIDE^2, 2), W, and distances, shape (k, STRIDE^2); in m.
+        """
+        offsets = (np.arange(STRIDE) - 0.5 * (STRIDE - 1)) * self.resolution
+        places = middles[:, None] + np.stack(np.meshgrid(offsets, offsets), axis=-1).reshape(-1, 2)
+        return places, self.distance(places.reshape(-1, 2)).reshape(places.shape[:2])
+
+    def box(self, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The coarse cells that cover a box in W, of STRIDE x STRIDE cells each.
+
+        Returns:
+            The index of the first cell of the first of them, and how many there are along each axis; shape (2,).
 
         Raises:
             StarnavError: there would be more than LARGEST_GRID cells.
@@ -129,8 +131,7 @@ class DistanceGrid:
                 f"{LARGEST_GRID:.0e} cells of {cell:g} m; allowed: a nearer goal, or a larger planner.grid_resolution"
             )
         first = np.floor(low / self.resolution / STRIDE).astype(np.int64) * STRIDE
-        count = np.ceil((high - low) / self.resolution / STRIDE).astype(np.int64) + 1
-        return _coarsened(self.arrays, first, count), first
+        return first, np.ceil((high - low) / self.resolution / STRIDE).astype(np.int64) + 1
 
 
 def _widened(first: np.ndarray, rows: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -180,21 +181,13 @@ def _stamp(tiles, used, rows, first, resolution, cap, points):
 
 
 @njit(cache=True)
-def _coarsened(grid, corner, count):
-    """The distances of `window` from the cell `corner` on."""
-    tiles, rows, first, _, cap = grid
-    out = np.full((count[0], count[1]), np.float32(cap))
-    side = TILE // STRIDE
-    for t in range(rows.shape[0]):
-        for u in range(rows.shape[1]):
-            if rows[t, u] < 0:
-                continue
-            p, q = ((first[0] + t) * TILE - corner[0]) // STRIDE, ((first[1] + u) * TILE - corner[1]) // STRIDE
-            for i in range(max(-p, 0), min(side, count[0] - p)):
-                for j in range(max(-q, 0), min(side, count[1] - q)):
-                    most = tiles[rows[t, u], i * STRIDE, j * STRIDE]
-                    for a in range(STRIDE):
-                        for b in range(STRIDE):
-                            most = max(most, tiles[rows[t, u], i * STRIDE + a, j * STRIDE + b])
-                    out[p + i, q + j] = most
+def _distances(grid, points):
+    """The loop of `DistanceGrid.distance`."""
+    tiles, rows, first, resolution, cap = grid
+    out = np.full(len(points), cap)
+    for n in range(len(points)):
+        i, j = int(round(points[n, 0] / resolution)), int(round(points[n, 1] / resolution))
+        p, q = i // TILE - first[0], j // TILE - first[1]
+        if 0 <= p < rows.shape[0] and 0 <= q < rows.shape[1] and rows[p, q] >= 0:
+            out[n] = tiles[rows[p, q], i % TILE, j % TILE]
     return out

@@ -108,7 +108,7 @@ def _agreeing(region: StarRegion, points: np.ndarray, gaps: np.ndarray, radius: 
     return None if values.sum() < KEPT_SHARE * region.free_range.sum() else refitted(region, values)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _near_hits(union, points, reach, radius, gap):
     """Indices of the regions of an indexed union that some points (n, 2), hits, may contradict.
 
@@ -131,17 +131,19 @@ def _near_hits(union, points, reach, radius, gap):
                         word |= marks[i, j, k // WORD]
             if found[k] or not word >> np.uint64(k % WORD) & one:
                 continue
-            away = math.hypot(x - center[k, 0], y - center[k, 1])
-            disc = math.hypot(radius + 0.5 * step * away, gap)
+            dx, dy = x - center[k, 0], y - center[k, 1]
+            away = math.sqrt(dx * dx + dy * dy)
+            disc = math.sqrt((radius + 0.5 * step * away) ** 2 + gap * gap)
             found[k] = away <= disc
             if away > disc:
-                beside, _ = samples_beside(bearing_0[k], samples, x - center[k, 0], y - center[k, 1])
+                beside, _ = samples_beside(bearing_0[k], samples, dx, dy)
                 width = int(math.asin(disc / away) / step)
                 for m in range(beside - width, beside + width + 2):
-                    off = step * max(beside - m, m - beside - 1, 0)
-                    entry = away * math.cos(off) - math.sqrt(disc * disc - (away * math.sin(off)) ** 2)
-                    if values[k, m % samples] + JUMP > entry + CONTRADICTION:
-                        found[k] = True
+                    beyond = values[k, m % samples] + JUMP - CONTRADICTION
+                    if beyond > away - disc:
+                        off = step * max(beside - m, m - beside - 1, 0)
+                        under = math.sqrt(disc * disc - (away * math.sin(off)) ** 2)
+                        found[k] = found[k] or beyond > away * math.cos(off) - under
     return np.flatnonzero(found)
 
 

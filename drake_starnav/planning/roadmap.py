@@ -98,7 +98,7 @@ def extended(roadmap: StarRoadmap, node: Observation, margins: Margins, robot_ra
     own = _edges_off_hits(region, len(roadmap), hits, robot_radius)
     own_covers = grown.union.covers(own.probe, COVER_SLACK)
     here, covers = only(grown.union, np.array([len(roadmap)])), roadmap.covers.copy()
-    covers[covers < 0] = here.covers(roadmap.edge_frontiers.probe[covers < 0], COVER_SLACK)
+    covers[covers < 0] = here.covers(roadmap.edge_frontiers.where(covers < 0).probe, COVER_SLACK)
     known = roadmap.frontiers.where(~here.contains(roadmap.frontiers.probe, COVER_SLACK))
     frontiers = known.joined(own.where(own_covers < 0))
     return dataclasses.replace(
@@ -113,7 +113,7 @@ def with_node(roadmap: StarRoadmap, node: Observation, hits: DistanceGrid) -> St
     """The roadmap with one more node and its edges, other hits and the same frontiers; arguments as for `extended`."""
     known, region = len(roadmap), node.region
     assert region is not None
-    union = indexed(united((*roadmap.regions, region)), roadmap.union, np.array([known]))
+    union = indexed(roadmap.union.joined(region.alone), roadmap.union, np.array([known]))
     edges, lengths = edges_from(union, known)
     return dataclasses.replace(
         roadmap,
@@ -139,16 +139,16 @@ def remade(roadmap: StarRoadmap, nodes: Sequence[Observation], robot_radius: flo
     union = united(regions)
     union = indexed(union, roadmap.union, news) if same else indexed(union, RegionUnion.none(), np.arange(union.size))
     edges, lengths = edges_from(union, 0)
-    every, kept = Frontiers(old.viewpoint, old.probe, renumbered[old.owner]), renumbered[old.owner] >= 0
     fresh = [_edges_off_hits(regions[k], k, roadmap.hits, robot_radius) for k in news.tolist()]
-    every, by = every.where(kept).joined(*fresh), roadmap.covers[kept]
-    covers = np.append(np.append(renumbered, -1)[by], np.full(len(every) - len(by), -1))
-    unseen = np.append(by < 0, np.zeros(len(every) - len(by), bool))  # by the regions that stay
-    again = (covers < 0) & ~unseen
-    covers[unseen] = only(union, news).covers(every.probe[unseen], COVER_SLACK)
-    covers[again] = union.covers(every.probe[again], COVER_SLACK)
-    order = np.argsort(every.owner, kind="stable")
-    every, covers = every.where(order), covers[order]
+    every = Frontiers(old.viewpoint, old.probe, renumbered[old.owner]).joined(*fresh)
+    covers = np.full(len(every), -1)
+    covers[: len(old)] = np.append(renumbered, -1)[roadmap.covers]
+    doubtful = covers < 0
+    doubtful[: len(old)] &= roadmap.covers >= 0
+    order = np.argsort(every.owner, kind="stable")[(every.owner < 0).sum() :]
+    every, covers, doubtful = every.where(order), covers[order], doubtful[order]
+    for asked, among in ((doubtful, union), ((covers < 0) & ~doubtful, only(union, news))):
+        covers[asked] = among.covers(every.where(asked).probe, COVER_SLACK)
     roadmap = dataclasses.replace(
         new,
         union=union,

@@ -7,6 +7,7 @@ from enum import Enum, auto
 from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 
 from drake_starnav.planning.approach import Approach, approach
 from drake_starnav.planning.cost_field import CostField, Origins, Terrain, cost_to_go
@@ -219,7 +220,7 @@ def cost_at_robot(roadmap: StarRoadmap, inputs: PlannerInput) -> float:
 def cheapest_frontier(
     roadmap: StarRoadmap, position: np.ndarray, graph: np.ndarray, ahead: np.ndarray
 ) -> tuple[int, float, bool]:
-    """The frontier of least cost; lines of sight are only tested where they could still win.
+    """The frontier of least cost.
 
     Args:
         roadmap: with n frontiers.
@@ -230,22 +231,34 @@ def cheapest_frontier(
     Returns:
         Its index or -1, the sum of both costs, and whether the straight line leads there.
     """
-    frontiers, (x, y) = roadmap.frontiers, position.tolist()
+    frontiers = roadmap.frontiers
     straight = np.hypot(*(frontiers.viewpoint - position).T) + np.hypot(*(frontiers.probe - frontiers.viewpoint).T)
-    bound = np.minimum(graph, straight) + ahead
-    best, best_cost, direct = -1, math.inf, False
-    blocked = [0.0] * SIGHT_BEARINGS  # how far away the last line near each bearing left the regions
-    for i in np.argsort(bound, kind="stable").tolist():
-        if bound[i] >= best_cost:
+    order = np.argsort(np.minimum(graph, straight) + ahead, kind="stable")
+    return _cheapest(roadmap.union, tuple(position.tolist()), frontiers.viewpoint, order, (graph, straight, ahead))
+
+
+@njit(cache=True)
+def _cheapest(union, position, viewpoint, order, costs):
+    """The loop of `cheapest_frontier`: lines of sight are only tested where they could still win.
+
+    Of the viewpoints (n, 2) it takes the order of their least costs, and the lengths over the nodes and straight on to
+    the probes and the costs ahead, each of shape (n,), m.
+    """
+    graph, straight, ahead = costs
+    best, best_cost, direct = -1, np.inf, False
+    blocked = np.zeros(SIGHT_BEARINGS)  # how far away the last line near each bearing left the regions
+    for i in order:
+        if min(graph[i], straight[i]) + ahead[i] >= best_cost:
             break
-        u, v = frontiers.viewpoint[i].tolist()
-        bearing = int((math.atan2(v - y, u - x) / (2.0 * math.pi) + 0.5) * SIGHT_BEARINGS) % SIGHT_BEARINGS
-        at = first_gap(roadmap.union, (x, y), (u, v), blocked[bearing])
-        if at >= 0.0:
-            blocked[bearing] = at
-        cost = float(graph[i] if at >= 0.0 else min(straight[i], graph[i])) + float(ahead[i])
+        u, v = viewpoint[i, 0], viewpoint[i, 1]
+        turn = math.atan2(v - position[1], u - position[0]) / (2.0 * math.pi) + 0.5
+        bearing = int(turn * SIGHT_BEARINGS) % SIGHT_BEARINGS
+        gap = first_gap(union, position, (u, v), blocked[bearing])
+        if gap >= 0.0:
+            blocked[bearing] = gap
+        cost = (graph[i] if gap >= 0.0 else min(straight[i], graph[i])) + ahead[i]
         if cost < best_cost:
-            best, best_cost, direct = i, cost, at < 0.0
+            best, best_cost, direct = i, cost, gap < 0.0
     return best, best_cost, direct
 
 

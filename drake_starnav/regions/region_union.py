@@ -65,6 +65,12 @@ class RegionUnion(NamedTuple):
         """The fields that have a row for each region."""
         return self.center, self.bearing_0, self.values, self.slopes
 
+    def joined(self, other: "RegionUnion") -> "RegionUnion":
+        """The regions of both, without an index."""
+        if not self.size:
+            return RegionUnion(*other.rows)
+        return RegionUnion(*(np.concatenate(both) for both in zip(self.rows, other.rows, strict=True)))
+
     def contains(self, points: np.ndarray, slack: float = 0.0) -> np.ndarray:
         """Whether points in W are in the union, or up to `slack` (m) beyond a boundary; shape (n, 2) -> (n,), bool."""
         return self.covers(points, slack) >= 0
@@ -87,7 +93,7 @@ def cover_at(union, x, y, slack):
     return newest_cover(union.center, union.bearing_0, union.values, union.marks, union.corner, (x, y), slack)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _covers_at(union, points, slack):
     """The loop of `RegionUnion.covers`: the region that contains a point is tried first on the next."""
     center, bearing_0, values, marks, corner = union.center, union.bearing_0, union.values, union.marks, union.corner

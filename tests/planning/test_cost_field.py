@@ -34,11 +34,13 @@ def line(a: tuple[float, float], b: tuple[float, float]) -> np.ndarray:
 
 def reference_cost(grid: DistanceGrid, goal: np.ndarray, near_wall_cost: float) -> tuple[np.ndarray, np.ndarray]:
     """Cells and their cost to the goal's cell by SciPy, over the same eight-connected graph."""
-    distance, first = grid.window(LOW, HIGH)
+    first, (nx, ny) = grid.box(LOW, HIGH)
+    middle = (first + 0.5 * (STRIDE - 1)) * RESOLUTION  # of the first cell
+    cells = middle + CELL * np.stack(np.indices((nx, ny)), axis=-1)
+    distance = grid.coarse(cells.reshape(-1, 2))[1].max(axis=1).reshape(nx, ny)
     blocked, soft = RADIUS - BLOCKED_SLACK, RADIUS + SOFT_ZONE
     factor = 1.0 + near_wall_cost * np.clip((soft - distance) / (soft - blocked), 0.0, 1.0)
     weight = np.where(distance < np.float32(blocked), np.inf, np.floor(10.0 * factor) / 10.0)
-    nx, ny = weight.shape
     number = np.arange(nx * ny).reshape(nx, ny)
     rows, columns, lengths = [], [], []
     for di, dj in ((0, 1), (1, 0), (1, 1), (1, -1), (0, -1), (-1, 0), (-1, -1), (-1, 1)):
@@ -52,10 +54,8 @@ def reference_cost(grid: DistanceGrid, goal: np.ndarray, near_wall_cost: float) 
     graph = coo_array(
         (np.concatenate(lengths), (np.concatenate(rows), np.concatenate(columns))), shape=(nx * ny, nx * ny)
     )
-    middle = (first + 0.5 * (STRIDE - 1)) * RESOLUTION  # of the first cell
     i, j = np.rint((goal - middle) / CELL).astype(int)
     cost = dijkstra(graph.tocsr(), indices=number[i, j])
-    cells = middle + CELL * np.stack(np.indices((nx, ny)), axis=-1)
     return cells.reshape(-1, 2), cost
 
 

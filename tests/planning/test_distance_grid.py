@@ -77,13 +77,19 @@ def test_a_grid_stamped_many_times_is_that_of_all_its_hits():
 
 @settings(max_examples=10)
 @given(seeds)
-def test_a_cell_of_a_window_has_the_greatest_distance_of_the_cells_in_it(seed):
+def test_the_coarse_cells_of_a_box_cover_it_by_whole_cells(seed):
     rng = np.random.default_rng(seed)
     grid = memory(rng.uniform(-4.0, 4.0, (200, 2)))
     low = rng.uniform(-6.0, 0.0, 2)
-    distance, first = grid.window(low, low + rng.uniform(1.0, 6.0, 2))
+    high = low + rng.uniform(1.0, 6.0, 2)
+    first, count = grid.box(low, high)
     assert (first % STRIDE == 0).all() and (first * RESOLUTION <= low + 1e-9).all()
-    cells = first + STRIDE * np.moveaxis(np.indices(distance.shape), 0, -1).reshape(-1, 1, 2)
-    inside = cells + np.stack(np.indices((STRIDE, STRIDE)), axis=-1).reshape(1, -1, 2)
-    fine = grid.distance(inside.reshape(-1, 2) * RESOLUTION).reshape(inside.shape[:2])
-    np.testing.assert_allclose(distance.ravel(), fine.max(axis=1), atol=1e-6)
+    assert ((first + STRIDE * count) * RESOLUTION >= high - 1e-9).all()
+    numbers = first + STRIDE * np.moveaxis(np.indices(count), 0, -1).reshape(-1, 2)
+    places, distance = grid.coarse((numbers + 0.5 * (STRIDE - 1)) * RESOLUTION)
+    inside = np.rint(places / RESOLUTION).astype(int)
+    np.testing.assert_allclose(places, inside * RESOLUTION, atol=1e-9)
+    assert {tuple(cell) for cell in (inside - numbers[:, None]).reshape(-1, 2).tolist()} == set(
+        np.ndindex(STRIDE, STRIDE)
+    )
+    np.testing.assert_array_equal(distance.ravel(), grid.distance(inside.reshape(-1, 2) * RESOLUTION))
