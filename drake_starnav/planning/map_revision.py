@@ -37,7 +37,7 @@ FEWEST_HITS = 5
 def mappable_hits(observation: Observation) -> tuple[np.ndarray, np.ndarray]:
     """Static hits of an observation: points, shape (k, 2), W, and their half gaps, shape (k,), m."""
     scan, hit = observation.scan, observation.scan.mappable_hits
-    return scan.points_at(scan.distances, hit, observation.pose), half_gaps(scan, scan.distances)[hit]
+    return scan.points_at(scan.distances, hit, observation.pose), half_gaps(scan.distances, scan.beams)[hit]
 
 
 def seen_through(old: Observation, new: Observation, slack: float) -> float:

@@ -18,7 +18,7 @@ from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.observation import Observation
 from drake_starnav.regions.region_index import indexed, only
 from drake_starnav.regions.region_union import RegionUnion
-from drake_starnav.regions.star_region import StarRegion, scan_region, united
+from drake_starnav.regions.star_region import StarRegion, united
 from drake_starnav.utils.snapshot import snapshot
 
 STANDING_THERE = 0.12
@@ -182,10 +182,7 @@ def blacklist_target(roadmap: StarRoadmap, place: np.ndarray, radius: float, pro
 
 def rebuilt(roadmap: StarRoadmap, margins: Margins, robot_radius: float) -> StarRoadmap:
     """A roadmap of the same scans and hits, in which nothing was tried in vain."""
-    nodes = [
-        dataclasses.replace(node, region=scan_region(node.scan, node.pose, robot_radius, margins))
-        for node in roadmap.nodes
-    ]
+    nodes = [node.refitted(robot_radius, margins) for node in roadmap.nodes]
     return remade(StarRoadmap(roadmap.hits), nodes, robot_radius)
 
 

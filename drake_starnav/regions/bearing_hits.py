@@ -4,61 +4,24 @@ A bearing grid of M samples covers the full turn, sample i at bearing `bearing_0
 """
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
 
-from drake_starnav.lidar.laser_scan import LaserScan, third_side
+from drake_starnav.lidar.laser_scan import third_side
 
 CONNECTED_CHORD = 0.15
 """Neighbouring hits nearer than this belong to one surface: no robot fits between them, m."""
 
 
-@dataclass(frozen=True)
-class BearingHits:
-    """The nearest hit in each sample of a bearing grid; all arrays have shape (M,).
-
-    Attributes:
-        distance: m; infinity where the sample has no hit.
-        half_gap: half the chord to the neighbouring hit on the same surface, m.
-        offset: largest difference between the bearings of hit and sample, rad.
-    """
-
-    distance: np.ndarray
-    half_gap: np.ndarray
-    offset: np.ndarray
-
-
-def half_gaps(scan: LaserScan, distance: np.ndarray) -> np.ndarray:
+@njit(cache=True)
+def half_gaps(distance, beams):
     """Half the longer chord from each hit to a neighbouring hit of the same surface, shape (n,), m.
 
     A disc of radius sqrt(R^2 + gap^2) about each hit covers every point within R of the chord between
     connected hits, so that no slit is left between consecutive beams. Beams that carry no information about static
-    obstacles are skipped.
+    obstacles are skipped. Of distances, shape (n,), m, along some `Beams`.
     """
-    return half_chords(distance, scan.beams)
-
-
-def point_hits(
-    points: np.ndarray, half_gap: np.ndarray, center: np.ndarray, bearing_0: float, reach: float, samples: int
-) -> BearingHits:
-    """The nearest of many points in each bearing sample as seen from `center`.
-
-    Args:
-        points: shape (n, 2), frame W, m.
-        half_gap: shape (n,), m, as from `half_gaps`.
-        center: shape (2,), frame W, m.
-        bearing_0: bearing of sample 0 in W, rad.
-        reach: points farther than this are ignored, m.
-        samples: M.
-    """
-    return BearingHits(*points_to_bearings(points, half_gap, center[0], center[1], bearing_0, reach, samples))
-
-
-@njit(cache=True)
-def half_chords(distance, beams):
-    """The loop of `half_gaps`: of distances, shape (n,), m, along some `Beams`."""
     n, silent = len(distance), beams.uninformative
     range_max, increment, seam = beams.range_max, beams.increment, beams.seam
     out = np.zeros(n)
@@ -84,9 +47,13 @@ def half_chords(distance, beams):
 
 @njit(cache=True)
 def beams_to_bearings(beam_distance, beam_gap, beams, samples):
-    """The fields of `BearingHits` from distances and half gaps along some `Beams`; sample 0 is at the first beam.
+    """The nearest hit in each sample of a bearing grid, of distances and half gaps along some `Beams`.
 
-    Moving obstacles are left out.
+    Sample 0 is at the first beam. Moving obstacles are left out.
+
+    Returns:
+        Its distance, m, infinity without a hit; half the chord to the neighbouring hit on the same surface, m; and the
+        largest difference between the bearings of a hit and its sample, rad; all of shape (samples,).
     """
     moving, range_max, increment = beams.moving, beams.range_max, beams.increment
     distance = np.full(samples, np.inf)
@@ -109,7 +76,10 @@ def beams_to_bearings(beam_distance, beam_gap, beams, samples):
 
 @njit(cache=True)
 def points_to_bearings(points, point_gap, cx, cy, bearing_0, reach, samples):
-    """The loop of `point_hits`."""
+    """The same of points (n, 2) in W as seen from (cx, cy), and their half gaps (n,), m; sample 0 is at `bearing_0`.
+
+    Points farther than `reach` (m) are left out.
+    """
     distance = np.full(samples, np.inf)
     gap = np.zeros(samples)
     offset = np.zeros(samples)

@@ -13,7 +13,7 @@ from numba import njit
 from drake_starnav.geometry.compiled import largest
 from drake_starnav.lidar.field_of_view import TURN
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.regions.bearing_hits import BearingHits, beams_to_bearings, half_chords
+from drake_starnav.regions.bearing_hits import beams_to_bearings, half_gaps
 from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.passages import MARGIN_STEPS, PASSAGE_DEPTH, SHUT, with_passages
 
@@ -87,22 +87,6 @@ def field_of_view(scan: LaserScan, side: float = 0.0) -> tuple[float, float]:
     return side, scan.field_of_view.span + 1e-9 - side
 
 
-def eroded_range(hits: BearingHits, radius: float, limit: np.ndarray) -> np.ndarray:
-    """Distance that a disc's centre can move along each bearing, shape (M,), m.
-
-    With the hits q_j at distance d_j and bearing theta_j,
-        Phi_r(theta) = min_j [ d_j cos(D) - sqrt(R_j^2 - d_j^2 sin^2(D)) ],   D = theta - theta_j,
-    over |D| < asin(R_j/d_j), and 0 where d_j <= R_j and |D| <= pi/2. A hit that lies off its sample's bearing
-    by at most delta gets R_j + d_j delta. Between two samples the true free range is at least the smaller of both.
-
-    Args:
-        hits: on M bearings.
-        radius: R, of the disc with its margin, m.
-        limit: shape (M,), upper bound, as from `free_limit`, m.
-    """
-    return erode(hits.distance, hits.half_gap, hits.offset, radius, limit, *bearing_tables(len(hits.distance)))
-
-
 def free_range(
     scan: LaserScan, distance: np.ndarray, radius: float, margins: Margins, samples: int | None = None
 ) -> FreeRange:
@@ -147,7 +131,7 @@ def disc_range(beams, distance, limit, radius, margins, tables):
     margin, least = margins
     cosine, squares = tables
     samples, inflated = len(cosine), radius + margin
-    gap = half_chords(distance, beams)
+    gap = half_gaps(distance, beams)
     hits = beams_to_bearings(distance, gap, beams, samples)
     sight = within_sight(limit, beams, inflated)
     free = erode(hits[0], hits[1], hits[2], inflated, sight, cosine, squares)
@@ -226,7 +210,19 @@ def within_sight(limit, beams, radius):
 
 @njit(cache=True)
 def erode(distance, gap, offset, radius, limit, cosine, sine_squared):
-    """The loop of `eroded_range`, with the fields of `BearingHits` and of `bearing_tables`."""
+    """Distance that a disc's centre can move along each bearing, shape (M,), m.
+
+    With the hits q_j at distance d_j and bearing theta_j,
+        Phi_r(theta) = min_j [ d_j cos(D) - sqrt(R_j^2 - d_j^2 sin^2(D)) ],   D = theta - theta_j,
+    over |D| < asin(R_j/d_j), and 0 where d_j <= R_j and |D| <= pi/2. A hit that lies off its sample's bearing
+    by at most delta gets R_j + d_j delta. Between two samples the true free range is at least the smaller of both.
+
+    Args:
+        distance, gap, offset: of the hits on M bearings, as from `points_to_bearings`.
+        radius: R, of the disc with its margin, m.
+        limit: shape (M,), upper bound, as from `free_limit`, m.
+        cosine, sine_squared: as of `bearing_tables`.
+    """
     samples = len(distance)
     quarter = samples // 4  # no disc covers more than a quarter turn to either side
     reach = quarter + 1

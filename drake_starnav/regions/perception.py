@@ -3,7 +3,6 @@
 import dataclasses
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import field
 from typing import NamedTuple
 
 import numpy as np
@@ -21,7 +20,7 @@ from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.observation import Observation
 from drake_starnav.regions.safe_region import CertifiedRegion, ScanMemory, certified_region
 from drake_starnav.regions.scan_averaging import averaged
-from drake_starnav.regions.star_region import clear_of, smoothed_scan_region
+from drake_starnav.regions.star_region import NO_HITS, scan_region
 from drake_starnav.regions.views import merged, view
 from drake_starnav.utils.snapshot import snapshot
 
@@ -94,15 +93,12 @@ class Perceived:
         safety: the certified region of the last scans.
         memory: the scans from which the certified region is made.
         histories: for each lidar, hits of its last scans, which confirm or refute new ones.
-        behind: hits of all earlier scans near the robot where the last one did not look, shape (m, 2), W, m; only with
-            a limited view. They bound the region, and polygons, which sweep what lies there when they turn.
     """
 
     observation: Observation
     safety: CertifiedRegion
     memory: ScanMemory
     histories: tuple[HitHistory, ...]
-    behind: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
 
     @staticmethod
     def nothing() -> "Perceived":
@@ -157,7 +153,12 @@ def perceive(
     measured = [smoothed_distances(each, margins.smoothing_slack, margins.smoothed_beams) for each in near]
     around = view(near, mounts, footprint, measured)
     scan = around.scan if near is scans else merged(scans, mounts, footprint)
-    distance, region = smoothed_scan_region(scan, pose, robot_radius, margins, samples)
+    beside = NO_HITS
+    if not scan.full_circle:
+        seen, reach = before.safety.hits, margins.safety_range + 2.0 * (robot_radius + margins.safety)
+        beside = hits_behind(before.observation.beside, seen, scan.field_of_view, pose, reach)
+    region = scan_region(scan, pose, robot_radius, margins, samples, beside)
+    distance = smoothed_distances(scan, margins.smoothing_slack)
     safe_radius = robot_radius + margins.safety
     remembered = margins.safety_range + 2.0 * safe_radius, SCAN_MEMORY
     arguments = distance, pose, safe_radius, margins.safety_range, remembered
@@ -167,13 +168,10 @@ def perceive(
         lone = dataclasses.replace(lone, ranges=np.where(lone.hits, measured[0], lone.ranges))
         earlier, lone = averaged(before.memory, lone, pose, safe_radius + AVERAGED)
         safety, _ = certified_region(earlier, lone, *arguments)
-    behind = before.behind
     if not scan.full_circle:
-        behind = hits_behind(behind, before.safety.hits, scan.field_of_view, pose, remembered[0])
-        region = clear_of(region, behind, robot_radius)
-        surfaces = np.zeros((0, 2)) if footprint.is_disc else behind
+        surfaces = NO_HITS if footprint.is_disc else beside
         safety = dataclasses.replace(safety, behind=surfaces, earlier=_earlier(before.safety, pose, remembered[0]))
-    return Perceived(Observation(region, scan, pose), safety, memory, histories, behind)
+    return Perceived(Observation(region, scan, pose, beside), safety, memory, histories)
 
 
 def _earlier(last: CertifiedRegion, pose: np.ndarray, reach: float) -> tuple[CertifiedRegion, ...]:

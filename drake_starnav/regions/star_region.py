@@ -12,8 +12,8 @@ import numpy as np
 
 from drake_starnav.geometry.se2 import placed
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.regions.bearing_hits import point_hits
-from drake_starnav.regions.erosion import FreeRange, eroded_range, free_range, smoothed_distances
+from drake_starnav.regions.bearing_hits import points_to_bearings
+from drake_starnav.regions.erosion import FreeRange, bearing_tables, erode, free_range, smoothed_distances
 from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.piecewise_cubic import PiecewiseCubic, fit_piecewise_cubic
 from drake_starnav.regions.region_union import RegionUnion
@@ -21,6 +21,7 @@ from drake_starnav.utils.snapshot import snapshot
 
 CUT_BORDER = 0.1
 """Hits farther beyond a region than this and the robot's radius do not cut it back, m."""
+NO_HITS = np.zeros((0, 2))
 Fit = Callable[[np.ndarray], PiecewiseCubic]
 """From the free range at M bearings, m, to its boundary, as `fit_piecewise_cubic`."""
 
@@ -101,7 +102,12 @@ def fit_region(profile: FreeRange, center: np.ndarray, bearing_0: float, fit: Fi
 
 
 def scan_region(
-    scan: LaserScan, pose: np.ndarray, radius: float, margins: Margins, samples: int | None = None
+    scan: LaserScan,
+    pose: np.ndarray,
+    radius: float,
+    margins: Margins,
+    samples: int | None = None,
+    beside: np.ndarray = NO_HITS,
 ) -> StarRegion:
     """The star-shaped region of one scan.
 
@@ -111,17 +117,10 @@ def scan_region(
         radius: of the robot, m.
         margins: kept, and how ranges are smoothed.
         samples: M, the same for all scans of a roadmap; None: as many as suit this one.
+        beside: hits of earlier scans where this one did not look, shape (k, 2), W, m: the robot does not touch them.
     """
-    return smoothed_scan_region(scan, pose, radius, margins, samples)[1]
-
-
-def smoothed_scan_region(
-    scan: LaserScan, pose: np.ndarray, radius: float, margins: Margins, samples: int | None = None
-) -> tuple[np.ndarray, StarRegion]:
-    """The `smoothed_distances` of a scan, and its `scan_region`."""
-    distance = smoothed_distances(scan, margins.smoothing_slack)
-    profile = free_range(scan, distance, radius, margins, samples)
-    return distance, fit_region(profile, pose[:2], float(pose[2]) + scan.angle_min)
+    profile = free_range(scan, smoothed_distances(scan, margins.smoothing_slack), radius, margins, samples)
+    return clear_of(fit_region(profile, pose[:2], float(pose[2]) + scan.angle_min), beside, radius)
 
 
 def cut_back(region: StarRegion, points: np.ndarray, gaps: np.ndarray, radius: float) -> np.ndarray:
@@ -133,9 +132,9 @@ def cut_back(region: StarRegion, points: np.ndarray, gaps: np.ndarray, radius: f
         gaps: shape (n,), their `half_gaps`, m.
         radius: of the robot with the margin that it keeps from them, m.
     """
-    within = float(region.free_range.max()) + radius + CUT_BORDER
-    hits = point_hits(points, gaps, region.center, region.bearing_0, within, len(region.free_range))
-    return eroded_range(hits, radius, region.free_range)
+    within, samples = float(region.free_range.max()) + radius + CUT_BORDER, len(region.free_range)
+    hits = points_to_bearings(points, gaps, *region.center, region.bearing_0, within, samples)
+    return erode(*hits, radius, region.free_range, *bearing_tables(samples))
 
 
 def clear_of(region: StarRegion, places: np.ndarray, radius: float) -> StarRegion:

@@ -70,7 +70,7 @@ def hit_points(scan: LaserScan, mount: Mount, measured: np.ndarray) -> tuple[np.
     """The hits of one scan as points in B, and their half gaps; arguments as of `view`."""
     hits = scan.hits
     points = scan.points_at(np.maximum(measured, NEAREST), hits, (mount.x, mount.y, 0.0))
-    return points, half_gaps(scan, measured)[hits]
+    return points, half_gaps(measured, scan.beams)[hits]
 
 
 def merged(scans: Sequence[LaserScan], mounts: Sequence[Mount], body: Footprint) -> LaserScan:

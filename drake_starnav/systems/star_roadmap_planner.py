@@ -20,7 +20,6 @@ from drake_starnav.regions import Observation
 from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.obstruction import obstruction
 from drake_starnav.regions.safe_region import CertifiedRegion
-from drake_starnav.regions.star_region import scan_region
 from drake_starnav.robot import RobotParameters
 from drake_starnav.systems.footprint_hold import FootprintInForce, FootprintInput
 from drake_starnav.systems.release import weakly
@@ -159,8 +158,7 @@ class StarRoadmapPlanner(LeafSystem):
             state = state.with_new_goal()
         if changed:  # the region may be from before it did
             state = state.with_new_footprint(margins, narrow, robot.radius)
-            region = scan_region(seen.scan, seen.pose, narrow, margins, len(seen.region.free_range))
-            seen = dataclasses.replace(seen, region=region)
+            seen = seen.refitted(narrow, margins)
         now = PlannerInput(
             seen,
             seen.pose[:2],

@@ -58,7 +58,7 @@ REFERENCE = Ablation("star", "the full method", "paper III; method 1 to 9")
 
 FOLLOWING = "drake_starnav.control.path_following"
 PLANNER, SEARCH = "drake_starnav.planning.planner", "drake_starnav.planning.search"
-REGION, CUBIC = "drake_starnav.regions.star_region", "drake_starnav.regions.piecewise_cubic"
+CUBIC = "drake_starnav.regions.piecewise_cubic"
 INTERPRETED = {
     f"{FOLLOWING}._followed": replacements.interpreted_followed,
     f"{FOLLOWING}.guided": replacements.interpreted_guided,
@@ -92,8 +92,8 @@ ABLATIONS = (
         "ranges less the radius instead of eroded ones",
         "method 1",
         replaced={
-            "drake_starnav.regions.perception.smoothed_scan_region": replacements.shortened_region,
-            f"{REGION}.smoothed_scan_region": replacements.shortened_region,
+            "drake_starnav.regions.perception.scan_region": replacements.shortened_region,
+            "drake_starnav.regions.observation.scan_region": replacements.shortened_region,
         },
     ),
     Ablation(

@@ -101,13 +101,11 @@ def uncertified_twist(
     return desired, True
 
 
-def shortened_region(
-    scan: LaserScan, pose: np.ndarray, radius: float, margins: Margins, *others: Any
-) -> tuple[np.ndarray, StarRegion]:
-    """For `smoothed_scan_region`: ranges less the radius."""
+def shortened_region(scan: LaserScan, pose: np.ndarray, radius: float, margins: Margins, *others: Any) -> StarRegion:
+    """For `scan_region`: ranges less the radius."""
     distance = smoothed_distances(scan, margins.smoothing_slack)
     profile = sight_range(scan, distance, radius=radius + margins.preferred)._replace(margin=margins.preferred)
-    return distance, fit_region(profile, pose[:2], float(pose[2]) + scan.angle_min)
+    return fit_region(profile, pose[:2], float(pose[2]) + scan.angle_min)
 
 
 def two_sided_fit(samples: np.ndarray, tolerance: float, one_sided: bool) -> tuple:

@@ -9,11 +9,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, LaserScan
-from drake_starnav.regions.bearing_hits import BearingHits, beams_to_bearings, half_gaps, point_hits
+from drake_starnav.regions.bearing_hits import beams_to_bearings, half_gaps, points_to_bearings
 from drake_starnav.regions.erosion import (
     FreeRange,
     bearing_count,
-    eroded_range,
+    bearing_tables,
+    erode,
     free_limit,
     free_range,
     smoothed_distances,
@@ -49,7 +50,7 @@ def clearances(ends: np.ndarray, points: np.ndarray) -> np.ndarray:
 def test_the_disc_moves_freely_as_far_as_stated_and_no_farther(seed, beams):
     scan = cast(scattered(np.random.default_rng(seed)), beams=beams)
     samples, limit, _ = profile(scan)
-    radius = np.hypot(INFLATED, half_gaps(scan, scan.distances)[scan.hits])
+    radius = np.hypot(INFLATED, half_gaps(scan.distances, scan.beams)[scan.hits])
     points = scan.points()
     spare = clearances(samples[:, None] * rays(scan, len(samples)), points) - radius
     assert spare.min() > -1e-9
@@ -112,8 +113,8 @@ def test_points_off_the_sampled_bearings_bound_from_inside(seed):
     angle, length = rng.uniform(-math.pi, math.pi, 200), rng.uniform(INFLATED + 0.02, 2.0, 200)
     points = length[:, None] * np.column_stack((np.cos(angle), np.sin(angle)))
     center, bearing_0 = rng.uniform(-5.0, 5.0, 2), rng.uniform(-4.0, 4.0)
-    hits = point_hits(points + center, np.zeros(200), center, bearing_0, 3.0, 720)
-    samples = eroded_range(hits, INFLATED, np.full(720, 2.0 - INFLATED))
+    hits = points_to_bearings(points + center, np.zeros(200), *center, bearing_0, 3.0, 720)
+    samples = erode(*hits, INFLATED, np.full(720, 2.0 - INFLATED), *bearing_tables(720))
     left = rng.integers(0, 720, 500)
     bearing = bearing_0 + 2.0 * math.pi / 720 * (left + rng.random(500))
     smaller = np.minimum(samples[left], samples[(left + 1) % 720])
@@ -147,11 +148,11 @@ def test_beams_without_return_reach_to_the_rim_and_too_close_ones_allow_only_ret
 
 def test_wider_discs_and_shorter_ranges_never_gain():
     scan = cast(scattered(np.random.default_rng(5)))
-    gaps, count = half_gaps(scan, scan.distances), 720
-    hits = BearingHits(*beams_to_bearings(scan.distances, gaps, scan.beams, count))
-    wide, narrow = (eroded_range(hits, r, free_limit(scan, count, 5.0, r)) for r in (0.4, 0.2))
+    gaps, count = half_gaps(scan.distances, scan.beams), 720
+    hits, tables = beams_to_bearings(scan.distances, gaps, scan.beams, count), bearing_tables(count)
+    wide, narrow = (erode(*hits, r, free_limit(scan, count, 5.0, r), *tables) for r in (0.4, 0.2))
     assert (wide <= narrow).all()
-    assert (eroded_range(hits, 0.2, free_limit(scan, count, 1.0, 0.2)) == np.minimum(narrow, 0.8)).all()
+    assert (erode(*hits, 0.2, free_limit(scan, count, 1.0, 0.2), *tables) == np.minimum(narrow, 0.8)).all()
 
 
 @pytest.mark.parametrize("beams, samples", [(360, 720), (720, 720), (500, 1000), (1000, 1000), (7, 721)])

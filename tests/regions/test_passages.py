@@ -10,10 +10,11 @@ from hypothesis import strategies as st
 
 from benchmarks import numpy_pipeline
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.regions.bearing_hits import BearingHits, beams_to_bearings, half_gaps
+from drake_starnav.regions.bearing_hits import beams_to_bearings, half_gaps
 from drake_starnav.regions.erosion import (
     FreeRange,
-    eroded_range,
+    bearing_tables,
+    erode,
     free_limit,
     free_range,
     smoothed_distances,
@@ -37,8 +38,8 @@ def eroded(scan: LaserScan, margin: float) -> np.ndarray:
     """The free range with a margin, m, that no passage changes."""
     samples, inflated = 720, RADIUS + margin
     limit = free_limit(scan, samples, scan.range_max, RADIUS + MARGIN)
-    hits = BearingHits(*beams_to_bearings(scan.distances, half_gaps(scan, scan.distances), scan.beams, samples))
-    return eroded_range(hits, inflated, within_sight(limit, scan.beams, RADIUS + MARGIN))
+    hits = beams_to_bearings(scan.distances, half_gaps(scan.distances, scan.beams), scan.beams, samples)
+    return erode(*hits, inflated, within_sight(limit, scan.beams, RADIUS + MARGIN), *bearing_tables(samples))
 
 
 def door(half: float, x: float = 0.3) -> World:

@@ -28,7 +28,7 @@ def seen_from(seed: int) -> tuple[StarRegion, np.ndarray, np.ndarray]:
     scan = cast(scattered(rng), pose)
     profile = free_range(scan, scan.distances, RADIUS, MARGINS)
     region = fit_region(profile, pose[:2], pose[2] + scan.angle_min)
-    return region, scan.points(pose), half_gaps(scan, scan.distances)[scan.hits]
+    return region, scan.points(pose), half_gaps(scan.distances, scan.beams)[scan.hits]
 
 
 @settings(max_examples=20)
