@@ -29,7 +29,7 @@ from drake_starnav.planning.distance_grid import STRIDE
 from drake_starnav.planning.guidance import PASSED_DISTANCE, Guidance
 from drake_starnav.regions import Margins, RegionUnion
 from drake_starnav.regions.bearing_hits import CONNECTED_CHORD
-from drake_starnav.regions.erosion import BEARINGS, SMOOTHING_BEAMS, SMOOTHING_JUMP, SMOOTHING_LIMIT
+from drake_starnav.regions.erosion import BEARINGS, SMOOTHING_BEAMS, SMOOTHING_LIMIT
 from drake_starnav.regions.passages import MARGIN_STEPS, PASSAGE_DEPTH, SHUT
 from drake_starnav.regions.perception import SCAN_MEMORY
 from drake_starnav.regions.piecewise_cubic import JUMP, LARGEST_SHARE, SMALLEST_SPLIT, TOLERANCE
@@ -49,7 +49,7 @@ def smoothed_distances(scan: LaserScan) -> np.ndarray:
     for k in range(1, SMOOTHING_BEAMS + 1):
         a, b = np.roll(distance, k), np.roll(distance, -k)
         growing &= np.roll(hit, k) & np.roll(hit, -k)
-        growing &= (np.abs(a - left) <= SMOOTHING_JUMP) & (np.abs(b - right) <= SMOOTHING_JUMP)
+        growing &= (np.abs(a - left) <= JUMP) & (np.abs(b - right) <= JUMP)
         total += np.where(growing, a + b, 0.0)
         count += 2.0 * growing
         left, right = a, b
@@ -58,7 +58,7 @@ def smoothed_distances(scan: LaserScan) -> np.ndarray:
 
 
 def half_gaps(scan: LaserScan, distance: np.ndarray) -> np.ndarray:
-    """As `stars.free_range.half_gaps`."""
+    """As `regions.bearing_hits.half_gaps`."""
     following = np.roll(distance, -1)
     squared = distance**2 + following**2 - 2.0 * distance * following * math.cos(scan.angle_increment)
     chord = np.sqrt(np.maximum(squared, 0.0))
@@ -68,7 +68,7 @@ def half_gaps(scan: LaserScan, distance: np.ndarray) -> np.ndarray:
 
 
 def eroded_range(distance: np.ndarray, gap: np.ndarray, offset: np.ndarray, radius: float, limit: float) -> np.ndarray:
-    """As `stars.free_range.eroded_range`, for a lidar that looks as far at all bearings; infinite: no hit."""
+    """As `regions.erosion.erode`, for a lidar that looks as far at all bearings; infinite: no hit."""
     samples = len(distance)
     out = np.full(samples, max(limit, 0.0))
     inflated = radius + np.where(np.isfinite(distance), distance, 0.0) * offset
@@ -90,7 +90,7 @@ def eroded_range(distance: np.ndarray, gap: np.ndarray, offset: np.ndarray, radi
 
 
 def free_range(scan: LaserScan, distance: np.ndarray, radius: float, margins: Margins) -> np.ndarray:
-    """As the first result of `stars.free_range.free_range`."""
+    """As the first result of `regions.erosion.free_range`."""
     beams = len(distance)
     every = math.ceil(BEARINGS / beams)
     hits, gap = np.full(beams * every, np.inf), np.zeros(beams * every)

@@ -109,7 +109,7 @@ def scan_planes(X_WF, X_WS, known):
         lean = -n0 if abs(n0) < 0.9 else -n1
         first[0], first[1], first[2] = lean * n0, lean * n1, lean * n2
         first[0 if abs(n0) < 0.9 else 1] += 1.0
-        length = math.sqrt(_dot(first, first))
+        length = math.sqrt(_along(first, first))
         first[0], first[1], first[2] = first[0] / length, first[1] / length, first[2] / length
         second[0], second[1] = n1 * first[2] - n2 * first[1], n2 * first[0] - n0 * first[2]
         second[2] = n0 * first[1] - n1 * first[0]
@@ -124,14 +124,8 @@ def scan_planes(X_WF, X_WS, known):
 
 
 @leaf
-def _dot(a, b):
-    """The scalar product of two vectors (3,)."""
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-@leaf
-def _along(point, axis, origin):
-    """The coordinate of a point along an axis."""
+def _along(point, axis, origin=(0.0, 0.0, 0.0)):
+    """The coordinate of a point (3,) along an axis (3,): of a vector, from zero, the scalar product."""
     x, y, z = point[0] - origin[0], point[1] - origin[1], point[2] - origin[2]
     return x * axis[0] + y * axis[1] + z * axis[2]
 
@@ -205,11 +199,11 @@ def _slice_quadric(q, plane, normal, rows, count):
     x0, y0 = _along(center, e1, plane[2]), _along(center, e2, plane[2])
     # d is measured from the centre's projection, w = -height normal away from the centre.
     M1, M2 = _times(q, e1), _times(q, e2)
-    a00, a01, a11 = _dot(M1, e1), _dot(M1, e2), _dot(M2, e2)
-    b0, b1 = -height * _dot(M1, normal), -height * _dot(M2, normal)
-    conic = _Conic(a00, a01, a11, b0, b1, height * height * _dot(_times(q, normal), normal) - 1.0)
-    m0, m1 = _dot(axis, e1), _dot(axis, e2)
-    lean = _dot(axis, normal)
+    a00, a01, a11 = _along(M1, e1), _along(M1, e2), _along(M2, e2)
+    b0, b1 = -height * _along(M1, normal), -height * _along(M2, normal)
+    conic = _Conic(a00, a01, a11, b0, b1, height * height * _along(_times(q, normal), normal) - 1.0)
+    m0, m1 = _along(axis, e1), _along(axis, e2)
+    lean = _along(axis, normal)
     low, high = q[12] + height * lean, q[13] + height * lean
     slope = math.hypot(m0, m1)
     if slope < 1e-12:

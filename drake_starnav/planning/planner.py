@@ -22,6 +22,7 @@ from drake_starnav.planning.roadmap import StarRoadmap, extended, rebuilt, uncov
 from drake_starnav.planning.search import Route, find_route
 from drake_starnav.planning.state import EMPTY_PATH, PlannerInput, PlannerState, PlannerStatus
 from drake_starnav.regions.observation import Observation
+from drake_starnav.regions.obstruction import AVOIDED
 from drake_starnav.regions.region_union import RegionUnion
 from drake_starnav.regions.star_region import StarRegion, clear_of
 
@@ -31,8 +32,6 @@ AT_GOAL = 0.3
 """A robot this near to its goal may stand there without counting as stalled, m."""
 SILENT_SHARE = 0.5
 """The sensor counts as silent when it sends no scan for this share of `progress_timeout`."""
-GIVING_WAY = 1.5
-"""While a moving obstacle is this near, the robot may be giving way, m."""
 NEW_SHARE = 0.01
 """With a map from an earlier goal, a region is worth a node only if more than this share of its area is new."""
 
@@ -136,7 +135,7 @@ def _may_stand(state: PlannerState, inputs: PlannerInput) -> bool:
     scan = inputs.observation.scan
     if inputs.interval > SILENT_SHARE * inputs.parameters.progress_timeout:
         return True
-    if scan.motion is not None and bool((scan.distances[scan.moving] < GIVING_WAY).any()):
+    if scan.motion is not None and bool((scan.distances[scan.moving] < AVOIDED).any()):
         return True
     approaching = state.status is PlannerStatus.APPROACHING and len(state.path) > 0
     return approaching and distance_to(inputs.position, state.path[-1]) < AT_GOAL

@@ -86,7 +86,12 @@ def found_way(
     to_go = _costs_to_go(clear, inner[-1] - OFF_CENTRE, goals, corner)
     space = Space(surfaces, polygons, discs, margin, footprint.radius, clear, corner)
     first = np.vstack([moves * (share, share, share, share, 1.0) for share in FIRST_SHARES])
-    return _searched(np.asarray(start, dtype=float), goals, (moves, first), to_go, space)
+    nodes, parents, last = _searched(np.asarray(start, dtype=float), goals, (moves, first), to_go, space)
+    way = []
+    while last > 0:
+        way.append(nodes[last])
+        last = parents[last]
+    return np.array(way[::-1]).reshape(-1, 4)
 
 
 @njit(cache=True)
@@ -196,7 +201,7 @@ def _shot(x, y, yaw, goal, space):
 
 @njit(cache=True)
 def _searched(start, goals, moves, to_go, space):
-    """The way of `found_way`.
+    """The poses that `found_way` reached, each one's predecessor, and the last one of the way; 0 without a way.
 
     `moves` are those that are tried from all poses, and those from the start alone; `to_go` is the cost to go of each
     cell. A pose that is at a goal is queued once more, with what it costs to end there: it is the way's last one if it
@@ -213,7 +218,7 @@ def _searched(start, goals, moves, to_go, space):
         expanded += 1
         _, n, ends = heapq.heappop(queue)
         if ends:
-            return _way(nodes, parents, n)
+            return nodes[:count], parents[:count], n
         x, y, yaw, gear = nodes[n]
         for k in range(len(goals)):
             goal = goals[k]
@@ -252,16 +257,4 @@ def _searched(start, goals, moves, to_go, space):
             nodes[count], parents[count], costs[count] = (px, py, turned, move[4]), n, cost
             heapq.heappush(queue, (cost + GREED * to_go[i, j], count, False))
             count += 1
-    return np.zeros((0, 4))
-
-
-@njit(cache=True)
-def _way(nodes, parents, last):
-    """The nodes from after the first to the last one, shape (k, 4)."""
-    count, n = 0, last
-    while n > 0:
-        count, n = count + 1, parents[n]
-    out, n = np.empty((count, 4)), last
-    for k in range(count - 1, -1, -1):
-        out[k], n = nodes[n], parents[n]
-    return out
+    return nodes[:count], parents[:count], 0

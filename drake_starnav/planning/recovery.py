@@ -9,11 +9,11 @@ from drake_starnav.geometry.polyline import distance_to_segment
 from drake_starnav.planning.cost_field import BLACKLIST_RADIUS
 from drake_starnav.planning.impassable import narrowest_place
 from drake_starnav.planning.parameters import PlannerParameters
-from drake_starnav.planning.roadmap import StarRoadmap, blacklist_target
+from drake_starnav.planning.roadmap import ARRIVAL_DISTANCE, StarRoadmap, blacklist_target
 from drake_starnav.planning.search import cost_at_robot
 from drake_starnav.planning.state import EMPTY_PATH, PlannerInput, PlannerState
 from drake_starnav.regions.erosion import smoothed_distances
-from drake_starnav.regions.scan_averaging import mean_scan
+from drake_starnav.regions.scan_averaging import AVERAGED_WITHIN, mean_scan
 from drake_starnav.regions.star_region import StarRegion
 
 STALL_POINT_AHEAD = 0.05
@@ -24,8 +24,6 @@ CAME_ALONG_NODES = 40
 """Places that the robot drove over between this many latest nodes are not blocked."""
 CAME_STRAIGHT = 1.5
 """Between nodes no farther apart than this many node spacings the robot drove in a straight line."""
-ARRIVAL_DISTANCE = 0.12
-"""A frontier this near counts as reached, m: half a robot's radius away, its scan shows what lies beyond."""
 AT_VIEWPOINT = 0.04
 """After a first inspection in vain, the robot has arrived only this near to the viewpoint, m."""
 INSPECTION_DETOUR = 1.0
@@ -34,8 +32,6 @@ m."""
 AVERAGED_SCANS = 16
 """A place is closed by the mean of so many scans, which nearly removes the bias of the nearest hit, and by hits that at
 least half of them confirm."""
-AVERAGED_WITHIN = 0.5
-"""Hits farther than this from the robot's hull close no place, m: there the beams are too far apart to average."""
 INSPECTED_WITHIN = 2.0
 """An inspection counts within this many arrival distances of where it was made."""
 

@@ -21,8 +21,8 @@ from drake_starnav.regions.region_union import RegionUnion
 from drake_starnav.regions.star_region import StarRegion, united
 from drake_starnav.utils.snapshot import snapshot
 
-STANDING_THERE = 0.12
-"""A frontier nearer than this to the newest node is at the robot's own position, m."""
+ARRIVAL_DISTANCE = 0.12
+"""A frontier this near counts as reached, m: half a robot's radius away, its scan shows what lies beyond."""
 AREA_BEARINGS = 4
 """A region's area is sampled along one of this many bearings."""
 AREA_STEP = 0.1
@@ -164,7 +164,7 @@ def remade(roadmap: StarRoadmap, nodes: Sequence[Observation], robot_radius: flo
     frontiers = frontiers.where(enterable(frontiers, roadmap, robot_radius))
     order = np.argsort(union.center[:, 0])
     places = union.center[order]
-    first = np.searchsorted(places[:, 0], frontiers.viewpoint[:, 0] - 1.001 * STANDING_THERE)
+    first = np.searchsorted(places[:, 0], frontiers.viewpoint[:, 0] - 1.001 * ARRIVAL_DISTANCE)
     near = _near_nodes(frontiers.viewpoint, frontiers.owner, places, order, first)
     return dataclasses.replace(roadmap, frontiers=frontiers.where(~near))
 
@@ -225,7 +225,7 @@ def is_blacklisted(roadmap: StarRoadmap, places: np.ndarray) -> np.ndarray:
 def enterable(frontiers: Frontiers, roadmap: StarRoadmap, robot_radius: float) -> np.ndarray:
     """Frontiers that are not at the newest node, in a retired place, or at a hit or blocked place; shape (n,)."""
     viewpoint, probe = frontiers.viewpoint, frontiers.probe
-    away = np.hypot(*(viewpoint - roadmap.union.center[-1]).T) > STANDING_THERE
+    away = np.hypot(*(viewpoint - roadmap.union.center[-1]).T) > ARRIVAL_DISTANCE
     stalled = np.hypot(*(probe[:, None] - roadmap.stall_points).T) <= robot_radius
     free = roadmap.hits.distance(probe) > robot_radius - PROBE_SLACK
     return away & free & ~is_blacklisted(roadmap, viewpoint) & ~stalled.any(axis=0)
@@ -240,9 +240,9 @@ def _near_nodes(viewpoint, owner, center, number, first):
     out = np.zeros(len(viewpoint), np.bool_)
     for i in range(len(viewpoint)):
         k = first[i]
-        while k < len(center) and center[k, 0] <= viewpoint[i, 0] + 1.001 * STANDING_THERE:
+        while k < len(center) and center[k, 0] <= viewpoint[i, 0] + 1.001 * ARRIVAL_DISTANCE:
             away = math.hypot(viewpoint[i, 0] - center[k, 0], viewpoint[i, 1] - center[k, 1])
-            if number[k] >= owner[i] and away <= STANDING_THERE:
+            if number[k] >= owner[i] and away <= ARRIVAL_DISTANCE:
                 out[i] = True
             k += 1
     return out

@@ -16,13 +16,12 @@ from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.regions.bearing_hits import beams_to_bearings, half_gaps
 from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.passages import MARGIN_STEPS, PASSAGE_DEPTH, SHUT, with_passages
+from drake_starnav.regions.piecewise_cubic import JUMP
 
 BEARINGS = 720
-"""Samples of a region's boundary, rounded up to whole samples a beam: 20 mm apart at 2.3 m."""
+"""Samples of a region's boundary, rounded up to whole samples a beam: 20 mm apart at 2.3 m; rays of a merged scan."""
 SMOOTHING_BEAMS = 3
 """Half width of the moving average over the planner's ranges, in beams."""
-SMOOTHING_JUMP = 0.12
-"""Range step between beams at which smoothing stops, m."""
 SMOOTHING_LIMIT = 0.04
 """A smoothed range that differs by more than this from the measured one is rejected, m."""
 
@@ -158,7 +157,7 @@ def moving_average(beams, half_width, slack):
     """The loop of `smoothed_distances`: of some `Beams`, over `half_width` of them to each side."""
     distance, range_max, wrap = beams.distances, beams.range_max, beams.seam < np.inf
     n = len(distance)
-    jump, limit = SMOOTHING_JUMP + slack, SMOOTHING_LIMIT + slack
+    jump, limit = JUMP + slack, SMOOTHING_LIMIT + slack
     out = distance.copy()
     for i in range(n):
         if distance[i] >= range_max:

@@ -12,7 +12,7 @@ from drake_starnav.regions.safe_region import BLIND_SIDE, CertifiedRegion
 SHORTEST_WAY = 0.05
 """Nothing that stands obstructs a robot that is certified to drive farther than this, m."""
 AVOIDED = 1.5
-"""What moves obstructs it within this distance, m."""
+"""What moves obstructs it within this distance, m, and it may be giving way."""
 
 
 def obstruction(star: CertifiedRegion, scan: LaserScan, towards: float, robot_radius: float) -> str:

@@ -19,7 +19,7 @@ from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.observation import Observation
 from drake_starnav.regions.safe_region import CertifiedRegion, ScanMemory, certified_region
-from drake_starnav.regions.scan_averaging import averaged
+from drake_starnav.regions.scan_averaging import AVERAGED_WITHIN, averaged
 from drake_starnav.regions.star_region import NO_HITS, scan_region
 from drake_starnav.regions.views import merged, view
 from drake_starnav.utils.snapshot import snapshot
@@ -28,9 +28,6 @@ SCAN_MEMORY = 5
 """Number of scans from which the certified region is made."""
 DISTINCT_PLACE, DISTINCT_TURN = 0.1, 0.3
 """Regions of earlier scans are kept that differ by so much, m or rad."""
-AVERAGED = 0.5
-"""With `average_scans`, hits are averaged up to this distance from the robot's hull, m: only these restrict it."""
-
 FRONT_VIEW, WIDE_VIEW = math.pi, math.radians(260.0)
 """Smallest fields of view with the certificate, rad; the wide one among moving obstacles, where it may reverse."""
 FEWEST_BEAMS = 36
@@ -166,7 +163,7 @@ def perceive(
     if margins.average_scans and around.scan.motion is None:
         (lone,) = near  # more are refused
         lone = dataclasses.replace(lone, ranges=np.where(lone.hits, measured[0], lone.ranges))
-        earlier, lone = averaged(before.memory, lone, pose, safe_radius + AVERAGED)
+        earlier, lone = averaged(before.memory, lone, pose, safe_radius + AVERAGED_WITHIN)
         safety, _ = certified_region(earlier, lone, *arguments)
     if not scan.full_circle:
         surfaces = NO_HITS if footprint.is_disc else beside

@@ -21,6 +21,10 @@ from drake_starnav.regions.safe_region import ScanMemory
 SAME_SURFACE = 0.04
 """Ranges that differ by no more than this belong to one surface, m: four standard deviations of 1 cm."""
 
+AVERAGED_WITHIN = 0.5
+"""Hits are averaged up to this distance from the robot's hull, m: only these restrict it, and farther away the beams
+are too far apart."""
+
 
 def averaged(memory: ScanMemory, scan: LaserScan, pose: np.ndarray, reach: float) -> tuple[ScanMemory, LaserScan]:
     """The memory without the hits on surfaces that the latest scan sees, and that scan with averaged ranges.

@@ -19,9 +19,8 @@ from drake_starnav.lidar.field_of_view import TURN
 from drake_starnav.lidar.laser_scan import LaserScan, third_side
 from drake_starnav.lidar.mounts import Mount
 from drake_starnav.regions.bearing_hits import CONNECTED_CHORD, half_gaps
+from drake_starnav.regions.erosion import BEARINGS
 
-BEARINGS = 720
-"""Rays of a merged scan."""
 CROSSINGS = 64
 """Edges that a ray may cross; one that crosses more, among needles, is free no farther than the robot's body."""
 ROUNDING = 1e-6

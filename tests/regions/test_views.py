@@ -11,9 +11,10 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.footprint import covered, disc, footprint
 from drake_starnav.lidar.mounts import ON_AXIS, Mount, unturned
 from drake_starnav.regions.bearing_hits import CONNECTED_CHORD
+from drake_starnav.regions.erosion import BEARINGS
 from drake_starnav.regions.perception import Perceived, PerceptionSettings, check_views, perceive
 from drake_starnav.regions.separation import keeps_clear
-from drake_starnav.regions.views import BEARINGS, View, hit_points, merged, view
+from drake_starnav.regions.views import View, hit_points, merged, view
 from drake_starnav.worlds.world import World
 from tests.helpers.mounts import AHEAD, CENTRED, CORNERS, LIDARS, Lidar, looks, mounts
 from tests.helpers.scans import MARGINS, ORIGIN, RADIUS, cast, distance, scattered, seeds
