@@ -84,32 +84,26 @@ class RegionUnion(NamedTuple):
         return RegionUnion(placed(frame, self.center), self.bearing_0 + frame[2], self.values, self.slopes)
 
 
-@njit(cache=True)
-def cover_at(union, x, y, slack):
-    """Index of the newest region of a union that contains (x, y), or up to `slack` beyond its boundary, m; or -1.
-
-    With an index, the slack is less than `region_index.SLACK`.
-    """
-    return newest_cover(union.center, union.bearing_0, union.values, union.marks, union.corner, (x, y), slack)
-
-
 @njit(cache=True, error_model="numpy")
 def _covers_at(union, points, slack):
     """The loop of `RegionUnion.covers`: the region that contains a point is tried first on the next."""
-    center, bearing_0, values, marks, corner = union.center, union.bearing_0, union.values, union.marks, union.corner
+    center, bearing_0, values = union.center, union.bearing_0, union.values
     out, last = np.empty(len(points), np.int64), -1
     for n in range(len(points)):
         x, y = points[n, 0], points[n, 1]
         if last < 0 or not covers(center, bearing_0, values, last, x, y, slack):
-            last = newest_cover(center, bearing_0, values, marks, corner, (x, y), slack)
+            last = cover_at(union, x, y, slack)
         out[n] = last
     return out
 
 
 @njit(cache=True, error_model="numpy")
-def newest_cover(center, bearing_0, values, marks, corner, place, slack):
-    """As `cover_at`, of the fields of a union and a place (x, y), for loops."""
-    x, y = place
+def cover_at(union, x, y, slack):
+    """Index of the newest region of a union that contains (x, y), or up to `slack` beyond its boundary, m; or -1.
+
+    With an index, the slack is less than `region_index.SLACK`.
+    """
+    center, bearing_0, values, marks, corner = union.center, union.bearing_0, union.values, union.marks, union.corner
     if marks.shape[0] == 0:
         for k in range(len(bearing_0) - 1, -1, -1):
             if covers(center, bearing_0, values, k, x, y, slack):
@@ -139,21 +133,21 @@ def first_gap(union, start, end, guess):
     Samples are LINE_STEP apart. The one at `guess` (m, 0: none) is tried first, and within a gap the middle one is
     returned: other segments probably leave the union there, too. Of one region many samples are found at once.
     """
-    center, bearing_0, values, marks, corner = union.center, union.bearing_0, union.values, union.marks, union.corner
+    center, bearing_0, values = union.center, union.bearing_0, union.values
     (x0, y0), (x1, y1) = start, end
     length = math.hypot(x1 - x0, y1 - y0)
     count = int(length / LINE_STEP) + 1
     if 0.0 < guess < length:
         i = int(guess / length * count + 0.5)
         place = x0 + (x1 - x0) * i / count, y0 + (y1 - y0) * i / count
-        if newest_cover(center, bearing_0, values, marks, corner, place, 0.0) < 0:
+        if cover_at(union, place[0], place[1], 0.0) < 0:
             return max(length * i / count, 1e-9)
     last, i, leap = -1, 0, 1
     while i <= count:
         place = x0 + (x1 - x0) * i / count, y0 + (y1 - y0) * i / count
         before = last
         if last < 0 or not covers(center, bearing_0, values, last, place[0], place[1], 0.0):
-            last = newest_cover(center, bearing_0, values, marks, corner, place, 0.0)
+            last = cover_at(union, place[0], place[1], 0.0)
         if last < 0:
             break
         if last != before:
@@ -171,7 +165,7 @@ def first_gap(union, start, end, guess):
     beyond = i + 1
     while beyond <= min(count, i + GAP_SAMPLES):
         place = x0 + (x1 - x0) * beyond / count, y0 + (y1 - y0) * beyond / count
-        if newest_cover(center, bearing_0, values, marks, corner, place, 0.0) >= 0:
+        if cover_at(union, place[0], place[1], 0.0) >= 0:
             break
         beyond += 1
     return max(length * ((i + beyond - 1) // 2) / count, 1e-9)
