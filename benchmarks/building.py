@@ -30,7 +30,8 @@ SCENARIO = Scenario("default", None)
 ROBOT, PLANNER, MARGINS = SCENARIO.robot, SCENARIO.planner, derive_margins(SCENARIO)
 SETTINGS = PerceptionSettings(MARGINS, ROBOT.shape)
 PHASES = {
-    "reconcile": (planner, "reconcile"),
+    "contradictions": (planner, "remaining"),
+    "revise": (planner, "revised"),
     "extend": (planner, "extended"),
     "rebuild": (planner, "rebuilt"),
     "search": (planner, "find_route"),

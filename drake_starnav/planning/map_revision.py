@@ -66,12 +66,14 @@ def _free_around(beam, distance, ranges, increment, slack, wrap):
     return out
 
 
-def reconcile(roadmap: StarRoadmap, observation: Observation, margins: Margins, robot_radius: float) -> StarRoadmap:
-    """The roadmap without the parts that a new scan contradicts by more than CONTRADICTION.
+def remaining(
+    roadmap: StarRoadmap, observation: Observation, margins: Margins, robot_radius: float
+) -> Sequence[StarRegion | None]:
+    """The nodes' regions without the parts that a new scan contradicts by more than CONTRADICTION.
 
-    Regions are cut back where new hits lie deeper inside them than that. Nodes are discarded if too little of them
-    remains or, with `drop_seen_through`, if the new scan saw through their hits. After any change, the roadmap is
-    rebuilt from the remaining nodes; with `drop_seen_through` its hits are, too.
+    Regions are cut back where new hits lie deeper inside them than that. Nodes are discarded (None) if too little of
+    them remains or, with `drop_seen_through`, if the new scan saw through their hits. Without any change these are
+    `roadmap.regions`.
 
     Args:
         roadmap: the roadmap before.
@@ -79,9 +81,9 @@ def reconcile(roadmap: StarRoadmap, observation: Observation, margins: Margins, 
         margins: of the regions.
         robot_radius: m.
     """
-    new_hits = mappable_hits(observation)
     if not len(roadmap):
-        return roadmap
+        return roadmap.regions
+    new_hits = mappable_hits(observation)
     regions = list[StarRegion | None](roadmap.regions)
     smaller, gap = max(robot_radius + margins.preferred - CONTRADICTION, 0.0), float(new_hits[1].max(initial=0.0))
     for k in _near_hits(roadmap.union, new_hits[0], robot_radius, smaller, gap).tolist():
@@ -93,9 +95,8 @@ def reconcile(roadmap: StarRoadmap, observation: Observation, margins: Margins, 
         for k in np.flatnonzero(near).tolist():
             if seen_through(roadmap.nodes[k], observation, CONTRADICTION) > SEEN_THROUGH_SHARE:
                 regions[k] = None
-    if all(new is old for new, old in zip(regions, roadmap.regions, strict=True)):
-        return roadmap
-    return _remade(roadmap, regions, margins, robot_radius)
+    unchanged = all(new is old for new, old in zip(regions, roadmap.regions, strict=True))
+    return roadmap.regions if unchanged else regions
 
 
 def _agreeing(region: StarRegion, points: np.ndarray, gaps: np.ndarray, radius: float) -> StarRegion | None:
@@ -161,26 +162,29 @@ def with_stall_point(roadmap: StarRoadmap, place: np.ndarray, margins: Margins, 
         else None
         for region in roadmap.regions
     ]
-    return _remade(roadmap, regions, margins, robot_radius)
+    return revised(roadmap, regions, margins, robot_radius)
 
 
-def _remade(
-    roadmap: StarRoadmap, regions: Sequence[StarRegion | None], margins: Margins, robot_radius: float
+def revised(
+    roadmap: StarRoadmap,
+    regions: Sequence[StarRegion | None],
+    margins: Margins,
+    robot_radius: float,
+    news: Sequence[Observation] = (),
 ) -> StarRoadmap:
-    """The roadmap with these regions of its nodes (None: dropped).
+    """The roadmap with these regions of its nodes (None: dropped), and with more nodes.
 
     It keeps all hits, unless the pose may err: then only those of the nodes' scans.
     """
-    kept = [
+    nodes = [
         node if region is node.region else dataclasses.replace(node, region=region)
         for node, region in zip(roadmap.nodes, regions, strict=True)
         if region is not None
-    ]
+    ] + list(news)
+    hits, stamped = roadmap.hits, news
     if margins.drop_seen_through:
-        hits = roadmap.hits.emptied()
-        for node in kept:
-            hits = hits.stamped(impassable_points(node, margins, robot_radius))
-        roadmap = dataclasses.replace(
-            roadmap, hits=hits, nodes=(), edge_frontiers=Frontiers.none(), covers=np.zeros(0, np.int64)
-        )
-    return remade(roadmap, kept, robot_radius)
+        hits, stamped = hits.emptied(), nodes
+        roadmap = dataclasses.replace(roadmap, nodes=(), edge_frontiers=Frontiers.none(), covers=np.zeros(0, np.int64))
+    for node in stamped:
+        hits = hits.stamped(impassable_points(node, margins, robot_radius))
+    return remade(dataclasses.replace(roadmap, hits=hits), nodes, robot_radius)

@@ -9,7 +9,7 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.planning.impassable import impassable_points
 from drake_starnav.planning.manoeuvre import manoeuvring
-from drake_starnav.planning.map_revision import reconcile, with_stall_point
+from drake_starnav.planning.map_revision import remaining, revised, with_stall_point
 from drake_starnav.planning.monitoring import PlanCheck, check_plan, distance_to, passed_points, points_ahead
 from drake_starnav.planning.recovery import (
     AVERAGED_SCANS,
@@ -182,11 +182,14 @@ def _grown(
     if not trigger:
         return state, region
     observation, margins, robot_radius = inputs.observation, inputs.margins, inputs.robot_radius
-    roadmap = reconcile(state.roadmap, observation, margins, robot_radius)
-    if trigger == GrowthTrigger.SPACED and roadmap is state.roadmap:
+    roadmap, target, node = state.roadmap, state.target, dataclasses.replace(observation, region=region)
+    regions = remaining(roadmap, observation, margins, robot_radius)
+    if regions is not roadmap.regions:
+        roadmap = revised(roadmap, regions, margins, robot_radius, (node,))
+    elif trigger == GrowthTrigger.SPACED:
         return dataclasses.replace(state, node_position=inputs.position.copy()), region
-    roadmap = extended(roadmap, dataclasses.replace(observation, region=region), margins, robot_radius)
-    target = state.target
+    else:
+        roadmap = extended(roadmap, node, margins, robot_radius)
     if GrowthTrigger.STALLED in trigger:
         place = stall_point_ahead(roadmap, state.guidance.path, inputs)
         if place is not None:

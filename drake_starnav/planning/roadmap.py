@@ -135,7 +135,8 @@ def remade(roadmap: StarRoadmap, nodes: Sequence[Observation], robot_radius: flo
     number = {region: k for k, region in enumerate(regions)}
     renumbered = np.array([number.pop(region, -1) for region in roadmap.regions], np.int64)
     news = np.array(list(number.values()), np.int64)
-    same = len(regions) == len(roadmap)  # else the regions have other bits in the index
+    kept = np.flatnonzero(renumbered >= 0)
+    same = len(regions) >= len(roadmap) and (renumbered[kept] == kept).all()  # else they have other bits in the index
     union = united(regions)
     union = indexed(union, roadmap.union, news) if same else indexed(union, RegionUnion.none(), np.arange(union.size))
     edges, lengths = edges_from(union, 0)
