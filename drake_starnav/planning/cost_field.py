@@ -196,7 +196,7 @@ def _close(
     high = np.minimum(np.floor(middle + reach), np.array(weight.shape) - 2.0).astype(int) + 1
     if (high <= low).any():
         return
-    cells = np.stack(np.mgrid[low[0] : high[0], low[1] : high[1]], axis=-1).reshape(-1, 2)
+    cells = low + np.moveaxis(np.indices(high - low), 0, -1).reshape(-1, 2)
     squared = ((cells - middle) ** 2).sum(axis=1)
     clear = grid.coarse(origin + (cells - 1) * cell)[1].max(axis=1)
     narrow = (squared <= reach * reach) & (clear < clearance)

@@ -33,7 +33,7 @@ def edges_from(union, first):
                 ends.append((i, j))
                 lengths.append(math.hypot(u - x, v - y))
         if j and len(ends) == begin:
-            i = j - 1 - np.argmin(excess(union, x, y)[:j][::-1])  # of equals the newest
+            i = j - 1 - int(np.argmin(excess(union, x, y)[:j][::-1]))  # of equals the newest
             ends.append((i, j))
             lengths.append(math.hypot(center[i, 0] - x, center[i, 1] - y) + DRIVEN_EDGE_PENALTY)
     edges = np.empty((len(ends), 2), np.int64)

@@ -112,7 +112,10 @@ ABLATIONS = (
         "dbscan_frontiers",
         "the paper's frontiers",
         "paper III-B.2; method 4",
-        replaced={f"{PLANNER}.extended": replacements.extended_at_clusters},
+        replaced={
+            f"{PLANNER}.extended": replacements.extended_at_clusters,
+            f"{PLANNER}.revised": replacements.revised_at_clusters,
+        },
     ),
     Ablation(
         "no_virtual_frontiers",

@@ -22,7 +22,8 @@ from drake_starnav.evaluation.workers import Pool
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.planning import PlannerInput, PlannerState, StarRoadmap
 from drake_starnav.planning.cost_field import CostField
-from drake_starnav.planning.frontiers import PROBE_DISTANCE, Frontiers
+from drake_starnav.planning.frontiers import PROBE_DISTANCE, Frontiers, edge_frontiers
+from drake_starnav.planning.map_revision import revised
 from drake_starnav.planning.roadmap import extended
 from drake_starnav.planning.search import Route, find_route, optimistic_cost
 from drake_starnav.regions import Margins, Observation, StarRegion
@@ -119,17 +120,32 @@ def equal_segments(samples: np.ndarray, tolerance: float, one_sided: bool) -> tu
     return fit.starts, fit.values, fit.slopes
 
 
-def extended_at_clusters(roadmap: StarRoadmap, node: Observation, *others: Any) -> StarRoadmap:
-    """For `extended`: frontiers between clusters of hits."""
+def _frontiers_at_clusters(node: Observation) -> AbstractContextManager:
+    """For `edge_frontiers` while a node is added: its own between clusters of hits."""
 
     def clusters(region: StarRegion, owner: int) -> Frontiers:
+        if region is not node.region:
+            return edge_frontiers(region, owner)
         points = frontier_points(region, node.scan, node.pose)
         away = points - region.center
         probe = points + PROBE_DISTANCE * away / np.hypot(*away.T)[:, None]
         return Frontiers(points, probe, np.full(len(points), owner))
 
-    with patch("drake_starnav.planning.roadmap.edge_frontiers", clusters):
+    return patch("drake_starnav.planning.roadmap.edge_frontiers", clusters)
+
+
+def extended_at_clusters(roadmap: StarRoadmap, node: Observation, *others: Any) -> StarRoadmap:
+    """For `extended`: frontiers between clusters of hits."""
+    with _frontiers_at_clusters(node):
         return extended(roadmap, node, *others)
+
+
+def revised_at_clusters(
+    roadmap: StarRoadmap, regions: Any, margins: Margins, robot_radius: float, news: tuple[Observation]
+) -> StarRoadmap:
+    """For `revised`: frontiers of the new node between clusters of hits."""
+    with _frontiers_at_clusters(news[0]):
+        return revised(roadmap, regions, margins, robot_radius, news)
 
 
 def full_cost(
