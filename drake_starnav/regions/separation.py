@@ -49,10 +49,10 @@ def keeps_clear(poses, surfaces, polygons, sizes):
                 needed = max(gap - 1e-9, ESCAPE_CLEARANCE)
             if gap < needed:
                 return False
-            reached = moved[i] + gap - needed
+            reached = moved[i] + (gap - needed)  # not less than moved[i]
             if reached >= moved[-1]:
                 break
-            i = max(np.searchsorted(moved, reached, side="right"), i + 1)
+            i = np.searchsorted(moved, reached, side="right")
     return True
 
 
