@@ -12,7 +12,7 @@ from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.navigation.methods import BY_KIND, SHIELDED
 from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.perception import check_views
-from drake_starnav.robot import Limits
+from drake_starnav.robot import Limits, RobotParameters
 from drake_starnav.scenario import Scenario
 from drake_starnav.scenario.error_budget import error_budget
 from drake_starnav.scenario.margins import AVERAGED_NOISE, derive_margins
@@ -21,6 +21,9 @@ from drake_starnav.station.robot_model import TOLERANCE
 
 HARDEST_BRAKING = 6.0
 """Deceleration up to which the shipped robots' wheels do not slide, m/s^2; braking unloads them."""
+TIGHTEST_CIRCLE, QUICKEST_LOCK = 0.2, 0.5
+"""Of cars the least radius of circles, m, or half of the lever if that is more, and the least time from one lock of the
+wheels to the other, s: what samples of a motion miss is bounded for no others (docs/proof.md)."""
 
 
 def check_interface(scenario: Scenario, station: StationInterface) -> None:
@@ -80,6 +83,8 @@ def validated_margins(scenario: Scenario, mounts: Sequence[Mount] = (ON_AXIS,)) 
         _check_range(scenario, lidar, reach + mount.offset + budget["F"])
     check_views(blank, mounts, scenario.robot.shape, backwards=backwards)
     _check_braking(scenario)
+    if scenario.robot.limits.steers:
+        _check_steering(scenario.robot)
     return margins
 
 
@@ -158,6 +163,22 @@ def _check_braking(scenario: Scenario) -> None:
         raise StarnavError(
             f"robot.max_acceleration is {hardest:g} m/s^2, with a certificate; allowed: at most "
             f"{HARDEST_BRAKING:g} m/s^2, as wheels that brake harder slide"
+        )
+
+
+def _check_steering(car: RobotParameters) -> None:
+    """The certificate's samples of a car's motion are as near to it as assumed only if it steers no quicker."""
+    limits, tightest = car.limits, max(TIGHTEST_CIRCLE, 0.5 * car.shape.lever)
+    if 1.0 / limits.max_yaw_rate < tightest:
+        raise StarnavError(
+            f"robot.least_radius is {car.least_radius:.3g} m with robot.base car; allowed: at least {tightest:.3g} m, "
+            "and half of how far the robot reaches from its axis, as its motion is not sampled finely enough for less"
+        )
+    most = 2.0 * limits.max_yaw_rate / QUICKEST_LOCK * car.max_speed
+    if car.max_yaw_acceleration > most:
+        raise StarnavError(
+            f"robot.max_yaw_acceleration is {car.max_yaw_acceleration:.3g} rad/s^2 with robot.base car; allowed: at "
+            f"most {most:.3g} rad/s^2, with which it steers from lock to lock in {QUICKEST_LOCK:g} s at robot.max_speed"
         )
 
 

@@ -86,3 +86,31 @@ def test_what_needs_a_differential_drive_is_refused_for_other_bases(override: st
     scenario = load_scenario("forest", overrides=["robot.model=omnibot", override])
     with pytest.raises(StarnavError, match=reason):
         validated_margins(scenario)
+
+
+CAR = ["robot.model=carbot", "robot.footprint=[[0.48, 0.15], [-0.12, 0.15], [-0.12, -0.15], [0.48, -0.15]]"]
+
+
+@pytest.mark.parametrize("length, least", [(0.2, 0.2), (2.0, 0.5 * math.hypot(1.0, 0.15))])
+def test_cars_of_circles_tighter_than_the_rollout_is_proved_for_are_refused(length: float, least: float) -> None:
+    """Than 0.2 m, or than half of what the robot reaches from its axis."""
+    x = 0.5 * length
+    body = f"robot.footprint=[[{x}, 0.15], [{-x}, 0.15], [{-x}, -0.15], [{x}, -0.15]]"
+    slow = ["robot.max_yaw_rate=2", "robot.max_speed=0.2", "robot.max_yaw_acceleration=0.5"]
+    common = [CAR[0], body, *slow]
+    validated_margins(load_scenario("room", overrides=[*common, f"robot.least_radius={least + 1e-9}"]))
+    with pytest.raises(StarnavError, match=rf"robot.least_radius is {least - 1e-3:.3g} m.*at least {least:.3g} m"):
+        validated_margins(load_scenario("room", overrides=[*common, f"robot.least_radius={least - 1e-3}"]))
+
+
+def test_a_car_whose_turning_rate_keeps_it_on_wider_circles_may_steer_further() -> None:
+    validated_margins(load_scenario("room", overrides=[*CAR, "robot.least_radius=0.1"]))
+
+
+@pytest.mark.parametrize("changes, most", [([], 6.4), (["robot.max_yaw_rate=1"], 4.0), (["robot.max_speed=0.4"], 3.2)])
+def test_cars_that_steer_quicker_from_lock_to_lock_than_the_rollout_is_proved_for_are_refused(changes, most) -> None:
+    """In less than 0.5 s: at full speed that changes the turning rate by twice the largest one."""
+    common = [*CAR, *changes]
+    validated_margins(load_scenario("room", overrides=[*common, f"robot.max_yaw_acceleration={most - 1e-9}"]))
+    with pytest.raises(StarnavError, match=rf"robot.max_yaw_acceleration is {most + 0.1:.3g} .*at most {most:.3g} "):
+        validated_margins(load_scenario("room", overrides=[*common, f"robot.max_yaw_acceleration={most + 0.1}"]))

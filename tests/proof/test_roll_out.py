@@ -13,19 +13,15 @@ from drake_starnav.control.heading_controller import slides
 from drake_starnav.control.motion import Actuation, Motion, roll_out
 from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.geometry.footprint import LEAST_SIZE, Footprint, disc, footprint
+from drake_starnav.navigation.validation import HARDEST_BRAKING, QUICKEST_LOCK, TIGHTEST_CIRCLE
 from drake_starnav.parameters import declared
 from drake_starnav.robot import BASES, Limits, RobotParameters
 from drake_starnav.scenario.error_budget import SAMPLED
 from drake_starnav.scenario.schema import DriveParameters
 from tests.helpers.motions import exact_poses, exact_rates, turned
 
-HARDEST_BRAKING = 6.0
-"""Robots that brake harder are refused, m/s^2."""
 LONGEST_STOP = 5.0
 """The bound is claimed for robots that stand still within this time from full speed and from full turning rate, s."""
-TIGHTEST_CIRCLE, QUICKEST_LOCK = 0.2, 0.5
-"""And for cars that drive no tighter circle, m, or than half of their lever, and steer from one lock to the other in no
-less time, s."""
 STRAYING, STRAYING_HEADING = 0.003, 0.01
 """What the margin has for a base of the shipped kind beside SAMPLED, m, and for each metre of a footprint's lever."""
 STILL = np.zeros(3)
