@@ -58,9 +58,10 @@ class KinematicMotion:
         """Let the robot stand at a pose (x, y, yaw), W, m and rad, as if it had not been anywhere else."""
         self.pose, self.twist = pose, np.zeros(len(self._actuation.base.components))
         self._seen = Perceived.nothing()
-        self._look()
+        self.look()
 
-    def _look(self) -> None:
+    def look(self) -> None:
+        """Take the scans where it is, and perceive."""
         scans: list[LaserScan] = []
         for lidar, mount in self._lidars:
             place = composed(self.pose, mount[:3]) if mount != ON_AXIS else self.pose
@@ -87,7 +88,7 @@ class KinematicMotion:
             poses.append(self.pose)
             self._ticks += 1
             if self._ticks / rate >= self._scans / self._lidars[0][0].rate - 1e-9:
-                self._look()
+                self.look()
         clear = body_clearance(self._world, np.array(poses), actuation.footprint)
         last = int(np.argmax(clear < 0.0)) if (clear < 0.0).any() else len(poses) - 1
         self.pose, self.least = poses[last], min(self.least, float(clear[: last + 1].min()))

@@ -24,15 +24,15 @@ from tqdm import tqdm
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.footprint import Footprint, disc
 from drake_starnav.lidar.mounts import ON_AXIS, Mount
-from drake_starnav.navigation.validation import validated_margins
-from drake_starnav.scenario import load_scenario
+from drake_starnav.navigation.validation import QUICKEST_LOCK, validated_margins
+from drake_starnav.scenario import Scenario, load_scenario
 from drake_starnav.simulation import run_trial
-from drake_starnav.simulation.kinematics import KinematicMotion
 from drake_starnav.station.model_world import make_world_with_footprints
 from drake_starnav.utils.files import read_text, write_text
 from drake_starnav.utils.resources import model_path
 from drake_starnav.worlds.clearance import body_clearance
 from drake_starnav.worlds.world import World
+from scripts.experiments.compiled_motion import CompiledMotion, least_clearance
 
 SCENARIOS = ("forest", "maze", "room", "rooms", "corridor", "channel", "paper_forest")
 """The last is too narrow for all but starbot."""
@@ -92,6 +92,8 @@ RANGES = {
     "controller.rate": (20.0, 100.0),
 }
 """Drawn for each drive, small values as often as large ones."""
+LOCK_TO_LOCK = 1.99
+"""A car's turning rate at full speed changes from lock to lock by twice the largest one; less what rounding may add."""
 FAULTS = {
     "lidar.noise": 0.03,
     "lidar.dropout": 0.3,
@@ -120,9 +122,11 @@ PLANT_ONLY = (
 )
 """What begins so is no matter of random commands."""
 PACE = {"controller.rate": 100.0, "lidar.rate": 4.0}
-"""Of random commands, Hz: 25 to a scan. Many commands are asked of each scan, as these cost less."""
-EPISODE, HOLD = 1000, 100
-"""Random commands from one free place, and how many at most are alike, so that the robot leaves its place."""
+"""Of random commands, Hz: 25 to a scan."""
+BRANCHES = 8
+"""So often commands are drawn from each scan on, as scans cost more; the robot goes on where the last ones led it."""
+EPISODE, HOLD = 20, 100
+"""Scans from one free place on, and how many commands at most are alike, so that the robot leaves its place."""
 EXTREME = 0.5
 """Probability that a component of a random command is as large as may be."""
 
@@ -159,11 +163,15 @@ def drawn(seed: int) -> Case:
         overrides += [WIDER[scenario]] if scenario in WIDER else []
     mounts = mounted(place, box, rng)
     overrides += {"one": ["lidar.frame=first"], "two": ["lidars=[{frame: first}, {frame: second}]"]}.get(place, [])
+    least = float(rng.uniform(0.4, 0.8)) if body.base == "car" else 0.0
+    values = {key: low * (high / low) ** rng.uniform() for key, (low, high) in RANGES.items()}
     if body.base == "car":
-        overrides.append(f"robot.least_radius={rng.uniform(0.4, 0.8):.4f}")
-    for key, (low, high) in RANGES.items():
-        value = low * (high / low) ** rng.uniform()
-        overrides.append(f"{key}={round(value) if isinstance(low, int) else round(value, 4)}")
+        overrides.append(f"robot.least_radius={least:.4f}")
+        turning = min(values["robot.max_speed"] / least, values["robot.max_yaw_rate"])
+        quickest = LOCK_TO_LOCK * turning / QUICKEST_LOCK
+        values["robot.max_yaw_acceleration"] = min(values["robot.max_yaw_acceleration"], quickest)
+    for key, value in values.items():
+        overrides.append(f"{key}={round(value) if isinstance(RANGES[key][0], int) else round(value, 4)}")
     limited = rng.uniform() < FAULTY and place == "axis"  # symmetric about straight ahead
     if limited or place == "two":
         half = 0.75 * math.pi if place == "two" else float(rng.uniform(2.0, 3.1))
@@ -226,8 +234,9 @@ def navigated(case: Case, seed: int) -> dict[str, Any]:
 def commanded(case: Case, seed: int, commands: int) -> dict[str, Any]:
     """What becomes of a robot that follows random commands exactly, as far as the shield lets them pass.
 
-    Every EPISODE commands it stands at another free place, which it then sees for the first time. Faults of drives and
-    localization, and scans and beams that are late, lost or astray are left out, and no lidar is upside down.
+    Every EPISODE scans it stands at another free place, which it then sees for the first time. What a standing robot
+    cannot follow is asked once. Faults of drives and localization, and scans and beams that are late, lost or
+    astray are left out, and no lidar is upside down.
     """
     kept = [text for text in case.overrides if not text.startswith(PLANT_ONLY)]
     scenario = load_scenario(case.scenario, overrides=[*kept, *(f"{key}={value}" for key, value in PACE.items())])
@@ -236,34 +245,62 @@ def commanded(case: Case, seed: int, commands: int) -> dict[str, Any]:
     world = make_world_with_footprints(scenario.world, seed, robot.radius)
     sees_all = mounts != (ON_AXIS,) or scenario.lidar.field_of_view.full_circle
     around = robot.shape if sees_all else disc(robot.radius)  # what is behind it, it must have seen; see SAFETY.md
-    motion, rng = KinematicMotion(scenario, world, seed, True, mounts), np.random.default_rng((seed, 1))
-    done, path, began = 0, 0.0, time.process_time()
-    while done < commands and not motion.touched:
-        if done // EPISODE < (done + HOLD) // EPISODE or done == 0:
-            motion.put(free_pose(world, around, margin, rng))
-        count, before = int(rng.integers(1, HOLD)), motion.pose
-        twist = rng.uniform(-1.0, 1.0, len(robot.drive.components))
-        twist = np.where(rng.uniform(size=len(twist)) < EXTREME, np.sign(twist), twist)
-        motion.drive(
-            twist * (*(robot.max_speed,) * (len(twist) - 1), robot.limits.max_yaw_rate), count / PACE["controller.rate"]
-        )
-        done, path = done + count, path + math.dist(before[:2], motion.pose[:2])
+    motion, rng = CompiledMotion(scenario, world, seed, True, mounts), np.random.default_rng((seed, 1))
+    least, contact, path, scans, began = math.inf, None, 0.0, 0, time.process_time()
+    while motion.asked < commands and contact is None:
+        motion.put(free_pose(world, around, margin, rng))
+        driven = wandered(motion, scenario, rng)
+        poses, scans = np.vstack(driven), scans + EPISODE
+        path += sum(float(np.hypot(*np.diff(part[:, :2], axis=0).T).sum()) for part in driven)
+        least, at = least_clearance(world, poses, robot.shape, least)
+        if least < 0.0:
+            contact = f"within {motion.asked} commands at {poses[at].tolist()}"
     return {
-        "outcome": "collision" if motion.touched else "driven",
-        "contact": f"after {done} commands at {motion.pose.tolist()}" if motion.touched else None,
-        "commands": done,
+        "outcome": "driven" if contact is None else "collision",
+        "contact": contact,
+        "commands": motion.asked,
+        "changed": motion.changed,
+        "braked": motion.braked,
+        "scans": scans,
         "time_s": time.process_time() - began,
         "path_m": path,
-        "min_clearance_m": motion.least,
+        "min_clearance_m": least,
     }
 
 
+def wandered(motion: CompiledMotion, scenario: Scenario, rng: np.random.Generator) -> list[np.ndarray]:
+    """What a robot drives by random commands from where it stands, until EPISODE scans are taken: poses (n, 3) each."""
+    robot, period, kept, parts = scenario.robot, round(PACE["controller.rate"] / PACE["lidar.rate"]), None, []
+    most = np.array((*(robot.max_speed,) * (len(robot.drive.components) - 1), robot.limits.max_yaw_rate))
+    for _ in range(EPISODE):
+        start = motion.pose, motion.twist
+        for branch in range(BRANCHES):
+            (motion.pose, motion.twist), left = start, period
+            wish, held = kept if kept and branch == BRANCHES - 1 else (most, 0)
+            while left > 0:
+                if held == 0:
+                    share, held = rng.uniform(-1.0, 1.0, len(most)), int(rng.integers(1, HOLD))
+                    wish = most * np.where(rng.uniform(size=len(most)) < EXTREME, np.sign(share), share)
+                count = min(left, held)
+                parts.append(motion.burst(wish, count))
+                left, held = left - len(parts[-1]), held - count
+            kept = wish, held
+        motion.look()
+    return parts
+
+
 def free_pose(world: World, shape: Footprint, margin: float, rng: np.random.Generator) -> np.ndarray:
-    """A random pose (x, y, yaw) in a world where a robot keeps more than its margin, m; its start if none is found."""
+    """A random pose (x, y, yaw) in a world where a robot keeps more than its margin, m; its start if none is found.
+
+    Every other time that of many which is nearest to something.
+    """
     low, high = np.reshape(world.extent, (2, 2))
     poses = np.column_stack((rng.uniform(low, high, (64, 2)), rng.uniform(-math.pi, math.pi, 64)))
-    free = np.flatnonzero(body_clearance(world, poses, shape) > 1.2 * margin)
-    return poses[free[0]] if len(free) else np.array(world.start, dtype=float)
+    clear, beside = body_clearance(world, poses, shape), rng.uniform() < 0.5
+    free = np.flatnonzero(clear > 1.2 * margin)
+    if not len(free):
+        return np.array(world.start, dtype=float)
+    return poses[free[np.argmin(clear[free])] if beside else free[0]]
 
 
 def report(records: list[dict[str, Any]]) -> str:

@@ -1,0 +1,192 @@
+"""A robot as of `KinematicMotion`, of which all commands between two scans are decided and driven in one compiled call.
+
+The loop of `certified_twist` and the certificates is repeated here for compiled code; what they decide by, the rollout
+and the kernels of the certificates, are those of the package. The tests compare both command by command.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from drake_starnav.control.braking_certificate import STOPPED_DISTANCE, _covered
+from drake_starnav.control.motion import SAMPLES, Pose, Velocity, _roll_out, advanced
+from drake_starnav.geometry.footprint import Footprint, Polygons
+from drake_starnav.regions.chords import Chords, chords
+from drake_starnav.regions.region_union import RegionUnion, cover_at
+from drake_starnav.regions.safe_region import CertifiedRegion, out_of_sight
+from drake_starnav.regions.separation import keeps_clear
+from drake_starnav.simulation.kinematics import KinematicMotion
+from drake_starnav.worlds.clearance import body_clearance
+from drake_starnav.worlds.world import World
+
+STRIDE = 32
+"""So many poses are between those that are compared with the world first; most of them need not be compared then."""
+NO_POLYGONS = Polygons(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0), np.zeros(0, np.int64))
+"""Of a disc."""
+
+
+class Seen(NamedTuple):
+    """What the last scan certifies, for compiled code.
+
+    Attributes:
+        star: center, bearing_0 and values of a union of one region.
+        sight: center, bearing_0 and bearings of a `CertifiedRegion`.
+        earlier: the regions of earlier scans as one union; empty: none.
+        surfaces: of the hits; for a disc, none.
+        sizes: as of `keeps_clear`.
+    """
+
+    star: tuple[np.ndarray, np.ndarray, np.ndarray]
+    sight: tuple[np.ndarray, float, tuple[float, float]]
+    earlier: RegionUnion
+    surfaces: Chords
+    sizes: tuple[float, float, float]
+
+    @staticmethod
+    def of(star: CertifiedRegion, margin: float, footprint: Footprint) -> "Seen":
+        """From the region, the margin (m), and the footprint of the robot."""
+        rows = [other.alone.rows for other in star.earlier]
+        earlier = RegionUnion(*map(np.concatenate, zip(*rows, strict=True))) if rows else RegionUnion.none()
+        nothing = np.zeros((0, 2))
+        surfaces = chords(nothing, 0, nothing, star.center) if footprint.is_disc else star.chords
+        first, last = star.sight
+        return Seen(
+            star.alone[:3],
+            (star.center, float(star.bearing_0), (float(first), float(last))),
+            earlier,
+            surfaces,
+            (margin, footprint.radius, float(star.reach - footprint.radius)),
+        )
+
+
+class CompiledMotion(KinematicMotion):
+    """The same robot, whose commands are driven many at a time.
+
+    Attributes:
+        asked, changed, braked: how many commands were driven, and of these how many not as they were asked for, and
+            how many brake.
+    """
+
+    asked = changed = braked = 0
+
+    def look(self) -> None:
+        """As of `KinematicMotion`."""
+        super().look()
+        self._packed = Seen.of(self._seen.safety, self._margin, self._actuation.footprint)
+
+    def burst(self, desired: np.ndarray, count: int) -> np.ndarray:
+        """Ask for a twist `count` times, or until the robot stands and stays as it is; without another scan.
+
+        Returns:
+            The poses after each command, shape (n, 3), W, m and rad.
+        """
+        actuation = self._actuation
+        base, limits, footprint = actuation.base, actuation.limits, actuation.footprint
+        desired = base.saturated(desired, limits)
+        proposals = np.array(list(base.proposals(desired, limits)))
+        poses, twist = np.empty((count, 3)), np.array(self.twist, dtype=float)
+        asked, changed, braked = _burst(
+            np.array(self.pose, dtype=float),
+            twist,
+            (desired, proposals),
+            self._packed,
+            ((actuation.delay, actuation.hold), limits, footprint.lever),
+            (footprint.cover, NO_POLYGONS if footprint.is_disc else footprint.polygons, footprint.is_disc),
+            poses,
+        )
+        self.asked, self.changed, self.braked = self.asked + asked, self.changed + changed, self.braked + braked
+        self.pose, self.twist = poses[asked - 1], twist
+        return poses[:asked]
+
+
+@njit(cache=True)
+def _burst(pose, twist, asked, seen, does, body, poses):
+    """`CompiledMotion.burst` on arrays, which writes the poses and the last twist: its three counts.
+
+    Args:
+        pose, twist: shapes (3,) and (c,), of the robot.
+        asked: the twist, shape (c,), and the proposals, shape (n, c).
+        seen: `Seen`.
+        does: delay and period, `Limits` and lever.
+        body: the places of the covering discs, `Polygons`, and whether it is a disc.
+        poses: shape (m, 3), to be written.
+    """
+    (desired, proposals), (phases, limits, lever), (cover, polygons, is_disc) = asked, does, body
+    samples, plain = np.empty((SAMPLES, 6)), (limits[0], limits[1], limits[2], limits[3], limits[4])
+    target = np.zeros(len(twist))
+    now = Pose(pose[0], pose[1], pose[2])
+    changed = braked = 0
+    for k in range(len(poses)):
+        pose[:] = now.x, now.y, now.yaw
+        chosen = -1
+        for p in range(len(proposals)):
+            count, _, _, grips = _roll_out(pose, twist, proposals[p], phases, plain, lever, samples)
+            while count > len(samples):
+                samples = np.empty((2 * len(samples), 6))
+                count, _, _, grips = _roll_out(pose, twist, proposals[p], phases, plain, lever, samples)
+            if grips and _accepts(samples[:count], seen, cover, polygons, is_disc):
+                chosen = p
+                break
+        if chosen >= 0:
+            target[:] = proposals[chosen]
+            changed += chosen > 0
+        else:
+            braked += 1
+            squared = 0.0
+            for i in range(len(twist) - 1):
+                squared += twist[i] * twist[i]
+            turns = is_disc and squared <= 2.0 * limits.max_acceleration * STOPPED_DISTANCE
+            target[:] = 0.0
+            target[-1] = twist[-1] if limits.steers > 0.0 else desired[-1] if turns else 0.0
+        if len(twist) == 3:
+            velocity, wanted = Velocity(twist[0], twist[1], twist[2]), Velocity(target[0], target[1], target[2])
+        else:
+            velocity, wanted = Velocity(twist[0], 0.0, twist[1]), Velocity(target[0], 0.0, target[1])
+        now, after, _ = advanced(now, velocity, wanted, phases[1], limits)
+        twist[0], twist[-1] = after.ahead, after.turning
+        if len(twist) == 3:
+            twist[1] = after.aside
+        poses[k] = now.x, now.y, now.yaw
+        same = now.x == pose[0] and now.y == pose[1] and now.yaw == pose[2]
+        if same and velocity == after:
+            return k + 1, changed, braked
+    return len(poses), changed, braked
+
+
+@njit(cache=True)
+def _accepts(samples, seen, cover, polygons, is_disc):
+    """Whether the `standard_certificates` of a static world accept the samples (n, 6) of a motion that grips."""
+    if _covered(seen.star, samples, cover):
+        return True
+    if is_disc:
+        return False
+    center, bearing_0, sight = seen.sight
+    unseen = out_of_sight(center, bearing_0, sight, samples[:, :2])
+    for k in range(len(samples)):
+        if unseen[k] and cover_at(seen.earlier, samples[k, 0], samples[k, 1], 0.0) < 0:
+            return False
+    return keeps_clear(samples[:, :3], seen.surfaces, polygons, seen.sizes)
+
+
+def least_clearance(world: World, poses: np.ndarray, footprint: Footprint, known: float) -> tuple[float, int]:
+    """The least of a clearance that is known and the true shape's at poses (n, 3), m, and the index of its pose or -1.
+
+    A pose is left out only if the robot cannot have come nearer than `known` on its way from a pose that was compared.
+    """
+    steps = np.diff(poses, axis=0)
+    way = np.concatenate(([0.0], np.cumsum(np.hypot(*steps[:, :2].T) + footprint.lever * abs(steps[:, 2]))))
+    clear, at = np.full(len(poses), np.nan), -1
+    ends = np.unique(np.append(np.arange(0, len(poses), STRIDE), len(poses) - 1))
+    compared, first, last = ends, ends[:-1], ends[1:]
+    while True:
+        clear[compared] = body_clearance(world, poses[compared], footprint)
+        least = compared[np.argmin(clear[compared])]
+        if clear[least] < known:
+            known, at = float(clear[least]), int(least)
+        near = (0.5 * (clear[first] + clear[last] - way[last] + way[first]) < known) & (last - first > 1)
+        if not near.any():
+            return known, at
+        first, last = first[near], last[near]
+        compared = (first + last) // 2
+        first, last = np.concatenate((first, compared)), np.concatenate((compared, last))
