@@ -94,15 +94,7 @@ class CertifiedRegion:
 
     def looked_at(self, places: np.ndarray) -> bool:
         """Whether scans looked at all places (n, 2), or the last one at none from which the first is farther away."""
-        first, last = self.sight
-        if last - first >= TURN:
-            return True
-        dx, dy = (places - self.center).T
-        bearing = np.mod(np.arctan2(dy, dx) - self.bearing_0, TURN)
-        beside = np.minimum(np.mod(first - bearing, TURN), np.mod(bearing - last, TURN))
-        away = np.hypot(dx, dy) * np.sin(np.minimum(beside, 0.25 * TURN))
-        off = np.where((bearing >= first) & (bearing <= last), 0.0, away)
-        unseen = off > off[0] + AS_FAR
+        unseen = out_of_sight(self.center, self.bearing_0, self.sight, places)
         for other in self.earlier:
             if not unseen.any():
                 break
@@ -197,6 +189,25 @@ def certified_region(
         field_of_view(scan, BLIND_SIDE),
     )
     return star, ScanMemory(points, gaps, counts, scan.time)
+
+
+@njit(cache=True)
+def out_of_sight(center, bearing_0, sight, places):
+    """Which places (n, 2) are farther than the first from all that a scan looked at, shape (n,), bool.
+
+    The scan's `center`, `bearing_0` and `sight` are those of a `CertifiedRegion`.
+    """
+    out, (first, last), begin = np.zeros(len(places), np.bool_), sight, 0.0
+    for k in range(len(places) if last - first < TURN else 0):
+        dx, dy = places[k, 0] - center[0], places[k, 1] - center[1]
+        bearing, off = (math.atan2(dy, dx) - bearing_0) % TURN, 0.0
+        if not first <= bearing <= last:
+            beside = min((first - bearing) % TURN, (bearing - last) % TURN)
+            off = math.hypot(dx, dy) * math.sin(min(beside, 0.25 * TURN))
+        if k == 0:
+            begin = off
+        out[k] = off > begin + AS_FAR
+    return out
 
 
 @njit(cache=True)

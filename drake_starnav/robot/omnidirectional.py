@@ -1,6 +1,7 @@
 """Mecanum or omni wheels, as an ideal planar base."""
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -41,16 +42,15 @@ class Omnidirectional:
         omega = limited_to(2.0 * turn, limits.max_yaw_rate)
         return np.array((speed * math.cos(error), speed * math.sin(error), omega))
 
-    def proposals(self, desired: np.ndarray, limits: Limits) -> np.ndarray:
+    def proposals(self, desired: np.ndarray, limits: Limits) -> Iterator[np.ndarray]:
         """Slower, past what is in the way, and without turning; last only turning."""
-        x, y, omega = desired
-        rows = [
-            (share * (math.cos(a) * x - math.sin(a) * y), share * (math.sin(a) * x + math.cos(a) * y), turn * omega)
-            for a in ASIDE
-            for share in SHARES
-            for turn in (1.0, 0.0)
-        ]
-        return np.array([*rows, (0.0, 0.0, omega)])
+        x, y, omega = desired.tolist()
+        for a in ASIDE:
+            ahead, aside = math.cos(a) * x - math.sin(a) * y, math.sin(a) * x + math.cos(a) * y
+            for share in SHARES:
+                yield np.array((share * ahead, share * aside, omega))
+                yield np.array((share * ahead, share * aside, 0.0 * omega))
+        yield np.array((0.0, 0.0, omega))
 
     def braking(self, twist: np.ndarray, desired: np.ndarray, turns: bool) -> np.ndarray:
         return np.array((0.0, 0.0, desired[2] if turns else 0.0))
