@@ -20,6 +20,8 @@ AT_REST = 0.12
 """A robot this near to its goal stops, m: nearby obstacles may keep a baseline from coming nearer."""
 STANDING = 1e-9
 """A slower velocity has no direction to turn towards, m/s."""
+MIN_DISTANCE = 1e-3
+"""Hits count as at least this far from the hull, so that their weights are finite, m."""
 STOP = Proposal(np.zeros(2), np.zeros(2))
 
 

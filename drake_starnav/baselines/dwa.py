@@ -29,8 +29,8 @@ PERIOD = 0.25
 """Time that a command is held, s: the size of the window, and part of every stopping distance; the paper's."""
 SAMPLES = (11, 21)
 """Speeds and turning rates across the window; an odd number keeps the present one."""
-HEADING_WEIGHT, CLEARANCE_WEIGHT, SPEED_WEIGHT = 1.0, 0.5, 0.5
-"""Of facing the goal after the arc, of the way to the first hit along it, and of going fast; see docs/baselines.md."""
+CLEARANCE_WEIGHT, SPEED_WEIGHT = 0.5, 0.5
+"""Of the way to the first hit along the arc, and of going fast, against 1 of facing the goal after it."""
 CLEARANCE_LIMIT = 2.0
 """Clearance from which on more is no better, m."""
 STRAIGHT = 1e-6
@@ -109,7 +109,7 @@ def _best(twist, goal, points, limits, radius):
                 ahead, left = goal_ahead - length * sine / turn, goal_left - length * (1.0 - cosine) / turn
             error = abs(math.atan2(cosine * left - sine * ahead, cosine * ahead + sine * left))
             free = min(clearance, CLEARANCE_LIMIT) / CLEARANCE_LIMIT
-            score = HEADING_WEIGHT * (1.0 - error / math.pi) + CLEARANCE_WEIGHT * free + SPEED_WEIGHT * v / v_max
+            score = 1.0 - error / math.pi + CLEARANCE_WEIGHT * free + SPEED_WEIGHT * v / v_max
             if score > best:
                 best, best_v, best_omega = score, v, omega
     if best > -math.inf:

@@ -15,14 +15,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drake_starnav.baselines.baseline_step import Situation
+from drake_starnav.baselines.baseline_step import MIN_DISTANCE, Situation
 from drake_starnav.baselines.dsm_circles import directional_mean
 from drake_starnav.control.inputs import Proposal
 from drake_starnav.geometry.se2 import placed
 from drake_starnav.parameters import Checked, parameter
 
-MIN_DISTANCE = 1e-3
-"""If a hit is nearer to the hull than this, all distances are shifted until it is this far, m."""
 CREEP_SPEED = 0.1
 """A modulated velocity slower than this is not brought back to the nominal speed, m/s."""
 CLUSTER_LENGTH = 2.0 * math.pi / 10.0
@@ -153,7 +151,10 @@ def _hits(position: np.ndarray, points: np.ndarray, radius: float) -> tuple[np.n
 
 
 def _weights(distances: np.ndarray, length: float, limit: float) -> np.ndarray:
-    """Weights (n,) of hits at distances (n,) from the hull, divided by their sum or the limit if above 1."""
+    """Weights (n,) of hits at distances (n,) from the hull, shifted until the nearest is MIN_DISTANCE away.
+
+    They are divided by their sum or the limit if above 1.
+    """
     shift = max(MIN_DISTANCE - distances.min(initial=math.inf), 0.0)
     weights = (length / (distances + shift)) ** 2
     return weights / max(min(weights.sum(), limit), 1.0)

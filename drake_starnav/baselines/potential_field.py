@@ -2,7 +2,7 @@
 
 Attraction and repulsion are the negative gradients of Khatib's potentials, read as velocities:
 
-    k (goal - p), at most max_speed,    eta (1/rho - 1/rho_0)/rho^2 away from an obstacle at distance rho < rho_0
+    goal - p, per s, at most max_speed,    eta (1/rho - 1/rho_0)/rho^2 away from an obstacle at distance rho < rho_0
 
 Khatib sums over obstacles, but a scan holds hits, and a sum over hits would grow with the number of beams. So the
 repulsion has the strength of the nearest hit, and the mean direction of all hits within rho_0, each weighted by its own
@@ -15,16 +15,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drake_starnav.baselines.baseline_step import Situation
+from drake_starnav.baselines.baseline_step import MIN_DISTANCE, Situation
 from drake_starnav.control.inputs import Proposal
 from drake_starnav.parameters import Checked, parameter
 
-ATTRACTIVE_GAIN = 1.0
-"""Khatib's k: speed per metre to the goal, 1/s."""
 INFLUENCE_DISTANCE = 1.0
 """Khatib's rho_0: distance from the hull beyond which a hit does not repel, m; see docs/baselines.md."""
-MIN_DISTANCE = 1e-3
-"""Distances from the hull are at least this, so that the repulsion of a touched obstacle is finite, m."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +68,7 @@ def potential_field_velocity(
         robot_radius: m.
         parameters: gain of the repulsion, and largest speed.
     """
-    attraction = _limited(ATTRACTIVE_GAIN * (goal - position), parameters.max_speed)
+    attraction = _limited(goal - position, parameters.max_speed)
     repulsion = parameters.repulsive_gain * _repulsion(position, points, robot_radius)
     return _limited(attraction + repulsion, parameters.max_speed)
 

@@ -28,10 +28,8 @@ if TYPE_CHECKING:
     from drake_starnav.evaluation import Pool
     from drake_starnav.evaluation.report import Results
 
-MOST_TRIALS, MOST_JOBS = 1_000_000, 1000
-"""Larger numbers would only fill the memory."""
-MOST_WORLDS = 100_000
-"""Limit for one range of `--worlds`."""
+MOST_TRIALS, MOST_JOBS = 100_000, 1000
+"""Larger numbers, also of worlds in one range of `--worlds`, would only fill the memory."""
 
 
 def _add_options(parser: argparse.ArgumentParser) -> None:
@@ -82,8 +80,8 @@ def world_numbers(text: str) -> list[int]:
         if not first.strip().isdecimal() or (dash and not last.strip().isdecimal()):
             raise StarnavError(f"--worlds is {shown(text)}; allowed: numbers and ranges, e.g. 0-149 or 3,7,20-29")
         low, high = int(first), int(last if dash else first)
-        if not low <= high < low + MOST_WORLDS:
-            raise StarnavError(f"--worlds has {shown(part)}; allowed: an ascending range of at most {MOST_WORLDS}")
+        if not low <= high < low + MOST_TRIALS:
+            raise StarnavError(f"--worlds has {shown(part)}; allowed: an ascending range of at most {MOST_TRIALS}")
         numbers.update(range(low, high + 1))
     return sorted(numbers)
 

@@ -30,10 +30,8 @@ from drake_starnav.worlds.world import World
 START, PAUSE, STOP = "start", "pause", "stop"
 KEYS = {START: "KeyS", PAUSE: "Space", STOP: "Escape"}
 """Buttons and the keys that press them."""
-STEP = 0.05
-"""Polling period of the buttons in simulated time, s."""
 POLL = 0.05
-"""Polling period of the buttons while nothing runs, s."""
+"""Polling period of the buttons, in simulated time or while nothing runs, s."""
 RIM = 1.15
 """Radius of the coloured disc below each of several robots, as a share of the robot's."""
 
@@ -139,7 +137,7 @@ class LiveRun:
         return value_of(self._navigation.goal_position, self.simulator.get_context())
 
     def step(self) -> bool:
-        """Poll the buttons, then drive on for `STEP` or wait for `POLL`; returns whether the run goes on."""
+        """Poll the buttons, then drive on or wait for `POLL`; returns whether the run goes on."""
         was_running = self.controls.running
         self.controls.poll()
         if self.controls.stopped:
@@ -149,7 +147,7 @@ class LiveRun:
         else:
             if not was_running:
                 self.simulator.ResetStatistics()  # or it would catch up on the paused time
-            status = advance(self.simulator, STEP * (round(self.time / STEP) + 1))  # where events end steps anyway
+            status = advance(self.simulator, POLL * (round(self.time / POLL) + 1))  # where events end steps anyway
             if status.reason() != SimulatorStatus.ReturnReason.kReachedBoundaryTime:
                 self.collided = True
                 self._end(f"{status.message().rpartition(' at ')[0]} after {self.time:.1f} s")

@@ -14,10 +14,8 @@ LOCAL = "local"
 """In place of an address: a cluster is started on this machine and stopped afterwards."""
 LOOPBACK = "127.0.0.1"
 """A local cluster listens here only: every machine that can reach it could run code in it."""
-CONNECT_TIMEOUT = 5.0
-"""Time limit for the scheduler's answer, s."""
-WORKERS_TIMEOUT = 30.0
-"""Time limit for the first worker, s."""
+TIMEOUT = 10.0
+"""Time limit for the scheduler's answer and for the first worker, s."""
 LEAST_IN_FLIGHT = 1000
 """Least number of trials submitted at a time, so that new workers of a growing cluster find work."""
 
@@ -51,7 +49,7 @@ def dask_pool(address: str, count: int) -> Iterator[Pool]:
                 )
             target = stack.enter_context(cluster)
         try:
-            client = stack.enter_context(Client(target, timeout=CONNECT_TIMEOUT))
+            client = stack.enter_context(Client(target, timeout=TIMEOUT))
         except Exception as error:  # any kind: the server there may speak another protocol
             reason = error if isinstance(error, (OSError, ValueError)) else "something else answers"
             raise StarnavError(
@@ -66,7 +64,7 @@ def dask_pool(address: str, count: int) -> Iterator[Pool]:
 def _check_workers(client: Any, address: str) -> int:
     """The number of the workers' threads; raises `StarnavError` unless every worker runs the same code as this."""
     try:
-        client.wait_for_workers(1, timeout=WORKERS_TIMEOUT)
+        client.wait_for_workers(1, timeout=TIMEOUT)
         found = client.run(versions)
     except TimeoutError:
         raise StarnavError(f"--dask {address}: the scheduler has no workers; allowed: at least one") from None

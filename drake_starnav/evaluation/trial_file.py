@@ -23,9 +23,8 @@ from drake_starnav.scenario.schema import KEYS
 from drake_starnav.scenario.source_files import source_files
 from drake_starnav.utils.files import reason_of, unwritable
 from drake_starnav.utils.resources import model_path
+from drake_starnav.utils.yaml_text import LARGEST_TEXT
 
-LONGEST_LINE = 16 * 2**20
-"""Limit for one line of a file, bytes."""
 PACKED = ".xz"
 """Suffix of compressed files."""
 FORMAT = 1
@@ -254,11 +253,11 @@ def read_trials(path: Path) -> tuple[Header, list[Record]]:
 
 
 def _whole_lines(file: IO[bytes]) -> Iterator[bytes]:
-    """The lines of a file without a truncated last one; raises OSError for a line longer than `LONGEST_LINE`."""
-    while (line := file.readline(LONGEST_LINE)).endswith(b"\n"):
+    """The lines of a file without a truncated last one; raises OSError for a line longer than `LARGEST_TEXT`."""
+    while (line := file.readline(LARGEST_TEXT)).endswith(b"\n"):
         yield line
-    if len(line) == LONGEST_LINE:
-        raise OSError(f"it has a line of more than {LONGEST_LINE} bytes")
+    if len(line) == LARGEST_TEXT:
+        raise OSError(f"it has a line of more than {LARGEST_TEXT} bytes")
 
 
 def parse_trials(lines: Iterable[bytes], place: str) -> tuple[Header, list[Record]]:

@@ -20,9 +20,8 @@ from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.tracking.prediction import occlusion_points, predicted_trajectories, seen_past
 from drake_starnav.utils.snapshot import snapshot
 
-RADIUS_GAIN = 0.2
-MOTION_GAIN = 0.2
-"""Shares by which a track's radius, and its share of moving beams, follow the latest cluster."""
+GAIN = 0.2
+"""Share by which a track's radius, and its share of moving beams, follow the latest cluster."""
 RADIUS_WEIGHT = 0.2
 """Weight of a track's radius, in hits, if a cluster shows only part of the rim."""
 NOISE = 0.01
@@ -254,7 +253,7 @@ def _continued(
     """Track k once a cluster has shown it again; `before` are the tracks predicted for the time of the scan."""
     time, step = before.time, before.time - tracks.time
     if cluster.whole:
-        kept = before.radius[k] + RADIUS_GAIN * (cluster.radius - before.radius[k])
+        kept = before.radius[k] + GAIN * (cluster.radius - before.radius[k])
     else:
         fitted = fitted_radius(cluster.points, before.position[k], before.radius[k], RADIUS_WEIGHT)
         kept = min(max(fitted, SMALLEST_RADIUS), parameters.max_radius)
@@ -273,7 +272,7 @@ def _continued(
         variance,
         scans=before.scans[k] + 1,
         seen=time,
-        motion=before.motion[k] + MOTION_GAIN * (cluster.share - before.motion[k]),
+        motion=before.motion[k] + GAIN * (cluster.share - before.motion[k]),
         pace=max(math.hypot(*velocity), before.pace[k] - PACE_DECAY * step),
         since=before.since[k],
         drift=before.drift[k] + gain * (went / step - before.drift[k]),

@@ -11,9 +11,8 @@ from drake_starnav.errors import StarnavError
 
 LARGEST_FILE = 256 * 2**20
 """Limit for files of worlds, models and maps, bytes; a larger one would only fill the memory."""
-_LONGEST_NAME = 60
 _NAME_PART = 40
-"""Characters of a file's name in its temporary one, which would be too long otherwise."""
+"""Characters of a text, or of a file's name in its temporary one, in a name that would be too long otherwise."""
 
 
 def read_bytes(path: Path | str, largest: int = LARGEST_FILE) -> bytes:
@@ -142,7 +141,7 @@ def unwritable(path: Path, error: Exception) -> StarnavError:
 
 def file_name(text: str) -> str:
     """The text as part of a file name: shortened, other characters replaced; a scenario's name may be any text."""
-    return re.sub(r"[^\w .+-]|^\.", "_", text)[:_LONGEST_NAME]
+    return re.sub(r"[^\w .+-]|^\.", "_", text)[:_NAME_PART]
 
 
 def reason_of(error: Exception) -> str:

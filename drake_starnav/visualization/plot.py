@@ -37,8 +37,6 @@ LONG_NUMBER = re.compile(rb"(\d\.\d\d)\d+")
 SOLID_ORDER, ON_TOP = 100.0, 300.0
 """Drawing order; flat layers have the order of their height in cm, solid shapes that of their top and SOLID_ORDER."""
 ROBOT_ORDER = SOLID_ORDER + 100.0 * ROBOT_HEIGHT
-SHADES = 16
-"""A layer whose vertices have colours is drawn in so many shades of each channel."""
 SEAM = 0.5
 """Width of rims that close the seams between the faces of an opaque line, points."""
 MARKERS = {
@@ -143,7 +141,7 @@ def _draw_shape(axes: Axes, shape: Shape, time: float) -> None:
     kinds: dict[tuple[float, ...], list[Outline]] = {}
     for loop in shape.loops:
         color = shape.colors[loop].mean(axis=0) if len(shape.colors) > 1 else shape.colors[0]
-        color = np.round(SHADES * color) / SHADES if len(shape.colors) > 1 else color
+        color = np.round(color, 1) if len(shape.colors) > 1 else color
         kinds.setdefault(tuple(color), []).append(Outline(points[[*loop, loop[0]]], closed=True))
     for color, paths in kinds.items():
         area, opacity = Outline.make_compound_path(*paths), shape.opacity

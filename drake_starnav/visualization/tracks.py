@@ -42,18 +42,14 @@ from drake_starnav.visualization.timeline import (
 )
 from drake_starnav.worlds.footprints import cylinder_vertices
 from drake_starnav.worlds.moving_obstacles import moving_obstacle_states
-from drake_starnav.worlds.world import World
+from drake_starnav.worlds.world import ROBOT_HEIGHT, World
 
 COLORS: tuple[Color, ...] = (
     (0.00, 0.45, 0.70), (0.84, 0.37, 0.00), (0.00, 0.62, 0.45), (0.80, 0.47, 0.65), (0.90, 0.62, 0.00),
     (0.34, 0.71, 0.91), (0.30, 0.30, 0.30),
 )  # fmt: skip
 """Colours of the robots in order, distinguishable for colour-blind readers (Okabe and Ito, 2008)."""
-TRAIL_PERIOD = 0.2
-"""Period at which trails grow, s."""
 TRAIL, ROBOT_PATH = "trail", "/robots"
-HULL_HEIGHT = 0.13
-"""Height of a displayed robot, m."""
 STACKED = 0.02
 """Height step between robots, m: where several coincide, the first one is on top."""
 DECK = 0.55
@@ -136,7 +132,7 @@ def _play(
     """Keyframes of one robot at a path in Meshcat, and of its trail: a layer and its height, m."""
     rate, (layer, height) = parameters.frames_per_second, trail
     times = np.append(np.arange(0.0, motion.duration, 1.0 / rate), motion.duration)
-    every = max(round(TRAIL_PERIOD * rate), 1)
+    every = max(round(rate / parameters.scan_rate), 1)
     poses = np.array([motion.at(float(time)) for time in times])
     for k, (time, (x, y, yaw)) in enumerate(zip(times, poses, strict=True)):
         X_WB = RigidTransform(RotationMatrix.MakeZRotation(yaw), [x, y, 0.0])
@@ -180,10 +176,10 @@ def _publish_world(meshcat: Meshcat, world: World) -> SceneTimeline:
 
 def _add_robot(meshcat: Meshcat, path: str, robot: RobotTrack, above: float) -> None:
     """A hull of its colour with a light deck, a bar ahead and a lidar, `above` the floor, m."""
-    shape, radius, top = robot.shape, robot.shape.radius, above + HULL_HEIGHT
-    hull = Cylinder(radius, HULL_HEIGHT) if shape.is_disc else upright_prism(shape.outline, HULL_HEIGHT, path)
+    shape, radius, top = robot.shape, robot.shape.radius, above + ROBOT_HEIGHT
+    hull = Cylinder(radius, ROBOT_HEIGHT) if shape.is_disc else upright_prism(shape.outline, ROBOT_HEIGHT, path)
     parts = {
-        "hull": (hull, [0.0, 0.0, top - 0.5 * HULL_HEIGHT], robot.color),
+        "hull": (hull, [0.0, 0.0, top - 0.5 * ROBOT_HEIGHT], robot.color),
         "deck": (Cylinder(robot.deck * radius, 0.004), [0.0, 0.0, top], DECK_COLOR),
         "heading": (Box(0.8 * radius, 0.2 * radius, 0.008), [0.4 * radius, 0.0, top], HEADING_COLOR),
         "lidar": (Cylinder(0.24 * radius, 0.016), [0.0, 0.0, top], LIDAR_COLOR),

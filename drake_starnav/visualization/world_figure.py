@@ -11,7 +11,15 @@ from drake_starnav.geometry.footprint import Footprint, disc
 from drake_starnav.geometry.se2 import placed
 from drake_starnav.robot import RobotParameters
 from drake_starnav.utils.files import replacing
-from drake_starnav.visualization.meshes import LAYERS, MOVING_OBSTACLES, five_pointed_star, joined, ribbon, with_scene
+from drake_starnav.visualization.meshes import (
+    LAYERS,
+    LINE_WIDTH,
+    MOVING_OBSTACLES,
+    five_pointed_star,
+    joined,
+    ribbon,
+    with_scene,
+)
 from drake_starnav.worlds.world import OPEN_BORDER, World
 
 WIDTH = 11.0
@@ -22,8 +30,6 @@ START, GOAL, PATH = "#D55E00", "#009E73", "#0072B2"
 """Distinguishable for colour-blind readers (Okabe and Ito, 2008); the symbols differ as well."""
 DETAILED = 300
 """A world with more outlines is drawn as pixels, to keep vector graphics small."""
-PATH_WIDTH = 0.06
-"""In a page, m; paths of moving obstacles are half as wide."""
 
 
 def new_figure(height: float, width: float = WIDTH) -> Any:
@@ -156,10 +162,10 @@ def write_html(world: World, robot: RobotParameters, path: np.ndarray | None, ti
     diagram.ForcedPublish(context)
     shapes = {"goal": five_pointed_star(np.array(world.goal), max(robot.radius, 0.15), LAYERS["goal"].height)}
     if path is not None:
-        shapes["path"] = ribbon(path, PATH_WIDTH, LAYERS["path"].height)
+        shapes["path"] = ribbon(path, LINE_WIDTH, LAYERS["path"].height)
     layers = with_scene({name: LAYERS[name] for name in shapes}, world)
     shapes["moving_obstacles"] = joined(
-        *(ribbon(w[:, 1:], 0.5 * PATH_WIDTH, 0.01) for w in world.moving_obstacles.paths)
+        *(ribbon(w[:, 1:], 0.5 * LINE_WIDTH, 0.01) for w in world.moving_obstacles.paths)
     )
     for name, mesh in shapes.items():
         if len(mesh):

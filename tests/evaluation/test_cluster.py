@@ -105,7 +105,7 @@ def test_something_else_at_the_address_is_reported() -> None:
 
 
 def test_a_cluster_without_workers_is_reported(monkeypatch) -> None:
-    monkeypatch.setattr(cluster, "WORKERS_TIMEOUT", 0.3)
+    monkeypatch.setattr(cluster, "TIMEOUT", 3.0)
     with (
         distributed.LocalCluster(n_workers=0, dashboard_address=":0") as empty,
         pytest.raises(StarnavError, match="has no workers; allowed: at least one"),

@@ -16,8 +16,9 @@ import pytest
 from drake_starnav.errors import StarnavError
 from drake_starnav.evaluation import trial_file
 from drake_starnav.evaluation.jobs import Case, error_record, make_cases, make_jobs
-from drake_starnav.evaluation.trial_file import LONGEST_LINE, TrialFile, make_header, read_trials
+from drake_starnav.evaluation.trial_file import TrialFile, make_header, read_trials
 from drake_starnav.utils.resources import model_path
+from drake_starnav.utils.yaml_text import LARGEST_TEXT
 from tests.helpers.trials import record
 
 CASES = [Case("forest", "star", "world: !Forest {}\nrobot: {radius: 0.25}\n")]
@@ -325,7 +326,7 @@ def test_a_damaged_file_is_neither_continued_nor_touched(damage, path: Path) -> 
 
 def test_a_compressed_void_is_not_read_to_its_end(tmp_path: Path) -> None:
     path = tmp_path / "trials.jsonl.xz"
-    path.write_bytes(lzma.compress(json.dumps(HEADER).encode() + b"\n" + b" " * (LONGEST_LINE + 1)))
+    path.write_bytes(lzma.compress(json.dumps(HEADER).encode() + b"\n" + b" " * (LARGEST_TEXT + 1)))
     with pytest.raises(StarnavError, match="cannot read .*: it has a line of more than"):
         read_trials(path)
 

@@ -14,8 +14,6 @@ from drake_starnav.evaluation.report.tables import result_tables, suite_tables
 if TYPE_CHECKING:
     from jinja2 import Template
 
-WORLDS = 12
-"""Worlds of each scenario that are drawn."""
 SECTIONS = {
     "published": "Beside the published figures",
     "success": "Success rates",
@@ -35,7 +33,7 @@ COST_IMAGES = (
 def write_page(
     results: Results,
     recordings: Sequence[Recording] = (),
-    worlds: int = WORLDS,
+    worlds: int = 12,
     progress: Callable[[int, int], None] | None = None,
 ) -> str:
     """The text of the page; a `StarnavError` if matplotlib or jinja2 is not installed.
