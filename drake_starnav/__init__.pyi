@@ -24,8 +24,8 @@ from drake_starnav.station.navigation_station import NavigationStation as Naviga
 from drake_starnav.station.robot_interface import RobotInterface as RobotInterface
 from drake_starnav.station.lidar_sensor import LidarMount as LidarMount
 from drake_starnav.station.lidar_sensor import LidarSensor as LidarSensor
-from drake_starnav.station.lidar_config import ApplyLidarConfig as ApplyLidarConfig
-from drake_starnav.station.lidar_config import LidarConfig as LidarConfig
+from drake_starnav.station.lidar_mounts import ApplyLidarConfig as ApplyLidarConfig
+from drake_starnav.station.lidar_mounts import LidarConfig as LidarConfig
 from drake_starnav.station.arrival_monitor import ArrivalMonitor as ArrivalMonitor
 from drake_starnav.station.collision_monitor import CollisionMonitor as CollisionMonitor
 from drake_starnav.lidar.laser_scan import LaserScan as LaserScan

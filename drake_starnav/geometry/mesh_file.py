@@ -121,17 +121,9 @@ def _shown(element: Any, nodes: dict[str, Any], known: dict[str, int]) -> int:
 
 
 def gltf_triangles(text: bytes | str, load: Callable[[str], bytes]) -> tuple[np.ndarray, np.ndarray]:
-    """The triangles of a file's scene, in its own frame (y up).
+    """The same of a .gltf file's scene, in its own frame (y up): only positions and indices.
 
-    Args:
-        text: content of the .gltf file.
-        load: returns the content of another file by its URI.
-
-    Returns:
-        vertices, shape (n, 3), and triangles, shape (m, 3), indices of vertices.
-
-    Raises:
-        StarnavError: the file is invalid or its meshes are compressed; the caller adds the file's name.
+    `load` returns the content of another file by its URI. Compressed meshes are refused.
     """
     try:
         gltf = json.loads(text)

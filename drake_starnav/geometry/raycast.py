@@ -143,12 +143,8 @@ def cast_rolling(groups, begin, end, fan, ranges, reach):
 def cast_rows(rows, place, fan, ranges, reach):
     """Shorten `ranges` to the first crossing with rows of shapes.
 
-    Each shape is transformed into the sensor frame S once, so that beams need no rotation.
-
-    Args:
-        rows: shape (k, 14).
-        place: x, y, m, and cosine and sine of the yaw of the sensor.
-        fan, ranges, reach: as in `cast_groups`.
+    Each shape is transformed into the sensor frame S once, so that beams need no rotation. `place` is x, y, m, and
+    cosine and sine of the yaw of the sensor; the others are as in `cast_groups`.
     """
     x, y, cy, sy = place
     angle_min, increment, directions = fan.angle_min, fan.increment, fan.directions

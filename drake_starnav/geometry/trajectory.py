@@ -92,12 +92,8 @@ def motion_metrics(
 ) -> MotionMetrics:
     """All metrics of one trajectory.
 
-    Args:
-        positions: of the robot's centre, shape (n, 2), W, m.
-        twists: (v, omega), shape (n, 2), m/s and rad/s.
-        clearances: of the hull, shape (n,), m.
-        time_step: between two samples, s.
-        robot_radius: m.
+    Positions are of the robot's centre, shape (n, 2), W, m; twists (v, omega), shape (n, 2), m/s and rad/s; clearances
+    of its hull, shape (n,), m; `time_step` is from sample to sample, s.
     """
     count = max(round(WINDOW / time_step), 1)
     v, omega = window_means(twists[:, 0], count), window_means(twists[:, 1], count)

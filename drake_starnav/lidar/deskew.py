@@ -36,14 +36,10 @@ def deskewed(scan: LaserScan, earlier: np.ndarray, time: float, pose: np.ndarray
 
 @njit(cache=True)
 def _rebinned(ranges, step, clockwise, field, seam, limits):
-    """The ranges (n,) as seen from the end of the sweep, and the index of the beam each came from, or -1.
+    """The ranges (n,), m, as seen from the end of the sweep, and the index of the beam each came from, or -1.
 
-    Args:
-        ranges: m.
-        step: (x, y, yaw) of the sensor one beam earlier, as seen from where it is, m and rad.
-        clockwise: whether the last beam was measured first.
-        field, seam: as of `FieldOfView`.
-        limits: range_min and range_max, m.
+    `step` is (x, y, yaw) of the sensor one beam earlier, as seen from where it is, m and rad; `clockwise` whether the
+    last beam was measured first; field and seam are as of `FieldOfView`, limits range_min and range_max, m.
     """
     angle_min, increment, n = field
     range_min, range_max = limits

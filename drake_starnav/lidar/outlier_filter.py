@@ -82,11 +82,8 @@ def _lost(scan: LaserScan, beams: np.ndarray) -> LaserScan:
 def _confirmed(points, center, distance, index, earlier, number, beams, slack):
     """Which hits a neighbouring beam confirms, and which earlier scans do, shape (n,) each.
 
-    Args:
-        points, distance, index: of the hits: shape (n, 2), W, m; shape (n,), m; and beam numbers.
-        center: of the sensor, shape (2,), W, m.
-        earlier, number: hits of earlier scans, shape (k, 2), W, m, and which scan each is of.
-        beams, slack: of the scan, and within which hits count as near, m.
+    The hits are points (n, 2), W, m, at a distance (n,), m, from the sensor's center, with the index of their beams;
+    those of earlier scans (k, 2), with the number of the scan. Within `slack`, m, hits count as near.
     """
     n, increment, wrap = len(points), beams.increment, beams.seam < np.inf
     beside, before = np.zeros(n, np.bool_), np.zeros(n, np.bool_)

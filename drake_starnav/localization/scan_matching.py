@@ -9,14 +9,17 @@ Source: this project; for the alignment see `icp`.
 
 import math
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 
 from drake_starnav.geometry.se2 import composed, inverse, now_in
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.localization.icp import Surfaces, aligned
 from drake_starnav.utils.snapshot import snapshot
 
+UNOBSERVABLE_WEIGHT = 1e12
+"""Inverse variance of the guess in an unobservable direction, 1/m^2."""
 STILL = 0.02
 """A scan is not aligned if the robot has moved and turned by less than this since the last alignment, m and rad."""
 REACH = 1.0
@@ -31,6 +34,163 @@ UNSEEN_JUMP = 0.02
 """A step of the pose that deviates by more than this from the one predicted by the robot's speed is a jump, m."""
 WIDEST_GATE, NARROWEST_GATE = 0.4, 0.1
 """A hit is compared with surfaces up to this distance, in the first and in the last iterations, m."""
+
+
+class Surfaces(NamedTuple):
+    """A scan as points with lines through them, one per beam; in the sensor frame.
+
+    Attributes:
+        points: shape (n, 2), end points of the beams, m; infinity without a hit.
+        anchor, normal: shape (n, 2), a line through the hits around each one; the normal is 0 if there is none.
+        angle_min, increment: bearing of the first beam and step between beams, rad.
+        wrap: whether the last beam's neighbour is the first one.
+    """
+
+    points: np.ndarray
+    anchor: np.ndarray
+    normal: np.ndarray
+    angle_min: float
+    increment: float
+    wrap: bool
+
+    @staticmethod
+    def of(scan: LaserScan, width: float) -> "Surfaces":
+        """Those of a scan's static hits; for the width see `_lines`."""
+        points = np.full((len(scan.ranges), 2), np.inf)
+        points[scan.mappable_hits] = scan.points_at(scan.distances, scan.mappable_hits, (0.0, 0.0, 0.0))
+        anchor, normal = _lines(points, scan.angle_increment, scan.full_circle, width)
+        return Surfaces(points, anchor, normal, scan.angle_min, scan.angle_increment, scan.full_circle)
+
+
+@njit(cache=True)
+def _lines(points, increment, wrap, width):
+    """Lines through each point's neighbours on one surface, an anchor point and a normal each, (n, 2), 0 without one.
+
+    Args:
+        points: shape (n, 2), end points of the beams of a scan, m; infinity without a hit.
+        increment, wrap: as of `Surfaces`.
+        width: neighbours are at most this far off, or a few times the distance between beams, m.
+    """
+    n = len(points)
+    anchor, normal = np.zeros((n, 2)), np.zeros((n, 2))
+    for i in range(n):
+        if points[i, 0] == np.inf:
+            continue
+        x, y = points[i]
+        apart = math.hypot(x, y) * increment
+        near, chord = max(width, 2.5 * apart), max(0.5 * width, 3.0 * apart)
+        count, sx, sy, sxx, sxy, syy = 1, 0.0, 0.0, 0.0, 0.0, 0.0
+        for side in (-1, 1):
+            lx, ly = x, y
+            for k in range(1, n // 4):
+                j = i + side * k
+                if not wrap and not 0 <= j < n:
+                    break
+                px, py = points[j % n]
+                if px == np.inf or math.hypot(px - lx, py - ly) > chord or math.hypot(px - x, py - y) > near:
+                    break
+                lx, ly = px, py
+                dx, dy = px - x, py - y
+                count, sx, sy = count + 1, sx + dx, sy + dy
+                sxx, sxy, syy = sxx + dx * dx, sxy + dx * dy, syy + dy * dy
+        if count < 3:
+            continue
+        mx, my = sx / count, sy / count
+        a, b, c = sxx / count - mx * mx, sxy / count - mx * my, syy / count - my * my
+        spread = math.sqrt(0.25 * (a - c) ** 2 + b * b)
+        least, most = 0.5 * (a + c) - spread, 0.5 * (a + c) + spread
+        if most < 1e-12 or least > 0.15 * most:
+            continue  # a corner or a cloud
+        along = 0.5 * math.atan2(2.0 * b, a - c)
+        anchor[i, 0], anchor[i, 1] = x + mx, y + my
+        normal[i, 0], normal[i, 1] = -math.sin(along), math.cos(along)
+    return anchor, normal
+
+
+@njit(cache=True)
+def aligned(points, guess, weight, known, sigma, gate, last_gate):
+    """The pose (x, y, yaw) of points (k, 2) in the frame of known surfaces, near a guess, and the number of inliers.
+
+    Gauss-Newton on the distances to the lines of the nearest known points, with Geman-McClure weights. Where all lines
+    are parallel, as in a corridor, the guess is kept along them.
+
+    Args:
+        points, guess: m, and m and rad.
+        weight: shape (3,), inverse variances of the guess.
+        known: `Surfaces`.
+        sigma: standard deviation of a point's distance from its line, m; an inlier is within three of them.
+        gate, last_gate: points farther than this from all known points are ignored, at first and in the end, m.
+    """
+    pose = guess.copy()
+    inliers = 0
+    for _ in range(15):
+        h, g = np.diag(weight), weight * (pose - guess)
+        inliers = _add_points(h, g, points, pose, known, sigma, gate)
+        _keep_along(h, g, pose - guess, weight)
+        change = np.linalg.solve(h, -g)
+        pose += change
+        if gate <= last_gate and np.abs(change).max() < 1e-4:
+            break
+        gate = max(0.6 * gate, last_gate)
+    return pose, inliers
+
+
+@njit(cache=True)
+def _add_points(h, g, points, pose, known, sigma, gate):
+    """Add the points' distances to their lines to the matrix (3, 3) and the gradient (3,); the number of inliers."""
+    inliers = 0
+    cosine, sine = math.cos(pose[2]), math.sin(pose[2])
+    scale = max(3.0 * sigma, 0.3 * gate) ** 2
+    for i in range(len(points)):
+        rx, ry = points[i, 0] * cosine - points[i, 1] * sine, points[i, 0] * sine + points[i, 1] * cosine
+        px, py = pose[0] + rx, pose[1] + ry
+        best = _nearest(known, px, py, gate)
+        if best < 0 or (known.normal[best, 0] == 0.0 and known.normal[best, 1] == 0.0):
+            continue
+        nx, ny = known.normal[best]
+        residual = nx * (px - known.anchor[best, 0]) + ny * (py - known.anchor[best, 1])
+        inliers += abs(residual) < 3.0 * sigma
+        w = (scale / (scale + residual * residual)) ** 2 / (sigma * sigma)
+        j = np.array((nx, ny, ny * rx - nx * ry))
+        for a in range(3):
+            g[a] += w * residual * j[a]
+            for b in range(3):
+                h[a, b] += w * j[a] * j[b]
+    return inliers
+
+
+@njit(cache=True)
+def _nearest(known, x, y, gate):
+    """The known point nearest to a place, found by its beam, or -1 if none is within the gate."""
+    n, turn = len(known.points), 2.0 * math.pi / known.increment
+    middle = int(round(((math.atan2(y, x) - known.angle_min) % (2.0 * math.pi)) / known.increment))
+    if not known.wrap and middle > 0.5 * (n + turn):
+        middle -= int(turn)  # just before the first beam
+    reach = min(int(math.ceil(gate / max(math.hypot(x, y), gate) / known.increment)), n // 4)
+    best, nearest = -1, gate * gate
+    for k in range(middle - reach, middle + reach + 1):
+        if not known.wrap and not 0 <= k < n:
+            continue
+        dx, dy = known.points[k % n, 0] - x, known.points[k % n, 1] - y
+        squared = dx * dx + dy * dy
+        if squared < nearest:
+            best, nearest = k % n, squared
+    return best
+
+
+@njit(cache=True)
+def _keep_along(h, g, away, weight):
+    """Keep the guess, which the pose is `away` from, along the lines where all of them are parallel."""
+    # The smallest eigenvalue belongs to the direction along the lines. Where the normals have less than a twentieth of
+    # their weight in it, it is unobservable: their noise would always suggest zero motion.
+    a, b, c = h[0, 0] - weight[0], h[0, 1], h[1, 1] - weight[1]
+    if 0.5 * (a + c) - math.sqrt(0.25 * (a - c) ** 2 + b * b) < 0.05 * (a + c):
+        along = 0.5 * math.atan2(2.0 * b, a - c) + 0.5 * math.pi
+        u = np.array((math.cos(along), math.sin(along)))
+        for i in range(2):
+            g[i] += UNOBSERVABLE_WEIGHT * (u[0] * away[0] + u[1] * away[1]) * u[i]
+            for j in range(2):
+                h[i, j] += UNOBSERVABLE_WEIGHT * u[i] * u[j]
 
 
 @dataclass(frozen=True)
@@ -89,11 +249,7 @@ def matched(known: ScanMap, scan: LaserScan, odometry: np.ndarray, error: Odomet
 
     If no keyframe fits, the odometry is trusted.
 
-    Args:
-        known: the map before.
-        scan: in S.
-        odometry: (x, y, yaw) of S in O when the scan was taken.
-        error: errors of odometry and lidar.
+    The scan is in S, which was at the pose `odometry` (x, y, yaw) in O when it was taken.
     """
     hit = scan.mappable_hits
     if not known.keyframes:

@@ -17,7 +17,7 @@ from drake_starnav.scenario import Scenario
 from drake_starnav.scenario.error_budget import error_budget
 from drake_starnav.scenario.margins import AVERAGED_NOISE, derive_margins
 from drake_starnav.station.navigation_station import StationInterface
-from drake_starnav.station.robot_model import TOLERANCE
+from drake_starnav.station.robot_geometry import TOLERANCE
 
 HARDEST_BRAKING = 6.0
 """Deceleration up to which the shipped robots' wheels do not slide, m/s^2; braking unloads them."""

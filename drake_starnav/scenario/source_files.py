@@ -11,8 +11,8 @@ from drake_starnav.scenario.scenario_file import scenario_path
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.utils.resources import resolve_path
 from drake_starnav.worlds.formats.map_file import image_path
-from drake_starnav.worlds.formats.model import Model
 from drake_starnav.worlds.formats.model_files import Models
+from drake_starnav.worlds.formats.obstacles import Model
 from drake_starnav.worlds.formats.ros_map import RosMap
 from drake_starnav.worlds.formats.world_file import shipped_file
 

@@ -26,10 +26,8 @@ def check_drive(
     Nothing is known before two spans have passed. Commands start from the speed that the robot has, so it is not
     reported for slowness, only for standing still.
 
-    Args:
-        station: with the robot.
-        times, states, commands: shape (n,), s; shape (n, m), of the robot's model; twists, shape (n, k).
-        slip: share of the speed that the wheels are declared to lose.
+    Times are of shape (n,), s; states (n, m) of the robot's model; commands twists, shape (n, k). Wheels are declared
+    to lose the share `slip` of their speed.
     """
     if times[-1] - times[0] < 2.0 * SPAN:
         return

@@ -1,6 +1,7 @@
 """What Drake's parser refuses, or skips with no more than a warning although it blocks the way or moves."""
 
 import logging
+import logging.handlers
 import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -23,7 +24,8 @@ def parsing(place: str, allowed: str = "what Drake's parser reads", said: Callab
     Raises:
         StarnavError: the parser raised an error, or skipped a shape or an inertia.
     """
-    log, found = logging.getLogger("drake"), _Messages()
+    log, found = logging.getLogger("drake"), logging.handlers.MemoryHandler(10**6, flushLevel=logging.CRITICAL + 1)
+    found.setLevel(logging.WARNING)
     handlers, passed_on = log.handlers, log.propagate
     log.handlers, log.propagate = [found], False
     try:
@@ -35,16 +37,7 @@ def parsing(place: str, allowed: str = "what Drake's parser reads", said: Callab
         raise StarnavError(f"{place} cannot be read: {reason}; allowed: {allowed}") from None
     finally:
         log.handlers, log.propagate = handlers, passed_on
-    for message in filter(SKIPPED.search, found.messages):
+    for message in filter(SKIPPED.search, (record.getMessage() for record in found.buffer)):
         raise StarnavError(
             f"{place} cannot be read: {said_by(ValueError(message))}; allowed: what Drake's parser reads"
         )
-
-
-class _Messages(logging.Handler):
-    def __init__(self) -> None:
-        super().__init__(logging.WARNING)
-        self.messages: list[str] = []
-
-    def emit(self, record: logging.LogRecord) -> None:
-        self.messages.append(record.getMessage())

@@ -1,18 +1,29 @@
 """An ideal planar base: three joints from the floor to base_link, with velocity servos."""
 
 import math
-from xml.etree import ElementTree
 
 import numpy as np
 from pydrake.geometry import ProximityProperties
-from pydrake.multibody.tree import PdControllerGains
+from pydrake.math import RigidTransform
+from pydrake.multibody.tree import (
+    FixedOffsetFrame,
+    PdControllerGains,
+    PrismaticJoint,
+    RevoluteJoint,
+    SpatialInertia,
+    UnitInertia,
+)
 from pydrake.systems.framework import BasicVector, Context, LeafSystem
 
 from drake_starnav.robot import RobotParameters
 from drake_starnav.station.robot_geometry import RobotModel
 from drake_starnav.systems.release import weakly
 
-JOINTS = {"x": ("prismatic", "1 0 0"), "y": ("prismatic", "0 1 0"), "yaw": ("continuous", "0 0 1")}
+JOINTS = {
+    "x": (PrismaticJoint, np.array([1.0, 0.0, 0.0])),
+    "y": (PrismaticJoint, np.array([0.0, 1.0, 0.0])),
+    "yaw": (RevoluteJoint, np.array([0.0, 0.0, 1.0])),
+}
 """From the floor on, with their type and axis."""
 
 
@@ -49,38 +60,23 @@ class PlanarVelocityCommand(LeafSystem):
         output.SetFromVector((0.0, 0.0, 0.0, cosine * x - sine * y, sine * x + cosine * y, omega))
 
 
-def put_on_joints(root: ElementTree.Element, height: float) -> None:
-    """Hang `base_link`, so high above the floor (m), on the joints of a planar base."""
-    parent = "world"
-    for name, (kind, axis) in JOINTS.items():
-        child = "base_link" if name == "yaw" else f"floor_{name}"
-        if child != "base_link":
-            inertial = ElementTree.SubElement(ElementTree.SubElement(root, "link", name=child), "inertial")
-            ElementTree.SubElement(inertial, "mass", value="0.001")  # kg
-            moments = {"ixx": "1e-6", "iyy": "1e-6", "izz": "1e-6", "ixy": "0", "ixz": "0", "iyz": "0"}
-            ElementTree.SubElement(inertial, "inertia", moments)
-        joint = ElementTree.SubElement(root, "joint", name=f"floor_{name}", type=kind)
-        if parent == "world":
-            ElementTree.SubElement(joint, "origin", xyz=f"0 0 {height!r}")
-        ElementTree.SubElement(joint, "parent", link=parent)
-        ElementTree.SubElement(joint, "child", link=child)
-        ElementTree.SubElement(joint, "axis", xyz=axis)
-        parent = child
+def put_on_joints(robot: RobotModel, height: float, start: tuple[float, float, float]) -> None:
+    """Hang base_link, so high above the floor, m, on joints with motors, and let it not touch the floor.
 
-
-def motorize(robot: RobotModel, start: tuple[float, float, float]) -> None:
-    """Give the joints of a planar base their motors and the start, (x, y, yaw), m and rad, W, and let it not touch the
-    floor.
-
-    The plant is not yet finalized; its model was read from a file with `put_on_joints`.
+    The plant is not yet finalized; the start is (x, y, yaw), m and rad, W.
     """
     plant, bodies = robot.plant, [robot.plant.get_body(index) for index in robot.poses()]
     for geometry in robot.shapes(*bodies):
         robot.keep_off_floor(geometry, ProximityProperties(robot.inspector.GetProximityProperties(geometry)))
     mass = sum(body.default_mass() for body in bodies)
     inertia = sum(body.default_rotational_inertia().get_moments()[2] for body in bodies)
-    for name, value, inert in zip(JOINTS, start, (mass, mass, inertia), strict=True):
-        joint = plant.GetJointByName(f"floor_{name}", robot.index)
+    floor = f"floor_of_{plant.GetModelInstanceName(robot.index)}"
+    parent = plant.AddFrame(FixedOffsetFrame(floor, plant.world_frame(), RigidTransform([0.0, 0.0, height])))
+    light = SpatialInertia(0.001, np.zeros(3), UnitInertia(0.001, 0.001, 0.001))  # kg and m^2
+    for (name, (kind, axis)), value, inert in zip(JOINTS.items(), start, (mass, mass, inertia), strict=True):
+        body = robot.base if name == "yaw" else plant.AddRigidBody(f"floor_{name}", robot.index, light)
+        joint = plant.AddJoint(kind(f"floor_{name}", parent, body.body_frame(), axis))
         joint.set_default_positions(np.array([value]))
         actuator = plant.AddJointActuator(joint.name(), joint, math.inf)
         actuator.set_controller_gains(PdControllerGains(p=0.0, d=inert / 0.004))  # s, within which it follows
+        parent = body.body_frame()

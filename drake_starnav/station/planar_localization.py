@@ -24,11 +24,8 @@ def drifted(believed: np.ndarray, before: np.ndarray, now: np.ndarray, drift: fl
     During a trial the error keeps one direction relative to the robot and one sign of the heading, so that it
     accumulates like that of a badly calibrated odometry.
 
-    Args:
-        believed: pose at the true one `before`.
-        before, now: true poses.
-        drift: error as a share of the distance travelled and of the angle turned.
-        seed: a non-negative whole number below 2**64.
+    It believed to be at `believed` at the true pose `before`. The error is a share of the distance travelled and of the
+    angle turned.
     """
     along, across, turn = now_in(before, now)
     generator = random_numbers(seed, Stream.DRIFT)

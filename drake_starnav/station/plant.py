@@ -111,14 +111,8 @@ def add_plant(
 ) -> tuple[MultibodyPlant, SceneGraph, ModelInstanceIndex, GeometryId]:
     """Add a plant and scene graph with the robot, the ground and the obstacles of a world; the plant is finalized.
 
-    Args:
-        builder: to which they are added.
-        world: obstacles, and where the robot starts.
-        robot: model and size.
-        time_step, settings: as for `plant_config`, and keys of `MultibodyPlantConfig` that are laid over it.
-
-    Returns:
-        plant, scene graph, the robot's model instance, and the ground's geometry.
+    The time step is as for `plant_config`, and settings are keys of `MultibodyPlantConfig` that are laid over it.
+    Returns plant, scene graph, the robot's model instance, and the ground's geometry.
     """
     plant, scene_graph = AddMultibodyPlant(scenario_plant_config(settings, plant_config(time_step)), builder)
     model = add_robot(plant, scene_graph, robot, world.start)

@@ -24,6 +24,8 @@ from pydrake.multibody.tree import BodyIndex, Joint, ModelInstanceIndex, Revolut
 from drake_starnav.errors import StarnavError
 from drake_starnav.worlds.footprints import ball_vertices, box_vertices, convex_footprint
 
+TOLERANCE = 1e-3
+"""Of where a model has its wheels and lidars, how they are turned, radii and `robot.radius`, m and rad."""
 FLOOR_CONTACT = ("starnav", "floor")
 """Group and name of a property of a robot's collision shapes."""
 

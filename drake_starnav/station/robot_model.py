@@ -19,13 +19,18 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario import Scenario
 from drake_starnav.station.parser_warnings import parsing
-from drake_starnav.station.planar_drive import motorize, put_on_joints
+from drake_starnav.station.planar_drive import put_on_joints
 from drake_starnav.station.robot_file import center, effort, hold, robot_urdf
-from drake_starnav.station.robot_geometry import RobotModel, drive_geometry, massless_links, robot_outline, robot_reach
+from drake_starnav.station.robot_geometry import (
+    TOLERANCE,
+    RobotModel,
+    drive_geometry,
+    massless_links,
+    robot_outline,
+    robot_reach,
+)
 from drake_starnav.station.robot_wheels import found_wheels, stand_on_wheels
 
-TOLERANCE = 1e-3
-"""Of where a model's wheels are, how they are turned, their radii and `robot.radius`, m and rad."""
 WHEEL_GAIN = 10.0
 """Velocity servo of the wheels, N m s/rad, if those of `SERVO_LAG` do not need more."""
 SERVO_LAG = 0.02
@@ -69,12 +74,10 @@ def add_robot(
     held = hold(root, names)
     if held and (planar or wheels is not None):
         warnings.warn(f"robot model {path}: joints held still: {', '.join(held)}", stacklevel=2)
-    if planar:
-        put_on_joints(root, max(0.0, -read.lowest(read.poses())))
     placed = RobotModel(plant, scene_graph, _parsed(Parser(plant, model_name_prefix=name), root, path))
     floor = None
     if planar:
-        motorize(placed, start)
+        put_on_joints(placed, max(0.0, -read.lowest(read.poses())), start)
     elif wheels is not None:
         floor = stand_on_wheels(placed, wheels, [effort(root, joint) for joint in names])
     faults += model_faults(placed, robot.radius, floor)

@@ -11,8 +11,7 @@ from drake_starnav.errors import StarnavError, shown
 from drake_starnav.parameters import check_parameters
 from drake_starnav.worlds.clearance import clearance
 from drake_starnav.worlds.convex_parts import convex_parts
-from drake_starnav.worlds.formats.model import Model
-from drake_starnav.worlds.formats.obstacles import Obstacles
+from drake_starnav.worlds.formats.obstacles import Model, Obstacles
 from drake_starnav.worlds.formats.ros_map import RosMap
 from drake_starnav.worlds.formats.world_file import Barn, DynaBarn
 from drake_starnav.worlds.generators.channel import Channel

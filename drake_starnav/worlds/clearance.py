@@ -21,13 +21,8 @@ def clearance(world: World, points: np.ndarray) -> np.ndarray:
 def body_clearance(world: World, poses: np.ndarray, footprint: Footprint) -> np.ndarray:
     """Signed distance from a robot to the nearest obstacle surface; negative if and only if they overlap.
 
-    Args:
-        world: the obstacles.
-        poses: (x, y, yaw) of the robot, shape (n, 3), m and rad, frame W.
-        footprint: of the robot.
-
-    Returns:
-        Shape (n,), m. Where polygons overlap an obstacle, how deep the discs that cover them do.
+    Of poses (x, y, yaw), shape (n, 3), m and rad, W: shape (n,), m. Where polygons overlap an obstacle, it is how deep
+    the discs that cover them do.
     """
     count = len(footprint.cover)
     least = clearance(world, places(poses, footprint.cover)).reshape(-1, count).min(axis=1) - footprint.narrow

@@ -11,7 +11,7 @@ from drake_starnav.scenario import Scenario, load_scenario
 from drake_starnav.scenario.error_budget import error_budget
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.station.navigation_station import NavigationStation
-from drake_starnav.station.robot_model import TOLERANCE
+from drake_starnav.station.robot_geometry import TOLERANCE
 from drake_starnav.worlds.world import World
 
 ROOM = load_scenario("room")

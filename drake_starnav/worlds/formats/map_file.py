@@ -135,11 +135,8 @@ def occupancy(
 def read_image(path: Path) -> tuple[np.ndarray, np.ndarray | None]:
     """Brightness and, if it has any transparency, opacity of a PGM (P2, P5), PNG or BMP image.
 
-    Returns:
-        Both of shape (ny, nx), 0 to 1, the upper row first.
-
-    Raises:
-        StarnavError: the file is missing, broken, of another format or size than it says, or too large.
+    Both are of shape (ny, nx), 0 to 1, the upper row first. A `StarnavError` if the file is missing, broken, of another
+    format or size than it says, or too large.
     """
     from PIL import Image  # late: only maps need it
 

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from drake_starnav.parameters import parameter
-from drake_starnav.worlds.outlines import place, rectangle
-from drake_starnav.worlds.rectangles import solid_rectangles
+from drake_starnav.worlds.outlines import place, rectangle, solid_rectangles
 from drake_starnav.worlds.solvable import random_yaw
 from drake_starnav.worlds.world import World
 

@@ -97,12 +97,8 @@ class Maze(Drawn):
 
 
 def _spanning_tree_walls(n: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """Walls of a perfect maze on n x n cells, carved by a random depth-first walk.
-
-    Returns:
-        right, shape (n - 1, n): whether a wall stands between cells (i, j) and (i + 1, j).
-        upper, shape (n, n - 1): the same for (i, j) and (i, j + 1).
-    """
+    """Walls of a perfect maze on n x n cells, carved by a random depth-first walk: whether one stands between cells (i,
+    j) and (i + 1, j), shape (n - 1, n), and between (i, j) and (i, j + 1), shape (n, n - 1)."""
     right, upper = np.ones((n - 1, n), bool), np.ones((n, n - 1), bool)
     seen = np.zeros((n, n), bool)
     trail = [(int(rng.integers(n)), int(rng.integers(n)))]
