@@ -37,7 +37,7 @@ def test_the_separation_is_never_more_than_the_distance_and_decides_contact():
     for _ in range(400):
         pose, center = np.array((*rng.uniform(-0.5, 0.5, 2), rng.uniform(-math.pi, math.pi))), rng.uniform(-0.5, 0.5, 2)
         ends = rng.uniform(-1.0, 1.0, 4)
-        ends[2:] = ends[:2] + rng.uniform(-0.1, 0.1, 2)
+        ends[2:] = ends[:2] + rng.choice([0.1, 1.0]) * rng.uniform(-1.0, 1.0, 2)
         for shades in (False, True):
             body, apart = covered(shape, pose), gap(pose, shape, Chords(ends[None], np.array([shades]), center))
             exact = shapely.distance(body, hidden(ends, shades, center))
