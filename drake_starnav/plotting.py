@@ -1,7 +1,36 @@
 """Figures of worlds and robots with Matplotlib, and recordings inside a notebook."""
 
+import html
+import os
+from pathlib import Path
+
+from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.trajectory import Motion
-from drake_starnav.visualization.inline_page import InlinePage
+from drake_starnav.utils.files import reason_of
 from drake_starnav.visualization.world_figure import draw_goal, draw_robot, draw_world, save_figure, world_axes
 
 __all__ = ["InlinePage", "Motion", "draw_goal", "draw_robot", "draw_world", "save_figure", "world_axes"]
+
+
+class InlinePage:
+    """A self-contained HTML page, such as a recording, shown as the output of a notebook cell.
+
+    The page becomes part of the notebook, which needs neither the file nor a network to show it.
+    """
+
+    def __init__(self, path: str | os.PathLike, *, height: int = 480) -> None:
+        """Of an HTML file, in a height of pixels.
+
+        Raises:
+            StarnavError: the file cannot be read.
+        """
+        try:
+            self._page = Path(path).read_text(encoding="utf-8")
+        except (OSError, ValueError) as error:
+            raise StarnavError(f"cannot read {path}: {reason_of(error)}; allowed: an HTML file") from None
+        self._height = height
+
+    def _repr_html_(self) -> str:
+        """Called by the notebook."""
+        page = html.escape(self._page)
+        return f'<iframe srcdoc="{page}" style="width: 100%; height: {self._height}px; border: 0"></iframe>'

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 MODULES = {
     "demo": "simulate", "simulate": "simulate", "record": "record", "benchmark": "benchmark", "report": "benchmark",
-    "show_world": "show_world", "margins": "margins",
+    "show_world": "show", "margins": "show",
 }  # fmt: skip
 """Of each command, in this folder; scripts/ has a file for each but `demo`."""
 

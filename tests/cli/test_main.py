@@ -12,7 +12,7 @@ import pytest
 from drake_starnav.cli.benchmark import benchmark, report
 from drake_starnav.cli.main import MODULES, main
 from drake_starnav.cli.record import record
-from drake_starnav.cli.show_world import show_world
+from drake_starnav.cli.show import show_world
 from drake_starnav.cli.simulate import simulate
 from drake_starnav.scenario import METHODS, load_scenario, parse_scenario, scenario_names
 from drake_starnav.utils.compilation import COMPILING

@@ -15,7 +15,7 @@ import pytest
 from drake_starnav.cli.benchmark import benchmark, report
 from drake_starnav.cli.main import find_command, main
 from drake_starnav.cli.record import record
-from drake_starnav.cli.show_world import show_world
+from drake_starnav.cli.show import show_world
 from drake_starnav.cli.simulate import simulate
 
 WORLD = "world: !Obstacles {cylinders: [[0.9, 0.8, 0.3]], goal: [0.2, 0.0]}\n"

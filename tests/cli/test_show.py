@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from drake_starnav.cli.margins import margins
+from drake_starnav.cli.show import margins
 from drake_starnav.scenario import load_scenario
 from drake_starnav.scenario.error_budget import SYMBOLS, TERMS
 from drake_starnav.scenario.margins import derive_margins
