@@ -94,7 +94,7 @@ class Unshielded(LeafSystem):
         certified = bool(context.get_discrete_state(self._certified).value()[0])
         now = self._actuation._replace(delay=0.0)
         rest = now.base.braking(twist, twist, False)
-        path = roll_out(self._state.Eval(context)[:3], twist, rest, now).pose
+        path = roll_out(self._state.Eval(context), twist, rest, now).pose
         output.set_value(BrakingMotion(certified, path))
 
 
