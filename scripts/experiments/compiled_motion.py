@@ -4,6 +4,7 @@ The loop of `certified_twist` and the certificates is repeated here for compiled
 and the kernels of the certificates, are those of the package. The tests compare both command by command.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -12,7 +13,8 @@ from numba import njit
 from drake_starnav.control.braking_certificate import STOPPED_DISTANCE, _covered
 from drake_starnav.control.motion import SAMPLES, Pose, Velocity, _roll_out, advanced
 from drake_starnav.geometry.footprint import Footprint, Polygons
-from drake_starnav.regions.chords import Chords, chords
+from drake_starnav.geometry.polyline import point_to_segment_squared
+from drake_starnav.regions.chords import Chords
 from drake_starnav.regions.region_union import RegionUnion, cover_at
 from drake_starnav.regions.safe_region import CertifiedRegion, out_of_sight
 from drake_starnav.regions.separation import keeps_clear
@@ -22,6 +24,10 @@ from drake_starnav.worlds.world import World
 
 STRIDE = 32
 """So many poses are between those that are compared with the world first; most of them need not be compared then."""
+BLOCK = 32
+"""So many surfaces are asked about at once: those that refused the last motion first, and those out of reach never."""
+ROUNDING = 1e-6
+"""Far more than distances are rounded by, m."""
 NO_POLYGONS = Polygons(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0), np.zeros(0, np.int64))
 """Of a disc."""
 
@@ -33,7 +39,9 @@ class Seen(NamedTuple):
         star: center, bearing_0 and values of a union of one region.
         sight: center, bearing_0 and bearings of a `CertifiedRegion`.
         earlier: the regions of earlier scans as one union; empty: none.
-        surfaces: of the hits; for a disc, none.
+        surfaces: of the hits, the nearest to the scan's place first; for a disc, none.
+        away: of the first one of each BLOCK of them, m.
+        refused: index of the block that refused a motion last, shape (1,).
         sizes: as of `keeps_clear`.
     """
 
@@ -41,6 +49,8 @@ class Seen(NamedTuple):
     sight: tuple[np.ndarray, float, tuple[float, float]]
     earlier: RegionUnion
     surfaces: Chords
+    away: np.ndarray
+    refused: np.ndarray
     sizes: tuple[float, float, float]
 
     @staticmethod
@@ -48,14 +58,19 @@ class Seen(NamedTuple):
         """From the region, the margin (m), and the footprint of the robot."""
         rows = [other.alone.rows for other in star.earlier]
         earlier = RegionUnion(*map(np.concatenate, zip(*rows, strict=True))) if rows else RegionUnion.none()
-        nothing = np.zeros((0, 2))
-        surfaces = chords(nothing, 0, nothing, star.center) if footprint.is_disc else star.chords
+        ends, shades, center = Chords(np.zeros((0, 4)), np.zeros(0, np.bool_), star.center)
+        if not footprint.is_disc:
+            ends, shades, center = star.chords
+        away = _distances(ends, center)
+        order = np.argsort(away, kind="stable")
         first, last = star.sight
         return Seen(
             star.alone[:3],
             (star.center, float(star.bearing_0), (float(first), float(last))),
             earlier,
-            surfaces,
+            Chords(ends[order], shades[order], center),
+            away[order[::BLOCK]],
+            np.zeros(1, np.int64),
             (margin, footprint.radius, float(star.reach - footprint.radius)),
         )
 
@@ -166,7 +181,30 @@ def _accepts(samples, seen, cover, polygons, is_disc):
     for k in range(len(samples)):
         if unseen[k] and cover_at(seen.earlier, samples[k, 0], samples[k, 1], 0.0) < 0:
             return False
-    return keeps_clear(samples[:, :3], seen.surfaces, polygons, seen.sizes)
+    ends, shades, place = seen.surfaces
+    away, refused, (margin, radius, _) = seen.away, seen.refused, seen.sizes
+    reach = radius + margin + math.hypot(samples[0, 0] - place[0], samples[0, 1] - place[1])
+    for k in range(1, len(samples)):
+        way = math.hypot(samples[k, 0] - samples[k - 1, 0], samples[k, 1] - samples[k - 1, 1])
+        reach += way + radius * abs(samples[k, 2] - samples[k - 1, 2])
+    for b in range(-1, len(away)):
+        if b > 0 and away[b] > reach + ROUNDING:  # the kernel, too, passes over surfaces so far away
+            break
+        block = refused[0] if b < 0 else b
+        some = slice(block * BLOCK, (block + 1) * BLOCK)
+        if not keeps_clear(samples[:, :3], Chords(ends[some], shades[some], place), polygons, seen.sizes):
+            refused[0] = block
+            return False
+    return True
+
+
+@njit(cache=True)
+def _distances(ends, place):
+    """Distance of each chord (k, 4) from a place (2,), shape (k,), m."""
+    out = np.empty(len(ends))
+    for j in range(len(ends)):
+        out[j] = point_to_segment_squared(place[0], place[1], ends[j, 0], ends[j, 1], ends[j, 2], ends[j, 3])
+    return np.sqrt(out)
 
 
 def least_clearance(world: World, poses: np.ndarray, footprint: Footprint, known: float) -> tuple[float, int]:

@@ -53,7 +53,7 @@ def test_each_command_is_decided_and_driven_as_one_by_one(seed: int) -> None:
 @given(seeds)
 def test_the_least_clearance_is_that_of_all_poses(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    posts = [(*rng.uniform(-2.0, 2.0, 2), 0.1) for _ in range(5)]
+    posts = np.array([(*rng.uniform(-2.0, 2.0, 2), 0.1) for _ in range(5)])
     world = World("posts", (0, 0, 0), (0, 0), cylinders=posts, bounds=(-3.0, -3.0, 3.0, 3.0))
     shape = disc(0.2) if rng.random() < 0.5 else footprint(((-0.3, -0.1), (0.3, -0.1), (0.3, 0.1), (-0.3, 0.1)))
     poses = np.cumsum(0.01 * rng.standard_normal((200, 3)) + 0.02 * rng.uniform(-1.0, 1.0, 3), axis=0)
