@@ -12,7 +12,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from drake_starnav.errors import StarnavError, said_by
-from drake_starnav.lidar.scan_log import LoggedScan, ScanRecord, Sectors, logged_scans
+from drake_starnav.lidar.scan_log import LoggedScan, Record, Sectors, logged_scans
 
 POSE_TOPICS = ("/odom", "/tf")
 """Where poses are looked for, in this order."""
@@ -55,13 +55,13 @@ def read_rosbag(
         raise StarnavError(f"bag {path}: 0 scans in {scan_topic}; allowed: at least one")
     chains = {frame: frames.chain(frame) for frame in {message.header.frame_id for _, message in scans}}
     spans = {frame: _span(chain) for frame, chain in chains.items()}
+    first, last = next(iter(spans.values()))
     records = []
     for time, message in scans:
         frame = message.header.frame_id
         if spans[frame][0] <= time <= spans[frame][1]:
             pose = functools.reduce(lambda X, link: link.at(time) @ X, chains[frame], np.eye(4))
-            records.append(_record(time, message, pose, path))
-    first, last = next(iter(spans.values()))
+            records.append(_record(time - first, message, pose, path))
     taken = [time for time, _ in scans]
     said = f"scans are from {min(taken):.3f} to {max(taken):.3f} s, poses from {first:.3f} to {last:.3f} s"
     if not records:
@@ -69,7 +69,7 @@ def read_rosbag(
     if len(records) < len(scans):
         left_out = len(scans) - len(records)
         warnings.warn(f"bag {path}: {left_out} of {len(scans)} scans are left out: {said}", stacklevel=2)
-    return logged_scans([record._replace(time=record.time - first) for record in records], f"bag {path}", mask)
+    return logged_scans(records, f"bag {path}", mask)
 
 
 def _messages(path: Path, scan_topic: str, pose_topic: str | None) -> Iterator[tuple[str, Any]]:
@@ -186,8 +186,8 @@ def _matrix(row: np.ndarray) -> np.ndarray:
     return out
 
 
-def _record(time: float, message: Any, X_WS: np.ndarray, path: Path) -> ScanRecord:
-    """A message as a record of an upright lidar; beams of one that is upside down turn the other way."""
+def _record(time: float, message: Any, X_WS: np.ndarray, path: Path) -> Record:
+    """The pose and the fields of a message of an upright lidar; beams of one that is upside down turn the other way."""
     upright = float(X_WS[2, 2])
     if abs(upright) < 0.99:  # the cosine of its tilt
         raise StarnavError(
@@ -195,15 +195,15 @@ def _record(time: float, message: Any, X_WS: np.ndarray, path: Path) -> ScanReco
             "degrees; allowed: a level one, upright or upside down"
         )
     turns = math.copysign(1.0, upright)
-    return ScanRecord(
-        time=time,
-        pose=np.array((X_WS[0, 3], X_WS[1, 3], math.atan2(X_WS[1, 0], X_WS[0, 0]))),
-        angle_min=turns * float(message.angle_min),
-        angle_increment=turns * float(message.angle_increment),
-        range_min=float(message.range_min),
-        range_max=float(message.range_max),
-        ranges=np.array(message.ranges, dtype=float),
-    )
+    pose = np.array((X_WS[0, 3], X_WS[1, 3], math.atan2(X_WS[1, 0], X_WS[0, 0])))
+    return pose, {
+        "time": time,
+        "angle_min": turns * float(message.angle_min),
+        "angle_increment": turns * float(message.angle_increment),
+        "range_min": float(message.range_min),
+        "range_max": float(message.range_max),
+        "ranges": np.array(message.ranges, dtype=float),
+    }
 
 
 def _name(frame: str) -> str:

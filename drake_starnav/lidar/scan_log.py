@@ -5,7 +5,7 @@ import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -14,6 +14,8 @@ from drake_starnav.lidar.laser_scan import LaserScan
 
 Sectors = Sequence[tuple[float, float]]
 """Bearings in the sensor frame S, from the first counter-clockwise to the second of each pair, rad."""
+Record = tuple[np.ndarray, dict[str, Any]]
+"""The pose (x, y, yaw) of S in W, m and rad, and the fields of a `LaserScan` as a log has them."""
 CSV_HEADER = ("angle_min", "angle_increment", "range_min", "range_max")
 """The first line of a CSV file, a comment `# name=value, ...`; each further line is time, x, y, yaw, ranges."""
 
@@ -26,28 +28,7 @@ class LoggedScan:
     pose: np.ndarray
 
 
-class ScanRecord(NamedTuple):
-    """One scan as a log has it, with the field names of ROS `sensor_msgs/LaserScan`.
-
-    Attributes:
-        time: s.
-        pose: (x, y, yaw) of S in W, m and rad.
-        angle_min, angle_increment: bearing of the first beam, and from beam to beam, rad; negative if they turn
-            clockwise.
-        range_min, range_max: limits of the sensor, m; see `logged_scans`.
-        ranges: shape (n,), m.
-    """
-
-    time: float
-    pose: np.ndarray
-    angle_min: float
-    angle_increment: float
-    range_min: float
-    range_max: float
-    ranges: np.ndarray
-
-
-def logged_scans(records: Sequence[ScanRecord], log: str, mask: Sectors = ()) -> list[LoggedScan]:
+def logged_scans(records: Sequence[Record], log: str, mask: Sectors = ()) -> list[LoggedScan]:
     """Scans from what drivers write.
 
     Ranges mean what they do in a `LaserScan` whose beams may be lost. A `range_max` that is infinite or not above
@@ -62,27 +43,23 @@ def logged_scans(records: Sequence[ScanRecord], log: str, mask: Sectors = ()) ->
     Raises:
         StarnavError: a record is no scan, or the log has no range from which its unknown `range_max` would follow.
     """
-    longest = 0.0
-    for record in records:
-        finite = record.ranges[np.isfinite(record.ranges)]
-        longest = max(longest, float(finite.max(initial=0.0)))
-    scans = []
-    for record in records:
-        low = record.range_min if 0.0 <= record.range_min < math.inf else 0.0
-        high = record.range_max
+    every = np.concatenate([fields["ranges"] for _, fields in records])
+    longest, scans = float(every[np.isfinite(every)].max(initial=0.0)), []
+    for pose, fields in records:
+        low, high = fields["range_min"], fields["range_max"]
+        low = low if 0.0 <= low < math.inf else 0.0
         if not low < high < math.inf:
             high = math.nextafter(longest, math.inf)
             if high <= low:
                 raise StarnavError(
-                    f"{log}: range_max is {record.range_max:g} with range_min {record.range_min:g}, and no range is "
-                    "longer; allowed: range_min < range_max, or at least one range from which to tell"
+                    f"{log}: range_max is {fields['range_max']:g} with range_min {fields['range_min']:g}, and no range "
+                    "is longer; allowed: range_min < range_max, or at least one range from which to tell"
                 )
-        angles = record.angle_min, record.angle_increment
         try:
-            scan = LaserScan(record.time, *angles, low, high, record.ranges, lost_beams=True)
+            scan = LaserScan(**(fields | {"range_min": low, "range_max": high, "lost_beams": True}))
         except StarnavError as error:
-            raise StarnavError(f"{log}, at {record.time:.3f} s: {error}") from None
-        scans.append(LoggedScan(scan.masked(mask) if len(mask) else scan, record.pose))
+            raise StarnavError(f"{log}, at {fields['time']:.3f} s: {error}") from None
+        scans.append(LoggedScan(scan.masked(mask) if len(mask) else scan, pose))
     return scans
 
 
@@ -131,5 +108,5 @@ def read_csv(file: Path, *, mask: Sectors = ()) -> list[LoggedScan]:
             f"scan log {file}: rows of {rows.shape[1]} numbers, or poses that are not finite; "
             "allowed: finite time, x, y, yaw and at least 3 ranges"
         )
-    records = [ScanRecord(time=row[0], pose=row[1:4], ranges=row[4:], **header) for row in rows]
+    records = [(row[1:4], {"time": row[0], "ranges": row[4:], **header}) for row in rows]
     return logged_scans(records, f"scan log {file}", mask)

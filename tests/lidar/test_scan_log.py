@@ -8,15 +8,15 @@ import pytest
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.lidar.scan_log import LoggedScan, ScanRecord, logged_scans, read_csv, read_scan_log, write_csv
+from drake_starnav.lidar.scan_log import LoggedScan, logged_scans, read_csv, read_scan_log, write_csv
 from tests.helpers.bags import Bag
 
 SHIPPED = Path(__file__).parents[2] / "scripts" / "examples" / "room_scans.csv"
 
 
-def record(*ranges: float, **changes) -> ScanRecord:
-    usual = ScanRecord(1.0, np.zeros(3), -1.0, 0.25, 0.125, 8.0, np.array(ranges))
-    return usual._replace(**changes)
+def record(*ranges: float, **changes) -> tuple[np.ndarray, dict]:
+    usual = {"time": 1.0, "angle_min": -1.0, "angle_increment": 0.25, "range_min": 0.125, "range_max": 8.0}
+    return np.zeros(3), usual | {"ranges": np.array(ranges)} | changes
 
 
 def test_what_is_no_measurement_is_a_lost_beam() -> None:
