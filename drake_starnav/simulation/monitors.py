@@ -10,9 +10,8 @@ from pydrake.systems.primitives import LogVectorOutput, VectorLogSink
 from drake_starnav.navigation import Navigation
 from drake_starnav.navigation.sources import footprint_sources
 from drake_starnav.scenario import Scenario
-from drake_starnav.station.arrival_monitor import ArrivalMonitor
-from drake_starnav.station.collision_monitor import CollisionMonitor, Hull
 from drake_starnav.station.drive_check import check_drive
+from drake_starnav.station.monitors import ArrivalMonitor, CollisionMonitor, Hull
 from drake_starnav.systems.connecting import connect_inputs
 from drake_starnav.systems.footprint_hold import FootprintInForce
 from drake_starnav.systems.goal_sequence import GoalSequence

@@ -15,7 +15,7 @@ from drake_starnav.geometry.se2 import places
 from drake_starnav.geometry.trajectory import evenly_sampled, motion_metrics
 from drake_starnav.scenario import Scenario
 from drake_starnav.scenario.margins import derive_margins
-from drake_starnav.station.collision_monitor import COLLISION, contact_in
+from drake_starnav.station.monitors import COLLISION, contact_in
 from drake_starnav.systems.star_roadmap_planner import STANDSTILL
 from drake_starnav.worlds.clearance import body_clearance
 from drake_starnav.worlds.moving_obstacles import moving_obstacle_clearance

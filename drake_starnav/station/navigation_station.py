@@ -10,7 +10,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort, Output
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.footprint import disc
 from drake_starnav.scenario.schema import Scenario
-from drake_starnav.station.collision_monitor import Hull
+from drake_starnav.station.monitors import Hull
 from drake_starnav.station.moving_bodies import add_moving_obstacle_drive
 from drake_starnav.station.plant import DISCRETE_ONLY, add_plant
 from drake_starnav.station.robot_interface import LIDAR_PORTS, POSE_PORTS, RobotInterface, connect_robot

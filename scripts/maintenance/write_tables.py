@@ -32,9 +32,8 @@ from drake_starnav.scenario import METHODS, Scenario
 from drake_starnav.scenario.error_budget import SYMBOLS, TERMS
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.scenario.schema import SECTIONS
-from drake_starnav.station.arrival_monitor import ArrivalMonitor
-from drake_starnav.station.collision_monitor import CollisionMonitor
 from drake_starnav.station.lidar_sensor import LidarMount, LidarSensor
+from drake_starnav.station.monitors import ArrivalMonitor, CollisionMonitor
 from drake_starnav.station.moving_bodies import MovingObstacleDrive
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.station.planar_drive import PlanarVelocityCommand

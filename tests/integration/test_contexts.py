@@ -16,8 +16,7 @@ from drake_starnav.planning.distance_grid import DistanceGrid
 from drake_starnav.scenario import METHODS, parse_scenario
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.simulation import add_collision_monitor
-from drake_starnav.station.arrival_monitor import ArrivalMonitor
-from drake_starnav.station.collision_monitor import CollisionMonitor
+from drake_starnav.station.monitors import ArrivalMonitor, CollisionMonitor
 from drake_starnav.systems.twist_shield import TwistShield
 from drake_starnav.utils.stopwatch import Stopwatch
 from tests.helpers.posts import GOALS, POSTS, posts, simulated

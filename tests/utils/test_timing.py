@@ -9,7 +9,7 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.localization.scan_matching import OdometryError
 from drake_starnav.planning import PlannerParameters
 from drake_starnav.robot import RobotParameters
-from drake_starnav.station.arrival_monitor import ArrivalMonitor
+from drake_starnav.station.monitors import ArrivalMonitor
 from drake_starnav.systems.jump_guard import JumpGuard
 from drake_starnav.systems.scan_matcher import ScanMatcher
 from drake_starnav.systems.state_predictor import StatePredictor

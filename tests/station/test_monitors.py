@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+from pydrake.common.value import Value
 from pydrake.geometry import (
     AddCompliantHydroelasticProperties,
     AddRigidHydroelasticProperties,
@@ -20,11 +21,13 @@ from pydrake.systems.analysis import Simulator, SimulatorStatus
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
+from drake_starnav.geometry.trajectory import STANDING
 from drake_starnav.lidar.sensor_model import LidarParameters
+from drake_starnav.planning import PlannerStatus
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario import Scenario
 from drake_starnav.station import world_geometry
-from drake_starnav.station.collision_monitor import CollisionMonitor, body_name, contact_in
+from drake_starnav.station.monitors import ArrivalMonitor, CollisionMonitor, body_name, contact_in
 from drake_starnav.station.moving_bodies import MOVING_OBSTACLES
 from drake_starnav.station.navigation_station import NavigationStation, add_station
 from drake_starnav.station.plant import make_simulator
@@ -35,6 +38,9 @@ ROBOT = RobotParameters()
 TOUCHED = SimulatorStatus.ReturnReason.kReachedTerminationCondition
 SPEED = 0.5
 STEP = 0.005  # of the plant, s
+GOAL = [3.0, 4.0]
+FAR = (0.0, 0.0)
+REACHED = SimulatorStatus.ReturnReason.kReachedTerminationCondition
 
 
 class Run:
@@ -249,3 +255,56 @@ def test_hydroelastic_contact_is_contact() -> None:
     simulator = Simulator(builder.Build())
     assert simulator.AdvanceTo(0.002).reason() == TOUCHED
     assert monitor.contacts(monitor.GetMyContextFromRoot(simulator.get_context())) == [(robot, wall)]
+
+
+def verdict(position=FAR, speed=(0.0, 0.0), status: PlannerStatus | None = PlannerStatus.EXPLORING) -> str | None:
+    """The message that ends the run, None if it goes on; `status` None leaves the port unconnected."""
+    monitor = ArrivalMonitor(tolerance=0.3, period=0.02)
+    simulator = Simulator(monitor)
+    context = simulator.get_mutable_context()
+    monitor.GetInputPort("state").FixValue(context, [*position, 0.5, *speed])
+    monitor.GetInputPort("goal").FixValue(context, GOAL)
+    if status is not None:
+        monitor.GetInputPort("status").FixValue(context, Value(status))
+    result = simulator.AdvanceTo(0.1)
+    return result.message() if result.reason() == REACHED else None
+
+
+@pytest.mark.parametrize("status", [None, *PlannerStatus])
+def test_a_robot_within_the_tolerance_has_arrived_whatever_the_planner_says(status) -> None:
+    assert verdict((3.0, 3.71), (0.5, 0.0), status) == "reached"
+
+
+@pytest.mark.parametrize("status", [None, PlannerStatus.WAITING, PlannerStatus.EXPLORING, PlannerStatus.APPROACHING])
+def test_the_run_goes_on_outside_the_tolerance(status) -> None:
+    assert verdict((3.0, 3.69), status=status) is None
+
+
+def test_unreachable_ends_the_run_only_once_the_robot_stands() -> None:
+    given_up = PlannerStatus.UNREACHABLE
+    assert verdict(status=given_up) == "unreachable"
+    for speed in ((2.0 * STANDING, 0.0), (-2.0 * STANDING, 0.0), (0.0, 2.0 * STANDING), (0.0, -2.0 * STANDING)):
+        assert verdict(speed=speed, status=given_up) is None
+
+
+@pytest.mark.parametrize(("times", "said"), [((1.0, math.nan), None), ((1.0, 2.0), "reached")])
+def test_of_several_goals_all_are_to_be_reached(times: tuple[float, float], said: str | None) -> None:
+    monitor = ArrivalMonitor(tolerance=0.3, period=0.02, goals=2)
+    simulator = Simulator(monitor)
+    context = simulator.get_mutable_context()
+    monitor.GetInputPort("state").FixValue(context, [*GOAL, 0.0, 0.0, 0.0])
+    monitor.GetInputPort("reached").FixValue(context, times)
+    result = simulator.AdvanceTo(0.1)
+    assert (result.message() if result.reason() == REACHED else None) == said
+
+
+def test_checks_come_at_multiples_of_the_period_and_follow_the_inputs() -> None:
+    monitor = ArrivalMonitor(tolerance=0.3, period=0.1)
+    simulator = Simulator(monitor)
+    context = simulator.get_mutable_context()
+    monitor.GetInputPort("goal").FixValue(context, GOAL)
+    monitor.GetInputPort("state").FixValue(context, [*FAR, 0.0, 0.0, 0.0])
+    assert simulator.AdvanceTo(0.25).reason() != REACHED
+    monitor.GetInputPort("state").FixValue(context, [*GOAL, 0.0, 0.0, 0.0])
+    assert simulator.AdvanceTo(0.35).message() == "reached"
+    assert simulator.get_context().get_time() == pytest.approx(0.3)
