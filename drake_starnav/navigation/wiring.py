@@ -26,7 +26,7 @@ from drake_starnav.systems.star_perception import StarPerception, lidar_names
 from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
 from drake_starnav.systems.twist_shield import TwistShield, Unshielded
 from drake_starnav.utils.stopwatch import Stopwatch
-from drake_starnav.worlds.solvable import check_free, check_free_ends
+from drake_starnav.worlds.solvable import check_free
 from drake_starnav.worlds.world import World
 
 SYSTEMS = (
@@ -161,7 +161,7 @@ def _checked_world(scenario: Scenario, parts: Parts, seed: int) -> World:
     if parts.world is None:
         return make_world_with_footprints(scenario.world, seed, scenario.robot.radius)
     if parts.station is None:
-        check_free_ends(parts.world, scenario.robot.radius, f"world {parts.world.name}", ("start",))
+        check_free(parts.world, parts.world.start[:2], scenario.robot.radius, f"world {parts.world.name}.start")
     return parts.world
 
 

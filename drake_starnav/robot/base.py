@@ -81,10 +81,10 @@ class Base(Protocol):
         """
 
 
-def straight_and_curved(length: float, turn: float, gears: tuple[float, ...] = (1.0, -1.0)) -> list[tuple]:
-    """Moves of a length (m): straight on, and with a turn (rad) either way, in each gear."""
+def straight_and_curved(length: float, turn: float) -> list[tuple]:
+    """Moves of a length (m): straight on, and with a turn (rad) either way, forwards and backwards."""
     rows = []
-    for gear in gears:
+    for gear in (1.0, -1.0):
         cost = 1.0 if gear > 0.0 else 1.2  # of a metre
         rows.append((gear * length, 0.0, 0.0, cost * length, gear))
         rows += [(gear * 1.2 * length, 0.0, side * turn, cost * (1.2 * length + 0.02), gear) for side in (1.0, -1.0)]

@@ -22,8 +22,7 @@ class Car(Differential):
     moves = np.array(
         [
             *straight_and_curved(MOVE, 0.5 * MOVE),
-            *straight_and_curved(MOVE, MOVE)[1:3],
-            *straight_and_curved(MOVE, MOVE)[4:],
+            *(move for move in straight_and_curved(MOVE, MOVE) if move[2]),
         ]
     )
 

@@ -43,11 +43,10 @@ def random_yaw(rng: np.random.Generator) -> float:
     return float(rng.uniform(-math.pi, math.pi))
 
 
-def check_free_ends(world: World, robot_radius: float, place: str, ends: tuple[str, ...] = ("start", "goal")) -> None:
+def check_free_ends(world: World, robot_radius: float, place: str) -> None:
     """Raise `StarnavError` if the robot (radius in m) touches an obstacle at one of the ends, which `place` has."""
-    for name, point in (("start", world.start[:2]), ("goal", world.goal)):
-        if name in ends:
-            check_free(world, point, robot_radius, f"{place}.{name}")
+    check_free(world, world.start[:2], robot_radius, f"{place}.start")
+    check_free(world, world.goal, robot_radius, f"{place}.goal")
 
 
 def check_free(world: World, point: tuple[float, float], robot_radius: float, name: str) -> None:
