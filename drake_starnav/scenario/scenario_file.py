@@ -28,7 +28,7 @@ from drake_starnav.utils.files import read_text, reason_of, write_text
 from drake_starnav.utils.resources import model_path
 from drake_starnav.utils.yaml_text import LARGEST_TEXT, Loader, SectionDumper, Tagged, load_yaml, read_mapping, section
 from drake_starnav.worlds import WORLD_KINDS, Model
-from drake_starnav.worlds.formats.listings import check_numbers
+from drake_starnav.worlds.world import check_numbers
 
 NOT_IN_NAMES = r"[^\w.-]"
 """Characters that no robot's name has, as it is part of the names of systems and of paths."""

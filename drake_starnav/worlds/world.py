@@ -1,12 +1,15 @@
 """A planar world to drive through: its obstacles, the start and the goal."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import shapely
 
 from drake_starnav.errors import StarnavError, shown
+from drake_starnav.parameters import is_number
 from drake_starnav.utils.snapshot import snapshot
 from drake_starnav.worlds.moving_obstacles import MovingObstacles
 from drake_starnav.worlds.outlines import rectangle
@@ -163,3 +166,28 @@ class World:
         places = np.vstack((ends, centers - radii, centers + radii, *self.polygons, ways))
         (x0, y0), (x1, y1) = places.min(axis=0) - OPEN_BORDER, places.max(axis=0) + OPEN_BORDER
         return float(x0), float(y0), float(x1), float(y1)
+
+
+def check_list(value: Any, name: str) -> Sequence:
+    """The value, or a `StarnavError` that names it if it is no list."""
+    if not isinstance(value, (list, tuple)):
+        raise StarnavError(f"{name} is {shown(value)}; allowed: a list")
+    return value
+
+
+def check_ends(start: Any, goal: Any, prefix: str) -> tuple[tuple[float, float, float], tuple[float, float]]:
+    """Start (x, y, yaw) and goal (x, y), or a `StarnavError` that names the wrong one after a prefix."""
+    x, y, yaw = check_numbers(start, f"{prefix}start", ("x", "y", "yaw"))
+    goal_x, goal_y = check_numbers(goal, f"{prefix}goal", ("x", "y"))
+    return (x, y, yaw), (goal_x, goal_y)
+
+
+def check_numbers(value: Any, name: str, entries: tuple[str, ...], *, or_empty: bool = False) -> Sequence:
+    """The value, or a `StarnavError` if it is no list of as many finite numbers as there are `entries`."""
+    numbers = check_list(value, name)
+    if or_empty and not numbers:
+        return numbers
+    if len(numbers) != len(entries) or not all(map(is_number, numbers)):
+        empty = ", or an empty list" if or_empty else ""
+        raise StarnavError(f"{name} is {shown(list(numbers))}; allowed: finite [{', '.join(entries)}]{empty}")
+    return numbers

@@ -9,9 +9,8 @@ from drake_starnav.errors import StarnavError, shown
 from drake_starnav.parameters import parameter
 from drake_starnav.utils.resources import resolve_path
 from drake_starnav.worlds.convex_parts import convex_parts, evened
-from drake_starnav.worlds.formats.listings import check_ends, check_list, check_numbers
 from drake_starnav.worlds.solvable import check_free_ends
-from drake_starnav.worlds.world import MOST_SHAPES, ModelFile, World
+from drake_starnav.worlds.world import MOST_SHAPES, ModelFile, World, check_ends, check_list, check_numbers
 
 FORMATS = (".dmd.yaml", ".sdf", ".world", ".urdf")
 

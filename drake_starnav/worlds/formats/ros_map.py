@@ -10,11 +10,10 @@ from scipy import ndimage
 from drake_starnav.errors import StarnavError
 from drake_starnav.parameters import parameter
 from drake_starnav.utils.resources import resolve_path
-from drake_starnav.worlds.formats.listings import check_numbers
 from drake_starnav.worlds.formats.map_file import FREE, OCCUPIED, OccupancyMap, read_map
 from drake_starnav.worlds.outlines import solid_rectangles
 from drake_starnav.worlds.solvable import check_free_ends, check_reachable, random_yaw
-from drake_starnav.worlds.world import World
+from drake_starnav.worlds.world import World, check_numbers
 
 _SPARE = 0.1  # m, random places, and the way between them, are this much wider than the robot
 

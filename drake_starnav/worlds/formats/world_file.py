@@ -13,11 +13,10 @@ from drake_starnav.errors import StarnavError, said_by, shown
 from drake_starnav.parameters import parameter
 from drake_starnav.utils.files import read_bytes, reason_of
 from drake_starnav.utils.resources import model_path
-from drake_starnav.worlds.formats.listings import check_ends, check_list, check_numbers
 from drake_starnav.worlds.moving_obstacles import MovingObstacles
 from drake_starnav.worlds.outlines import place, rectangle
 from drake_starnav.worlds.solvable import check_free_ends
-from drake_starnav.worlds.world import MOST_SHAPES, World
+from drake_starnav.worlds.world import MOST_SHAPES, World, check_ends, check_list, check_numbers
 
 _POSE = ("x", "y", "z", "roll", "pitch", "yaw")
 
