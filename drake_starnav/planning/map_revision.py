@@ -20,7 +20,7 @@ from drake_starnav.regions.bearing_hits import half_gaps
 from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.observation import Observation
 from drake_starnav.regions.piecewise_cubic import JUMP
-from drake_starnav.regions.region_union import CELL, WORD, samples_beside
+from drake_starnav.regions.region_union import CELL, WORD, RegionUnion, samples_beside
 from drake_starnav.regions.star_region import StarRegion, clear_of, cut_back, refitted
 
 CONTRADICTION = 0.2
@@ -184,7 +184,13 @@ def revised(
     hits, stamped = roadmap.hits, news
     if margins.drop_seen_through:
         hits, stamped = hits.emptied(), nodes
-        roadmap = dataclasses.replace(roadmap, nodes=(), edge_frontiers=Frontiers.none(), covers=np.zeros(0, np.int64))
+        roadmap = dataclasses.replace(
+            roadmap,
+            nodes=(),
+            union=RegionUnion.none(),
+            edge_frontiers=Frontiers.none(),
+            covers=np.zeros(0, np.int64),
+        )
     for node in stamped:
         hits = hits.stamped(impassable_points(node, margins, robot_radius))
     return remade(dataclasses.replace(roadmap, hits=hits), nodes, robot_radius)

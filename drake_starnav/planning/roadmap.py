@@ -137,7 +137,9 @@ def remade(roadmap: StarRoadmap, nodes: Sequence[Observation], robot_radius: flo
     news = np.array(list(number.values()), np.int64)
     kept = np.flatnonzero(renumbered >= 0)
     same = len(regions) >= len(roadmap) and (renumbered[kept] == kept).all()  # else they have other bits in the index
-    union = united(regions)
+    order = np.argsort(np.append(renumbered, news), kind="stable")[(renumbered < 0).sum() :]
+    joined = roadmap.union.joined(united(regions[k] for k in news.tolist()))
+    union = RegionUnion(*(rows.take(order, axis=0) for rows in joined.rows))
     union = indexed(union, roadmap.union, news) if same else indexed(union, RegionUnion.none(), np.arange(union.size))
     edges, lengths = edges_from(union, 0)
     fresh = [_edges_off_hits(regions[k], k, roadmap.hits, robot_radius) for k in news.tolist()]

@@ -67,8 +67,8 @@ class RegionUnion(NamedTuple):
 
     def joined(self, other: "RegionUnion") -> "RegionUnion":
         """The regions of both, without an index."""
-        if not self.size:
-            return RegionUnion(*other.rows)
+        if not (self.size and other.size):
+            return RegionUnion(*(self if self.size else other).rows)
         return RegionUnion(*(np.concatenate(both) for both in zip(self.rows, other.rows, strict=True)))
 
     def contains(self, points: np.ndarray, slack: float = 0.0) -> np.ndarray:

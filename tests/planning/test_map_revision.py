@@ -18,6 +18,7 @@ from drake_starnav.planning.map_revision import (
 )
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.roadmap import StarRoadmap, extended
+from drake_starnav.regions.region_union import RegionUnion
 from drake_starnav.regions.star_region import clear_of, cut_back
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import MARGINS, RADIUS, cast, explored, observed, seeds, segment_distance, wandered
@@ -88,6 +89,11 @@ def test_a_drifted_map_yields_to_the_latest_scan(offset):
         radius = RADIUS + region.margin - CONTRADICTION
         slack = region.free_range - cut_back(region, *mappable_hits(seen), radius)
         assert slack.max() <= CONTRADICTION
+    places = np.random.default_rng(0).uniform(-4.0, 4.0, (2000, 2))
+    alone = RegionUnion(*found.union.rows)  # the index knows no region that is gone
+    np.testing.assert_array_equal(found.union.covers(places), alone.covers(places))
+    marked = np.unpackbits(np.bitwise_or.reduce(found.union.marks, axis=(0, 1)).view(np.uint8), bitorder="little")
+    assert np.flatnonzero(marked).tolist() == list(range(len(found)))
     # ghosts of the old walls are gone with their nodes
     ahead = HERE[:2] + np.array([(0.0, 0.0), (-0.3, 0.2), (0.3, -0.2)])
     assert (found.hits.distance(ahead) > RADIUS).all()
