@@ -16,7 +16,7 @@ from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.geometry.polyline import arc_lengths, distance_to_segment, resampled
 from drake_starnav.planning.passage import Passage, tight_passage
 from drake_starnav.planning.pose_search import NEAR_GOAL, REACH, found_way
-from drake_starnav.regions.chords import Chords
+from drake_starnav.regions.chords import Chords, thinned
 from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.robot import Base
 from drake_starnav.robot.limits import wrapped_angle
@@ -26,8 +26,6 @@ RANK_COST = 0.5
 ANY_HEADING = 7.0
 LOOKS = ((0.9, 0.6), (0.45, 0.6), (1.8, 0.6), (0.9, ANY_HEADING))
 """Goals along the path: how far ahead, m, and by how much the heading may be off the path's, rad."""
-THINNED = 0.02
-"""Of the surfaces one is kept for each cell of this size, m."""
 EXTRA_MARGINS = (0.003, 0.009, 0.015, 0.021)
 """Beyond the certificate's margin, since its scans differ; a wider one after each manoeuvre that it refused, m."""
 STUCK = 0.3
@@ -185,10 +183,9 @@ def _goals(pose: np.ndarray, path: np.ndarray, body: Body) -> np.ndarray:
 
 
 def _near_surfaces(surfaces: Chords, place: np.ndarray) -> Chords:
-    """Surfaces within the search's reach, the nearest one for each cell of THINNED; they hide nothing."""
+    """Surfaces within the search's reach, thinned out to the nearest ones; they hide nothing."""
     middle = 0.5 * (surfaces.ends[:, :2] + surfaces.ends[:, 2:])
     away = np.hypot(*(middle - place).T)
     near = np.argsort(away, kind="stable")[: int((away < REACH + 0.5).sum())]
-    _, first = np.unique(np.floor(middle[near] / THINNED).astype(np.int64), axis=0, return_index=True)
-    ends = surfaces.ends[near[np.sort(first)]]
+    ends = surfaces.ends[near[thinned(middle[near])]]
     return Chords(ends, np.zeros(len(ends), np.bool_), np.array(place, dtype=float))

@@ -73,7 +73,9 @@ def plan_step(state: PlannerState, inputs: PlannerInput) -> PlannerState:
         return state
     check_beams(state.roadmap, observation)
     region = clear_of(observation.region, state.roadmap.stall_points, inputs.robot_radius + observation.region.margin)
-    state, stalled = watched(dataclasses.replace(state, recent=(*state.recent, observation)[-AVERAGED_SCANS:]), inputs)
+    if state.doubting:
+        state = dataclasses.replace(state, recent=(*state.recent, observation)[-AVERAGED_SCANS:])
+    state, stalled = watched(state, inputs)
     check = check_plan(state, region, inputs)
     trigger = _growth_trigger(state, region, check, stalled, inputs)
     if trigger:

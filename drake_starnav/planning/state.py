@@ -53,7 +53,7 @@ class PlannerState:
         optimistic_path: shape (m, 2), the optimistic path from the target frontier's probe to the goal, W, m.
         next_segment: shape (n, 2), its next segment, to which the robot may turn.
         doubting: whether no way was left once. Nothing is then given up before enough scans speak against it.
-        recent: the latest observations, oldest first.
+        recent: the latest observations since then, oldest first.
         manoeuvring: of a robot that is no disc.
         anticipated: guidance that replaces the path once the latest scan shows part of `next_segment`; or None.
     """
@@ -98,6 +98,7 @@ class PlannerState:
             target=None,
             progress_position=UNSET_POSITION,
             doubting=False,
+            recent=(),
             anticipated=None,
             began_with_map=len(self.roadmap) > 0,
         )
@@ -110,7 +111,7 @@ class PlannerState:
             robot_radius, swept_radius: as of `PlannerInput`, m.
         """
         roadmap = refitted(self.roadmap, margins, robot_radius, swept_radius)
-        return dataclasses.replace(self.with_new_goal(), roadmap=roadmap, recent=(), manoeuvring=Manoeuvring())
+        return dataclasses.replace(self.with_new_goal(), roadmap=roadmap, manoeuvring=Manoeuvring())
 
     @property
     def guidance(self) -> Guidance:

@@ -8,8 +8,8 @@ import numpy as np
 from drake_starnav.lidar.field_of_view import FieldOfView
 from drake_starnav.regions.bearing_hits import CONNECTED_CHORD
 
-BEHIND_CELL = 0.02
-"""Of the hits behind the robot one is kept for each cell of this size, m."""
+THINNED = 0.02
+"""Of places that are thinned out one is kept for each cell of this size, m."""
 
 
 class Chords(NamedTuple):
@@ -46,7 +46,7 @@ def chords(hits: np.ndarray, newest: int, behind: np.ndarray, center: np.ndarray
 
 
 def hits_behind(behind: np.ndarray, hits: np.ndarray, view: FieldOfView, pose: np.ndarray, reach: float) -> np.ndarray:
-    """Hits near a robot on which its lidar does not look, one for each cell of BEHIND_CELL, shape (m, 2), W, m.
+    """Hits near a robot on which its lidar does not look, thinned out, shape (m, 2), W, m.
 
     Args:
         behind: those before the scan, shape (k, 2), W, m.
@@ -60,8 +60,13 @@ def hits_behind(behind: np.ndarray, hits: np.ndarray, view: FieldOfView, pose: n
     bearing = np.arctan2(away[:, 1], away[:, 0]) - pose[2] - view.angle_min
     unseen = np.mod(bearing, 2.0 * math.pi) > view.span
     known = known[unseen & (np.hypot(*away.T) < reach)]
-    _, first = np.unique(np.floor(known / BEHIND_CELL).astype(np.int64), axis=0, return_index=True)
-    return known[np.sort(first)]
+    return known[thinned(known)]
+
+
+def thinned(places: np.ndarray) -> np.ndarray:
+    """Indices of the first of some places (n, 2) in each cell of THINNED, in order."""
+    _, first = np.unique(np.floor(places / THINNED).astype(np.int64), axis=0, return_index=True)
+    return np.sort(first)
 
 
 def _joined(points: np.ndarray, circular: bool) -> np.ndarray:
