@@ -68,54 +68,29 @@ def _simulate(options: argparse.Namespace) -> int:
     check_outputs((options.html, options.json), input_files(options.scenario, scenario))
     if options.meshcat:
         return _simulate_live(scenario, options)
-    if scenario.robots:
-        return _simulate_robots(scenario, options)
     with progress_bar(f"{scenario.name} seed {options.seed}") as progress:
-        world = make_world(scenario.world, options.seed, scenario.robot.radius)
-        from drake_starnav.navigation import Parts  # late: a bad world is reported before Drake is loaded
-        from drake_starnav.simulation import run_trial, trial_record
+        if not scenario.robots:  # a bad world is reported before Drake is loaded
+            make_world(scenario.world, options.seed, scenario.robot.radius)
+        from drake_starnav.simulation.records import driven_record
 
-        trial = run_trial(
-            scenario,
-            Parts(world if world.model is None else None),  # only Drake can read a model's footprints
-            method=options.method,
-            seed=options.seed,
-            html=options.html,
-            progress=progress,
-        )
+        record = driven_record(scenario, method=options.method, seed=options.seed, html=options.html, progress=progress)
     if options.json is not None:
-        fields = {**trial_record(trial), "text": scenario_text(scenario)}
-        write_text(options.json, json.dumps(fields, indent=2) + "\n")
+        write_text(options.json, json.dumps({**record, "text": scenario_text(scenario)}, indent=2) + "\n")
     if not options.quiet:
-        print(_table(trial_record(trial)))
+        print("\n".join(map(_robot_line, record["robots"])) if scenario.robots else _table(record))
         print_written((options.html, options.json))
         if options.html is not None:
             print(f"open {options.html.resolve().as_uri()} in a browser, no network needed")
-    return REACHED if trial.outcome == "reached" else NOT_REACHED
+    return REACHED if record["outcome"] == "reached" else NOT_REACHED
 
 
-def _simulate_robots(scenario: "Scenario", options: argparse.Namespace) -> int:
-    from drake_starnav.scenario.scenario_file import scenario_text
-    from drake_starnav.simulation.records import record_robots, robots_record
-    from drake_starnav.simulation.robots import run_robots
-
-    with progress_bar(f"{scenario.name} seed {options.seed}") as progress:
-        trials = run_robots(scenario, method=options.method, seed=options.seed, progress=progress)
-    if options.html is not None:
-        record_robots(scenario, trials, options.seed, options.html)
-    if options.json is not None:
-        fields = {**robots_record(trials), "text": scenario_text(scenario)}
-        write_text(options.json, json.dumps(fields, indent=2) + "\n")
-    if not options.quiet:
-        for each in trials:
-            trial = each.trial
-            why = trial.contact or (trial.outcome == "blocked" and trial.blocked_by) or ""
-            print(
-                f"{each.robot:>16}  {trial.outcome}{f' ({why})' if why else ''}, {trial.time_s:.1f} s, "
-                f"{trial.path_length_m:.2f} m, at least {each.min_gap_m:.2f} m from the others"
-            )
-        print_written((options.html, options.json))
-    return REACHED if all(each.trial.outcome == "reached" for each in trials) else NOT_REACHED
+def _robot_line(record: dict) -> str:
+    """How one of several robots fared."""
+    why = record["contact"] or (record["outcome"] == "blocked" and record["blocked_by"]) or ""
+    return (
+        f"{record['robot']:>16}  {record['outcome']}{f' ({why})' if why else ''}, {record['time_s']:.1f} s, "
+        f"{record['path_length_m']:.2f} m, at least {record['min_gap_m']:.2f} m from the others"
+    )
 
 
 def _check_live_options(options: argparse.Namespace) -> None:

@@ -23,20 +23,17 @@ DECIDES = "collision", "struck", "unreachable", "blocked", "occupied", "timeout"
 
 
 def driven_record(
-    scenario: Scenario, *, method: str = "star", seed: int = 0, html: Path | None = None
+    scenario: Scenario,
+    *,
+    method: str = "star",
+    seed: int = 0,
+    html: Path | None = None,
+    progress: Callable[[float, float], None] | None = None,
 ) -> dict[str, Any]:
-    """Run a scenario of one robot or of several, and return its record.
-
-    Args:
-        scenario, method, seed: as for `run_trial`.
-        html: file for a recording, if any.
-
-    Raises:
-        StarnavError: as of `run_trial` and `run_robots`.
-    """
+    """Run a scenario of one robot or of several, and return its record; arguments and errors as of `run_trial`."""
     if not scenario.robots:
-        return trial_record(run_trial(scenario, method=method, seed=seed, html=html))
-    trials = run_robots(scenario, method=method, seed=seed)
+        return trial_record(run_trial(scenario, method=method, seed=seed, html=html, progress=progress))
+    trials = run_robots(scenario, method=method, seed=seed, progress=progress)
     if html is not None:
         record_robots(scenario, trials, seed, html)
     return robots_record(trials)
