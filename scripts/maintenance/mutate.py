@@ -47,8 +47,12 @@ EQUIVALENT = Path(__file__).with_name("equivalent_mutants.yaml")
 CONTROL = "tests/control/test_"
 GROUPS: dict[str, dict[str, tuple[str, ...]]] = {
     "certificate": {
-        "control/point_certificate": (f"{CONTROL}point_certificate.py",),
-        "control/braking_certificate": (f"{CONTROL}braking_certificate.py",),
+        "control/point_certificate": (f"{CONTROL}point_certificate.py", f"{CONTROL}certificates.py"),
+        "control/braking_certificate": (
+            f"{CONTROL}braking_certificate.py",
+            f"{CONTROL}certificates.py",
+            f"{CONTROL}footprint_certificate.py",
+        ),
         "control/footprint_certificate": (f"{CONTROL}footprint_certificate.py",),
         "control/certificates": (f"{CONTROL}certificates.py",),
         "control/motion": (f"{CONTROL}motion.py",),
@@ -60,7 +64,7 @@ GROUPS: dict[str, dict[str, tuple[str, ...]]] = {
         "regions/chords": ("tests/regions/test_chords.py",),
     },
     "shield": {
-        "control/shield": (f"{CONTROL}shield.py",),
+        "control/shield": (f"{CONTROL}shield.py", f"{CONTROL}braking_certificate.py"),
         "systems/twist_shield": ("tests/systems/test_twist_shield.py",),
     },
     "moving certificate": {"control/moving_certificate": (f"{CONTROL}moving_certificate.py",)},
@@ -76,8 +80,9 @@ LONGEST = 3.0
 """Tests that take more processor time without compilation are left out, s."""
 WARM_UP = 6.0
 """The same with compilation, before the first mutant."""
-SLOWER, LATE = 3.0, 2.0
-"""A mutant of which one test, or all, take so many times their usual time, and so many seconds more, is killed."""
+SLOWER, LATE = 3.0, 4.0
+"""A mutant of which one test, or all, take so many times their usual time, and so many seconds more,
+is killed; more than LONGEST, as usual times are halved."""
 MEMORY = 4 << 30
 """That a mutant may take beyond what its parent has, bytes."""
 SIMILAR = ({"Add", "Sub", "Mul", "Div"}, {"Mul", "Pow"}, {"Mod", "FloorDiv"}, {"BitOr", "BitAnd"})
