@@ -29,7 +29,7 @@ from drake_starnav.planning.distance_grid import STRIDE
 from drake_starnav.planning.guidance import PASSED_DISTANCE, Guidance
 from drake_starnav.regions import Margins, RegionUnion
 from drake_starnav.regions.bearing_hits import CONNECTED_CHORD
-from drake_starnav.regions.erosion import BEARINGS, SMOOTHING_BEAMS, SMOOTHING_LIMIT
+from drake_starnav.regions.erosion import BEARINGS, SAME_SURFACE, SMOOTHING_BEAMS
 from drake_starnav.regions.passages import MARGIN_STEPS, PASSAGE_DEPTH, SHUT
 from drake_starnav.regions.perception import SCAN_MEMORY
 from drake_starnav.regions.piecewise_cubic import JUMP, LARGEST_SHARE, SMALLEST_SPLIT, TOLERANCE
@@ -54,7 +54,7 @@ def smoothed_distances(scan: LaserScan) -> np.ndarray:
         count += 2.0 * growing
         left, right = a, b
     mean = total / count
-    return np.where(hit & (np.abs(mean - distance) < SMOOTHING_LIMIT), mean, distance)
+    return np.where(hit & (np.abs(mean - distance) < SAME_SURFACE), mean, distance)
 
 
 def half_gaps(scan: LaserScan, distance: np.ndarray) -> np.ndarray:

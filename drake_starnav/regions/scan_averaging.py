@@ -15,11 +15,9 @@ from numba import njit
 
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.regions.bearing_hits import CONNECTED_CHORD
+from drake_starnav.regions.erosion import SAME_SURFACE
 from drake_starnav.regions.observation import Observation
 from drake_starnav.regions.safe_region import ScanMemory
-
-SAME_SURFACE = 0.04
-"""Ranges that differ by no more than this belong to one surface, m: four standard deviations of 1 cm."""
 
 AVERAGED_WITHIN = 0.5
 """Hits are averaged up to this distance from the robot's hull, m: only these restrict it, and farther away the beams

@@ -7,8 +7,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.regions.erosion import SAME_SURFACE
 from drake_starnav.regions.safe_region import ScanMemory, certified_region
-from drake_starnav.regions.scan_averaging import SAME_SURFACE, averaged
+from drake_starnav.regions.scan_averaging import averaged
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import RADIUS, cast, noisy, seeds
 
