@@ -143,7 +143,7 @@ def _near_hits(union, points, reach, radius, gap):
                     beyond = values[k, m % samples] + JUMP - CONTRADICTION
                     if beyond > away - disc:
                         off = step * max(beside - m, m - beside - 1, 0)
-                        under = math.sqrt(disc * disc - (away * math.sin(off)) ** 2)
+                        under = math.sqrt(max(disc * disc - (away * math.sin(off)) ** 2, 0.0))
                         found[k] = found[k] or beyond > away * math.cos(off) - under
     return np.flatnonzero(found)
 

@@ -146,7 +146,7 @@ def remade(roadmap: StarRoadmap, nodes: Sequence[Observation], robot_radius: flo
     every = Frontiers(old.viewpoint, old.probe, renumbered[old.owner]).joined(*fresh)
     covers = np.full(len(every), -1)
     covers[: len(old)] = np.append(renumbered, -1)[roadmap.covers]
-    doubtful = covers < 0
+    doubtful = covers < 0  # those of new regions, and those whose region has changed that covered them
     doubtful[: len(old)] &= roadmap.covers >= 0
     order = np.argsort(every.owner, kind="stable")[(every.owner < 0).sum() :]
     every, covers, doubtful = every.where(order), covers[order], doubtful[order]
