@@ -15,7 +15,7 @@ from drake_starnav.planning import PlannerStatus
 from drake_starnav.scenario import Scenario
 from drake_starnav.simulation import add_collision_monitor
 from drake_starnav.simulation.robots import add_robots, worlds_of_robots
-from drake_starnav.station.collars import collar_geometries
+from drake_starnav.station.lidar_mounts import collar_geometries
 from drake_starnav.station.model_world import make_world_with_footprints
 from drake_starnav.station.navigation_station import add_station
 from drake_starnav.station.plant import advance, make_simulator, value_of

@@ -46,7 +46,7 @@ ESCAPE = 0.02
 """As far into that clearance may come what moves the robot no nearer to them than standing would, m: it makes way."""
 STANDING_SPEED = 0.005
 """A commanded speed below this counts as standing, m/s. The body does not follow exactly, so this is well below
-`trajectory_metrics.STANDING`, which is about the body."""
+`trajectory.STANDING`, which is about the body."""
 X, Y, VX, VY, GROWTH, RADIUS = range(6)
 """Columns of the reachable discs."""
 

@@ -4,7 +4,8 @@ Frames: O is the odometry frame, M the map frame. Both coincide at the start; fr
 pose of O in M. Some scans are kept as keyframes with their poses in M. A new scan is aligned with the oldest keyframe
 that sees the same place, so that errors do not accumulate where the robot returns.
 
-Source: this project; for the alignment see `icp`.
+Source: this project; the alignment, point-to-line ICP with a prior: A. Censi, An ICP variant using a point-to-line
+metric, ICRA 2008; the prior: this project.
 """
 
 import math

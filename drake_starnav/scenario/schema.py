@@ -154,7 +154,7 @@ class Scenario:
 
 
 DRAKE_CONFIGS = ("plant_config", "simulator_config")
-"""Sections with the keys of Drake's `MultibodyPlantConfig` and `SimulatorConfig`; see `station.drake_configs`."""
+"""Sections with the keys of Drake's `MultibodyPlantConfig` and `SimulatorConfig`; see `station.plant`."""
 LISTS = ("lidars", "goals", "robots")
 """Keys that hold lists."""
 SECTIONS: dict[str, Any] = {

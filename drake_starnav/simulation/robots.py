@@ -25,7 +25,7 @@ from drake_starnav.scenario.schema import check_method
 from drake_starnav.simulation.monitors import watcher
 from drake_starnav.simulation.run import advance_until, left_by
 from drake_starnav.simulation.trial import INTERRUPTED, TIMEOUT, Run, Trial, figures, omniscient_path
-from drake_starnav.station.collars import add_collars
+from drake_starnav.station.lidar_mounts import add_collars
 from drake_starnav.station.model_world import drop_floors, make_world_with_footprints
 from drake_starnav.station.monitors import CollisionMonitor
 from drake_starnav.station.plant import (

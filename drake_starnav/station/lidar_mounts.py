@@ -1,4 +1,4 @@
-"""Where a robot's model carries its lidars; and a lidar anywhere, as a struct shaped like Drake's `CameraConfig`."""
+"""Where robots carry their lidars, collars by which these see other robots, and a lidar anywhere from a struct."""
 
 import dataclasses
 import math
@@ -7,22 +7,28 @@ from dataclasses import dataclass
 from typing import Any
 
 from pydrake.common.schema import Transform
-from pydrake.geometry import SceneGraph
+from pydrake.geometry import Convex, Cylinder, GeometryId, Role, SceneGraph
 from pydrake.math import RigidTransform, RollPitchYaw
-from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import FrameIndex, ScopedName
+from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
+from pydrake.multibody.tree import FrameIndex, ModelInstanceIndex, ScopedName
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_starnav.errors import StarnavError, said_by
 from drake_starnav.lidar.mounts import Mount
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.parameters import build, plain_struct
+from drake_starnav.robot import RobotParameters
+from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.lidar_sensor import LidarMount, LidarSensor
 from drake_starnav.station.robot_geometry import TOLERANCE, RobotModel
+from drake_starnav.station.world_geometry import upright_prism
 
 ALIKE = ("lidar", "laser", "scan", "hokuyo", "velodyne", "rplidar", "ouster", "sick", "lds")
 """Parts of the names that lidars' frames have."""
 _Parameters: Any = plain_struct(LidarParameters)
+COLLAR = 0.03
+"""A collar reaches so far above and below the planes of all lidars, m."""
+COLLAR_NAME = "collar"
 
 
 def lidar_poses(robot: RobotModel, lidars: Sequence[LidarParameters]) -> list[RigidTransform]:
@@ -146,3 +152,35 @@ def _mount(config: LidarConfig, plant: MultibodyPlant) -> LidarMount:
     )
     X_BS = parent.GetFixedPoseInBodyFrame() @ X_FS
     return LidarMount(plant.GetBodyFrameIdOrThrow(body.index()), X_BS, exclude_frames=own)
+
+
+def add_collars(
+    plant: MultibodyPlant, scene_graph: SceneGraph, robots: Sequence[Scenario], models: Sequence[ModelInstanceIndex]
+) -> None:
+    """Give each robot, in a plant not yet finalized, a collar by which the lidars of the others see it."""
+    bases = [plant.GetBodyByName("base_link", model) for model in models]
+    floors = [float(plant.GetDefaultFloatingBaseBodyPose(base).translation()[2]) for base in bases]
+    planes = [
+        floor + float(X_BL.translation()[2])
+        for each, model, floor in zip(robots, models, floors, strict=True)
+        for X_BL in lidar_poses(RobotModel(plant, scene_graph, model), each.all_lidars)
+    ]
+    low, high = max(min(planes) - COLLAR, 0.01), max(planes) + COLLAR
+    for each, base, floor in zip(robots, bases, floors, strict=True):
+        for k, (shape, X_BC) in enumerate(_collar(each.robot, low - floor, high - floor)):
+            plant.RegisterCollisionGeometry(base, X_BC, shape, f"{COLLAR_NAME}_{k}", CoulombFriction(0.3, 0.3))
+
+
+def collar_geometries(scene_graph: SceneGraph) -> list[GeometryId]:
+    """The collars of all robots in a scene."""
+    inspector = scene_graph.model_inspector()
+    named = ((g, inspector.GetName(g).rpartition("::")[2]) for g in inspector.GetAllGeometryIds(Role.kProximity))
+    return [geometry for geometry, name in named if name.rpartition("_")[0] == COLLAR_NAME]
+
+
+def _collar(robot: RobotParameters, low: float, high: float) -> list[tuple[Cylinder | Convex, RigidTransform]]:
+    """Solid shapes over a robot's footprint between two heights in base_link, m."""
+    if robot.shape.is_disc:
+        return [(Cylinder(robot.radius, high - low), RigidTransform([0.0, 0.0, 0.5 * (low + high)]))]
+    middle = RigidTransform([0.0, 0.0, 0.5 * (low + high)])
+    return [(upright_prism(part, high - low, "collar"), middle) for part in robot.shape.parts]
