@@ -28,6 +28,8 @@ LOOKS = ((0.9, 0.6), (0.45, 0.6), (1.8, 0.6), (0.9, ANY_HEADING))
 """Goals along the path: how far ahead, m, and by how much the heading may be off the path's, rad."""
 EXTRA_MARGINS = (0.003, 0.009, 0.015, 0.021)
 """Beyond the certificate's margin, since its scans differ; a wider one after each manoeuvre that it refused, m."""
+THINNED = 0.02
+"""Of the surfaces near it the search takes one for each cell of this size, m."""
 STUCK = 0.3
 """A robot that has not moved for so long is stuck, s."""
 MOVED, TURNED = 0.01, 0.05
@@ -187,5 +189,5 @@ def _near_surfaces(surfaces: Chords, place: np.ndarray) -> Chords:
     middle = 0.5 * (surfaces.ends[:, :2] + surfaces.ends[:, 2:])
     away = np.hypot(*(middle - place).T)
     near = np.argsort(away, kind="stable")[: int((away < REACH + 0.5).sum())]
-    ends = surfaces.ends[near[thinned(middle[near])]]
+    ends = surfaces.ends[near[thinned(middle[near], THINNED)]]
     return Chords(ends, np.zeros(len(ends), np.bool_), np.array(place, dtype=float))

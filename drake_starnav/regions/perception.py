@@ -152,7 +152,7 @@ def perceive(
     scan = around.scan if near is scans else merged(scans, mounts, footprint)
     beside = NO_HITS
     if not scan.full_circle:
-        seen, reach = before.safety.hits, margins.safety_range + 2.0 * (robot_radius + margins.safety)
+        seen, reach = before.safety.chords.ends, margins.safety_range + 2.0 * (robot_radius + margins.safety)
         beside = hits_behind(before.observation.beside, seen, scan.field_of_view, pose, reach)
     region = scan_region(scan, pose, robot_radius, margins, samples, beside)
     distance = smoothed_distances(scan, margins.smoothing_slack)

@@ -71,26 +71,40 @@ def test_the_first_and_the_last_hit_of_earlier_scans_are_not_of_one_surface() ->
 
 
 @given(seeds)
+def test_between_what_is_kept_of_a_surface_no_corner_fits(seed: int) -> None:
+    """However far apart its hits were: no place of it is farther from what is kept than the least margin allows."""
+    rng = np.random.default_rng(seed)
+    view, along = FieldOfView(-1.0, 2.0 / 99, 100), rng.uniform(0.0, math.pi)
+    wall = (-0.6, 0.0) + np.outer(np.arange(-0.3, 0.3, rng.uniform(0.004, 0.1)), (math.cos(along), math.sin(along)))
+    surfaces = chords(wall, len(wall), NOTHING, np.zeros(2))
+    kept = hits_behind(NOTHING, surfaces.ends, view, np.zeros(3), 2.0)
+    for _ in range(2):  # and of later scans
+        kept = hits_behind(kept, np.zeros((0, 4)), view, np.zeros(3), 2.0)
+    places = wall[0] + np.outer(np.linspace(0.0, 1.0, 400), wall[-1] - wall[0])
+    assert np.hypot(*(places[:, None] - kept).T).min(axis=0).max() < 0.006
+
+
+@given(seeds)
 def test_what_a_turned_lidar_does_not_see_is_kept_once_for_each_cell(seed: int) -> None:
     rng = np.random.default_rng(seed)
     view, pose = FieldOfView(-1.0, 2.0 / 99, 100), rng.uniform(-3.0, 3.0, 3)
     hits = pose[:2] + rng.uniform(-1.5, 1.5, (40, 2))
-    kept = hits_behind(hits[:20], hits[20:], view, pose, 1.2)
+    kept = hits_behind(hits[:20], np.hstack((hits[20:], hits[20:])), view, pose, 1.2)
     away = hits - pose[:2]
     off = np.abs((np.arctan2(away[:, 1], away[:, 0]) - pose[2] + math.pi) % (2.0 * math.pi) - math.pi)
     unseen = hits[(off > 1.0) & (np.hypot(*away.T) < 1.2)]
-    cells = [tuple(cell) for cell in np.floor(unseen / 0.02).astype(int).tolist()]
+    cells = [tuple(cell) for cell in np.floor(unseen / 0.003).astype(int).tolist()]
     np.testing.assert_array_equal(kept, [hit for k, hit in enumerate(unseen) if cells[k] not in cells[:k]])
 
 
 def test_hits_are_remembered_only_where_the_lidar_does_not_look():
     view = FieldOfView(-0.75 * math.pi, 1.5 * math.pi / 269, 270)
     hits = np.vstack((on_circle(0.0, 130.0, 140.0, 180.0, 220.0), 3.0 * on_circle(180.0)))
-    kept = hits_behind(NOTHING, hits, view, np.zeros(3), 2.0)
+    kept = hits_behind(NOTHING, np.hstack((hits, hits)), view, np.zeros(3), 2.0)
     np.testing.assert_allclose(kept, on_circle(140.0, 180.0, 220.0))
-    turned = hits_behind(kept, NOTHING, view, np.array((0.0, 0.0, math.pi)), 2.0)
+    turned = hits_behind(kept, np.zeros((0, 4)), view, np.array((0.0, 0.0, math.pi)), 2.0)
     assert len(turned) == 0
-    again = hits_behind(kept, kept + 1e-3, view, np.zeros(3), 2.0)
+    again = hits_behind(kept, np.hstack((kept, kept)) + 1e-3, view, np.zeros(3), 2.0)
     assert len(again) <= 2 * len(kept)
 
 
