@@ -262,7 +262,7 @@ def test_in_long_steps_it_is_no_less_noticed_what_comes_near_meanwhile(way, spee
     way, half = np.array(way), 0.5
     for count in (2, 3, 40):
         there = np.linspace(-half, half, count)[:, None] * way
-        places = np.vstack((there[:1], there, there[::-1]))
+        places = np.vstack((there[:1], there, there[-2::-1]))
         samples = np.zeros((len(places), 6))
         samples[:, :2], samples[:-1, 3] = places, 1.0
         samples[:, 5] = np.linspace(0.0, 1.0, len(places))
