@@ -18,8 +18,8 @@ a time t later, with the caution c. With c = 1 that is all directions. The place
     the edges of occluded areas                   with c = 1 only: something may come out
 
 Obstacles that are declared to brake are left the room for it as well: the radius of each place is greater by their
-stopping distance, so that whoever begins to brake in time never meets the robot, be it driving or standing (passive
-friendly safety).
+stopping distance, so that whoever begins to brake in time never meets the robot, be it driving or standing (passive-friendly
+safety).
 
 Near to what creeps the robot may make way: a motion that comes no nearer to the places than standing would is accepted
 with ESCAPE less of the margin.
@@ -84,8 +84,8 @@ def reachable_discs(tracks: Tracks, parameters: DynamicObstacleParameters) -> np
     """The places that a braking robot must keep clear of, shape (n, 6), at the time of the tracks.
 
     Columns: position, m, velocity, m/s, growth of its radius, m/s, and radius, m, with the room to brake. Hits have no
-    radius of their own. A track that
-    counts but is not in view is a disc at its predicted position; what may come out of its occlusion is listed as well.
+    radius of their own. A track that counts but is not in view is a disc at its predicted position; what may come out
+    of its occlusion is listed as well.
 
     Args:
         tracks: of the last scan.
