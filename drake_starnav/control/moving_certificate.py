@@ -18,8 +18,8 @@ a time t later, with the caution c. With c = 1 that is all directions. The place
     the edges of occluded areas                   with c = 1 only: something may come out
 
 Obstacles that are declared to brake are left the room for it as well: the radius of each place is greater by their
-stopping distance, so that whoever begins to brake in time never meets the robot, be it driving or standing (passive-friendly
-safety).
+stopping distance, so that whoever begins to brake in time never meets the robot, be it driving or standing
+(passive-friendly safety).
 
 Near to what creeps the robot may make way: a motion that comes no nearer to the places than standing would is accepted
 with ESCAPE less of the margin.
