@@ -80,3 +80,13 @@ def test_a_robot_that_may_drive_nowhere_turns_if_it_stops_within_a_millimetre(br
     square = dataclasses.replace(robot, footprint=[[0.2, 0.2], [-0.2, 0.2], [-0.2, -0.2], [0.2, -0.2]])
     target, _ = certified_twist(np.zeros(3), twist, desired, (refusing,), actuation(square))
     assert tuple(target) == (0.0, 0.0)  # its corners would cover new ground
+    sideways = dataclasses.replace(robot, base="omnidirectional")
+    twist, desired = np.array((0.0, twist[0], 0.0)), np.array((0.5, 0.5, 1.5))
+    target, _ = certified_twist(np.zeros(3), twist, desired, (refusing,), actuation(sideways))
+    assert tuple(target) == (0.0, 0.0, 1.5 if turns else 0.0)
+
+
+def test_a_robot_that_drives_in_any_direction_changes_its_velocity_along_a_straight_line() -> None:
+    robot = dataclasses.replace(ROBOT, base="omnidirectional", max_acceleration=1.0, max_yaw_acceleration=4.0)
+    twist = ramped_twist((0.3, -0.4, 0.5), (0.0, 0.0, 0.0), actuation(robot, hold=0.1))
+    np.testing.assert_allclose(twist, (0.24, -0.32, 0.1))

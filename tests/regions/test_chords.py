@@ -8,7 +8,7 @@ from hypothesis import given
 
 from drake_starnav.lidar.field_of_view import FieldOfView
 from drake_starnav.regions.bearing_hits import CONNECTED_CHORD
-from drake_starnav.regions.chords import chords, hits_behind
+from drake_starnav.regions.chords import FILLED, chords, hits_behind
 from tests.helpers.scans import seeds
 
 NOTHING = np.zeros((0, 2))
@@ -82,6 +82,19 @@ def test_between_what_is_kept_of_a_surface_no_corner_fits(seed: int) -> None:
         kept = hits_behind(kept, np.zeros((0, 4)), view, np.zeros(3), 2.0)
     places = wall[0] + np.outer(np.linspace(0.0, 1.0, 400), wall[-1] - wall[0])
     assert np.hypot(*(places[:, None] - kept).T).min(axis=0).max() < 0.006
+
+
+@given(seeds)
+def test_surfaces_are_kept_from_end_to_end_and_nothing_beside_them(seed: int) -> None:
+    """One place for each cell that they run through, of several surfaces along x."""
+    rng = np.random.default_rng(seed)
+    starts, lengths = np.cumsum(rng.uniform(0.06, 0.1, 4)), rng.choice([0.0, 0.002, 0.0031, 0.03, 0.05], 4)
+    surfaces = np.column_stack((starts, np.full(4, 0.001), starts + lengths, np.full(4, 0.001)))
+    kept = hits_behind(NOTHING, surfaces, FieldOfView(2.0, 0.01, 2), np.zeros(3), 2.0)
+    cells = [np.arange(math.floor(a / FILLED), math.floor(b / FILLED) + 1) for a, b in surfaces[:, ::2]]
+    np.testing.assert_array_equal(np.floor(kept / FILLED)[:, 0], np.concatenate(cells))
+    on_surfaces = (kept[:, :1] >= starts - 1e-12) & (kept[:, :1] <= starts + lengths + 1e-12)
+    assert on_surfaces.any(axis=1).all()
 
 
 @given(seeds)

@@ -112,6 +112,15 @@ def test_the_certificate_shows_the_robot_braking_from_where_it_is_without_delay(
     assert path[-1] == pytest.approx([1.0 + stopping * np.cos(0.5), 2.0 + stopping * np.sin(0.5), 0.5])
 
 
+def test_the_certificate_shows_a_turning_robot_at_rest_after_the_least_turn() -> None:
+    wide = CertifiedRegion(np.zeros(2), 0.0, np.full(720, 5.0), np.zeros((0, 2)))
+    simulator = shielding([0.0, 1.0], wide, (0.0, 0.0, 0.0))
+    simulator.AdvanceTo(1.0)
+    assert out(simulator, "twist_command") == pytest.approx([0.0, 1.0])
+    turned = 0.5 / RobotParameters().max_yaw_acceleration
+    assert out(simulator, "certificate").path[-1] == pytest.approx([0.0, 0.0, turned])
+
+
 def test_commands_are_timed_where_they_are_asked_to_be() -> None:
     stopwatch = Stopwatch()
     shielding([0.5, 0.0], stopwatch=stopwatch).AdvanceTo(0.1)
