@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NoReturn
+from typing import NoReturn, TextIO
 
 from drake_starnav.errors import StarnavError, one_line, said_by, shown
 from drake_starnav.scenario.shipped import scenario_names
@@ -139,10 +139,10 @@ def _reported_error(prog: str, error: BaseException) -> int:
     if isinstance(error, StarnavError):
         return _reported(f"{prog}: {error}", BAD_INPUT)
     if isinstance(error, BrokenPipeError):  # the reader of the output has exited, as `head` does
-        _drop_output()
+        _drop_output(sys.stdout)
         return BROKEN_PIPE
     if isinstance(error, OSError):
-        _drop_output()
+        _drop_output(sys.stdout)
         what = "the output" if error.filename is None else shown(str(error.filename))
         reason = error.strerror or said_by(error)
         return _reported(
@@ -186,20 +186,22 @@ def print_written(paths: Iterable[Path | None]) -> None:
 
 def _reported(text: str, code: int) -> int:
     """Print the text to standard error, if that is open, and return the code."""
-    with suppress(OSError):
+    try:
         print(one_line(text), file=sys.stderr, flush=True)
+    except OSError:
+        _drop_output(sys.stderr)
     return code
 
 
-def _drop_output() -> None:
-    """Discard pending output if standard output is closed."""
+def _drop_output(stream: TextIO | None) -> None:
+    """Discard what is pending for a stream that is closed or full, or the interpreter would fail on it at exit."""
+    if stream is None:  # it was closed from the beginning
+        return
     try:
-        sys.stdout.flush()
+        stream.flush()
     except OSError:
         with suppress(OSError):  # no file at all, as in tests
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    except AttributeError:  # it was closed from the beginning
-        pass
+            os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 def add_scenario(parser: argparse.ArgumentParser) -> None:

@@ -332,7 +332,8 @@ def test_output_to_a_full_disk_is_reported(name: str, folder: Path, monkeypatch,
 def test_the_interpreter_has_nothing_to_add(redirection: str, code: int, folder: Path) -> None:
     root = Path(__file__).parents[2]
     call = f'"$0" -m drake_starnav {redirection}'
-    environment = {**os.environ, "PYTHONPATH": str(root)}
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
+    environment["PYTHONPATH"] = str(root)
     done = subprocess.run(["bash", "-c", call, sys.executable], capture_output=True, text=True, env=environment)  # noqa: PLW1510
     assert done.returncode == code
     assert done.stderr.count("\n") == (redirection == ">/dev/full")
