@@ -60,7 +60,7 @@ GROUPS: dict[str, dict[str, tuple[str, ...]]] = {
         "regions/separation": ("tests/regions/test_separation.py",),
     },
     "safety region": {
-        "regions/safe_region": ("tests/regions/test_safe_region.py",),
+        "regions/safe_region": ("tests/regions/test_safe_region.py", "tests/regions/test_views.py"),
         "regions/chords": ("tests/regions/test_chords.py",),
     },
     "shield": {

@@ -259,6 +259,29 @@ def test_looked_at_is_what_a_scan_looked_at_or_no_farther_from_there(seed):
     assert star.looked_at(places) == expected.all()
 
 
+def test_a_place_beside_a_view_that_ends_late_is_not_looked_at() -> None:
+    nothing = np.zeros((0, 2))
+    star = CertifiedRegion(np.zeros(2), 0.0, np.zeros(4), nothing, seen=True, sight=(1.4, 5.4))
+    assert not star.looked_at(np.array(((-1.0, 0.0), (1.0, 0.0))))
+    assert star.looked_at(np.array(((-1.0, 0.0), (-1.0, 0.2))))
+
+
+@given(seeds)
+def test_the_ends_of_rays_that_several_lidars_share_bound_what_is_certified_and_hide_what_is_behind(seed) -> None:
+    """Also where no beam is lost, and none of the lidars' own hits is known."""
+    scan, pose = cast(scattered(np.random.default_rng(seed), discs=12, clear=0.6), np.zeros(3)), np.zeros(3)
+    merged = dataclasses.replace(scan, free=np.where(scan.hits, scan.ranges, scan.range_max))
+    unknown = np.zeros((0, 2)), np.zeros(0)
+    star, _ = certified_region(ScanMemory(), merged, merged.distances, pose, SAFE, REACH, KEPT, hits=unknown)
+    bearings = star.bearing_0 + 2.0 * math.pi / len(star.values) * np.arange(len(star.values))
+    ends = star.values[:, None] * np.column_stack((np.cos(bearings), np.sin(bearings)))
+    hits = scan.points_at(scan.distances, scan.hits, pose)
+    assert segment_distance(hits[None], star.center, ends[star.values > 0.0][:, None]).min() > SAFE - 1e-9
+    known = np.array(((1.0, 0.0), (1.0, 0.1))), np.zeros(2)
+    star, _ = certified_region(ScanMemory(), merged, merged.distances, pose, SAFE, REACH, KEPT, hits=known)
+    assert star.newest == 2 and len(star.hits) == 2 + scan.hits.sum()
+
+
 def test_to_a_robot_that_has_grown_since_the_scan_it_has_no_star_but_its_hits() -> None:
     star, *_ = driven(3)
     assert star.keeping(SAFE) is star and star.keeping(0.5 * SAFE) is star
