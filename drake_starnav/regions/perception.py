@@ -150,14 +150,14 @@ def perceive(
     measured = [smoothed_distances(each, margins.smoothing_slack, margins.smoothed_beams) for each in near]
     around = view(near, mounts, footprint, measured)
     scan = around.scan if near is scans else merged(scans, mounts, footprint)
-    beside = NO_HITS
-    if not scan.full_circle:
-        seen, reach = before.safety.chords.ends, margins.safety_range + 2.0 * (robot_radius + margins.safety)
-        beside = hits_behind(before.observation.beside, seen, scan.field_of_view, pose, reach)
-    region = scan_region(scan, pose, robot_radius, margins, samples, beside)
-    distance = smoothed_distances(scan, margins.smoothing_slack)
     safe_radius = robot_radius + margins.safety
     remembered = margins.safety_range + 2.0 * safe_radius, SCAN_MEMORY
+    beside = NO_HITS
+    if not scan.full_circle:
+        seen = before.safety.chords.ends
+        beside = hits_behind(before.observation.beside, seen, scan.field_of_view, pose, remembered[0])
+    region = scan_region(scan, pose, robot_radius, margins, samples, beside)
+    distance = smoothed_distances(scan, margins.smoothing_slack)
     arguments = distance, pose, safe_radius, margins.safety_range, remembered
     safety, memory = certified_region(before.memory, around.scan, *arguments, (around.points, around.half_gaps))
     if margins.average_scans and around.scan.motion is None:

@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.control.braking_certificate import STOPPED_DISTANCE, _covered
-from drake_starnav.control.motion import SAMPLES, Pose, Velocity, _roll_out, advanced
+from drake_starnav.control.motion import SAMPLES, Pose, _roll_out, advanced, velocity_of
 from drake_starnav.geometry.footprint import Footprint, Polygons
 from drake_starnav.geometry.polyline import point_to_segment_squared
 from drake_starnav.regions.chords import Chords
@@ -154,11 +154,8 @@ def _burst(pose, twist, asked, seen, does, body, poses):
             turns = is_disc and squared <= 2.0 * limits.max_acceleration * STOPPED_DISTANCE
             target[:] = 0.0
             target[-1] = twist[-1] if limits.steers > 0.0 else desired[-1] if turns else 0.0
-        if len(twist) == 3:
-            velocity, wanted = Velocity(twist[0], twist[1], twist[2]), Velocity(target[0], target[1], target[2])
-        else:
-            velocity, wanted = Velocity(twist[0], 0.0, twist[1]), Velocity(target[0], 0.0, target[1])
-        now, after, _ = advanced(now, velocity, wanted, phases[1], limits)
+        velocity = velocity_of(twist)
+        now, after, _ = advanced(now, velocity, velocity_of(target), phases[1], limits)
         twist[0], twist[-1] = after.ahead, after.turning
         if len(twist) == 3:
             twist[1] = after.aside
