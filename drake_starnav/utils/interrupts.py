@@ -1,5 +1,6 @@
 """Ctrl-C, at any moment of a command: raised where work can end in order, and kept from the processes it starts."""
 
+import os
 import signal
 import sys
 from collections.abc import Callable, Iterator
@@ -10,6 +11,9 @@ INTERRUPTED = 130
 """The exit code after Ctrl-C, as shells have it."""
 RETRY = 0.02
 """Where nothing may be interrupted, as in an import: time until the next look, s."""
+WHOLE = ("<frozen importlib", "llvmlite" + os.sep)
+"""In the files of what must not be interrupted: imports, whose errors have many forms, and LLVM's objects, which are
+freed twice if their owner is not told."""
 
 
 class _Interrupts:
@@ -22,8 +26,8 @@ class _Interrupts:
 def run_interruptibly(name: str, work: Callable[[], int]) -> int:
     """Do the work of a process, the program of a name, from its first import to its end; returns the exit code.
 
-    Ctrl-C raises `KeyboardInterrupt`, but not within an import, whose errors have many forms; one that is lost, as in a
-    finalizer, is raised again. If `work` does not catch it, it is reported in one sentence.
+    Ctrl-C raises `KeyboardInterrupt`, but not within what must be `WHOLE`; one that is lost, as in a finalizer, is
+    raised again. If `work` does not catch it, it is reported in one sentence.
     """
     try:
         signal.signal(signal.SIGINT, _interrupt)
@@ -73,7 +77,7 @@ def _interrupt(number: int, frame: FrameType | None) -> None:
     _Interrupts.requested = True
     wait = _Interrupts.held
     while frame is not None and not wait:
-        wait = frame.f_code.co_filename.startswith("<frozen importlib")
+        wait = any(part in frame.f_code.co_filename for part in WHOLE)
         frame = frame.f_back
     if not wait:
         raise KeyboardInterrupt

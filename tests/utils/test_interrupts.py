@@ -37,8 +37,17 @@ AT_CALL = """
 
     sys.setprofile(profile)
 """
-"""As from a terminal, all processes of the command receive a signal: when it first imports a module, or at the n-th
-call of a function of this name, or of any."""
+AT_RETURN = """
+    def profile(frame, event, argument):
+        caller = frame.f_back
+        if event == "return" and frame.f_code.co_name == "__call__" and caller and caller.f_code.co_name == moment:
+            sys.setprofile(None)
+            os.killpg(0, signal.SIGINT)
+
+    sys.setprofile(profile)
+"""
+"""As from a terminal, all processes of the command receive a signal: when it first imports a module, at the n-th call
+of a function of this name or of any, or when the first object that a function of this name calls has returned."""
 
 
 def interrupted(how: str, moment: str, arguments: list[str], folder: Path) -> subprocess.CompletedProcess:
@@ -66,6 +75,11 @@ def check_ended(done: subprocess.CompletedProcess, folder: Path) -> None:
 )
 def test_while_it_starts(module: str, tmp_path: Path) -> None:
     check_ended(interrupted(AT_IMPORT, module, ["simulate", "tiny.yaml"], tmp_path), tmp_path)
+
+
+@pytest.mark.parametrize("caller", ["add_module", "link_modules", "_dispose"])
+def test_while_compiled_code_changes_hands(caller: str, tmp_path: Path) -> None:
+    check_ended(interrupted(AT_RETURN, caller, ["simulate", "tiny.yaml"], tmp_path), tmp_path)
 
 
 @pytest.mark.slow
