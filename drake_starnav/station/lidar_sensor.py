@@ -10,14 +10,14 @@ from pydrake.common.value import AbstractValue, Value
 from pydrake.geometry import FrameId, QueryObject, Role, SceneGraph
 from pydrake.math import RigidTransform
 from pydrake.perception import PointCloud
-from pydrake.systems.framework import BasicVector, Context, EventStatus, LeafSystem, State, ValueProducer
+from pydrake.systems.framework import Context, EventStatus, LeafSystem, State, ValueProducer
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.raycast import Fan
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.sensor_model import LidarParameters, arrives, measure, released, scan_index
 from drake_starnav.station.scene_slices import SceneSlices
-from drake_starnav.systems.release import weakly
+from drake_starnav.systems.release import declare_value, declare_vector, weakly
 from drake_starnav.utils.snapshot import snapshot
 from drake_starnav.utils.timing import begins_run
 
@@ -174,15 +174,12 @@ class LidarSensor(LeafSystem):
                 {self._query_port.ticket(), self.time_ticket()},
             )
             self._measured, needs = measurement.Eval, {measurement.ticket()}
-        self.DeclareAbstractOutputPort("scan", lambda: Value[object](nothing.scan), weakly(self._calc_scan), needs)
-        self.DeclareVectorOutputPort("ranges", parameters.beams, weakly(self._calc_ranges), needs)
-        self.DeclareAbstractOutputPort(
-            "point_cloud", lambda: AbstractValue.Make(PointCloud(0)), weakly(self._calc_point_cloud), needs
-        )
-        self.DeclareAbstractOutputPort(
-            "X_WS", lambda: AbstractValue.Make(RigidTransform()), weakly(self._calc_X_WS), needs
-        )
-        self.DeclareVectorOutputPort("pose", 3, weakly(self._calc_pose), needs)
+        declare_value(self, "scan", nothing.scan, lambda own, context: own._measured(context).scan, needs)
+        beams = parameters.beams
+        declare_vector(self, "ranges", beams, lambda own, context: own._measured(context).scan.ranges, needs)
+        declare_value(self, "point_cloud", PointCloud(0), LidarSensor._point_cloud, needs)
+        declare_value(self, "X_WS", RigidTransform(), LidarSensor._X_WS, needs)
+        declare_vector(self, "pose", 3, LidarSensor._planar_pose, needs)
 
     @property
     def parameters(self) -> LidarParameters:
@@ -246,13 +243,7 @@ class LidarSensor(LeafSystem):
         held.set_value(dataclasses.replace(held.get_value(), shown=waiting[index % len(waiting)]))
         return EventStatus.Succeeded()
 
-    def _calc_scan(self, context: Context, output: AbstractValue) -> None:
-        output.set_value(self._measured(context).scan)
-
-    def _calc_ranges(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(self._measured(context).scan.ranges)
-
-    def _calc_point_cloud(self, context: Context, output: AbstractValue) -> None:
+    def _point_cloud(self, context: Context) -> PointCloud:
         measured = self._measured(context)
         ranges = measured.scan.ranges
         hit = np.isfinite(ranges)
@@ -260,11 +251,11 @@ class LidarSensor(LeafSystem):
         points[:2] = (self._fan.directions[hit] * ranges[hit, None]).T
         cloud = PointCloud(points.shape[1])
         cloud.mutable_xyzs()[:] = RigidTransform(measured.X_WS) @ points if self._cloud_in_W else points
-        output.set_value(cloud)
+        return cloud
 
-    def _calc_X_WS(self, context: Context, output: AbstractValue) -> None:
-        output.set_value(RigidTransform(self._measured(context).X_WS))
+    def _X_WS(self, context: Context) -> RigidTransform:
+        return RigidTransform(self._measured(context).X_WS)
 
-    def _calc_pose(self, context: Context, output: BasicVector) -> None:
+    def _planar_pose(self, context: Context) -> tuple[float, float, float]:
         (r_xx, _, _, x), (r_yx, _, _, y), _ = self._measured(context).X_WS.tolist()
-        output.SetFromVector((x, y, math.atan2(r_yx, r_xx)))
+        return x, y, math.atan2(r_yx, r_xx)

@@ -11,10 +11,10 @@ from pydrake.geometry import CollisionFilterDeclaration, Cylinder, GeometryId, G
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex, PrismaticJoint, SpatialInertia
-from pydrake.systems.framework import BasicVector, Context, DiagramBuilder, LeafSystem
+from pydrake.systems.framework import Context, DiagramBuilder, LeafSystem
 
 from drake_starnav.station.world_geometry import OBSTACLE_HEIGHT
-from drake_starnav.systems.release import weakly
+from drake_starnav.systems.release import declare_vector
 from drake_starnav.worlds.moving_obstacles import MOVING_OBSTACLE_COLOR, MovingObstacles, moving_obstacle_states
 
 MOVING_OBSTACLES = "moving_obstacles"
@@ -99,10 +99,10 @@ class MovingObstacleDrive(LeafSystem):
         self._moving_obstacles, self._time_step = moving_obstacles, time_step
         self._size = 2 * len(moving_obstacles)
         self._state = self.DeclareVectorInputPort("state", 2 * self._size)
-        self.DeclareVectorOutputPort("forces", self._size, weakly(self._calc))
+        declare_vector(self, "forces", self._size, MovingObstacleDrive._forces)
 
-    def _calc(self, context: Context, output: BasicVector) -> None:
+    def _forces(self, context: Context) -> np.ndarray:
         q, v = self._state.Eval(context).reshape(2, self._size)
         h = self._time_step
         target, _ = moving_obstacle_states(self._moving_obstacles, np.array([context.get_time() + h]))
-        output.SetFromVector(MOVING_OBSTACLE_MASS * ((target.ravel() - q) / h - v) / h)
+        return MOVING_OBSTACLE_MASS * ((target.ravel() - q) / h - v) / h

@@ -13,11 +13,11 @@ from pydrake.multibody.tree import (
     SpatialInertia,
     UnitInertia,
 )
-from pydrake.systems.framework import BasicVector, Context, LeafSystem
+from pydrake.systems.framework import Context, LeafSystem
 
 from drake_starnav.robot import RobotParameters
 from drake_starnav.station.robot_geometry import RobotModel
-from drake_starnav.systems.release import weakly
+from drake_starnav.systems.release import declare_vector
 
 JOINTS = {
     "x": (PrismaticJoint, np.array([1.0, 0.0, 0.0])),
@@ -51,13 +51,13 @@ class PlanarVelocityCommand(LeafSystem):
         self._robot = robot
         self._twist = self.DeclareVectorInputPort("twist_command", 3)
         self._state = self.DeclareVectorInputPort("multibody_state", 6)
-        self.DeclareVectorOutputPort("desired_state", 6, weakly(self._calc_state))
+        declare_vector(self, "desired_state", 6, PlanarVelocityCommand._desired)
 
-    def _calc_state(self, context: Context, output: BasicVector) -> None:
+    def _desired(self, context: Context) -> tuple[float, ...]:
         x, y, omega = self._robot.drive.saturated(self._twist.Eval(context), self._robot.limits).tolist()
         yaw = float(self._state.Eval(context)[2])
         cosine, sine = math.cos(yaw), math.sin(yaw)
-        output.SetFromVector((0.0, 0.0, 0.0, cosine * x - sine * y, sine * x + cosine * y, omega))
+        return 0.0, 0.0, 0.0, cosine * x - sine * y, sine * x + cosine * y, omega
 
 
 def put_on_joints(robot: RobotModel, height: float, start: tuple[float, float, float]) -> None:

@@ -4,12 +4,12 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, EventStatus, LeafSystem, State
+from pydrake.systems.framework import Context, DiscreteValues, EventStatus, LeafSystem, State
 
 from drake_starnav.geometry.se2 import composed, now_in
 from drake_starnav.lidar.sensor_model import LidarParameters, Stream, arrives, random_numbers, released, scan_index
 from drake_starnav.scenario.schema import LocalizationParameters
-from drake_starnav.systems.release import weakly
+from drake_starnav.systems.release import declare_vector
 from drake_starnav.utils.timing import begins_run
 
 PLANAR = 3
@@ -89,8 +89,8 @@ class PlanarLocalization(LeafSystem):
         if not self._error.exact:
             self._anchor = self.DeclareDiscreteState(6)  # a true pose, and where the robot believed to be there
             depends.add(self.discrete_state_ticket(self._anchor))
-        self.DeclareVectorOutputPort("pose", 3, weakly(self._calc_pose), depends)
-        self.DeclareVectorOutputPort("state", 5, weakly(self._calc_state), depends)
+        declare_vector(self, "pose", 3, PlanarLocalization._believed_pose, depends)
+        declare_vector(self, "state", 5, PlanarLocalization._believed_state, depends)
         self._scan_pose = self.DeclareDiscreteState(3)
         self._waiting = [self.DeclareDiscreteState(3) for _ in range(lidar.waiting_scans)]
         self.DeclareStateOutputPort("scan_pose", self._scan_pose)
@@ -153,14 +153,9 @@ class PlanarLocalization(LeafSystem):
         anchor = context.get_discrete_state(self._anchor).value()
         return composed(anchor[3:], now_in(anchor[:3], pose))
 
-    def _calc_pose(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(self._believed_pose(context))
-
-    def _calc_state(self, context: Context, output: BasicVector) -> None:
+    def _believed_state(self, context: Context) -> tuple[float, ...]:
         state = planar_state(self._multibody_state.Eval(context).tolist(), self._num_positions)
-        if not self._error.exact:
-            state = (*self._believed_pose(context), *state[3:])
-        output.SetFromVector(np.array(state))
+        return state if self._error.exact else (*self._believed_pose(context), *state[3:])
 
 
 def planar_states(multibody_states: np.ndarray, num_positions: int) -> np.ndarray:

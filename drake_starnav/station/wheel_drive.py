@@ -3,13 +3,13 @@
 import math
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context, Diagram, DiagramBuilder, LeafSystem
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import MatrixGain, Multiplexer
 
 from drake_starnav.lidar.sensor_model import Stream, random_numbers
 from drake_starnav.robot import RobotParameters
 from drake_starnav.station.robot_geometry import Drive, RobotModel, wheel_rates
-from drake_starnav.systems.release import weakly
+from drake_starnav.systems.release import declare_vector
 
 SLIP_PERIOD = 1.0
 """Period with which the slip of the wheels is drawn, s."""
@@ -36,12 +36,11 @@ class WheelSpeedCommand(LeafSystem):
         super().__init__()
         self._base, self._limits, self._drive, n = robot.drive, robot.limits, drive, len(drive.radii)
         self._twist = self.DeclareVectorInputPort("twist_command", 2)
-        standing = BasicVector([0.0] * (2 * n))
-        self.DeclareVectorOutputPort("desired_state", standing, weakly(self._calc_state), {self._twist.ticket()})
+        declare_vector(self, "desired_state", 2 * n, WheelSpeedCommand._desired, {self._twist.ticket()})
 
-    def _calc_state(self, context: Context, output: BasicVector) -> None:
+    def _desired(self, context: Context) -> np.ndarray:
         rates = self._drive.rates(*self._base.body_rates(self._base.saturated(self._twist.Eval(context), self._limits)))
-        output.get_mutable_value()[len(rates) :] = rates
+        return np.concatenate((np.zeros(len(rates)), rates))
 
 
 class WheelSlip(LeafSystem):
@@ -63,13 +62,13 @@ class WheelSlip(LeafSystem):
         super().__init__()
         self._sides, self._slip, self._seed = sides, slip, seed
         self._desired = self.DeclareVectorInputPort("desired_state", 2 * len(sides))
-        self.DeclareVectorOutputPort("slipping_state", 2 * len(sides), weakly(self._calc))
+        declare_vector(self, "slipping_state", 2 * len(sides), WheelSlip._slipping)
 
-    def _calc(self, context: Context, output: BasicVector) -> None:
+    def _slipping(self, context: Context) -> np.ndarray:
         desired = self._desired.Eval(context).copy()
         shares = wheel_shares(self._slip, self._seed, math.floor(context.get_time() / SLIP_PERIOD + 1e-9))
         desired[len(self._sides) :] *= shares[self._sides]
-        output.SetFromVector(desired)
+        return desired
 
 
 class WheelServo(Diagram):

@@ -4,10 +4,10 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context, LeafSystem
+from pydrake.systems.framework import Context, LeafSystem
 
 from drake_starnav.control.inputs import Proposal
-from drake_starnav.systems.release import weakly
+from drake_starnav.systems.release import declare_vector
 from drake_starnav.utils.stopwatch import Stopwatch
 
 UNUSED_TWIST = np.zeros(2)
@@ -27,8 +27,8 @@ class Controller(LeafSystem):
 
     def _declare_outputs(self, size: int = 2) -> None:
         """Declare the outputs, with so many components of a twist; called when inputs and states are declared."""
-        self.DeclareVectorOutputPort("desired_twist", size, weakly(self._calc_twist))
-        self.DeclareVectorOutputPort("guiding_vector", 2, weakly(self._calc_vector))
+        declare_vector(self, "desired_twist", size, Controller._desired_twist)
+        declare_vector(self, "guiding_vector", 2, lambda own, context: own._propose(own._read(context)).guiding_vector)
 
     def _read(self, context: Context) -> Any:
         """What a proposal follows from."""
@@ -37,11 +37,8 @@ class Controller(LeafSystem):
     def _propose(self, read: Any) -> Proposal:
         raise NotImplementedError
 
-    def _calc_twist(self, context: Context, output: BasicVector) -> None:
+    def _desired_twist(self, context: Context) -> np.ndarray:
         read, begin = self._read(context), perf_counter()
         twist = self._propose(read).twist
         self._stopwatch.note("command", begin)
-        output.SetFromVector(twist)
-
-    def _calc_vector(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(self._propose(self._read(context)).guiding_vector)
+        return twist

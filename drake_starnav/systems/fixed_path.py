@@ -1,14 +1,14 @@
 """A path given in advance in the place of a planner, e.g. a trajectory from Drake's own planners."""
 
 import numpy as np
-from pydrake.common.value import AbstractValue, Value
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, EventStatus, LeafSystem
+from pydrake.common.value import Value
+from pydrake.systems.framework import Context, DiscreteValues, EventStatus, LeafSystem
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.polyline import resampled
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.regions.observation import Observation
-from drake_starnav.systems.release import weakly
+from drake_starnav.systems.release import declare_value, declare_vector
 
 SPACING = 0.05
 """Of the way points, m."""
@@ -53,8 +53,8 @@ class FixedPath(LeafSystem):
         self._observation = self.DeclareAbstractInputPort("observation", Value(Observation.none()))
         self._pose = self.DeclareVectorInputPort("pose", 3)
         self._passed = self.DeclareDiscreteState(1)
-        self.DeclareAbstractOutputPort("guidance", lambda: Value(Guidance.none()), weakly(self._calc_guidance))
-        self.DeclareVectorOutputPort("short_term_goal", 2, weakly(self._calc_short_term_goal))
+        declare_value(self, "guidance", Guidance.none(), FixedPath._guidance)
+        declare_vector(self, "short_term_goal", 2, FixedPath._short_term_goal)
         self.DeclarePeriodicDiscreteUpdateEvent(PERIOD, 0.0, self._update)
 
     def _between(self, context: Context, near: float, far: float) -> slice:
@@ -77,9 +77,6 @@ class FixedPath(LeafSystem):
         free = int(region.contains(self._path[window]).argmax())  # the nearest one where none is
         return Guidance.along(self._path[window.start + free :], [region])
 
-    def _calc_guidance(self, context: Context, output: AbstractValue) -> None:
-        output.set_value(self._guidance(context))
-
-    def _calc_short_term_goal(self, context: Context, output: BasicVector) -> None:
+    def _short_term_goal(self, context: Context) -> np.ndarray:
         path = self._guidance(context).path
-        output.SetFromVector(path[0] if len(path) else self._pose.Eval(context)[:2])
+        return path[0] if len(path) else self._pose.Eval(context)[:2]

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from pydrake.common.value import AbstractValue, Value
+from pydrake.common.value import Value
 from pydrake.systems.framework import Context, EventStatus, LeafSystem, State
 
 from drake_starnav.control.motion import AT_REST
@@ -11,7 +11,7 @@ from drake_starnav.geometry.footprint import Footprint, contains, joined
 from drake_starnav.geometry.trajectory import STANDING
 from drake_starnav.regions.margins import Margins
 from drake_starnav.robot import RobotParameters
-from drake_starnav.systems.release import weakly
+from drake_starnav.systems.release import declare_value, weakly
 from drake_starnav.utils.snapshot import snapshot
 from drake_starnav.utils.timing import checked_period
 
@@ -96,9 +96,7 @@ class FootprintHold(LeafSystem):
         self._twist = self.DeclareVectorInputPort("twist_command", len(robot.drive.components))
         self._held = self.DeclareAbstractState(Value[object](own))
         depends = {self.abstract_state_ticket(self._held), self._footprint.ticket()}
-        self._grown = self.DeclareAbstractOutputPort(
-            "footprint", lambda: Value[object](own), weakly(self._calc_footprint), depends
-        )
+        self._grown = declare_value(self, "footprint", own, FootprintHold._grown_footprint, depends)
         period = checked_period(self, rate=rate)
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, weakly(self._update))
 
@@ -110,9 +108,9 @@ class FootprintHold(LeafSystem):
         state.get_mutable_abstract_state(self._held).set_value(after)
         return EventStatus.Succeeded()
 
-    def _calc_footprint(self, context: Context, output: AbstractValue) -> None:
+    def _grown_footprint(self, context: Context) -> FootprintInForce:
         held = self._in_force(context)
-        output.set_value(self._with(held, joined(held.robot.shape, self._given(context))))
+        return self._with(held, joined(held.robot.shape, self._given(context)))
 
     def _with(self, known: FootprintInForce, shape: Footprint) -> FootprintInForce:
         """The known one, or another one if the footprint is not the same."""

@@ -2,11 +2,11 @@
 
 import math
 
-from pydrake.common.value import AbstractValue, Value
+from pydrake.common.value import Value
 from pydrake.systems.framework import Context, DiscreteValues, EventStatus, LeafSystem
 
 from drake_starnav.regions.safe_region import CertifiedRegion
-from drake_starnav.systems.release import weakly
+from drake_starnav.systems.release import declare_value
 from drake_starnav.utils.timing import checked_period
 
 
@@ -40,9 +40,7 @@ class JumpGuard(LeafSystem):
         self._star = self.DeclareAbstractInputPort("certified_region", Value(CertifiedRegion.none()))
         self._now = self.DeclareVectorInputPort("state", 5)
         self.DeclareDiscreteState((math.nan, math.nan, -math.inf))
-        self.DeclareAbstractOutputPort(
-            "certified_region", lambda: Value(CertifiedRegion.none()), weakly(self._calc_star)
-        )
+        declare_value(self, "certified_region", CertifiedRegion.none(), JumpGuard._guarded)
         self.DeclarePeriodicDiscreteUpdateEvent(self._period, 0.0, self._update)
 
     def _update(self, context: Context, values: DiscreteValues) -> EventStatus:
@@ -59,7 +57,7 @@ class JumpGuard(LeafSystem):
         jumped = step > self._tolerance  # never before the first position, which is NaN
         return x, y, context.get_time() if jumped else jump_time
 
-    def _calc_star(self, context: Context, output: AbstractValue) -> None:
+    def _guarded(self, context: Context) -> CertifiedRegion:
         star = self._star.Eval(context)
         placed = star.previous if self._rolling else star.time
-        output.set_value(star if placed >= self._watched(context)[2] else CertifiedRegion.none())
+        return star if placed >= self._watched(context)[2] else CertifiedRegion.none()

@@ -2,12 +2,12 @@
 
 from time import perf_counter
 
-from pydrake.common.value import AbstractValue, Value
+from pydrake.common.value import Value
 from pydrake.systems.framework import Context, LeafSystem
 
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.sensor_model import LidarParameters
-from drake_starnav.systems.release import weakly
+from drake_starnav.systems.release import declare_value
 from drake_starnav.systems.scan_state import ScanState
 from drake_starnav.tracking import DynamicObstacleParameters, Tracks
 from drake_starnav.tracking.tracker import Tracked, track
@@ -49,8 +49,8 @@ class ObstacleTracker(LeafSystem):
         self._pose = self.DeclareVectorInputPort("pose", 3)
         self._tracked = ScanState(self, Tracked(), self._after, (self._scan, self._pose), rate=lidar.rate)
         depends = {self._tracked.ticket}
-        self.DeclareAbstractOutputPort("scan", lambda: Value(Tracked().scan), weakly(self._calc_scan), depends)
-        self.DeclareAbstractOutputPort("tracks", lambda: Value(Tracks()), weakly(self._calc_tracks), depends)
+        declare_value(self, "scan", Tracked().scan, lambda own, context: own._tracked.Eval(context).scan, depends)
+        declare_value(self, "tracks", Tracks(), lambda own, context: own._tracked.Eval(context).tracks, depends)
 
     def _after(self, context: Context, before: Tracked) -> Tracked:
         scan = self._scan.Eval(context)
@@ -62,9 +62,3 @@ class ObstacleTracker(LeafSystem):
         after = track(before, scan, pose, self._obstacles, self._range_deviation)
         self._stopwatch.note("track", begin)
         return after
-
-    def _calc_scan(self, context: Context, output: AbstractValue) -> None:
-        output.set_value(self._tracked.Eval(context).scan)
-
-    def _calc_tracks(self, context: Context, output: AbstractValue) -> None:
-        output.set_value(self._tracked.Eval(context).tracks)

@@ -2,14 +2,16 @@
 
 Drake 1.51 never frees a diagram with systems of Python in it, in two ways. It owns each such system by a reference that
 Python's garbage collector does not see, while the system's `__dict__` refers back to the diagram: `release` empties it.
-And it owns what calculates an output port or a cache entry, which is a method that holds its system: `weakly` does not.
+And it owns what calculates an output port or a cache entry, which is a method that holds its system: what `weakly`,
+`declare_value` and `declare_vector` make of it does not.
 """
 
 import weakref
 from collections.abc import Callable
 from typing import Any, TypeVar
 
-from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.common.value import AbstractValue, Value
+from pydrake.systems.framework import BasicVector, Context, Diagram, DiagramBuilder, OutputPort
 
 RELEASED = "_starnav_released"
 """Attribute of a system whose diagram was released: to touch more of it would crash Python."""
@@ -22,6 +24,37 @@ def weakly(method: Callable[..., R]) -> Callable[..., R]:
     bound: Any = method
     owner, function = weakref.ref(bound.__self__), bound.__func__
     return lambda *arguments: function(owner(), *arguments)
+
+
+def declare_value(
+    system: Any, name: str, model: Any, value: Callable[[Any, Context], Any], depends: set | None = None
+) -> OutputPort:
+    """Declare an abstract output port of a system, in whose construction it is called.
+
+    Args:
+        system, name: to which it belongs, and what it is called.
+        model: a value of its type.
+        value: its value, by the system and a context.
+        depends: tickets of what that follows from; None for everything.
+    """
+    owner = weakref.ref(system)
+
+    def calc(context: Context, output: AbstractValue) -> None:
+        output.set_value(value(owner(), context))
+
+    return system.DeclareAbstractOutputPort(name, lambda: Value(model), calc, depends or {system.all_sources_ticket()})
+
+
+def declare_vector(
+    system: Any, name: str, size: int, value: Callable[[Any, Context], Any], depends: set | None = None
+) -> OutputPort:
+    """The same for a vector of a size."""
+    owner = weakref.ref(system)
+
+    def calc(context: Context, output: BasicVector) -> None:
+        output.SetFromVector(value(owner(), context))
+
+    return system.DeclareVectorOutputPort(name, size, calc, depends or {system.all_sources_ticket()})
 
 
 def release(holder: Diagram | DiagramBuilder) -> None:

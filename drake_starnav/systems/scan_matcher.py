@@ -1,15 +1,15 @@
 """Corrects odometry errors for the planner by aligning scans."""
 
 import numpy as np
-from pydrake.common.value import AbstractValue, Value
-from pydrake.systems.framework import BasicVector, Context, LeafSystem
+from pydrake.common.value import Value
+from pydrake.systems.framework import Context, LeafSystem
 
 from drake_starnav.control.motion import BrakingMotion
-from drake_starnav.geometry.se2 import composed, inverse
+from drake_starnav.geometry.se2 import inverse
 from drake_starnav.localization.scan_matching import OdometryError, ScanMap, matched
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.regions import Observation
-from drake_starnav.systems.release import weakly
+from drake_starnav.systems.release import declare_value, declare_vector
 from drake_starnav.systems.scan_state import ScanState
 
 
@@ -56,26 +56,17 @@ class ScanMatcher(LeafSystem):
         self._guidance = self.DeclareAbstractInputPort("guidance", Value(Guidance.none()))
         self._certificate = self.DeclareAbstractInputPort("certificate", Value(BrakingMotion.none()))
         self._map = ScanState(self, ScanMap(), self._after, (self._observation,), rate=rate)
-        held = self._map.ticket
-        now = {held, self._now.ticket()}
-        self.DeclareAbstractOutputPort(
-            "observation",
-            lambda: Value(Observation.none()),
-            weakly(self._calc_observation),
-            {held, self._observation.ticket()},
+        own, held = ScanMatcher, self._map.ticket
+        seen, now, scan_pose, guidance, certificate = (
+            {held, port.ticket()}
+            for port in (self._observation, self._now, self._scan_pose, self._guidance, self._certificate)
         )
-        self.DeclareVectorOutputPort("state", 5, weakly(self._calc_state), now)
-        self.DeclareVectorOutputPort("pose", 3, weakly(self._calc_pose), now)
-        self.DeclareVectorOutputPort("scan_pose", 3, weakly(self._calc_scan_pose), {held, self._scan_pose.ticket()})
-        self.DeclareAbstractOutputPort(
-            "guidance", lambda: Value(Guidance.none()), weakly(self._calc_guidance), {held, self._guidance.ticket()}
-        )
-        self.DeclareAbstractOutputPort(
-            "certificate",
-            lambda: Value(BrakingMotion.none()),
-            weakly(self._calc_certificate),
-            {held, self._certificate.ticket()},
-        )
+        declare_value(self, "observation", Observation.none(), own._seen, seen)
+        declare_vector(self, "state", 5, own._corrected_state, now)
+        declare_vector(self, "pose", 3, lambda system, context: system._corrected_state(context)[:3], now)
+        declare_vector(self, "scan_pose", 3, own._corrected_scan_pose, scan_pose)
+        declare_value(self, "guidance", Guidance.none(), own._uncorrected_guidance, guidance)
+        declare_value(self, "certificate", BrakingMotion.none(), own._corrected_certificate, certificate)
 
     def _after(self, context: Context, before: ScanMap) -> ScanMap:
         seen = self._observation.Eval(context)
@@ -85,23 +76,19 @@ class ScanMatcher(LeafSystem):
             before = ScanMap()
         return matched(before, seen.scan, seen.pose, self._error)
 
-    def _calc_observation(self, context: Context, output: AbstractValue) -> None:
-        output.set_value(self._observation.Eval(context).moved(self._map.Eval(context).correction))
+    def _seen(self, context: Context) -> Observation:
+        return self._observation.Eval(context).moved(self._map.Eval(context).correction)
 
-    def _calc_state(self, context: Context, output: BasicVector) -> None:
+    def _corrected_state(self, context: Context) -> np.ndarray:
         state = self._now.Eval(context)
-        output.SetFromVector(np.concatenate((self._map.Eval(context).corrected(state[:3]), state[3:])))
+        return np.concatenate((self._map.Eval(context).corrected(state[:3]), state[3:]))
 
-    def _calc_pose(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(self._map.Eval(context).corrected(self._now.Eval(context)[:3]))
+    def _corrected_scan_pose(self, context: Context) -> np.ndarray:
+        return self._map.Eval(context).corrected(self._scan_pose.Eval(context))
 
-    def _calc_scan_pose(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(composed(self._map.Eval(context).correction, self._scan_pose.Eval(context)))
+    def _uncorrected_guidance(self, context: Context) -> Guidance:
+        return self._guidance.Eval(context).moved(inverse(self._map.Eval(context).correction))
 
-    def _calc_guidance(self, context: Context, output: AbstractValue) -> None:
-        output.set_value(self._guidance.Eval(context).moved(inverse(self._map.Eval(context).correction)))
-
-    def _calc_certificate(self, context: Context, output: AbstractValue) -> None:
-        certificate, correction = self._certificate.Eval(context), self._map.Eval(context).correction
-        path = np.array([composed(correction, pose) for pose in certificate.path])
-        output.set_value(BrakingMotion(certificate.certified, path))
+    def _corrected_certificate(self, context: Context) -> BrakingMotion:
+        certificate, known = self._certificate.Eval(context), self._map.Eval(context)
+        return BrakingMotion(certificate.certified, np.array([known.corrected(pose) for pose in certificate.path]))

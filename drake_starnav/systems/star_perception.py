@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from time import perf_counter
 
-from pydrake.common.value import AbstractValue, Value
+from pydrake.common.value import Value
 from pydrake.systems.framework import Context, LeafSystem
 
 from drake_starnav.errors import StarnavError
@@ -16,7 +16,7 @@ from drake_starnav.regions.perception import Perceive, Perceived, PerceptionSett
 from drake_starnav.regions.safe_region import SCAN_PATIENCE, CertifiedRegion
 from drake_starnav.robot import RobotParameters
 from drake_starnav.systems.footprint_hold import FootprintInput
-from drake_starnav.systems.release import weakly
+from drake_starnav.systems.release import declare_value
 from drake_starnav.systems.scan_state import ScanState
 from drake_starnav.utils.stopwatch import Stopwatch
 from drake_starnav.utils.timing import EARLY
@@ -80,15 +80,9 @@ class StarPerception(LeafSystem):
         nothing = Perceived.nothing()
         self._perceived = ScanState(self, nothing, self._after, (*self._scans, self._pose), rate=lidar.rate)
         depends = {self._perceived.ticket}
-        self.DeclareAbstractOutputPort(
-            "observation", lambda: Value(nothing.observation), weakly(self._calc_observation), depends
-        )
-        self.DeclareAbstractOutputPort(
-            "certified_region",
-            lambda: Value(nothing.safety),
-            weakly(self._calc_certified_region),
-            depends | {self.time_ticket()},
-        )
+        seen, fresh = (lambda own, context: own._perceived.Eval(context).observation), StarPerception._fresh_region
+        declare_value(self, "observation", nothing.observation, seen, depends)
+        declare_value(self, "certified_region", nothing.safety, fresh, depends | {self.time_ticket()})
 
     def _after(self, context: Context, before: Perceived) -> Perceived:
         scans = [port.Eval(context) for port in self._scans]
@@ -110,13 +104,10 @@ class StarPerception(LeafSystem):
         self._stopwatch.note("scan", begin)
         return after
 
-    def _calc_observation(self, context: Context, output: AbstractValue) -> None:
-        output.set_value(self._perceived.Eval(context).observation)
-
-    def _calc_certified_region(self, context: Context, output: AbstractValue) -> None:
+    def _fresh_region(self, context: Context) -> CertifiedRegion:
         safety = self._perceived.Eval(context).safety
         fresh = safety.time - EARLY <= context.get_time() <= safety.time + self._expiry
-        output.set_value(safety if fresh else CertifiedRegion.none())
+        return safety if fresh else CertifiedRegion.none()
 
 
 def lidar_names(name: str, count: int) -> list[str]:

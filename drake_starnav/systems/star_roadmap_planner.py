@@ -6,8 +6,8 @@ from dataclasses import field
 from time import perf_counter
 
 import numpy as np
-from pydrake.common.value import AbstractValue, Value
-from pydrake.systems.framework import BasicVector, Context, LeafSystem
+from pydrake.common.value import Value
+from pydrake.systems.framework import Context, LeafSystem
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.sensor_model import LidarParameters
@@ -22,7 +22,7 @@ from drake_starnav.regions.obstruction import obstruction
 from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.robot import RobotParameters
 from drake_starnav.systems.footprint_hold import FootprintInForce, FootprintInput
-from drake_starnav.systems.release import weakly
+from drake_starnav.systems.release import declare_value, declare_vector
 from drake_starnav.systems.scan_state import ScanState
 from drake_starnav.utils.snapshot import snapshot
 from drake_starnav.utils.stopwatch import Stopwatch
@@ -127,18 +127,14 @@ class StarRoadmapPlanner(LeafSystem):
         inputs = self._observation, self._goal, self._footprint.port
         begun = _Plan(initial, self._footprint.own)
         self._plans = ScanState(self, begun, self._after, inputs, rate=lidar.rate)
-        depends = {self._plans.ticket}
-        turned = depends | {self._heading.ticket()}
-        self.DeclareAbstractOutputPort("guidance", lambda: Value(Guidance.none()), weakly(self._calc_guidance), turned)
-        self.DeclareVectorOutputPort(
-            "short_term_goal", 2, weakly(self._calc_short_term_goal), depends | {self._pose.ticket()}
-        )
-        self.DeclareAbstractOutputPort(
-            "planner_state", lambda: Value(initial), weakly(self._calc_planner_state), depends
-        )
-        depends |= {self._pose.ticket(), self._certified_region.ticket(), self.time_ticket()}
-        self.DeclareAbstractOutputPort("status", lambda: Value(initial.status), weakly(self._calc_status), depends)
-        self.DeclareAbstractOutputPort("blocked_by", lambda: Value(""), weakly(self._calc_blocked_by), depends)
+        own, depends = StarRoadmapPlanner, {self._plans.ticket}
+        turned, placed = depends | {self._heading.ticket()}, depends | {self._pose.ticket()}
+        declare_value(self, "guidance", Guidance.none(), own._guidance, turned)
+        declare_vector(self, "short_term_goal", 2, own._short_term_goal, placed)
+        declare_value(self, "planner_state", initial, own._state, depends)
+        depends = placed | {self._certified_region.ticket(), self.time_ticket()}
+        declare_value(self, "status", initial.status, own._status, depends)
+        declare_value(self, "blocked_by", "", own._blocked_by, depends)
 
     def _after(self, context: Context, before: _Plan) -> _Plan:
         seen, goal, body = self._observation.Eval(context), self._goal.Eval(context), self._footprint.Eval(context)
@@ -190,26 +186,19 @@ class StarRoadmapPlanner(LeafSystem):
     def _state(self, context: Context) -> PlannerState:
         return self._plans.Eval(context).state
 
-    def _calc_guidance(self, context: Context, output: AbstractValue) -> None:
+    def _guidance(self, context: Context) -> Guidance:
         guidance = self._state(context).guidance
         if self._heading.HasValue(context) and np.isfinite(heading := self._heading.Eval(context)).all():
             turn = np.array([(*self._goal.Eval(context), heading[0], 0.0)])
             guidance = dataclasses.replace(guidance, poses=turn)
-        output.set_value(guidance)
+        return guidance
 
-    def _calc_short_term_goal(self, context: Context, output: BasicVector) -> None:
+    def _short_term_goal(self, context: Context) -> np.ndarray:
         path = self._state(context).guidance.path
-        output.SetFromVector(path[0] if len(path) else self._pose.Eval(context)[:2])
+        return path[0] if len(path) else self._pose.Eval(context)[:2]
 
-    def _calc_planner_state(self, context: Context, output: AbstractValue) -> None:
-        output.set_value(self._state(context))
-
-    def _calc_status(self, context: Context, output: AbstractValue) -> None:
-        status = self._state(context).status
-        output.set_value(PlannerStatus.BLOCKED if self._blocked_by(context) else status)
-
-    def _calc_blocked_by(self, context: Context, output: AbstractValue) -> None:
-        output.set_value(self._blocked_by(context))
+    def _status(self, context: Context) -> PlannerStatus:
+        return PlannerStatus.BLOCKED if self._blocked_by(context) else self._state(context).status
 
     def _blocked_by(self, context: Context) -> str:
         """As the port says."""

@@ -1,10 +1,10 @@
 """The state of the robot when a delayed command takes effect."""
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, EventStatus, LeafSystem
+from pydrake.systems.framework import Context, DiscreteValues, EventStatus, LeafSystem
 
 from drake_starnav.control.delay_compensation import commands_in_delay, predicted_pose
-from drake_starnav.systems.release import weakly
+from drake_starnav.systems.release import declare_vector
 from drake_starnav.utils.timing import checked_period
 
 
@@ -38,7 +38,7 @@ class StatePredictor(LeafSystem):
         self._now = self.DeclareVectorInputPort("state", 5)
         self._command = self.DeclareVectorInputPort("twist_command", 2)
         self.DeclareDiscreteState(2 * self._count)
-        self.DeclareVectorOutputPort("predicted_state", 5, weakly(self._calc_state))
+        declare_vector(self, "predicted_state", 5, StatePredictor._predicted)
         self.DeclarePeriodicDiscreteUpdateEvent(self._period, 0.0, self._update)
 
     def _twists(self, context: Context) -> np.ndarray:
@@ -50,6 +50,6 @@ class StatePredictor(LeafSystem):
         values.set_value(0, self._twists(context).ravel())
         return EventStatus.Succeeded()
 
-    def _calc_state(self, context: Context, output: BasicVector) -> None:
+    def _predicted(self, context: Context) -> np.ndarray:
         pose = predicted_pose(self._now.Eval(context)[:3], self._twists(context), self._delay, self._period)
-        output.SetFromVector(np.concatenate((pose, self._command.Eval(context))))
+        return np.concatenate((pose, self._command.Eval(context)))

@@ -4,7 +4,7 @@ import math
 from time import perf_counter
 
 import numpy as np
-from pydrake.common.value import AbstractValue, Value
+from pydrake.common.value import Value
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
 from drake_starnav.control import ControllerParameters
@@ -17,7 +17,7 @@ from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.robot import RobotParameters
 from drake_starnav.systems.footprint_hold import FootprintInput
-from drake_starnav.systems.release import weakly
+from drake_starnav.systems.release import declare_value
 from drake_starnav.tracking import DynamicObstacleParameters, Tracks
 from drake_starnav.utils.stopwatch import Stopwatch
 from drake_starnav.utils.timing import checked_period
@@ -62,9 +62,7 @@ class Unshielded(LeafSystem):
         self._state = self.DeclareVectorInputPort("state", 5)
         self._twist, self._certified = self.DeclareDiscreteState(size), self.DeclareDiscreteState(1)
         self.DeclareStateOutputPort("twist_command", self._twist)
-        self.DeclareAbstractOutputPort(
-            "certificate", lambda: Value(BrakingMotion.none()), weakly(self._calc_certificate)
-        )
+        declare_value(self, "certificate", BrakingMotion.none(), Unshielded._certificate)
         self.DeclarePeriodicDiscreteUpdateEvent(checked_period(self, rate=controller.rate), 0.0, self._update)
 
     def _update(self, context: Context, values: DiscreteValues) -> None:
@@ -89,13 +87,13 @@ class Unshielded(LeafSystem):
         """That must accept what is driven, and what commands do; None: none is asked."""
         return None
 
-    def _calc_certificate(self, context: Context, output: AbstractValue) -> None:
+    def _certificate(self, context: Context) -> BrakingMotion:
         twist = context.get_discrete_state(self._twist).value()
         certified = bool(context.get_discrete_state(self._certified).value()[0])
         now = self._actuation._replace(delay=0.0)
         rest = now.base.braking(twist, twist, False)
         path = roll_out(self._state.Eval(context), twist, rest, now).pose
-        output.set_value(BrakingMotion(certified, path))
+        return BrakingMotion(certified, path)
 
 
 class TwistShield(Unshielded):

@@ -12,7 +12,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem
 
 from drake_starnav.scenario import METHODS, load_scenario
 from drake_starnav.simulation import run as trial_run
-from drake_starnav.systems.release import release, weakly
+from drake_starnav.systems.release import declare_value, declare_vector, release, weakly
 from tests.helpers.posts import posts
 
 FAULTS = (
@@ -26,11 +26,13 @@ class Source(LeafSystem):
 
     def __init__(self) -> None:
         super().__init__()
-        self.port = self.DeclareVectorOutputPort("one", 1, weakly(self.calc))
+        self.port = declare_vector(self, "one", 1, Source.one)
+        self.other = declare_value(self, "two", "", lambda own, _: own.two, {self.nothing_ticket()})
+        self.two, self.heard = "two", weakly(self.one)
 
-    def calc(self, context, output) -> None:
-        """Write 1."""
-        output.SetAtIndex(0, 1.0)
+    def one(self, context) -> list[float]:
+        """The number 1."""
+        return [1.0]
 
 
 @pytest.fixture
@@ -51,7 +53,9 @@ def everything(made: Diagram | DiagramBuilder) -> list[Any]:
 
 def test_a_method_held_weakly_works_as_long_as_its_system_lives() -> None:
     source = Source()
-    assert source.port.Eval(source.CreateDefaultContext()) == [1.0]
+    context = source.CreateDefaultContext()
+    assert source.port.Eval(context) == source.heard(context) == [1.0]
+    assert source.other.Eval(context) == "two"
 
 
 def test_a_diagram_that_ran_is_freed(uncollected) -> None:
