@@ -1,6 +1,5 @@
 """A planar world to drive through: its obstacles, the start and the goal."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -27,29 +26,28 @@ OPEN_BORDER = 2.0
 """How much of an open plane around the obstacles, start and goal counts as the world's extent, m."""
 
 
-def _rows(value: object, names: tuple[str, ...], place: str) -> np.ndarray:
-    """A read-only array with a column for each name, or a `StarnavError`."""
-    try:
-        array = np.array(value, dtype=float)
-    except (TypeError, ValueError):
-        raise StarnavError(f"{place} is {shown(value)}; allowed: numbers, rows of ({', '.join(names)})") from None
-    if array.size == 0:
-        array = np.zeros((0, len(names)))
-    if array.ndim != 2 or array.shape[1] != len(names):
-        raise StarnavError(f"{place} has shape {array.shape}; allowed: (n, {len(names)}), rows of ({', '.join(names)})")
+def check_numbers(value: Any, name: str, entries: tuple[str, ...]) -> tuple[float, ...]:
+    """The numbers of a list or an array; a `StarnavError` unless it has as many finite ones as there are `entries`."""
+    if not isinstance(value, (list, tuple, np.ndarray)):
+        raise StarnavError(f"{name} is {shown(value)}; allowed: a list")
+    numbers = [x.item() if isinstance(x, np.generic) else x for x in value]
+    if len(numbers) != len(entries) or not all(is_number(x) and abs(x) <= FARTHEST for x in numbers):
+        allowed = f"finite [{', '.join(entries)}], each at most {FARTHEST:g}"
+        raise StarnavError(f"{name} is {shown(numbers)}; allowed: {allowed}")
+    return tuple(map(float, numbers))
+
+
+def _rows(value: Any, name: str, entries: tuple[str, ...]) -> np.ndarray:
+    """A read-only array (n, m) of rows with as many numbers as entries, or a `StarnavError`."""
+    rows = value.tolist() if isinstance(value, np.ndarray) and value.dtype != float else value
+    if not isinstance(rows, (list, tuple, np.ndarray)):
+        raise StarnavError(f"{name} is {shown(rows)}; allowed: a list")
+    is_table = isinstance(rows, np.ndarray) and rows.ndim == 2 and rows.shape[1] == len(entries)
+    if not is_table or not (np.abs(rows) <= FARTHEST).all():  # one by one they take a hundred times as long
+        rows = [check_numbers(row, f"{name}[{k}]", entries) for k, row in enumerate(rows)]
+    array = np.array(rows, dtype=float).reshape(-1, len(entries))
     array.flags.writeable = False
     return array
-
-
-def _numbers(value: object, names: tuple[str, ...], place: str) -> tuple[float, ...]:
-    """As many numbers as names, or a `StarnavError`."""
-    try:
-        numbers = tuple(float(x) for x in value)  # type: ignore[attr-defined]
-    except (TypeError, ValueError):
-        numbers = ()
-    if len(numbers) != len(names):
-        raise StarnavError(f"{place} is {shown(value)}; allowed: ({', '.join(names)})")
-    return numbers
 
 
 @dataclass(frozen=True)
@@ -82,7 +80,7 @@ class World:
         cylinders: shape (n, 3): x, y, radius.
         spheres: shape (m, 3): x, y, radius; each rests on the floor.
         polygons: simple polygons, each of shape (k, 2), the footprints of prisms.
-        bounds: (x_min, y_min, x_max, y_max) with walls along it, or None for an open plane.
+        bounds: (x_min, y_min, x_max, y_max) with walls along it, or None, or none, for an open plane.
         timeout: s, the time a trial in this world may take by default.
         model: whose bodies are the obstacles; cylinders and polygons are then their footprints, of no height.
         optimal_time: s, by which a benchmark scores trials in this world, or None if it is no benchmark's.
@@ -102,31 +100,23 @@ class World:
     moving_obstacles: MovingObstacles = field(default_factory=MovingObstacles)
 
     def __post_init__(self) -> None:
-        place = f"world {self.name}: "
-        for name in ("cylinders", "spheres"):
-            object.__setattr__(self, name, _rows(getattr(self, name), ("x", "y", "radius"), place + name))
-        polygons = (_rows(polygon, ("x", "y"), f"{place}polygons[{k}]") for k, polygon in enumerate(self.polygons))
+        place, circle, corner = f"world {self.name}: ", ("x", "y", "radius"), ("x", "y")
+        lone = {"start": (*corner, "yaw"), "goal": corner, "bounds": ("x_min", "y_min", "x_max", "y_max")}
+        if self.bounds is None or not len(self.bounds):
+            object.__setattr__(self, "bounds", None)
+            del lone["bounds"]
+        for name, entries in lone.items():
+            object.__setattr__(self, name, check_numbers(getattr(self, name), place + name, entries))
+        polygons = (_rows(polygon, f"{place}polygons[{k}]", corner) for k, polygon in enumerate(self.polygons))
         object.__setattr__(self, "polygons", tuple(polygons))
-        for name, names in (("start", ("x", "y", "yaw")), ("goal", ("x", "y"))):
-            object.__setattr__(self, name, _numbers(getattr(self, name), names, place + name))
-        if self.bounds is not None:
-            corners = ("x_min", "y_min", "x_max", "y_max")
-            object.__setattr__(self, "bounds", _numbers(self.bounds, corners, f"{place}bounds"))
-        self._check()
-
-    def _check(self) -> None:
-        for name, value in (("start", self.start), ("goal", self.goal), ("bounds", self.bounds or ())):
-            if not all(abs(x) <= FARTHEST for x in value):
-                self._refuse(f"{name} is {list(value)}", f"finite numbers up to {FARTHEST:g}")
         for name in ("cylinders", "spheres"):
-            for k, (x, y, radius) in enumerate(getattr(self, name)):
-                if not (abs(x) <= FARTHEST and abs(y) <= FARTHEST and SMALLEST <= radius <= FARTHEST):
-                    allowed = f"finite x, y up to {FARTHEST:g} m and a positive radius of at least {SMALLEST:g} m"
-                    self._refuse(f"{name}[{k}] is [{x:g}, {y:g}, {radius:g}]", allowed)
+            rows = _rows(getattr(self, name), place + name, circle)
+            object.__setattr__(self, name, rows)
+            for n in np.flatnonzero(rows[:, 2] < SMALLEST):
+                self._refuse(f"{name}[{n}] is {rows[n].tolist()}", f"a positive radius of at least {SMALLEST:g} m")
         for k, polygon in enumerate(self.polygons):
-            if len(polygon) < 3 or not (np.abs(polygon) <= FARTHEST).all():
-                allowed = f"at least 3 finite corners up to {FARTHEST:g} m"
-                self._refuse(f"polygons[{k}] is {shown(polygon.tolist())}", allowed)
+            if len(polygon) < 3:
+                self._refuse(f"polygons[{k}] is {shown(polygon.tolist())}", "at least 3 finite corners")
         if self.bounds is not None and not (self.bounds[0] < self.bounds[2] and self.bounds[1] < self.bounds[3]):
             self._refuse(f"bounds is {list(self.bounds)}", "x_min < x_max and y_min < y_max")
 
@@ -166,28 +156,3 @@ class World:
         places = np.vstack((ends, centers - radii, centers + radii, *self.polygons, ways))
         (x0, y0), (x1, y1) = places.min(axis=0) - OPEN_BORDER, places.max(axis=0) + OPEN_BORDER
         return float(x0), float(y0), float(x1), float(y1)
-
-
-def check_list(value: Any, name: str) -> Sequence:
-    """The value, or a `StarnavError` that names it if it is no list."""
-    if not isinstance(value, (list, tuple)):
-        raise StarnavError(f"{name} is {shown(value)}; allowed: a list")
-    return value
-
-
-def check_ends(start: Any, goal: Any, prefix: str) -> tuple[tuple[float, float, float], tuple[float, float]]:
-    """Start (x, y, yaw) and goal (x, y), or a `StarnavError` that names the wrong one after a prefix."""
-    x, y, yaw = check_numbers(start, f"{prefix}start", ("x", "y", "yaw"))
-    goal_x, goal_y = check_numbers(goal, f"{prefix}goal", ("x", "y"))
-    return (x, y, yaw), (goal_x, goal_y)
-
-
-def check_numbers(value: Any, name: str, entries: tuple[str, ...], *, or_empty: bool = False) -> Sequence:
-    """The value, or a `StarnavError` if it is no list of as many finite numbers as there are `entries`."""
-    numbers = check_list(value, name)
-    if or_empty and not numbers:
-        return numbers
-    if len(numbers) != len(entries) or not all(map(is_number, numbers)):
-        empty = ", or an empty list" if or_empty else ""
-        raise StarnavError(f"{name} is {shown(list(numbers))}; allowed: finite [{', '.join(entries)}]{empty}")
-    return numbers

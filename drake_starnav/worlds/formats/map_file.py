@@ -16,6 +16,7 @@ from drake_starnav.errors import StarnavError, shown
 from drake_starnav.parameters import is_number
 from drake_starnav.utils.files import read_text, reason_of
 from drake_starnav.utils.yaml_text import LARGEST_TEXT, load_yaml
+from drake_starnav.worlds.world import check_numbers
 
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
 """What a cell may be, the values of ROS's `OccupancyGrid`."""
@@ -68,9 +69,7 @@ def read_map(path: Path) -> OccupancyMap:
     resolution = _number(keys, "resolution", path)
     if not FINEST <= resolution <= COARSEST:
         raise StarnavError(f"map {path}: resolution is {resolution:g}; allowed: {FINEST:g} <= x <= {COARSEST:g} m")
-    origin = keys["origin"]
-    if not (isinstance(origin, list) and len(origin) == 3 and all(map(is_number, origin))):
-        raise StarnavError(f"map {path}: origin is {shown(origin)}; allowed: finite [x, y, yaw], m and rad")
+    x, y, yaw = check_numbers(keys["origin"], f"map {path}: origin", ("x", "y", "yaw"))
     free, occupied = _number(keys, "free_thresh", path), _number(keys, "occupied_thresh", path)
     if not 0.0 <= free <= occupied <= 1.0:
         raise StarnavError(
@@ -86,7 +85,6 @@ def read_map(path: Path) -> OccupancyMap:
         raise StarnavError(f"map {path}: mode is {shown(mode)}; allowed: one of {', '.join(MODES)}")
     shade, opacity = read_image(_image(keys, path))
     cells = occupancy(shade, opacity, mode=mode, negate=bool(negate), occupied=occupied, free=free)
-    x, y, yaw = (float(value) for value in origin)
     return OccupancyMap(cells[::-1].copy(), resolution, (x, y, yaw))
 
 

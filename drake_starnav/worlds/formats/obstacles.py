@@ -1,7 +1,9 @@
 """Worlds that are given: obstacle by obstacle, or as a file of Drake's model formats."""
 
+import dataclasses
 import os
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -10,7 +12,7 @@ from drake_starnav.parameters import parameter
 from drake_starnav.utils.resources import resolve_path
 from drake_starnav.worlds.convex_parts import convex_parts, evened
 from drake_starnav.worlds.solvable import check_free_ends
-from drake_starnav.worlds.world import MOST_SHAPES, ModelFile, World, check_ends, check_list, check_numbers
+from drake_starnav.worlds.world import MOST_SHAPES, ModelFile, World
 
 FORMATS = (".dmd.yaml", ".sdf", ".world", ".urdf")
 
@@ -30,35 +32,20 @@ class Obstacles:
         """The world as given; nothing in it is random.
 
         Raises:
-            StarnavError: a list has the wrong length or a value that is not a finite number, a polygon is not
-                simple, or the robot touches an obstacle at the start or the goal.
+            StarnavError: as of `World`, a polygon is not simple, or the robot touches an obstacle at an end.
         """
-        for k, cylinder in enumerate(check_list(self.cylinders, "Obstacles.cylinders")):
-            check_numbers(cylinder, f"Obstacles.cylinders[{k}]", ("x", "y", "radius"))
-        parts = len(self.cylinders)
-        for k, polygon in enumerate(check_list(self.polygons, "Obstacles.polygons")):
-            for n, corner in enumerate(check_list(polygon, f"Obstacles.polygons[{k}]")):
-                check_numbers(corner, f"Obstacles.polygons[{k}][{n}]", ("x", "y"))
+        world = World(name="obstacles", **vars(self))
+        parts = len(world.cylinders)
+        for k, polygon in enumerate(world.polygons):
             try:
-                parts += len(convex_parts(np.array(polygon, dtype=float).reshape(-1, 2)))
+                parts += len(convex_parts(polygon))
             except StarnavError as error:
                 raise StarnavError(f"Obstacles.polygons[{k}]: {error}") from None
         if parts > MOST_SHAPES:
             raise StarnavError(
                 f"Obstacles has {parts} cylinders and convex parts of polygons; allowed: at most {MOST_SHAPES}"
             )
-        if len(check_list(self.bounds, "Obstacles.bounds")):
-            check_numbers(self.bounds, "Obstacles.bounds", ("x_min", "y_min", "x_max", "y_max"))
-        start, goal = check_ends(self.start, self.goal, "Obstacles.")
-        world = World(
-            name="obstacles",
-            start=start,
-            goal=goal,
-            cylinders=np.array(self.cylinders),
-            polygons=tuple(evened(np.array(polygon, dtype=float)) for polygon in self.polygons),
-            bounds=(self.bounds[0], self.bounds[1], self.bounds[2], self.bounds[3]) if len(self.bounds) else None,
-            timeout=self.timeout,
-        )
+        world = dataclasses.replace(world, polygons=tuple(map(evened, world.polygons)))
         check_free_ends(world, robot_radius, "Obstacles")
         return world
 
@@ -82,7 +69,6 @@ class Model:
         Raises:
             StarnavError: there is no such file, it has another ending, or start or goal are not given.
         """
-        start, goal = check_ends(self.start, self.goal, "Model.")
         if "\n" in self.directives:
             name, model = "model", ModelFile("", self.weld, text=self.directives)
         else:
@@ -93,4 +79,5 @@ class Model:
             if not os.path.isfile(path):
                 raise StarnavError(f"model {path}: no such file; {allowed}")
             name, model = path.name.partition(".")[0], ModelFile(str(path), self.weld)
-        return World(name=name, start=start, goal=goal, model=model)
+        ends: dict[str, Any] = {"start": self.start, "goal": self.goal}
+        return World(name, model=model, **ends)

@@ -41,8 +41,9 @@ class RosMap:
             StarnavError: see `read_map`; or the map has no free or no occupied cells, the start or the goal is not
                 free, there is no way between them, or the map has no two places of `min_distance`.
         """
-        check_numbers(self.start, "RosMap.start", ("x", "y", "yaw"), or_empty=True)
-        check_numbers(self.goal, "RosMap.goal", ("x", "y"), or_empty=True)
+        for name, given, entries in (("start", self.start, ("x", "y", "yaw")), ("goal", self.goal, ("x", "y"))):
+            if given:
+                check_numbers(given, f"RosMap.{name}", entries)
         path = resolve_path(self.file)
         grid = read_map(path)
         for value, name in ((OCCUPIED, "occupied"), (FREE, "free")):

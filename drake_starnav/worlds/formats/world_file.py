@@ -16,7 +16,7 @@ from drake_starnav.utils.resources import model_path
 from drake_starnav.worlds.moving_obstacles import MovingObstacles
 from drake_starnav.worlds.outlines import place, rectangle
 from drake_starnav.worlds.solvable import check_free_ends
-from drake_starnav.worlds.world import MOST_SHAPES, World, check_ends, check_list, check_numbers
+from drake_starnav.worlds.world import MOST_SHAPES, World, check_numbers
 
 _POSE = ("x", "y", "z", "roll", "pitch", "yaw")
 
@@ -102,7 +102,10 @@ class NumberedWorld:
         """
         file = WorldFile.read(type(self).__name__, self.file)
         place, entry = file.world(self.id, self.KEYS)
-        world = self._world(entry, place, file)
+        try:
+            world = self._world(entry, file.content)
+        except StarnavError as error:
+            raise StarnavError(f"{place}: {error}") from None
         check_free_ends(world, robot_radius, place)
         return world
 
@@ -110,8 +113,8 @@ class NumberedWorld:
         """Raise `StarnavError` unless the file has a world of each number."""
         WorldFile.read(type(self).__name__, self.file).check_numbers(numbers)
 
-    def _world(self, entry: dict[str, Any], place: str, file: WorldFile) -> World:
-        """The world of an entry; `place` is its name in messages."""
+    def _world(self, entry: dict[str, Any], content: dict[str, Any]) -> World:
+        """The world of an entry of a file of that content."""
         raise NotImplementedError
 
 
@@ -144,24 +147,21 @@ class Barn(NumberedWorld):
 
     KEYS = ("cylinders", "start", "goal", "path_length_official")
 
-    def _world(self, entry: dict[str, Any], place: str, file: WorldFile) -> World:
-        cylinders = check_list(entry["cylinders"], f"{place}: cylinders")
-        if len(cylinders) > MOST_SHAPES:
-            raise StarnavError(f"{place} has {len(cylinders)} cylinders; allowed: at most {MOST_SHAPES}")
-        for k, cylinder in enumerate(cylinders):
-            check_numbers(cylinder, f"{place}: cylinders[{k}]", ("x", "y", "radius"))
-        start, goal = check_ends(entry["start"], entry["goal"], f"{place}: ")
-        (length,) = check_numbers([entry["path_length_official"]], f"{place}: path_length_official", ("a length in m",))
+    def _world(self, entry: dict[str, Any], content: dict[str, Any]) -> World:
+        (length,) = check_numbers([entry["path_length_official"]], "path_length_official", ("a length in m",))
         if length <= 0.0:
-            raise StarnavError(f"{place}: path_length_official is {length:g}; allowed: 0 < x m")
-        return World(
+            raise StarnavError(f"path_length_official is {length:g}; allowed: 0 < x m")
+        world = World(
             name=f"barn_{self.id}",
-            start=start,
-            goal=goal,
-            cylinders=np.array(cylinders),
+            start=entry["start"],
+            goal=entry["goal"],
+            cylinders=entry["cylinders"],
             timeout=self.TIMEOUT,
             optimal_time=length / 2.0,  # as the benchmark takes it: at 2 m/s
         )
+        if len(world.cylinders) > MOST_SHAPES:
+            raise StarnavError(f"it has {len(world.cylinders)} cylinders; allowed: at most {MOST_SHAPES}")
+        return world
 
 
 @dataclass(frozen=True)
@@ -177,48 +177,51 @@ class DynaBarn(NumberedWorld):
 
     KEYS = ("walls", "plugins")
 
-    def _world(self, entry: dict[str, Any], place: str, file: WorldFile) -> World:
-        check_keys(file.content, str(file.path), ("meta", "trajectories"))
-        meta = file.content["meta"]
-        check_keys(meta, f"{file.path}: meta", ("start", "goal"))
-        start, goal = check_ends(meta["start"], meta["goal"], f"{file.path}: meta.")
+    def _world(self, entry: dict[str, Any], content: dict[str, Any]) -> World:
+        check_keys(content, "the file", ("meta", "trajectories"))
+        meta = content["meta"]
+        check_keys(meta, "meta", ("start", "goal"))
         return World(
             name=f"dynabarn_{self.id}",
-            start=start,
-            goal=goal,
-            polygons=_walls(entry["walls"], f"{place}: walls"),
+            start=meta["start"],
+            goal=meta["goal"],
+            polygons=_walls(_listed(entry, "walls")),
             timeout=self.TIMEOUT,
-            moving_obstacles=_moving_obstacles(file, check_list(entry["plugins"], f"{place}: plugins"), place),
+            moving_obstacles=_moving_obstacles(content["trajectories"], _listed(entry, "plugins")),
         )
 
 
-def _walls(walls: Any, name: str) -> tuple[np.ndarray, ...]:
+def _listed(mapping: dict[str, Any], key: str) -> list:
+    """The value of a key, which must be a list."""
+    if not isinstance(mapping[key], list):
+        raise StarnavError(f"{key} is {shown(mapping[key])}; allowed: a list")
+    return mapping[key]
+
+
+def _walls(walls: list) -> tuple[np.ndarray, ...]:
     polygons = []
-    for k, wall in enumerate(check_list(walls, name)):
-        check_keys(wall, f"{name}[{k}]", ("pose", "size"))
-        x, y, *_, yaw = check_numbers(wall["pose"], f"{name}[{k}].pose", _POSE)
-        length, width, height = check_numbers(wall["size"], f"{name}[{k}].size", ("x", "y", "z"))
+    for k, wall in enumerate(walls):
+        check_keys(wall, f"walls[{k}]", ("pose", "size"))
+        x, y, *_, yaw = check_numbers(wall["pose"], f"walls[{k}].pose", _POSE)
+        length, width, height = check_numbers(wall["size"], f"walls[{k}].size", ("x", "y", "z"))
         if min(length, width, height) <= 0.0:
-            raise StarnavError(f"{name}[{k}].size is {shown(wall['size'])}; allowed: positive lengths, m")
+            raise StarnavError(f"walls[{k}].size is {shown(wall['size'])}; allowed: positive lengths, m")
         polygons.append(place(rectangle(-0.5 * length, -0.5 * width, 0.5 * length, 0.5 * width), (x, y), yaw))
     return tuple(polygons)
 
 
-def _moving_obstacles(file: WorldFile, plugins: Iterable[Any], name: str) -> MovingObstacles:
+def _moving_obstacles(trajectories: Any, plugins: list) -> MovingObstacles:
     """The obstacles of the trajectories that a world names."""
-    trajectories, paths = file.content["trajectories"], []
+    paths = []
     for k, plugin in enumerate(plugins):
         if not isinstance(trajectories, dict) or not isinstance(plugin, str) or plugin not in trajectories:
-            raise StarnavError(f"{name}: plugins[{k}] is {shown(plugin)}; allowed: the name of one of the trajectories")
-        where = f"{file.path}: trajectories.{plugin}"
-        check_keys(trajectories[plugin], where, ("total", "keys"))
-        keys = check_list(trajectories[plugin]["keys"], f"{where}.keys")
-        path = [list(check_numbers(key, f"{where}.keys[{n}]", ("t", "x", "y"))) for n, key in enumerate(keys)]
-        (total,) = check_numbers([trajectories[plugin]["total"]], f"{where}.total", ("a time in s",))
+            raise StarnavError(f"plugins[{k}] is {shown(plugin)}; allowed: the name of one of the trajectories")
+        trajectory, where = trajectories[plugin], f"trajectories.{plugin}"
+        check_keys(trajectory, where, ("total", "keys"))
+        keys = enumerate(_listed(trajectory, "keys"))
+        path = [check_numbers(key, f"{where}.keys[{n}]", ("t", "x", "y")) for n, key in keys]
+        (total,) = check_numbers([trajectory["total"]], f"{where}.total", ("a time in s",))
         if path and total > path[-1][0]:
-            path.append([total, *path[-1][1:]])  # it waits until its path begins again
+            path.append((total, *path[-1][1:]))  # it waits until its path begins again
         paths.append(np.array(path).reshape(-1, 3))
-    try:
-        return MovingObstacles(np.full(len(paths), 0.5), tuple(paths))
-    except StarnavError as error:
-        raise StarnavError(f"{name}: {error}") from None
+    return MovingObstacles(np.full(len(paths), 0.5), tuple(paths))

@@ -12,7 +12,7 @@ SQUARE = [[1.0, 1.0], [2.0, 1.0], [2.0, 2.0], [1.0, 2.0]]
 
 
 def test_a_number_beyond_all_floats_is_refused() -> None:
-    with pytest.raises(StarnavError, match=r"Obstacles\.goal is .* allowed: finite \[x, y\]"):
+    with pytest.raises(StarnavError, match=r"world obstacles: goal is .* allowed: finite \[x, y\]"):
         make_world(Obstacles(goal=[10**400, 0]), 0, 0.25)
 
 
@@ -98,8 +98,8 @@ def test_the_world_is_the_file_with_its_ends(tmp_path: Path) -> None:
         ({"directives": "/nowhere/world.sdf"}, r"/nowhere/world\.sdf: no such file"),
         ({"directives": "package://drake_starnav/worlds/no.sdf"}, r"no\.sdf: no such file"),
         ({"directives": "package://other/no.sdf"}, "allowed: a path, or package://drake_starnav/"),
-        ({"goal": []}, r"Model\.goal is \[\]; allowed: finite \[x, y\]"),
-        ({"start": []}, r"Model\.start is \[\]; allowed: finite \[x, y, yaw\]"),
+        ({"goal": [], "directives": "a\n"}, r"world model: goal is \[\]; allowed: finite \[x, y\]"),
+        ({"start": [], "directives": "a\n"}, r"world model: start is \[\]; allowed: finite \[x, y, yaw\]"),
         ({"weld": 3}, r"Model\.weld is 3; allowed: true or false"),
     ],
 )
