@@ -12,6 +12,7 @@ from drake_starnav.navigation.sources import footprint_sources
 from drake_starnav.scenario import Scenario
 from drake_starnav.station.drive_check import check_drive
 from drake_starnav.station.monitors import ArrivalMonitor, CollisionMonitor, Hull
+from drake_starnav.station.plant import value_of
 from drake_starnav.systems.connecting import connect_inputs
 from drake_starnav.systems.footprint_hold import FootprintInForce
 from drake_starnav.systems.goal_sequence import GoalSequence
@@ -52,7 +53,14 @@ def add_monitors(builder: DiagramBuilder, navigation: Navigation, scenario: Scen
         builder.Connect(navigation.footprint.get_output_port(), log.get_input_port())
     goals = len(scenario.goals) if isinstance(navigation.goal, GoalSequence) else 0
     monitor = ArrivalMonitor(tolerance=scenario.simulation.goal_tolerance, period=period, goals=goals)
-    _add_arrival_monitor(builder, navigation, monitor)
+    arrival = builder.AddNamedSystem("arrival_monitor", monitor)
+    sources = {"state": navigation.localization("state"), "goal": navigation.goal_position}
+    if isinstance(navigation.goal, GoalSequence):
+        sources["reached"] = navigation.goal.GetOutputPort("reached")
+    sources["status"] = navigation.planned("status")
+    for name, port in sources.items():
+        if port is not None:
+            builder.Connect(port, arrival.GetInputPort(name))
     state = navigation.station.GetOutputPort("cheat.robot_state")
     return [LogVectorOutput(port, builder, {TriggerType.kPerStep}) for port in (state, navigation.twist_command)]
 
@@ -66,7 +74,7 @@ def watcher(
     progress: Callable[[float, float], None] | None,
 ) -> Callable[[float, float], None]:
     """Report progress, a robot that does not follow its commands, and, in `reports`, one that stands still and why."""
-    planner, port = navigation.planner, navigation.planned("blocked_by")
+    port = navigation.planned("blocked_by")
 
     def watch(now: float, limit: float) -> None:
         if progress is not None:
@@ -74,7 +82,7 @@ def watcher(
         context = simulator.get_context()
         states, commands = (log.FindLog(context) for log in logs)
         check_drive(navigation.station, states.sample_times(), states.data().T, commands.data().T, slip=slip)
-        reason = "" if port is None or planner is None else port.Eval(planner.GetMyContextFromRoot(context))
+        reason = "" if port is None else value_of(port, context)
         if reason != (reports[-1][1] if reports else ""):
             reports.append((now, reason))
 
@@ -102,18 +110,5 @@ def add_collision_monitor(builder: DiagramBuilder, navigation: Navigation, *, pe
             period=period,
         ),
     )
-    builder.Connect(station.geometry_query, collision.GetInputPort("geometry_query"))
-    builder.Connect(station.GetOutputPort("localization.state"), collision.GetInputPort("state"))
-    connect_inputs(builder, collision, footprint_sources(navigation), "collision_monitor")
-
-
-def _add_arrival_monitor(builder: DiagramBuilder, navigation: Navigation, monitor: ArrivalMonitor) -> None:
-    arrival = builder.AddNamedSystem("arrival_monitor", monitor)
-    builder.Connect(navigation.localization("state"), arrival.GetInputPort("state"))
-    if isinstance(navigation.goal, GoalSequence):
-        builder.Connect(navigation.goal.GetOutputPort("reached"), arrival.GetInputPort("reached"))
-    else:
-        builder.Connect(navigation.goal_position, arrival.GetInputPort("goal"))
-    status = navigation.planned("status")
-    if status is not None:
-        builder.Connect(status, arrival.GetInputPort("status"))
+    sources = {"geometry_query": station.geometry_query, "state": station.GetOutputPort("localization.state")}
+    connect_inputs(builder, collision, sources | footprint_sources(navigation), "collision_monitor")

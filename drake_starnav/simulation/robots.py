@@ -34,6 +34,7 @@ from drake_starnav.station.plant import (
     plant_config,
     scenario_plant_config,
     scenario_simulator_config,
+    value_of,
 )
 from drake_starnav.station.robot_interface import RobotInterface, connect_robot
 from drake_starnav.station.robot_model import add_robot
@@ -116,16 +117,13 @@ class DrivenRobot:
 
     def reached(self, context: Context) -> np.ndarray:
         """When it reached each of its goals, s; NaN for those that it did not."""
-        goal = self.navigation.goal
-        assert isinstance(goal, GoalSequence)
-        return goal.GetOutputPort("reached").Eval(goal.GetMyContextFromRoot(context))
+        assert isinstance(self.navigation.goal, GoalSequence)
+        return value_of(self.navigation.goal.GetOutputPort("reached"), context)
 
     def gave_up(self, context: Context) -> bool:
         """Whether its planner found no way."""
-        planner, status = self.navigation.planner, self.navigation.planned("status")
-        if planner is None or status is None:
-            return False
-        return status.Eval(planner.GetMyContextFromRoot(context)) is PlannerStatus.UNREACHABLE
+        status = self.navigation.planned("status")
+        return status is not None and value_of(status, context) is PlannerStatus.UNREACHABLE
 
 
 def run_robots(
@@ -307,14 +305,13 @@ def _run(simulator: Simulator, driven: DrivenRobot, message: str, wall: float) -
     context = simulator.get_context()
     times = driven.reached(context)
     touching = driven.monitor.contact_message(driven.monitor.GetMyContextFromRoot(context))
-    if touching:
-        message = touching
-    elif np.isfinite(times).all():
+    if np.isfinite(times).all():
         message = "reached"
     elif driven.gave_up(context):
         message = "unreachable"
     elif message != INTERRUPTED:
         message = TIMEOUT
+    message = touching or message
     run = left_by(simulator, driven.navigation, driven.logs[0], message, wall)
     elapsed = float(times[-1]) if message == "reached" else run.elapsed
     return dataclasses.replace(run, elapsed=elapsed, blocked=tuple(driven.blocked))

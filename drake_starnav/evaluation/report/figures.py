@@ -76,37 +76,29 @@ def success_figure(results: Results) -> "Figure":
 def path_figure(results: Results) -> "Figure | None":
     """Mean of path over shortest path given the full map, where the goal was reached, with bootstrap intervals."""
     points = {}
-    for scenario in results.scenarios:
-        for method in results.methods:
-            case = [r for r in results.of(scenario, method) if r["outcome"] == "reached" and r["shortest_path_m"]]
-            if case:
-                ratios = [r["path_length_m"] / r["shortest_path_m"] for r in case]
-                value, low, high = ratio_interval(ratios, [1.0] * len(ratios))  # of the mean, as in the table
-                points[scenario, method] = Point(value, low, high, f"{value:.3f}")
-    return (
-        _panels(
-            results, results.methods, points, "path / shortest path, mean over the trials (95 % interval)", guide=1.0
-        )
-        if points
-        else None
-    )
+    for pair, case in results.cases.items():
+        reached = [r for r in case if r["outcome"] == "reached" and r["shortest_path_m"]]
+        if reached:
+            ratios = [r["path_length_m"] / r["shortest_path_m"] for r in reached]
+            value, low, high = ratio_interval(ratios, [1.0] * len(ratios))  # of the mean, as in the table
+            points[pair] = Point(value, low, high, f"{value:.3f}")
+    label = "path / shortest path, mean over the trials (95 % interval)"
+    return _panels(results, results.methods, points, label, guide=1.0) if points else None
 
 
 def comparison_figure(results: Results, field: str, label: str) -> "Figure | None":
     """Each method's total of a field over the first method's, on trials that both finished, with intervals."""
-    reference, others = results.methods[0], results.methods[1:]
+    reference, *others = results.methods
     points = {}
-    for scenario in results.scenarios:
+    for (scenario, method), case in results.cases.items():
         theirs = {r["trial"]: r for r in results.of(scenario, reference) if r["outcome"] == "reached"}
-        for method in others:
-            ours = [r for r in results.of(scenario, method) if r["outcome"] == "reached" and r["trial"] in theirs]
-            if ours:
-                pairs = [r[field] for r in ours], [theirs[r["trial"]][field] for r in ours]
-                value, low, high = (100.0 * x for x in ratio_interval(*pairs))
-                points[scenario, method] = Point(value, low, high, f"{value:.1f} %")
-    if not points:
-        return None
-    return _panels(results, others, points, f"{label}, % of {reference}'s (95 % interval)", guide=100.0)
+        ours = [r for r in case if r["outcome"] == "reached" and r["trial"] in theirs]
+        if ours and method != reference:
+            pairs = [r[field] for r in ours], [theirs[r["trial"]][field] for r in ours]
+            value, low, high = (100.0 * x for x in ratio_interval(*pairs))
+            points[scenario, method] = Point(value, low, high, f"{value:.1f} %")
+    label = f"{label}, % of {reference}'s (95 % interval)"
+    return _panels(results, others, points, label, guide=100.0) if points else None
 
 
 def _panels(

@@ -40,16 +40,14 @@ class Recording:
 def chosen_trials(results: Results) -> list[Recording]:
     """Every failure, and for each scenario and method the median and the worst success by time over shortest path."""
     chosen = []
-    for scenario in results.scenarios:
-        for method in results.methods:
-            case = results.of(scenario, method)
-            chosen += [Recording(r, r["outcome"]) for r in case if r["outcome"] not in ("reached", *NEVER_RAN)]
-            reached = [r for r in case if r["outcome"] == "reached"]
-            reached.sort(key=lambda r: r["time_s"] / (r["shortest_path_m"] or 1.0))
-            if reached:
-                chosen.append(Recording(reached[(len(reached) - 1) // 2], "median success"))
-            if len(reached) > 1:
-                chosen.append(Recording(reached[-1], "worst success"))
+    for case in results.cases.values():
+        chosen += [Recording(r, r["outcome"]) for r in case if r["outcome"] not in ("reached", *NEVER_RAN)]
+        reached = [r for r in case if r["outcome"] == "reached"]
+        reached.sort(key=lambda r: r["time_s"] / (r["shortest_path_m"] or 1.0))
+        if reached:
+            chosen.append(Recording(reached[(len(reached) - 1) // 2], "median success"))
+        if len(reached) > 1:
+            chosen.append(Recording(reached[-1], "worst success"))
     return chosen
 
 

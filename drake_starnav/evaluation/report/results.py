@@ -52,6 +52,12 @@ class Results:
         """The records of one case."""
         return [r for r in self.records if (r["scenario"], r["method"]) == (scenario, method)]
 
+    @cached_property
+    def cases(self) -> dict[tuple[str, str], list[Record]]:
+        """The records of each scenario and method that have any."""
+        pairs = [(scenario, method) for scenario in self.scenarios for method in self.methods]
+        return {pair: case for pair in pairs if (case := self.of(*pair))}
+
     def scenario(self, record: Record) -> Scenario:
         """The scenario of a record."""
         name, method = record["scenario"], record["method"]

@@ -114,23 +114,15 @@ def label_of(name: str) -> str:
 
 
 def _further(results: Results, names: Sequence[str]) -> Table:
-    rows = []
-    for scenario in results.scenarios:
-        for method in results.methods:
-            case = results.of(scenario, method)
-            if case:
-                rows.append((scenario, method, *(number(mean_of(case, name), 3) for name in names)))
+    rows = [(*pair, *(number(mean_of(case, name), 3) for name in names)) for pair, case in results.cases.items()]
     return ("scenario", "method", *map(label_of, names)), rows
 
 
 def _comparison(results: Results) -> Table:
     rows = []
-    for scenario in results.scenarios:
-        reference = results.of(scenario, results.methods[0])
-        for method in results.methods[1:]:
-            case = results.of(scenario, method)
-            if case:
-                result = compare(case, reference)
-                ratios = number(result.time_ratio, 1, 100.0), number(result.path_ratio, 1, 100.0)
-                rows.append((scenario, method, str(result.trials), *ratios))
+    for (scenario, method), case in results.cases.items():
+        if method != results.methods[0]:
+            result = compare(case, results.of(scenario, results.methods[0]))
+            ratios = number(result.time_ratio, 1, 100.0), number(result.path_ratio, 1, 100.0)
+            rows.append((scenario, method, str(result.trials), *ratios))
     return ("scenario", "method", "both reached", "time, %", "path length, %"), rows
