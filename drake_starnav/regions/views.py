@@ -22,7 +22,7 @@ from drake_starnav.regions.bearing_hits import CONNECTED_CHORD, half_gaps
 from drake_starnav.regions.erosion import BEARINGS
 
 CROSSINGS = 64
-"""Edges that a ray may cross; one that crosses more, among needles, is free no farther than the robot's body."""
+"""Edges of views that a ray is followed across; along a rough wall it may cross more, and ends at the last of these."""
 ROUNDING = 1e-6
 """By which a merged scan's range falls short, m, so that no ray leaves a view by rounding before it ends."""
 NEAREST = 0.001
@@ -81,6 +81,7 @@ def merged(scans: Sequence[LaserScan], mounts: Sequence[Mount], body: Footprint)
         np.empty((BEARINGS, CROSSINGS), np.int64),
         np.empty((BEARINGS, CROSSINGS), np.int8),
         np.zeros(BEARINGS, np.int64),
+        np.zeros(BEARINGS, np.int64),
     )
     far = 0.0
     for bit, (scan, mount) in enumerate(zip(scans, mounts, strict=True)):
@@ -115,19 +116,22 @@ def _reach(body: Footprint) -> np.ndarray:
 
 
 class _Crossings(NamedTuple):
-    """Where the ray of each bearing crosses edges of views, by distance.
+    """Where the ray of each bearing first crosses edges of views, by distance.
 
     Attributes:
         distance: shape (BEARINGS, CROSSINGS), m.
         view: bit of the lidar whose view the edge bounds, of that shape.
         kind: HIT or OPEN, of that shape.
-        number: of the crossings of each ray, shape (BEARINGS,); those beyond CROSSINGS are only counted.
+        number: of all crossings of each ray, shape (BEARINGS,), also of those that are too far away to be kept.
+        inside: bits of the views in which each ray begins, of that shape: those whose edges it crosses an odd number of
+            times.
     """
 
     distance: np.ndarray
     view: np.ndarray
     kind: np.ndarray
     number: np.ndarray
+    inside: np.ndarray
 
 
 @njit(cache=True)
@@ -168,7 +172,7 @@ def _cross_view(crossings, beams, x, y, bit):
 @njit(cache=True)
 def _cross_edge(crossings, start, end, kind, bit):
     """Add an edge to the rays that cross it. One through an end belongs to the edge that begins there on its left."""
-    distance, view, kinds, count = crossings
+    distance, view, kinds, count, inside = crossings
     (ax, ay, a), (bx, by, b) = start, end
     low, high = (a, b) if a < b else (b, a)
     first, beyond = int(math.ceil(low)), int(math.ceil(high))
@@ -183,27 +187,25 @@ def _cross_edge(crossings, start, end, kind, bit):
         t, most = min(t, most), max(t, most)
         if abs(across) > PARALLEL * (abs(ex) + abs(ey)):
             t = min(max((ax * ey - ay * ex) / across, 0.0), most)
-        i = count[k]
+        inside[k] ^= bit
+        i = min(count[k], CROSSINGS - 1)
         count[k] += 1
-        if i < CROSSINGS:
-            while i > 0 and distance[k, i - 1] > t:
-                distance[k, i], view[k, i], kinds[k, i] = distance[k, i - 1], view[k, i - 1], kinds[k, i - 1]
-                i -= 1
-            distance[k, i], view[k, i], kinds[k, i] = t, bit, kind
+        if count[k] > CROSSINGS and t >= distance[k, i]:
+            continue
+        while i > 0 and distance[k, i - 1] > t:
+            distance[k, i], view[k, i], kinds[k, i] = distance[k, i - 1], view[k, i - 1], kinds[k, i - 1]
+            i -= 1
+        distance[k, i], view[k, i], kinds[k, i] = t, bit, kind
 
 
 @njit(cache=True)
 def _walked(crossings, body, far):
     """How far each ray is free, m, up to `far`, and where it ends; within `body` (m) it may be outside all views."""
-    distance, view, kinds, count = crossings
+    distance, view, kinds, count, begin = crossings
     free, end = np.full(len(count), far), np.zeros(len(count), np.int8)
     for k in range(len(count)):
-        inside = 0
+        inside, reached = begin[k], body[k]
         for i in range(min(count[k], CROSSINGS)):
-            inside ^= view[k, i]
-        known = count[k] <= CROSSINGS
-        reached = body[k]
-        for i in range(count[k] if known else 0):
             t = distance[k, i]
             if inside == 0 and t > body[k]:
                 break
@@ -214,7 +216,7 @@ def _walked(crossings, body, far):
                 reached, end[k] = t, HIT
                 break
             inside ^= view[k, i]
-            if inside == 0 and t >= body[k]:
+            if t >= body[k] and (inside == 0 or i == CROSSINGS - 1):
                 reached = t
                 break
         free[k] = reached

@@ -9,6 +9,7 @@ from hypothesis import given
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.footprint import covered, disc, footprint
+from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import ON_AXIS, Mount, unturned
 from drake_starnav.regions.bearing_hits import CONNECTED_CHORD
 from drake_starnav.regions.erosion import BEARINGS
@@ -61,6 +62,18 @@ def test_a_lone_lidar_on_the_axis_passes_through() -> None:
     assert merged([scan], (ON_AXIS,), BODY) is scan
     points, _ = hit_points(scan, ON_AXIS, scan.distances)
     assert np.array_equal(points, scan.points())
+
+
+def test_a_ray_along_a_rough_wall_is_free_up_to_it() -> None:
+    mount, beams = Mount(0.3, 0.3, 0.0, False), 2000
+    bearing = np.linspace(-math.pi, math.pi, beams, endpoint=False)
+    rough = np.where(np.arange(beams) % 2, 0.302, 0.298)  # below the lidar, about the x axis
+    ranges = np.where(bearing < 0.0, rough / np.maximum(-np.sin(bearing), 1e-9), np.inf)
+    x = mount.x + ranges * np.cos(bearing)
+    ranges[~((x > 1.0) & (x < 3.0))] = np.inf
+    scan = LaserScan(0.0, -math.pi, 2.0 * math.pi / beams, 0.05, 5.0, ranges)
+    free = merged([scan], (mount,), BODY).distances[BEARINGS // 2]
+    assert 0.99 < free < 1.1
 
 
 @NAMES
