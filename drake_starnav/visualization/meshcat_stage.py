@@ -30,19 +30,22 @@ POINT_SIZES = {"scan": 4.0, "frontiers/extendable": 4.5, "frontiers/covered": 2.
 """Size of the points in layers of points, pixels at any distance."""
 SEEN_THROUGH = ("scan",)
 """Layers of points that are never hidden: a hit lies on the surface of an obstacle."""
-
-
-AMBIENT_LIGHT, FILL_LIGHT = 2.0, 1.3
-"""Intensities: together they show a level surface in about the colour it was given, and walls a little darker."""
+LOOK = (
+    *((f"/Lights/{light}", "visible", False) for light in ("SpotLight", "PointLightNegativeX", "PointLightPositiveX")),
+    ("/Lights/AmbientLight/<object>", "intensity", 2.0),
+    ("/Lights/FillLight/<object>", "intensity", 1.3),
+    ("/Lights/FillLight/<object>", "position", [-3.0, 10.0, 4.0]),  # x, z, -y of W
+    *(("/Background", f"{part}_color", [1.0, 1.0, 1.0]) for part in ("top", "bottom")),
+    *((helper, "visible", False) for helper in ("/Grid", "/Axes")),
+)
+"""Paths, properties and values: white behind, and light evenly from everywhere, in which a level surface has about the
+colour it was given, and walls are a little darker."""
 WORLD_PREFIX = "/world"
 """Folder of Meshcat's panel that holds robot and obstacles."""
 
 
 def quiet_meshcat() -> Meshcat:
-    """A Meshcat server for this machine alone, that shows no statistics and does not log its address.
-
-    Its background is white, without a grid, and light comes evenly from everywhere.
-    """
+    """A Meshcat server of this `LOOK` for this machine alone, that shows no statistics and does not log its address."""
     log = logging.getLogger("drake")
     level = log.level
     log.setLevel(logging.WARNING)
@@ -50,15 +53,8 @@ def quiet_meshcat() -> Meshcat:
         meshcat = Meshcat(MeshcatParams(host="localhost", show_stats_plot=False))
     finally:
         log.setLevel(level)
-    for light in ("SpotLight", "PointLightNegativeX", "PointLightPositiveX"):
-        meshcat.SetProperty(f"/Lights/{light}", "visible", False)
-    meshcat.SetProperty("/Lights/AmbientLight/<object>", "intensity", AMBIENT_LIGHT)
-    meshcat.SetProperty("/Lights/FillLight/<object>", "intensity", FILL_LIGHT)
-    meshcat.SetProperty("/Lights/FillLight/<object>", "position", [-3.0, 10.0, 4.0])  # x, z, -y of W
-    meshcat.SetProperty("/Background", "top_color", [1.0, 1.0, 1.0])
-    meshcat.SetProperty("/Background", "bottom_color", [1.0, 1.0, 1.0])
-    for helper in ("/Grid", "/Axes"):
-        meshcat.SetProperty(helper, "visible", False)
+    for path, name, value in LOOK:
+        meshcat.SetProperty(path, name, value)
     return meshcat
 
 

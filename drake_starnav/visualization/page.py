@@ -2,7 +2,6 @@
 
 import html
 import json
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from drake_starnav.errors import StarnavError, shown
-from drake_starnav.visualization.meshes import DECK_COLOR, HEADING_COLOR, LAYERS, SPEED_COLORS, Layer
+from drake_starnav.visualization.meshes import DECK_COLOR, HEADING_COLOR, LAYERS, SPEED_COLORS, Layer, five_pointed_star
 
 ROOT = "starnav"
 """Folder of Meshcat's panel that holds the layers."""
@@ -156,10 +155,8 @@ def css_color(color: tuple[float, float, float] | np.ndarray) -> str:
 def _symbol(layer: Layer) -> str:
     """The layer's symbol in the legend, as inline SVG."""
     color = css_color(layer.color)
-    angle = -0.5 * math.pi + math.pi / 5.0 * np.arange(10)
-    spoke = 6.5 * np.where(np.arange(10) % 2, 0.45, 1.0)
-    rim = zip(11.0 + spoke * np.cos(angle), 7.0 + spoke * np.sin(angle), strict=True)
-    corners = " ".join(f"{x:.1f},{y:.1f}" for x, y in rim)
+    rim = five_pointed_star(np.zeros(2), 6.5, 0.0).vertices[1:]
+    corners = " ".join(f"{11.0 + x:.1f},{7.0 - y:.1f}" for x, y, _ in rim)
     share = np.linspace(0.0, 1.0, len(SPEED_COLORS))
     stops = "".join(
         f'<stop offset="{at:.2f}" stop-color="{css_color(c)}"/>' for at, c in zip(share, SPEED_COLORS, strict=True)

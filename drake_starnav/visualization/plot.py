@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import shapely
 from matplotlib import rc_context
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
@@ -137,16 +138,12 @@ def _draw_shape(axes: Axes, shape: Shape, time: float) -> None:
         look = {"color": shape.colors[0], "markersize": shape.size, "markeredgewidth": 0.0, "zorder": order}
         axes.add_line(Line2D(*points.T, linestyle="none", marker="s", **look))
         return
-    # Where vertices have colours, rims of one shade are drawn together.
-    kinds: dict[tuple[float, ...], list[Outline]] = {}
-    for loop in shape.loops:
-        color = shape.colors[loop].mean(axis=0) if len(shape.colors) > 1 else shape.colors[0]
-        color = np.round(color, 1) if len(shape.colors) > 1 else color
-        kinds.setdefault(tuple(color), []).append(Outline(points[[*loop, loop[0]]], closed=True))
-    for color, paths in kinds.items():
-        area, opacity = Outline.make_compound_path(*paths), shape.opacity
-        seam = SEAM if opacity >= 1.0 else 0.0
-        axes.add_artist(PathPatch(area, color=color, alpha=opacity, linewidth=seam, joinstyle="round", zorder=order))
+    seam, opacity = SEAM if shape.opacity >= 1.0 else 0.0, shape.opacity
+    for color, area in shape.areas.items():
+        polygons = shapely.get_parts(area.normalize())
+        rings = [ring for polygon in polygons for ring in (polygon.exterior, *polygon.interiors)]
+        path = Outline.make_compound_path(*(Outline(shapely.get_coordinates(ring), closed=True) for ring in rings))
+        axes.add_artist(PathPatch(path, color=color, alpha=opacity, linewidth=seam, joinstyle="round", zorder=order))
 
 
 def _draw_robot(axes: Axes, robot: RobotTrack, time: float) -> None:

@@ -7,6 +7,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+import shapely
 from pydrake.common.value import Value
 from pydrake.geometry import FrameId, GeometryId, Mesh, QueryObject, Rgba, Role, SceneGraph, SceneGraphInspector
 from pydrake.perception import PointCloud
@@ -50,25 +51,13 @@ class Shape:
     shown: "Track" = field(default_factory=lambda: Track([0.0], [True]))
 
     @cached_property
-    def loops(self) -> list[list[int]]:
-        """Boundary loops of the triangles as indices of points; inner loops have the opposite sense."""
+    def areas(self) -> dict[tuple[float, ...], shapely.Geometry]:
+        """By colour, what the triangles of it cover, m, W; where points have colours, those of one shade together."""
         faces = np.zeros((0, 3), int) if self.faces is None else self.faces
-        edges = np.vstack((faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]])).tolist()
-        inner = {(b, a) for a, b in edges}
-        after: dict[int, list[int]] = {}
-        for a, b in edges:
-            if (a, b) not in inner:
-                after.setdefault(a, []).append(b)
-        loops = []
-        while after:
-            loop = [next(iter(after))]
-            while loop[-1] in after:
-                here = loop[-1]
-                loop.append(after[here].pop())
-                if not after[here]:
-                    del after[here]
-            loops.append(loop[:-1])
-        return loops
+        colors = np.broadcast_to(self.colors, (len(self.points), 3))[faces].mean(axis=1)
+        shades, shade = np.unique(colors.round(1) if len(self.colors) > 1 else colors, axis=0, return_inverse=True)
+        triangles = shapely.polygons(self.points[faces])
+        return {tuple(color): shapely.union_all(triangles[shade == k]) for k, color in enumerate(shades.tolist())}
 
 
 @dataclass

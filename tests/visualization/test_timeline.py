@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import shapely
 from pydrake.geometry import Box, Sphere
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import AddMultibodyPlant, CoulombFriction
@@ -24,12 +25,6 @@ from drake_starnav.visualization.timeline import Broadcast, Shape, Solid, Timeli
 from drake_starnav.worlds.world import World
 from tests.helpers.browser import BrowserCamera, browser_missing
 from tests.helpers.camera import floor_to_page, plotted
-
-
-def area(points: np.ndarray) -> float:
-    """Signed area of a polygon."""
-    x, y = points.T
-    return 0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
 
 
 @pytest.fixture
@@ -67,10 +62,10 @@ def test_points_colours_and_what_is_never_hidden_are_kept(stage, timeline) -> No
     ("mesh", "areas"),
     [
         (meshes.fan(np.zeros(2), np.array([(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)]), 0.0), [2.0]),
-        (meshes.ribbon(np.array([(0.0, 0.0), (2.0, 0.0)]), 0.5, 0.0), [-1.0]),
+        (meshes.ribbon(np.array([(0.0, 0.0), (2.0, 0.0)]), 0.5, 0.0), [1.0]),
         (
             meshes.ribbon(np.array([(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)]), 1.0, 0.0, closed=True),
-            [-1, 9],
+            [1.0, 9.0],
         ),
         (meshes.discs(np.array([(0.0, 0.0), (5.0, 0.0)]), 1.0, 0.0, sides=4), [2.0, 2.0]),
     ],
@@ -78,11 +73,12 @@ def test_points_colours_and_what_is_never_hidden_are_kept(stage, timeline) -> No
 )
 def test_rims_enclose_what_the_triangles_cover(mesh, areas) -> None:
     shape = Shape(mesh.vertices[:, :2], 0.0, mesh.faces, np.zeros((1, 3)))
-    found = [area(shape.points[loop]) for loop in shape.loops]
-    assert sorted(np.abs(found)) == pytest.approx(sorted(np.abs(areas)))
+    (covered,) = shape.areas.values()
+    parts = shapely.get_parts(covered)
+    found = [shapely.Polygon(ring).area for part in parts for ring in (part.exterior, *part.interiors)]
+    assert sorted(found) == pytest.approx(sorted(areas))
     corners = mesh.vertices[mesh.faces][..., :2]
-    covered = sum(abs(area(triangle)) for triangle in corners)
-    assert abs(sum(found)) == pytest.approx(covered)  # inner rims count against outer ones
+    assert covered.area == pytest.approx(sum(shapely.Polygon(triangle).area for triangle in corners))
 
 
 def test_deleting_a_folder_leaves_its_neighbours(stage, timeline) -> None:
