@@ -25,6 +25,7 @@ from pydrake.systems.framework import DiagramBuilder, OutputPort
 from drake_starnav.station.scene_slices import seen_geometries
 from drake_starnav.station.world_geometry import OBSTACLE_COLOR
 from drake_starnav.visualization.meshes import LAYERS, Layer, Mesh
+from drake_starnav.visualization.timeline import Shape
 
 POINT_SIZES = {"scan": 4.0, "frontiers/extendable": 4.5, "frontiers/covered": 2.0}
 """Size of the points in layers of points, pixels at any distance."""
@@ -108,6 +109,8 @@ class MeshcatStage:
     Meshcat does not record the creation of an object, only changes of transforms and properties. Hence every object is
     created once, and its recorded property `visible` shows and hides it. Without a recording the times are ignored and
     changes take effect at once.
+
+    `shapes` are all objects that have not been deleted, by their paths, with the times at which they are visible.
     """
 
     def __init__(
@@ -125,12 +128,14 @@ class MeshcatStage:
         self._layers, self._keep = layers, keep
         self._count = 0
         self._shown: dict[str, str] = {}  # layer and key -> the object shown last
+        self.shapes: dict[str, Shape] = {}
 
     def clear(self) -> None:
         """Remove everything."""
         self._meshcat.Delete(self._root)
         self._count = 0
         self._shown.clear()
+        self.shapes.clear()
 
     def add(
         self, layer: str, mesh: Mesh, time: float, opacity: float = 1.0, colors: np.ndarray | None = None
@@ -144,8 +149,15 @@ class MeshcatStage:
         """
         if not len(mesh):
             return None
-        path = self._new_path(layer)
-        self._set_mesh(path, layer, mesh, opacity, colors)
+        path, color = self._new_path(layer), self._layers[layer].color
+        vertices, faces = np.asfortranarray(mesh.vertices.T), np.asfortranarray(mesh.faces.T)
+        if colors is None:
+            self._meshcat.SetTriangleMesh(path, vertices, faces, Rgba(*color, opacity))
+        else:  # those of vertices are taken as linear light, others as sRGB
+            self._meshcat.SetTriangleColorMesh(path, vertices, faces, np.asfortranarray(colors.T**2.2))
+        looks = np.array([color]) if colors is None else colors
+        height = float(mesh.vertices[0, 2])
+        self.shapes[path] = Shape(mesh.vertices[:, :2], height, mesh.faces, looks, opacity=opacity)
         if opacity < 1.0:  # or translucent objects at one height would hide one another
             self._meshcat.SetProperty(f"{path}/<object>", "material.depthWrite", False)
             self._meshcat.SetProperty(f"{path}/<object>", "renderOrder", self._order(layer) + 1e-6 * self._count)
@@ -160,13 +172,14 @@ class MeshcatStage:
         """Show points of shape (n, 2), W, m, from a time on; returns the path as `add` does."""
         if not len(points):
             return None
-        path = self._new_path(layer)
+        path, look, size, on_top = self._new_path(layer), self._layers[layer], POINT_SIZES[layer], layer in SEEN_THROUGH
         cloud = PointCloud(len(points))
         cloud.mutable_xyzs()[:2] = points.T
-        cloud.mutable_xyzs()[2] = self._layers[layer].height
-        self._meshcat.SetObject(path, cloud, POINT_SIZES[layer], Rgba(*self._layers[layer].color))
+        cloud.mutable_xyzs()[2] = look.height
+        self._meshcat.SetObject(path, cloud, size, Rgba(*look.color))
+        self.shapes[path] = Shape(points, look.height, None, np.array([look.color]), size, on_top)
         self._meshcat.SetProperty(f"{path}/<object>", "material.sizeAttenuation", False)
-        if layer in SEEN_THROUGH:
+        if on_top:
             self._meshcat.SetProperty(f"{path}/<object>", "material.depthTest", False)
             self._meshcat.SetProperty(f"{path}/<object>", "renderOrder", self._order(layer))
         self._appear(path, time)
@@ -182,14 +195,7 @@ class MeshcatStage:
             self._show(path, False, time)
         else:
             self._meshcat.Delete(path)
-
-    def _set_mesh(self, path: str, layer: str, mesh: Mesh, opacity: float, colors: np.ndarray | None) -> None:
-        vertices, faces = np.asfortranarray(mesh.vertices.T), np.asfortranarray(mesh.faces.T)
-        if colors is None:
-            self._meshcat.SetTriangleMesh(path, vertices, faces, Rgba(*self._layers[layer].color, opacity))
-        else:
-            # Colours of vertices are taken as linear light, other colours as sRGB.
-            self._meshcat.SetTriangleColorMesh(path, vertices, faces, np.asfortranarray(colors.T**2.2))
+            del self.shapes[path]
 
     def _new_path(self, layer: str) -> str:
         self._count += 1
@@ -209,6 +215,7 @@ class MeshcatStage:
 
     def _show(self, path: str, visible: bool, time: float) -> None:
         self._meshcat.SetProperty(path, "visible", visible, time)
+        self.shapes[path].shown.set(visible, time)
 
     def _order(self, layer: str) -> float:
         """Rank in the drawing order of translucent layers."""

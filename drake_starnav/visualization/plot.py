@@ -98,7 +98,7 @@ def moment_picture(recorded: RecordedRun, time: float, view: str = "top", width:
 def _draw_scene(axes: Axes, recorded: RecordedRun, time: float) -> None:
     """Draw a moment of a run, a time in s, into axes in metres of W: solid shapes, layers, robots."""
     _draw_solids(axes, recorded.scene, time)
-    for name, shape in recorded.timeline.visible(time + FRAME_SLACK).items():
+    for name, shape in recorded.visible(time + FRAME_SLACK).items():
         if recorded.caption.shows(name.removeprefix(f"/{ROOT}/")):
             _draw_shape(axes, shape, time)
     for robot in reversed(recorded.robots):  # the first on top

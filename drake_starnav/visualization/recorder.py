@@ -19,12 +19,10 @@ from drake_starnav.visualization.meshes import layers_of_run
 from drake_starnav.visualization.page import Cameras, Caption, check_view, with_panel
 from drake_starnav.visualization.star_roadmap_visualizer import StarRoadmapVisualizer
 from drake_starnav.visualization.timeline import (
-    Broadcast,
     RecordedRun,
     RobotTrack,
     SceneRecorder,
     SceneTimeline,
-    Timeline,
 )
 
 
@@ -56,9 +54,8 @@ class Recorder:
         check_kind(navigation, Navigation, "navigation", "as from add_navigation")
         scenario = scenario or Scenario(navigation.world.name, None)
         self._meshcat = quiet_meshcat()
-        self._timeline = Timeline()
         self._navigation, self._scenario = navigation, scenario
-        add_visualizers(builder, navigation, scenario, self._meshcat, self._timeline)
+        self._shapes = add_visualizers(builder, navigation, scenario, self._meshcat).stage.shapes
         station = navigation.station
         own = [station.plant.GetBodyFrameIdOrThrow(i) for i in station.plant.GetBodyIndices(station.robot_model)]
         self._scene = SceneTimeline(station.scene_graph, own)
@@ -91,7 +88,7 @@ class Recorder:
             yaw = np.arctan2(X_WB[:, 1, 0], X_WB[:, 0, 0])
             motion = Motion(np.array(poses.times), np.column_stack((X_WB[:, :2, 3], yaw)))
         track = RobotTrack(motion, self._scenario.robot.shape)
-        self.recorded = RecordedRun(caption, world.extent, self._scene, self._timeline, (track,))
+        self.recorded = RecordedRun(caption, world.extent, self._scene, self._shapes, (track,))
 
     def save_png(self, path: str | os.PathLike, time: float, width: int = 1100) -> None:
         """Write a still of the finished run at a time, s, seen from above, of a width in pixels; it needs no browser.
@@ -112,10 +109,9 @@ def add_visualizers(
     navigation: Navigation,
     scenario: Scenario,
     meshcat: Meshcat,
-    timeline: Timeline | None = None,
     keep: bool = True,
-) -> None:
-    """Add what draws the scene and what the robot sees and decides into Meshcat, and into a timeline, if any.
+) -> StarRoadmapVisualizer:
+    """Add what draws the scene, and what draws into Meshcat what the robot sees and decides; returns the second.
 
     `keep`: whether what is no longer shown stays in Meshcat, as a recording needs it; the rest is as of
     `Recorder.add_to`.
@@ -124,11 +120,10 @@ def add_visualizers(
     period = 1.0 / scenario.recording.frames_per_second
     scene = station.plant, station.scene_graph, meshcat, station.floor
     add_scene(builder, *scene, station.geometry_query, publish_period=period)
-    canvas = meshcat if timeline is None else Broadcast(meshcat, timeline)
     mounts = station.robot_interface.mounts
     visualizer = builder.AddNamedSystem(
         "star_roadmap_visualizer",
-        StarRoadmapVisualizer(canvas, scenario.recording, scenario.robot, keep=keep, mounts=mounts),
+        StarRoadmapVisualizer(meshcat, scenario.recording, scenario.robot, keep=keep, mounts=mounts),
     )
     names = zip(lidar_names("lidar", len(mounts)), lidar_names("scan", len(mounts)), strict=True)
     for port, name in (
@@ -142,6 +137,7 @@ def add_visualizers(
     ):
         if port is not None:
             builder.Connect(port, visualizer.GetInputPort(name))
+    return visualizer
 
 
 def robot_path(station: StationInterface) -> str:

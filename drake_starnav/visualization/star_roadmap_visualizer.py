@@ -70,7 +70,7 @@ class StarRoadmapVisualizer(LeafSystem):
     Each layer of `meshes.LAYERS` is one folder below `ROOT` in Meshcat's panel and can be switched there.
 
     As in Drake's `MeshcatVisualizer`, what has been drawn is remembered by this system and not by the Context;
-    initialization forgets it and clears the stage. A publish depends on the inputs and on that memory alone.
+    initialization forgets it and clears the `stage`. A publish depends on the inputs and on that memory alone.
     """
 
     def __init__(
@@ -91,7 +91,7 @@ class StarRoadmapVisualizer(LeafSystem):
         super().__init__()
         self._parameters = parameters
         self._robot = robot
-        self._stage = MeshcatStage(meshcat, f"/{ROOT}", 1.0 / parameters.frames_per_second, keep=keep)
+        self.stage = MeshcatStage(meshcat, f"/{ROOT}", 1.0 / parameters.frames_per_second, keep=keep)
         state = PlannerState.initial(PlannerParameters(), robot.radius)
         node, here, sides = NODE_RADIUS, np.zeros(2), 20
         self._marks = {
@@ -114,7 +114,7 @@ class StarRoadmapVisualizer(LeafSystem):
         self.DeclarePeriodicPublishEvent(1.0 / parameters.frames_per_second, 0.0, self._publish)
 
     def _clear(self, context: Context) -> EventStatus:
-        self._stage.clear()
+        self.stage.clear()
         self._drawn = _Drawn(self._nothing)
         return EventStatus.Succeeded()
 
@@ -147,7 +147,7 @@ class StarRoadmapVisualizer(LeafSystem):
         if not np.array_equal(place, self._drawn.marked.get(layer)):  # type: ignore[arg-type]
             mark = self._marks[layer]
             mesh = meshes.joined() if place is None else meshes.Mesh(mark.vertices + (*place, 0.0), mark.faces)
-            self._stage.swap(layer, mesh, time)
+            self.stage.swap(layer, mesh, time)
             self._drawn.marked[layer] = None if place is None else np.array(place)
 
     def _draw_roadmap(self, roadmap: StarRoadmap, time: float) -> None:
@@ -159,7 +159,7 @@ class StarRoadmapVisualizer(LeafSystem):
         known, edges = len(last), len(last.edges)
         if len(roadmap) < known or any(a is not b for a, b in zip(last.regions, roadmap.regions, strict=False)):
             for path in drawn.growing:  # another margin: other regions from the same scans
-                self._stage.remove(path, time)
+                self.stage.remove(path, time)
             drawn.growing.clear()
             self._remove_regions(len(drawn.regions), time)
             known = edges = 0
@@ -169,9 +169,9 @@ class StarRoadmapVisualizer(LeafSystem):
             self._draw_region(roadmap.regions[-1], time)
         nodes, radius, width = roadmap.union.center, NODE_RADIUS, 1.5 * LINE_WIDTH
         dots = meshes.discs(nodes[known:], radius, LAYERS["roadmap/nodes"].height)
-        self._grow(self._stage.add("roadmap/nodes", dots, time))
+        self._grow(self.stage.add("roadmap/nodes", dots, time))
         lines = meshes.segments(nodes[roadmap.edges[edges:]], width, LAYERS["roadmap/edges"].height)
-        self._grow(self._stage.add("roadmap/edges", lines, time))
+        self._grow(self.stage.add("roadmap/edges", lines, time))
         self._draw_open_frontiers(last.frontiers, roadmap.frontiers, time)
 
     def _draw_open_frontiers(self, last: Frontiers, now: Frontiers, time: float) -> None:
@@ -179,13 +179,13 @@ class StarRoadmapVisualizer(LeafSystem):
         for owner in np.union1d(last.owner, now.owner):
             viewpoints = now.viewpoint[now.owner == owner]
             if not np.array_equal(viewpoints, last.viewpoint[last.owner == owner]):
-                self._stage.swap_points("frontiers/extendable", viewpoints, time, key=str(owner))
+                self.stage.swap_points("frontiers/extendable", viewpoints, time, key=str(owner))
 
     def _draw_spent_frontiers(self, last: Frontiers, now: StarRoadmap, time: float) -> None:
         covered, stuck = meshes.vanished_frontiers(last, now)
-        self._grow(self._stage.add_points("frontiers/covered", covered, time))
+        self._grow(self.stage.add_points("frontiers/covered", covered, time))
         crosses = meshes.crosses(stuck, 1.5 * NODE_RADIUS, LAYERS["frontiers/stuck"].height)
-        self._grow(self._stage.add("frontiers/stuck", crosses, time))
+        self._grow(self.stage.add("frontiers/stuck", crosses, time))
 
     def _draw_region(self, region: StarRegion, time: float) -> None:
         """Draw the newest region; the one before it is drawn anew, faint."""
@@ -201,7 +201,7 @@ class StarRoadmapVisualizer(LeafSystem):
         """Paths of the area and the outline of a region, in these opacities."""
         height, rim = LAYERS["regions"].height, region.outline(REGION_VERTICES)
         parts = meshes.fan(region.center, rim, height), meshes.ribbon(rim, 0.5 * LINE_WIDTH, height, closed=True)
-        added = [self._stage.add("regions", mesh, time, o) for mesh, o in zip(parts, opacities, strict=True)]
+        added = [self.stage.add("regions", mesh, time, o) for mesh, o in zip(parts, opacities, strict=True)]
         return [path for path in added if path]
 
     def _remove_regions(self, count: int, time: float) -> None:
@@ -209,7 +209,7 @@ class StarRoadmapVisualizer(LeafSystem):
         chosen = slice(count) if count >= 0 else slice(count, None)
         for _, paths in self._drawn.regions[chosen]:
             for path in paths:
-                self._stage.remove(path, time)
+                self.stage.remove(path, time)
         del self._drawn.regions[chosen]
 
     def _is_due(self, time: float, due: float) -> bool:
@@ -230,7 +230,7 @@ class StarRoadmapVisualizer(LeafSystem):
             return
         self._drawn.path = points
         self._mark("short_term_goal", path[0] if len(path) else None, time)  # at once, or they would come apart
-        self._stage.swap("path", meshes.ribbon(points, LINE_WIDTH, LAYERS["path"].height), time)
+        self.stage.swap("path", meshes.ribbon(points, LINE_WIDTH, LAYERS["path"].height), time)
 
     def _draw_scans(self, scans: list[tuple[LaserScan | None, Mount]], pose: np.ndarray | None, time: float) -> None:
         seen = [(scan, mount) for scan, mount in scans if scan is not None]
@@ -239,7 +239,7 @@ class StarRoadmapVisualizer(LeafSystem):
         self._drawn.scan = seen[0][0]
         points = np.vstack([unturned(scan, mount).points(mount.unturned(pose)) for scan, mount in seen])
         every = math.ceil(max(len(points), 1) / SCAN_POINTS)
-        self._stage.swap_points("scan", points[::every], time)
+        self.stage.swap_points("scan", points[::every], time)
 
     def _draw_certificate(self, certificate: Any, time: float) -> None:
         if certificate is None or certificate is self._drawn.certificate:
@@ -251,7 +251,7 @@ class StarRoadmapVisualizer(LeafSystem):
             path = path[kept]
         shape, height = self._robot.shape, LAYERS["certificate"].height
         mesh = meshes.swath(path, shape.radius, height) if shape.is_disc else meshes.swept(path, shape, height)
-        self._stage.swap("certificate", mesh, time, CERTIFICATE_OPACITY)
+        self.stage.swap("certificate", mesh, time, CERTIFICATE_OPACITY)
 
     def _draw_trail(self, time: float) -> None:
         trail = np.array(self._drawn.trail)
@@ -265,7 +265,7 @@ class StarRoadmapVisualizer(LeafSystem):
         steps = np.hypot(*(ends[:, 1] - ends[:, 0]).T) > meshes.SAME_POINT
         mesh = meshes.segments(ends[steps], LINE_WIDTH, LAYERS["trail"].height)
         colors = np.repeat(meshes.speed_colors(trail[1:, 2][steps], self._robot.max_speed), 4, axis=0)
-        self._stage.add("trail", mesh, time, colors=colors)
+        self.stage.add("trail", mesh, time, colors=colors)
         self._drawn.trail = self._drawn.trail[-1:]
 
 

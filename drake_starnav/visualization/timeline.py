@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 import shapely
 from pydrake.common.value import Value
-from pydrake.geometry import FrameId, GeometryId, Mesh, QueryObject, Rgba, Role, SceneGraph, SceneGraphInspector
-from pydrake.perception import PointCloud
+from pydrake.geometry import FrameId, GeometryId, Mesh, QueryObject, Role, SceneGraph, SceneGraphInspector
 from pydrake.systems.framework import Context, EventStatus, LeafSystem
 
 from drake_starnav.errors import StarnavError
@@ -85,60 +84,6 @@ class Track:
             return self.values[k - 1]
         share = (time - self.times[k - 1]) / (self.times[k] - self.times[k - 1])
         return (1.0 - share) * self.values[k - 1] + share * self.values[k]
-
-
-class Timeline:
-    """Receives the calls of `MeshcatStage` to Meshcat and stores the flat objects with their keyframes."""
-
-    def __init__(self) -> None:
-        self._shapes: dict[str, Shape] = {}
-
-    def SetTriangleMesh(self, path: str, vertices: np.ndarray, faces: np.ndarray, rgba: Rgba) -> None:
-        """Add triangles of one colour; vertices have shape (3, n), faces (3, k)."""
-        color = np.array([[rgba.r(), rgba.g(), rgba.b()]])
-        self._shapes[path] = Shape(vertices[:2].T, vertices[2, 0], faces.T, color, opacity=rgba.a())
-
-    def SetTriangleColorMesh(self, path: str, vertices: np.ndarray, faces: np.ndarray, colors: np.ndarray) -> None:
-        """Add triangles whose vertices have colours of shape (3, n), linear light."""
-        self._shapes[path] = Shape(vertices[:2].T, vertices[2, 0], faces.T, colors.T ** (1.0 / 2.2))
-
-    def SetObject(self, path: str, cloud: PointCloud, size: float, rgba: Rgba) -> None:
-        """Add lone points."""
-        color = np.array([[rgba.r(), rgba.g(), rgba.b()]])
-        points = np.array(cloud.xyzs().T, dtype=float)
-        self._shapes[path] = Shape(points[:, :2], points[0, 2], None, color, size)
-
-    def SetProperty(self, path: str, name: str, value: Any, time_in_recording: float = 0.0) -> None:
-        """Set a keyframe of `visible`; most other properties hardly matter from above."""
-        path = path.removesuffix("/<object>")
-        if name == "visible":
-            self._shapes[path].shown.set(bool(value), time_in_recording)
-        elif name == "material.depthTest":
-            self._shapes[path].on_top = not value
-
-    def Delete(self, path: str) -> None:
-        """Remove everything in a folder."""
-        self._shapes = {name: shape for name, shape in self._shapes.items() if not f"{name}/".startswith(f"{path}/")}
-
-    def visible(self, time: float) -> dict[str, Shape]:
-        """Path -> object of what is visible at a time, s, in the order of their creation."""
-        return {path: shape for path, shape in self._shapes.items() if shape.shown.at(time)}
-
-
-class Broadcast:
-    """Forwards each call to several receivers, such as Meshcat and a `Timeline`; returns nothing."""
-
-    def __init__(self, *receivers: Any) -> None:
-        self._receivers = receivers
-
-    def __getattr__(self, name: str) -> Any:
-        methods = [getattr(receiver, name) for receiver in self._receivers]
-
-        def call(*arguments: Any) -> None:
-            for method in methods:
-                method(*arguments)
-
-        return call
 
 
 @dataclass(frozen=True)
@@ -255,17 +200,21 @@ class RecordedRun:
         caption: text beside the scene.
         extent: the box of the floor that is shown, W, m.
         scene: obstacles and all else that is solid, but the robots.
-        timeline: drawings on the floor.
+        shapes: drawings on the floor by their paths in Meshcat, in the order of their creation.
         robots: the robots; the camera follows the first.
     """
 
     caption: Caption
     extent: Extent
     scene: SceneTimeline
-    timeline: Timeline
+    shapes: dict[str, Shape]
     robots: tuple[RobotTrack, ...]
 
     @property
     def duration(self) -> float:
         """Time of the last pose, s."""
         return max(robot.motion.duration for robot in self.robots)
+
+    def visible(self, time: float) -> dict[str, Shape]:
+        """Those of the shapes that are visible at a time, s."""
+        return {path: shape for path, shape in self.shapes.items() if shape.shown.at(time)}

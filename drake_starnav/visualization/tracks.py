@@ -32,12 +32,10 @@ from drake_starnav.visualization.page import ROOT, Cameras, Caption
 from drake_starnav.visualization.recorder import finish_recording
 from drake_starnav.visualization.star_roadmap_visualizer import FRAME_SLACK
 from drake_starnav.visualization.timeline import (
-    Broadcast,
     RecordedRun,
     RobotTrack,
     SceneTimeline,
     Solid,
-    Timeline,
     Track,
 )
 from drake_starnav.worlds.footprints import cylinder_vertices
@@ -102,9 +100,9 @@ def record_tracks(
     ]
     paths = [f"{ROBOT_PATH}/{each.name}" for each in driven]
     caption = Caption(scenario.name, (line,), layers, shown)
-    meshcat, timeline = quiet_meshcat(), Timeline()
+    meshcat = quiet_meshcat()
     scene = _publish_world(meshcat, world)
-    stage = MeshcatStage(Broadcast(meshcat, timeline), f"/{ROOT}", 1.0 / parameters.frames_per_second, layers)
+    stage = MeshcatStage(meshcat, f"/{ROOT}", 1.0 / parameters.frames_per_second, layers)
     for k, (path, track) in enumerate(zip(paths, tracks, strict=True)):
         _add_robot(meshcat, path, track, STACKED * (len(tracks) - k))
     meshcat.StartRecording(parameters.frames_per_second, set_visualizations_while_recording=False)
@@ -113,7 +111,7 @@ def record_tracks(
             stage.add(layer, five_pointed_star(np.array(place[:2]), 0.9 * each.robot.radius, goal.height), 0.0)
     if "goal" in layers:
         stage.add("goal", five_pointed_star(np.array(world.goal), 0.9 * driven[0].robot.radius, goal.height), 0.0)
-    recorded = RecordedRun(caption, world.extent, scene, timeline, tuple(tracks))
+    recorded = RecordedRun(caption, world.extent, scene, stage.shapes, tuple(tracks))
     _play_moving_obstacles(meshcat, scene, world, recorded.duration, parameters)
     for path, track, name in zip(paths, tracks, names, strict=True):
         _play(meshcat, stage, track.motion, path, (name, layers[name].height), parameters)

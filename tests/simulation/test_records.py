@@ -102,7 +102,7 @@ def test_plot_shows_robots_where_logged(compared) -> None:
     recorded, _ = compared
     first, second = (robot.motion.at(TIME)[:2] for robot in recorded.robots)
     assert np.hypot(*(first - second)) > 0.3
-    layers = recorded.timeline.visible(TIME)
+    layers = recorded.visible(TIME)
     assert len(layers) > 2 * TIME  # trails
     picture = moment_picture(recorded, TIME)
     image = np.asarray(picture, dtype=float) / 255.0

@@ -1,5 +1,7 @@
 """The memory of what is drawn agrees with what Meshcat shows."""
 
+from unittest.mock import MagicMock
+
 import numpy as np
 import pytest
 import shapely
@@ -19,39 +21,37 @@ from drake_starnav.station.robot_model import add_robot
 from drake_starnav.station.world_geometry import OBSTACLE_COLOR, add_ground
 from drake_starnav.visualization import meshes
 from drake_starnav.visualization.meshcat_stage import MeshcatStage
+from drake_starnav.visualization.page import Caption
 from drake_starnav.visualization.plot import moment_picture
 from drake_starnav.visualization.recorder import Recorder
-from drake_starnav.visualization.timeline import Broadcast, Shape, Solid, Timeline, Track
+from drake_starnav.visualization.timeline import RecordedRun, Shape, Solid, Track
 from drake_starnav.worlds.world import World
 from tests.helpers.browser import BrowserCamera, browser_missing
 from tests.helpers.camera import floor_to_page, plotted
 
 
 @pytest.fixture
-def timeline() -> Timeline:
-    return Timeline()
+def stage() -> MeshcatStage:
+    return MeshcatStage(MagicMock(), "/starnav", 0.05)
 
 
-@pytest.fixture
-def stage(timeline) -> MeshcatStage:
-    return MeshcatStage(timeline, "/starnav", 0.05)
+def visible(stage: MeshcatStage, time: float) -> list[Shape]:
+    return list(RecordedRun(Caption(""), (0.0, 0.0, 1.0, 1.0), None, stage.shapes, ()).visible(time).values())
 
 
-def test_objects_are_there_from_when_they_came_to_when_they_went(stage, timeline) -> None:
+def test_objects_are_there_from_when_they_came_to_when_they_went(stage) -> None:
     for time in (1.0, 2.0):
         stage.swap("path", meshes.ribbon(np.array([(0.0, 0.0), (time, 0.0)]), 0.1, 0.0), time)
     stage.swap("path", meshes.joined(), 3.0)
-    lengths = [
-        [shape.points[:, 0].max() for shape in timeline.visible(time).values()] for time in (0.5, 1.0, 1.9, 2.0, 3.0)
-    ]
+    lengths = [[shape.points[:, 0].max() for shape in visible(stage, time)] for time in (0.5, 1.0, 1.9, 2.0, 3.0)]
     assert lengths == [[], [1.0], [1.0], [2.0], []]
 
 
-def test_points_colours_and_what_is_never_hidden_are_kept(stage, timeline) -> None:
+def test_points_colours_and_what_is_never_hidden_are_kept(stage) -> None:
     stage.add_points("scan", np.array([(1.0, 2.0), (3.0, 4.0)]), 0.0)
     colors = np.array([(0.1, 0.5, 0.9)] * 4)
     stage.add("trail", meshes.ribbon(np.array([(0.0, 0.0), (1.0, 0.0)]), 0.1, 0.0), 0.0, colors=colors)
-    scan, trail = timeline.visible(0.0).values()
+    scan, trail = visible(stage, 0.0)
     assert scan.points == pytest.approx(np.array([(1.0, 2.0), (3.0, 4.0)]))
     assert scan.faces is None and scan.on_top and not trail.on_top
     assert scan.colors[0] == pytest.approx(meshes.LAYERS["scan"].color)
@@ -81,13 +81,15 @@ def test_rims_enclose_what_the_triangles_cover(mesh, areas) -> None:
     assert covered.area == pytest.approx(sum(shapely.Polygon(triangle).area for triangle in corners))
 
 
-def test_deleting_a_folder_leaves_its_neighbours(stage, timeline) -> None:
-    stage.add_points("scan", np.zeros((1, 2)), 0.0)
+@pytest.mark.parametrize("keep", [True, False])
+def test_what_is_removed_is_hidden_or_deleted_and_clearing_deletes_all(keep: bool) -> None:
+    stage = MeshcatStage(MagicMock(), "/starnav", 0.05, keep=keep)
+    path = stage.add_points("scan", np.zeros((1, 2)), 0.0)
     stage.add_points("frontiers/covered", np.zeros((1, 2)), 0.0)
-    timeline.Delete("/starnav/frontiers")
-    assert len(timeline.visible(0.0)) == 1
-    timeline.Delete("/starnav")
-    assert timeline.visible(0.0) == {}
+    stage.remove(path, 1.0)
+    assert len(visible(stage, 1.0)) == 1 and (path in stage.shapes) == keep
+    stage.clear()
+    assert visible(stage, 1.0) == []
 
 
 def test_keyframes_may_come_in_any_order_and_the_last_of_a_time_counts() -> None:
@@ -95,12 +97,6 @@ def test_keyframes_may_come_in_any_order_and_the_last_of_a_time_counts() -> None
     for time, value in ((2.0, 4.0), (0.0, 0.0), (1.0, 9.0), (1.0, 2.0)):
         track.set(value, time)
     assert [track.at(time) for time in (-1.0, 0.5, 1.0, 1.5, 3.0)] == [0.0, 1.0, 2.0, 3.0, 4.0]
-
-
-def test_a_tee_tells_each() -> None:
-    first, second = [], []
-    Broadcast(first, second).append(3)
-    assert (first, second) == ([3], [3])
 
 
 WORLD = World("own", (0.0, 0.0, 0.0), (3.0, 0.0), bounds=(-1.0, -2.0, 4.0, 2.0))
