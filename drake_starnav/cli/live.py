@@ -151,8 +151,9 @@ class LiveRun:
             if status.reason() != SimulatorStatus.ReturnReason.kReachedBoundaryTime:
                 self.collided = True
                 self._end(f"{status.message().rpartition(' at ')[0]} after {self.time:.1f} s")
-            else:
-                self._tell()
+            elif (now := self._going()) != self._said:
+                self._say(f"{self.time:6.1f} s: {now}")
+                self._said = now
         ended, said = bool(self.outcome), self.outcome or self._said or "press start"
         self._state = LiveState(self.time, self.controls.running and not ended, ended, said)
         return not ended
@@ -176,13 +177,6 @@ class LiveRun:
     def _end(self, outcome: str) -> None:
         self.outcome = outcome
         self._say(outcome)
-
-    def _tell(self) -> None:
-        """Report how the run goes, if that has changed."""
-        now = self._going()
-        if now != self._said:
-            self._say(f"{self.time:6.1f} s: {now}")
-        self._said = now
 
     def _going(self) -> str:
         """Whether the goal has been reached or is unreachable, in words."""

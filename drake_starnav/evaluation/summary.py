@@ -73,11 +73,11 @@ class Summary:
 
 def by_robot(records: Sequence[Record]) -> list[Record]:
     """The records, each followed by those of its robots, if it is of several: their scenario is SCENARIO/ROBOT."""
-    return [each for record in records for each in (record, *map(_of_robot, record.get("robots", ())))]
-
-
-def _of_robot(record: Record) -> Record:
-    return {**record, "scenario": f"{record['scenario']}/{record['robot']}"}
+    return [
+        each
+        for record in records
+        for each in (record, *({**r, "scenario": f"{r['scenario']}/{r['robot']}"} for r in record.get("robots", ())))
+    ]
 
 
 def summarise(records: Sequence[Record]) -> list[Summary]:

@@ -14,12 +14,6 @@ from drake_starnav.systems.jump_guard import JumpGuard
 from drake_starnav.systems.state_predictor import StatePredictor
 
 
-def goal_sources(navigation: Navigation) -> dict[str, OutputPort]:
-    """The ports `goal` and, of a goal that has it, `heading`."""
-    heading = {} if navigation.goal is None else outputs(navigation.goal)
-    return {name: heading[name] for name in ("heading",) if name in heading} | {"goal": navigation.goal_position}
-
-
 def footprint_sources(navigation: Navigation) -> dict[str, OutputPort]:
     """The port `footprint` of what is in force, where it changes."""
     return {} if navigation.footprint is None else {"footprint": navigation.footprint.get_output_port()}
@@ -27,10 +21,12 @@ def footprint_sources(navigation: Navigation) -> dict[str, OutputPort]:
 
 def own_sources(navigation: Navigation) -> dict[str, OutputPort]:
     """What a planner or controller of the user's may read, by the name of its input port, all in one frame."""
-    assert navigation.perception is not None
+    assert navigation.perception is not None and navigation.goal is not None
     sources = {name: navigation.localization(name) for name in ("pose", "state", "scan_pose")}
     sources |= {name: navigation.station.GetOutputPort(f"lidar.{name}") for name in ("scan", "ranges")}
-    sources |= goal_sources(navigation) | footprint_sources(navigation)
+    sources |= {"goal": navigation.goal_position} | footprint_sources(navigation)
+    if "heading" in (goal := outputs(navigation.goal)):
+        sources["heading"] = goal["heading"]
     sources["observation"] = (navigation.matcher or navigation.perception).GetOutputPort("observation")
     if navigation.matcher is None:  # else these are in the frame of the odometry
         sources["certified_region"] = navigation.perception.GetOutputPort("certified_region")

@@ -46,14 +46,11 @@ def robots_record(trials: Sequence[RobotTrial]) -> dict[str, Any]:
     least of all, `state_hash` is of all, and `robots` holds the record of each.
     """
     each = [{"robot": robot.robot, "min_gap_m": robot.min_gap_m, **trial_record(robot.trial)} for robot in trials]
-    decides = min(trials, key=lambda robot: (_rank(robot.trial.outcome), -robot.trial.time_s)).trial
+    rank = {outcome: number for number, outcome in enumerate(reversed(DECIDES), start=1)}
+    decides = max(trials, key=lambda robot: (rank.get(robot.trial.outcome, 0), robot.trial.time_s)).trial
     states = hashlib.sha256("".join(robot.trial.state_hash for robot in trials).encode()).hexdigest()
     gap = min(robot.min_gap_m for robot in trials)
     return {**trial_record(decides), "min_gap_m": gap, "state_hash": states, "robots": each}
-
-
-def _rank(outcome: str) -> int:
-    return DECIDES.index(outcome) if outcome in DECIDES else len(DECIDES)
 
 
 def record_robots(

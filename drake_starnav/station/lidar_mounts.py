@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from pydrake.common.schema import Transform
-from pydrake.geometry import Convex, Cylinder, GeometryId, Role, SceneGraph
+from pydrake.geometry import Cylinder, GeometryId, Role, SceneGraph
 from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
 from pydrake.multibody.tree import FrameIndex, ModelInstanceIndex, ScopedName
@@ -17,7 +17,6 @@ from drake_starnav.errors import StarnavError, said_by
 from drake_starnav.lidar.mounts import Mount
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.parameters import build, plain_struct
-from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.lidar_sensor import LidarMount, LidarSensor
 from drake_starnav.station.robot_geometry import TOLERANCE, RobotModel
@@ -167,7 +166,10 @@ def add_collars(
     ]
     low, high = max(min(planes) - COLLAR, 0.01), max(planes) + COLLAR
     for each, base, floor in zip(robots, bases, floors, strict=True):
-        for k, (shape, X_BC) in enumerate(_collar(each.robot, low - floor, high - floor)):
+        robot, bottom, top = each.robot, low - floor, high - floor
+        X_BC = RigidTransform([0.0, 0.0, 0.5 * (bottom + top)])
+        prisms = [upright_prism(part, top - bottom, COLLAR_NAME) for part in robot.shape.parts]
+        for k, shape in enumerate([Cylinder(robot.radius, top - bottom)] if robot.shape.is_disc else prisms):
             plant.RegisterCollisionGeometry(base, X_BC, shape, f"{COLLAR_NAME}_{k}", CoulombFriction(0.3, 0.3))
 
 
@@ -176,11 +178,3 @@ def collar_geometries(scene_graph: SceneGraph) -> list[GeometryId]:
     inspector = scene_graph.model_inspector()
     named = ((g, inspector.GetName(g).rpartition("::")[2]) for g in inspector.GetAllGeometryIds(Role.kProximity))
     return [geometry for geometry, name in named if name.rpartition("_")[0] == COLLAR_NAME]
-
-
-def _collar(robot: RobotParameters, low: float, high: float) -> list[tuple[Cylinder | Convex, RigidTransform]]:
-    """Solid shapes over a robot's footprint between two heights in base_link, m."""
-    if robot.shape.is_disc:
-        return [(Cylinder(robot.radius, high - low), RigidTransform([0.0, 0.0, 0.5 * (low + high)]))]
-    middle = RigidTransform([0.0, 0.0, 0.5 * (low + high)])
-    return [(upright_prism(part, high - low, "collar"), middle) for part in robot.shape.parts]

@@ -31,7 +31,7 @@ def station_outputs(robot: RobotInterface) -> list[str]:
     ]
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False)
 class Station:
     """What `add_station` put into a builder; `ground` is the floor that is always there.
 
@@ -63,7 +63,7 @@ class Station:
     @property
     def geometry_query(self) -> OutputPort:
         """The port of the scene."""
-        return self.scene_graph.get_query_output_port()
+        return self.GetOutputPort("cheat.geometry_query")
 
     def GetOutputPort(self, name: str) -> OutputPort:
         """The port of a name in `station_outputs`."""
@@ -72,7 +72,7 @@ class Station:
         if name == "cheat.contact_results":
             return self.plant.get_contact_results_output_port()
         if name == "cheat.geometry_query":
-            return self.geometry_query
+            return self.scene_graph.get_query_output_port()
         return self.robot_interface.GetOutputPort(name)
 
     def GetInputPort(self, name: str) -> InputPort:
@@ -111,7 +111,7 @@ def add_station(
     return Station(plant, scene_graph, robot, ground, moving_geometries, hull)
 
 
-class NavigationStation(Diagram):
+class NavigationStation(Diagram, Station):
     """A differential-drive robot with a lidar in a world: plant, scene, sensor and wheel servo in one diagram.
 
     ```
@@ -140,29 +140,16 @@ class NavigationStation(Diagram):
 
     def __init__(self, world: World, scenario: Scenario, *, seed: int = 0) -> None:
         """Arguments as of `add_station`."""
-        super().__init__()
+        Diagram.__init__(self)
         builder = DiagramBuilder()
         parts = add_station(builder, world, scenario, seed=seed)
-        self.plant, self.scene_graph, self.robot_interface = parts.plant, parts.scene_graph, parts.robot_interface
-        self.robot_model, self.robot_geometries = parts.robot_model, parts.robot_geometries
-        self.ground = parts.ground
-        self.moving_obstacle_geometries, self.hull = parts.moving_obstacle_geometries, parts.hull
+        self.__dict__.update(vars(parts))
         builder.ExportInput(parts.GetInputPort("drive.twist_command"), "drive.twist_command")
         for name in station_outputs(self.robot_interface):
             builder.ExportOutput(parts.GetOutputPort(name), name)
         builder.BuildInto(self)
         self.set_name("station")
 
-    @property
-    def geometry_query(self) -> OutputPort:
-        """The port of the scene."""
-        return self.GetOutputPort("cheat.geometry_query")
 
-    @property
-    def floor(self) -> list[GeometryId]:
-        """Geometries that the robot may touch."""
-        return self.robot_interface.floor
-
-
-StationInterface = Station | NavigationStation | RobotInterface
+StationInterface = Station | RobotInterface
 """What navigation drives in; the last is one of several robots."""

@@ -129,7 +129,8 @@ class StarRoadmapVisualizer(LeafSystem):
         if pose is not None:
             speed = 0.0 if twist is None else float(self._robot.drive.body_rates(twist)[0])
             self._drawn.trail.append((pose[0], pose[1], speed))
-        if self._is_due(time, self._drawn.next_scan_time):
+        # With half a frame of tolerance: publishes are as far apart as frames, up to rounding.
+        if time + 0.5 / self._parameters.frames_per_second >= self._drawn.next_scan_time:
             self._drawn.next_scan_time = time + 1.0 / self._parameters.scan_rate
             scans = [(self._input(name, context), mount) for name, mount in self._mounts.items()]
             self._draw_scans(scans, self._input("scan_pose", context), time)
@@ -211,10 +212,6 @@ class StarRoadmapVisualizer(LeafSystem):
             for path in paths:
                 self.stage.remove(path, time)
         del self._drawn.regions[chosen]
-
-    def _is_due(self, time: float, due: float) -> bool:
-        """With half a frame of tolerance: publishes are as far apart as frames, up to rounding."""
-        return time + 0.5 / self._parameters.frames_per_second >= due
 
     def _grow(self, path: str | None) -> None:
         """Remember an added object that remains for as long as the roadmap only grows."""
