@@ -264,11 +264,6 @@ class LaserScan:
         return self.beams.hits
 
     @property
-    def moving(self) -> np.ndarray:
-        """As in `Beams`, shape (n,), bool."""
-        return self.beams.moving
-
-    @property
     def lost(self) -> np.ndarray:
         """As in `Beams`, shape (n,), bool."""
         return self.beams.lost

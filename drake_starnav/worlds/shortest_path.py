@@ -31,13 +31,8 @@ _OFF_GRID = 0.0275 * math.sqrt(2.0) * (_JOINED + 0.5)  # cells; a way along the 
 
 def capsules_around(world: World, clearance: float) -> np.ndarray:
     """All obstacles inflated, shape (m, 5): axis x1, y1, x2, y2 and radius. A disc's axis is a point."""
-    discs, segments = world.discs, world.segments
-    return np.vstack(
-        (
-            np.column_stack((discs[:, :2], discs[:, :2], discs[:, 2] + clearance)),
-            np.column_stack((segments, np.full(len(segments), clearance))),
-        )
-    )
+    edges = np.column_stack((world.segments, np.zeros(len(world.segments))))
+    return np.vstack((world.discs[:, [0, 1, 0, 1, 2]], edges)) + (0.0, 0.0, 0.0, 0.0, clearance)
 
 
 @njit(cache=True)
@@ -326,8 +321,4 @@ def _shortest_through(points: np.ndarray, capsules: np.ndarray) -> np.ndarray:
     chain = [n - 1]
     while parent[chain[-1]] >= 0:
         chain.append(parent[chain[-1]])
-    path = np.empty((len(chain), 2))
-    for k in range(len(chain)):
-        end = chain[len(chain) - 1 - k]
-        path[k, 0], path[k, 1] = points[end, 0], points[end, 1]
-    return path
+    return points[np.array(chain[::-1]), :2]

@@ -26,7 +26,7 @@ def test_beams_are_made_once_and_belong_to_one_scan() -> None:
     scan = cast(scattered(np.random.default_rng(1)))
     beams = scan.beams
     assert isinstance(beams, Beams) and scan.beams is beams
-    for name in ("distances", "hits", "moving", "lost"):
+    for name in ("distances", "hits", "lost"):
         assert getattr(scan, name) is getattr(beams, name) and len(getattr(beams, name)) == len(scan.ranges)
     later = dataclasses.replace(scan, ranges=np.full(len(scan.ranges), np.inf))
     assert not later.beams.hits.any() and beams.hits.any()
@@ -250,7 +250,7 @@ def test_beams_are_free_up_to_a_moving_obstacle_which_is_no_hit():
 
 def test_without_motion_everything_is_static():
     seen = scan()
-    assert not seen.moving.any()
+    assert not seen.beams.moving.any()
     assert seen.hits.all() and seen.beams.mappable.all() and not seen.beams.uninformative.any()
 
 
