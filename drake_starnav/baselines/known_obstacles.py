@@ -38,10 +38,7 @@ def known_obstacles(
 ) -> KnownObstacles:
     """Discs (n, 3), x, y, radius, and the walls at the bounds as circles with common reference points; W, m.
 
-    Args:
-        discs: shape (n, 3).
-        bounds: (x_min, y_min, x_max, y_max); None for an open plane.
-        robot_radius: by which circles are inflated.
+    The bounds are (x_min, y_min, x_max, y_max), None for an open plane; circles are inflated by the robot's radius.
     """
     circles = np.vstack((discs, _walls(bounds)))
     count, centres, radii = len(discs), circles[:, :2], circles[:, 2] + robot_radius

@@ -83,7 +83,6 @@ class LiveRun:
     ) -> None:
         """
         Args:
-            scenario: the parameters.
             method: its name, for the caption.
             seed: of the world and of the sensor's noise.
             real_time_rate: simulated time over real time at most; 0 for as fast as it goes.

@@ -46,7 +46,6 @@ def make_diagram(scenario: Scenario, parts: Parts = AS_DECLARED, seed: int = 0) 
     declares that the believed pose errs, also `matcher.pose` and the others of the matcher.
 
     Args:
-        scenario: the parameters, as from `load_scenario`.
         parts: of your own; but no station, which is part of the diagram.
         seed: of the world and of the sensor's noise.
     """

@@ -57,12 +57,7 @@ def check_interface(scenario: Scenario, station: StationInterface) -> None:
 
 
 def validated_margins(scenario: Scenario, mounts: Sequence[Mount] = (ON_AXIS,)) -> Margins:
-    """The margins of a scenario; a `StarnavError` where the guarantees of its controller would not hold.
-
-    Args:
-        scenario: of the loop.
-        mounts: of its lidars.
-    """
+    """The margins of a scenario, by the mounts of its lidars; a `StarnavError` where no guarantee would hold."""
     controller, lidars = scenario.controller, scenario.all_lidars
     margins = derive_margins(scenario, mounts)
     _check_mounts(scenario, margins, mounts)

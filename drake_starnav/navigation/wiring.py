@@ -53,8 +53,6 @@ def add_navigation(
     Margins, the certificate and the perception allow for the faults that the scenario declares; see `derive_margins`.
 
     Args:
-        builder: to which the systems are added.
-        scenario: the parameters.
         parts: of your own, in the place of the scenario's.
         seed: of the world and of the sensor's noise.
         stopwatch: records wall-clock times, if given.

@@ -30,12 +30,7 @@ def derive_margins(scenario: Scenario, mounts: Sequence[Mount] = ()) -> Margins:
     stop. Where the localization is not exact, nodes whose hits a new scan sees through are discarded. Noise is
     smoothed; from AVERAGED_NOISE on, ranges are averaged over the remembered scans. Of several lidars the worst counts.
 
-    Args:
-        scenario: what is declared.
-        mounts: of its lidars; none: all are on the axis.
-
-    Raises:
-        StarnavError: the margin would be too wide.
+    Without mounts all lidars are on the axis. A margin that would be too wide is a `StarnavError`.
     """
     lidars = scenario.all_lidars
     mounts = mounts or (ON_AXIS,) * len(lidars)

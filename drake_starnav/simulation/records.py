@@ -66,8 +66,6 @@ def record_robots(
 
     Args:
         scenario: with `robots`.
-        trials: of each of them.
-        seed: of the world.
         html: the file to write.
         view: camera preset that it opens with.
         shown: layers that are shown at first; None for all.

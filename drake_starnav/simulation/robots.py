@@ -74,14 +74,7 @@ class RobotNavigator(Diagram):
     """
 
     def __init__(self, scenario: Scenario, robot: RobotInterface, world: World, seed: int, watch: Stopwatch) -> None:
-        """
-        Args:
-            scenario: of the robot.
-            robot: its interface.
-            world: with its start and goal.
-            seed: of the robot.
-            watch: records wall-clock times.
-        """
+        """Of a robot's scenario, interface and seed; the world has its start and goal, the stopwatch notes times."""
         super().__init__()
         builder = DiagramBuilder()
         builder.AddNamedSystem("robot", robot)
@@ -140,7 +133,6 @@ def run_robots(
 
     Args:
         scenario: with `robots`.
-        method: its name, for the record.
         seed: of the world and of the sensors' noise.
         progress: called regularly with the simulated time and the time limit, s.
 
@@ -219,14 +211,7 @@ def _check_ends(robots: Sequence[Scenario], world: World) -> None:
 
 
 def add_robots(builder: DiagramBuilder, scenario: Scenario, worlds: Sequence[World], seed: int) -> list[DrivenRobot]:
-    """Add a plant with all robots of a scenario in their world, and what drives each.
-
-    Args:
-        builder: of the diagram.
-        scenario: with `robots`.
-        worlds: as from `worlds_of_robots`.
-        seed: of the sensors' noise.
-    """
+    """Add a plant with all robots of a scenario in their worlds, as from `worlds_of_robots`, and what drives each."""
     robots, world, settings = scenario.robots, worlds[0], scenario.plant_config
     moving = world.model is not None and world.model.moving
     time_step = scenario.simulation.time_step if moving or DISCRETE_ONLY & set(settings) else 0.0

@@ -113,7 +113,6 @@ class LidarSensor(LeafSystem):
     ) -> None:
         """
         Args:
-            parameters: of the sensor.
             mount: where the sensor is, and what it does not see.
             role: shapes without it are invisible.
             seed: of the noise, a non-negative whole number below 2**64.

@@ -16,10 +16,7 @@ SKIPPED = re.compile(r"element in geometry|geom\b.*\btype|inertia", re.IGNORECAS
 def parsing(place: str, allowed: str = "what Drake's parser reads", said: Callable[[str], str] = str) -> Iterator[None]:
     """Refuse what Drake's parser does, and what it skips; its other warnings, which do not matter here, are not shown.
 
-    Args:
-        place: names the file.
-        allowed: what can be read.
-        said: how a message of the parser is told.
+    `place` names the file, `allowed` says what can be read, and `said` how a message of the parser is told.
 
     Raises:
         StarnavError: the parser raised an error, or skipped a shape or an inertia.

@@ -69,7 +69,6 @@ class RobotInterface(Diagram):
         """
         Args:
             plant: finalized.
-            scene_graph: of the plant.
             model: the robot, as from `add_robot`.
             scenario: its `robot`, `lidar`, `localization` and `drive`; and `simulation.time_step`, to a multiple of
                 which the delay of the drive is rounded up, unless the plant is discrete and has its own.

@@ -106,10 +106,8 @@ class SceneSlices:
         """The true distance along each beam of a fan, shape (n,), m, `+inf` where nothing is hit.
 
         Args:
-            query: of the scene.
             X_WS: pose of the sensor frame S, the upper rows of its matrix, shape (3, 4); its x-y plane is the scan
                 plane.
-            fan: the beams.
             range_max: shapes farther than this may be ignored, m.
             X_WS_begin: pose when the sweep of the beams began, one beam before the first; None when all measure at
                 once. Between the two the sensor moves evenly within the scan plane of `X_WS`, and everything else

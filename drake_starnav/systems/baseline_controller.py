@@ -44,12 +44,7 @@ class BaselineController(Controller):
     """
 
     def __init__(self, robot: RobotParameters, baseline: Baseline, *, stopwatch: Stopwatch | None = None) -> None:
-        """
-        Args:
-            robot: its radius and limits.
-            baseline: the method, with its parameters.
-            stopwatch: records `command` times, if given.
-        """
+        """Of a robot and a method with its parameters; a stopwatch, if given, notes `command` times."""
         super().__init__(stopwatch)
         self._robot, self._baseline = robot, baseline
         self._goal = self.DeclareVectorInputPort("goal", 2)

@@ -33,11 +33,7 @@ def add_system(builder: DiagramBuilder, name: str, system: System, role: str) ->
 def connect_inputs(builder: DiagramBuilder, system: System, sources: Mapping[str, OutputPort], role: str) -> None:
     """Connect those input ports of a system that have the names of sources and are not connected yet.
 
-    Args:
-        builder: that holds both.
-        system: whose other ports stay as they are.
-        sources: output ports by name.
-        role: of the system, for messages.
+    Its other ports stay as they are; `role` is what messages call it.
 
     Raises:
         StarnavError: a port has another size or type than the source of its name, or nearly the name of one.

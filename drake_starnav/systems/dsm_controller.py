@@ -63,12 +63,9 @@ class DsmController(Controller):
     ) -> None:
         """
         Args:
-            robot: its footprint and limits.
-            controller: rate and delay.
-            margins: as of `derive_margins`.
             obstacles: what is declared about moving obstacles; None: the world is static.
             state_lead: how far in the future the state of the port lies, s; see `StatePredictor`.
-            stopwatch: records `command` times, if given.
+            stopwatch: notes `command` times, if given.
         """
         super().__init__(stopwatch)
         self._obstacles, self._state_lead = obstacles, state_lead

@@ -20,9 +20,6 @@ class FixedGoal(LeafSystem):
     """
 
     def __init__(self, goal: Sequence[float] | np.ndarray) -> None:
-        """
-        Args:
-            goal: (x, y) in W, m.
-        """
+        """At (x, y) in W, m."""
         super().__init__()
         self.DeclareStateOutputPort("goal", self.DeclareDiscreteState(np.asarray(goal, dtype=float)))

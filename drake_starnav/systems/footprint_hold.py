@@ -38,12 +38,7 @@ class FootprintInput:
     """
 
     def __init__(self, system: LeafSystem, robot: RobotParameters, margins: Margins) -> None:
-        """
-        Args:
-            system: its owner, in whose construction it is made.
-            robot: with the footprint that it has without the port.
-            margins: with that footprint.
-        """
+        """Of a system in construction, whose robot has this footprint, and these margins, without the port."""
         self.own = FootprintInForce(robot, margins)
         self.port = system.DeclareAbstractInputPort("footprint", Value[object](self.own))
 

@@ -36,12 +36,7 @@ class ObstacleTracker(LeafSystem):
     def __init__(
         self, obstacles: DynamicObstacleParameters, lidar: LidarParameters, *, stopwatch: Stopwatch | None = None
     ) -> None:
-        """
-        Args:
-            obstacles: what is declared about dynamic obstacles.
-            lidar: whose rate and range error are used.
-            stopwatch: where to note `track` times, if anywhere.
-        """
+        """Of what is declared, and the lidar's rate and range error; a stopwatch, if given, notes `track` times."""
         super().__init__()
         self._obstacles, self._range_deviation = obstacles, lidar.range_deviation
         self._stopwatch = stopwatch or Stopwatch()

@@ -32,11 +32,7 @@ class PaperController(Controller):
     """
 
     def __init__(self, robot: RobotParameters, *, stopwatch: Stopwatch | None = None) -> None:
-        """
-        Args:
-            robot: its radius and limits.
-            stopwatch: records `command` times, if given.
-        """
+        """Of a robot's radius and limits; a stopwatch, if given, notes `command` times."""
         super().__init__(stopwatch)
         self._robot = robot
         self._guidance = self.DeclareAbstractInputPort("guidance", Value(Guidance.none()))

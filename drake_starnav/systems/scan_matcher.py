@@ -43,11 +43,7 @@ class ScanMatcher(LeafSystem):
     """
 
     def __init__(self, error: OdometryError, *, rate: float) -> None:
-        """
-        Args:
-            error: of odometry and lidar.
-            rate: of the lidar, Hz.
-        """
+        """Of errors of odometry and lidar, and the rate of the lidar, Hz."""
         super().__init__()
         self._error = error
         self._observation = self.DeclareAbstractInputPort("observation", Value(Observation.none()))

@@ -34,7 +34,6 @@ class ScanState(Generic[T]):
             initial: state before the first scan; an immutable snapshot.
             after: method of the owner: the state after what the inputs show, from the one before; the same object where
                 they show nothing new.
-            inputs: ports that it reads.
             rate: of the lidar, Hz.
         """
         period = checked_period(system, rate=rate)

@@ -60,13 +60,11 @@ class StarPerception(LeafSystem):
     ) -> None:
         """
         Args:
-            robot: its footprint.
-            margins: as of `derive_margins`.
             lidar: its rate and delay; if it declares outliers, they are discarded by `without_outliers` at its noise.
             mounts: where each lidar is on the robot; there are as many ports for scans.
             certifies: whether motion is certified by the certified region, which takes a wide view.
             perceive: the work as a pure function.
-            stopwatch: where to note `scan` times, if anywhere.
+            stopwatch: notes `scan` times, if given.
         """
         super().__init__()
         self._outlier_noise, self._mounts = lidar.noise if lidar.outliers > 0.0 else None, tuple(mounts)

@@ -106,13 +106,9 @@ class StarRoadmapPlanner(LeafSystem):
     ) -> None:
         """
         Args:
-            robot: its footprint.
-            planner: parameters.
-            margins: as of `derive_margins`.
-            lidar: its rate.
             goal_tolerance: a robot this near to the goal has reached it, m.
             step: one update as a pure function.
-            stopwatch: where to note `plan` times (updates in which the roadmap was searched), if anywhere.
+            stopwatch: notes `plan` times, of updates in which the roadmap was searched, if given.
         """
         super().__init__()
         self._planner, self._goal_tolerance, self._step = planner, goal_tolerance, step

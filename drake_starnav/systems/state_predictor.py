@@ -27,11 +27,7 @@ class StatePredictor(LeafSystem):
     """
 
     def __init__(self, *, delay: float, rate: float) -> None:
-        """
-        Args:
-            delay: from a command to its effect, s; more than 0.
-            rate: of the controller's updates, Hz.
-        """
+        """Of a delay from a command to its effect, s, more than 0, and the rate of the controller's updates, Hz."""
         super().__init__()
         self._delay, self._period = delay, checked_period(self, rate=rate)
         self._count = commands_in_delay(delay, self._period)

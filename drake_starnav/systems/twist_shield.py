@@ -48,12 +48,7 @@ class Unshielded(LeafSystem):
     def __init__(
         self, robot: RobotParameters, controller: ControllerParameters, *, stopwatch: Stopwatch | None = None
     ) -> None:
-        """
-        Args:
-            robot: its footprint, base and limits.
-            controller: its rate.
-            stopwatch: records `command` times, those of the controller included, if given.
-        """
+        """Of a robot and its controller's rate; a stopwatch notes `command` times, those of both systems, if given."""
         super().__init__()
         self._actuation = Actuation(robot.limits, robot.shape, 1.0 / controller.rate, controller.delay, robot.drive)
         self._stopwatch = stopwatch or Stopwatch()
@@ -135,13 +130,10 @@ class TwistShield(Unshielded):
     ) -> None:
         """
         Args:
-            robot: its footprint, base and limits.
-            controller: rate and delay.
-            margins: as of `derive_margins`.
             certificates: of your own, each of which must accept a motion, too; as `KeepOut` and `SpeedZone`.
             obstacles: what is declared about moving obstacles; None: the world is static.
             state_lead: how far in the future the state of the port lies, s; see `StatePredictor`.
-            stopwatch: records `command` times, those of the controller included, if given.
+            stopwatch: notes `command` times, the controller's included, if given.
         """
         super().__init__(robot, controller, stopwatch=stopwatch)
         self._own, self._obstacles, self._state_lead = certificates, obstacles, state_lead

@@ -184,9 +184,7 @@ def updated(
     radius estimate changes, the centre is shifted along the line of sight, which is not motion.
 
     Args:
-        tracks: before.
         scan: the latest, in S.
-        beams: of the scan.
         pose: (x, y, yaw) of S in W when it was taken.
         parameters: max_speed, max_radius, caution.
         walls: shape (m, 2), points on static obstacles, W, m.

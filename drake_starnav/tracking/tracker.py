@@ -44,7 +44,6 @@ def track(
         before: the state until then; it is not changed.
         scan: the latest, in the sensor frame S; a rolling one is de-skewed.
         pose: (x, y, yaw) of S in W when it was taken.
-        parameters: what is declared about dynamic obstacles.
         range_deviation: declared standard deviation of the range error, m.
     """
     if scan.time_increment and before.grid is not None:

@@ -91,9 +91,7 @@ def with_panel(page: str, caption: Caption, cameras: Cameras, *, live: bool = Fa
     `starnav.look(view)` takes a camera preset.
 
     Args:
-        page: Meshcat's.
         caption: of the panel, with the rows of the legend, each of which hides or shows its layer.
-        cameras: the presets.
         live: whether a program drives on behind the page, see `live_page`; else its recording is played.
     """
     followed = cameras.followed.strip("/").split("/")

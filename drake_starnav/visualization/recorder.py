@@ -47,7 +47,6 @@ class Recorder:
         """Start a Meshcat and add its visualizers.
 
         Args:
-            builder: to which they are added.
             navigation: what `add_navigation` put into the same builder, or a `Navigation` of whichever systems exist.
             scenario: whose name and parameters `recording` and `robot` are used; None: the world's name, and defaults.
         """

@@ -84,9 +84,6 @@ def record_tracks(
     Args:
         scenario: with the name and the parameters of the recording.
         driven: the robots; where none has goals of its own, the world's is shown.
-        world: around them.
-        line: of the caption.
-        html: the file to write.
         view: camera preset that it opens with.
         shown: layers that are shown at first; None for all.
     """

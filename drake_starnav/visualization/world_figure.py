@@ -44,10 +44,7 @@ def new_figure(height: float, width: float = WIDTH) -> Any:
 def draw_world(axis: Any, world: World, obstacles: str = OBSTACLES, *, paths: bool = True) -> None:
     """Draw the obstacles into Matplotlib axes of equal scales, moving ones at first, and the walls around them.
 
-    Args:
-        axis, world: into which, and what.
-        obstacles: their colour.
-        paths: whether to draw the paths of the moving obstacles.
+    `obstacles` is their colour, `paths` whether to draw the paths of the moving ones.
     """
     from matplotlib.collections import PatchCollection, PolyCollection
     from matplotlib.patches import Circle, Rectangle

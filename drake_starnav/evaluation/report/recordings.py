@@ -99,7 +99,6 @@ def record_chosen(
         results, chosen: with the trials, and as of `chosen_trials`.
         folder: for the recordings; it is created.
         failures: most failures to record of each scenario and method.
-        jobs: number of processes.
         progress: called after each trial with the number done and the number of all.
     """
     recordings = list(chosen)
