@@ -9,7 +9,7 @@ import numpy as np
 from drake_starnav.control import ControllerInputs, followed
 from drake_starnav.control.certificates import standard_certificates
 from drake_starnav.control.motion import Actuation
-from drake_starnav.control.shield import certified_twist, ramped_twist
+from drake_starnav.control.shield import shielded
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.planning import PlannerInput, PlannerState, PlannerStatus, StarRoadmap, plan_step
 from drake_starnav.planning.guidance import Guidance
@@ -89,8 +89,7 @@ def command(moment: CommandMoment) -> np.ndarray:
     inputs = ControllerInputs(moment.pose, moment.twist, moment.guidance, moment.star)
     desired = followed(inputs, MARGINS, ROBOT).twist
     asked = standard_certificates(moment.star, MARGINS.safety, COMMANDS, moment.pose[:2])
-    target, _ = certified_twist(moment.pose, moment.twist, desired, asked, COMMANDS)
-    return np.array(ramped_twist(moment.twist, target, COMMANDS))
+    return shielded(moment.pose, moment.twist, desired, asked, COMMANDS)[0]
 
 
 def drive(world: World, seed: int, seconds: float, nodes: float = math.inf) -> Drive:

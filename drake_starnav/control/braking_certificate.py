@@ -38,11 +38,11 @@ class StarCertificate(NamedTuple):
 
     def accepts(self, motion: Motion) -> bool:
         """Whether the star contains every sample after the first."""
-        return _covered(self.star.alone[:3], motion.samples, motion.footprint.cover)
+        return covered(self.star.alone[:3], motion.samples, motion.footprint.cover)
 
 
 @njit(cache=True)
-def _covered(star, samples, places):
+def covered(star, samples, places):
     """Whether a region contains places (m, 2) of a robot at all samples of a `Motion` but the first.
 
     `star` is what comes first in a union of one region: center, bearing_0, values.

@@ -4,6 +4,8 @@ Every certificate is asked about this motion, and every prediction takes its ste
 """
 
 import math
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -71,7 +73,8 @@ class BrakingMotion:
         return BrakingMotion(False, np.zeros((1, 3)))
 
 
-class Actuation(NamedTuple):
+@dataclass(frozen=True)
+class Actuation:
     """What a command does to the robot.
 
     Attributes:
@@ -88,9 +91,14 @@ class Actuation(NamedTuple):
     delay: float
     base: Base = BASES["differential"]
 
+    @cached_property
+    def numbers(self) -> tuple[float, ...]:
+        """Delay, hold, lever and limits, for compiled functions: a plain tuple is handed over faster than records."""
+        return tuple(map(float, (self.delay, self.hold, self.footprint.lever, *self.limits)))
+
     def carrying(self, footprint: Footprint) -> "Actuation":
         """The same of a robot with this footprint."""
-        return self if footprint is self.footprint else self._replace(footprint=footprint)
+        return self if footprint is self.footprint else replace(self, footprint=footprint)
 
 
 class Motion(NamedTuple):
@@ -144,15 +152,12 @@ def roll_out(pose: np.ndarray, twist: np.ndarray, target: np.ndarray, actuation:
         target: that is commanded, within the robot's limits.
         actuation: what commands do.
     """
-    limits, footprint, hold, delay, _ = actuation
-    samples, phases = np.empty((SAMPLES, 6)), (delay, hold)
-    count, commanded, braking, grips = _roll_out(pose, twist, target, phases, tuple(limits), footprint.lever, samples)
-    while count > len(samples):  # made here, as Numba takes longer to hand out an array
-        samples = np.empty((2 * len(samples), 6))
-        count, commanded, braking, grips = _roll_out(
-            pose, twist, target, phases, tuple(limits), footprint.lever, samples
-        )
-    return Motion(samples[:count], commanded, braking, grips, footprint)
+    does, samples = actuation.numbers, np.empty((SAMPLES, 6))  # made here, as Numba takes longer to hand out an array
+    count, commanded, braking, grips = sample(pose, twist, target, does, samples)
+    if count > SAMPLES:
+        samples = np.empty((count, 6))
+        sample(pose, twist, target, does, samples)
+    return Motion(samples[:count], commanded, braking, grips, actuation.footprint)
 
 
 @register_jitable
@@ -223,10 +228,9 @@ def body_rates(velocity, limits):
 
 
 @njit(cache=True)
-def _roll_out(pose, twist, target, phases, limits, lever, samples):
-    """`roll_out` on arrays and numbers: the number of samples, which may not all have room, and the fields after."""
-    delay, hold = phases
-    limits = Limits(*limits)
+def sample(pose, twist, target, does, samples):
+    """`roll_out` on arrays, and `Actuation.numbers`: how many samples it has, be there room or not, and the rest."""
+    (delay, hold, lever), limits = does[:3], Limits(*does[3:])
     now, moves, commanded_velocity = Pose(pose[0], pose[1], pose[2]), velocity_of(twist), velocity_of(target)
     speed, rate = body_rates(moves, limits)
     samples[0] = now.x, now.y, now.yaw, speed, rate, 0.0

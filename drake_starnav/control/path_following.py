@@ -41,17 +41,17 @@ def followed(inputs: ControllerInputs, margins: Margins, robot: RobotParameters)
         robot: its size and limits.
     """
     pose, _, guidance, star = inputs
-    known = guidance.path, guidance.arrives, tuple(guidance.regions), star.near_hits
-    near_wall = near_wall_radius(margins.safety, robot.shape.narrow)
     limits = robot.limits
     if len(guidance.poses):
         return Proposal(*followed_manoeuvre(pose, guidance.poses, robot.drive, limits))
-    ux, uy, v, omega, most = _followed(pose, known, star.alone[:3], near_wall, tuple(limits))
-    direction = np.array((ux, uy))
-    if ux == uy == 0.0:
-        return Proposal(np.zeros(len(robot.drive.components)), direction)
+    known = guidance.path, guidance.arrives, tuple(guidance.regions), star.near_hits
+    near_wall, found = near_wall_radius(margins.safety, robot.shape.narrow), np.zeros(4)
+    most = _followed(pose, known, star.alone[:3], near_wall, tuple(limits), found)
+    direction = found[:2]
     if robot.shape.is_disc and robot.base == "differential":
-        return Proposal(np.array((v, omega)), direction)
+        return Proposal(found[2:], direction)
+    if not direction.any():
+        return Proposal(np.zeros(len(robot.drive.components)), direction)
     if not robot.shape.is_disc:
         passage = tight_passage(pose, guidance.path, star.hits, robot.shape, margins.safety)
         direction = aligned_direction(pose, direction, passage, float(np.ptp(robot.shape.outline[:, 0])))
@@ -93,21 +93,22 @@ def near_wall_radius(safety_margin: float, robot_radius: float) -> float:
 
 
 @njit(cache=True)
-def _followed(pose, known, star, near_wall, limits):
-    """`followed` as numbers: the guiding vector (x, y), zero where it shall stand, (v, omega), and the most speed."""
+def _followed(pose, known, star, near_wall, limits, found):
+    """The most speed, m/s; where it shall not stand, guiding vector (x, y) and twist (v, omega) are written (4,)."""
     x, y, yaw = pose
     path, arrives, regions, hits = known
     regions, limits = RegionUnion(*regions), Limits(*limits)  # plain tuples are handed over faster than named ones
     count = len(path)
     if count == 0 or (arrives and math.hypot(path[-1, 0] - x, path[-1, 1] - y) <= GOAL_REACHED):
-        return 0.0, 0.0, 0.0, 0.0, 0.0
+        return 0.0
     ux, uy, distance = guided(x, y, path, regions, hits, near_wall, limits.max_speed)
     if ux == 0.0 and uy == 0.0:
-        return 0.0, 0.0, 0.0, 0.0, 0.0
+        return 0.0
     ux, uy = free_heading(x, y, ux, uy, star)
     v, omega = turning_twist(wrapped_angle(math.atan2(uy, ux) - yaw), limits.max_speed, limits)
     most = GOAL_SLOWDOWN * distance + CREEP_SPEED if arrives and count == 1 else np.inf
-    return ux, uy, min(v, most), omega, most
+    found[:] = ux, uy, min(v, most), omega
+    return most
 
 
 @njit(cache=True)

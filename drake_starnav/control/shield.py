@@ -3,10 +3,55 @@
 from collections.abc import Sequence
 
 import numpy as np
+from numba import njit
 
-from drake_starnav.control.braking_certificate import STOPPED_DISTANCE
+from drake_starnav.control.braking_certificate import STOPPED_DISTANCE, StarCertificate, covered
 from drake_starnav.control.certificates import Certificate, accepted
-from drake_starnav.control.motion import Actuation, Velocity, ramped, ramped_velocity, roll_out
+from drake_starnav.control.motion import (
+    SAMPLES,
+    Actuation,
+    Velocity,
+    ramped,
+    ramped_velocity,
+    roll_out,
+    sample,
+    velocity_of,
+)
+from drake_starnav.robot import Limits
+
+
+def shielded(
+    pose: np.ndarray,
+    twist: np.ndarray,
+    desired: np.ndarray,
+    certificates: tuple[Certificate, ...],
+    actuation: Actuation,
+) -> tuple[np.ndarray, bool]:
+    """What is driven next: the twist, ramped towards `certified_twist`, and whether any motion was certified.
+
+    Where a star must accept it, and accepts what is desired, this is one compiled call. Arguments as of
+    `certified_twist`.
+    """
+    if len(certificates) == 1 and isinstance(certificates[0], StarCertificate):
+        driven, star, places = np.empty(len(twist)), certificates[0].star.alone[:3], actuation.footprint.cover
+        if _drives(pose, twist, desired, actuation.numbers, star, places, driven):
+            return driven, True
+    target, certified = certified_twist(pose, twist, desired, certificates, actuation)
+    return ramped_twist(twist, target, actuation), certified
+
+
+@njit(cache=True)
+def _drives(pose, twist, target, does, star, places, driven):
+    """Whether the motion towards a target is short, gripped and covered by a star; if so, write the twist after."""
+    samples = np.empty((SAMPLES, 6))
+    count, _, _, grips = sample(pose, twist, target, does, samples)
+    if count > SAMPLES or not grips or not covered(star, samples[:count], places):
+        return False
+    after, _ = ramped_velocity(velocity_of(twist), velocity_of(target), does[1], Limits(*does[3:]))
+    driven[0], driven[-1] = after.ahead, after.turning
+    if len(driven) == 3:
+        driven[1] = after.aside
+    return True
 
 
 def certified_twist(

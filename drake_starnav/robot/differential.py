@@ -25,7 +25,7 @@ class Differential:
 
     def saturated(self, twist: np.ndarray, limits: Limits) -> np.ndarray:
         """Each component for itself."""
-        v, omega = float(twist[0]), float(twist[1])
+        v, omega = twist.tolist()
         return np.array((limited_to(v, limits.max_speed), limited_to(omega, limits.max_yaw_rate)))
 
     def body_rates(self, twist: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -46,7 +46,7 @@ def check_drive(
     if follows.any() or not judged.any(axis=1).all():
         return
     robot = RobotModel(plant, station.scene_graph, model)
-    asked = np.abs(drive_geometry(robot).rates(*commands.T[:, :, None])).mean()
+    asked = np.abs(drive_geometry(robot).rates(*commands.T)).mean()
     rolled = np.abs(states @ wheel_rates(robot).T).mean()
     cause = (
         "its wheels turn, but do not move it; allowed: wheels that stand on the floor with their weight and grip it"

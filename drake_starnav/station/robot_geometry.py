@@ -207,17 +207,17 @@ def massless_links(plant: MultibodyPlant, bodies: Iterable[BodyIndex]) -> list[s
 
 
 class Drive(NamedTuple):
-    """Where a robot's wheels touch the floor, in the order of their actuators, each of shape (n,), m.
+    """Where a robot's wheels touch the floor, in the order of their actuators, m.
 
     `radii` are negative of wheels that turn about -y; `arms` are how far to the right of base_link's z axis they are.
     """
 
-    radii: np.ndarray
-    arms: np.ndarray
+    radii: tuple[float, ...]
+    arms: tuple[float, ...]
 
-    def rates(self, v: float | np.ndarray, omega: float | np.ndarray) -> np.ndarray:
+    def rates(self, v: float, omega: float) -> list[float]:
         """How fast the wheels turn where the robot drives at v, m/s, and omega, rad/s: rad/s."""
-        return (v + self.arms * omega) / self.radii
+        return [(v + arm * omega) / radius for radius, arm in zip(*self, strict=True)]
 
 
 def drive_geometry(robot: RobotModel) -> Drive:
@@ -229,8 +229,8 @@ def drive_geometry(robot: RobotModel) -> Drive:
         X_BL = poses[link.index()]
         axis = X_BL.rotation() @ (joint.frame_on_child().GetFixedRotationMatrixInBodyFrame() @ joint.revolute_axis())
         y = (X_BL @ robot.inspector.GetPoseInFrame(sphere)).translation()[1]
-        drive.append((math.copysign(robot.inspector.GetShape(sphere).radius(), axis[1]), -y))
-    return Drive(*np.array(drive).T)
+        drive.append((math.copysign(robot.inspector.GetShape(sphere).radius(), axis[1]), -float(y)))
+    return Drive(*zip(*drive, strict=True))
 
 
 def wheel_rates(robot: RobotModel) -> np.ndarray:

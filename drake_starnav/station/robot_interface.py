@@ -169,7 +169,7 @@ class RobotInterface(Diagram):
         """The port that takes the twist, behind the delay, and the one of the wheels' speeds, with their slip."""
         command, turning = wheels.GetInputPort("twist_command"), wheels.GetOutputPort("desired_state")
         if self.drive.slip > 0.0 and self._drive is not None:
-            sides = (self._drive.arms > 0.0).astype(int)
+            sides = [int(arm > 0.0) for arm in self._drive.arms]
             slipping = builder.AddNamedSystem("wheel_slip", WheelSlip(sides=sides, slip=self.drive.slip, seed=seed))
             builder.Connect(turning, slipping.get_input_port())
             turning = slipping.get_output_port()

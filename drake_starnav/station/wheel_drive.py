@@ -1,6 +1,7 @@
 """Bases with driven wheels on one axle: the speeds of the wheels, their slip, and their servo."""
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, LeafSystem
@@ -34,13 +35,14 @@ class WheelSpeedCommand(LeafSystem):
     def __init__(self, *, robot: RobotParameters, drive: Drive) -> None:
         """Of a robot's base and limits, and its n wheels."""
         super().__init__()
-        self._base, self._limits, self._drive, n = robot.drive, robot.limits, drive, len(drive.radii)
+        self._base, self._limits, self._drive = robot.drive, robot.limits, drive
         self._twist = self.DeclareVectorInputPort("twist_command", 2)
-        declare_vector(self, "desired_state", 2 * n, WheelSpeedCommand._desired, {self._twist.ticket()})
+        self._angles = [0.0] * len(drive.radii)
+        declare_vector(self, "desired_state", 2 * len(drive.radii), WheelSpeedCommand._desired, {self._twist.ticket()})
 
-    def _desired(self, context: Context) -> np.ndarray:
-        rates = self._drive.rates(*self._base.body_rates(self._base.saturated(self._twist.Eval(context), self._limits)))
-        return np.concatenate((np.zeros(len(rates)), rates))
+    def _desired(self, context: Context) -> list[float]:
+        twist = self._base.saturated(self._twist.Eval(context), self._limits).tolist()
+        return self._angles + self._drive.rates(*self._base.body_rates(twist))
 
 
 class WheelSlip(LeafSystem):
@@ -57,10 +59,10 @@ class WheelSlip(LeafSystem):
         slipping_state: vector, the same with less speed.
     """
 
-    def __init__(self, *, sides: np.ndarray, slip: float, seed: int) -> None:
-        """Of wheels on `sides` (n,), 0 left and 1 right, that lose up to the share `slip` of their speed."""
+    def __init__(self, *, sides: Sequence[int], slip: float, seed: int) -> None:
+        """Of n wheels on `sides`, 0 left and 1 right, that lose up to the share `slip` of their speed."""
         super().__init__()
-        self._sides, self._slip, self._seed = sides, slip, seed
+        self._sides, self._slip, self._seed = list(sides), slip, seed
         self._desired = self.DeclareVectorInputPort("desired_state", 2 * len(sides))
         declare_vector(self, "slipping_state", 2 * len(sides), WheelSlip._slipping)
 

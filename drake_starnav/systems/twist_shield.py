@@ -1,6 +1,7 @@
 """Between any controller and the drive: limits, certificates, ramp, as Drake systems."""
 
 import math
+from dataclasses import replace
 from time import perf_counter
 
 import numpy as np
@@ -11,7 +12,7 @@ from drake_starnav.control import ControllerParameters
 from drake_starnav.control.certificates import Certificate, standard_certificates
 from drake_starnav.control.inputs import TrackedObstacles
 from drake_starnav.control.motion import Actuation, BrakingMotion, roll_out
-from drake_starnav.control.shield import certified_twist, ramped_twist
+from drake_starnav.control.shield import ramped_twist, shielded
 from drake_starnav.errors import StarnavError
 from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.safe_region import CertifiedRegion
@@ -69,14 +70,15 @@ class Unshielded(LeafSystem):
             raise StarnavError(
                 f"desired_twist is {desired.tolist()} at the pose {pose.tolist()}; allowed: finite numbers"
             )
-        twist, certified = context.get_discrete_state(self._twist).value(), False
+        twist = values.get_mutable_value(self._twist)  # as it was
         target = self._actuation.base.saturated(desired, self._actuation.limits)
-        if certified_by is not None:
-            target, certified = certified_twist(pose, twist, target, *certified_by)
-        driven = ramped_twist(twist, target, self._actuation)
+        if certified_by is None:
+            driven, certified = ramped_twist(twist, target, self._actuation), False
+        else:
+            driven, certified = shielded(pose, twist, target, *certified_by)
         self._stopwatch.note("command", begin, since=count)
-        values.set_value(self._twist, driven)
-        values.set_value(self._certified, (float(certified),))
+        twist[:] = driven
+        values.get_mutable_value(self._certified)[0] = certified
 
     def _certificates(self, context: Context, position: np.ndarray) -> tuple[tuple[Certificate, ...], Actuation] | None:
         """That must accept what is driven, and what commands do; None: none is asked."""
@@ -85,7 +87,7 @@ class Unshielded(LeafSystem):
     def _certificate(self, context: Context) -> BrakingMotion:
         twist = context.get_discrete_state(self._twist).value()
         certified = bool(context.get_discrete_state(self._certified).value()[0])
-        now = self._actuation._replace(delay=0.0)
+        now = replace(self._actuation, delay=0.0)
         rest = now.base.braking(twist, twist, False)
         path = roll_out(self._state.Eval(context), twist, rest, now).pose
         return BrakingMotion(certified, path)

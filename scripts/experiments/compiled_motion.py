@@ -10,14 +10,15 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from drake_starnav.control.braking_certificate import STOPPED_DISTANCE, _covered
-from drake_starnav.control.motion import SAMPLES, Pose, _roll_out, advanced, velocity_of
+from drake_starnav.control.braking_certificate import STOPPED_DISTANCE, covered
+from drake_starnav.control.motion import SAMPLES, Pose, advanced, sample, velocity_of
 from drake_starnav.geometry.footprint import Footprint, Polygons
 from drake_starnav.geometry.polyline import point_to_segment_squared
 from drake_starnav.regions.chords import Chords
 from drake_starnav.regions.region_union import RegionUnion, cover_at
 from drake_starnav.regions.safe_region import CertifiedRegion, out_of_sight
 from drake_starnav.regions.separation import keeps_clear
+from drake_starnav.robot import Limits
 from drake_starnav.simulation.kinematics import KinematicMotion
 from drake_starnav.worlds.clearance import body_clearance
 from drake_starnav.worlds.world import World
@@ -106,7 +107,7 @@ class CompiledMotion(KinematicMotion):
             twist,
             (desired, proposals),
             self._packed,
-            ((actuation.delay, actuation.hold), limits, footprint.lever),
+            actuation.numbers,
             (footprint.cover, NO_POLYGONS if footprint.is_disc else footprint.polygons, footprint.is_disc),
             poses,
         )
@@ -123,12 +124,12 @@ def _burst(pose, twist, asked, seen, does, body, poses):
         pose, twist: shapes (3,) and (c,), of the robot.
         asked: the twist, shape (c,), and the proposals, shape (n, c).
         seen: `Seen`.
-        does: delay and period, `Limits` and lever.
+        does: as of `Actuation.numbers`.
         body: the places of the covering discs, `Polygons`, and whether it is a disc.
         poses: shape (m, 3), to be written.
     """
-    (desired, proposals), (phases, limits, lever), (cover, polygons, is_disc) = asked, does, body
-    samples, plain = np.empty((SAMPLES, 6)), (limits[0], limits[1], limits[2], limits[3], limits[4])
+    (desired, proposals), (cover, polygons, is_disc) = asked, body
+    samples, limits = np.empty((SAMPLES, 6)), Limits(*does[3:])
     target = np.zeros(len(twist))
     now = Pose(pose[0], pose[1], pose[2])
     changed = braked = 0
@@ -136,10 +137,10 @@ def _burst(pose, twist, asked, seen, does, body, poses):
         pose[:] = now.x, now.y, now.yaw
         chosen = -1
         for p in range(len(proposals)):
-            count, _, _, grips = _roll_out(pose, twist, proposals[p], phases, plain, lever, samples)
-            while count > len(samples):
-                samples = np.empty((2 * len(samples), 6))
-                count, _, _, grips = _roll_out(pose, twist, proposals[p], phases, plain, lever, samples)
+            count, _, _, grips = sample(pose, twist, proposals[p], does, samples)
+            if count > len(samples):
+                samples = np.empty((count, 6))
+                sample(pose, twist, proposals[p], does, samples)
             if grips and _accepts(samples[:count], seen, cover, polygons, is_disc):
                 chosen = p
                 break
@@ -155,7 +156,7 @@ def _burst(pose, twist, asked, seen, does, body, poses):
             target[:] = 0.0
             target[-1] = twist[-1] if limits.steers > 0.0 else desired[-1] if turns else 0.0
         velocity = velocity_of(twist)
-        now, after, _ = advanced(now, velocity, velocity_of(target), phases[1], limits)
+        now, after, _ = advanced(now, velocity, velocity_of(target), does[1], limits)
         twist[0], twist[-1] = after.ahead, after.turning
         if len(twist) == 3:
             twist[1] = after.aside
@@ -169,7 +170,7 @@ def _burst(pose, twist, asked, seen, does, body, poses):
 @njit(cache=True)
 def _accepts(samples, seen, cover, polygons, is_disc):
     """Whether the `standard_certificates` of a static world accept the samples (n, 6) of a motion that grips."""
-    if _covered(seen.star, samples, cover):
+    if covered(seen.star, samples, cover):
         return True
     if is_disc:
         return False

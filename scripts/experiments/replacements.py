@@ -70,7 +70,7 @@ class _ReplacingExecutor(Executor):
         return self._executor.submit(run_replaced, dict(self._replaced), function, *arguments, **named)
 
 
-def interpreted_followed(*arguments: Any) -> tuple:
+def interpreted_followed(*arguments: Any) -> float:
     """For `path_following._followed`: not compiled."""
     return _followed.py_func(*arguments)
 

@@ -104,11 +104,11 @@ def all_systems() -> list[System]:
         FootprintHold(robot, lambda _: margins, rate=controller.rate),
         Unshielded(robot, controller),
         WheelServo(RobotModel(station.plant, station.scene_graph, station.robot_model)),
-        WheelSpeedCommand(robot=robot, drive=Drive(np.array([0.05, 0.05]), np.array([-0.16, 0.16]))),
+        WheelSpeedCommand(robot=robot, drive=Drive((0.05, 0.05), (-0.16, 0.16))),
         PlanarVelocityCommand(robot=RobotParameters(base="omnidirectional")),
         StatePredictor(delay=0.05, rate=controller.rate),
         JumpGuard(tolerance=0.05, rate=controller.rate),
-        WheelSlip(sides=np.array([0, 1]), slip=0.05, seed=0),
+        WheelSlip(sides=(0, 1), slip=0.05, seed=0),
         CollisionMonitor(robot=(), ground=()),
         MovingObstacleDrive(
             MovingObstacles(np.array([0.3]), (np.array([(0.0, 0.0, 0.0), (1.0, 1.0, 0.0)]),)), time_step=0.005

@@ -6,10 +6,10 @@ import math
 import numpy as np
 import pytest
 
-from drake_starnav.control.braking_certificate import STOPPED_DISTANCE
-from drake_starnav.control.shield import certified_twist, ramped_twist
+from drake_starnav.control.braking_certificate import STOPPED_DISTANCE, StarCertificate
+from drake_starnav.control.shield import certified_twist, ramped_twist, shielded
 from drake_starnav.regions.safe_region import CertifiedRegion
-from drake_starnav.robot import RobotParameters
+from drake_starnav.robot import BASES, RobotParameters
 from drake_starnav.robot.base import SHARES
 from tests.helpers.motions import PERIOD, actuation, starred_twist
 
@@ -66,6 +66,25 @@ def test_when_the_turn_is_not_possible_less_of_it_none_and_the_other_way_are_tri
     turned = {turn: set(SHARES[SHARES[:, 1] == turn, 0]) for turn in SHARES[:, 1]}
     assert set(turned) == {1.0, 0.5, 0.0, -0.5}
     assert all(0.0 in speeds and len(speeds) > 1 for speeds in turned.values())
+
+
+@pytest.mark.parametrize("base", list(BASES))
+@pytest.mark.parametrize("braking", [0.1, 4.0])  # more samples than there is room for at first, and fewer
+def test_the_ordinary_case_in_one_call_drives_what_the_certificates_do_one_by_one(base, braking) -> None:
+    robot, rng, ordinary = dataclasses.replace(ROBOT, base=base, max_acceleration=braking), np.random.default_rng(1), 0
+    star, now, edge = StarCertificate(wall()), actuation(robot, delay=0.02), 0.7 - robot.shape.cover[:, 0].max()
+    for _ in range(100):
+        pose, size = (
+            np.array((edge - rng.uniform(0.0, 0.1 / braking), 0.0, 0.5 * rng.random())),
+            len(robot.drive.components),
+        )
+        twist, desired = (robot.drive.saturated(rng.uniform(-1.0, 1.0, size), robot.limits) for _ in range(2))
+        target, certified = certified_twist(pose, twist, desired, (star,), now)
+        driven, accepted = shielded(pose, twist, desired, (star,), now)
+        assert accepted == certified
+        np.testing.assert_array_equal(driven, ramped_twist(twist, target, now))
+        ordinary += certified and (target == desired).all()
+    assert 20 < ordinary < 90
 
 
 @pytest.mark.parametrize("braking", [0.4, 1.0, 4.0])

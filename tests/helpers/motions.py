@@ -87,7 +87,7 @@ def exact_rates(
     time: np.ndarray, twist: np.ndarray, target: np.ndarray, actuation: Actuation
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Velocity in the robot's frame (n, 2), turning rate (n,) and curvature (n,), where it steers, at times (n,)."""
-    limits, _, hold, delay, _ = actuation
+    limits, hold, delay = actuation.limits, actuation.hold, actuation.delay
     since, left = np.clip(time - delay, 0.0, hold), np.clip(time - delay - hold, 0.0, None)
     begin, end = ((*value[:-1], 0.0)[:2] for value in (twist, target))
     gap = np.subtract(end, begin)

@@ -4,6 +4,7 @@ docs/proof.md derives the bound.
 """
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from hypothesis import assume, example, given
@@ -148,7 +149,7 @@ def test_the_budget_covers_what_samples_overrate(case) -> None:
 @given(cases(), st.integers(0, 2**32))
 def test_samples_overrate_clearance_by_no_more_than_the_bound(case, seed: int) -> None:
     twist, target, actuation = case
-    actuation = actuation._replace(delay=min(actuation.delay, 0.2))  # short enough to integrate finely
+    actuation = replace(actuation, delay=min(actuation.delay, 0.2))  # short enough to integrate finely
     shape, motion, exact = (
         actuation.footprint,
         roll_out(STILL, twist, target, actuation),

@@ -25,7 +25,7 @@ WHEELS = ("left_wheel", "right_wheel")
 
 def two_wheels(radius: float, track: float) -> Drive:
     """The left and the right wheel of a differential drive."""
-    return Drive(np.array((radius, radius)), np.array((-0.5 * track, 0.5 * track)))
+    return Drive((radius, radius), (-0.5 * track, 0.5 * track))
 
 
 def wheel_speeds(v: float, omega: float, wheel_radius: float = 0.05, track: float = 0.32) -> np.ndarray:
@@ -72,7 +72,7 @@ def test_no_twist_beyond_the_limits_reaches_the_wheels(v, omega) -> None:
 
 
 def test_wheels_of_any_size_and_axis_roll_at_the_speed_of_their_place() -> None:
-    drive = Drive(np.array((0.1, -0.2, 0.1)), np.array((-0.3, -0.3, 0.4)))
+    drive = Drive((0.1, -0.2, 0.1), (-0.3, -0.3, 0.4))
     assert drive.rates(1.0, 2.0) == pytest.approx((4.0, -2.0, 18.0))
 
 
