@@ -29,7 +29,7 @@ from numba import njit
 from drake_starnav.control.certificates import Certificate, accepted
 from drake_starnav.control.heading_controller import CREEP_SPEED, GOAL_SLOWDOWN, gripped
 from drake_starnav.control.inputs import ControllerInputs, Proposal
-from drake_starnav.control.motion import Actuation, Pose, Twist, roll_out, stepped
+from drake_starnav.control.motion import Actuation, Pose, Velocity, advanced, roll_out
 from drake_starnav.control.path_following import followed
 from drake_starnav.control.rollout import (
     ARRIVED,
@@ -187,9 +187,9 @@ def _rollout_costs(twists, pose, twist, line, left, known, limits, settings):
                 want_v, want_omega = turning_twist(error, v_max, limits)
             if k == last:
                 want_v = min(want_v, settings.slowdown * math.hypot(dx, dy) + CREEP_SPEED)
-            now, moves = Pose(x, y, yaw), Twist(v, omega)
-            now, moves, travelled = stepped(now, moves, Twist(want_v, want_omega), STEP, limits)
-            next_x, next_y, yaw, v, omega = now.x, now.y, now.yaw, moves.v, moves.omega
+            now, moves = Pose(x, y, yaw), Velocity(v, 0.0, omega)
+            now, moves, travelled = advanced(now, moves, Velocity(want_v, 0.0, want_omega), STEP, limits)
+            next_x, next_y, yaw, v, omega = now.x, now.y, now.yaw, moves.ahead, moves.turning
             free = covers(center, bearing_0, values, 0, next_x, next_y, 0.0)
             if not free:
                 region = region_around(known, region, next_x, next_y)
@@ -206,7 +206,8 @@ def _rollout_costs(twists, pose, twist, line, left, known, limits, settings):
                 best = min(best, spent)
                 break
             if 2 * (i + 1) >= steps:
-                best = min(best, spent + time_to_go(line, left, k, Pose(x, y, yaw), Twist(v, omega), limits))
+                now, moves = Pose(x, y, yaw), Velocity(v, 0.0, omega)
+                best = min(best, spent + time_to_go(line, left, k, now, moves, limits))
         change = abs(twists[c, 0] - twist[0]) / v_max + abs(twists[c, 1] - twist[1]) / omega_max
         cost[c] = best + CHANGE_WEIGHT * change
     return cost

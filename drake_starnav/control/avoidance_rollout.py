@@ -20,7 +20,7 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.control.heading_controller import CREEP_SPEED
-from drake_starnav.control.motion import Pose, Twist, stepped
+from drake_starnav.control.motion import Pose, Velocity, advanced
 from drake_starnav.control.moving_certificate import STANDING_SPEED
 from drake_starnav.control.rollout import (
     ARRIVED,
@@ -223,8 +223,9 @@ def drive(rows, ways, steps, scene):
             if _held(row, standing, limits, settings):
                 want_v = 0.0
                 row[HELD] = 1.0
-            pose, twist, _ = stepped(Pose(x, y, yaw), Twist(v, omega), Twist(want_v, want_omega), STEP, limits)
-            x, y, row[YAW], row[V], row[OMEGA] = pose.x, pose.y, pose.yaw, twist.v, twist.omega
+            moves, wanted = Velocity(v, 0.0, omega), Velocity(want_v, 0.0, want_omega)
+            pose, moves, _ = advanced(Pose(x, y, yaw), moves, wanted, STEP, limits)
+            x, y, row[YAW], row[V], row[OMEGA] = pose.x, pose.y, pose.yaw, moves.ahead, moves.turning
             free = covers(center, bearing_0, values, 0, x, y, 0.0)
             if not free:
                 row[REGION] = region_around(known, int(row[REGION]), x, y)
@@ -238,20 +239,19 @@ def drive(rows, ways, steps, scene):
                 row[V] = 0.0
             row[SPENT] += STEP
             _meet(row, age + row[SPENT], trajectories, radius, comfort, settings)
-            k = int(row[WAY_POINT])
-            if row[ENDED] == 0.0 and k == last and _has_arrived(row, line):
+            at_end = (line[-1, 0] - row[X]) ** 2 + (line[-1, 1] - row[Y]) ** 2 < ARRIVED * ARRIVED
+            if row[ENDED] == 0.0 and int(row[WAY_POINT]) == last and at_end:
                 row[ARRIVAL] = min(row[ARRIVAL], row[SPENT])
                 if settings.slowdown == np.inf:  # at a frontier, where exploration continues
                     row[ENDED] = 1.0
             if row[ENDED] > 0.0:
                 break
-        row[COST] = _way_cost(row, line, left, limits)
-
-
-@leaf
-def _has_arrived(row, line):
-    """Whether a rollout is at the end of the path."""
-    return (line[-1, 0] - row[X]) ** 2 + (line[-1, 1] - row[Y]) ** 2 < ARRIVED * ARRIVED
+        row[COST] = row[LOST] + WALL_COST * (1.0 - row[CLOSEST] / WALL_ZONE) ** 2
+        if row[ARRIVAL] < np.inf:  # it has been at the goal, wherever it goes to make way
+            row[COST] += row[ARRIVAL]
+        else:
+            pose, moves = Pose(row[X], row[Y], row[YAW]), Velocity(row[V], 0.0, row[OMEGA])
+            row[COST] = row[COST] + row[SPENT] + time_to_go(line, left, int(row[WAY_POINT]), pose, moves, limits)
 
 
 @leaf
@@ -270,13 +270,3 @@ def _meet(row, time, trajectories, radius, comfort, settings):
     if touched:
         row[ENDED] = 1.0
         row[LOST] = CONTACT_COST * (1.0 + 3.0 * (1.0 - row[SPENT] / HORIZON))
-
-
-@leaf
-def _way_cost(row, line, left, limits):
-    """Cost of a rollout so far plus the time to the goal, s."""
-    cost = row[LOST] + WALL_COST * (1.0 - row[CLOSEST] / WALL_ZONE) ** 2
-    if row[ARRIVAL] < np.inf:  # it has been at the goal, wherever it goes to make way
-        return cost + row[ARRIVAL]
-    k, pose = int(row[WAY_POINT]), Pose(row[X], row[Y], row[YAW])
-    return cost + row[SPENT] + time_to_go(line, left, k, pose, Twist(row[V], row[OMEGA]), limits)

@@ -37,13 +37,6 @@ class Pose(NamedTuple):
     yaw: float
 
 
-class Twist(NamedTuple):
-    """Of the robot; m/s and rad/s."""
-
-    v: float
-    omega: float
-
-
 class Velocity(NamedTuple):
     """What the drive of any base does: speeds along the robot's x and y axes, m/s, and its turning, rad/s.
 
@@ -175,12 +168,10 @@ def ramp_mean(value, target, change):
     return target - 0.5 * (target - value) * gap / change
 
 
-@njit(cache=True)
+@register_jitable
 def velocity_of(twist):
     """A twist of 2 or 3 components as a `Velocity`."""
-    if len(twist) == 3:
-        return Velocity(twist[0], twist[1], twist[2])
-    return Velocity(twist[0], 0.0, twist[1])
+    return Velocity(twist[0], twist[1] if len(twist) == 3 else 0.0, twist[-1])
 
 
 @njit(cache=True)
@@ -208,14 +199,6 @@ def advanced(pose, velocity, target, step, limits):
     middle = pose.yaw + 0.5 * turn
     cosine, sine = math.cos(middle), math.sin(middle)
     return Pose(pose.x + way * cosine - side * sine, pose.y + way * sine + side * cosine, pose.yaw + turn), after, way
-
-
-@njit(cache=True)
-def stepped(pose, twist, target, step, limits):
-    """Pose and twist of a differential drive after a step (s) towards a target twist, and the way driven (m)."""
-    velocity, wanted = Velocity(twist.v, 0.0, twist.omega), Velocity(target.v, 0.0, target.omega)
-    pose, after, way = advanced(pose, velocity, wanted, step, limits)
-    return pose, Twist(after.ahead, after.turning), way
 
 
 @njit(cache=True)

@@ -79,38 +79,26 @@ def needed_distances(half_gaps: np.ndarray, radius: float) -> np.ndarray:
 
 
 @njit(cache=True)
-def clearance_at(x, y, points, needed):
-    """Least distance to a hit beyond what it needs, m; infinite without hits."""
-    least = np.inf
-    for k in range(len(points)):
-        dx, dy = points[k, 0] - x, points[k, 1] - y
-        least = min(least, math.sqrt(dx * dx + dy * dy) - needed[k])
-    return least
-
-
-@njit(cache=True)
 def _keeps_clear(position, hits, margin):
     """Whether places (n, 2) keep the margin, or the clearance that the first one has, to hits and unknown space.
 
     A place is skipped while the robot cannot have used up the clearance that the last checked one had to spare.
     """
-    x, y = position[0, 0], position[0, 1]
-    enough = max(min(margin, clearance_at(x, y, hits.points, hits.needed)), ESCAPE_CLEARANCE)
-    spare = _known_clearance(x, y, hits) - enough
-    if spare < 0.0:
-        return False
-    for k in range(1, len(position)):
-        spare -= math.hypot(position[k, 0] - x, position[k, 1] - y)
-        x, y = position[k, 0], position[k, 1]
-        if spare <= 0.0:
-            spare = _known_clearance(x, y, hits) - enough
-            if spare < 0.0:
-                return False
+    points, needed, center, room = hits
+    enough, spare = margin, 0.0
+    for k in range(len(position)):
+        x, y = position[k]
+        if k > 0:
+            spare -= math.hypot(x - position[k - 1, 0], y - position[k - 1, 1])
+        if spare > 0.0:
+            continue
+        clearance = np.inf  # the least distance to a hit beyond what it needs
+        for j in range(len(points)):
+            dx, dy = points[j, 0] - x, points[j, 1] - y
+            clearance = min(clearance, math.sqrt(dx * dx + dy * dy) - needed[j])
+        if k == 0:
+            enough = max(min(margin, clearance), ESCAPE_CLEARANCE)
+        spare = min(clearance, room - math.hypot(x - center[0], y - center[1])) - enough
+        if spare < 0.0:
+            return False
     return True
-
-
-@njit(cache=True)
-def _known_clearance(x, y, hits):
-    """Clearance to the known hits and to what lies beyond them, m."""
-    off_the_unknown = hits.room - math.hypot(x - hits.center[0], y - hits.center[1])
-    return min(clearance_at(x, y, hits.points, hits.needed), off_the_unknown)

@@ -88,12 +88,12 @@ def times_left(line, limits):
 
 
 @leaf
-def time_to_go(line, left, k, pose, twist, limits):
-    """T: from a `Pose` and a `Twist` over the way points from k on, s; `left` as from `times_left`."""
+def time_to_go(line, left, k, pose, velocity, limits):
+    """T: from a `Pose` and a `Velocity` over the way points from k on, s; `left` as from `times_left`."""
     dx, dy = line[k, 0] - pose.x, line[k, 1] - pose.y
     heading = math.atan2(dy, dx)
     time = math.hypot(dx, dy) / limits.max_speed + heading_loss(
-        wrapped_angle(heading - pose.yaw), twist.v, twist.omega, limits
+        wrapped_angle(heading - pose.yaw), velocity.ahead, velocity.turning, limits
     )
     if k + 1 < len(line):
         leg = math.atan2(line[k + 1, 1] - line[k, 1], line[k + 1, 0] - line[k, 0])

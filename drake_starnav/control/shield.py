@@ -10,7 +10,6 @@ from drake_starnav.control.certificates import Certificate, accepted
 from drake_starnav.control.motion import (
     SAMPLES,
     Actuation,
-    Velocity,
     ramped,
     ramped_velocity,
     roll_out,
@@ -94,7 +93,7 @@ def ramped_twist(
     """
     limits, period = actuation.limits, actuation.hold
     if len(twist) > 2:
-        after, _ = ramped_velocity(Velocity(*twist), Velocity(*target), period, limits)
+        after, _ = ramped_velocity(velocity_of(twist), velocity_of(target), period, limits)
         return np.array(after)
     speed = ramped(float(twist[0]), float(target[0]), limits.max_acceleration * period)
     turning = ramped(float(twist[1]), float(target[1]), limits.max_yaw_acceleration * period)

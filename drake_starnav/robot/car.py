@@ -5,8 +5,8 @@ import math
 import numpy as np
 
 from drake_starnav.robot.base import SHARES, straight_and_curved
-from drake_starnav.robot.differential import Differential, limited_to
-from drake_starnav.robot.limits import Limits
+from drake_starnav.robot.differential import Differential
+from drake_starnav.robot.limits import Limits, limited
 
 MOVE = 0.15
 """Length of a move of a manoeuvre, m."""
@@ -34,12 +34,12 @@ class Car(Differential):
         behind = abs(error) > 0.5 * math.pi
         bend = math.copysign(limits.max_yaw_rate, error) if behind else math.sin(error) / 0.25  # within 0.5 m
         share = max(math.cos(error), 0.3)  # of the speed, at least, towards what lies aside
-        return np.array((share * speed, limited_to(bend, limits.max_yaw_rate)))
+        return np.array((share * speed, limited(bend, limits.max_yaw_rate)))
 
     def proposals(self, desired: np.ndarray, limits: Limits) -> np.ndarray:
         """Slower, and steering otherwise; last it steers standing."""
         v, bend = desired
-        steered = [limited_to(bend + share * limits.max_yaw_rate, limits.max_yaw_rate) for share in BENDS]
+        steered = [limited(bend + share * limits.max_yaw_rate, limits.max_yaw_rate) for share in BENDS]
         rows = [(share * v, other) for share in SHARES[:6, 0] for other in steered]
         return np.array([*rows, (0.0, bend)])
 

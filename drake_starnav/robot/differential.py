@@ -6,7 +6,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from drake_starnav.robot.base import MOVE, SHARES, straight_and_curved
-from drake_starnav.robot.limits import Limits, turning_twist
+from drake_starnav.robot.limits import Limits, limited, turning_twist
 
 TURN, TURN_COST = math.radians(15.0), 0.09
 """Of the manoeuvres: a turn on the spot or of a curve, rad, and the cost of the former, m."""
@@ -26,7 +26,7 @@ class Differential:
     def saturated(self, twist: np.ndarray, limits: Limits) -> np.ndarray:
         """Each component for itself."""
         v, omega = twist.tolist()
-        return np.array((limited_to(v, limits.max_speed), limited_to(omega, limits.max_yaw_rate)))
+        return np.array((limited(v, limits.max_speed), limited(omega, limits.max_yaw_rate)))
 
     def body_rates(self, twist: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return twist[0], twist[1]
@@ -45,10 +45,5 @@ class Differential:
 
     def pursued(self, ahead: float, aside: float, turn: float, gear: float, speed: float) -> np.ndarray:
         if gear == 0.0:
-            return np.array((0.0, limited_to(TURN_GAIN * turn, TURN_RATE)))
+            return np.array((0.0, limited(TURN_GAIN * turn, TURN_RATE)))
         return np.array((gear * speed, 2.5 * turn + gear * 3.0 * aside))
-
-
-def limited_to(value: float, limit: float) -> float:
-    """The value, cut off at `limit` in size; NaN stays NaN."""
-    return min(max(value, -limit), limit)

@@ -3,6 +3,8 @@
 import math
 from typing import NamedTuple
 
+from numba.extending import register_jitable
+
 from drake_starnav.geometry.compiled import leaf
 
 HEADING_GAIN = 4.0
@@ -38,9 +40,9 @@ def turning_twist(heading, speed, limits):
     return v, limited(HEADING_GAIN * heading, min(limits.max_yaw_rate, stopping))
 
 
-@leaf
+@register_jitable
 def limited(value, limit):
-    """The value, cut off at `limit` in size."""
+    """The value, cut off at `limit` in size; NaN stays NaN."""
     return min(max(value, -limit), limit)
 
 

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from drake_starnav.robot.base import MOVE
-from drake_starnav.robot.differential import TURN, TURN_COST, TURN_GAIN, TURN_RATE, limited_to
-from drake_starnav.robot.limits import Limits
+from drake_starnav.robot.differential import TURN, TURN_COST, TURN_GAIN, TURN_RATE
+from drake_starnav.robot.limits import Limits, limited
 
 ASIDE = (0.0, 0.35, -0.35, 0.7, -0.7, 1.2, -1.2)
 """Directions that are tried beside the desired one, rad."""
@@ -31,7 +31,7 @@ class Omnidirectional:
         """A velocity keeps its direction."""
         x, y, omega = (float(value) for value in twist)
         share = limits.max_speed / max(math.hypot(x, y), limits.max_speed)
-        return np.array((share * x, share * y, limited_to(omega, limits.max_yaw_rate)))
+        return np.array((share * x, share * y, limited(omega, limits.max_yaw_rate)))
 
     def body_rates(self, twist: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return np.copysign(np.hypot(twist[0], twist[1]), twist[0]), twist[2]
@@ -39,7 +39,7 @@ class Omnidirectional:
     def towards(self, error: float, speed: float, limits: Limits) -> np.ndarray:
         """At once, and it turns its x axis into the direction of motion, forwards or backwards."""
         turn = math.remainder(error, math.pi)
-        omega = limited_to(2.0 * turn, limits.max_yaw_rate)
+        omega = limited(2.0 * turn, limits.max_yaw_rate)
         return np.array((speed * math.cos(error), speed * math.sin(error), omega))
 
     def proposals(self, desired: np.ndarray, limits: Limits) -> Iterator[np.ndarray]:
@@ -56,7 +56,7 @@ class Omnidirectional:
         return np.array((0.0, 0.0, desired[2] if turns else 0.0))
 
     def pursued(self, ahead: float, aside: float, turn: float, gear: float, speed: float) -> np.ndarray:
-        omega = limited_to(TURN_GAIN * turn, TURN_RATE)
+        omega = limited(TURN_GAIN * turn, TURN_RATE)
         if gear == 0.0:
             return np.array((2.0 * ahead, 2.0 * aside, omega))
         away = max(math.hypot(ahead, aside), 1e-6)

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from drake_starnav.control.certificates import Certificate, standard_certificates
-from drake_starnav.control.motion import Actuation, Pose, Velocity, advanced
+from drake_starnav.control.motion import Actuation, Pose, advanced, velocity_of
 from drake_starnav.control.shield import certified_twist
 from drake_starnav.geometry.se2 import composed
 from drake_starnav.lidar.laser_scan import LaserScan
@@ -82,8 +82,7 @@ class KinematicMotion:
         for _ in range(max(round(duration * rate), 1)):
             if self._shield:
                 want, _ = certified_twist(self.pose, self.twist, twist, self._certificates, actuation)
-            now, target = (Velocity(v[0], 0.0 if len(v) < 3 else v[1], v[-1]) for v in (self.twist, want))
-            pose, after, _ = advanced(Pose(*self.pose), now, target, 1.0 / rate, limits)
+            pose, after, _ = advanced(Pose(*self.pose), velocity_of(self.twist), velocity_of(want), 1.0 / rate, limits)
             self.pose, self.twist = np.array(pose), np.array(after if len(want) > 2 else after[::2])
             poses.append(self.pose)
             self._ticks += 1

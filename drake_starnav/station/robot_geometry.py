@@ -215,7 +215,7 @@ class Drive(NamedTuple):
     radii: tuple[float, ...]
     arms: tuple[float, ...]
 
-    def rates(self, v: float, omega: float) -> list[float]:
+    def rates(self, v: float | np.ndarray, omega: float | np.ndarray) -> list:
         """How fast the wheels turn where the robot drives at v, m/s, and omega, rad/s: rad/s."""
         return [(v + arm * omega) / radius for radius, arm in zip(*self, strict=True)]
 

@@ -40,7 +40,7 @@ class WheelSpeedCommand(LeafSystem):
         self._angles = [0.0] * len(drive.radii)
         declare_vector(self, "desired_state", 2 * len(drive.radii), WheelSpeedCommand._desired, {self._twist.ticket()})
 
-    def _desired(self, context: Context) -> list[float]:
+    def _desired(self, context: Context) -> list:
         twist = self._base.saturated(self._twist.Eval(context), self._limits).tolist()
         return self._angles + self._drive.rates(*self._base.body_rates(twist))
 

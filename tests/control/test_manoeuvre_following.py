@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from drake_starnav.control.manoeuvre_following import aligned_direction, followed_manoeuvre
-from drake_starnav.control.motion import Actuation, Pose, Twist, stepped
+from drake_starnav.control.motion import Actuation, Pose, Velocity, advanced
 from drake_starnav.control.shield import ramped_twist
 from drake_starnav.geometry.footprint import disc
 from drake_starnav.planning.manoeuvre import reached
@@ -21,14 +21,15 @@ THREE_POINT = np.array(((0.0, 0.0, 0.6, 0.0), (-0.3, -0.2, 0.6, -1.0), (-0.3, -0
 
 @pytest.mark.parametrize("start", [(0.0, 0.0, 0.0), (0.01, -0.01, 0.05)])
 def test_a_robot_reaches_all_poses_of_a_manoeuvre(start):
-    pose, twist, poses = Pose(*start), Twist(0.0, 0.0), THREE_POINT
+    pose, twist, poses = Pose(*start), (0.0, 0.0), THREE_POINT
     for _ in range(1500):
         poses = poses[reached(np.array(pose), poses, BASE) :]
         if not len(poses):
             break
         target = followed_manoeuvre(np.array(pose), poses, BASE, LIMITS)[0]
         twist = ramped_twist(twist, target, Actuation(LIMITS, disc(0.2), PERIOD, 0.0))
-        pose, _, _ = stepped(pose, Twist(*twist), Twist(*twist), PERIOD, LIMITS)
+        steady = Velocity(twist[0], 0.0, twist[1])
+        pose, _, _ = advanced(pose, steady, steady, PERIOD, LIMITS)
     assert not len(poses)
     assert math.hypot(pose.x - 0.4, pose.y + 0.2) < 0.04
     assert abs(pose.yaw) < 0.1

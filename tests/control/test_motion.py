@@ -17,12 +17,11 @@ from drake_starnav.control.motion import (
     Actuation,
     BrakingMotion,
     Pose,
-    Twist,
     Velocity,
+    advanced,
     body_rates,
     ramped_velocity,
     roll_out,
-    stepped,
 )
 from drake_starnav.geometry.footprint import disc, footprint
 from drake_starnav.robot import BASES, Limits, RobotParameters
@@ -109,11 +108,12 @@ def test_no_point_of_the_footprint_goes_farther_than_the_spacing_between_samples
 
 
 def test_a_step_keeps_the_accelerations_and_drives_at_the_mean_speed() -> None:
-    pose, twist, way = stepped(Pose(1.0, 2.0, 0.0), Twist(0.4, 0.0), Twist(9.0, 0.0), 0.1, ROBOT.limits)
-    assert twist == pytest.approx((0.5, 0.0))
+    now = Velocity(0.4, 0.0, 0.0)
+    pose, after, way = advanced(Pose(1.0, 2.0, 0.0), now, Velocity(9.0, 0.0, 0.0), 0.1, ROBOT.limits)
+    assert after == pytest.approx((0.5, 0.0, 0.0))
     assert (*pose, way) == pytest.approx((1.045, 2.0, 0.0, 0.045))
-    _, twist, way = stepped(Pose(0.0, 0.0, 0.0), Twist(0.4, 0.0), Twist(0.45, 0.0), 0.1, ROBOT.limits)
-    assert (twist.v, way) == pytest.approx((0.45, 0.05 * 0.425 + 0.05 * 0.45))  # reached in the middle of the step
+    _, after, way = advanced(Pose(0.0, 0.0, 0.0), now, Velocity(0.45, 0.0, 0.0), 0.1, ROBOT.limits)
+    assert (after.ahead, way) == pytest.approx((0.45, 0.05 * 0.425 + 0.05 * 0.45))  # reached in the middle of the step
 
 
 def test_sideways_it_speeds_up_and_brakes_as_it_does_ahead() -> None:
@@ -136,7 +136,8 @@ def test_the_speed_of_a_velocity_is_its_size_with_the_sign_of_that_ahead() -> No
 
 
 def test_a_step_follows_an_arc() -> None:
-    pose, _, _ = stepped(Pose(0.0, 0.0, 0.0), Twist(0.5, 1.0), Twist(0.5, 1.0), 0.1, ROBOT.limits)
+    steady = Velocity(0.5, 0.0, 1.0)
+    pose, _, _ = advanced(Pose(0.0, 0.0, 0.0), steady, steady, 0.1, ROBOT.limits)
     assert pose.yaw == pytest.approx(0.1)
     assert math.atan2(pose.y, pose.x) == pytest.approx(0.05)
     assert math.hypot(pose.x, pose.y) == pytest.approx(2.0 * 0.5 * math.sin(0.05), rel=1e-3)

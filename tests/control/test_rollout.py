@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drake_starnav.control.motion import Pose, Twist
+from drake_starnav.control.motion import Pose, Velocity
 from drake_starnav.control.rollout import (
     FreeSpace,
     clearance_within,
@@ -118,16 +118,16 @@ def test_the_time_left_is_that_of_the_legs_and_of_the_bends_between_them(seed, c
     left = times_left(line, limits)
     for k in range(1, count):
         assert left[k] == pytest.approx(lengths[k:].sum() / limits.max_speed + sum(bends[k:]))
-    yaw, twist = rng.uniform(-9.0, 9.0), Twist(rng.uniform(0.0, limits.max_speed), rng.uniform(-1.0, 1.0))
+    yaw, moves = rng.uniform(-9.0, 9.0), Velocity(rng.uniform(0.0, limits.max_speed), 0.0, rng.uniform(-1.0, 1.0))
     for k in range(1, count):
         place = line[k] - rng.uniform(-1.0, 1.0, 2)
         way = line[k] - place
         off = (math.atan2(way[1], way[0]) - yaw + math.pi) % (2.0 * math.pi) - math.pi
-        expected = math.hypot(*way) / limits.max_speed + heading_loss(off, *twist, limits) + left[k]
+        expected = math.hypot(*way) / limits.max_speed + heading_loss(off, *moves[::2], limits) + left[k]
         if k + 1 < count:
             bend = (headings[k] - math.atan2(way[1], way[0]) + math.pi) % (2.0 * math.pi) - math.pi
             expected += heading_loss(bend, limits.max_speed, 0.0, limits)
-        assert time_to_go(line, left, k, Pose(*place, yaw), twist, limits) == pytest.approx(expected)
+        assert time_to_go(line, left, k, Pose(*place, yaw), moves, limits) == pytest.approx(expected)
 
 
 def test_the_region_of_the_last_place_is_kept_while_it_contains_the_robot() -> None:
@@ -145,6 +145,6 @@ def test_the_time_to_go_is_the_legs_and_the_turns() -> None:
     corner = heading_loss(0.5 * math.pi, LIMITS.max_speed, 0.0, LIMITS)
     assert left[2] == pytest.approx(1.0 / 0.8)
     assert left[1] == pytest.approx(2.0 / 0.8 + corner)
-    at_full_speed = time_to_go(LINE, left, 1, Pose(0.0, 0.0, 0.0), Twist(LIMITS.max_speed, 0.0), LIMITS)
+    at_full_speed = time_to_go(LINE, left, 1, Pose(0.0, 0.0, 0.0), Velocity(LIMITS.max_speed, 0.0, 0.0), LIMITS)
     assert at_full_speed == pytest.approx(3.0 / 0.8 + 2.0 * corner)
-    assert time_to_go(LINE, left, 1, Pose(0.0, 0.0, 1.0), Twist(LIMITS.max_speed, 0.0), LIMITS) > at_full_speed
+    assert time_to_go(LINE, left, 1, Pose(0.0, 0.0, 1.0), Velocity(LIMITS.max_speed, 0.0, 0.0), LIMITS) > at_full_speed
