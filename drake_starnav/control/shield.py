@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from numba import njit
+from numba.extending import register_jitable
 
 from drake_starnav.control.braking_certificate import STOPPED_DISTANCE, StarCertificate, covered
 from drake_starnav.control.certificates import Certificate, accepted
@@ -76,9 +77,20 @@ def certified_twist(
     for target in base.proposals(desired, limits):
         if accepted(roll_out(pose, twist, target, actuation), certificates):
             return target, True
-    squared = sum(speed * speed for speed in twist[:-1].tolist())
-    standing = squared <= 2.0 * limits.max_acceleration * STOPPED_DISTANCE
-    return base.braking(twist, desired, standing and actuation.footprint.is_disc), False
+    return braking_twist(twist, desired, limits, actuation.footprint.is_disc), False
+
+
+@register_jitable
+def braking_twist(twist, desired, limits, is_disc):
+    """What brakes: a base that steers keeps its curvature; a disc that stands covers no new ground, and may turn."""
+    squared, target = 0.0, np.zeros(len(twist))
+    for speed in twist[:-1]:
+        squared += speed * speed
+    if limits.steers > 0.0:
+        target[-1] = twist[-1]
+    elif is_disc and squared <= 2.0 * limits.max_acceleration * STOPPED_DISTANCE:
+        target[-1] = desired[-1]
+    return target
 
 
 def ramped_twist(

@@ -61,15 +61,6 @@ class Base(Protocol):
     def proposals(self, desired: np.ndarray, limits: Limits) -> Iterable[np.ndarray]:
         """Twists to try for a desired one, the best first: itself."""
 
-    def braking(self, twist: np.ndarray, desired: np.ndarray, turns: bool) -> np.ndarray:
-        """What brakes the robot.
-
-        Args:
-            twist: commanded now.
-            desired: by the controller.
-            turns: whether the robot stands, and may turn as desired, since it covers no new ground.
-        """
-
     def pursued(self, ahead: float, aside: float, turn: float, gear: float, speed: float) -> np.ndarray:
         """The twist towards a pose of a manoeuvre.
 

@@ -43,10 +43,6 @@ class Car(Differential):
         rows = [(share * v, other) for share in SHARES[:6, 0] for other in steered]
         return np.array([*rows, (0.0, bend)])
 
-    def braking(self, twist: np.ndarray, desired: np.ndarray, turns: bool) -> np.ndarray:
-        """It keeps its curvature."""
-        return np.array((0.0, twist[1]))
-
     def pursued(self, ahead: float, aside: float, turn: float, gear: float, speed: float) -> np.ndarray:
         """It cannot turn on the spot."""
         away = max(abs(ahead), 0.08)

@@ -40,9 +40,6 @@ class Differential:
         yield desired
         yield from (share * desired for share in SHARES[1:])
 
-    def braking(self, twist: np.ndarray, desired: np.ndarray, turns: bool) -> np.ndarray:
-        return np.array((0.0, desired[1] if turns else 0.0))
-
     def pursued(self, ahead: float, aside: float, turn: float, gear: float, speed: float) -> np.ndarray:
         if gear == 0.0:
             return np.array((0.0, limited(TURN_GAIN * turn, TURN_RATE)))

@@ -52,9 +52,6 @@ class Omnidirectional:
                 yield np.array((share * ahead, share * aside, 0.0 * omega))
         yield np.array((0.0, 0.0, omega))
 
-    def braking(self, twist: np.ndarray, desired: np.ndarray, turns: bool) -> np.ndarray:
-        return np.array((0.0, 0.0, desired[2] if turns else 0.0))
-
     def pursued(self, ahead: float, aside: float, turn: float, gear: float, speed: float) -> np.ndarray:
         omega = limited(TURN_GAIN * turn, TURN_RATE)
         if gear == 0.0:

@@ -12,7 +12,7 @@ from drake_starnav.control import ControllerParameters
 from drake_starnav.control.certificates import Certificate, standard_certificates
 from drake_starnav.control.inputs import TrackedObstacles
 from drake_starnav.control.motion import Actuation, BrakingMotion, roll_out
-from drake_starnav.control.shield import ramped_twist, shielded
+from drake_starnav.control.shield import braking_twist, ramped_twist, shielded
 from drake_starnav.errors import StarnavError
 from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.safe_region import CertifiedRegion
@@ -88,7 +88,7 @@ class Unshielded(LeafSystem):
         twist = context.get_discrete_state(self._twist).value()
         certified = bool(context.get_discrete_state(self._certified).value()[0])
         now = replace(self._actuation, delay=0.0)
-        rest = now.base.braking(twist, twist, False)
+        rest = braking_twist(twist, twist, now.limits, False)
         path = roll_out(self._state.Eval(context), twist, rest, now).pose
         return BrakingMotion(certified, path)
 

@@ -10,8 +10,9 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from drake_starnav.control.braking_certificate import STOPPED_DISTANCE, covered
+from drake_starnav.control.braking_certificate import covered
 from drake_starnav.control.motion import SAMPLES, Pose, advanced, sample, velocity_of
+from drake_starnav.control.shield import braking_twist
 from drake_starnav.geometry.footprint import Footprint, Polygons
 from drake_starnav.geometry.polyline import point_to_segment_squared
 from drake_starnav.regions.chords import Chords
@@ -130,7 +131,6 @@ def _burst(pose, twist, asked, seen, does, body, poses):
     """
     (desired, proposals), (cover, polygons, is_disc) = asked, body
     samples, limits = np.empty((SAMPLES, 6)), Limits(*does[3:])
-    target = np.zeros(len(twist))
     now = Pose(pose[0], pose[1], pose[2])
     changed = braked = 0
     for k in range(len(poses)):
@@ -145,16 +145,11 @@ def _burst(pose, twist, asked, seen, does, body, poses):
                 chosen = p
                 break
         if chosen >= 0:
-            target[:] = proposals[chosen]
+            target = proposals[chosen]
             changed += chosen > 0
         else:
             braked += 1
-            squared = 0.0
-            for i in range(len(twist) - 1):
-                squared += twist[i] * twist[i]
-            turns = is_disc and squared <= 2.0 * limits.max_acceleration * STOPPED_DISTANCE
-            target[:] = 0.0
-            target[-1] = twist[-1] if limits.steers > 0.0 else desired[-1] if turns else 0.0
+            target = braking_twist(twist, desired, limits, is_disc)
         velocity = velocity_of(twist)
         now, after, _ = advanced(now, velocity, velocity_of(target), does[1], limits)
         twist[0], twist[-1] = after.ahead, after.turning

@@ -103,6 +103,9 @@ def test_a_robot_that_may_drive_nowhere_turns_if_it_stops_within_a_millimetre(br
     twist, desired = np.array((0.0, twist[0], 0.0)), np.array((0.5, 0.5, 1.5))
     target, _ = certified_twist(np.zeros(3), twist, desired, (refusing,), actuation(sideways))
     assert tuple(target) == (0.0, 0.0, 1.5 if turns else 0.0)
+    steering, steered = dataclasses.replace(robot, base="car"), np.array((0.0, 0.7))
+    target, _ = certified_twist(np.zeros(3), steered, desired[1:], (refusing,), actuation(steering))
+    assert tuple(target) == (0.0, 0.7)
 
 
 def test_a_robot_that_drives_in_any_direction_changes_its_velocity_along_a_straight_line() -> None:
