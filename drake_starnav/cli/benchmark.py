@@ -173,7 +173,6 @@ def _add_report_options(parser: argparse.ArgumentParser) -> None:
 
 
 def _check_report_options(options: argparse.Namespace) -> None:
-    """Raise `StarnavError` for a bad number among the options of `_add_report_options`."""
     check_numbers(options, panels=(1, math.inf))
     if options.recordings is not None:
         check_numbers(options, recordings=(0, math.inf))
@@ -198,7 +197,6 @@ def _recordings_folder(html: Path) -> Path:
 
 
 def _report(results: "Results", options: argparse.Namespace) -> None:
-    """Print the tables and write the files that the options of `_add_report_options` name."""
     from drake_starnav.evaluation.report import (
         chosen_trials,
         record_chosen,

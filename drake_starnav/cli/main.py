@@ -62,7 +62,6 @@ def _list(arguments: Sequence[str]) -> int:
 
 
 def _listing() -> str:
-    """Commands, scenarios, methods and worlds."""
     import inspect
 
     from drake_starnav.cli.options import program_name

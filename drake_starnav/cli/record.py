@@ -195,7 +195,6 @@ def _check_pictures(options: argparse.Namespace) -> None:
 
 
 def _shown_layers(run: Run, options: argparse.Namespace) -> frozenset[str] | None:
-    """The layers that --layers names; None for all."""
     from drake_starnav.visualization.meshes import LAYERS, selected_layers
 
     names = [*(options.compare or []), *(robot.name for each in run.scenarios.values() for robot in each.robots)]
@@ -231,7 +230,6 @@ def _shoot(
 
 
 def _draw(recorded: "RecordedRun", stills: list[Still], clips: dict[str, Path], options: argparse.Namespace) -> None:
-    """Write stills and clips; each picture of a clip is drawn once."""
     from drake_starnav.visualization.clips import picture_times, write_gif, write_mp4, write_png
     from drake_starnav.visualization.plot import moment_picture, write_figure
 

@@ -85,7 +85,6 @@ def _simulate(options: argparse.Namespace) -> int:
 
 
 def _robot_line(record: dict) -> str:
-    """How one of several robots fared."""
     why = record["contact"] or (record["outcome"] == "blocked" and record["blocked_by"]) or ""
     return (
         f"{record['robot']:>16}  {record['outcome']}{f' ({why})' if why else ''}, {record['time_s']:.1f} s, "

@@ -21,7 +21,7 @@ from drake_starnav.scenario import parse_scenario
 from drake_starnav.scenario.scenario_file import differences
 from drake_starnav.scenario.schema import KEYS
 from drake_starnav.scenario.source_files import source_files
-from drake_starnav.utils.files import reason_of, unwritable
+from drake_starnav.utils.files import check_regular, reason_of, unwritable
 from drake_starnav.utils.resources import model_path
 from drake_starnav.utils.yaml_text import LARGEST_TEXT
 
@@ -151,8 +151,7 @@ class TrialFile:
         self.repaired = ""
         self._records: dict[Key, Record] = {}
         try:
-            if path.exists() and not path.is_file():
-                raise OSError("it is no regular file")
+            check_regular(path)
             path.parent.mkdir(parents=True, exist_ok=True)
             self._file = open(path, "a+b", buffering=0)  # noqa: SIM115 (closed by close)
         except (OSError, ValueError) as error:
@@ -237,8 +236,7 @@ def read_trials(path: Path) -> tuple[Header, list[Record]]:
         StarnavError: the file cannot be read, or is not a file of trials.
     """
     try:
-        if path.exists() and not path.is_file():
-            raise OSError("it is no regular file")
+        check_regular(path)
         with lzma.open(path) if path.suffix == PACKED else open(path, "rb") as file:
             header, records = parse_trials(_whole_lines(file), str(path))
     except StarnavError:

@@ -224,7 +224,6 @@ class BatchInterrupted(KeyboardInterrupt):
 
 
 def _failure(record: Record) -> str:
-    """One line that identifies a failed trial and its outcome."""
     message = f": {record['message']}" if "message" in record else ""
     return (
         f"{record['scenario']} {record['method']} trial {record['trial']} seed {record['seed']}: "

@@ -112,7 +112,6 @@ def _footprint(
 
 
 def _goal(scenario: Scenario, world: World) -> System:
-    """The goals of the scenario, or the goal of the world."""
     if not scenario.goals:
         return FixedGoal(world.goal)
     for k, (x, y, *_) in enumerate(scenario.goals):
@@ -164,7 +163,6 @@ def _checked_world(scenario: Scenario, parts: Parts, seed: int) -> World:
 
 
 def _shield(needs: Needs, parts: Parts) -> System:
-    """The scenario's shield."""
     robot, controller = needs.scenario.robot, needs.scenario.controller
     if not needs.method.shielded:
         return Unshielded(robot, controller, stopwatch=needs.stopwatch)
@@ -224,7 +222,6 @@ def _doubtful(scenario: Scenario) -> LidarParameters:
 
 
 def _add_planning(builder: DiagramBuilder, needs: Needs, own: System | None, navigation: Navigation) -> Navigation:
-    """The navigation with the scenario's planner, or the user's own."""
     scenario, perception, matcher = needs.scenario, navigation.perception, navigation.matcher
     planner = own or StarRoadmapPlanner(
         scenario.robot,

@@ -113,11 +113,7 @@ def of_model(model: str, sections: Mapping[str, Any]) -> dict[str, Any]:
     path = limits_file(model)
     if path is None:
         return {}
-    try:
-        text = read_text(path, LARGEST_TEXT)
-    except OSError as error:
-        raise StarnavError(f"{path} cannot be read: {reason_of(error)}; allowed: a UTF-8 YAML file") from None
-    content = load_yaml(text, str(path), Loader)
+    content = load_yaml(read_text(path, largest=LARGEST_TEXT), str(path), Loader)
     if not isinstance(content, dict):
         return {}
     found: dict[str, Any] = {"lidars": content["lidars"]} if "lidars" in content else {}

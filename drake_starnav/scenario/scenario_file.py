@@ -24,7 +24,7 @@ from drake_starnav.scenario.directives import (
 )
 from drake_starnav.scenario.schema import DRAKE_CONFIGS, KEYS, LISTS, SECTIONS, Scenario, check_known
 from drake_starnav.scenario.shipped import METHODS, scenario_names
-from drake_starnav.utils.files import read_text, reason_of, write_text
+from drake_starnav.utils.files import read_text, write_text
 from drake_starnav.utils.resources import model_path
 from drake_starnav.utils.yaml_text import LARGEST_TEXT, Loader, SectionDumper, Tagged, load_yaml, read_mapping, section
 from drake_starnav.worlds import WORLD_KINDS, Model
@@ -53,12 +53,7 @@ def load_scenario(name_or_path: str | Path, *, method: str = "star", overrides: 
     What the scenario does not say is taken from the YAML file beside the robot's model, see `directives.of_model`.
     """
     path = scenario_path(name_or_path)
-    try:
-        text = read_text(path, LARGEST_TEXT)
-    except OSError as error:
-        raise StarnavError(
-            f"scenario file {path} cannot be read: {reason_of(error)}; allowed: a UTF-8 YAML file"
-        ) from None
+    text = read_text(path, f"scenario file {path}", LARGEST_TEXT)
     name = os.fsencode(path.stem).decode("utf-8", errors="replace")
     return parse_scenario(
         text, name=name, place=str(path), method=method, overrides=overrides, folder=path.absolute().parent
@@ -102,7 +97,6 @@ def parse_scenario(
 
 
 def _scenario(sections: dict[str, Any], name: str, place: str, method: str) -> Scenario:
-    """The scenario of one robot."""
     robot = sections.get("robot")
     model = str(robot.get("model", RobotParameters.model) if isinstance(robot, dict) else RobotParameters.model)
     limits, parts = of_model(model, sections), {}
@@ -179,7 +173,6 @@ def scenario_text(scenario: Scenario) -> str:
 
 
 def _robot_section(robot: Scenario) -> Tagged:
-    """An entry of `robots`."""
     ends = {"name": robot.name, "start": list(robot.start or ()), "goals": [list(goal) for goal in robot.goals]}
     lidars = {"lidars": [section(_declared(each)) for each in robot.lidars]} if robot.lidars else {}
     return section({**ends, **_declared(robot.robot), "lidar": section(_declared(robot.lidar)), **lidars})
@@ -216,7 +209,6 @@ def _lidars(listed: Any, base: LidarParameters) -> dict[str, Any]:
 
 
 def _goals(listed: Any) -> tuple[tuple[float, ...], ...]:
-    """The goals of a scenario; `Scenario` checks each."""
     if listed is None:
         return ()
     if not isinstance(listed, list) or not listed or not all(isinstance(goal, list) for goal in listed):

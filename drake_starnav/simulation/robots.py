@@ -236,7 +236,6 @@ def _add_navigators(
     models: Sequence[ModelInstanceIndex],
     seed: int,
 ) -> list[DrivenRobot]:
-    """Add what drives each robot, its monitor and its logs."""
     plant, scene_graph = scene
     seeds = [(seed + k * SEEDS) % 2**63 for k in range(len(robots))]
     interfaces = [
@@ -268,7 +267,6 @@ def _simulated(
     timeout: float,
     progress: Callable[[float, float], None] | None,
 ) -> str:
-    """Simulate until something ends the run, and say what."""
     watches = [
         watcher(simulator, each.navigation, each.logs, each.scenario.drive.slip, each.blocked, None) for each in driven
     ]

@@ -158,7 +158,6 @@ def _prisms_mesh(parts: list[np.ndarray]) -> Mesh:
 
 
 def _walls(bounds: tuple[float, float, float, float]) -> dict[str, tuple[float, float, float, float]]:
-    """Centre and size of the four walls, whose inner faces are the bounds."""
     x0, y0, x1, y1 = bounds
     t = WALL_THICKNESS
     cx, cy = 0.5 * (x0 + x1), 0.5 * (y0 + y1)

@@ -197,7 +197,6 @@ class StarRoadmapPlanner(LeafSystem):
         return PlannerStatus.BLOCKED if self._blocked_by(context) else self._state(context).status
 
     def _blocked_by(self, context: Context) -> str:
-        """As the port says."""
         plan = self._plans.Eval(context)
         robot, margins = plan.footprint.robot, plan.footprint.margins
         patience = max(STANDSTILL, HALF_TURNS * math.pi / robot.max_yaw_rate)

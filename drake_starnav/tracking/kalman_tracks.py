@@ -285,7 +285,6 @@ def _turned(place: np.ndarray, before: np.ndarray, now: np.ndarray) -> float:
 
 
 def _predicted(tracks: Tracks, time: float) -> Tracks:
-    """The tracks at the time of the next scan."""
     if not len(tracks):
         return tracks
     dt = time - tracks.time

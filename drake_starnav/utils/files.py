@@ -23,8 +23,7 @@ def read_bytes(path: Path | str, largest: int = LARGEST_FILE) -> bytes:
     """
     try:
         path = Path(path)
-        if path.exists() and not path.is_file():
-            raise IsADirectoryError("it is a folder") if path.is_dir() else OSError("it is not a regular file")
+        check_regular(path)
         if path.stat().st_size > largest:
             raise OSError(f"it has {path.stat().st_size} bytes, more than {largest}")
         return path.read_bytes()
@@ -32,13 +31,17 @@ def read_bytes(path: Path | str, largest: int = LARGEST_FILE) -> bytes:
         raise OSError(str(error)) from None
 
 
-def read_text(path: Path | str, largest: int = LARGEST_FILE) -> str:
-    """The content of a text file in UTF-8, with or without a byte order mark; an `OSError` as of `read_bytes`, or for
-    others."""
+def read_text(path: Path | str, place: str = "", largest: int = LARGEST_FILE) -> str:
+    """The content of a text file in UTF-8, with or without a byte order mark.
+
+    Raises:
+        StarnavError: as of `read_bytes`, or it is not UTF-8; `place` is its name in the message, if not its path.
+    """
     try:
         return read_bytes(path, largest).decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise OSError(f"it is not UTF-8: {error.reason} at byte {error.start}") from None
+    except (OSError, UnicodeDecodeError) as error:
+        reason = f"{error.reason} at byte {error.start}" if isinstance(error, UnicodeDecodeError) else reason_of(error)
+        raise StarnavError(f"{place or path} cannot be read: {reason}; allowed: a text file in UTF-8") from None
 
 
 @contextmanager
@@ -54,7 +57,7 @@ def replacing(path: Path) -> Iterator[Path]:
     try:
         try:
             target = path.resolve()  # a link stays, and leads to the new file
-            _check_regular(target)
+            check_regular(target)
             target.parent.mkdir(parents=True, exist_ok=True)
             prefix, suffix = f".{target.stem[:_NAME_PART]}.", path.suffix[:_NAME_PART]
             handle, name = tempfile.mkstemp(dir=target.parent, prefix=prefix, suffix=suffix)
@@ -76,7 +79,7 @@ def write_text(path: Path, text: str) -> None:
         temporary.write_text(text, encoding="utf-8", errors="backslashreplace")
 
 
-def _check_regular(path: Path) -> None:
+def check_regular(path: Path) -> None:
     """Raise an `OSError` if something is at `path` that is no regular file."""
     if path.is_dir():
         raise IsADirectoryError("it is a folder")
@@ -120,7 +123,7 @@ def check_writable(path: Path | None) -> None:
     if path is None:
         return
     try:
-        _check_regular(path)
+        check_regular(path)
         folder = next(folder for folder in path.resolve().parents if folder.exists())
         if folder == path.resolve().parent:
             with tempfile.TemporaryFile(dir=folder):

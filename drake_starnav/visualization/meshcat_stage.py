@@ -27,10 +27,6 @@ from drake_starnav.station.world_geometry import OBSTACLE_COLOR
 from drake_starnav.visualization.meshes import LAYERS, Layer, Mesh
 from drake_starnav.visualization.timeline import Shape
 
-POINT_SIZES = {"scan": 4.0, "frontiers/extendable": 4.5, "frontiers/covered": 2.0}
-"""Size of the points in layers of points, pixels at any distance."""
-SEEN_THROUGH = ("scan",)
-"""Layers of points that are never hidden: a hit lies on the surface of an obstacle."""
 LOOK = (
     *((f"/Lights/{light}", "visible", False) for light in ("SpotLight", "PointLightNegativeX", "PointLightPositiveX")),
     ("/Lights/AmbientLight/<object>", "intensity", 2.0),
@@ -172,14 +168,14 @@ class MeshcatStage:
         """Show points of shape (n, 2), W, m, from a time on; returns the path as `add` does."""
         if not len(points):
             return None
-        path, look, size, on_top = self._new_path(layer), self._layers[layer], POINT_SIZES[layer], layer in SEEN_THROUGH
+        path, look = self._new_path(layer), self._layers[layer]
         cloud = PointCloud(len(points))
         cloud.mutable_xyzs()[:2] = points.T
         cloud.mutable_xyzs()[2] = look.height
-        self._meshcat.SetObject(path, cloud, size, Rgba(*look.color))
-        self.shapes[path] = Shape(points, look.height, None, np.array([look.color]), size, on_top)
+        self._meshcat.SetObject(path, cloud, look.size, Rgba(*look.color))
+        self.shapes[path] = Shape(points, look.height, None, np.array([look.color]), look.size, look.on_top)
         self._meshcat.SetProperty(f"{path}/<object>", "material.sizeAttenuation", False)
-        if on_top:
+        if look.on_top:
             self._meshcat.SetProperty(f"{path}/<object>", "material.depthTest", False)
             self._meshcat.SetProperty(f"{path}/<object>", "renderOrder", self._order(layer))
         self._appear(path, time)
@@ -218,5 +214,4 @@ class MeshcatStage:
         self.shapes[path].shown.set(visible, time)
 
     def _order(self, layer: str) -> float:
-        """Rank in the drawing order of translucent layers."""
         return 1.0 + list(self._layers).index(layer)

@@ -33,12 +33,16 @@ class Layer:
         color: red, green, blue, 0 to 1.
         symbol: in the legend: area, line, disc, square, dot, ring, cross, star, robot or gradient.
         height: above the floor, m; higher layers hide lower ones.
+        size: of its points, if it has any, pixels at any distance.
+        on_top: whether its points are never hidden: a hit lies on the surface of an obstacle.
     """
 
     label: str
     color: Color
     symbol: str
     height: float
+    size: float = 0.0
+    on_top: bool = False
 
 
 # Colours after those for colour-blind readers (Okabe and Ito, 2008), most of them darker; symbols differ as well.
@@ -51,13 +55,13 @@ LAYERS = {
     "roadmap/nodes": Layer("roadmap node", (0.15, 0.15, 0.15), "disc", 0.05),
     "trail": Layer("trail", (0.50, 0.01, 0.66), "gradient", 0.06),
     "path": Layer("path", (0.00, 0.32, 0.75), "line", 0.07),
-    "frontiers/covered": Layer("frontier, covered since", (0.62, 0.62, 0.62), "dot", 0.08),
-    "frontiers/extendable": Layer("frontier, may lead on", (0.90, 0.60, 0.00), "square", 0.09),
+    "frontiers/covered": Layer("frontier, covered since", (0.62, 0.62, 0.62), "dot", 0.08, 2.0),
+    "frontiers/extendable": Layer("frontier, may lead on", (0.90, 0.60, 0.00), "square", 0.09, 4.5),
     "frontiers/stuck": Layer("frontier, led nowhere", (0.65, 0.20, 0.50), "cross", 0.10),
     "frontiers/target": Layer("frontier it heads for", (0.75, 0.42, 0.00), "ring", 0.11),
     "short_term_goal": Layer("short-term goal", (0.00, 0.32, 0.75), "ring", 0.12),
     "goal": Layer("goal", (0.00, 0.50, 0.36), "star", 0.13),
-    "scan": Layer("laser scan", (0.84, 0.25, 0.00), "dot", 0.14),
+    "scan": Layer("laser scan", (0.84, 0.25, 0.00), "dot", 0.14, 4.0, on_top=True),
 }
 """By name in Meshcat's panel, lowest first."""
 

@@ -127,7 +127,6 @@ def _row(name: str, layer: Layer, caption: Caption, followed: list[str]) -> str:
 
 
 def _beside(name: str) -> str:
-    """The text of a file beside this one."""
     return Path(__file__).with_name(name).read_text(encoding="utf-8")
 
 

@@ -140,7 +140,6 @@ def _play(
 def _play_moving_obstacles(
     meshcat: Meshcat, scene: SceneTimeline, world: World, duration: float, parameters: RecordingParameters
 ) -> None:
-    """Keyframes of the moving obstacles."""
     times = np.arange(0.0, duration + 1e-9, 1.0 / parameters.frames_per_second)
     positions, _ = moving_obstacle_states(world.moving_obstacles, times)
     for k, radius in enumerate(world.moving_obstacles.radii):
@@ -155,7 +154,6 @@ def _play_moving_obstacles(
 
 
 def _publish_world(meshcat: Meshcat, world: World) -> SceneTimeline:
-    """Show the obstacles that stand."""
     builder = DiagramBuilder()
     plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.0)
     add_still_obstacles(plant, world)

@@ -1,5 +1,6 @@
 """A planar world to drive through: its obstacles, the start and the goal."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -35,6 +36,13 @@ def check_numbers(value: Any, name: str, entries: tuple[str, ...]) -> tuple[floa
         allowed = f"finite [{', '.join(entries)}], each at most {FARTHEST:g}"
         raise StarnavError(f"{name} is {shown(numbers)}; allowed: {allowed}")
     return tuple(map(float, numbers))
+
+
+def check_keys(entry: Any, place: str, keys: Sequence[str]) -> None:
+    """Raise `StarnavError` unless an entry of a file is a mapping with all of the keys."""
+    missing = [key for key in keys if not isinstance(entry, dict) or key not in entry]
+    if missing:
+        raise StarnavError(f"{place} has no {', '.join(missing)}; allowed: a mapping with {', '.join(keys)}")
 
 
 def _rows(value: Any, name: str, entries: tuple[str, ...]) -> np.ndarray:

@@ -79,8 +79,10 @@ def test_only_regular_files_of_a_reasonable_size_are_read(tmp_path: Path) -> Non
     (tmp_path / "marked").write_bytes("\ufeffä".encode())
     assert read_text(tmp_path / "marked") == "ä"
     (tmp_path / "latin").write_bytes(b"\xe4")
-    with pytest.raises(OSError, match="it is not UTF-8"):
-        read_text(tmp_path / "latin")
+    with pytest.raises(StarnavError, match="notes cannot be read: .* at byte 0; allowed: a text file in UTF-8"):
+        read_text(tmp_path / "latin", "notes")
+    with pytest.raises(StarnavError, match="missing cannot be read: No such file"):
+        read_text(tmp_path / "missing")
 
 
 def test_a_link_stays_and_leads_to_the_new_file(tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ import pytest
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.worlds import World
-from drake_starnav.worlds.world import check_numbers
+from drake_starnav.worlds.world import check_keys, check_numbers
 
 HERE, THERE = (0.0, 0.0, 0.0), (5.0, 0.0)
 PLACE = ("x", "y")
@@ -67,3 +67,9 @@ def test_others_are_refused_with_what_is_allowed(value: list) -> None:
 def test_what_is_no_list_is_refused() -> None:
     with pytest.raises(StarnavError, match="goal is 3; allowed: a list"):
         check_numbers(3, "goal", PLACE)
+
+
+@pytest.mark.parametrize("entry", [None, 3, [1], {"a": 1}])
+def test_keys_that_lack_are_named(entry) -> None:
+    with pytest.raises(StarnavError, match=r"here has no .*b; allowed: a mapping with a, b"):
+        check_keys(entry, "here", ("a", "b"))

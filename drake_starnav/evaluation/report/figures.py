@@ -262,7 +262,6 @@ def _world(results: Results, record: Record) -> World:
 
 
 def _draw_task(axes: "Axes", world: World) -> None:
-    """A world with start and goal, to scale."""
     draw_world(axes, world, OBSTACLES, paths=False)
     axes.plot(*world.start[:2], marker="o", color="0.2", markersize=4, linestyle="none", zorder=5)
     axes.plot(*world.goal, marker="*", color="0.2", markersize=9, linestyle="none", zorder=5)

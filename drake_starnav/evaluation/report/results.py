@@ -175,6 +175,5 @@ def _typed(header: Header) -> str:
 
 
 def _source(case: Mapping[str, str]) -> str:
-    """The name or path of a case's scenario on the command line."""
     name = case["scenario"]
     return case.get("source") or (name if name in scenario_names() else f"{name}.yaml")

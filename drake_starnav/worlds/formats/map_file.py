@@ -14,9 +14,9 @@ import numpy as np
 
 from drake_starnav.errors import StarnavError, shown
 from drake_starnav.parameters import is_number
-from drake_starnav.utils.files import read_text, reason_of
+from drake_starnav.utils.files import read_text
 from drake_starnav.utils.yaml_text import LARGEST_TEXT, load_yaml
-from drake_starnav.worlds.world import check_numbers
+from drake_starnav.worlds.world import check_keys, check_numbers
 
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
 """What a cell may be, the values of ROS's `OccupancyGrid`."""
@@ -189,17 +189,8 @@ def _check_pgm_size(path: Path, image: Any) -> None:
 
 
 def _read_yaml(path: Path) -> dict[str, Any]:
-    try:
-        text = read_text(path, LARGEST_TEXT)
-    except OSError as error:
-        raise StarnavError(f"map {path} cannot be read: {reason_of(error)}; allowed: a map_server YAML file") from None
-    keys = load_yaml(text, f"map {path}")
-    required = ("image", "resolution", "origin", "occupied_thresh", "free_thresh")
-    if not isinstance(keys, dict):
-        raise StarnavError(f"map {path} holds no keys; allowed: a mapping with {', '.join(required)}")
-    for key in required:
-        if key not in keys:
-            raise StarnavError(f"map {path} has no key {key}; allowed: a mapping with {', '.join(required)}")
+    keys = load_yaml(read_text(path, f"map {path}", LARGEST_TEXT), f"map {path}")
+    check_keys(keys, f"map {path}", ("image", "resolution", "origin", "occupied_thresh", "free_thresh"))
     return keys
 
 

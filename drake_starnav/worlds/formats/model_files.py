@@ -277,7 +277,6 @@ def parsed_xml(data: bytes) -> Element:
 
 
 def _name_in(include: Element) -> str:
-    """The model's name in the URI of an `<include>`."""
     return (include.findtext("uri") or "").strip().rstrip("/").rpartition("/")[2]
 
 

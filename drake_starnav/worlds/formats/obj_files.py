@@ -83,7 +83,6 @@ half space among twenty shapes does."""
 
 
 def _fan(corners: np.ndarray) -> np.ndarray:
-    """The triangles of a convex polygon."""
     return np.column_stack((np.full(len(corners) - 2, corners[0]), corners[1:-1], corners[2:]))
 
 

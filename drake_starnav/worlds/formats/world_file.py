@@ -16,7 +16,7 @@ from drake_starnav.utils.resources import model_path
 from drake_starnav.worlds.moving_obstacles import MovingObstacles
 from drake_starnav.worlds.outlines import place, rectangle
 from drake_starnav.worlds.solvable import check_free_ends
-from drake_starnav.worlds.world import MOST_SHAPES, World, check_numbers
+from drake_starnav.worlds.world import MOST_SHAPES, World, check_keys, check_numbers
 
 _POSE = ("x", "y", "z", "roll", "pitch", "yaw")
 
@@ -118,13 +118,6 @@ class NumberedWorld:
         raise NotImplementedError
 
 
-def check_keys(entry: Any, place: str, keys: Sequence[str]) -> None:
-    """Raise `StarnavError` unless an entry of a file is a mapping with all of the keys."""
-    missing = [key for key in keys if not isinstance(entry, dict) or key not in entry]
-    if missing:
-        raise StarnavError(f"{place} has no {', '.join(missing)}; allowed: a mapping with {', '.join(keys)}")
-
-
 def _ranges(numbers: list[int]) -> str:
     """Ascending numbers as text: [0, 1, 2, 5] is "0-2, 5"."""
     runs: list[list[int]] = []
@@ -192,7 +185,6 @@ class DynaBarn(NumberedWorld):
 
 
 def _listed(mapping: dict[str, Any], key: str) -> list:
-    """The value of a key, which must be a list."""
     if not isinstance(mapping[key], list):
         raise StarnavError(f"{key} is {shown(mapping[key])}; allowed: a list")
     return mapping[key]
@@ -211,7 +203,6 @@ def _walls(walls: list) -> tuple[np.ndarray, ...]:
 
 
 def _moving_obstacles(trajectories: Any, plugins: list) -> MovingObstacles:
-    """The obstacles of the trajectories that a world names."""
     paths = []
     for k, plugin in enumerate(plugins):
         if not isinstance(trajectories, dict) or not isinstance(plugin, str) or plugin not in trajectories:

@@ -153,10 +153,10 @@ def test_places_follow_the_origin(yaw: float) -> None:
         ({"free_thresh": "low"}, "free_thresh is 'low'"),
         ({"negate": 2}, "negate is 2; allowed: 0 or 1"),
         ({"mode": "binary"}, "mode is 'binary'; allowed: one of trinary, scale, raw"),
-        ({"image": None}, "has no key image"),
+        ({"image": None}, "has no image"),
         ({"image": 3}, "image is 3"),
         ({"image": "other.pgm"}, r"other\.pgm: no such file; allowed: a complete PGM"),
-        ({"free_thresh": None}, "has no key free_thresh"),
+        ({"free_thresh": None}, "has no free_thresh; allowed: a mapping with image"),
         ({"image": "[m.pgm"}, "line .*allowed: valid YAML"),
     ],
 )
@@ -200,7 +200,7 @@ def test_a_missing_file_and_one_without_keys_are_refused(tmp_path: Path) -> None
     with pytest.raises(StarnavError, match="nothing.yaml cannot be read: No such file"):
         read_map(tmp_path / "nothing.yaml")
     (tmp_path / "list.yaml").write_text("- 1\n")
-    with pytest.raises(StarnavError, match="holds no keys"):
+    with pytest.raises(StarnavError, match="list.yaml has no image, resolution"):
         read_map(tmp_path / "list.yaml")
     (tmp_path / "binary.yaml").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(StarnavError, match="cannot be read"):

@@ -10,7 +10,7 @@ import pytest
 from drake_starnav.errors import StarnavError
 from drake_starnav.utils.resources import model_path
 from drake_starnav.worlds import Barn, DynaBarn, make_world, moving_obstacle_states
-from drake_starnav.worlds.formats.world_file import WorldFile, check_keys
+from drake_starnav.worlds.formats.world_file import WorldFile
 
 BENCHMARK = Path(__file__).parents[4] / "shared" / "data" / "barn_000_149.json"
 ENTRY = {
@@ -53,12 +53,6 @@ def test_worlds_are_found_by_their_numbers(tmp_path) -> None:
 def test_a_kind_is_told_its_own_shipped_files(kind: str, others: str) -> None:
     with pytest.raises(StarnavError, match=rf"world\.file is 'none', .*; allowed: {others}, or the path"):
         WorldFile.read(kind, "none")
-
-
-@pytest.mark.parametrize("entry", [None, 3, [1], {"a": 1}])
-def test_keys_that_lack_are_named(entry) -> None:
-    with pytest.raises(StarnavError, match=r"here has no .*b; allowed: a mapping with a, b"):
-        check_keys(entry, "here", ("a", "b"))
 
 
 @pytest.fixture
