@@ -49,7 +49,7 @@ def smoothed_distances(scan: LaserScan, slack: float = 0.0, beams: int = SMOOTHI
         slack: additional range step within a surface, and additional change, m.
         beams: half width of the moving average.
     """
-    return moving_average(scan.beams, beams, slack)
+    return moving_average(scan.beams, beams, slack) if beams > 0 else scan.distances
 
 
 def bearing_count(scan: LaserScan) -> int:
@@ -226,10 +226,9 @@ def erode(distance, gap, offset, radius, limit, cosine, sine_squared):
     samples = len(distance)
     quarter = samples // 4  # no disc covers more than a quarter turn to either side
     reach = quarter + 1
-    line = np.full(
-        samples + 2 * reach, np.inf
-    )  # the full turn with an overlap, so that inner loops need no wrap-around
-    entry = np.empty(reach + 1)
+    # The full turn with an overlap, so that inner loops need no wrap-around; `mirrored` runs clockwise. Loops over slices
+    # from 0 on are those that get vectorized.
+    line, mirrored = np.full(samples + 2 * reach, np.inf), np.full(samples + 2 * reach, np.inf)
     farthest = largest(limit)
     width = 0  # samples that the disc covers to either side: neighbouring hits differ little
     for j in range(samples):
@@ -249,13 +248,11 @@ def erode(distance, gap, offset, radius, limit, cosine, sine_squared):
             width += 1
         while d_squared * sine_squared[width] > squared:
             width -= 1
+        left, right = line[center : center + width + 1], mirrored[-1 - center + len(line) :][: width + 1]
         for i in range(width + 1):
-            entry[i] = d * cosine[i] - math.sqrt(squared - d_squared * sine_squared[i])
-        for i in range(width + 1):
-            line[center + i] = min(line[center + i], entry[i])
-        for i in range(width + 1):
-            line[center - i] = min(line[center - i], entry[i])
-    out = limit.copy()
+            entry = d * cosine[i] - math.sqrt(squared - d_squared * sine_squared[i])
+            left[i], right[i] = min(left[i], entry), min(right[i], entry)
+    line, out = np.minimum(line, mirrored[::-1]), limit.copy()
     for i in range(samples):
         out[i] = min(out[i], line[reach + i])
     for i in range(reach):

@@ -156,8 +156,8 @@ def perceive(
     if not scan.full_circle:
         seen = before.safety.chords.ends
         beside = hits_behind(before.observation.beside, seen, scan.field_of_view, pose, remembered[0])
-    region = scan_region(scan, pose, robot_radius, margins, samples, beside)
     distance = smoothed_distances(scan, margins.smoothing_slack)
+    region = scan_region(scan, pose, robot_radius, margins, samples, beside, distance)
     arguments = distance, pose, safe_radius, margins.safety_range, remembered
     safety, memory = certified_region(before.memory, around.scan, *arguments, (around.points, around.half_gaps))
     if margins.average_scans and around.scan.motion is None:

@@ -108,6 +108,7 @@ def scan_region(
     margins: Margins,
     samples: int | None = None,
     beside: np.ndarray = NO_HITS,
+    distance: np.ndarray | None = None,
 ) -> StarRegion:
     """The star-shaped region of one scan.
 
@@ -118,8 +119,11 @@ def scan_region(
         margins: kept, and how ranges are smoothed.
         samples: M, the same for all scans of a roadmap; None: as many as suit this one.
         beside: hits of earlier scans where this one did not look, shape (k, 2), W, m: the robot does not touch them.
+        distance: shape (n,), the scan's `smoothed_distances`, m; None: they are computed.
     """
-    profile = free_range(scan, smoothed_distances(scan, margins.smoothing_slack), radius, margins, samples)
+    if distance is None:
+        distance = smoothed_distances(scan, margins.smoothing_slack)
+    profile = free_range(scan, distance, radius, margins, samples)
     return clear_of(fit_region(profile, pose[:2], float(pose[2]) + scan.angle_min), beside, radius)
 
 
@@ -139,7 +143,9 @@ def cut_back(region: StarRegion, points: np.ndarray, gaps: np.ndarray, radius: f
 
 def clear_of(region: StarRegion, places: np.ndarray, radius: float) -> StarRegion:
     """The part of a region that is farther than `radius` (m) from places (k, 2) in W."""
-    values = cut_back(region, places, np.zeros(len(places)), radius) if len(places) else region.free_range
+    if not len(places):
+        return region
+    values = cut_back(region, places, np.zeros(len(places)), radius)
     return region if (values == region.free_range).all() else refitted(region, values)
 
 

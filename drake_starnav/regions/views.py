@@ -16,7 +16,7 @@ from numba import njit
 
 from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.lidar.field_of_view import TURN
-from drake_starnav.lidar.laser_scan import LaserScan, third_side
+from drake_starnav.lidar.laser_scan import LaserScan, placed_ends, third_side
 from drake_starnav.lidar.mounts import Mount
 from drake_starnav.regions.bearing_hits import CONNECTED_CHORD, half_gaps
 from drake_starnav.regions.erosion import BEARINGS
@@ -67,9 +67,14 @@ def view(scans: Sequence[LaserScan], mounts: Sequence[Mount], body: Footprint, m
 
 def hit_points(scan: LaserScan, mount: Mount, measured: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The hits of one scan as points in B, and their half gaps; arguments as of `view`."""
-    hits = scan.hits
-    points = scan.points_at(np.maximum(measured, NEAREST), hits, (mount.x, mount.y, 0.0))
-    return points, half_gaps(measured, scan.beams)[hits]
+    return _hit_points(scan.beams, measured, mount.x, mount.y)
+
+
+@njit(cache=True)
+def _hit_points(beams, measured, x, y):
+    """The same of a lidar at (x, y)."""
+    ends = placed_ends(beams.directions, np.maximum(measured, NEAREST), beams.hits, x, y, 1.0, 0.0)
+    return ends, half_gaps(measured, beams)[beams.hits]
 
 
 def merged(scans: Sequence[LaserScan], mounts: Sequence[Mount], body: Footprint) -> LaserScan:
