@@ -18,6 +18,8 @@ LARGEST_UNSEEN = 0.25
 """Between two beams with information, an obstacle of this width is assumed wherever the gap would hide it, m."""
 STATIC, UNKNOWN, DYNAMIC = 0, 1, 2
 """What is known about the motion of the obstacle that a beam hit."""
+HIT, MOVING, LOST, MAPPABLE = 1, 2, 4, 8
+"""What a beam may be, as bits; see `Beams`."""
 NOT_TRACKED, NO_BOUNDS = np.zeros(0, np.int8), np.zeros(0)
 LEAST = math.ulp(0.0)
 """Ranges of 0 and less are no measurement: this is the least that is one, m."""
@@ -36,22 +38,22 @@ class Beams(NamedTuple):
         distances: ranges as plain distances, shape (n,), m: no return is `range_max`, too close is 0. Unless the scan
             says up to where a lost beam is free, it counts as free up to the shorter of the beams on both sides of the
             run of lost beams, and no farther than where an obstacle of width LARGEST_UNSEEN fits between these two.
-        hits: beams that hit a static or possibly moving obstacle, shape (n,), bool; includes -inf (too close), not NaN.
-        moving: beams on a moving obstacle, shape (n,), bool.
-        lost: beams without a measurement (NaN), shape (n,), bool.
-        uninformative: beams that tell nothing of static obstacles: lost, or on a moving obstacle; shape (n,), bool.
-        mappable: beams to be remembered: neither lost nor on a moving or possibly moving obstacle; shape (n,), bool.
+        kinds: what each beam is, shape (n,), uint8, bits of the following.
+            HIT: it hit a static or possibly moving obstacle; includes -inf (too close), not NaN.
+            MOVING: on a moving obstacle.
+            LOST: without a measurement (NaN).
+            MAPPABLE: to be remembered: neither lost nor on a moving or possibly moving obstacle.
         complete: whether no beam is lost.
 
-    How a beam is classified, by where it ended:
+    What a beam is, by where it ended; lost ones and those on a moving obstacle tell nothing of static obstacles:
 
     ```
-                                      hits  moving  lost  uninformative  mappable
-    static obstacle (STATIC)            x                             x
+                                      HIT  MOVING  LOST  MAPPABLE
+    static obstacle (STATIC)           x                    x
     possibly moving one (UNKNOWN)      x
-    moving obstacle (DYNAMIC)                   x              x
-    no return (+inf)                                                 x
-    no measurement (NaN)                              x      x
+    moving obstacle (DYNAMIC)                x
+    no return (+inf)                                        x
+    no measurement (NaN)                            x
     ```
     """
 
@@ -60,11 +62,7 @@ class Beams(NamedTuple):
     increment: float
     seam: float
     distances: np.ndarray
-    hits: np.ndarray
-    moving: np.ndarray
-    lost: np.ndarray
-    uninformative: np.ndarray
-    mappable: np.ndarray
+    kinds: np.ndarray
     complete: bool
 
 
@@ -78,24 +76,19 @@ def classified(ranges, motion, free, range_max, increment, seam):
         free: shape (n,), up to where lost beams are free, m; empty if their neighbours bound them.
     """
     n = len(ranges)
-    distance = np.empty(n)
-    hits, moving, lost = np.empty(n, np.bool_), np.zeros(n, np.bool_), np.empty(n, np.bool_)
-    uninformative, mappable = np.empty(n, np.bool_), np.empty(n, np.bool_)
+    distance, kinds = np.empty(n), np.empty(n, np.uint8)
     complete = True
     for i in range(n):
-        if len(motion):
-            moving[i] = motion[i] == DYNAMIC
-        lost[i] = math.isnan(ranges[i])
-        hits[i] = ranges[i] < range_max and not moving[i]  # never if lost
-        uninformative[i] = lost[i] or moving[i]
-        mappable[i] = not lost[i] and (len(motion) == 0 or motion[i] == STATIC)
+        lost, known = math.isnan(ranges[i]), motion[i] if len(motion) else STATIC
+        kinds[i] = MOVING * (known == DYNAMIC) | LOST * lost | MAPPABLE * (known == STATIC and not lost)
+        kinds[i] |= HIT * (ranges[i] < range_max and known != DYNAMIC)  # never if lost
         distance[i] = min(max(ranges[i], 0.0), range_max)
-        if lost[i]:
+        if lost:
             complete = False
             distance[i] = min(max(free[i], 0.0), range_max) if len(free) else math.nan
     if not complete and len(free) == 0:
         distance = _bounded(distance, range_max, increment, seam)
-    return distance, hits, moving, lost, uninformative, mappable, complete
+    return distance, kinds, complete
 
 
 @njit(cache=True)
@@ -245,8 +238,9 @@ class LaserScan:
         """What follows from the ranges, derived when it is first asked for."""
         motion = NOT_TRACKED if self.motion is None else np.asarray(self.motion, np.int8)
         free = NO_BOUNDS if self.free is None else np.asarray(self.free, float)
-        view = self.range_max, self.angle_increment, self.field_of_view.seam
-        return Beams(self.directions, *view, *classified(self.ranges, motion, free, *view))
+        _, directions, seam = _beams(self.angle_min, self.angle_increment, len(self.ranges))
+        view = self.range_max, self.angle_increment, seam
+        return Beams(directions, *view, *classified(self.ranges, motion, free, *view))
 
     @property
     def full_circle(self) -> bool:
@@ -260,13 +254,23 @@ class LaserScan:
 
     @property
     def hits(self) -> np.ndarray:
-        """As in `Beams`, shape (n,), bool."""
-        return self.beams.hits
+        """Beams that are HIT, see `Beams`, shape (n,), bool."""
+        return self.beams.kinds & HIT != 0
+
+    @property
+    def moving(self) -> np.ndarray:
+        """Beams that are MOVING, see `Beams`, shape (n,), bool."""
+        return self.beams.kinds & MOVING != 0
 
     @property
     def lost(self) -> np.ndarray:
-        """As in `Beams`, shape (n,), bool."""
-        return self.beams.lost
+        """Beams that are LOST, see `Beams`, shape (n,), bool."""
+        return self.beams.kinds & LOST != 0
+
+    @property
+    def mappable(self) -> np.ndarray:
+        """Beams that are MAPPABLE, see `Beams`, shape (n,), bool."""
+        return self.beams.kinds & MAPPABLE != 0
 
     @property
     def bearings(self) -> np.ndarray:
@@ -281,7 +285,7 @@ class LaserScan:
     @property
     def mappable_hits(self) -> np.ndarray:
         """Beams that hit a static obstacle, shape (n,), bool."""
-        return self.beams.hits & self.beams.mappable
+        return self.hits & self.mappable
 
     def points(self, pose: np.ndarray | tuple[float, float, float] = (0.0, 0.0, 0.0)) -> np.ndarray:
         """The hits as points, shape (k, 2), m, for a pose (x, y, yaw) of S in the requested frame; default S itself."""
@@ -322,9 +326,9 @@ def placed_ends(directions, distance, chosen, x, y, cosine, sine):
 
 
 @lru_cache(maxsize=16)
-def _beams(angle_min: float, angle_increment: float, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Bearings (n,) and unit vectors (n, 2) of the beams in S; computed once per sensor."""
+def _beams(angle_min: float, angle_increment: float, count: int) -> tuple[np.ndarray, np.ndarray, float]:
+    """Bearings (n,), unit vectors (n, 2) and seam of the beams in S; computed once per sensor."""
     bearings = angle_min + angle_increment * np.arange(count)
     directions = np.column_stack((np.cos(bearings), np.sin(bearings)))
     bearings.flags.writeable = directions.flags.writeable = False
-    return bearings, directions
+    return bearings, directions, FieldOfView(angle_min, angle_increment, count).seam

@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numba import njit
 
-from drake_starnav.lidar.laser_scan import placed_ends
+from drake_starnav.lidar.laser_scan import MAPPABLE, placed_ends
 from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.observation import Observation
@@ -17,8 +17,8 @@ BRIDGE_SPACING = 0.1
 def impassable_points(observation: Observation, margins: Margins, robot_radius: float) -> np.ndarray:
     """Hits, and points every BRIDGE_SPACING between neighbouring hits closer than the robot's diameter; shape (n, 2).
 
-    In W, m. A wall seen at a grazing angle thus remains closed although its hits are far apart. Only beams of
-    `Beams.mappable` count.
+    In W, m. A wall seen at a grazing angle thus remains closed although its hits are far apart. Only beams that
+    are MAPPABLE count.
 
     Args:
         observation: the scan and its pose.
@@ -34,8 +34,9 @@ def impassable_points(observation: Observation, margins: Margins, robot_radius: 
 def bridged_ends(beams, distance, place, diameter):
     """As `impassable_points`, of distances along some `Beams` from a place (x, y, cosine and sine of the yaw)."""
     x, y, cosine, sine = place
-    points = placed_ends(beams.directions, distance, beams.mappable, x, y, cosine, sine)
-    hit, wrap = distance[beams.mappable] < beams.range_max, beams.seam < np.inf
+    mappable, wrap = beams.kinds & MAPPABLE != 0, beams.seam < np.inf
+    points = placed_ends(beams.directions, distance, mappable, x, y, cosine, sine)
+    hit = distance[mappable] < beams.range_max
     count = len(points)
     parts = np.zeros(count, np.int64)  # of the chord from each hit to the next
     wide = np.empty(count, np.int64)  # hits from which a chord has more than one part

@@ -137,7 +137,7 @@ def _may_stand(state: PlannerState, inputs: PlannerInput) -> bool:
     scan = inputs.observation.scan
     if inputs.interval > SILENT_SHARE * inputs.parameters.progress_timeout:
         return True
-    if scan.motion is not None and bool((scan.distances[scan.beams.moving] < AVOIDED).any()):
+    if scan.motion is not None and bool((scan.distances[scan.moving] < AVOIDED).any()):
         return True
     approaching = state.status is PlannerStatus.APPROACHING and len(state.path) > 0
     return approaching and distance_to(inputs.position, state.path[-1]) < AT_GOAL

@@ -8,7 +8,7 @@ import math
 import numpy as np
 from numba import njit
 
-from drake_starnav.lidar.laser_scan import third_side
+from drake_starnav.lidar.laser_scan import LOST, MOVING, third_side
 
 CONNECTED_CHORD = 0.15
 """Neighbouring hits nearer than this belong to one surface: no robot fits between them, m."""
@@ -22,7 +22,7 @@ def half_gaps(distance, beams):
     connected hits, so that no slit is left between consecutive beams. Beams that carry no information about static
     obstacles are skipped. Of distances, shape (n,), m, along some `Beams`.
     """
-    n, silent = len(distance), beams.uninformative
+    n, silent = len(distance), beams.kinds & (MOVING | LOST) != 0
     range_max, increment, seam = beams.range_max, beams.increment, beams.seam
     out = np.zeros(n)
     neighbouring = math.cos(increment)
@@ -55,13 +55,13 @@ def beams_to_bearings(beam_distance, beam_gap, beams, samples):
         Its distance, m, infinity without a hit; half the chord to the neighbouring hit on the same surface, m; and the
         largest difference between the bearings of a hit and its sample, rad; all of shape (samples,).
     """
-    moving, range_max, increment = beams.moving, beams.range_max, beams.increment
+    kinds, range_max, increment = beams.kinds, beams.range_max, beams.increment
     distance = np.full(samples, np.inf)
     gap = np.zeros(samples)
     offset = np.zeros(samples)
     step = 2.0 * math.pi / samples
     for i in range(len(beam_distance)):
-        if moving[i] or beam_distance[i] >= range_max:
+        if kinds[i] & MOVING or beam_distance[i] >= range_max:
             continue
         position = i * increment / step
         k = int(math.floor(position + 0.5))

@@ -12,7 +12,7 @@ from numba import njit
 
 from drake_starnav.geometry.compiled import largest
 from drake_starnav.lidar.field_of_view import TURN
-from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.lidar.laser_scan import MOVING, LaserScan
 from drake_starnav.regions.bearing_hits import beams_to_bearings, half_gaps
 from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.passages import MARGIN_STEPS, PASSAGE_DEPTH, SHUT, with_passages
@@ -189,13 +189,13 @@ def within_sight(limit, beams, radius):
     It occludes from the beam before to the beam after each that hit it. Such hits are not eroded: the obstacle will
     have left, and until then obstacle avoidance keeps clear of it.
     """
-    distance, moving, increment, seam = beams.distances, beams.moving, beams.increment, beams.seam
+    distance, kinds, increment, seam = beams.distances, beams.kinds, beams.increment, beams.seam
     samples, count = len(limit), len(distance)
     wrap = seam < np.inf
     out = limit.copy()
     step = 2.0 * math.pi / samples
     for i in range(len(distance)):
-        if moving[i]:
+        if kinds[i] & MOVING:
             seen = max(distance[i] - radius, 0.0)
             before, after = (i - 1) * increment, (i + 1) * increment
             if wrap and seam != increment:

@@ -63,7 +63,7 @@ def obstruction(star: CertifiedRegion, scan: LaserScan, towards: float, robot_ra
 
 def _moving(scan: LaserScan) -> str:
     """The nearest obstacle that moves, if any is near."""
-    distance = np.where(scan.beams.moving, scan.distances, math.inf)
+    distance = np.where(scan.moving, scan.distances, math.inf)
     beam = int(np.argmin(distance))
     if distance[beam] > AVOIDED:
         return ""

@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.lidar.field_of_view import TURN
-from drake_starnav.lidar.laser_scan import LaserScan, placed_ends
+from drake_starnav.lidar.laser_scan import HIT, LOST, LaserScan, placed_ends
 from drake_starnav.lidar.mounts import ON_AXIS
 from drake_starnav.regions.bearing_hits import CONNECTED_CHORD, points_to_bearings
 from drake_starnav.regions.chords import Chords, chords
@@ -238,13 +238,13 @@ def _certified_region(known, seen, beams, distance, place, bearings, tables, siz
     gaps = np.concatenate((old_gaps[begin:], latest_gaps[away < far]))
     hits, hit_gaps = points, gaps
     if is_merged or not beams.complete:  # space behind lost beams of the latest scan is not certified
-        bounded = (beams.lost | (beams.hits & is_merged)) & (measured < range_max)
+        bounded = (beams.kinds & (LOST | HIT * is_merged) != 0) & (measured < range_max)
         edge = placed_ends(directions, np.maximum(measured, NEAREST), bounded, x, y, cosine, sine)
         hits, hit_gaps = np.concatenate((points, edge)), np.concatenate((gaps, np.zeros(len(edge))))
     within = reach + radius + CONNECTED_CHORD  # farther hits restrict nothing
     nearest, gap, offset = points_to_bearings(hits, hit_gaps, x, y, bearing_0, within, len(cosines))
     sight = within_sight(limit, beams, radius)
-    near = (distance < min(NEAR_HIT_RANGE, range_max)) & beams.hits
+    near = (distance < min(NEAR_HIT_RANGE, range_max)) & (beams.kinds & HIT != 0)
     near_hits = placed_ends(directions, distance, near, x, y, cosine, sine)
     values = erode(nearest, gap, offset, radius, sight, cosines, squares)
     return points, gaps, hits, hit_gaps, values, near_hits

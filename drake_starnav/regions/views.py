@@ -16,7 +16,7 @@ from numba import njit
 
 from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.lidar.field_of_view import TURN
-from drake_starnav.lidar.laser_scan import LaserScan, placed_ends, third_side
+from drake_starnav.lidar.laser_scan import HIT, LaserScan, placed_ends, third_side
 from drake_starnav.lidar.mounts import Mount
 from drake_starnav.regions.bearing_hits import CONNECTED_CHORD, half_gaps
 from drake_starnav.regions.erosion import BEARINGS
@@ -31,7 +31,7 @@ BODY_SLACK = 0.001
 """Views may begin so far outside the robot, m: within the margin that is kept from everything."""
 PARALLEL = 1e-9
 """Sine of the angle up to which an edge counts as lying on a ray."""
-FREE, HIT, OPEN = 0, 1, 2
+FREE, SURFACE, OPEN = 0, 1, 2
 """Where a ray ends: at its range, at an obstacle, at unknown space."""
 
 
@@ -73,8 +73,9 @@ def hit_points(scan: LaserScan, mount: Mount, measured: np.ndarray) -> tuple[np.
 @njit(cache=True)
 def _hit_points(beams, measured, x, y):
     """The same of a lidar at (x, y)."""
-    ends = placed_ends(beams.directions, np.maximum(measured, NEAREST), beams.hits, x, y, 1.0, 0.0)
-    return ends, half_gaps(measured, beams)[beams.hits]
+    hits = beams.kinds & HIT != 0
+    points = placed_ends(beams.directions, np.maximum(measured, NEAREST), hits, x, y, 1.0, 0.0)
+    return points, half_gaps(measured, beams)[hits]
 
 
 def merged(scans: Sequence[LaserScan], mounts: Sequence[Mount], body: Footprint) -> LaserScan:
@@ -96,7 +97,7 @@ def merged(scans: Sequence[LaserScan], mounts: Sequence[Mount], body: Footprint)
     distance, kind = _walked(crossings, _reach(body) + BODY_SLACK, far)
     for scan, mount in zip(scans, mounts, strict=True):
         _add_thin(distance, kind, *hit_points(scan, mount, scan.distances))
-    ranges = np.where(kind == HIT, distance, np.where(kind == OPEN, math.nan, math.inf))
+    ranges = np.where(kind == SURFACE, distance, np.where(kind == OPEN, math.nan, math.inf))
     return LaserScan(
         scans[0].time, -math.pi, TURN / BEARINGS, 0.0, far, ranges, lost_beams=True, free=distance,
         scan_time=scans[0].scan_time,
@@ -126,7 +127,7 @@ class _Crossings(NamedTuple):
     Attributes:
         distance: shape (BEARINGS, CROSSINGS), m.
         view: bit of the lidar whose view the edge bounds, of that shape.
-        kind: HIT or OPEN, of that shape.
+        kind: SURFACE or OPEN, of that shape.
         number: of all crossings of each ray, shape (BEARINGS,), also of those that are too far away to be kept.
         inside: bits of the views in which each ray begins, of that shape: those whose edges it crosses an odd number of
             times.
@@ -146,7 +147,7 @@ def _cross_view(crossings, beams, x, y, bit):
     Between two connected hits the edge is their chord. Between other beams the view ends at the nearer one, and the
     edge of a shadow lies on the farther one.
     """
-    distance, hits, directions = beams.distances, beams.hits, beams.directions
+    distance, hits, directions = beams.distances, beams.kinds & HIT != 0, beams.directions
     n, full, cosine = len(distance), beams.seam < np.inf, math.cos(beams.increment)
     seam = math.cos(beams.seam) if full else cosine
     cells = n if full else n - 1
@@ -155,7 +156,7 @@ def _cross_view(crossings, beams, x, y, bit):
         j = (i + 1) % n
         a, b = distance[i], distance[j]
         if hits[i] and hits[j] and third_side(a, b, seam if j == 0 else cosine) < CONNECTED_CHORD:
-            kinds[2 * i] = HIT
+            kinds[2 * i] = SURFACE
         else:
             a = b = min(a, b)
         vertices[2 * i, 0], vertices[2 * i, 1] = x + a * directions[i, 0], y + a * directions[i, 1]
@@ -217,8 +218,8 @@ def _walked(crossings, body, far):
             if t >= far:
                 reached = far
                 break
-            if kinds[k, i] == HIT:
-                reached, end[k] = t, HIT
+            if kinds[k, i] == SURFACE:
+                reached, end[k] = t, SURFACE
                 break
             inside ^= view[k, i]
             if t >= body[k] and (inside == 0 or i == CROSSINGS - 1):
@@ -236,5 +237,5 @@ def _add_thin(distance: np.ndarray, end: np.ndarray, points: np.ndarray, half_ga
     thin = 2.0 * half_gaps <= away * (TURN / BEARINGS)
     away, ray = away[thin], np.rint((bearing[thin] + math.pi) * (BEARINGS / TURN)).astype(int) % BEARINGS
     nearer = away < distance[ray]
-    end[ray[nearer]] = HIT
+    end[ray[nearer]] = SURFACE
     np.minimum.at(distance, ray[nearer], away[nearer])

@@ -26,10 +26,9 @@ def test_beams_are_made_once_and_belong_to_one_scan() -> None:
     scan = cast(scattered(np.random.default_rng(1)))
     beams = scan.beams
     assert isinstance(beams, Beams) and scan.beams is beams
-    for name in ("distances", "hits", "lost"):
-        assert getattr(scan, name) is getattr(beams, name) and len(getattr(beams, name)) == len(scan.ranges)
+    assert scan.distances is beams.distances and len(beams.distances) == len(beams.kinds) == len(scan.ranges)
     later = dataclasses.replace(scan, ranges=np.full(len(scan.ranges), np.inf))
-    assert not later.beams.hits.any() and beams.hits.any()
+    assert not later.hits.any() and scan.hits.any()
 
 
 def test_the_view_is_that_of_the_scan() -> None:
@@ -45,15 +44,14 @@ def test_kinds_of_beams_follow_from_range_and_motion(seed: int) -> None:
     rng = np.random.default_rng(seed)
     ranges = rng.choice([0.5, 2.0, 9.0, np.inf, -np.inf, np.nan], 60)
     motion = rng.choice([STATIC, UNKNOWN, DYNAMIC], 60)
-    beams = LaserScan(0.0, -math.pi, math.pi / 30, 0.1, 7.0, ranges, lost_beams=True, motion=motion).beams
+    seen = LaserScan(0.0, -math.pi, math.pi / 30, 0.1, 7.0, ranges, lost_beams=True, motion=motion)
     lost, moving = np.isnan(ranges), motion == DYNAMIC
-    np.testing.assert_array_equal(beams.lost, lost)
-    np.testing.assert_array_equal(beams.moving, moving)
-    np.testing.assert_array_equal(beams.hits, ~lost & ~moving & (ranges < 7.0))
-    np.testing.assert_array_equal(beams.uninformative, lost | moving)
-    np.testing.assert_array_equal(beams.mappable, ~lost & (motion == STATIC))
-    assert beams.complete == (not lost.any())
-    assert ((beams.distances >= 0.0) & (beams.distances <= 7.0)).all()
+    np.testing.assert_array_equal(seen.lost, lost)
+    np.testing.assert_array_equal(seen.moving, moving)
+    np.testing.assert_array_equal(seen.hits, ~lost & ~moving & (ranges < 7.0))
+    np.testing.assert_array_equal(seen.mappable, ~lost & (motion == STATIC))
+    assert seen.beams.complete == (not lost.any())
+    assert ((seen.distances >= 0.0) & (seen.distances <= 7.0)).all()
 
 
 def test_a_lost_beam_may_have_a_bound_of_its_own() -> None:
@@ -241,8 +239,9 @@ def test_beams_are_free_up_to_a_moving_obstacle_which_is_no_hit():
         motion=np.array([STATIC, DYNAMIC, STATIC, STATIC, STATIC, STATIC, UNKNOWN, STATIC]),
     )
     np.testing.assert_array_equal(reported.hits, [True, False, False, True, False, True, True, True])
-    np.testing.assert_array_equal(reported.beams.uninformative, [False, True, True, False, False, False, False, False])
-    np.testing.assert_array_equal(reported.beams.mappable, [True, False, False, True, True, True, False, True])
+    np.testing.assert_array_equal(reported.moving, [False, True, False, False, False, False, False, False])
+    np.testing.assert_array_equal(reported.lost, [False, False, True, False, False, False, False, False])
+    np.testing.assert_array_equal(reported.mappable, [True, False, False, True, True, True, False, True])
     np.testing.assert_array_equal(reported.mappable_hits, [True, False, False, True, False, True, False, True])
     assert reported.distances[1] == 1.0
     assert len(reported.points()) == 5
@@ -250,8 +249,8 @@ def test_beams_are_free_up_to_a_moving_obstacle_which_is_no_hit():
 
 def test_without_motion_everything_is_static():
     seen = scan()
-    assert not seen.beams.moving.any()
-    assert seen.hits.all() and seen.beams.mappable.all() and not seen.beams.uninformative.any()
+    assert not seen.moving.any() and not seen.lost.any()
+    assert seen.hits.all() and seen.mappable.all()
 
 
 @pytest.mark.parametrize("pose", [(0.0, 0.0, 0.0), (1.0, -2.0, 2.5)])

@@ -41,7 +41,7 @@ def test_upside_down_is_mirrored() -> None:
     ranges, motion = np.array((1.0, 2.0, 3.0)), np.array((STATIC, STATIC, DYNAMIC), np.int8)
     scan = LaserScan(0.0, 0.0, 0.5, 0.0, 5.0, ranges, time_increment=0.01, motion=motion)
     turned = unturned(scan, Mount(0.0, 0.0, 0.25, True))
-    assert turned.ranges.tolist() == [3.0, 2.0, 1.0] and turned.beams.moving.tolist() == [True, False, False]
+    assert turned.ranges.tolist() == [3.0, 2.0, 1.0] and turned.moving.tolist() == [True, False, False]
     assert (turned.angle_min, turned.angle_max) == pytest.approx((-0.75, 0.25))
     assert turned.time_increment == -0.01
     again = unturned(dataclasses.replace(turned), Mount(0.0, 0.0, 0.25, True))

@@ -174,7 +174,7 @@ def test_what_creeps_is_foreseen_before_the_robot_is_there(seed, speed, heading,
         assert known.tracks.confirmed[k] or math.dist(known.tracks.expected_velocity[k], velocity) < 0.012
         points = known.scan.points_at(known.scan.distances, np.ones(360, bool), np.array((towards * time, 0.0, 0.0)))
         own = np.hypot(*(points - scene.at(time)[0]).T) < radius + 0.04
-        assert known.tracks.confirmed[k] or not known.scan.beams.mappable[own].any()  # it leaves no trace in the map
+        assert known.tracks.confirmed[k] or not known.scan.mappable[own].any()  # it leaves no trace in the map
 
 
 @pytest.mark.slow
