@@ -13,10 +13,12 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.geometry.compiled import leaf
-from drake_starnav.geometry.raycast import CIRCLE, COLUMNS, CONIC, SEGMENT
+from drake_starnav.geometry.raycast import CIRCLE, COLUMNS, CONIC, SEGMENT, rows_near
 
 RESOLUTION = 1e-6
 """Rounding of a plane: of its unit normal, and of its distance from the origin in metres."""
+EVERYWHERE = 0.0, 0.0, math.inf
+"""A circle around all."""
 
 
 @dataclass(frozen=True)
@@ -48,15 +50,16 @@ class _Conic(NamedTuple):
     c: float
 
 
-def slice_solids(solids: Solids, plane: np.ndarray) -> np.ndarray:
+def slice_solids(solids: Solids, plane: np.ndarray, near: tuple[float, float, float] = EVERYWHERE) -> np.ndarray:
     """The slice of solids, as rows for `drake_starnav.geometry.raycast`.
 
     Args:
         solids: in a frame F.
         plane: shape (3, 3), in F: two orthonormal vectors that span the plane, and its origin, m. Coordinates in the
             plane are along the two vectors, from the origin.
+        near: x, y and radius of a circle in the plane, m; shapes outside it are left out.
     """
-    return _slice(plane, solids.quadrics, solids.vertices, solids.face_starts, solids.face_vertices)
+    return _slice(plane, near, solids.quadrics, solids.vertices, solids.face_starts, solids.face_vertices)
 
 
 @njit(cache=True)
@@ -131,8 +134,8 @@ def _along(point, axis, origin=(0.0, 0.0, 0.0)):
 
 
 @njit(cache=True)
-def _slice(plane, quadrics, vertices, face_starts, face_vertices):
-    """The rows (k, 14) of the slice of `Solids` by a plane (3, 3)."""
+def _slice(plane, near, quadrics, vertices, face_starts, face_vertices):
+    """The rows (k, 14) of the slice of `Solids` by a plane (3, 3), of those that may lie within a circle."""
     a, b, normal = plane[0], plane[1], np.empty(3)
     normal[0], normal[1] = a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2]
     normal[2] = a[0] * b[1] - a[1] * b[0]
@@ -169,7 +172,7 @@ def _slice(plane, quadrics, vertices, face_starts, face_vertices):
             found += 1
         if found == 2 and (x1 != x2 or y1 != y2):
             count = _put_segment(x1, y1, x2, y2, rows, count)
-    return rows[:count].copy()
+    return rows_near(rows[:count], near[0], near[1], near[2])
 
 
 @leaf

@@ -67,7 +67,7 @@ class Shapes(NamedTuple):
     def of(groups: list[np.ndarray]) -> "Shapes":
         """The arrays of rows in the given order."""
         starts = np.array([*itertools.accumulate(map(len, groups), initial=0)])
-        return Shapes(np.concatenate([*groups, np.zeros((0, COLUMNS))]), starts)
+        return Shapes(groups[0] if len(groups) == 1 else np.concatenate([*groups, np.zeros((0, COLUMNS))]), starts)
 
 
 def circle_rows(circles: np.ndarray) -> np.ndarray:

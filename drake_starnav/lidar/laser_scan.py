@@ -162,9 +162,9 @@ class LaserScan:
 
     def __post_init__(self) -> None:
         ranges = np.array(self.ranges, dtype=float)
-        for name, value in zip(_NUMBERS, _numbers(self), strict=True):
-            if not math.isfinite(value):
-                raise StarnavError(f"laser scan: {name} is {value}; allowed: a finite number")
+        if not all(map(math.isfinite, _numbers(self))):
+            name = next(name for name in _NUMBERS if not math.isfinite(getattr(self, name)))
+            raise StarnavError(f"laser scan: {name} is {getattr(self, name)}; allowed: a finite number")
         if self.scan_time < 0.0:
             raise StarnavError(f"laser scan: scan_time is {self.scan_time:g}; allowed: 0 <= scan_time")
         if ranges.ndim != 1 or len(ranges) < 3:

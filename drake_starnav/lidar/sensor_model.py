@@ -2,6 +2,7 @@
 
 import enum
 import math
+import struct
 import threading
 from dataclasses import dataclass
 from typing import Any
@@ -145,6 +146,9 @@ class LidarParameters(Checked, place="lidar"):
         return self.field_of_view.widest_gap
 
 
+_NO_ERRORS, _NONE_LOST = np.zeros(0), np.zeros(0, bool)
+
+
 def scan_index(time: float, rate: float) -> int:
     """Index of the latest scan at a time, s, for a rate in Hz: 0 in [0, 1/rate), and so on."""
     return math.floor(time * rate + 1e-6)  # event times are multiples of the period only up to rounding
@@ -163,8 +167,7 @@ def measure(distances: np.ndarray, parameters: LidarParameters, seed: int, index
     """
     p = parameters
     count = len(distances)
-    errors = strays = np.zeros(0)
-    lost = np.zeros(0, bool)
+    errors, strays, lost = _NO_ERRORS, _NO_ERRORS, _NONE_LOST
     if p.noise > 0.0 or p.dropout > 0.0 or p.outliers > 0.0:
         generator = _of_scan(seed, index, Stream.NOISE)
         errors = p.noise * generator.standard_normal(count)
@@ -210,11 +213,10 @@ def random_numbers(seed: int, stream: Stream, counter: int = 0) -> np.random.Gen
 
     To be drawn before the next call: it returns the same generator, set to another place.
     """
-    words = np.frombuffer(counter.to_bytes(32, "little"), "<u8")
     _workbench.generator.bit_generator.state = {
         "bit_generator": "Philox",
-        "state": {"counter": words, "key": np.array([seed, stream], np.uint64)},
-        "buffer": np.zeros(4, np.uint64),
+        "state": {"counter": struct.unpack("<4Q", counter.to_bytes(32, "little")), "key": (seed, stream)},
+        "buffer": (0, 0, 0, 0),
         "buffer_pos": 4,  # empty
         "has_uint32": 0,
         "uinteger": 0,

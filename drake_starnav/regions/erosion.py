@@ -49,7 +49,7 @@ def smoothed_distances(scan: LaserScan, slack: float = 0.0, beams: int = SMOOTHI
         slack: additional range step within a surface, and additional change, m.
         beams: half width of the moving average.
     """
-    return moving_average(scan.beams, beams, slack) if beams > 0 else scan.distances
+    return moving_average(scan.beams, beams, slack)
 
 
 def bearing_count(scan: LaserScan) -> int:
@@ -226,8 +226,8 @@ def erode(distance, gap, offset, radius, limit, cosine, sine_squared):
     samples = len(distance)
     quarter = samples // 4  # no disc covers more than a quarter turn to either side
     reach = quarter + 1
-    # The full turn with an overlap, so that inner loops need no wrap-around; `mirrored` runs clockwise. Loops over slices
-    # from 0 on are those that get vectorized.
+    # The full turn with an overlap, so that inner loops need no wrap-around; `mirrored` runs clockwise. Loops get
+    # vectorized that run over slices from 0 on.
     line, mirrored = np.full(samples + 2 * reach, np.inf), np.full(samples + 2 * reach, np.inf)
     farthest = largest(limit)
     width = 0  # samples that the disc covers to either side: neighbouring hits differ little

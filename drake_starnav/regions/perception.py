@@ -21,7 +21,7 @@ from drake_starnav.regions.observation import Observation
 from drake_starnav.regions.safe_region import CertifiedRegion, ScanMemory, certified_region
 from drake_starnav.regions.scan_averaging import AVERAGED_WITHIN, averaged
 from drake_starnav.regions.star_region import NO_HITS, scan_region
-from drake_starnav.regions.views import merged, view
+from drake_starnav.regions.views import hits_seen, merged
 from drake_starnav.utils.snapshot import snapshot
 
 SCAN_MEMORY = 5
@@ -147,9 +147,9 @@ def perceive(
         histories, near, scans = _without_outliers(before.histories, scans, pose, settings)
     first = before.observation.region
     samples = None if first is None else len(first.free_range)  # though the number of beams may vary
-    measured = [smoothed_distances(each, margins.smoothing_slack, margins.smoothed_beams) for each in near]
-    around = view(near, mounts, footprint, measured)
-    scan = around.scan if near is scans else merged(scans, mounts, footprint)
+    smoothing = margins.smoothed_beams, margins.smoothing_slack
+    hits, around = hits_seen(near, mounts, smoothing), merged(near, mounts, footprint)
+    scan = around if near is scans else merged(scans, mounts, footprint)
     safe_radius = robot_radius + margins.safety
     remembered = margins.safety_range + 2.0 * safe_radius, SCAN_MEMORY
     beside = NO_HITS
@@ -159,10 +159,11 @@ def perceive(
     distance = smoothed_distances(scan, margins.smoothing_slack)
     region = scan_region(scan, pose, robot_radius, margins, samples, beside, distance)
     arguments = distance, pose, safe_radius, margins.safety_range, remembered
-    safety, memory = certified_region(before.memory, around.scan, *arguments, (around.points, around.half_gaps))
-    if margins.average_scans and around.scan.motion is None:
+    safety, memory = certified_region(before.memory, around, *arguments, hits)
+    if margins.average_scans and around.motion is None:
         (lone,) = near  # more are refused
-        lone = dataclasses.replace(lone, ranges=np.where(lone.hits, measured[0], lone.ranges))
+        measured = smoothed_distances(lone, margins.smoothing_slack, margins.smoothed_beams)
+        lone = dataclasses.replace(lone, ranges=np.where(lone.hits, measured, lone.ranges))
         earlier, lone = averaged(before.memory, lone, pose, safe_radius + AVERAGED_WITHIN)
         safety, _ = certified_region(earlier, lone, *arguments)
     if not scan.full_circle:

@@ -150,16 +150,16 @@ def certified_region(
         radius: of the robot with the safety margin, m.
         reach: maximum extent of the star, m.
         remembered: farther hits are dropped, m; and the number of scans to keep.
-        hits: points and half gaps as of a `View`; None: those of the scan.
+        hits: as of `hits_seen`; None: those of the scan.
     """
     far, count = min(remembered[0], scan.range_max), remembered[1]
-    latest, latest_gaps = hits or hit_points(scan, ON_AXIS, scan.distances)
+    latest, latest_gaps = hits or hit_points(scan, ON_AXIS)
     forgotten = max(len(memory.counts) + 1 - count, 0)
     first = sum(memory.counts[:forgotten])
     samples, bearing_0 = bearing_count(scan), float(pose[2]) + scan.angle_min
     limit = free_limit(scan, samples, min(scan.range_max, reach + radius), radius, BLIND_SIDE)
     place = float(pose[0]), float(pose[1]), math.cos(pose[2]), math.sin(pose[2])
-    points, gaps, known, known_gaps, values, near = _certified_region(
+    known, known_gaps, remembered_hits, values, near = _certified_region(
         (memory.points, memory.half_gaps, first),
         (latest, latest_gaps, far, scan.free is not None),
         scan.beams,
@@ -170,9 +170,9 @@ def certified_region(
         (radius, reach),
     )
     newest = len(memory.points) - first
-    counts = *memory.counts[forgotten:], len(points) - newest
+    counts = *memory.counts[forgotten:], remembered_hits - newest
     if scan.free is not None:
-        newest = len(points)  # what hides from the axis are the ends of its rays
+        newest = remembered_hits  # what hides from the axis are the ends of its rays
     center = np.array(pose[:2], dtype=float)
     times = scan.time, far, memory.time
     star = CertifiedRegion(
@@ -188,7 +188,7 @@ def certified_region(
         newest,
         field_of_view(scan, BLIND_SIDE),
     )
-    return star, ScanMemory(points, gaps, counts, scan.time)
+    return star, ScanMemory(known[:remembered_hits], known_gaps[:remembered_hits], counts, scan.time)
 
 
 @njit(cache=True)
@@ -212,7 +212,7 @@ def out_of_sight(center, bearing_0, sight, places):
 
 @njit(cache=True)
 def _certified_region(known, seen, beams, distance, place, bearings, tables, sizes):
-    """The memory's points and half gaps with the latest; the star's hits, half gaps and values, and the near hits.
+    """The star's hits and half gaps, how many of them the memory keeps, the first; its values, and the near hits.
 
     Args:
         known: points and half gaps of the memory, and the first that is kept.
@@ -234,17 +234,17 @@ def _certified_region(known, seen, beams, distance, place, bearings, tables, siz
     latest, latest_gaps, far, is_merged = seen
     away = np.hypot(latest[:, 0], latest[:, 1])
     placed = placed_ends(latest, np.ones(len(latest)), away < far, x, y, cosine, sine)
-    points = np.concatenate((old_points[begin:], placed))
+    hits = np.concatenate((old_points[begin:], placed))
     gaps = np.concatenate((old_gaps[begin:], latest_gaps[away < far]))
-    hits, hit_gaps = points, gaps
+    remembered = len(hits)
     if is_merged or not beams.complete:  # space behind lost beams of the latest scan is not certified
         bounded = (beams.kinds & (LOST | HIT * is_merged) != 0) & (measured < range_max)
         edge = placed_ends(directions, np.maximum(measured, NEAREST), bounded, x, y, cosine, sine)
-        hits, hit_gaps = np.concatenate((points, edge)), np.concatenate((gaps, np.zeros(len(edge))))
+        hits, gaps = np.concatenate((hits, edge)), np.concatenate((gaps, np.zeros(len(edge))))
     within = reach + radius + CONNECTED_CHORD  # farther hits restrict nothing
-    nearest, gap, offset = points_to_bearings(hits, hit_gaps, x, y, bearing_0, within, len(cosines))
+    nearest, gap, offset = points_to_bearings(hits, gaps, x, y, bearing_0, within, len(cosines))
     sight = within_sight(limit, beams, radius)
     near = (distance < min(NEAR_HIT_RANGE, range_max)) & (beams.kinds & HIT != 0)
     near_hits = placed_ends(directions, distance, near, x, y, cosine, sine)
     values = erode(nearest, gap, offset, radius, sight, cosines, squares)
-    return points, gaps, hits, hit_gaps, values, near_hits
+    return hits, gaps, remembered, values, near_hits

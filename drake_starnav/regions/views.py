@@ -19,7 +19,7 @@ from drake_starnav.lidar.field_of_view import TURN
 from drake_starnav.lidar.laser_scan import HIT, LaserScan, placed_ends, third_side
 from drake_starnav.lidar.mounts import Mount
 from drake_starnav.regions.bearing_hits import CONNECTED_CHORD, half_gaps
-from drake_starnav.regions.erosion import BEARINGS
+from drake_starnav.regions.erosion import BEARINGS, moving_average
 
 CROSSINGS = 64
 """Edges of views that a ray is followed across; along a rough wall it may cross more, and ends at the last of these."""
@@ -35,51 +35,47 @@ FREE, SURFACE, OPEN = 0, 1, 2
 """Where a ray ends: at its range, at an obstacle, at unknown space."""
 
 
-class View(NamedTuple):
-    """What lidars saw at one time, in the robot's frame B, with its axis as the origin.
-
-    Attributes:
-        scan: about the axis.
-        points: all static or possibly moving hits, shape (k, 2), m. Rays of the scan may pass beside a thin obstacle.
-        half_gaps: half the chord from each to its lidar's neighbouring hit on the same surface, shape (k,), m.
-    """
-
-    scan: LaserScan
-    points: np.ndarray
-    half_gaps: np.ndarray
-
-
-def view(scans: Sequence[LaserScan], mounts: Sequence[Mount], body: Footprint, measured: Sequence[np.ndarray]) -> View:
-    """The view of lidars.
+def hits_seen(
+    scans: Sequence[LaserScan], mounts: Sequence[Mount], smoothing: tuple[int, float]
+) -> tuple[np.ndarray, np.ndarray]:
+    """What lidars saw at one time: all static or possibly moving hits, in the robot's frame B, with its axis as origin.
 
     Args:
         scans: taken at the same time, as of `unturned`.
         mounts: of the lidars.
-        body: of the robot: what is inside it is the robot itself.
-        measured: per lidar, the distances at which its hits are, shape (n,), m.
+        smoothing: of the ranges, half width in beams and slack, m, as of `smoothed_distances`.
+
+    Returns:
+        The points, shape (k, 2), m; rays of the merged scan may pass beside a thin obstacle. And half the chord from
+        each to its lidar's neighbouring hit on the same surface, shape (k,), m.
     """
-    ends = [hit_points(*each) for each in zip(scans, mounts, measured, strict=True)]
-    scan = merged(scans, mounts, body)
+    ends = [hit_points(*each, smoothing) for each in zip(scans, mounts, strict=True)]
     if len(ends) == 1:
-        return View(scan, *ends[0])
-    return View(scan, *(np.concatenate(parts) for parts in zip(*ends, strict=True)))
+        return ends[0]
+    points, half_gaps = zip(*ends, strict=True)
+    return np.concatenate(points), np.concatenate(half_gaps)
 
 
-def hit_points(scan: LaserScan, mount: Mount, measured: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The hits of one scan as points in B, and their half gaps; arguments as of `view`."""
-    return _hit_points(scan.beams, measured, mount.x, mount.y)
+def hit_points(scan: LaserScan, mount: Mount, smoothing: tuple[int, float] = (0, 0.0)) -> tuple[np.ndarray, np.ndarray]:
+    """The same of one lidar."""
+    return _hit_points(scan.beams, smoothing, mount.x, mount.y)
 
 
 @njit(cache=True)
-def _hit_points(beams, measured, x, y):
-    """The same of a lidar at (x, y)."""
-    hits = beams.kinds & HIT != 0
+def _hit_points(beams, smoothing, x, y):
+    """The same of its `Beams`, at (x, y)."""
+    measured, hits = moving_average(beams, smoothing[0], smoothing[1]), beams.kinds & HIT != 0
     points = placed_ends(beams.directions, np.maximum(measured, NEAREST), hits, x, y, 1.0, 0.0)
     return points, half_gaps(measured, beams)[hits]
 
 
 def merged(scans: Sequence[LaserScan], mounts: Sequence[Mount], body: Footprint) -> LaserScan:
-    """One scan about the robot's axis; arguments as of `view`. That of a single lidar on the axis is as it is."""
+    """One scan about the robot's axis; that of a single lidar on the axis is as it is.
+
+    Args:
+        scans, mounts: as of `hits_seen`.
+        body: of the robot: what is inside it is the robot itself.
+    """
     if len(scans) == 1 and mounts[0].offset == 0.0:
         return scans[0]
     crossings = _Crossings(
@@ -96,7 +92,7 @@ def merged(scans: Sequence[LaserScan], mounts: Sequence[Mount], body: Footprint)
         far = max(far, scan.range_max * math.cos(gap) - mount.offset - ROUNDING)
     distance, kind = _walked(crossings, _reach(body) + BODY_SLACK, far)
     for scan, mount in zip(scans, mounts, strict=True):
-        _add_thin(distance, kind, *hit_points(scan, mount, scan.distances))
+        _add_thin(distance, kind, *hit_points(scan, mount))
     ranges = np.where(kind == SURFACE, distance, np.where(kind == OPEN, math.nan, math.inf))
     return LaserScan(
         scans[0].time, -math.pi, TURN / BEARINGS, 0.0, far, ranges, lost_beams=True, free=distance,

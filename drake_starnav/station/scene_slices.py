@@ -32,8 +32,8 @@ from pydrake.geometry import (
 )
 from pydrake.math import RigidTransform
 
-from drake_starnav.geometry.plane_slices import Solids, planar_poses, scan_planes, slice_solids
-from drake_starnav.geometry.raycast import Fan, Shapes, cast_groups, cast_rolling, rows_near
+from drake_starnav.geometry.plane_slices import EVERYWHERE, Solids, planar_poses, scan_planes, slice_solids
+from drake_starnav.geometry.raycast import Fan, Shapes, cast_groups, cast_rolling
 from drake_starnav.station.mesh_files import hull_faces, mesh_triangles
 from drake_starnav.worlds.footprints import box_vertices
 
@@ -121,15 +121,20 @@ class SceneSlices:
         for k, frame in enumerate(self._frames[1:], start=1):
             X_WF[k] = query.GetPoseInWorld(frame).GetAsMatrix34()
         keys, planes, end, stale = scan_planes(X_WF, X_WS, self._keys)
-        begin = end if X_WS_begin is None else planar_poses(X_WF, X_WS_begin, planes)
-        (x, y), kept = end[0, :2].tolist(), self._kept
-        reach = range_max + math.dist((x, y), begin[0, :2])
-        if len(stale) or math.dist((x, y), kept[:2]) + reach > kept[2]:
-            for k in stale:
-                self._rows[k] = slice_solids(self._solids[k], planes[k])
-            self._keys, self._kept = keys, (x, y, 2.0 * reach)
-            self._groups = Shapes.of([rows_near(self._rows[0], x, y, 2.0 * reach), *self._rows[1:]])
-        ranges = np.full(len(fan.directions), np.inf)
+        (x, y, _), reach = end[0].tolist(), range_max
+        if X_WS_begin is not None:
+            begin = planar_poses(X_WF, X_WS_begin, planes)
+            reach += math.dist((x, y), begin[0, :2].tolist())
+        if math.dist((x, y), self._kept[:2]) + reach > self._kept[2]:
+            stale = np.union1d(0, stale)
+        for k in stale.tolist():
+            if k == 0:
+                self._kept = x, y, 2.0 * reach
+            self._rows[k] = slice_solids(self._solids[k], planes[k], EVERYWHERE if k else self._kept)
+        if len(stale):
+            self._keys, self._groups = keys, Shapes.of(self._rows)
+        ranges = np.empty(len(fan.directions))
+        ranges.fill(np.inf)
         if X_WS_begin is None:
             cast_groups(self._groups, end, fan, ranges, range_max)
         else:

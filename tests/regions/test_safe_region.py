@@ -88,7 +88,7 @@ def test_the_star_knows_when_and_where_its_scans_were_taken_and_what_distance_it
 def test_what_is_remembered_may_differ_from_what_was_measured() -> None:
     """Averaged ranges bound the star; the planner's near hits are the smoothed ones."""
     scan = all_around(b0_360=0.8)
-    averaged, smoothed = hit_points(scan, ON_AXIS, np.full(360, 0.7)), np.full(360, 0.9)
+    averaged, smoothed = hit_points(all_around(b0_360=0.7), ON_AXIS), np.full(360, 0.9)
     star, memory = certified_region(ScanMemory(), scan, smoothed, np.zeros(3), SAFE, REACH, KEPT, averaged)
     for points, away in ((star.hits, 0.7), (memory.points, 0.7), (star.near_hits, 0.9)):
         np.testing.assert_allclose(np.hypot(*points.T), away)

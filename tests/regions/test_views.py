@@ -15,7 +15,7 @@ from drake_starnav.regions.bearing_hits import CONNECTED_CHORD
 from drake_starnav.regions.erosion import BEARINGS
 from drake_starnav.regions.perception import Perceived, PerceptionSettings, check_views, perceive
 from drake_starnav.regions.separation import keeps_clear
-from drake_starnav.regions.views import View, hit_points, merged, view
+from drake_starnav.regions.views import hit_points, merged
 from drake_starnav.worlds.world import World
 from tests.helpers.mounts import AHEAD, CENTRED, CORNERS, LIDARS, Lidar, looks, mounts
 from tests.helpers.scans import MARGINS, ORIGIN, RADIUS, cast, distance, scattered, seeds
@@ -26,10 +26,10 @@ CLEAR = 0.28
 """Nothing is nearer to the robot's centre in these worlds, m."""
 
 
-def seen(world: World, lidars: tuple[Lidar, ...], pose: np.ndarray = ORIGIN) -> View:
-    """The view of lidars."""
+def seen(world: World, lidars: tuple[Lidar, ...], pose: np.ndarray = ORIGIN) -> LaserScan:
+    """What lidars see, about the robot's axis."""
     scans = [unturned(scan, lidar.mount) for scan, lidar in zip(looks(world, lidars, pose), lidars, strict=True)]
-    return view(scans, mounts(lidars), BODY, [scan.distances for scan in scans])
+    return merged(scans, mounts(lidars), BODY)
 
 
 def blocks(rng: np.random.Generator, discs: int, walls: int, size: float) -> World:
@@ -60,7 +60,7 @@ def needles(rng: np.random.Generator, lidars: tuple[Lidar, ...], pose: np.ndarra
 def test_a_lone_lidar_on_the_axis_passes_through() -> None:
     scan = cast(scattered(np.random.default_rng(3)))
     assert merged([scan], (ON_AXIS,), BODY) is scan
-    points, _ = hit_points(scan, ON_AXIS, scan.distances)
+    points, _ = hit_points(scan, ON_AXIS)
     assert np.array_equal(points, scan.points())
 
 
@@ -98,7 +98,7 @@ def test_rays_end_where_space_is_free(name: str) -> None:
     lidars, rng = LIDARS[name], np.random.default_rng(12)
     for _ in range(20):
         world, pose = blocks(rng, 6, 8, 1.0), np.array((0.0, 0.0, rng.uniform(-3.0, 3.0)))
-        scan = seen(world, lidars, pose).scan
+        scan = seen(world, lidars, pose)
         truth = cast(world, pose, beams=BEARINGS)
         past = scan.distances - truth.distances
         assert past.max() < 0.5 * CONNECTED_CHORD  # chords cut corners
@@ -108,7 +108,7 @@ def test_rays_end_where_space_is_free(name: str) -> None:
 
 def test_what_only_the_axis_would_see_is_unknown() -> None:
     world = World("post", (0, 0, 0), (0, 0), cylinders=[(0.2, 0.6, 0.1)])
-    scan = seen(world, (Lidar(Mount(0.2, 0.0, 0.0, False)),)).scan
+    scan = seen(world, (Lidar(Mount(0.2, 0.0, 0.0, False)),))
     bearing = math.radians(86.0)  # past the post's left side, behind which the lidar sees nothing
     beam = round((bearing + math.pi) / scan.angle_increment) % BEARINGS
     assert scan.lost[beam] and 0.6 < scan.distances[beam] < 4.0
@@ -120,7 +120,7 @@ def test_what_only_the_axis_would_see_is_unknown() -> None:
 def test_two_lidars_see_what_one_does_not() -> None:
     world = World("post", (0, 0, 0), (0, 0), cylinders=[(0.2, 0.6, 0.1)])
     pair = (*AHEAD, Lidar(Mount(-0.2, 0.0, math.pi, False)))
-    assert seen(world, pair).scan.lost.sum() < 0.5 * seen(world, AHEAD).scan.lost.sum()
+    assert seen(world, pair).lost.sum() < 0.5 * seen(world, AHEAD).lost.sum()
 
 
 @given(seed=seeds)
@@ -128,14 +128,14 @@ def test_upside_down_and_turned_change_nothing(seed: int) -> None:
     rng = np.random.default_rng(seed)
     world, step = blocks(rng, 6, 8, 1.0), 2.0 * math.pi / 360
     x, y, turns = *rng.uniform(-0.15, 0.15, 2), int(rng.integers(0, 360))
-    plain = seen(world, (Lidar(Mount(x, y, 0.0, False)),)).scan
+    plain = seen(world, (Lidar(Mount(x, y, 0.0, False)),))
     for upside_down in (False, True):  # the same beams
-        turned = seen(world, (Lidar(Mount(x, y, turns * step, upside_down)),)).scan
+        turned = seen(world, (Lidar(Mount(x, y, turns * step, upside_down)),))
         assert np.abs(turned.distances - plain.distances).max() < 1e-6
 
 
 def test_the_range_shrinks_by_the_offset() -> None:
-    scan = seen(World("empty", (0, 0, 0), (0, 0)), AHEAD).scan
+    scan = seen(World("empty", (0, 0, 0), (0, 0)), AHEAD)
     assert not scan.lost.any() and not scan.hits.any()
     assert 5.0 - 0.2 - 1e-3 < scan.range_max < 5.0 - 0.2
 
@@ -143,7 +143,7 @@ def test_the_range_shrinks_by_the_offset() -> None:
 def test_an_obstacle_at_the_robot_s_side_is_seen() -> None:
     world = World("wall", (0, 0, 0), (0, 0), polygons=(np.array(((-3, 0.26), (3, 0.26), (3, 0.4), (-3, 0.4))),))
     for lidars in LIDARS.values():
-        scan = seen(world, lidars).scan
+        scan = seen(world, lidars)
         beam = round(1.5 * math.pi / scan.angle_increment)
         assert scan.hits[beam] and scan.distances[beam] == pytest.approx(0.26, abs=1e-3)
 
