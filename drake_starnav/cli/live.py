@@ -21,7 +21,7 @@ from drake_starnav.station.navigation_station import add_station
 from drake_starnav.station.plant import advance, make_simulator, value_of
 from drake_starnav.visualization.live_page import LivePage, LiveState, SliderGoal, add_goal_sliders
 from drake_starnav.visualization.meshcat_stage import MeshcatStage, add_scene, quiet_meshcat
-from drake_starnav.visualization.meshes import LAYERS, Layer, five_pointed_star, layers_of_run, with_scene
+from drake_starnav.visualization.meshes import LAYERS, Layer, goal_star, layers_of_run, with_scene
 from drake_starnav.visualization.page import ROOT, Cameras, Caption
 from drake_starnav.visualization.recorder import add_visualizers, finish_recording, robot_path
 from drake_starnav.visualization.tracks import trail_layer
@@ -204,10 +204,9 @@ class LiveRobots(LiveRun):
         layers = with_scene(dict(trail_layer(r.name, "its goals", k) for k, r in enumerate(scenario.robots)), worlds[0])
         stage = MeshcatStage(self.meshcat, f"/{ROOT}", period, layers)
         for (name, layer), robot, station in zip(layers.items(), scenario.robots, stations, strict=False):
-            radius, height = robot.robot.radius, LAYERS["goal"].height
-            for x, y, *_ in robot.goals:
-                stage.add(name, five_pointed_star(np.array((x, y)), 0.9 * radius, height), 0.0)
-            below = Cylinder(RIM * radius, height)
+            for goal in robot.goals:
+                stage.add(name, goal_star(goal, robot.robot.radius), 0.0)
+            below = Cylinder(RIM * robot.robot.radius, LAYERS["goal"].height)
             self.meshcat.SetObject(f"{robot_path(station)}/rim", below, Rgba(*layer.color))
         return worlds[0], layers, "each drives to its own goals"
 

@@ -14,14 +14,7 @@ from drake_starnav.errors import StarnavError, shown
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.parameters import build, declared, unknown_name
 from drake_starnav.robot import MODEL_FILES, RobotParameters
-from drake_starnav.scenario.directives import (
-    EXCLUSIVE,
-    directives_text,
-    limits_file,
-    make_paths_absolute,
-    move_directives,
-    of_model,
-)
+from drake_starnav.scenario import directives
 from drake_starnav.scenario.schema import DRAKE_CONFIGS, KEYS, LISTS, SECTIONS, Scenario, check_known
 from drake_starnav.scenario.shipped import METHODS, scenario_names
 from drake_starnav.utils.files import read_text, write_text
@@ -76,12 +69,12 @@ def parse_scenario(
     """
     sections = read_mapping(text, place, (*KEYS, "directives"))
     if "directives" in sections:
-        move_directives(sections, place)
+        directives.move_directives(sections, place)
     if folder is not None:
-        make_paths_absolute(sections, Path(folder))
+        directives.make_paths_absolute(sections, Path(folder))
     for override in overrides:
         _override(sections, override)
-    make_paths_absolute(sections, Path.cwd())
+    directives.make_paths_absolute(sections, Path.cwd())
     check_known(method)
     for key in sections:
         if key not in KEYS:
@@ -99,12 +92,12 @@ def parse_scenario(
 def _scenario(sections: dict[str, Any], name: str, place: str, method: str) -> Scenario:
     robot = sections.get("robot")
     model = str(robot.get("model", RobotParameters.model) if isinstance(robot, dict) else RobotParameters.model)
-    limits, parts = of_model(model, sections), {}
+    limits, parts = directives.of_model(model, sections), {}
     said = {**limits.get("robot", {}), **(robot if isinstance(robot, dict) else {})}
-    if model.endswith(MODEL_FILES) and not said.keys() & set(EXCLUSIVE):
+    if model.endswith(MODEL_FILES) and not said.keys() & set(directives.EXCLUSIVE):
         sections["robot"]["radius"] = 0.0  # as of the model
     for key, cls in SECTIONS.items():
-        base = build(cls, limits.get(key), f"{limits_file(model)}: {key}" if key in limits else key)
+        base = build(cls, limits.get(key), f"{directives.limits_file(model)}: {key}" if key in limits else key)
         parts[key] = build(cls, sections.get(key), key, base=build(cls, METHODS[method].get(key), key, base=base))
     parts |= _lidars(sections.get("lidars", limits.get("lidars")), parts["lidar"])
     configs: dict[str, Any] = {key: _drake_config(sections.get(key), key) for key in DRAKE_CONFIGS}
@@ -257,9 +250,9 @@ def _override(sections: dict[str, Any], text: str) -> None:
         sections[part] = {}
     sections[part][names[1]] = parsed
     if (
-        part == "robot" and names[1] in EXCLUSIVE
+        part == "robot" and names[1] in directives.EXCLUSIVE
     ):  # what is said last of the robot's shape replaces what was said before
-        for other in set(EXCLUSIVE) - {names[1]}:
+        for other in set(directives.EXCLUSIVE) - {names[1]}:
             sections[part].pop(other, None)
 
 
@@ -271,5 +264,5 @@ def _world(mapping: Any, place: str) -> Any:
         raise unknown_name(f"world !{mapping.tag} in {place}", mapping.tag, WORLD_KINDS)
     values = dict(mapping)
     if mapping.tag == Model.__name__ and isinstance(values.get("directives"), list):
-        values["directives"] = directives_text(values["directives"])
+        values["directives"] = directives.directives_text(values["directives"])
     return build(WORLD_KINDS[mapping.tag], values, "world")

@@ -1,7 +1,7 @@
 """The layers of a recording with their colours, and flat triangle meshes for them."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -202,6 +202,11 @@ def five_pointed_star(center: np.ndarray, radius: float, z: float) -> Mesh:
     angle = 0.5 * math.pi + math.pi / 5.0 * np.arange(10)
     rim = spoke[:, None] * np.column_stack((np.cos(angle), np.sin(angle)))
     return fan(center, np.asarray(center) + rim, z)
+
+
+def goal_star(place: Sequence[float] | np.ndarray, robot_radius: float) -> Mesh:
+    """The mark of a goal (x, y, ...), W, m, a little smaller than the robot; robot_radius in m."""
+    return five_pointed_star(np.array(place[:2]), 0.9 * robot_radius, LAYERS["goal"].height)
 
 
 def swath(path: np.ndarray, radius: float, z: float, sides: int = 10) -> Mesh:

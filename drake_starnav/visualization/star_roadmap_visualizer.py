@@ -95,7 +95,7 @@ class StarRoadmapVisualizer(LeafSystem):
         state = PlannerState.initial(PlannerParameters(), robot.radius)
         node, here, sides = NODE_RADIUS, np.zeros(2), 20
         self._marks = {
-            "goal": meshes.five_pointed_star(here, 0.9 * robot.radius, LAYERS["goal"].height),
+            "goal": meshes.goal_star(here, robot.radius),
             "short_term_goal": meshes.ring(here, 1.2 * node, 2.0 * node, LAYERS["short_term_goal"].height, sides),
             "frontiers/target": meshes.ring(here, 2.4 * node, 3.1 * node, LAYERS["frontiers/target"].height, sides),
         }

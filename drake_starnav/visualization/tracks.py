@@ -17,17 +17,6 @@ from drake_starnav.station.model_world import floor_geometries
 from drake_starnav.station.world_geometry import OBSTACLE_HEIGHT, add_still_obstacles, upright_prism
 from drake_starnav.visualization import meshes
 from drake_starnav.visualization.meshcat_stage import WORLD_PREFIX, MeshcatStage, add_scene, quiet_meshcat
-from drake_starnav.visualization.meshes import (
-    DECK_COLOR,
-    HEADING_COLOR,
-    LAYERS,
-    LIDAR_COLOR,
-    LINE_WIDTH,
-    Color,
-    Layer,
-    five_pointed_star,
-    with_scene,
-)
 from drake_starnav.visualization.page import ROOT, Cameras, Caption
 from drake_starnav.visualization.recorder import finish_recording
 from drake_starnav.visualization.star_roadmap_visualizer import FRAME_SLACK
@@ -42,7 +31,7 @@ from drake_starnav.worlds.footprints import cylinder_vertices
 from drake_starnav.worlds.moving_obstacles import moving_obstacle_states
 from drake_starnav.worlds.world import ROBOT_HEIGHT, World
 
-COLORS: tuple[Color, ...] = (
+COLORS: tuple[meshes.Color, ...] = (
     (0.00, 0.45, 0.70), (0.84, 0.37, 0.00), (0.00, 0.62, 0.45), (0.80, 0.47, 0.65), (0.90, 0.62, 0.00),
     (0.34, 0.71, 0.91), (0.30, 0.30, 0.30),
 )  # fmt: skip
@@ -54,9 +43,10 @@ DECK = 0.55
 """Radius of the deck as a share of the hull's; less than the shipped robot's, to show more of its colour."""
 
 
-def trail_layer(name: str, said: str, number: int) -> tuple[str, Layer]:
+def trail_layer(name: str, said: str, number: int) -> tuple[str, meshes.Layer]:
     """Name and layer of the trail of a robot, whose number, from 0, decides its colour; `said` is about it."""
-    return f"{TRAIL}/{name}", Layer(f"{name}: {said}", COLORS[number % len(COLORS)], "robot", 0.1 - 0.005 * number)
+    color, height = COLORS[number % len(COLORS)], 0.1 - 0.005 * number
+    return f"{TRAIL}/{name}", meshes.Layer(f"{name}: {said}", color, "robot", height)
 
 
 class Driven(NamedTuple):
@@ -88,9 +78,9 @@ def record_tracks(
         shown: layers that are shown at first; None for all.
     """
     names, trails = zip(*(trail_layer(each.name, each.said, k) for k, each in enumerate(driven)), strict=True)
-    goal, layers, parameters = LAYERS["goal"], dict(zip(names, trails, strict=True)), scenario.recording
-    layers |= {"goal": goal} if not any(each.goals for each in driven) else {}
-    layers |= with_scene({}, world)
+    layers, parameters = dict(zip(names, trails, strict=True)), scenario.recording
+    layers |= {"goal": meshes.LAYERS["goal"]} if not any(each.goals for each in driven) else {}
+    layers |= meshes.with_scene({}, world)
     del layers["robot"]  # there are several, each with a row of its own
     tracks = [
         RobotTrack(each.motion, each.robot.shape, trail.color, DECK) for each, trail in zip(driven, trails, strict=True)
@@ -105,9 +95,9 @@ def record_tracks(
     meshcat.StartRecording(parameters.frames_per_second, set_visualizations_while_recording=False)
     for layer, each in zip(names, driven, strict=True):
         for place in each.goals:
-            stage.add(layer, five_pointed_star(np.array(place[:2]), 0.9 * each.robot.radius, goal.height), 0.0)
+            stage.add(layer, meshes.goal_star(place, each.robot.radius), 0.0)
     if "goal" in layers:
-        stage.add("goal", five_pointed_star(np.array(world.goal), 0.9 * driven[0].robot.radius, goal.height), 0.0)
+        stage.add("goal", meshes.goal_star(world.goal, driven[0].robot.radius), 0.0)
     recorded = RecordedRun(caption, world.extent, scene, stage.shapes, tuple(tracks))
     _play_moving_obstacles(meshcat, scene, world, recorded.duration, parameters)
     for path, track, name in zip(paths, tracks, names, strict=True):
@@ -134,7 +124,7 @@ def _play(
         meshcat.SetTransform(path, X_WB, time + FRAME_SLACK)
         if k > 0 and (k % every == 0 or k == len(times) - 1):
             points = poses[(k - 1) // every * every : k + 1, :2]
-            stage.add(layer, meshes.ribbon(points, LINE_WIDTH, height), time + FRAME_SLACK)
+            stage.add(layer, meshes.ribbon(points, meshes.LINE_WIDTH, height), time + FRAME_SLACK)
 
 
 def _play_moving_obstacles(
@@ -173,9 +163,9 @@ def _add_robot(meshcat: Meshcat, path: str, robot: RobotTrack, above: float) -> 
     hull = Cylinder(radius, ROBOT_HEIGHT) if shape.is_disc else upright_prism(shape.outline, ROBOT_HEIGHT, path)
     parts = {
         "hull": (hull, [0.0, 0.0, top - 0.5 * ROBOT_HEIGHT], robot.color),
-        "deck": (Cylinder(robot.deck * radius, 0.004), [0.0, 0.0, top], DECK_COLOR),
-        "heading": (Box(0.8 * radius, 0.2 * radius, 0.008), [0.4 * radius, 0.0, top], HEADING_COLOR),
-        "lidar": (Cylinder(0.24 * radius, 0.016), [0.0, 0.0, top], LIDAR_COLOR),
+        "deck": (Cylinder(robot.deck * radius, 0.004), [0.0, 0.0, top], meshes.DECK_COLOR),
+        "heading": (Box(0.8 * radius, 0.2 * radius, 0.008), [0.4 * radius, 0.0, top], meshes.HEADING_COLOR),
+        "lidar": (Cylinder(0.24 * radius, 0.016), [0.0, 0.0, top], meshes.LIDAR_COLOR),
     }
     if not shape.is_disc:
         del parts["deck"]

@@ -11,15 +11,7 @@ from drake_starnav.geometry.footprint import Footprint, disc
 from drake_starnav.geometry.se2 import placed
 from drake_starnav.robot import RobotParameters
 from drake_starnav.utils.files import replacing
-from drake_starnav.visualization.meshes import (
-    LAYERS,
-    LINE_WIDTH,
-    MOVING_OBSTACLES,
-    five_pointed_star,
-    joined,
-    ribbon,
-    with_scene,
-)
+from drake_starnav.visualization import meshes
 from drake_starnav.worlds.world import OPEN_BORDER, World
 
 WIDTH = 11.0
@@ -55,7 +47,7 @@ def draw_world(axis: Any, world: World, obstacles: str = OBSTACLES, *, paths: bo
     for collection in (discs, polygons):
         collection.set(zorder=1, rasterized=len(world.discs) + len(world.polygons) > DETAILED)
         axis.add_collection(collection)
-    moving, color = world.moving_obstacles, MOVING_OBSTACLES.color
+    moving, color = world.moving_obstacles, meshes.MOVING_OBSTACLES.color
     for radius, path in zip(moving.radii, moving.paths, strict=True):
         if paths:
             axis.plot(*path[:, 1:].T, color=color, linewidth=0.6, alpha=0.6, zorder=1)
@@ -128,7 +120,7 @@ def write_png(world: World, robot: RobotParameters, path: np.ndarray | None, tit
     draw_robot(axis, world.start, robot.shape, START, "start: the robot")
     draw_goal(axis, world.goal)
     if len(world.moving_obstacles):
-        color, label = MOVING_OBSTACLES.color, f"{MOVING_OBSTACLES.label}, its path"
+        color, label = meshes.MOVING_OBSTACLES.color, f"{meshes.MOVING_OBSTACLES.label}, its path"
         axis.plot([], [], "o-", color=color, markersize=10.0, linewidth=0.6, label=label)
     save_figure(figure, file, dpi=150)
 
@@ -157,12 +149,12 @@ def write_html(world: World, robot: RobotParameters, path: np.ndarray | None, ti
     command = station.GetInputPort("drive.twist_command")
     command.FixValue(station.GetMyMutableContextFromRoot(context), np.zeros(command.size()))
     diagram.ForcedPublish(context)
-    shapes = {"goal": five_pointed_star(np.array(world.goal), max(robot.radius, 0.15), LAYERS["goal"].height)}
+    shapes = {"goal": meshes.goal_star(world.goal, max(robot.radius, 0.15))}
     if path is not None:
-        shapes["path"] = ribbon(path, LINE_WIDTH, LAYERS["path"].height)
-    layers = with_scene({name: LAYERS[name] for name in shapes}, world)
-    shapes["moving_obstacles"] = joined(
-        *(ribbon(w[:, 1:], 0.5 * LINE_WIDTH, 0.01) for w in world.moving_obstacles.paths)
+        shapes["path"] = meshes.ribbon(path, meshes.LINE_WIDTH, meshes.LAYERS["path"].height)
+    layers = meshes.with_scene({name: meshes.LAYERS[name] for name in shapes}, world)
+    shapes["moving_obstacles"] = meshes.joined(
+        *(meshes.ribbon(w[:, 1:], 0.5 * meshes.LINE_WIDTH, 0.01) for w in world.moving_obstacles.paths)
     )
     for name, mesh in shapes.items():
         if len(mesh):
