@@ -12,7 +12,6 @@ from scipy.sparse.csgraph import dijkstra
 from drake_starnav.control import ControllerParameters
 from drake_starnav.control.braking_certificate import STOPPED_DISTANCE
 from drake_starnav.control.free_heading import FREE_HEADING_RANGE, OPEN_WAY, SAMPLES, STEP
-from drake_starnav.control.heading_controller import CREEP_SPEED, GOAL_SLOWDOWN
 from drake_starnav.control.modulation import CENTER, FARTHEST, NEAR_WALL_SCALE, SIGMA
 from drake_starnav.control.motion import LONGEST_STEP, SAMPLE_SPACING
 from drake_starnav.control.path_following import (
@@ -22,6 +21,7 @@ from drake_starnav.control.path_following import (
     TURNING_TIMES,
     near_wall_radius,
 )
+from drake_starnav.control.rollout import CREEP_SPEED, GOAL_SLOWDOWN
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.planning import StarRoadmap
 from drake_starnav.planning.cost_field import BLOCKED_SLACK, NEAR_WALL_COST, SOFT_ZONE

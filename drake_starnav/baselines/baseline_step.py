@@ -11,8 +11,8 @@ from typing import Protocol
 import numpy as np
 
 from drake_starnav.baselines.known_obstacles import KnownObstacles
-from drake_starnav.control.heading_controller import CREEP_SPEED, GOAL_SLOWDOWN, turning_law
 from drake_starnav.control.inputs import Proposal
+from drake_starnav.control.rollout import CREEP_SPEED, GOAL_SLOWDOWN
 from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.limits import wrapped_angle
 
@@ -63,7 +63,8 @@ class Situation:
             return STOP
         bearing = math.atan2(velocity[1], velocity[0])
         speed = min(speed, max_speed, self.robot.max_speed)
-        return Proposal(turning_law(wrapped_angle(bearing - self.pose[2]), speed, self.robot), unit_vector(bearing))
+        error = wrapped_angle(bearing - self.pose[2])
+        return Proposal(self.robot.drive.towards(error, speed, self.robot.limits), unit_vector(bearing))
 
 
 class Baseline(Protocol):

@@ -27,12 +27,13 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.control.certificates import Certificate, accepted
-from drake_starnav.control.heading_controller import CREEP_SPEED, GOAL_SLOWDOWN, gripped
 from drake_starnav.control.inputs import ControllerInputs, Proposal
-from drake_starnav.control.motion import Actuation, Pose, Velocity, advanced, roll_out
+from drake_starnav.control.motion import Actuation, Pose, Velocity, advanced, gripped, roll_out
 from drake_starnav.control.path_following import followed
 from drake_starnav.control.rollout import (
     ARRIVED,
+    CREEP_SPEED,
+    GOAL_SLOWDOWN,
     FreeSpace,
     clearance_within,
     next_way_point,

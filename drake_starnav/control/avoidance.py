@@ -37,12 +37,11 @@ from drake_starnav.control.avoidance_rollout import (
     wanted_twist,
 )
 from drake_starnav.control.certificates import Certificate, accepted
-from drake_starnav.control.heading_controller import GOAL_SLOWDOWN
 from drake_starnav.control.inputs import ControllerInputs, TrackedObstacles
 from drake_starnav.control.motion import Actuation, roll_out
 from drake_starnav.control.moving_certificate import MOVING_MARGIN, STANDING_SPEED
 from drake_starnav.control.moving_modulation import moving_modulation
-from drake_starnav.control.rollout import FreeSpace, times_left
+from drake_starnav.control.rollout import GOAL_SLOWDOWN, FreeSpace, times_left
 from drake_starnav.robot import Limits, RobotParameters
 from drake_starnav.robot.limits import limited, wrapped_angle
 from drake_starnav.tracking.kalman_tracks import Tracks

@@ -19,11 +19,11 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from drake_starnav.control.heading_controller import CREEP_SPEED
 from drake_starnav.control.motion import Pose, Velocity, advanced
 from drake_starnav.control.moving_certificate import STANDING_SPEED
 from drake_starnav.control.rollout import (
     ARRIVED,
+    CREEP_SPEED,
     FreeSpace,
     clearance_within,
     next_way_point,

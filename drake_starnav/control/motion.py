@@ -12,7 +12,6 @@ import numpy as np
 from numba import njit
 from numba.extending import register_jitable
 
-from drake_starnav.control.heading_controller import slides
 from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.robot import BASES, Base, Limits
 from drake_starnav.utils.snapshot import snapshot
@@ -25,6 +24,10 @@ LARGEST_TURN = 0.25
 """Largest turn between two samples, rad: the chord is then short of its arc by 0.3 %."""
 AT_REST = 1e-9
 """A speed below this is zero, m/s or rad/s."""
+GRIP = 8.0
+"""Acceleration across the robot, speed times yaw rate, that its wheels follow without sliding, m/s^2."""
+GRIP_WHILE_BRAKING = 3.0
+"""GRIP holds up to this acceleration along the robot, m/s^2; beyond it grip falls with the third power."""
 SAMPLES = 128
 """Room for so many samples is made at first; a motion may have more."""
 
@@ -208,6 +211,18 @@ def body_rates(velocity, limits):
     if velocity.aside != 0.0:
         speed = math.copysign(math.hypot(velocity.ahead, velocity.aside), velocity.ahead)
     return speed, velocity.turning * speed if limits.steers > 0.0 else velocity.turning
+
+
+@njit(cache=True)
+def gripped(acceleration):
+    """Largest speed times yaw rate of a robot that may brake with this acceleration, m/s^2: more, and it slides."""
+    return GRIP * min(GRIP_WHILE_BRAKING / acceleration, 1.0) ** 3
+
+
+@njit(cache=True)
+def slides(v, omega, limits):
+    """Whether a robot that has this twist, and may brake as hard as its limits allow, slides."""
+    return abs(v * omega) > gripped(limits.max_acceleration) + 1e-9
 
 
 @njit(cache=True)

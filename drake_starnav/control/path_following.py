@@ -6,10 +6,10 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.control.free_heading import free_heading
-from drake_starnav.control.heading_controller import CREEP_SPEED, GOAL_SLOWDOWN
 from drake_starnav.control.inputs import ControllerInputs, Proposal
 from drake_starnav.control.manoeuvre_following import aligned_direction, followed_manoeuvre
 from drake_starnav.control.modulation import limited_turn, modulated_direction, near_wall_direction
+from drake_starnav.control.rollout import CREEP_SPEED, GOAL_SLOWDOWN
 from drake_starnav.planning.guidance import PASSED_DISTANCE
 from drake_starnav.planning.passage import tight_passage
 from drake_starnav.regions.margins import Margins

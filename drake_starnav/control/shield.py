@@ -29,7 +29,7 @@ def shielded(
 ) -> tuple[np.ndarray, bool]:
     """What is driven next: the twist, ramped towards `certified_twist`, and whether any motion was certified.
 
-    Where a star must accept it, and accepts what is desired, this is one compiled call. Arguments as of
+    Where only a star must accept what is desired, and does, this is one compiled call. Arguments as of
     `certified_twist`.
     """
     if len(certificates) == 1 and isinstance(certificates[0], StarCertificate):

@@ -18,9 +18,8 @@ from drake_starnav.baselines.sampling_mpc import (
 )
 from drake_starnav.control import ControllerInputs, ControllerParameters, Proposal
 from drake_starnav.control.braking_certificate import StarCertificate
-from drake_starnav.control.heading_controller import CREEP_SPEED, GOAL_SLOWDOWN
 from drake_starnav.control.path_following import followed
-from drake_starnav.control.rollout import ARRIVED, heading_loss
+from drake_starnav.control.rollout import ARRIVED, CREEP_SPEED, GOAL_SLOWDOWN, heading_loss
 from drake_starnav.planning.guidance import PASSED_DISTANCE, Guidance
 from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.regions.perception import SCAN_MEMORY

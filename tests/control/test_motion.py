@@ -10,6 +10,8 @@ from hypothesis import strategies as st
 
 from drake_starnav.control.motion import (
     AT_REST,
+    GRIP,
+    GRIP_WHILE_BRAKING,
     LARGEST_TURN,
     LONGEST_STEP,
     SAMPLE_SPACING,
@@ -20,8 +22,11 @@ from drake_starnav.control.motion import (
     Velocity,
     advanced,
     body_rates,
+    gripped,
+    ramped,
     ramped_velocity,
     roll_out,
+    slides,
 )
 from drake_starnav.geometry.footprint import disc, footprint
 from drake_starnav.robot import BASES, Limits, RobotParameters
@@ -169,3 +174,15 @@ def test_nothing_is_guaranteed_before_the_first_command() -> None:
     np.testing.assert_array_equal(none.path, np.zeros((1, 3)))
     with pytest.raises(AttributeError):
         none.certified = True
+
+
+def test_a_value_is_ramped_to_its_target_and_no_farther() -> None:
+    assert [ramped(1.0, x, 0.5) for x in (0.0, 1.2, 9.0)] == [0.5, 1.2, 1.5]
+
+
+def test_the_grip_falls_where_the_robot_may_brake_hard() -> None:
+    assert gripped(GRIP_WHILE_BRAKING) == GRIP
+    assert gripped(2.0 * GRIP_WHILE_BRAKING) == pytest.approx(GRIP / 8.0)
+    limits = Limits(2.0, 4.0, GRIP_WHILE_BRAKING, 10.0)
+    assert not slides(2.0, 0.5 * GRIP, limits)
+    assert slides(2.0, -0.51 * GRIP, limits)

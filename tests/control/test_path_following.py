@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 from benchmarks import numpy_pipeline
 from drake_starnav.baselines import paper
 from drake_starnav.control import ControllerInputs, path_following
-from drake_starnav.control.heading_controller import GOAL_SLOWDOWN, turning_law
 from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.control.path_following import (
     CREEP_SPEED,
@@ -21,6 +20,7 @@ from drake_starnav.control.path_following import (
     guided,
     guiding_vector,
 )
+from drake_starnav.control.rollout import GOAL_SLOWDOWN
 from drake_starnav.planning.guidance import PASSED_DISTANCE, Guidance
 from drake_starnav.regions.region_union import RegionUnion
 from drake_starnav.regions.safe_region import CertifiedRegion
@@ -227,7 +227,7 @@ def test_a_robot_that_is_slow_to_turn_stops_turning_in_time(acceleration):
     period = 0.02
     error, twist, least = 3.0, np.zeros(2), 0.0
     for _ in range(1000):
-        twist = limited_twist(twist, turning_law(error, 0.0, robot), robot, period)
+        twist = limited_twist(twist, robot.drive.towards(error, 0.0, robot.limits), robot, period)
         error -= twist[1] * period
         least = min(least, error)
     assert abs(error) < 0.01 and least > -0.1

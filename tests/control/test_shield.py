@@ -5,13 +5,15 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from drake_starnav.control.braking_certificate import STOPPED_DISTANCE, StarCertificate
 from drake_starnav.control.shield import certified_twist, ramped_twist, shielded
 from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.robot import BASES, RobotParameters
 from drake_starnav.robot.base import SHARES
-from tests.helpers.motions import PERIOD, actuation, starred_twist
+from tests.helpers.motions import PERIOD, actuation, limited_twist, starred_twist
 
 ROBOT = RobotParameters()
 HITS = np.column_stack((np.full(81, 1.0), np.linspace(-2.0, 2.0, 81)))
@@ -112,3 +114,14 @@ def test_a_robot_that_drives_in_any_direction_changes_its_velocity_along_a_strai
     robot = dataclasses.replace(ROBOT, base="omnidirectional", max_acceleration=1.0, max_yaw_acceleration=4.0)
     twist = ramped_twist((0.3, -0.4, 0.5), (0.0, 0.0, 0.0), actuation(robot, hold=0.1))
     np.testing.assert_allclose(twist, (0.24, -0.32, 0.1))
+
+
+@given(st.tuples(st.floats(-0.8, 0.8), st.floats(-2.0, 2.0)), st.tuples(st.floats(-9.0, 9.0), st.floats(-9.0, 9.0)))
+def test_a_period_s_twist_keeps_speeds_and_accelerations(twist, desired) -> None:
+    after = limited_twist(np.array(twist), np.array(desired), ROBOT, 0.02)
+    largest = np.array((ROBOT.max_speed, ROBOT.max_yaw_rate))
+    change = 0.02 * np.array((ROBOT.max_acceleration, ROBOT.max_yaw_acceleration))
+    assert (np.abs(after) <= largest + 1e-12).all()
+    assert (np.abs(after - twist) <= change + 1e-12).all()
+    reachable = np.abs(np.clip(desired, -largest, largest) - twist) <= change
+    np.testing.assert_allclose(after[reachable], np.clip(desired, -largest, largest)[reachable], atol=1e-12)

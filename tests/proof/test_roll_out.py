@@ -10,8 +10,7 @@ import numpy as np
 from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
-from drake_starnav.control.heading_controller import slides
-from drake_starnav.control.motion import Actuation, Motion, roll_out
+from drake_starnav.control.motion import Actuation, Motion, roll_out, slides
 from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.geometry.footprint import LEAST_SIZE, Footprint, disc, footprint
 from drake_starnav.navigation.validation import HARDEST_BRAKING, QUICKEST_LOCK, TIGHTEST_CIRCLE

@@ -15,7 +15,6 @@ import math
 import numpy as np
 
 from drake_starnav.baselines.paper import constants
-from drake_starnav.control.heading_controller import turning_law
 from drake_starnav.control.inputs import ControllerInputs, Proposal
 from drake_starnav.control.modulation import boundary_at
 from drake_starnav.regions.region_union import RegionUnion
@@ -37,7 +36,8 @@ def proposal(inputs: ControllerInputs, robot: RobotParameters) -> Proposal:
     if length == 0.0:
         return Proposal(np.zeros(2), np.zeros(2))
     heading = wrapped_angle(math.atan2(vector[1], vector[0]) - pose[2])
-    return Proposal(turning_law(heading, min(length, constants.SPEED, robot.max_speed), robot), vector / length)
+    speed = min(length, constants.SPEED, robot.max_speed)
+    return Proposal(robot.drive.towards(heading, speed, robot.limits), vector / length)
 
 
 def modulated_vector(position: np.ndarray, vector: np.ndarray, regions: RegionUnion, sigma: float) -> np.ndarray:
