@@ -27,11 +27,10 @@ def own_sources(navigation: Navigation) -> dict[str, OutputPort]:
     sources |= {"goal": navigation.goal_position} | footprint_sources(navigation)
     if "heading" in (goal := outputs(navigation.goal)):
         sources["heading"] = goal["heading"]
-    sources["observation"] = (navigation.matcher or navigation.perception).GetOutputPort("observation")
-    if navigation.matcher is None:  # else these are in the frame of the odometry
-        sources["certified_region"] = navigation.perception.GetOutputPort("certified_region")
-        if navigation.tracker is not None:
-            sources["tracks"] = navigation.tracker.GetOutputPort("tracks")
+    seen = navigation.matcher or navigation.perception
+    sources |= {name: seen.GetOutputPort(name) for name in ("observation", "certified_region")}
+    if navigation.matcher is None and navigation.tracker is not None:  # else they are in the frame of the odometry
+        sources["tracks"] = navigation.tracker.GetOutputPort("tracks")
     return sources if navigation.planner is None else outputs(navigation.planner) | sources
 
 

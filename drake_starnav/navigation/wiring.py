@@ -209,6 +209,7 @@ def _add_perception(builder: DiagramBuilder, needs: Needs, navigation: Navigatio
         error = OdometryError(localization.drift, localization.jump, _doubtful(scenario).noise)
         matcher = builder.AddNamedSystem("matcher", ScanMatcher(error, rate=lidar.rate))
         builder.Connect(perception.GetOutputPort("observation"), matcher.GetInputPort("observation"))
+        builder.Connect(perception.GetOutputPort("certified_region"), matcher.GetInputPort("certified_region"))
         builder.Connect(station.GetOutputPort("localization.state"), matcher.GetInputPort("state"))
         builder.Connect(scan_pose, matcher.GetInputPort("scan_pose"))
     return dataclasses.replace(navigation, perception=perception, tracker=tracker, matcher=matcher)
@@ -222,7 +223,7 @@ def _doubtful(scenario: Scenario) -> LidarParameters:
 
 
 def _add_planning(builder: DiagramBuilder, needs: Needs, own: System | None, navigation: Navigation) -> Navigation:
-    scenario, perception, matcher = needs.scenario, navigation.perception, navigation.matcher
+    scenario, matcher = needs.scenario, navigation.matcher
     planner = own or StarRoadmapPlanner(
         scenario.robot,
         scenario.planner,
@@ -233,9 +234,6 @@ def _add_planning(builder: DiagramBuilder, needs: Needs, own: System | None, nav
         stopwatch=needs.stopwatch,
     )
     planner = add_system(builder, "planner", planner, "planner")
-    if own is None:
-        assert perception is not None
-        builder.Connect(perception.GetOutputPort("certified_region"), planner.GetInputPort("certified_region"))
     connect_inputs(builder, planner, own_sources(navigation), "planner")
     if matcher is not None and "guidance" in outputs(planner):
         connect(builder, planner.GetOutputPort("guidance"), matcher.GetInputPort("guidance"), "planner")

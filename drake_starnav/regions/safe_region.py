@@ -12,6 +12,7 @@ from functools import cached_property
 import numpy as np
 from numba import njit
 
+from drake_starnav.geometry.se2 import placed
 from drake_starnav.lidar.field_of_view import TURN
 from drake_starnav.lidar.laser_scan import HIT, LOST, LaserScan, placed_ends
 from drake_starnav.lidar.mounts import ON_AXIS
@@ -106,6 +107,18 @@ class CertifiedRegion:
         if radius <= self.radius:
             return self
         return dataclasses.replace(self, values=np.zeros_like(self.values))
+
+    def moved(self, frame: np.ndarray) -> "CertifiedRegion":
+        """The same region in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""
+        return dataclasses.replace(
+            self,
+            center=placed(frame, self.center[None])[0],
+            bearing_0=self.bearing_0 + float(frame[2]),
+            near_hits=placed(frame, self.near_hits),
+            hits=placed(frame, self.hits),
+            behind=placed(frame, self.behind),
+            earlier=tuple(region.moved(frame) for region in self.earlier),
+        )
 
     @staticmethod
     def none() -> "CertifiedRegion":
@@ -233,8 +246,8 @@ def _certified_region(known, seen, beams, distance, place, bearings, tables, siz
     old_points, old_gaps, begin = known
     latest, latest_gaps, far, is_merged = seen
     away = np.hypot(latest[:, 0], latest[:, 1])
-    placed = placed_ends(latest, np.ones(len(latest)), away < far, x, y, cosine, sine)
-    hits = np.concatenate((old_points[begin:], placed))
+    ends = placed_ends(latest, np.ones(len(latest)), away < far, x, y, cosine, sine)
+    hits = np.concatenate((old_points[begin:], ends))
     gaps = np.concatenate((old_gaps[begin:], latest_gaps[away < far]))
     remembered = len(hits)
     if is_merged or not beams.complete:  # space behind lost beams of the latest scan is not certified

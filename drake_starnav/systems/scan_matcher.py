@@ -9,6 +9,7 @@ from drake_starnav.geometry.se2 import inverse
 from drake_starnav.localization.scan_matching import OdometryError, ScanMap, matched
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.regions import Observation
+from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.systems.release import declare_value, declare_vector
 from drake_starnav.systems.scan_state import ScanState
 
@@ -17,14 +18,15 @@ class ScanMatcher(LeafSystem):
     """Corrects the drift of the odometry for the planner, which works in a map frame that does not drift.
 
     ```
-                   ┌─────────────┐
-    observation ──>│             ├──> observation
-    state ────────>│ ScanMatcher ├──> state
-    scan_pose ────>│             ├──> pose
-    guidance ─────>│             ├──> scan_pose
-    certificate ──>│             ├──> guidance
-                   │             ├──> certificate
-                   └─────────────┘
+                        ┌─────────────┐
+    observation ───────>│             ├──> observation
+    certified_region ──>│             ├──> certified_region
+    state ─────────────>│ ScanMatcher ├──> state
+    scan_pose ─────────>│             ├──> pose
+    guidance ──────────>│             ├──> scan_pose
+    certificate ───────>│             ├──> guidance
+                        │             ├──> certificate
+                        └─────────────┘
     ```
 
     Frames: O, the odometry frame, and M, the map frame, which coincides with O at the start: to the planner and the
@@ -32,6 +34,7 @@ class ScanMatcher(LeafSystem):
 
     Ports:
         observation: abstract, `Observation` in O; as output, in M.
+        certified_region: abstract, `CertifiedRegion` in O; as output, in M, for the planner.
         state: vector (x, y, yaw, v, omega) of the robot in O; as output, in M.
         pose: vector (x, y, yaw) of the robot in M.
         scan_pose: vector (x, y, yaw) of the sensor frame when the last scan was taken, in O; as output, in M.
@@ -47,17 +50,19 @@ class ScanMatcher(LeafSystem):
         super().__init__()
         self._error = error
         self._observation = self.DeclareAbstractInputPort("observation", Value(Observation.none()))
+        self._star = self.DeclareAbstractInputPort("certified_region", Value(CertifiedRegion.none()))
         self._now = self.DeclareVectorInputPort("state", 5)
         self._scan_pose = self.DeclareVectorInputPort("scan_pose", 3)
         self._guidance = self.DeclareAbstractInputPort("guidance", Value(Guidance.none()))
         self._certificate = self.DeclareAbstractInputPort("certificate", Value(BrakingMotion.none()))
         self._map = ScanState(self, ScanMap(), self._after, (self._observation,), rate=rate)
         own, held = ScanMatcher, self._map.ticket
-        seen, now, scan_pose, guidance, certificate = (
+        seen, star, now, scan_pose, guidance, certificate = (
             {held, port.ticket()}
-            for port in (self._observation, self._now, self._scan_pose, self._guidance, self._certificate)
+            for port in (self._observation, self._star, self._now, self._scan_pose, self._guidance, self._certificate)
         )
         declare_value(self, "observation", Observation.none(), own._seen, seen)
+        declare_value(self, "certified_region", CertifiedRegion.none(), own._moved_star, star)
         declare_vector(self, "state", 5, own._corrected_state, now)
         declare_vector(self, "pose", 3, lambda system, context: system._corrected_state(context)[:3], now)
         declare_vector(self, "scan_pose", 3, own._corrected_scan_pose, scan_pose)
@@ -74,6 +79,9 @@ class ScanMatcher(LeafSystem):
 
     def _seen(self, context: Context) -> Observation:
         return self._observation.Eval(context).moved(self._map.Eval(context).correction)
+
+    def _moved_star(self, context: Context) -> CertifiedRegion:
+        return self._star.Eval(context).moved(self._map.Eval(context).correction)
 
     def _corrected_state(self, context: Context) -> np.ndarray:
         state = self._now.Eval(context)

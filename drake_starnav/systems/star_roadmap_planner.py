@@ -75,7 +75,8 @@ class StarRoadmapPlanner(LeafSystem):
         goal: vector (x, y) in W, m.
         heading: vector of size 1, yaw in W to which the guidance turns the robot on the spot, rad; NaN, or not
             connected: it leads to the goal.
-        certified_region: abstract, `CertifiedRegion` in any frame, to say what blocks the robot; need not be connected.
+        certified_region: abstract, `CertifiedRegion` in W, for manoeuvres of a robot that is no disc, and to say what
+            blocks a robot; need not be connected.
         footprint: abstract, `FootprintInForce`; need not be connected.
         guidance: abstract, `Guidance` for the controller.
         short_term_goal: vector (x, y) in W, m; the robot's own position while there is none.

@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from drake_starnav.geometry.se2 import placed
 from drake_starnav.lidar.laser_scan import DYNAMIC, LaserScan
 from drake_starnav.lidar.mounts import ON_AXIS
 from drake_starnav.regions.erosion import smoothed_distances
@@ -64,6 +65,18 @@ def test_the_memory_keeps_the_last_scans_and_never_changes():
         assert tuple(np.hypot(*memory.points[::4].T).tolist()) == kept and set(memory.counts) == {4}
         assert memories[-1].counts[-1] == 0  # 4 m is beyond the reach that matters
         assert len(memory.points) == len(memory.half_gaps) == sum(memory.counts)
+
+
+def test_in_another_frame_it_certifies_the_same() -> None:
+    frame, (star, _, _, pose) = np.array((1.0, -2.0, 2.5)), driven(3)
+    star = dataclasses.replace(star, behind=star.hits[:3], earlier=(driven(4)[0],))
+    moved = star.moved(frame)
+    points = pose[:2] + np.random.default_rng(0).uniform(-1.0, 1.0, (500, 2))
+    for there, here in zip((moved, *moved.earlier), (star, *star.earlier), strict=True):
+        assert 50 < here.alone.contains(points).sum() < 450
+        assert (there.alone.contains(placed(frame, points)) == here.alone.contains(points)).all()
+        for ends in ("near_hits", "hits", "behind"):
+            np.testing.assert_allclose(getattr(there, ends), placed(frame, getattr(here, ends)))
 
 
 def test_the_latest_scan_is_kept_even_if_none_is_asked_for() -> None:
