@@ -37,3 +37,10 @@ def test_a_goal_close_to_a_wall_is_not_driven_past(place: str) -> None:
     )
     assert near.outcome == far.outcome == "reached"
     assert near.path_length_m < 1.1 * far.path_length_m
+
+
+def test_a_rectangle_whose_odometry_drifts_passes_doors() -> None:
+    rectangle = "[[0.254, 0.215], [-0.254, 0.215], [-0.254, -0.215], [0.254, -0.215]]"
+    shape = "robot.model=jackal", f"robot.footprint={rectangle}", "world.door=0.9"
+    driven = trial("rooms", 1, *shape, "localization.drift=0.02", "simulation.timeout=90")
+    assert driven.outcome == "reached" and driven.stuck_s < 2.0
