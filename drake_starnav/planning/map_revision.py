@@ -20,7 +20,7 @@ from drake_starnav.regions.bearing_hits import half_gaps
 from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.observation import Observation
 from drake_starnav.regions.piecewise_cubic import JUMP
-from drake_starnav.regions.region_union import CELL, WORD, RegionUnion, samples_beside
+from drake_starnav.regions.region_union import CELL, WORD, RegionUnion
 from drake_starnav.regions.star_region import StarRegion, clear_of, cut_back, refitted
 
 CONTRADICTION = 0.2
@@ -137,12 +137,12 @@ def _near_hits(union, points, reach, radius, gap):
             disc = math.sqrt((radius + 0.5 * step * away) ** 2 + gap * gap)
             found[k] = away <= disc
             if away > disc:
-                beside, _ = samples_beside(bearing_0[k], samples, dx, dy)
+                nearest = int(math.floor((math.atan2(dy, dx) - bearing_0[k]) / step + 0.5))
                 width = int(math.asin(disc / away) / step)
-                for m in range(beside - width, beside + width + 2):
+                for m in range(nearest - width, nearest + width + 1):
                     beyond = values[k, m % samples] + JUMP - CONTRADICTION
                     if beyond > away - disc:
-                        off = step * max(beside - m, m - beside - 1, 0)
+                        off = step * (m - nearest)
                         under = math.sqrt(max(disc * disc - (away * math.sin(off)) ** 2, 0.0))
                         found[k] = found[k] or beyond > away * math.cos(off) - under
     return np.flatnonzero(found)

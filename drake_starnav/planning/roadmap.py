@@ -16,7 +16,7 @@ from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.roadmap_edges import edges_from
 from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.observation import Observation
-from drake_starnav.regions.region_index import indexed, only
+from drake_starnav.regions.region_index import indexed
 from drake_starnav.regions.region_union import RegionUnion
 from drake_starnav.regions.star_region import StarRegion, united
 from drake_starnav.utils.snapshot import snapshot
@@ -97,9 +97,10 @@ def extended(roadmap: StarRoadmap, node: Observation, margins: Margins, robot_ra
     grown = with_node(roadmap, node, hits)
     own = _edges_off_hits(region, len(roadmap), hits, robot_radius)
     own_covers = grown.union.covers(own.probe, COVER_SLACK)
-    here, covers = only(grown.union, np.array([len(roadmap)])), roadmap.covers.copy()
-    covers[covers < 0] = here.covers(roadmap.edge_frontiers.where(covers < 0).probe, COVER_SLACK)
-    known = roadmap.frontiers.where(~here.contains(roadmap.frontiers.probe, COVER_SLACK))
+    covers = roadmap.covers.copy()
+    seen = region.alone.contains(roadmap.edge_frontiers.where(covers < 0).probe, COVER_SLACK)
+    covers[covers < 0] = np.where(seen, len(roadmap), -1)
+    known = roadmap.frontiers.where(~region.alone.contains(roadmap.frontiers.probe, COVER_SLACK))
     frontiers = known.joined(own.where(own_covers < 0))
     return dataclasses.replace(
         grown,
@@ -137,10 +138,8 @@ def remade(roadmap: StarRoadmap, nodes: Sequence[Observation], robot_radius: flo
     news = np.array(list(number.values()), np.int64)
     kept = np.flatnonzero(renumbered >= 0)
     same = len(regions) >= len(roadmap) and (renumbered[kept] == kept).all()  # else they have other bits in the index
-    order = np.argsort(np.append(renumbered, news), kind="stable")[(renumbered < 0).sum() :]
-    joined = roadmap.union.joined(united(regions[k] for k in news.tolist()))
-    union = RegionUnion(*(rows.take(order, axis=0) for rows in joined.rows))
-    union = indexed(union, roadmap.union, news) if same else indexed(union, RegionUnion.none(), np.arange(union.size))
+    before, changed = (roadmap.union, news) if same else (RegionUnion.none(), np.arange(len(regions)))
+    union = indexed(united(regions), before, changed)
     edges, lengths = edges_from(union, 0)
     fresh = [_edges_off_hits(regions[k], k, roadmap.hits, robot_radius) for k in news.tolist()]
     every = Frontiers(old.viewpoint, old.probe, renumbered[old.owner]).joined(*fresh)
@@ -150,8 +149,10 @@ def remade(roadmap: StarRoadmap, nodes: Sequence[Observation], robot_radius: flo
     doubtful[: len(old)] &= roadmap.covers >= 0
     order = np.argsort(every.owner, kind="stable")[(every.owner < 0).sum() :]
     every, covers, doubtful = every.where(order), covers[order], doubtful[order]
-    for asked, among in ((doubtful, union), ((covers < 0) & ~doubtful, only(union, news))):
-        covers[asked] = among.covers(every.where(asked).probe, COVER_SLACK)
+    covers[doubtful] = union.covers(every.where(doubtful).probe, COVER_SLACK)
+    others = (covers < 0) & ~doubtful
+    found = united(regions[k] for k in news.tolist()).covers(every.where(others).probe, COVER_SLACK)
+    covers[others] = np.append(news, -1)[found]
     roadmap = dataclasses.replace(
         new,
         union=union,

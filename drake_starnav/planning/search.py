@@ -32,7 +32,7 @@ BLACKLIST_SLACK = 0.02
 """Around a target tried in vain, openings wider than the margin by this much stay open, m."""
 MARGINS_IN_DOUBT = 3.0
 """Hits may err by this many times the least margin, which allows for the errors of most."""
-SIGHT_BEARINGS = 360
+SIGHT_BEARINGS = 60
 """Lines of sight are tested first where another one near the same of so many bearings was blocked."""
 
 
@@ -254,8 +254,9 @@ def _cheapest(union, position, viewpoint, order, costs):
         turn = math.atan2(v - position[1], u - position[0]) / (2.0 * math.pi) + 0.5
         bearing = int(turn * SIGHT_BEARINGS) % SIGHT_BEARINGS
         gap = first_gap(union, position, (u, v), blocked[bearing])
-        if gap >= 0.0:
-            blocked[bearing] = gap
+        for k in (bearing - 1, bearing, (bearing + 1) % SIGHT_BEARINGS):
+            if gap >= 0.0 and (k == bearing or blocked[k] == 0.0):
+                blocked[k] = gap
         cost = (graph[i] if gap >= 0.0 else min(straight[i], graph[i])) + ahead[i]
         if cost < best_cost:
             best, best_cost, direct = i, cost, gap < 0.0

@@ -42,11 +42,6 @@ def indexed(union: RegionUnion, before: RegionUnion, news: np.ndarray) -> Region
     return union._replace(marks=marks, corner=corner)
 
 
-def only(union: RegionUnion, members: np.ndarray) -> RegionUnion:
-    """An indexed union in whose index only the regions of these indices (k,) are: places are asked of them alone."""
-    return union._replace(marks=union.marks & _bits(members, union.marks.shape[2]))
-
-
 def _bits(members: np.ndarray, words: int) -> np.ndarray:
     """The bits of regions of these indices (k,) in a cell's words, shape (words,), uint64."""
     chosen = np.zeros(WORD * words, bool)
