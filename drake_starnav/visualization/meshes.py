@@ -15,8 +15,8 @@ from drake_starnav.planning.roadmap import StarRoadmap, is_blacklisted
 from drake_starnav.worlds.moving_obstacles import MOVING_OBSTACLE_COLOR
 from drake_starnav.worlds.world import World
 
-MITRE_LIMIT = 2.0
-"""Largest width of a ribbon at a corner over its width along the sides."""
+MITRE_LIMIT = 1.7
+"""Corners of a ribbon reach so far from its line, over half its width, and are cut off there: no farther than twice."""
 SAME_POINT = 1e-6
 """Points of a polyline nearer than this count once, m."""
 
@@ -117,25 +117,20 @@ class Mesh:
         return len(self.faces)
 
 
-def joined(*meshes: Mesh) -> Mesh:
-    """Several meshes as one."""
-    if not meshes:
-        return Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32))
-    first = np.cumsum([0, *(len(m.vertices) for m in meshes[:-1])])
-    return Mesh(
-        np.vstack([m.vertices for m in meshes]),
-        np.vstack([m.faces + k for m, k in zip(meshes, first, strict=True)]).astype(np.int32),
-    )
+NOTHING = Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32))
 
 
-def fan(center: np.ndarray, rim: np.ndarray, z: float, closed: bool = True) -> Mesh:
-    """Triangles from a centre (2,) to each edge of a rim (n, 2), counter-clockwise, W, m, at a height, m.
+def area(shape: shapely.Geometry, z: float) -> Mesh:
+    """The polygons of a shape, W, m, at a height, m."""
+    corners = shapely.get_coordinates(shapely.get_parts(shapely.constrained_delaunay_triangles(shape)))
+    points, faces = np.unique(corners.reshape(-1, 4, 2)[:, :3].reshape(-1, 2), axis=0, return_inverse=True)
+    return Mesh(_raised(points, z), faces.reshape(-1, 3).astype(np.int32))
 
-    `closed`: whether an edge joins the last point of the rim to the first.
-    """
-    count = len(rim)
-    i = np.arange(count if closed else count - 1)
-    faces = np.column_stack((np.zeros_like(i), i + 1, (i + 1) % count + 1))
+
+def fan(center: np.ndarray, rim: np.ndarray, z: float) -> Mesh:
+    """Triangles from a centre (2,) to each edge of a closed rim (n, 2), counter-clockwise, W, m, at a height, m."""
+    i = np.arange(len(rim))
+    faces = np.column_stack((np.zeros_like(i), i + 1, (i + 1) % len(rim) + 1))
     return Mesh(_raised(np.vstack((center, rim)), z), faces.astype(np.int32))
 
 
@@ -145,55 +140,39 @@ def ribbon(points: np.ndarray, width: float, z: float, closed: bool = False) -> 
 
     `closed`: whether the last point joins the first.
     """
-    points = np.asarray(points, dtype=float)[:, :2]
-    ahead = np.roll(points, -1, axis=0) - points
-    distinct = np.hypot(*ahead.T) > SAME_POINT
-    if not closed and len(points):
-        distinct[-1] = True
-    points = points[distinct]
-    count = len(points)
-    if count < 2:
-        return joined()
-    ahead = np.roll(points, -1, axis=0) - points
-    left = np.column_stack((-ahead[:, 1], ahead[:, 0])) / np.maximum(np.hypot(*ahead.T), SAME_POINT)[:, None]
-    if not closed:
-        left[-1] = left[-2]
-    before = np.roll(left, 1, axis=0)
-    if not closed:
-        before[0] = left[0]
-    middle = left + before
-    length = np.hypot(*middle.T)
-    middle = np.where(length[:, None] > 1e-9, middle / np.maximum(length, 1e-9)[:, None], left)
-    stretch = 1.0 / np.maximum(np.sum(middle * left, axis=1), 1.0 / MITRE_LIMIT)
-    offset = 0.5 * width * stretch[:, None] * middle
-    i = np.arange(count if closed else count - 1)
-    j = (i + 1) % count
-    faces = np.vstack((np.column_stack((i, i + count, j)), np.column_stack((j, i + count, j + count))))
-    return Mesh(_raised(np.vstack((points + offset, points - offset)), z), faces.astype(np.int32))
+    kind = shapely.LinearRing if closed else shapely.LineString
+    line = kind(points if len(points) > 1 + closed else [])
+    with np.errstate(divide="ignore", invalid="ignore"):  # where points of the line coincide
+        band = line.buffer(0.5 * width, cap_style="flat", join_style="mitre", mitre_limit=MITRE_LIMIT)
+    return area(band, z)
 
 
 def segments(ends: np.ndarray, width: float, z: float) -> Mesh:
-    """Separate straight ribbons; `ends` has shape (n, 2, 2), W, m."""
-    return joined(*(ribbon(pair, width, z) for pair in ends))
-
-
-def discs(centers: np.ndarray, radius: float, z: float, sides: int = 12) -> Mesh:
-    """Regular polygons of `sides` corners about centres of shape (n, 2), W, m."""
-    corners = np.asarray(centers, dtype=float).reshape(-1, 1, 2) + _circle(radius, sides)
-    i = np.arange(1, sides - 1)
-    faces = np.column_stack((np.zeros_like(i), i, i + 1)) + sides * np.arange(len(corners))[:, None, None]
+    """Separate straight ribbons, of four vertices each; `ends` has shape (n, 2, 2), W, m."""
+    start, end = ends[:, 0], ends[:, 1]
+    ahead = end - start
+    left = np.column_stack((-ahead[:, 1], ahead[:, 0])) / np.maximum(np.hypot(*ahead.T), SAME_POINT)[:, None]
+    left *= 0.5 * width
+    corners = np.stack((start + left, end + left, start - left, end - left), axis=1)
+    faces = np.array([(0, 2, 1), (1, 2, 3)]) + 4 * np.arange(len(ends))[:, None, None]
     return Mesh(_raised(corners.reshape(-1, 2), z), faces.reshape(-1, 3).astype(np.int32))
 
 
-def ring(center: np.ndarray, inner: float, outer: float, z: float, sides: int = 32) -> Mesh:
+def discs(centers: np.ndarray, radius: float, z: float) -> Mesh:
+    """Regular polygons of twelve corners about centres of shape (n, 2), W, m."""
+    return area(shapely.MultiPoint(centers).buffer(radius, quad_segs=3), z)
+
+
+def ring(center: np.ndarray, inner: float, outer: float, z: float) -> Mesh:
     """The area between two circles of radii `inner` and `outer` (m) about a centre (2,), W."""
-    return ribbon(np.asarray(center) + _circle(0.5 * (inner + outer), sides), outer - inner, z, closed=True)
+    middle = shapely.Point(center)
+    return area(middle.buffer(outer, quad_segs=5) - middle.buffer(inner, quad_segs=5), z)
 
 
 def crosses(centers: np.ndarray, size: float, z: float) -> Mesh:
     """Diagonal crosses of a half diagonal `size` (m) about centres of shape (n, 2), W, m."""
-    half = size * math.sqrt(0.5) * np.array([(1.0, 1.0), (1.0, -1.0)])
-    return joined(*(ribbon(np.array([c - arm, c + arm]), 0.45 * size, z) for c in centers for arm in half))
+    arms = size * math.sqrt(0.5) * np.array([[(-1.0, -1.0), (1.0, 1.0)], [(-1.0, 1.0), (1.0, -1.0)]])
+    return segments((np.reshape(centers, (-1, 1, 1, 2)) + arms).reshape(-1, 2, 2), 0.45 * size, z)
 
 
 def five_pointed_star(center: np.ndarray, radius: float, z: float) -> Mesh:
@@ -209,24 +188,13 @@ def goal_star(place: Sequence[float] | np.ndarray, robot_radius: float) -> Mesh:
     return five_pointed_star(np.array(place[:2]), 0.9 * robot_radius, LAYERS["goal"].height)
 
 
-def swath(path: np.ndarray, radius: float, z: float, sides: int = 10) -> Mesh:
-    """The area that a disc of `radius` (m) sweeps ahead along a path of shape (n, 2) or (n, 3), W, m."""
-    path = np.asarray(path, dtype=float)[:, :2]
-    body = ribbon(path, 2.0 * radius, z)
-    if not len(body):
-        return body
-    heading = path[-1] - path[np.flatnonzero(np.hypot(*(path - path[-1]).T) > SAME_POINT)[-1]]
-    angle = math.atan2(heading[1], heading[0]) + np.linspace(-0.5 * math.pi, 0.5 * math.pi, sides)
-    cap = path[-1] + radius * np.column_stack((np.cos(angle), np.sin(angle)))
-    return joined(body, fan(path[-1], cap, z, closed=False))
-
-
-def swept(poses: np.ndarray, footprint: Footprint, z: float) -> Mesh:
-    """The area that a footprint of polygons covers at some poses (x, y, yaw), shape (n, 3), W, m and rad."""
-    area = shapely.union_all([covered(footprint, pose) for pose in poses])
-    corners = shapely.get_coordinates(shapely.get_parts(shapely.constrained_delaunay_triangles(area)))
-    corners = corners.reshape(-1, 4, 2)[:, :3]
-    return Mesh(_raised(corners.reshape(-1, 2), z), np.arange(3 * len(corners), dtype=np.int32).reshape(-1, 3))
+def swept(poses: np.ndarray, shape: Footprint, z: float) -> Mesh:
+    """The area that a footprint covers at some poses (x, y, yaw), shape (n, 3), W, m and rad; a disc's between them,
+    too."""
+    if shape.is_disc:
+        way = poses[:, :2] if len(poses) > 1 else np.repeat(poses[:, :2], 2, axis=0)
+        return area(shapely.LineString(way).buffer(shape.radius, quad_segs=5), z)
+    return area(shapely.union_all([covered(shape, pose) for pose in poses]), z)
 
 
 def speed_colors(speeds: np.ndarray, max_speed: float) -> np.ndarray:
@@ -247,11 +215,6 @@ def vanished_frontiers(before: Frontiers, after: StarRoadmap) -> tuple[np.ndarra
     viewpoint, probe = before.viewpoint[gone], before.probe[gone]
     stuck = is_blacklisted(after, viewpoint) & ~after.union.contains(probe)
     return viewpoint[~stuck], viewpoint[stuck]
-
-
-def _circle(radius: float, sides: int) -> np.ndarray:
-    angle = 2.0 * math.pi / sides * np.arange(sides)
-    return radius * np.column_stack((np.cos(angle), np.sin(angle)))
 
 
 def _raised(points: np.ndarray, z: float) -> np.ndarray:

@@ -93,11 +93,11 @@ class StarRoadmapVisualizer(LeafSystem):
         self._robot = robot
         self.stage = MeshcatStage(meshcat, f"/{ROOT}", 1.0 / parameters.frames_per_second, keep=keep)
         state = PlannerState.initial(PlannerParameters(), robot.radius)
-        node, here, sides = NODE_RADIUS, np.zeros(2), 20
+        node, here = NODE_RADIUS, np.zeros(2)
         self._marks = {
             "goal": meshes.goal_star(here, robot.radius),
-            "short_term_goal": meshes.ring(here, 1.2 * node, 2.0 * node, LAYERS["short_term_goal"].height, sides),
-            "frontiers/target": meshes.ring(here, 2.4 * node, 3.1 * node, LAYERS["frontiers/target"].height, sides),
+            "short_term_goal": meshes.ring(here, 1.2 * node, 2.0 * node, LAYERS["short_term_goal"].height),
+            "frontiers/target": meshes.ring(here, 2.4 * node, 3.1 * node, LAYERS["frontiers/target"].height),
         }
         self._nothing = state.roadmap
         self._drawn = _Drawn(self._nothing)
@@ -147,7 +147,7 @@ class StarRoadmapVisualizer(LeafSystem):
         """Show the mark of a layer at a place of shape (2,), W, m, and nowhere else; None hides it."""
         if not np.array_equal(place, self._drawn.marked.get(layer)):  # type: ignore[arg-type]
             mark = self._marks[layer]
-            mesh = meshes.joined() if place is None else meshes.Mesh(mark.vertices + (*place, 0.0), mark.faces)
+            mesh = meshes.NOTHING if place is None else meshes.Mesh(mark.vertices + (*place, 0.0), mark.faces)
             self.stage.swap(layer, mesh, time)
             self._drawn.marked[layer] = None if place is None else np.array(place)
 
@@ -246,8 +246,7 @@ class StarRoadmapVisualizer(LeafSystem):
         if len(path):
             kept = np.unique(np.linspace(0, len(path) - 1, min(CERTIFICATE_POINTS, len(path))).round().astype(int))
             path = path[kept]
-        shape, height = self._robot.shape, LAYERS["certificate"].height
-        mesh = meshes.swath(path, shape.radius, height) if shape.is_disc else meshes.swept(path, shape, height)
+        mesh = meshes.swept(path, self._robot.shape, LAYERS["certificate"].height)
         self.stage.swap("certificate", mesh, time, CERTIFICATE_OPACITY)
 
     def _draw_trail(self, time: float) -> None:

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import shapely
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.footprint import Footprint, disc
@@ -153,9 +154,8 @@ def write_html(world: World, robot: RobotParameters, path: np.ndarray | None, ti
     if path is not None:
         shapes["path"] = meshes.ribbon(path, meshes.LINE_WIDTH, meshes.LAYERS["path"].height)
     layers = meshes.with_scene({name: meshes.LAYERS[name] for name in shapes}, world)
-    shapes["moving_obstacles"] = meshes.joined(
-        *(meshes.ribbon(w[:, 1:], 0.5 * meshes.LINE_WIDTH, 0.01) for w in world.moving_obstacles.paths)
-    )
+    ways = shapely.MultiLineString([path[:, 1:] for path in world.moving_obstacles.paths])
+    shapes["moving_obstacles"] = meshes.area(ways.buffer(0.25 * meshes.LINE_WIDTH), 0.01)
     for name, mesh in shapes.items():
         if len(mesh):
             meshcat.SetTriangleMesh(f"{ROOT}/{name}", mesh.vertices.T, mesh.faces.T, Rgba(*layers[name].color))

@@ -4,11 +4,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import shapely
 from hypothesis import given
 from hypothesis import strategies as st
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.geometry.footprint import footprint
+from drake_starnav.geometry.footprint import disc, footprint
 from drake_starnav.parameters import build
 from drake_starnav.planning import PlannerParameters, StarRoadmap
 from drake_starnav.planning.frontiers import Frontiers
@@ -45,8 +46,9 @@ def test_ribbon_is_sound_and_stays_near_its_line(points, closed):
     assert is_sound(mesh)
     assert (mesh.vertices[:, 2] == 0.3).all()
     if len(mesh):
-        nearest = np.hypot(*(mesh.vertices[:, None, :2] - points).transpose(2, 0, 1)).min(axis=1)
-        assert (nearest <= 0.5 * width * meshes.MITRE_LIMIT + 1e-9).all()
+        line = shapely.LineString([*points, *points[:1]] if closed else points)
+        away = shapely.distance(line, shapely.points(mesh.vertices[:, :2]))
+        assert (away <= width + 1e-9).all()
 
 
 def test_ribbon_has_the_area_of_its_line():
@@ -59,7 +61,6 @@ def test_ribbon_has_the_area_of_its_line():
 @pytest.mark.parametrize("points", [np.zeros((0, 2)), np.zeros((1, 2)), np.ones((4, 2))])
 def test_ribbon_of_nothing_is_empty(points):
     assert len(meshes.ribbon(points, 0.1, 0.0)) == 0
-    assert len(meshes.swath(points, 0.1, 0.0)) == 0
 
 
 @given(st.lists(st.floats(0.1, 5.0), min_size=3, max_size=60))
@@ -75,27 +76,35 @@ def test_fan_covers_the_area_of_a_star_region(radii):
 
 def test_shapes_have_their_areas():
     centers = np.array([(0.0, 0.0), (3.0, 1.0), (-2.0, 5.0)])
-    hexagon = 1.5 * math.sqrt(3.0) * 0.2**2
-    assert area(meshes.discs(centers, 0.2, 0.0, sides=6)) == pytest.approx(3 * hexagon)
-    ring = meshes.ring(centers[1], 0.3, 0.5, 0.0, sides=200)
-    assert area(ring) == pytest.approx(math.pi * (0.5**2 - 0.3**2), rel=1e-3)
-    for mesh in (ring, meshes.crosses(centers, 0.1, 0.0), meshes.five_pointed_star(centers[2], 0.2, 0.0)):
+    dodecagon = 3.0 * 0.2**2
+    assert area(meshes.discs(centers, 0.2, 0.0)) == pytest.approx(3 * dodecagon)
+    ring = meshes.ring(centers[1], 0.3, 0.5, 0.0)
+    assert area(ring) == pytest.approx(math.pi * (0.5**2 - 0.3**2), rel=0.02)
+    band = meshes.segments(np.array([[(0.0, 0.0), (3.0, 4.0)], [(1.0, 1.0), (1.0, 3.0)]]), 0.1, 0.0)
+    assert area(band) == pytest.approx(0.7) and len(band.vertices) == 8
+    for mesh in (ring, band, meshes.crosses(centers, 0.1, 0.0), meshes.five_pointed_star(centers[2], 0.2, 0.0)):
         assert is_sound(mesh)
     assert len(meshes.discs(np.zeros((0, 2)), 0.2, 0.0)) == 0
     assert len(meshes.crosses(np.zeros((0, 2)), 0.2, 0.0)) == 0
 
 
 @given(st.floats(-math.pi, math.pi), st.floats(0.05, 2.0))
-def test_swath_reaches_a_radius_beyond_the_end_and_no_farther(heading, length):
+def test_a_disc_sweeps_a_radius_around_its_way_and_no_more(heading, length):
     radius = 0.25
     ahead = np.array([math.cos(heading), math.sin(heading)])
-    mesh = meshes.swath(np.linspace(0.0, length, 9)[:, None] * ahead, radius, 0.0, sides=181)
+    mesh = meshes.swept(np.linspace(0.0, length, 9)[:, None] * ahead, disc(radius), 0.0)
     along = mesh.vertices[:, :2] @ ahead
     aside = mesh.vertices[:, :2] @ np.array([-ahead[1], ahead[0]])
     assert along.max() == pytest.approx(length + radius)
-    assert along.min() == pytest.approx(0.0, abs=1e-9)
+    assert along.min() == pytest.approx(-radius)
     assert np.abs(aside).max() == pytest.approx(radius)
-    assert area(mesh) == pytest.approx(2.0 * radius * length + 0.5 * math.pi * radius**2, rel=1e-3)
+    assert area(mesh) == pytest.approx(2.0 * radius * length + math.pi * radius**2, rel=0.02)
+
+
+def test_a_disc_that_stands_sweeps_itself_and_one_without_a_place_nothing():
+    for poses in (np.ones((1, 3)), np.ones((4, 3))):
+        assert area(meshes.swept(poses, disc(0.5), 0.0)) == pytest.approx(math.pi * 0.25, rel=0.02)
+    assert len(meshes.swept(np.zeros((0, 2)), disc(0.5), 0.0)) == 0
 
 
 def test_speed_colors_run_from_the_first_to_the_last_and_clip():

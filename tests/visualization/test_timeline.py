@@ -42,7 +42,7 @@ def visible(stage: MeshcatStage, time: float) -> list[Shape]:
 def test_objects_are_there_from_when_they_came_to_when_they_went(stage) -> None:
     for time in (1.0, 2.0):
         stage.swap("path", meshes.ribbon(np.array([(0.0, 0.0), (time, 0.0)]), 0.1, 0.0), time)
-    stage.swap("path", meshes.joined(), 3.0)
+    stage.swap("path", meshes.NOTHING, 3.0)
     lengths = [[shape.points[:, 0].max() for shape in visible(stage, time)] for time in (0.5, 1.0, 1.9, 2.0, 3.0)]
     assert lengths == [[], [1.0], [1.0], [2.0], []]
 
@@ -50,7 +50,7 @@ def test_objects_are_there_from_when_they_came_to_when_they_went(stage) -> None:
 def test_points_colours_and_what_is_never_hidden_are_kept(stage) -> None:
     stage.add_points("scan", np.array([(1.0, 2.0), (3.0, 4.0)]), 0.0)
     colors = np.array([(0.1, 0.5, 0.9)] * 4)
-    stage.add("trail", meshes.ribbon(np.array([(0.0, 0.0), (1.0, 0.0)]), 0.1, 0.0), 0.0, colors=colors)
+    stage.add("trail", meshes.segments(np.array([[(0.0, 0.0), (1.0, 0.0)]]), 0.1, 0.0), 0.0, colors=colors)
     scan, trail = visible(stage, 0.0)
     assert scan.points == pytest.approx(np.array([(1.0, 2.0), (3.0, 4.0)]))
     assert scan.faces is None and scan.on_top and not trail.on_top
@@ -67,7 +67,7 @@ def test_points_colours_and_what_is_never_hidden_are_kept(stage) -> None:
             meshes.ribbon(np.array([(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)]), 1.0, 0.0, closed=True),
             [1.0, 9.0],
         ),
-        (meshes.discs(np.array([(0.0, 0.0), (5.0, 0.0)]), 1.0, 0.0, sides=4), [2.0, 2.0]),
+        (meshes.discs(np.array([(0.0, 0.0), (5.0, 0.0)]), 1.0, 0.0), [3.0, 3.0]),
     ],
     ids=["fan", "ribbon", "closed ribbon", "two discs"],
 )
