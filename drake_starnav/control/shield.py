@@ -7,7 +7,7 @@ from numba import njit
 from numba.extending import register_jitable
 
 from drake_starnav.control.braking_certificate import STOPPED_DISTANCE, StarCertificate, covered
-from drake_starnav.control.certificates import Certificate, accepted
+from drake_starnav.control.certificates import AnyOf, Certificate, accepted
 from drake_starnav.control.motion import (
     SAMPLES,
     Actuation,
@@ -29,11 +29,13 @@ def shielded(
 ) -> tuple[np.ndarray, bool]:
     """What is driven next: the twist, ramped towards `certified_twist`, and whether any motion was certified.
 
-    Where only a star must accept what is desired, and does, this is one compiled call. Arguments as of
+    Where it is enough that a star accepts what is desired, and it does, this is one compiled call. Arguments as of
     `certified_twist`.
     """
-    if len(certificates) == 1 and isinstance(certificates[0], StarCertificate):
-        driven, star, places = np.empty(len(twist)), certificates[0].star.alone[:3], actuation.footprint.cover
+    asked = certificates[0] if len(certificates) == 1 else None
+    enough = asked.certificates[0] if isinstance(asked, AnyOf) else asked
+    if isinstance(enough, StarCertificate):
+        driven, star, places = np.empty(len(twist)), enough.star.alone[:3], actuation.footprint.cover
         if _drives(pose, twist, desired, actuation.numbers, star, places, driven):
             return driven, True
     target, certified = certified_twist(pose, twist, desired, certificates, actuation)

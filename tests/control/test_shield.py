@@ -9,6 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drake_starnav.control.braking_certificate import STOPPED_DISTANCE, StarCertificate
+from drake_starnav.control.certificates import AnyOf
+from drake_starnav.control.motion import roll_out
 from drake_starnav.control.shield import certified_twist, ramped_twist, shielded
 from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.robot import BASES, RobotParameters
@@ -16,6 +18,7 @@ from drake_starnav.robot.base import SHARES
 from tests.helpers.motions import PERIOD, actuation, limited_twist, starred_twist
 
 ROBOT = RobotParameters()
+REFUSING = type("Refusing", (), {"accepts": lambda self, motion: False})()
 HITS = np.column_stack((np.full(81, 1.0), np.linspace(-2.0, 2.0, 81)))
 
 
@@ -71,22 +74,26 @@ def test_when_the_turn_is_not_possible_less_of_it_none_and_the_other_way_are_tri
 
 
 @pytest.mark.parametrize("base", list(BASES))
-@pytest.mark.parametrize("braking", [0.1, 4.0])  # more samples than there is room for at first, and fewer
+@pytest.mark.parametrize("braking", [0.5, 4.0])  # more samples than there is room for at first; and wheels that slide
 def test_the_ordinary_case_in_one_call_drives_what_the_certificates_do_one_by_one(base, braking) -> None:
-    robot, rng, ordinary = dataclasses.replace(ROBOT, base=base, max_acceleration=braking), np.random.default_rng(1), 0
-    star, now, edge = StarCertificate(wall()), actuation(robot, delay=0.02), 0.7 - robot.shape.cover[:, 0].max()
-    for _ in range(100):
-        pose, size = (
-            np.array((edge - rng.uniform(0.0, 0.1 / braking), 0.0, 0.5 * rng.random())),
-            len(robot.drive.components),
-        )
-        twist, desired = (robot.drive.saturated(rng.uniform(-1.0, 1.0, size), robot.limits) for _ in range(2))
+    robot = dataclasses.replace(ROBOT, base=base, max_acceleration=braking, max_speed=2.0, max_yaw_rate=4.0)
+    star, now, edge = StarCertificate(wall()), actuation(robot, delay=0.05), 0.7 - robot.shape.cover[:, 0].max()
+    rng, size, ordinary, sliding = np.random.default_rng(1), len(robot.drive.components), 0, 0
+    for _ in range(200):
+        pose = np.array((edge - rng.uniform(0.0, 1.0 / braking), 0.0, 0.5 * rng.random()))
+        twist, desired = (robot.drive.saturated(rng.uniform(-2.5, 2.5, size), robot.limits) for _ in range(2))
         target, certified = certified_twist(pose, twist, desired, (star,), now)
-        driven, accepted = shielded(pose, twist, desired, (star,), now)
-        assert accepted == certified
-        np.testing.assert_array_equal(driven, ramped_twist(twist, target, now))
+        for asked in (star, AnyOf((star, REFUSING))):
+            driven, accepted = shielded(pose, twist, desired, (asked,), now)
+            assert accepted == certified
+            np.testing.assert_array_equal(driven, ramped_twist(twist, target, now))
+        assert not shielded(pose, twist, desired, (star, REFUSING), now)[1]
+        assert not shielded(pose, twist, desired, (REFUSING,), now)[1]
         ordinary += certified and (target == desired).all()
-    assert 20 < ordinary < 90
+        motion = roll_out(pose, twist, desired, now)
+        sliding += star.accepts(motion) and not motion.grips
+    assert 40 < ordinary < 180
+    assert sliding > 5 or braking < 1.0
 
 
 @pytest.mark.parametrize("braking", [0.4, 1.0, 4.0])
@@ -94,19 +101,18 @@ def test_the_ordinary_case_in_one_call_drives_what_the_certificates_do_one_by_on
 def test_a_robot_that_may_drive_nowhere_turns_if_it_stops_within_a_millimetre(braking, distance, turns) -> None:
     robot = dataclasses.replace(ROBOT, max_acceleration=braking)
     twist, desired = np.array((math.sqrt(2.0 * braking * distance), 0.0)), np.array((0.5, 1.5))
-    refusing = type("Refusing", (), {"accepts": lambda self, motion: False})()
-    target, certified = certified_twist(np.zeros(3), twist, desired, (refusing,), actuation(robot))
+    target, certified = certified_twist(np.zeros(3), twist, desired, (REFUSING,), actuation(robot))
     assert not certified
     assert tuple(target) == (0.0, 1.5 if turns else 0.0)
     square = dataclasses.replace(robot, footprint=[[0.2, 0.2], [-0.2, 0.2], [-0.2, -0.2], [0.2, -0.2]])
-    target, _ = certified_twist(np.zeros(3), twist, desired, (refusing,), actuation(square))
+    target, _ = certified_twist(np.zeros(3), twist, desired, (REFUSING,), actuation(square))
     assert tuple(target) == (0.0, 0.0)  # its corners would cover new ground
     sideways = dataclasses.replace(robot, base="omnidirectional")
     twist, desired = np.array((0.0, twist[0], 0.0)), np.array((0.5, 0.5, 1.5))
-    target, _ = certified_twist(np.zeros(3), twist, desired, (refusing,), actuation(sideways))
+    target, _ = certified_twist(np.zeros(3), twist, desired, (REFUSING,), actuation(sideways))
     assert tuple(target) == (0.0, 0.0, 1.5 if turns else 0.0)
     steering, steered = dataclasses.replace(robot, base="car"), np.array((0.0, 0.7))
-    target, _ = certified_twist(np.zeros(3), steered, desired[1:], (refusing,), actuation(steering))
+    target, _ = certified_twist(np.zeros(3), steered, desired[1:], (REFUSING,), actuation(steering))
     assert tuple(target) == (0.0, 0.7)
 
 
