@@ -1,8 +1,9 @@
-"""Guidance becomes a desired twist by dynamical system modulation, as a Drake system."""
+"""Guidance becomes a desired twist, by dynamical system modulation or by predictive control, as Drake systems."""
 
 from pydrake.common.value import Value
 from pydrake.systems.framework import Context, InputPort
 
+from drake_starnav.baselines.sampling_mpc import predictive_twist
 from drake_starnav.control import ControllerInputs, ControllerParameters, Proposal, followed
 from drake_starnav.control.avoidance import avoid_collision
 from drake_starnav.control.certificates import Certificate, standard_certificates
@@ -112,3 +113,32 @@ class DsmController(Controller):
     ) -> Proposal:
         """What is proposed where nothing that moves comes near."""
         return followed(inputs, now.margins, now.robot)
+
+
+class PredictiveController(DsmController):
+    """Proposes, of many twists that the certificates accept, the one with the best predicted motion.
+
+    ```
+                        ┌──────────────────────┐
+    guidance ──────────>│                      │
+    certified_region ──>│                      ├──> desired_twist
+    state ─────────────>│ PredictiveController ├──> guiding_vector
+    footprint ─────────>│                      │
+    tracks ────────────>│                      │
+    twist_command ─────>│                      │
+                        └──────────────────────┘
+    ```
+
+    Its ports are those of `DsmController`, but `twist_command` is there also in a static world.
+    """
+
+    SEARCHES = True
+
+    def _law(
+        self,
+        inputs: ControllerInputs,
+        certificates: tuple[Certificate, ...],
+        actuation: Actuation,
+        now: FootprintInForce,
+    ) -> Proposal:
+        return predictive_twist(inputs, certificates, actuation, now.margins, now.robot)

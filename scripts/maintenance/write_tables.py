@@ -40,17 +40,15 @@ from drake_starnav.station.planar_drive import PlanarVelocityCommand
 from drake_starnav.station.planar_localization import PlanarLocalization
 from drake_starnav.station.robot_geometry import Drive, RobotModel
 from drake_starnav.station.wheel_drive import WheelServo, WheelSlip, WheelSpeedCommand
-from drake_starnav.systems.baseline_controller import BaselineController
+from drake_starnav.systems.baseline_controller import BaselineController, PaperController
 from drake_starnav.systems.controller import Controller
-from drake_starnav.systems.dsm_controller import DsmController
+from drake_starnav.systems.dsm_controller import DsmController, PredictiveController
 from drake_starnav.systems.fixed_goal import FixedGoal
 from drake_starnav.systems.fixed_path import FixedPath
 from drake_starnav.systems.footprint_hold import FootprintHold
 from drake_starnav.systems.goal_sequence import GoalSequence
 from drake_starnav.systems.jump_guard import JumpGuard
 from drake_starnav.systems.obstacle_tracker import ObstacleTracker
-from drake_starnav.systems.paper_controller import PaperController
-from drake_starnav.systems.predictive_controller import PredictiveController
 from drake_starnav.systems.scan_matcher import ScanMatcher
 from drake_starnav.systems.star_perception import StarPerception
 from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
