@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.geometry.compiled import leaf
-from drake_starnav.geometry.raycast import CIRCLE, COLUMNS, CONIC, SEGMENT, rows_near
+from drake_starnav.geometry.raycast import CIRCLE, COLUMNS, CONIC, SEGMENT
 
 RESOLUTION = 1e-6
 """Rounding of a plane: of its unit normal, and of its distance from the origin in metres."""
@@ -172,7 +172,9 @@ def _slice(plane, near, quadrics, vertices, face_starts, face_vertices):
             found += 1
         if found == 2 and (x1 != x2 or y1 != y2):
             count = _put_segment(x1, y1, x2, y2, rows, count)
-    return rows_near(rows[:count], near[0], near[1], near[2])
+    x, y, radius = near
+    rows = rows[:count]
+    return rows[np.hypot(rows[:, 0] - x, rows[:, 1] - y) <= radius + rows[:, 2]]
 
 
 @leaf

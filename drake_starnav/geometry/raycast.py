@@ -91,15 +91,6 @@ def segment_rows(segments: np.ndarray) -> np.ndarray:
 
 
 @njit(cache=True)
-def rows_near(rows, x, y, reach):
-    """The rows (k, 14) out of n of shapes that may lie within reach of a point, m."""
-    near = np.empty(len(rows), np.bool_)
-    for i in range(len(rows)):
-        near[i] = math.hypot(rows[i, 0] - x, rows[i, 1] - y) <= reach + rows[i, 2]
-    return rows[near]
-
-
-@njit(cache=True)
 def cast_groups(groups, poses, fan, ranges, reach):
     """Shorten `ranges` to the first crossing with groups of shapes, each in its own frame.
 

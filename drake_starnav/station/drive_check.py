@@ -9,6 +9,8 @@ from drake_starnav.station.robot_geometry import RobotModel, drive_geometry, whe
 
 SPAN = 2.0
 """Motion is compared with its command over two spans of this length, one after the other, s."""
+EVERY = 10
+"""One of so many moments is looked at, 0.1 to 0.2 s apart: means over a span need no more."""
 LEAST = np.array((0.005, 0.01))
 """Slower commands are not judged, m/s and rad/s."""
 
@@ -35,7 +37,7 @@ def check_drive(
     if base.holonomic:  # an ideal one does
         return
     first = np.searchsorted(times, times[-1] - 2.0 * SPAN - 1e-9, side="right")
-    times, states, commands = times[first:], states[first:], commands[first:]
+    times, states, commands = (each[first::EVERY] for each in (times, states, commands))
     commands = np.column_stack(base.body_rates(commands.T))
     twists = planar_states(states, plant.num_positions(model))[:, 3:]
     later = times > times[-1] - SPAN - 1e-9
