@@ -7,8 +7,6 @@ from drake_starnav.geometry.compiled import largest
 
 UNREACHED = 2**30
 """Costs are stored less this, so that 0, of which memory is full at no cost, stands for what was not reached."""
-FIRST_ENTRIES = 4096
-"""Entries of the search's queue at first; it grows with what is reached."""
 NEIGHBOURHOOD = 150
 """The margin of a search that reaches all 3 x 3 cells about a point, hundredths of a cell."""
 
@@ -29,7 +27,7 @@ def bucket_dijkstra(weight, cost, gi, gj, cost_to_come_grid, margin=NEIGHBOURHOO
     while buckets <= 28 * np.int64(largest(w)) + 1:
         buckets *= 2
     head = np.full(buckets, -1, np.int32)
-    entries = np.empty((FIRST_ENTRIES, 3), np.int32)  # cell, cost less UNREACHED, next entry
+    entries = np.empty((buckets, 3), np.int32)  # cell, cost less UNREACHED, next entry
     rows, columns = np.array([1, -1, 0, 0, 1, 1, -1, -1]), np.array([0, 0, 1, -1, 1, -1, 1, -1])
     lengths = np.array([10, 10, 10, 10, 14, 14, 14, 14])
     start = gi * ny + gj

@@ -12,19 +12,15 @@ from drake_starnav.planning.distance_grid import STRIDE, TILE, DistanceGrid
 
 NEAR_WALL_COST = 0.4
 """Additional cost of a metre right at an obstacle, as a multiple of its length: wide paths are preferred."""
-ALIGNED_COST = 8.0
-"""Additional cost of a metre where a robot that is no disc only just fits, as a multiple of its length."""
+TIGHT_COST = 8.0
+"""Additional cost of a metre where a robot that is no disc only just fits, and where hits may only seem to leave it no
+room, as a multiple of its length."""
 BLOCKED_SLACK = 0.01
 """Cells this much nearer to a hit than the robot's radius still count as passable in the cost-to-go, m."""
-DOUBTFUL_COST = 10
-"""A cell that hits may only seem to block costs so many times its length where such cells count as passable."""
 SOFT_ZONE = 0.12
 """Beyond the robot's radius, over this distance, cells cost more, by up to NEAR_WALL_COST, m."""
 BLACKLIST_RADIUS = 0.2
 """Cells this near to a closed place are blocked, where hits are near enough, m."""
-BLACKLIST_CORE = 0.75
-"""Cells this near to a closed place are blocked however far hits are, in cells: at least the one it lies in."""
-NO_PLACES = np.zeros((0, 3))
 
 
 @dataclass(frozen=True)
@@ -76,13 +72,13 @@ class Terrain(NamedTuple):
     Attributes:
         robot_radius: cells nearer than this to a hit are blocked, m.
         blacklist: shape (k, 3), places (x, y) in W around which cells are blocked too, those with hits nearer than the
-            third number; all in m.
-        doubt: cells that hits block by no more than this are passable at DOUBTFUL_COST, m.
-        swept_radius: cells nearer than this, where the robot cannot turn, cost more, by up to ALIGNED_COST, m.
+            third number and the one that holds the place; all in m.
+        doubt: cells that hits block by no more than this are passable, at TIGHT_COST, m.
+        swept_radius: cells nearer than this, where the robot cannot turn, cost more, by up to TIGHT_COST, m.
     """
 
     robot_radius: float
-    blacklist: np.ndarray = NO_PLACES
+    blacklist: np.ndarray = np.zeros((0, 3))
     doubt: float = 0.0
     swept_radius: float = 0.0
 
@@ -99,13 +95,10 @@ class Origins(NamedTuple):
         margin: points whose sums exceed the least by no more than this are known too, m.
     """
 
-    points: np.ndarray
-    cost_to_come: np.ndarray
+    points: np.ndarray = np.zeros((0, 2))
+    cost_to_come: np.ndarray = np.zeros(0)
     source: np.ndarray | None = None
     margin: float = 0.0
-
-
-NO_ORIGINS = Origins(np.zeros((0, 2)), np.zeros(0), None)
 
 
 def cost_to_go(
@@ -135,10 +128,10 @@ def cost_to_go(
     swept = terrain.swept_radius if terrain.swept_radius > terrain.robot_radius else 0.0  # of a disc nothing
     half_diagonal = math.hypot(0.5, 0.5) * grid.resolution  # a path is up to so far off its cells' centres
     limits = blocked - terrain.doubt, blocked, soft, swept
-    weight = _weights(grid.arrays, first, count, limits, (NEAR_WALL_COST, ALIGNED_COST))
+    weight = _weights(grid.arrays, first, count, limits, (NEAR_WALL_COST, TIGHT_COST))
     for x, y, clearance in terrain.blacklist:
         _close(weight, grid, origin, np.array((x, y)), BLACKLIST_RADIUS + half_diagonal, clearance)
-    points, cost_to_come, source, margin = origins or NO_ORIGINS
+    points, cost_to_come, source, margin = origins or Origins()
     margin_cells = NEIGHBOURHOOD + round(100.0 * margin / cell)
     cost, come = np.zeros(weight.shape, np.int32), np.zeros(weight.shape, np.int32)
     _come_by(come, weight, (points, cost_to_come), origin, cell)
@@ -156,10 +149,10 @@ def _weights(grid, corner, count, limits, costs):
         grid: `DistanceGrid.arrays`. Where it has no tile, cells are wide.
         corner, count: as of `DistanceGrid.box`.
         limits: distances from which on a cell may be open, is open, is no longer near a wall, and is wide, m.
-        costs: near a wall, and where it is narrow.
+        costs: near a wall, and where it is tight.
     """
     tiles, rows, first, _, _ = grid
-    (shut, blocked, soft, swept), (near_wall_cost, aligned_cost) = limits, costs
+    (shut, blocked, soft, swept), (near_wall_cost, tight_cost) = limits, costs
     out, side, wide = np.zeros((count[0] + 2, count[1] + 2), np.uint8), TILE // STRIDE, max(soft, swept)
     out[1:-1, 1:-1] = 10
     for t in range(rows.shape[0]):
@@ -177,11 +170,11 @@ def _weights(grid, corner, count, limits, costs):
                     if clear >= wide:
                         continue
                     if clear < blocked:
-                        out[p + i + 1, q + j + 1] = 10 * DOUBTFUL_COST if clear >= shut else 0
+                        out[p + i + 1, q + j + 1] = int(10.0 * (1.0 + tight_cost)) if clear >= shut else 0
                         continue
                     near_wall = near_wall_cost * (max(soft, clear) - clear) / (soft - blocked)
                     if clear < swept:
-                        near_wall += aligned_cost * (swept - clear) / (swept - blocked)
+                        near_wall += tight_cost * (swept - clear) / (swept - blocked)
                     out[p + i + 1, q + j + 1] = int(10.0 * (1.0 + near_wall))
     return out
 
@@ -200,7 +193,8 @@ def _close(
     squared = ((cells - middle) ** 2).sum(axis=1)
     clear = grid.coarse(origin + (cells - 1) * cell)[1].max(axis=1)
     narrow = (squared <= reach * reach) & (clear < clearance)
-    weight[tuple(cells[narrow | (squared <= BLACKLIST_CORE * BLACKLIST_CORE)].T)] = 0
+    holds = np.abs(cells - middle).max(axis=1) <= 0.5
+    weight[tuple(cells[narrow | holds].T)] = 0
 
 
 @njit(cache=True)

@@ -14,8 +14,8 @@ SPACING = 0.25
 """Distance between frontier points, m."""
 PROBE_DISTANCE = 0.1
 """Distance of a frontier's probe inside unknown space, m."""
-NEAREST_VIEWPOINT = 0.15
-"""Frontier points nearer than this to their node are discarded, m."""
+ARRIVAL_DISTANCE = 0.12
+"""A frontier this near counts as reached, m: half a robot's radius away, its scan shows what lies beyond."""
 PROBE_REACHED = 0.6
 """A region that ends before a probe by at most this share of the probe distance counts as covering it."""
 EDGE_CLEARANCE = 0.12
@@ -93,7 +93,7 @@ def _edge_points(center, bearing_0, free, fitted, limit):
             if r > high:
                 r = 0.5 * (low + high)
             while high - low >= 0.04 and r <= high and n < len(out):
-                if r > NEAREST_VIEWPOINT:
+                if r > ARRIVAL_DISTANCE:
                     across = theta + side * max(1.5 * step, PROBE_DISTANCE / r)
                     out[n, 0] = center[0] + r * math.cos(theta - side * step)
                     out[n, 1] = center[1] + r * math.sin(theta - side * step)
@@ -104,7 +104,7 @@ def _edge_points(center, bearing_0, free, fitted, limit):
         if limit[i] > 0.0 and free[i] >= limit[i] - RIM_INSET:
             along_arc += step * free[i]
             r = fitted[i] - RIM_INSET
-            if along_arc > SPACING and r > NEAREST_VIEWPOINT and n < len(out):
+            if along_arc > SPACING and r > ARRIVAL_DISTANCE and n < len(out):
                 along_arc = 0.0
                 theta = bearing_0 + i * step
                 out[n, 0] = center[0] + r * math.cos(theta)

@@ -15,7 +15,7 @@ import numpy as np
 from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.geometry.polyline import arc_lengths, distance_to_segment, resampled
 from drake_starnav.planning.passage import Passage, tight_passage
-from drake_starnav.planning.pose_search import NEAR_GOAL, REACH, found_way
+from drake_starnav.planning.pose_search import NEAR_GOAL, REACH, SPACING, found_way
 from drake_starnav.regions.chords import Chords, thinned
 from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.robot import Base
@@ -23,23 +23,18 @@ from drake_starnav.robot.limits import wrapped_angle
 
 RANK_COST = 0.5
 """A goal is worth so long a detour more than the next one, beside what it is nearer than the first, m."""
-ANY_HEADING = 7.0
-LOOKS = ((0.9, 0.6), (0.45, 0.6), (1.8, 0.6), (0.9, ANY_HEADING))
+LOOKS = ((0.9, 0.6), (0.45, 0.6), (1.8, 0.6), (0.9, math.inf))
 """Goals along the path: how far ahead, m, and by how much the heading may be off the path's, rad."""
 EXTRA_MARGINS = (0.003, 0.009, 0.015, 0.021)
 """Beyond the certificate's margin, since its scans differ; a wider one after each manoeuvre that it refused, m."""
-THINNED = 0.02
-"""Of the surfaces near it the search takes one for each cell of this size, m."""
 STUCK = 0.3
 """A robot that has not moved for so long is stuck, s."""
 MOVED, TURNED = 0.01, 0.05
 """It has moved if it did so by more than this, m or rad."""
-ROOM_AHEAD = 0.6
-"""A manoeuvre ends where the robot may turn as it likes for so long on its path, m."""
-PATIENCE = 4.0
-"""A manoeuvre is given up if no pose of it is reached for so long, s."""
-TRIES, SAME_PLACE, REMEMBERED = 3, 0.6, 8
-"""So many of the last ones, whose number is the third, are begun within so far of one place, m."""
+SAME_PLACE = 0.6
+"""Extent of a place, m: a manoeuvre ends where the robot may turn as it likes for so long on its path."""
+TRIES, REMEMBERED = 3, 8
+"""So many of so many last ones are begun at one place."""
 AT_POSE, AT_HEADING = 0.01, 0.02
 """A pose of a manoeuvre is reached this near to it, along the motion, m, or in heading, rad."""
 NO_POSES = np.zeros((0, 4))
@@ -86,7 +81,9 @@ class Manoeuvring(NamedTuple):
     gives_up: bool = False
 
 
-def manoeuvring(before: Manoeuvring, path: np.ndarray, pose: np.ndarray, time: float, body: Body) -> Manoeuvring:
+def manoeuvring(
+    before: Manoeuvring, path: np.ndarray, pose: np.ndarray, time: float, body: Body, patience: float
+) -> Manoeuvring:
     """The manoeuvres after a scan: what was reached is left out, and one begins if the robot is stuck.
 
     Args:
@@ -95,6 +92,7 @@ def manoeuvring(before: Manoeuvring, path: np.ndarray, pose: np.ndarray, time: f
         pose: (x, y, yaw) of the robot, W.
         time: of the scan, s.
         body: the robot.
+        patience: a manoeuvre is given up if no pose of it is reached for so long, s.
     """
     now = before._replace(begun=before.begun[:0], gives_up=False) if before.gives_up else before
     turned = abs(math.remainder(pose[2] - before.pose[2], 2.0 * math.pi)) if np.isfinite(before.pose[2]) else math.inf
@@ -106,7 +104,7 @@ def manoeuvring(before: Manoeuvring, path: np.ndarray, pose: np.ndarray, time: f
             return now._replace(poses=NO_POSES, still=time)
         if passed:
             return now._replace(poses=now.poses[passed:], since=time)
-        if time - now.since < PATIENCE and time - now.still < 2.0 * STUCK:
+        if time - now.since < patience and time - now.still < 2.0 * STUCK:
             return now
         now = now._replace(poses=NO_POSES)
     if time - now.still < STUCK:
@@ -124,7 +122,7 @@ def is_roomy(pose: np.ndarray, path: np.ndarray, body: Body) -> bool:
     if not body.base.turns_on_the_spot:
         return False
     way, needed = np.vstack((pose[:2], path)), body.footprint.radius + body.margin
-    ahead = resampled(way, 0.5 * ROOM_AHEAD)[:3]
+    ahead = resampled(way, 0.5 * SAME_PLACE)[:3]
     return all((distance_to_segment(body.star.hits, a, b) > needed).all() for a, b in pairwise(ahead))
 
 
@@ -189,5 +187,5 @@ def _near_surfaces(surfaces: Chords, place: np.ndarray) -> Chords:
     middle = 0.5 * (surfaces.ends[:, :2] + surfaces.ends[:, 2:])
     away = np.hypot(*(middle - place).T)
     near = np.argsort(away, kind="stable")[: int((away < REACH + 0.5).sum())]
-    ends = surfaces.ends[near[thinned(middle[near], THINNED)]]
+    ends = surfaces.ends[near[thinned(middle[near], SPACING)]]
     return Chords(ends, np.zeros(len(ends), np.bool_), np.array(place, dtype=float))

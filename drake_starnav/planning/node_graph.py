@@ -7,9 +7,6 @@ from drake_starnav.planning.roadmap import StarRoadmap
 from drake_starnav.regions.region_union import excess
 from drake_starnav.regions.star_region import StarRegion
 
-OFF_MAP_PENALTY = 0.1
-"""Extra length if the robot is outside all regions and must first drive to the nearest node, m."""
-
 
 def graph_distances(roadmap: StarRoadmap, here: StarRegion, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Length of the shortest way from the robot to every node, shape (n,), m, and each node's predecessor or -1.
@@ -19,12 +16,10 @@ def graph_distances(roadmap: StarRoadmap, here: StarRegion, position: np.ndarray
     """
     beyond = excess(roadmap.union, *position)
     first = np.flatnonzero((beyond <= 0.0) | here.contains(roadmap.union.center))
-    length = np.hypot(*(roadmap.union.center[first] - position).T)
     if not len(first):
         first = np.array([len(roadmap) - 1 - np.argmin(beyond[::-1])])  # of equals the newest
-        length = np.hypot(*(roadmap.union.center[first] - position).T) + OFF_MAP_PENALTY
     distance = np.full(len(roadmap), np.inf)
-    distance[first] = length
+    distance[first] = np.hypot(*(roadmap.union.center[first] - position).T)
     return distance, _spread(roadmap.edges, roadmap.lengths, distance)
 
 

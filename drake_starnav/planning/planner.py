@@ -28,8 +28,6 @@ from drake_starnav.regions.star_region import StarRegion, clear_of
 
 PROGRESS_DISTANCE = 0.15
 """Motion that counts as progress, m."""
-AT_GOAL = 0.3
-"""A robot this near to its goal may stand there without counting as stalled, m."""
 SILENT_SHARE = 0.5
 """The sensor counts as silent when it sends no scan for this share of `progress_timeout`."""
 NEW_SHARE = 0.01
@@ -100,9 +98,9 @@ def _manoeuvred(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     if inputs.body is None:
         return state
     path = EMPTY_PATH if _may_stand(state, inputs) else state.path
-    return dataclasses.replace(
-        state, manoeuvring=manoeuvring(state.manoeuvring, path, inputs.observation.pose, inputs.time, inputs.body)
-    )
+    pose, patience = inputs.observation.pose, inputs.parameters.progress_timeout
+    now = manoeuvring(state.manoeuvring, path, pose, inputs.time, inputs.body, patience)
+    return dataclasses.replace(state, manoeuvring=now)
 
 
 def check_beams(roadmap: StarRoadmap, observation: Observation) -> None:
@@ -140,7 +138,7 @@ def _may_stand(state: PlannerState, inputs: PlannerInput) -> bool:
     if scan.motion is not None and bool((scan.distances[scan.moving] < AVOIDED).any()):
         return True
     approaching = state.status is PlannerStatus.APPROACHING and len(state.path) > 0
-    return approaching and distance_to(inputs.position, state.path[-1]) < AT_GOAL
+    return approaching and distance_to(inputs.position, state.path[-1]) < max(inputs.goal_tolerance, PROGRESS_DISTANCE)
 
 
 def _growth_trigger(

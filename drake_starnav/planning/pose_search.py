@@ -82,8 +82,8 @@ def found_way(
     within = np.split(polygons.offsets - places @ polygons.normals.T, polygons.ends[:-1], axis=1)
     inner = np.max([part.min(axis=1) for part in within], axis=0)
     discs = np.column_stack((footprint.cover, np.full(len(footprint.cover), footprint.narrow), inner[:-1]))
-    clear = _clearance(surfaces.ends, corner, footprint.narrow + margin + 2.0 * CELL)
-    to_go = _costs_to_go(clear, inner[-1] - OFF_CENTRE, goals, corner)
+    radii = footprint.narrow + margin + 2.0 * CELL, inner[-1] - OFF_CENTRE
+    clear, to_go = _costs_to_go(surfaces.ends, radii, goals, corner)
     space = Space(surfaces, polygons, discs, margin, footprint.radius, clear, corner)
     first = np.vstack([moves * (share, share, share, share, 1.0) for share in FIRST_SHARES])
     nodes, parents, last = _searched(np.asarray(start, dtype=float), goals, (moves, first), to_go, space)
@@ -101,13 +101,16 @@ def _cell(x, y, corner):
 
 
 @njit(cache=True)
-def _clearance(ends, corner, most):
-    """The distances of `Space.clear` from chords (n, 4), up to `most` (m)."""
-    out = np.full((SIDE, SIDE), np.nan)
+def _costs_to_go(ends, radii, goals, corner):
+    """The distances of `Space.clear` from chords (n, 4), and costs of the shortest ways of a disc to a goal, m.
+
+    The radii: up to which distances count, and that of the disc, m. What it costs to end at a goal counts, too.
+    """
+    clear, (most, inner) = np.full((SIDE, SIDE), np.nan), radii
     for i in range(SIDE):
         for j in range(SIDE):
             if math.hypot(i * CELL - REACH, j * CELL - REACH) < REACH:
-                out[i, j] = most
+                clear[i, j] = most
     for k in range(len(ends)):
         low_i, low_j = _cell(min(ends[k, 0], ends[k, 2]) - most, min(ends[k, 1], ends[k, 3]) - most, corner)
         high_i, high_j = _cell(max(ends[k, 0], ends[k, 2]) + most, max(ends[k, 1], ends[k, 3]) + most, corner)
@@ -115,13 +118,7 @@ def _clearance(ends, corner, most):
             for j in range(max(low_j, 0), min(high_j + 1, SIDE)):
                 x, y = corner[0] + i * CELL, corner[1] + j * CELL
                 away = point_to_segment_squared(x, y, ends[k, 0], ends[k, 1], ends[k, 2], ends[k, 3])
-                out[i, j] = min(out[i, j], math.sqrt(away))
-    return out
-
-
-@njit(cache=True)
-def _costs_to_go(clear, inner, goals, corner):
-    """Cost of the shortest way to a goal for a disc of radius `inner`, with what it costs to end there, m."""
+                clear[i, j] = min(clear[i, j], math.sqrt(away))
     out = np.full((SIDE, SIDE), np.inf)
     queue = [(0.0, 0, 0)]
     queue.pop()
@@ -140,7 +137,7 @@ def _costs_to_go(clear, inner, goals, corner):
                 if there < out[a, b] and clear[a, b] > inner:
                     out[a, b] = there
                     heapq.heappush(queue, (there, a, b))
-    return out
+    return clear, out
 
 
 @njit(cache=True)

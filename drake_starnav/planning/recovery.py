@@ -7,9 +7,11 @@ import numpy as np
 
 from drake_starnav.geometry.polyline import distance_to_segment
 from drake_starnav.planning.cost_field import BLACKLIST_RADIUS
+from drake_starnav.planning.frontiers import ARRIVAL_DISTANCE
+from drake_starnav.planning.guidance import PASSED_DISTANCE
 from drake_starnav.planning.impassable import narrowest_place
 from drake_starnav.planning.parameters import PlannerParameters
-from drake_starnav.planning.roadmap import ARRIVAL_DISTANCE, StarRoadmap, blacklist_target
+from drake_starnav.planning.roadmap import StarRoadmap, blacklist_target
 from drake_starnav.planning.search import cost_at_robot
 from drake_starnav.planning.state import EMPTY_PATH, PlannerInput, PlannerState
 from drake_starnav.regions.erosion import smoothed_distances
@@ -20,12 +22,9 @@ STALL_POINT_AHEAD = 0.05
 """A blocked place lies this far ahead of the robot, beyond radius and margin, m."""
 FACING = math.radians(30.0)
 """A robot faces a place that lies within this angle of its heading, rad."""
-CAME_ALONG_NODES = 40
-"""Places that the robot drove over between this many latest nodes are not blocked."""
 CAME_STRAIGHT = 1.5
-"""Between nodes no farther apart than this many node spacings the robot drove in a straight line."""
-AT_VIEWPOINT = 0.04
-"""After a first inspection in vain, the robot has arrived only this near to the viewpoint, m."""
+"""Places that the robot drove over are not blocked. Between nodes no farther apart than so many node spacings it drove
+in a straight line."""
 INSPECTION_DETOUR = 1.0
 """A target is inspected from its very viewpoint if giving it up would lengthen the optimistic path by more than this,
 m."""
@@ -48,7 +47,7 @@ def has_arrived(state: PlannerState, region: StarRegion, inputs: PlannerInput) -
         return False
     if state.doubting:
         return _shows(region, state.target[1], inputs.parameters.grid_resolution)
-    return away < AT_VIEWPOINT or not _has_inspected(state.roadmap, inputs)
+    return away < PASSED_DISTANCE or not _has_inspected(state.roadmap, inputs)
 
 
 def too_narrow(state: PlannerState, inputs: PlannerInput) -> np.ndarray:
@@ -138,7 +137,7 @@ def _lengthens_optimistic_path(before: StarRoadmap, after: StarRoadmap, inputs: 
     here = inputs.position[None, :]
     away = np.hypot(*(before.blacklisted_probes - here).T)  # where the robot stands nothing is closed
     before = dataclasses.replace(
-        before, blacklisted_probes=before.blacklisted_probes[away > BLACKLIST_RADIUS + AT_VIEWPOINT]
+        before, blacklisted_probes=before.blacklisted_probes[away > BLACKLIST_RADIUS + PASSED_DISTANCE]
     )
     shorter, longer = (cost_at_robot(known, inputs) for known in (before, after))
     return math.isfinite(shorter) and longer - shorter > INSPECTION_DETOUR
@@ -151,8 +150,8 @@ def _faces(pose: np.ndarray, place: np.ndarray) -> bool:
 
 
 def _came_along(roadmap: StarRoadmap, place: np.ndarray, parameters: PlannerParameters, robot_radius: float) -> bool:
-    """Whether the robot has lately driven over a place (2,) in W, so that nothing stands there."""
-    driven = roadmap.union.center[-CAME_ALONG_NODES:]
+    """Whether the robot has driven over a place (2,) in W, so that nothing stands there."""
+    driven = roadmap.union.center
     return any(
         distance_to_segment(place[None], start, end)[0] < robot_radius
         for start, end in zip(driven[:-1], driven[1:], strict=True)

@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.planning.distance_grid import DistanceGrid
-from drake_starnav.planning.frontiers import PROBE_DISTANCE, PROBE_REACHED, Frontiers, edge_frontiers
+from drake_starnav.planning.frontiers import ARRIVAL_DISTANCE, PROBE_DISTANCE, PROBE_REACHED, Frontiers, edge_frontiers
 from drake_starnav.planning.impassable import impassable_points
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.roadmap_edges import edges_from
@@ -21,8 +21,6 @@ from drake_starnav.regions.region_union import RegionUnion
 from drake_starnav.regions.star_region import StarRegion, united
 from drake_starnav.utils.snapshot import snapshot
 
-ARRIVAL_DISTANCE = 0.12
-"""A frontier this near counts as reached, m: half a robot's radius away, its scan shows what lies beyond."""
 AREA_BEARINGS = 4
 """A region's area is sampled along one of this many bearings."""
 AREA_STEP = 0.1

@@ -3,7 +3,7 @@ import math
 import numpy as np
 from hypothesis import given, settings
 
-from drake_starnav.planning.frontiers import NEAREST_VIEWPOINT, PROBE_DISTANCE, Frontiers, edge_frontiers
+from drake_starnav.planning.frontiers import ARRIVAL_DISTANCE, PROBE_DISTANCE, Frontiers, edge_frontiers
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.regions.erosion import FreeRange
 from drake_starnav.regions.star_region import StarRegion, fit_region, scan_region
@@ -31,7 +31,7 @@ def test_stands_lie_inside_the_region_and_probes_outside(seed):
     found = edge_frontiers(region, 7)
     assert len(found) and (found.owner == 7).all()
     radius, theta = polar(region, found.viewpoint)
-    assert radius.min() > NEAREST_VIEWPOINT
+    assert radius.min() > ARRIVAL_DISTANCE
     sample = (theta - region.bearing_0) / (2.0 * math.pi / 720)
     np.testing.assert_allclose(sample, np.rint(sample), atol=1e-6)  # on a sample's bearing its value bounds exactly
     assert (radius <= region.boundary.values[np.rint(sample).astype(int) % 720]).all()

@@ -8,7 +8,6 @@ import shapely
 
 from drake_starnav.geometry.footprint import covered, footprint
 from drake_starnav.planning.manoeuvre import (
-    PATIENCE,
     STUCK,
     TRIES,
     Body,
@@ -25,7 +24,7 @@ from tests.helpers.scans import cast
 
 BASE = BASES["differential"]
 SHAPE = footprint(((0.254, -0.215), (0.254, 0.215), (-0.254, 0.215), (-0.254, -0.215)))
-MARGIN = 0.0145
+MARGIN, PATIENCE = 0.0145, 4.0
 
 
 def body(world: World, pose: np.ndarray) -> Body:
@@ -98,7 +97,7 @@ def stuck_for(duration: float, poses: list[np.ndarray], path: np.ndarray, robot:
     """The manoeuvring at each scan of a robot that is at one pose after the other, and follows none of its own."""
     state, states = Manoeuvring(), []
     for k in range(int(duration / 0.1)):
-        state = manoeuvring(state, path, poses[k % len(poses)], 0.1 * k, robot)
+        state = manoeuvring(state, path, poses[k % len(poses)], 0.1 * k, robot, PATIENCE)
         states.append(state)
     return states
 
@@ -122,7 +121,7 @@ def test_a_robot_that_shuttles_between_two_places_gives_its_way_up():
         for _ in range(5):
             time += 0.1
             state = manoeuvring(
-                state._replace(poses=state.poses[:0]), path, poses[k % 2], time, body(DOOR, poses[k % 2])
+                state._replace(poses=state.poses[:0]), path, poses[k % 2], time, body(DOOR, poses[k % 2]), PATIENCE
             )
             gave_up |= state.gives_up
     assert gave_up
@@ -132,7 +131,7 @@ def test_a_manoeuvre_ends_where_the_robot_may_turn_on_its_path():
     poses = np.array(((1.6, 0.0, 0.0, 1.0),))
     for x, others, ends in ((-1.2, (-0.6, 0.0), True), (0.0, (1.6, 0.0), False), (1.6, (2.3, 0.0), True)):
         pose, path = np.array((x, 0.0, 0.0)), np.array((others,))
-        state = manoeuvring(Manoeuvring(poses + (x, 0.0, 0.0, 0.0)), path, pose, 0.0, body(DOOR, pose))
+        state = manoeuvring(Manoeuvring(poses + (x, 0.0, 0.0, 0.0)), path, pose, 0.0, body(DOOR, pose), PATIENCE)
         assert (len(state.poses) == 0) == ends
 
 
@@ -140,6 +139,6 @@ def test_a_robot_without_a_path_or_that_moves_begins_none():
     pose, path = np.array((0.0, 0.05, 0.6)), np.array(((1.6, 0.0),))
     robot, state, creeping = body(DOOR, pose), Manoeuvring(), Manoeuvring()
     for k in range(30):
-        state = manoeuvring(state, path[:0], pose, 0.1 * k, robot)
-        creeping = manoeuvring(creeping, path, pose + (0.02 * k, 0.0, 0.0), 0.1 * k, robot)
+        state = manoeuvring(state, path[:0], pose, 0.1 * k, robot, PATIENCE)
+        creeping = manoeuvring(creeping, path, pose + (0.02 * k, 0.0, 0.0), 0.1 * k, robot, PATIENCE)
         assert not len(state.poses) and not len(creeping.poses)

@@ -7,9 +7,9 @@ import pytest
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, plan_step
+from drake_starnav.planning.frontiers import ARRIVAL_DISTANCE
 from drake_starnav.planning.monitoring import check_plan
 from drake_starnav.planning.planner import node_is_due
-from drake_starnav.planning.roadmap import ARRIVAL_DISTANCE
 from drake_starnav.regions import Observation
 from drake_starnav.regions.star_region import scan_region
 from drake_starnav.worlds.world import World
