@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from benchmarks.soak import memory_mb
 from drake_starnav.cli.options import add_overrides, exit_code
 from drake_starnav.errors import StarnavError
-from drake_starnav.evaluation import make_cases, make_jobs, run_job
+from drake_starnav.evaluation.jobs import make_cases, make_jobs, run_job
 from drake_starnav.evaluation.workers import local_processes
 
 SCENARIOS = ("forest", "maze", "room", "crowd_room")

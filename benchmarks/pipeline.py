@@ -32,7 +32,7 @@ from benchmarks.kinematic_drive import (
     safety,
     scan_processing,
 )
-from drake_starnav.baselines import foa_velocity
+from drake_starnav.baselines.foa import foa_velocity
 from drake_starnav.control.shield import ramped_twist
 from drake_starnav.planning import StarRoadmap
 from drake_starnav.planning.cost_field import Terrain, cost_to_go

@@ -19,11 +19,11 @@ from pathlib import Path
 from typing import Any
 
 from drake_starnav.cli.options import check_numbers, exit_code
-from drake_starnav.evaluation import Job, TrialFile, dask_pool, make_cases, make_header, make_jobs, run_job, run_jobs
 from drake_starnav.evaluation import workers as workers_module
-from drake_starnav.evaluation.jobs import Record
-from drake_starnav.evaluation.trial_file import processor_name
-from drake_starnav.evaluation.workers import local_processes
+from drake_starnav.evaluation.cluster import dask_pool
+from drake_starnav.evaluation.jobs import Job, Record, make_cases, make_jobs, run_job
+from drake_starnav.evaluation.trial_file import TrialFile, make_header, processor_name
+from drake_starnav.evaluation.workers import local_processes, run_jobs
 from drake_starnav.utils.files import write_text
 
 SCENARIOS = ("forest", "maze", "room")

@@ -25,8 +25,8 @@ from drake_starnav.utils.files import check_outputs, check_writable, write_text
 from drake_starnav.utils.progress import Progress
 
 if TYPE_CHECKING:
-    from drake_starnav.evaluation import Pool
-    from drake_starnav.evaluation.report import Results
+    from drake_starnav.evaluation.report.results import Results
+    from drake_starnav.evaluation.workers import Pool
 
 MOST_TRIALS, MOST_JOBS = 100_000, 1000
 """Larger numbers, also of worlds in one range of `--worlds`, would only fill the memory."""
@@ -67,7 +67,8 @@ def check_batch_options(options: argparse.Namespace) -> None:
 
 def chosen_pool(options: argparse.Namespace) -> AbstractContextManager["Pool"]:
     """The processes or the cluster that the options of `add_batch_options` select."""
-    from drake_starnav.evaluation import dask_pool, local_pool
+    from drake_starnav.evaluation.cluster import dask_pool
+    from drake_starnav.evaluation.workers import local_pool
 
     return dask_pool(options.dask, options.jobs) if options.dask else nullcontext(local_pool(options.jobs))
 
@@ -96,17 +97,11 @@ def _benchmark(options: argparse.Namespace) -> int:
         )
     _check_report_options(options)
     worlds = None if options.worlds is None else world_numbers(options.worlds)
-    from drake_starnav.evaluation import (
-        TrialFile,
-        case_files,
-        check_worlds,
-        find_suite,
-        make_cases,
-        make_header,
-        run_batch,
-    )
+    from drake_starnav.evaluation.jobs import check_worlds, make_cases
     from drake_starnav.evaluation.report.results import make_results
-    from drake_starnav.evaluation.workers import BatchInterrupted
+    from drake_starnav.evaluation.suites import find_suite
+    from drake_starnav.evaluation.trial_file import TrialFile, case_files, make_header
+    from drake_starnav.evaluation.workers import BatchInterrupted, run_batch
 
     suite = find_suite(options.suite) if options.suite else None
     methods = options.method or (suite.methods if suite else ["star"])
@@ -197,13 +192,9 @@ def _recordings_folder(html: Path) -> Path:
 
 
 def _report(results: "Results", options: argparse.Namespace) -> None:
-    from drake_starnav.evaluation.report import (
-        chosen_trials,
-        record_chosen,
-        summary_csv,
-        tables_markdown,
-        write_page,
-    )
+    from drake_starnav.evaluation.report.page import write_page
+    from drake_starnav.evaluation.report.recordings import chosen_trials, record_chosen
+    from drake_starnav.evaluation.report.tables import summary_csv, tables_markdown
 
     tables = tables_markdown(results)
     if not options.quiet:

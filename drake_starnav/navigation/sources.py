@@ -4,7 +4,7 @@ from pydrake.common.value import Value
 from pydrake.systems.framework import DiagramBuilder, OutputPort
 from pydrake.systems.primitives import ConstantValueSource
 
-from drake_starnav.baselines import known_obstacles
+from drake_starnav.baselines.known_obstacles import known_obstacles
 from drake_starnav.errors import UnsupportedError
 from drake_starnav.localization.scan_matching import UNSEEN_JUMP
 from drake_starnav.navigation.methods import Needs

@@ -15,7 +15,10 @@ import dataclasses
 from dataclasses import dataclass, field
 from typing import Any
 
-from drake_starnav.baselines import DsmParameters, DwaParameters, FoaParameters, PotentialFieldParameters
+from drake_starnav.baselines.dsm_circles import DsmParameters
+from drake_starnav.baselines.dwa import DwaParameters
+from drake_starnav.baselines.foa import FoaParameters
+from drake_starnav.baselines.potential_field import PotentialFieldParameters
 from drake_starnav.control import ControllerParameters
 from drake_starnav.errors import StarnavError, check_kind, shown
 from drake_starnav.lidar.sensor_model import LidarParameters

@@ -6,7 +6,9 @@ import numpy as np
 from pydrake.common.value import Value
 from pydrake.systems.framework import Context
 
-from drake_starnav.baselines import Baseline, KnownObstacles, Situation, baseline_step, paper
+from drake_starnav.baselines import paper
+from drake_starnav.baselines.baseline_step import Baseline, Situation, baseline_step
+from drake_starnav.baselines.known_obstacles import KnownObstacles
 from drake_starnav.control import ControllerInputs, Proposal
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.planning.guidance import Guidance

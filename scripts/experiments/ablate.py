@@ -12,9 +12,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from drake_starnav.evaluation import compare, wilson_interval
 from drake_starnav.evaluation.report.figures import COLORS, MARKERS
-from drake_starnav.evaluation.summary import markdown_table
+from drake_starnav.evaluation.summary import compare, markdown_table, wilson_interval
 from drake_starnav.evaluation.workers import Pool
 from drake_starnav.visualization.world_figure import new_figure
 from scripts.experiments import replacements

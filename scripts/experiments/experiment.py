@@ -8,10 +8,10 @@ from pathlib import Path
 from drake_starnav.cli.benchmark import add_batch_options, check_batch_options, chosen_pool
 from drake_starnav.cli.options import NOT_REACHED, REACHED, CommandParser, run_command
 from drake_starnav.errors import shown
-from drake_starnav.evaluation import TrialFile, compare, make_cases, make_header, run_batch
-from drake_starnav.evaluation.jobs import Record, make_jobs
-from drake_starnav.evaluation.summary import number, rate_text
-from drake_starnav.evaluation.workers import BatchInterrupted, Pool, announcement
+from drake_starnav.evaluation.jobs import Record, make_cases, make_jobs
+from drake_starnav.evaluation.summary import compare, number, rate_text
+from drake_starnav.evaluation.trial_file import TrialFile, make_header
+from drake_starnav.evaluation.workers import BatchInterrupted, Pool, announcement, run_batch
 from drake_starnav.parameters import unknown_name
 from drake_starnav.utils.files import check_outputs, replacing, write_text
 

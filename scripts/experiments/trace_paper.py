@@ -15,7 +15,7 @@ import numpy as np
 from drake_starnav.baselines.paper import constants
 from drake_starnav.baselines.paper.control import blend_share, modulated_vector
 from drake_starnav.control.inputs import ControllerInputs
-from drake_starnav.evaluation import trial_seed
+from drake_starnav.evaluation.jobs import trial_seed
 from drake_starnav.evaluation.summary import markdown_table
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.scenario import Scenario, load_scenario

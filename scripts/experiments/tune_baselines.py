@@ -19,20 +19,14 @@ from unittest import mock
 import numpy as np
 from tqdm import tqdm
 
-from drake_starnav.baselines import (
-    KnownObstacles,
-    Situation,
-    baseline_step,
-    dwa,
-    known_obstacles,
-    paper,
-    potential_field,
-)
+from drake_starnav.baselines import dwa, paper, potential_field
+from drake_starnav.baselines.baseline_step import Situation, baseline_step
+from drake_starnav.baselines.known_obstacles import KnownObstacles, known_obstacles
 from drake_starnav.cli.options import check_numbers, exit_code
 from drake_starnav.control import ControllerInputs
 from drake_starnav.control.motion import Actuation
 from drake_starnav.control.shield import ramped_twist
-from drake_starnav.evaluation import trial_seed
+from drake_starnav.evaluation.jobs import trial_seed
 from drake_starnav.evaluation.summary import markdown_table
 from drake_starnav.geometry.footprint import disc
 from drake_starnav.lidar.laser_scan import LaserScan

@@ -5,16 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from drake_starnav.baselines import (
-    DsmParameters,
-    DwaParameters,
-    FoaParameters,
-    KnownObstacles,
-    PotentialFieldParameters,
-    Situation,
-    baseline_step,
-    known_obstacles,
-)
+from drake_starnav.baselines.baseline_step import Situation, baseline_step
+from drake_starnav.baselines.dsm_circles import DsmParameters
+from drake_starnav.baselines.dwa import DwaParameters
+from drake_starnav.baselines.foa import FoaParameters
+from drake_starnav.baselines.known_obstacles import KnownObstacles, known_obstacles
+from drake_starnav.baselines.potential_field import PotentialFieldParameters
 from drake_starnav.robot import RobotParameters
 from tests.helpers.motions import PERIOD, limited_twist
 

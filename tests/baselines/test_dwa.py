@@ -6,8 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_starnav import baselines
-from drake_starnav.baselines import DwaParameters
-from drake_starnav.baselines.dwa import PERIOD
+from drake_starnav.baselines.dwa import PERIOD, DwaParameters
 from drake_starnav.errors import StarnavError
 from drake_starnav.robot import RobotParameters
 from tests.helpers.arrays import taking_lists

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drake_starnav import baselines
-from drake_starnav.baselines import known_obstacles
+from drake_starnav.baselines.known_obstacles import known_obstacles
 from tests.helpers.arrays import taking_lists
 
 dsm_velocity = taking_lists(baselines.dsm_velocity)

@@ -6,8 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drake_starnav import baselines
-from drake_starnav.baselines import PotentialFieldParameters
-from drake_starnav.baselines.potential_field import INFLUENCE_DISTANCE
+from drake_starnav.baselines.potential_field import INFLUENCE_DISTANCE, PotentialFieldParameters
 from drake_starnav.errors import StarnavError
 from tests.helpers.arrays import taking_lists
 

@@ -14,8 +14,9 @@ from drake_starnav.cli.benchmark import benchmark
 from drake_starnav.cli.record import Run, chosen_run, record
 from drake_starnav.cli.simulate import simulate
 from drake_starnav.errors import StarnavError
-from drake_starnav.evaluation import make_cases, make_header
+from drake_starnav.evaluation.jobs import make_cases
 from drake_starnav.evaluation.report.recordings import read_trial
+from drake_starnav.evaluation.trial_file import make_header
 from drake_starnav.visualization.clips import find_ffmpeg
 from tests.helpers.trials import record as trial_record
 

@@ -13,7 +13,9 @@ import pytest
 
 from drake_starnav.cli.benchmark import benchmark
 from drake_starnav.errors import StarnavError
-from drake_starnav.evaluation import cluster, dask_pool, read_trials
+from drake_starnav.evaluation import cluster
+from drake_starnav.evaluation.cluster import dask_pool
+from drake_starnav.evaluation.trial_file import read_trials
 
 pytestmark = pytest.mark.slow
 

@@ -4,8 +4,8 @@ import pytest
 
 from drake_starnav.cli.benchmark import benchmark
 from drake_starnav.errors import StarnavError
-from drake_starnav.evaluation import SUITES, find_suite, make_cases, suite_table
-from drake_starnav.evaluation.suites import Published, Suite
+from drake_starnav.evaluation.jobs import make_cases
+from drake_starnav.evaluation.suites import SUITES, Published, Suite, find_suite, suite_table
 from tests.evaluation.test_summary import record
 
 

@@ -270,7 +270,8 @@ def test_a_place_that_cannot_be_written_is_reported(tmp_path: Path) -> None:
 FULL_DISK = """
 import resource, signal, sys
 from pathlib import Path
-from drake_starnav.evaluation import TrialFile, make_cases, make_header
+from drake_starnav.evaluation.jobs import make_cases
+from drake_starnav.evaluation.trial_file import TrialFile, make_header
 from drake_starnav.errors import StarnavError
 
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)

@@ -22,8 +22,9 @@ from drake_starnav.cli.benchmark import benchmark
 from drake_starnav.cli.options import command_name
 from drake_starnav.cli.simulate import simulate
 from drake_starnav.errors import StarnavError
-from drake_starnav.evaluation import read_trials, trial_seed, workers
-from drake_starnav.evaluation.jobs import Case, Job
+from drake_starnav.evaluation import workers
+from drake_starnav.evaluation.jobs import Case, Job, trial_seed
+from drake_starnav.evaluation.trial_file import read_trials
 from drake_starnav.evaluation.workers import (
     LONE_CRASHES,
     THREAD_VARIABLES,

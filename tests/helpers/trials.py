@@ -2,8 +2,9 @@
 
 import random
 
-from drake_starnav.evaluation import make_cases, make_header, trial_seed
+from drake_starnav.evaluation.jobs import make_cases, trial_seed
 from drake_starnav.evaluation.report.results import Results, make_results
+from drake_starnav.evaluation.trial_file import make_header
 
 STEP = {"count": 10, "mean_s": 2e-5, "p50_s": 2e-5, "p99_s": 5e-5}
 

@@ -4,14 +4,12 @@ import numpy as np
 import pytest
 from pydrake.common.value import Value
 
-from drake_starnav.baselines import (
-    Baseline,
-    DsmParameters,
-    DwaParameters,
-    FoaParameters,
-    PotentialFieldParameters,
-    known_obstacles,
-)
+from drake_starnav.baselines.baseline_step import Baseline
+from drake_starnav.baselines.dsm_circles import DsmParameters
+from drake_starnav.baselines.dwa import DwaParameters
+from drake_starnav.baselines.foa import FoaParameters
+from drake_starnav.baselines.known_obstacles import known_obstacles
+from drake_starnav.baselines.potential_field import PotentialFieldParameters
 from drake_starnav.control import ControllerParameters
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.robot import RobotParameters

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from drake_starnav.evaluation import read_trials
+from drake_starnav.evaluation.trial_file import read_trials
 from drake_starnav.utils.interrupts import INTERRUPTED, kept_from_children
 
 ROOT = Path(__file__).parents[2]

@@ -6,10 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from drake_starnav.evaluation import make_cases, make_header, wilson_interval
+from drake_starnav.evaluation.jobs import make_cases
 from drake_starnav.evaluation.report import figures
 from drake_starnav.evaluation.report.results import make_results
-from drake_starnav.evaluation.summary import cost_table, summarise
+from drake_starnav.evaluation.summary import cost_table, summarise, wilson_interval
+from drake_starnav.evaluation.trial_file import make_header
 from tests.helpers.trials import made_up, record
 
 METHODS = ("star", "dsm", "foa", "foa_cluster", "foa_roadmap", "dwa", "apf", "star_paper", "mpc", "other", "another")

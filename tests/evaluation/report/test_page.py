@@ -8,8 +8,10 @@ from typing import NamedTuple
 import pytest
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.evaluation.report import Recording, Results, chosen_trials, figures, write_page
-from drake_starnav.evaluation.report.page import load_template
+from drake_starnav.evaluation.report import figures
+from drake_starnav.evaluation.report.page import load_template, write_page
+from drake_starnav.evaluation.report.recordings import Recording, chosen_trials
+from drake_starnav.evaluation.report.results import Results
 from tests.helpers.browser import browser_missing, find_chromium
 from tests.helpers.trials import made_up
 

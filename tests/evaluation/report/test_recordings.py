@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from drake_starnav.cli.benchmark import benchmark, report
-from drake_starnav.evaluation.report import chosen_trials, read_results, record_chosen
-from drake_starnav.evaluation.report.results import make_results
+from drake_starnav.evaluation.report.recordings import chosen_trials, record_chosen
+from drake_starnav.evaluation.report.results import make_results, read_results
 from tests.helpers.trials import made_up, record
 
 pytestmark = pytest.mark.slow

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.evaluation import TrialFile, make_cases, make_header
+from drake_starnav.evaluation.jobs import make_cases
 from drake_starnav.evaluation.report.results import make_results, page_name, read_results
-from drake_starnav.evaluation.trial_file import record_key
+from drake_starnav.evaluation.trial_file import TrialFile, make_header, record_key
 from drake_starnav.scenario import METHODS
 from tests.helpers.trials import record
 

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from drake_starnav.evaluation import make_cases, read_trials
-from drake_starnav.evaluation.jobs import make_jobs, run_job
+from drake_starnav.evaluation.jobs import make_cases, make_jobs, run_job
+from drake_starnav.evaluation.trial_file import read_trials
 from drake_starnav.scenario import METHODS
 from scripts.experiments.ablate import ABLATIONS, REFERENCE, Ablation, main
 from scripts.experiments.replacements import run_replaced

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from drake_starnav.evaluation import read_trials
+from drake_starnav.evaluation.trial_file import read_trials
 
 pytestmark = pytest.mark.slow
 

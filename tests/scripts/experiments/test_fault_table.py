@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from drake_starnav.evaluation import make_cases, read_trials
+from drake_starnav.evaluation.jobs import make_cases
+from drake_starnav.evaluation.trial_file import read_trials
 
 pytestmark = pytest.mark.slow
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.evaluation import TrialFile
+from drake_starnav.evaluation.trial_file import TrialFile
 from scripts.maintenance import record_results
 from tests.helpers.trials import made_up
 
