@@ -22,8 +22,8 @@ from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.planning import PlannerInput, PlannerState, plan_step, planner, search
 from drake_starnav.planning.distance_grid import DistanceGrid
 from drake_starnav.regions.perception import Perceived, PerceptionSettings, perceive
-from drake_starnav.scenario import Scenario
 from drake_starnav.scenario.margins import derive_margins
+from drake_starnav.scenario.schema import Scenario
 from drake_starnav.worlds.view import scan_from, visible_shapes
 
 SCENARIO = Scenario("default", None)

@@ -15,8 +15,8 @@ from drake_starnav.planning import PlannerInput, PlannerState, PlannerStatus, St
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.regions.perception import SCAN_MEMORY, Perceived, PerceptionSettings, perceive
 from drake_starnav.regions.safe_region import CertifiedRegion, ScanMemory, certified_region
-from drake_starnav.scenario import Scenario
 from drake_starnav.scenario.margins import derive_margins
+from drake_starnav.scenario.schema import Scenario
 from drake_starnav.worlds import World
 from drake_starnav.worlds.view import scan_from, visible_shapes
 

@@ -15,7 +15,7 @@ import numpy as np
 from pydrake.systems.analysis import Simulator
 
 from drake_starnav.robot import RobotParameters
-from drake_starnav.scenario import Scenario
+from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.worlds import RosMap, clearance, make_world, shortest_path
 from drake_starnav.worlds.formats.map_file import FREE, OCCUPIED, UNKNOWN, OccupancyMap

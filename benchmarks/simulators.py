@@ -27,7 +27,8 @@ from pydrake.systems.primitives import LogVectorOutput, TrajectorySource, Vector
 from pydrake.trajectories import PiecewisePolynomial
 
 from drake_starnav.navigation import Parts, add_navigation
-from drake_starnav.scenario import Scenario, load_scenario
+from drake_starnav.scenario.scenario_file import load_scenario
+from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.navigation_station import add_station
 from drake_starnav.station.plant import make_simulator
 from drake_starnav.station.world_geometry import OBSTACLE_HEIGHT

@@ -22,7 +22,8 @@ from pydrake.systems.framework import DiagramBuilder
 from drake_starnav.cli.options import INTERRUPTED, add_overrides, exit_code
 from drake_starnav.navigation import Navigation, Parts, add_navigation
 from drake_starnav.planning import PlannerStatus
-from drake_starnav.scenario import Scenario, load_scenario
+from drake_starnav.scenario.scenario_file import load_scenario
+from drake_starnav.scenario.schema import Scenario
 from drake_starnav.simulation import add_collision_monitor, omniscient_path
 from drake_starnav.station.model_world import make_world_with_footprints
 from drake_starnav.station.monitors import COLLISION, STRUCK

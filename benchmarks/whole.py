@@ -52,7 +52,7 @@ class Driver:
 
 def work() -> None:
     """Drive the trials that come in by standard input; only what every version has is used."""
-    from drake_starnav.scenario import load_scenario
+    from drake_starnav.scenario.scenario_file import load_scenario
     from drake_starnav.simulation import run_trial
 
     answers, sys.stdout = sys.stdout, sys.stderr

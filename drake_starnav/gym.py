@@ -17,7 +17,7 @@ from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.loading import load_scenario
 from drake_starnav.navigation import Parts, add_navigation
 from drake_starnav.navigation.validation import validated_margins
-from drake_starnav.scenario import Scenario
+from drake_starnav.scenario.schema import Scenario
 from drake_starnav.simulation import add_collision_monitor
 from drake_starnav.simulation.kinematics import KinematicMotion
 from drake_starnav.station.model_world import make_world_with_footprints

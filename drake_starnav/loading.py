@@ -5,7 +5,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from drake_starnav.scenario import Scenario, scenario_file
+from drake_starnav.scenario import scenario_file
+from drake_starnav.scenario.schema import Scenario
 
 
 def load_scenario(name_or_path: str | Path, *, method: str = "star", overrides: Sequence[str] = ()) -> Scenario:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from drake_starnav.errors import StarnavError, UnsupportedError
-from drake_starnav.scenario import parse_scenario
+from drake_starnav.scenario.scenario_file import parse_scenario
 
 gymnasium = pytest.importorskip("gymnasium", reason="needs the extra gym")
 

@@ -19,8 +19,8 @@ from drake_starnav.planning import PlannerStatus
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.regions.observation import Observation
 from drake_starnav.regions.region_union import RegionUnion
-from drake_starnav.scenario import parse_scenario
 from drake_starnav.scenario.margins import derive_margins
+from drake_starnav.scenario.scenario_file import parse_scenario
 from drake_starnav.scenario.schema import SimulationParameters
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.station.plant import make_simulator

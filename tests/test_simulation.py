@@ -13,7 +13,8 @@ from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from drake_starnav.errors import StarnavError, UnsupportedError
 from drake_starnav.geometry.polyline import distance_to_segment
 from drake_starnav.navigation import Parts, add_navigation, make_diagram
-from drake_starnav.scenario import METHODS, load_scenario, parse_scenario
+from drake_starnav.scenario.scenario_file import load_scenario, parse_scenario
+from drake_starnav.scenario.shipped import METHODS
 from drake_starnav.simulation import monitors, omniscient_path, run_trial, trial_record
 from drake_starnav.simulation import trial as trial_module
 from drake_starnav.simulation.trial import benchmark_score

@@ -19,8 +19,8 @@ from drake_starnav.cli.options import (
     print_written,
 )
 from drake_starnav.errors import StarnavError, shown
-from drake_starnav.scenario import METHODS, scenario_names
 from drake_starnav.scenario.scenario_file import scenario_path
+from drake_starnav.scenario.shipped import METHODS, scenario_names
 from drake_starnav.utils.files import check_outputs, check_writable, write_text
 from drake_starnav.utils.progress import Progress
 

@@ -21,9 +21,9 @@ from drake_starnav.cli.options import (
 from drake_starnav.errors import StarnavError
 from drake_starnav.evaluation.report.recordings import read_trial
 from drake_starnav.loading import load_scenario, parse_scenario
-from drake_starnav.scenario import METHODS, Scenario, scenario_names
 from drake_starnav.scenario.scenario_file import scenario_path
-from drake_starnav.scenario.schema import in_world
+from drake_starnav.scenario.schema import Scenario, in_world
+from drake_starnav.scenario.shipped import METHODS, scenario_names
 from drake_starnav.scenario.source_files import source_files
 from drake_starnav.utils.files import check_outputs, file_name
 from drake_starnav.utils.progress import Progress

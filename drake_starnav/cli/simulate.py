@@ -23,7 +23,7 @@ from drake_starnav.scenario.shipped import METHODS
 from drake_starnav.utils.files import check_outputs, write_text
 
 if TYPE_CHECKING:
-    from drake_starnav.scenario import Scenario
+    from drake_starnav.scenario.schema import Scenario
 
 CODES = "0 the goal was reached, 1 it was not"
 DEMO_FILES = Path("out", "forest.html"), Path("out", "forest.json")

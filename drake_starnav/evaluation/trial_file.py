@@ -17,8 +17,7 @@ from typing import IO, Any
 from drake_starnav.errors import StarnavError
 from drake_starnav.evaluation.jobs import Case, Key, Record
 from drake_starnav.evaluation.trial_checks import header_fault, record_fault
-from drake_starnav.scenario import parse_scenario
-from drake_starnav.scenario.scenario_file import differences
+from drake_starnav.scenario.scenario_file import differences, parse_scenario
 from drake_starnav.scenario.schema import KEYS
 from drake_starnav.scenario.source_files import source_files
 from drake_starnav.utils.files import check_regular, reason_of, unwritable

@@ -4,7 +4,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from drake_starnav.navigation.parts import AS_DECLARED, Parts
 from drake_starnav.navigation.wiring import add_navigation
-from drake_starnav.scenario import Scenario
+from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.navigation_station import station_outputs
 from drake_starnav.station.plant import scenario_simulator_config
 from drake_starnav.systems.connecting import outputs

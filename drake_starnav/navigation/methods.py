@@ -10,11 +10,11 @@ from drake_starnav.planning import plan_step
 from drake_starnav.planning.state import PlanStep
 from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.perception import Perceive, perceive
-from drake_starnav.scenario import Scenario
+from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.robot_interface import delay_steps
 from drake_starnav.systems.baseline_controller import BaselineController, PaperController
 from drake_starnav.systems.dsm_controller import DsmController, PredictiveController
-from drake_starnav.tracking import DynamicObstacleParameters
+from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.utils.stopwatch import Stopwatch
 
 

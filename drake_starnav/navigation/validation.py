@@ -13,9 +13,9 @@ from drake_starnav.navigation.methods import BY_KIND, SHIELDED
 from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.perception import check_views
 from drake_starnav.robot import Limits, RobotParameters
-from drake_starnav.scenario import Scenario
 from drake_starnav.scenario.error_budget import error_budget
 from drake_starnav.scenario.margins import AVERAGED_NOISE, derive_margins
+from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.navigation_station import StationInterface
 from drake_starnav.station.robot_geometry import TOLERANCE
 

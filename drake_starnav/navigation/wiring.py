@@ -13,7 +13,7 @@ from drake_starnav.navigation.sources import control_sources, footprint_sources,
 from drake_starnav.navigation.validation import check_interface, validated_margins
 from drake_starnav.regions.margins import Margins
 from drake_starnav.robot import RobotParameters
-from drake_starnav.scenario import Scenario
+from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.model_world import make_world_with_footprints
 from drake_starnav.station.navigation_station import NavigationStation, StationInterface
 from drake_starnav.systems.connecting import add_system, connect, connect_inputs, output_port, outputs

@@ -26,7 +26,7 @@ from drake_starnav.parameters import Checked, is_number, parameter, unknown_name
 from drake_starnav.planning import PlannerParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.shipped import METHODS
-from drake_starnav.tracking import DynamicObstacleParameters
+from drake_starnav.tracking.parameters import DynamicObstacleParameters
 
 
 @dataclass(frozen=True)

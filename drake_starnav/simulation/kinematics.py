@@ -11,8 +11,8 @@ from drake_starnav.geometry.se2 import composed
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import ON_AXIS, Mount
 from drake_starnav.regions.perception import Perceived, PerceptionSettings, perceive
-from drake_starnav.scenario import Scenario
 from drake_starnav.scenario.margins import derive_margins
+from drake_starnav.scenario.schema import Scenario
 from drake_starnav.worlds.clearance import body_clearance
 from drake_starnav.worlds.view import scan_from, visible_shapes
 from drake_starnav.worlds.world import World

@@ -9,7 +9,7 @@ from pydrake.systems.primitives import LogVectorOutput, VectorLogSink
 
 from drake_starnav.navigation import Navigation
 from drake_starnav.navigation.sources import footprint_sources
-from drake_starnav.scenario import Scenario
+from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.drive_check import check_drive
 from drake_starnav.station.monitors import ArrivalMonitor, CollisionMonitor, Hull
 from drake_starnav.station.plant import value_of

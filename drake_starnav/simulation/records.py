@@ -9,7 +9,7 @@ from pydrake.systems.framework import DiagramBuilder
 
 from drake_starnav.geometry.trajectory import Motion
 from drake_starnav.navigation import Navigation
-from drake_starnav.scenario import Scenario
+from drake_starnav.scenario.schema import Scenario
 from drake_starnav.simulation.robots import RobotTrial, run_robots
 from drake_starnav.simulation.run import run_trial
 from drake_starnav.simulation.trial import caption_lines, trial_record

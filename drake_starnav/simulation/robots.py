@@ -20,8 +20,7 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.trajectory import Motion, least_gaps
 from drake_starnav.navigation import Navigation, Parts, add_navigation
 from drake_starnav.planning import PlannerStatus
-from drake_starnav.scenario import Scenario
-from drake_starnav.scenario.schema import check_method
+from drake_starnav.scenario.schema import Scenario, check_method
 from drake_starnav.simulation.monitors import watcher
 from drake_starnav.simulation.run import advance_until, left_by
 from drake_starnav.simulation.trial import INTERRUPTED, TIMEOUT, Run, Trial, figures, omniscient_path

@@ -18,8 +18,7 @@ from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.geometry.trajectory import Motion
 from drake_starnav.navigation import Navigation, Parts, add_navigation
 from drake_starnav.navigation.parts import AS_DECLARED
-from drake_starnav.scenario import Scenario
-from drake_starnav.scenario.schema import check_method
+from drake_starnav.scenario.schema import Scenario, check_method
 from drake_starnav.simulation.monitors import FOOTPRINT_LOG, add_monitors, watcher
 from drake_starnav.simulation.trial import INTERRUPTED, TIMEOUT, Run, Trial, caption_lines, figures, omniscient_path
 from drake_starnav.station.model_world import make_world_with_footprints

@@ -13,8 +13,8 @@ from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.geometry.polyline import simplified
 from drake_starnav.geometry.se2 import places
 from drake_starnav.geometry.trajectory import evenly_sampled, motion_metrics
-from drake_starnav.scenario import Scenario
 from drake_starnav.scenario.margins import derive_margins
+from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.monitors import COLLISION, contact_in
 from drake_starnav.systems.star_roadmap_planner import STANDSTILL
 from drake_starnav.worlds.clearance import body_clearance

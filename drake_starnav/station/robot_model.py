@@ -17,7 +17,7 @@ from pydrake.multibody.tree import ModelInstanceIndex, PdControllerGains
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.robot import RobotParameters
-from drake_starnav.scenario import Scenario
+from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.parser_warnings import parsing
 from drake_starnav.station.planar_drive import put_on_joints
 from drake_starnav.station.robot_file import center, effort, hold, robot_urdf

@@ -15,7 +15,8 @@ from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.robot import RobotParameters
 from drake_starnav.systems.controller import UNUSED_TWIST, Controller
 from drake_starnav.systems.footprint_hold import FootprintInForce, FootprintInput
-from drake_starnav.tracking import DynamicObstacleParameters, Tracks
+from drake_starnav.tracking.kalman_tracks import Tracks
+from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.utils.stopwatch import Stopwatch
 
 

@@ -9,7 +9,8 @@ from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.systems.release import declare_value
 from drake_starnav.systems.scan_state import ScanState
-from drake_starnav.tracking import DynamicObstacleParameters, Tracks
+from drake_starnav.tracking.kalman_tracks import Tracks
+from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.tracking.tracker import Tracked, track
 from drake_starnav.utils.stopwatch import Stopwatch
 

@@ -19,7 +19,8 @@ from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.robot import RobotParameters
 from drake_starnav.systems.footprint_hold import FootprintInput
 from drake_starnav.systems.release import declare_value
-from drake_starnav.tracking import DynamicObstacleParameters, Tracks
+from drake_starnav.tracking.kalman_tracks import Tracks
+from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.utils.stopwatch import Stopwatch
 from drake_starnav.utils.timing import checked_period
 

@@ -10,7 +10,7 @@ from pydrake.systems.framework import DiagramBuilder
 from drake_starnav.errors import StarnavError, check_kind
 from drake_starnav.geometry.trajectory import Motion
 from drake_starnav.navigation import Navigation
-from drake_starnav.scenario import Scenario
+from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.navigation_station import StationInterface
 from drake_starnav.systems.star_perception import lidar_names
 from drake_starnav.utils.files import write_text

@@ -12,7 +12,7 @@ from pydrake.systems.framework import DiagramBuilder
 
 from drake_starnav.geometry.trajectory import Motion
 from drake_starnav.robot import RobotParameters
-from drake_starnav.scenario import RecordingParameters, Scenario
+from drake_starnav.scenario.schema import RecordingParameters, Scenario
 from drake_starnav.station.model_world import floor_geometries
 from drake_starnav.station.world_geometry import OBSTACLE_HEIGHT, add_still_obstacles, upright_prism
 from drake_starnav.visualization import meshes

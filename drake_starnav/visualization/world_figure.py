@@ -134,7 +134,7 @@ def write_html(world: World, robot: RobotParameters, path: np.ndarray | None, ti
     from pydrake.geometry import Rgba
     from pydrake.systems.framework import DiagramBuilder
 
-    from drake_starnav.scenario import Scenario
+    from drake_starnav.scenario.schema import Scenario
     from drake_starnav.station.navigation_station import NavigationStation
     from drake_starnav.visualization.meshcat_stage import add_scene, quiet_meshcat
     from drake_starnav.visualization.page import ROOT, Cameras, Caption

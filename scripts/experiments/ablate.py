@@ -41,7 +41,7 @@ class Ablation:
         reference: section of the paper (arXiv 2403.11484) or of docs/method.md that describes the part.
         overrides: "section.key=value" texts.
         replaced: what takes the place of functions and constants, by dotted name; see `replacements`.
-        method: see `drake_starnav.scenario.METHODS`.
+        method: see `drake_starnav.scenario.shipped.METHODS`.
     """
 
     name: str

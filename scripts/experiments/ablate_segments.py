@@ -25,8 +25,8 @@ from drake_starnav.regions.erosion import BEARINGS, free_range, smoothed_distanc
 from drake_starnav.regions.piecewise_cubic import JUMP, PiecewiseCubic, fit_piecewise_cubic, fit_segments
 from drake_starnav.regions.star_region import Fit
 from drake_starnav.robot import RobotParameters
-from drake_starnav.scenario import Scenario
 from drake_starnav.scenario.margins import derive_margins
+from drake_starnav.scenario.schema import Scenario
 from scripts.experiments.scan_sample import Measured, View, sample_text, sample_views, scan_experiment
 
 FIXED = (4, 8, 16, 32, 64)

@@ -23,8 +23,8 @@ from drake_starnav.regions.bearing_hits import CONNECTED_CHORD
 from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.regions.star_region import fit_region
 from drake_starnav.robot import RobotParameters
-from drake_starnav.scenario import Scenario
 from drake_starnav.scenario.margins import derive_margins
+from drake_starnav.scenario.schema import Scenario
 from drake_starnav.visualization.world_figure import draw_world
 from scripts.experiments.scan_sample import Measured, View, sample_text, sample_views, scan_experiment
 

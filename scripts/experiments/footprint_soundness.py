@@ -26,8 +26,9 @@ from drake_starnav.geometry.polyline import point_to_segment_squared
 from drake_starnav.regions.perception import Perceived, PerceptionSettings, perceive
 from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.robot import Limits
-from drake_starnav.scenario import Scenario, parse_scenario
 from drake_starnav.scenario.margins import derive_margins
+from drake_starnav.scenario.scenario_file import parse_scenario
+from drake_starnav.scenario.schema import Scenario
 from drake_starnav.worlds.outlines import rectangle
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import cast, noisy

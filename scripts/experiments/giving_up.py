@@ -20,8 +20,9 @@ from tqdm import tqdm
 
 from drake_starnav.geometry.raycast import Fan, cast_groups
 from drake_starnav.navigation import Parts
-from drake_starnav.scenario import Scenario, parse_scenario
 from drake_starnav.scenario.margins import derive_margins
+from drake_starnav.scenario.scenario_file import parse_scenario
+from drake_starnav.scenario.schema import Scenario
 from drake_starnav.simulation import run_trial
 from drake_starnav.worlds.clearance import clearance
 from drake_starnav.worlds.generators.channel import Channel

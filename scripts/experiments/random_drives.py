@@ -25,7 +25,8 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.footprint import Footprint, disc
 from drake_starnav.lidar.mounts import ON_AXIS, Mount
 from drake_starnav.navigation.validation import QUICKEST_LOCK, validated_margins
-from drake_starnav.scenario import Scenario, load_scenario
+from drake_starnav.scenario.scenario_file import load_scenario
+from drake_starnav.scenario.schema import Scenario
 from drake_starnav.simulation import run_trial
 from drake_starnav.station.model_world import make_world_with_footprints
 from drake_starnav.utils.files import read_text, write_text

@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from drake_starnav.evaluation.summary import markdown_table, number, rate_text
-from drake_starnav.scenario import load_scenario
 from drake_starnav.scenario.error_budget import error_budget
+from drake_starnav.scenario.scenario_file import load_scenario
 from drake_starnav.utils.files import read_text, write_text
 from drake_starnav.utils.resources import model_path
 from scripts.experiments.experiment import (

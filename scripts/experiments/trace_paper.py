@@ -18,7 +18,8 @@ from drake_starnav.control.inputs import ControllerInputs
 from drake_starnav.evaluation.jobs import trial_seed
 from drake_starnav.evaluation.summary import markdown_table
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.scenario import Scenario, load_scenario
+from drake_starnav.scenario.scenario_file import load_scenario
+from drake_starnav.scenario.schema import Scenario
 from drake_starnav.worlds import World
 from scripts.experiments.tune_baselines import WITH_ROADMAP, Guided, cached_world, drive
 

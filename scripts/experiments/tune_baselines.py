@@ -36,8 +36,9 @@ from drake_starnav.planning.guidance import Guidance
 from drake_starnav.regions.perception import Perceived, PerceptionSettings
 from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.robot import BASES
-from drake_starnav.scenario import Scenario, load_scenario
 from drake_starnav.scenario.margins import derive_margins
+from drake_starnav.scenario.scenario_file import load_scenario
+from drake_starnav.scenario.schema import Scenario
 from drake_starnav.utils.files import check_writable, write_text
 from drake_starnav.worlds import World, clearance, make_world
 from drake_starnav.worlds.view import scan_from, visible_shapes

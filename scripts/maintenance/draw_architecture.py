@@ -18,7 +18,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, PortDataType, Sys
 import drake_starnav
 from drake_starnav.cli.options import exit_code
 from drake_starnav.navigation import add_navigation
-from drake_starnav.scenario import load_scenario
+from drake_starnav.scenario.scenario_file import load_scenario
 from scripts.maintenance.record_results import stale, with_section
 from scripts.maintenance.write_tables import DOCS, table
 from tests.project.test_import_direction import METHOD, TABLE

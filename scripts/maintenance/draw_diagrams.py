@@ -18,7 +18,7 @@ from pydrake.systems.framework import DiagramBuilder, System
 from drake_starnav.cli.options import exit_code
 from drake_starnav.errors import StarnavError
 from drake_starnav.navigation import add_navigation
-from drake_starnav.scenario import load_scenario
+from drake_starnav.scenario.scenario_file import load_scenario
 from drake_starnav.station.navigation_station import NavigationStation
 from scripts.maintenance.write_tables import DIAGRAMS, all_systems
 

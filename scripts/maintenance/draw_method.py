@@ -23,8 +23,9 @@ from drake_starnav.planning.frontiers import edge_frontiers
 from drake_starnav.regions import Observation
 from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.regions.star_region import StarRegion
-from drake_starnav.scenario import Scenario, load_scenario
 from drake_starnav.scenario.margins import derive_margins
+from drake_starnav.scenario.scenario_file import load_scenario
+from drake_starnav.scenario.schema import Scenario
 from drake_starnav.visualization.world_figure import draw_world
 from drake_starnav.worlds import World, clearance
 

@@ -12,7 +12,7 @@ from pydrake.systems.framework import Context, DiagramBuilder, EventStatus, Syst
 
 from drake_starnav.cli.options import exit_code
 from drake_starnav.navigation import Parts, add_navigation
-from drake_starnav.scenario import load_scenario
+from drake_starnav.scenario.scenario_file import load_scenario
 from drake_starnav.station.navigation_station import add_station
 from drake_starnav.station.plant import make_simulator
 from drake_starnav.utils.files import replacing

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from scipy.ndimage import convolve
 
-from drake_starnav.scenario import load_scenario
+from drake_starnav.scenario.scenario_file import load_scenario
 from drake_starnav.utils.files import check_writable, write_text
 from drake_starnav.worlds.shortest_path import shortest_path
 from drake_starnav.worlds.solvable import Drawn

@@ -28,10 +28,10 @@ import drake_starnav.visualization
 from drake_starnav.localization.scan_matching import OdometryError
 from drake_starnav.parameters import allowed_text, declared
 from drake_starnav.robot import RobotParameters
-from drake_starnav.scenario import METHODS, Scenario
 from drake_starnav.scenario.error_budget import SYMBOLS, TERMS
 from drake_starnav.scenario.margins import derive_margins
-from drake_starnav.scenario.schema import SECTIONS
+from drake_starnav.scenario.schema import SECTIONS, Scenario
+from drake_starnav.scenario.shipped import METHODS
 from drake_starnav.station.lidar_sensor import LidarMount, LidarSensor
 from drake_starnav.station.monitors import ArrivalMonitor, CollisionMonitor
 from drake_starnav.station.moving_bodies import MovingObstacleDrive

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drake_starnav import baselines
+from drake_starnav.baselines import dsm_circles
 from drake_starnav.baselines.dsm_circles import directional_mean
 from tests.helpers.arrays import taking_lists
 from tests.helpers.reference_vectors import COUNT, RESULTS, TOLERANCE, reference_case
@@ -37,7 +37,7 @@ def test_a_vanished_vector_leaves_its_weight_to_the_reference():
     assert math.atan2(y, x) == pytest.approx(math.pi / 4.0)
 
 
-dsm_velocity = taking_lists(baselines.dsm_velocity)
+dsm_velocity = taking_lists(dsm_circles.dsm_velocity)
 ANGLE = st.floats(-math.pi, math.pi)
 SEED = st.integers(0, 2**32 - 1)
 

@@ -5,13 +5,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drake_starnav import baselines
+from drake_starnav.baselines import dwa
 from drake_starnav.baselines.dwa import PERIOD, DwaParameters
 from drake_starnav.errors import StarnavError
 from drake_starnav.robot import RobotParameters
 from tests.helpers.arrays import taking_lists
 
-dwa_twist = taking_lists(baselines.dwa_twist)
+dwa_twist = taking_lists(dwa.dwa_twist)
 ROBOT = RobotParameters()
 PARAMETERS = DwaParameters()
 NOTHING = np.zeros((0, 2))

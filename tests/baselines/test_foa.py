@@ -5,12 +5,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drake_starnav import baselines
+from drake_starnav.baselines import foa
 from tests.helpers.arrays import taking_lists
 from tests.helpers.reference_vectors import COUNT, RESULTS, TOLERANCE, reference_case
 
-foa_velocity = taking_lists(baselines.foa_velocity)
-foa_cluster_velocity = taking_lists(baselines.foa_cluster_velocity)
+foa_velocity = taking_lists(foa.foa_velocity)
+foa_cluster_velocity = taking_lists(foa.foa_cluster_velocity)
 BOTH = pytest.mark.parametrize("function", [foa_velocity, foa_cluster_velocity])
 ANGLE = st.floats(-math.pi, math.pi)
 SEED = st.integers(0, 2**32 - 1)

@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drake_starnav import baselines
+from drake_starnav.baselines import dsm_circles
 from drake_starnav.baselines.known_obstacles import known_obstacles
 from tests.helpers.arrays import taking_lists
 
-dsm_velocity = taking_lists(baselines.dsm_velocity)
+dsm_velocity = taking_lists(dsm_circles.dsm_velocity)
 RADIUS = 0.25
 
 

@@ -5,12 +5,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drake_starnav import baselines
+from drake_starnav.baselines import potential_field
 from drake_starnav.baselines.potential_field import INFLUENCE_DISTANCE, PotentialFieldParameters
 from drake_starnav.errors import StarnavError
 from tests.helpers.arrays import taking_lists
 
-potential_field_velocity = taking_lists(baselines.potential_field_velocity)
+potential_field_velocity = taking_lists(potential_field.potential_field_velocity)
 PARAMETERS = PotentialFieldParameters(repulsive_gain=0.01, max_speed=0.8)
 RADIUS = 0.25
 

@@ -14,7 +14,8 @@ from drake_starnav.cli.main import MODULES, main
 from drake_starnav.cli.record import record
 from drake_starnav.cli.show import show_world
 from drake_starnav.cli.simulate import simulate
-from drake_starnav.scenario import METHODS, load_scenario, parse_scenario, scenario_names
+from drake_starnav.scenario.scenario_file import load_scenario, parse_scenario
+from drake_starnav.scenario.shipped import METHODS, scenario_names
 from drake_starnav.utils.compilation import COMPILING
 from drake_starnav.worlds import WORLD_KINDS
 

@@ -186,6 +186,6 @@ def test_the_names_of_files_tell_what_they_show() -> None:
 
 
 def _named(name: str):
-    from drake_starnav.scenario import load_scenario
+    from drake_starnav.scenario.scenario_file import load_scenario
 
     return load_scenario(name)

@@ -5,9 +5,9 @@ import re
 import pytest
 
 from drake_starnav.cli.show import margins
-from drake_starnav.scenario import load_scenario
 from drake_starnav.scenario.error_budget import SYMBOLS, TERMS
 from drake_starnav.scenario.margins import derive_margins
+from drake_starnav.scenario.scenario_file import load_scenario
 
 CHANGES = ("lidar.noise=0.03", "localization.drift=0.02", "drive.slip=0.05")
 

@@ -15,7 +15,7 @@ from drake_starnav.geometry.footprint import Footprint, footprint
 from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.regions.safe_region import CertifiedRegion, ScanMemory, certified_region
 from drake_starnav.robot import BASES, RobotParameters
-from drake_starnav.scenario import parse_scenario
+from drake_starnav.scenario.scenario_file import parse_scenario
 from drake_starnav.simulation.kinematics import KinematicMotion
 from drake_starnav.worlds.clearance import body_clearance
 from drake_starnav.worlds.world import World

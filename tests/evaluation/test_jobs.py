@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from drake_starnav.errors import StarnavError
 from drake_starnav.evaluation.jobs import Case, Job, check_worlds, make_cases, make_jobs, run_job, trial_seed
 from drake_starnav.evaluation.trial_checks import record_fault
-from drake_starnav.scenario import load_scenario, parse_scenario
+from drake_starnav.scenario.scenario_file import load_scenario, parse_scenario
 
 
 @given(st.integers(0, 2**64), st.integers(0, 10**6))

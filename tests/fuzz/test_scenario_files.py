@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.scenario import METHODS, load_scenario, parse_scenario, scenario_names
-from drake_starnav.scenario.scenario_file import scenario_text
+from drake_starnav.scenario.scenario_file import load_scenario, parse_scenario, scenario_text
 from drake_starnav.scenario.schema import SECTIONS
+from drake_starnav.scenario.shipped import METHODS, scenario_names
 from drake_starnav.worlds import WORLD_KINDS
 from tests.helpers.inputs import corpus, fuzzed, mutated, scalars, values
 

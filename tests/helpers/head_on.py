@@ -3,7 +3,8 @@
 import json
 from pathlib import Path
 
-from drake_starnav.scenario import Scenario, parse_scenario
+from drake_starnav.scenario.scenario_file import parse_scenario
+from drake_starnav.scenario.schema import Scenario
 
 
 def head_on(folder: Path, max_speed: float) -> Scenario:

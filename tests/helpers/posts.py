@@ -5,7 +5,8 @@ from typing import Any
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Diagram
 
-from drake_starnav.scenario import Scenario, parse_scenario
+from drake_starnav.scenario.scenario_file import parse_scenario
+from drake_starnav.scenario.schema import Scenario
 
 POSTS = """
 world: !Obstacles

@@ -8,7 +8,8 @@ from pydrake.systems.framework import DiagramBuilder
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.footprint import Footprint, disc
 from drake_starnav.navigation import Parts, add_navigation, make_diagram
-from drake_starnav.scenario import Scenario, parse_scenario
+from drake_starnav.scenario.scenario_file import parse_scenario
+from drake_starnav.scenario.schema import Scenario
 from drake_starnav.simulation import add_collision_monitor, run_trial
 from drake_starnav.station.plant import make_simulator
 from drake_starnav.worlds.clearance import body_clearance

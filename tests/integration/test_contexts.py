@@ -13,8 +13,9 @@ from pydrake.systems.primitives import LogVectorOutput, VectorLogSink
 from drake_starnav.navigation import add_navigation, make_diagram
 from drake_starnav.planning import PlannerStatus
 from drake_starnav.planning.distance_grid import DistanceGrid
-from drake_starnav.scenario import METHODS, parse_scenario
 from drake_starnav.scenario.margins import derive_margins
+from drake_starnav.scenario.scenario_file import parse_scenario
+from drake_starnav.scenario.shipped import METHODS
 from drake_starnav.simulation import add_collision_monitor
 from drake_starnav.station.monitors import ArrivalMonitor, CollisionMonitor
 from drake_starnav.systems.twist_shield import TwistShield

@@ -12,8 +12,8 @@ from pydrake.systems.framework import DiagramBuilder
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.navigation import add_navigation
-from drake_starnav.scenario import Scenario, parse_scenario
-from drake_starnav.scenario.schema import SECTIONS
+from drake_starnav.scenario.scenario_file import parse_scenario
+from drake_starnav.scenario.schema import SECTIONS, Scenario
 from drake_starnav.simulation import run_trial
 from drake_starnav.visualization.recorder import Recorder
 from drake_starnav.worlds import WORLD_KINDS, make_world

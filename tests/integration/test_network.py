@@ -7,7 +7,7 @@ import pytest
 
 from drake_starnav.cli.live import LiveRun
 from drake_starnav.evaluation.cluster import dask_pool
-from drake_starnav.scenario import parse_scenario
+from drake_starnav.scenario.scenario_file import parse_scenario
 from drake_starnav.visualization.meshcat_stage import quiet_meshcat
 from tests.helpers.sockets import LOOPBACK, children, listening
 

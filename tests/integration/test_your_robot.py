@@ -11,7 +11,7 @@ import pytest
 from drake_starnav.cli.main import main
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.robot import RobotParameters
-from drake_starnav.scenario import Scenario
+from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.worlds.world import World
 from tests.helpers.robots import driven

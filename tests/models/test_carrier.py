@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from drake_starnav.scenario import load_scenario
+from drake_starnav.scenario.scenario_file import load_scenario
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.station.plant import make_simulator
 from drake_starnav.station.robot_geometry import RobotModel, robot_outline

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
 
-from drake_starnav.scenario import load_scenario
+from drake_starnav.scenario.scenario_file import load_scenario
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.worlds.world import World
 from tests.helpers.motions import limited_twist

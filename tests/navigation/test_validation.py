@@ -7,9 +7,10 @@ import pytest
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.navigation.validation import check_interface, validated_margins
-from drake_starnav.scenario import Scenario, load_scenario
 from drake_starnav.scenario.error_budget import error_budget
 from drake_starnav.scenario.margins import derive_margins
+from drake_starnav.scenario.scenario_file import load_scenario
+from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.station.robot_geometry import TOLERANCE
 from drake_starnav.worlds.world import World

@@ -16,7 +16,7 @@ from pydrake.systems.framework import Diagram, System
 from drake_starnav import DsmController, LidarSensor, StarRoadmapPlanner
 from drake_starnav.cli.main import MODULES, main
 from drake_starnav.cli.options import ENTRY_POINT
-from drake_starnav.scenario import parse_scenario
+from drake_starnav.scenario.scenario_file import parse_scenario
 from drake_starnav.worlds import WORLD_KINDS
 
 ROOT = Path(__file__).resolve().parents[2]

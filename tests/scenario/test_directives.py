@@ -9,8 +9,7 @@ import pytest
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.robot import RobotParameters
-from drake_starnav.scenario import load_scenario, parse_scenario
-from drake_starnav.scenario.scenario_file import scenario_text
+from drake_starnav.scenario.scenario_file import load_scenario, parse_scenario, scenario_text
 from drake_starnav.scenario.source_files import source_files
 from drake_starnav.utils.resources import model_path
 

@@ -16,11 +16,10 @@ from drake_starnav.geometry.se2 import composed
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.regions.safe_region import SCAN_PATIENCE
 from drake_starnav.robot import RobotParameters
-from drake_starnav.scenario import Scenario
 from drake_starnav.scenario.error_budget import error_budget
-from drake_starnav.scenario.schema import DriveParameters, LocalizationParameters, SimulationParameters
+from drake_starnav.scenario.schema import DriveParameters, LocalizationParameters, Scenario, SimulationParameters
 from drake_starnav.station.navigation_station import NavigationStation
-from drake_starnav.tracking import DynamicObstacleParameters
+from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.worlds.world import World
 from tests.helpers.motions import limited_twist
 

@@ -7,8 +7,8 @@ import pytest
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.sensor_model import LidarParameters
-from drake_starnav.scenario import METHODS, load_scenario, parse_scenario, scenario_names
-from drake_starnav.scenario.scenario_file import differences, scenario_text
+from drake_starnav.scenario.scenario_file import differences, load_scenario, parse_scenario, scenario_text
+from drake_starnav.scenario.shipped import METHODS, scenario_names
 
 
 def test_shipped_scenarios_load_with_every_method() -> None:

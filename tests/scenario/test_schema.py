@@ -8,8 +8,9 @@ from drake_starnav.control import ControllerParameters
 from drake_starnav.errors import StarnavError
 from drake_starnav.navigation.methods import BY_KIND
 from drake_starnav.parameters import build
-from drake_starnav.scenario import METHODS, load_scenario
+from drake_starnav.scenario.scenario_file import load_scenario
 from drake_starnav.scenario.schema import SECTIONS, DriveParameters, LocalizationParameters, RecordingParameters
+from drake_starnav.scenario.shipped import METHODS
 
 
 def test_by_default_nothing_is_declared() -> None:

@@ -8,7 +8,7 @@ from drake_starnav.cli.simulate import simulate
 from drake_starnav.errors import StarnavError
 from drake_starnav.evaluation.jobs import make_cases
 from drake_starnav.evaluation.trial_file import TrialFile, make_header
-from drake_starnav.scenario import load_scenario
+from drake_starnav.scenario.scenario_file import load_scenario
 from drake_starnav.scenario.source_files import source_files
 
 MODEL = "world: !Model {directives: %s, goal: [4, 0]}\n"

@@ -8,7 +8,7 @@ import pytest
 
 from drake_starnav.lidar.mounts import Mount
 from drake_starnav.robot import BASES, RobotParameters
-from drake_starnav.scenario import parse_scenario
+from drake_starnav.scenario.scenario_file import parse_scenario
 from drake_starnav.simulation.kinematics import KinematicMotion
 from drake_starnav.worlds.world import World
 

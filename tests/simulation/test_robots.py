@@ -10,7 +10,7 @@ import pytest
 from drake_starnav.cli.simulate import simulate
 from drake_starnav.errors import StarnavError
 from drake_starnav.navigation import make_diagram
-from drake_starnav.scenario import load_scenario, parse_scenario
+from drake_starnav.scenario.scenario_file import load_scenario, parse_scenario
 from drake_starnav.simulation.robots import run_robots
 
 WORLD = "world: !Obstacles {bounds: [-1, -1.5, 5, 1.5]}\nlidar: {range_max: 10.0}\nrobot: {max_speed: 0.5}\n"

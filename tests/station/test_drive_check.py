@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.scenario import load_scenario
+from drake_starnav.scenario.scenario_file import load_scenario
 from drake_starnav.simulation import run_trial
 from tests.station.test_robot_file import EDITED, JOINTS
 

@@ -16,8 +16,8 @@ from pydrake.systems.framework import DiagramBuilder
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.robot import RobotParameters
-from drake_starnav.scenario import Scenario, load_scenario, parse_scenario
-from drake_starnav.scenario.scenario_file import scenario_text
+from drake_starnav.scenario.scenario_file import load_scenario, parse_scenario, scenario_text
+from drake_starnav.scenario.schema import Scenario
 from drake_starnav.scenario.source_files import source_files
 from drake_starnav.simulation import omniscient_path, run_trial
 from drake_starnav.station.model_world import FLOOR_TOLERANCE, add_model, make_world_with_footprints, with_footprints

@@ -25,7 +25,7 @@ from drake_starnav.geometry.trajectory import STANDING
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.planning import PlannerStatus
 from drake_starnav.robot import RobotParameters
-from drake_starnav.scenario import Scenario
+from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station import world_geometry
 from drake_starnav.station.monitors import ArrivalMonitor, CollisionMonitor, body_name, contact_in
 from drake_starnav.station.moving_bodies import MOVING_OBSTACLES

@@ -12,8 +12,7 @@ from pydrake.systems.analysis import Simulator
 
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.robot import RobotParameters
-from drake_starnav.scenario import Scenario
-from drake_starnav.scenario.schema import SimulationParameters
+from drake_starnav.scenario.schema import Scenario, SimulationParameters
 from drake_starnav.station.moving_bodies import MOVING_OBSTACLES
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.worlds import Crowd, DynaBarn, make_world

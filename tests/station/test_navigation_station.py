@@ -14,8 +14,7 @@ from pydrake.systems.framework import DiagramBuilder
 
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.robot import RobotParameters
-from drake_starnav.scenario import Scenario
-from drake_starnav.scenario.schema import DriveParameters, LocalizationParameters
+from drake_starnav.scenario.schema import DriveParameters, LocalizationParameters, Scenario
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.station.plant import plant_config
 from drake_starnav.station.robot_interface import RobotInterface

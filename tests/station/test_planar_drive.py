@@ -7,7 +7,7 @@ import pytest
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
-from drake_starnav.scenario import parse_scenario
+from drake_starnav.scenario.scenario_file import parse_scenario
 from drake_starnav.station import add_station
 from drake_starnav.station.plant import make_simulator
 from drake_starnav.worlds.world import World

@@ -9,8 +9,8 @@ import pytest
 from drake_starnav import load_scenario
 from drake_starnav.errors import StarnavError
 from drake_starnav.robot import RobotParameters
-from drake_starnav.scenario import Scenario, parse_scenario
-from drake_starnav.scenario.scenario_file import scenario_text
+from drake_starnav.scenario.scenario_file import parse_scenario, scenario_text
+from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.station.robot_model import with_own_shape
 from drake_starnav.utils.resources import model_path

@@ -13,7 +13,7 @@ from pydrake.systems.framework import DiagramBuilder
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.robot import RobotParameters
-from drake_starnav.scenario import Scenario
+from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station import world_geometry
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.station.world_geometry import (

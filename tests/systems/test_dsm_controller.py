@@ -18,7 +18,8 @@ from drake_starnav.regions.star_region import united
 from drake_starnav.robot import RobotParameters
 from drake_starnav.systems.dsm_controller import DsmController, PredictiveController
 from drake_starnav.systems.twist_shield import TwistShield
-from drake_starnav.tracking import DynamicObstacleParameters, Tracks
+from drake_starnav.tracking.kalman_tracks import Tracks
+from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.utils.stopwatch import Stopwatch
 from tests.helpers.controlling import PERIOD, Controlling
 from tests.helpers.scans import MARGINS, smooth_region

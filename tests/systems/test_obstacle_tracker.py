@@ -10,9 +10,10 @@ from pydrake.systems.framework import Context
 from drake_starnav.lidar.laser_scan import DYNAMIC, LaserScan
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.navigation import make_diagram
-from drake_starnav.scenario import parse_scenario
+from drake_starnav.scenario.scenario_file import parse_scenario
 from drake_starnav.systems.obstacle_tracker import ObstacleTracker
-from drake_starnav.tracking import DynamicObstacleParameters, Tracks
+from drake_starnav.tracking.kalman_tracks import Tracks
+from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.tracking.tracker import Tracked, track
 from tests.helpers.scans import silence
 from tests.helpers.scenes import PERIOD, Scene, hall, straight

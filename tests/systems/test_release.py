@@ -10,7 +10,8 @@ import pytest
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem
 
-from drake_starnav.scenario import METHODS, load_scenario
+from drake_starnav.scenario.scenario_file import load_scenario
+from drake_starnav.scenario.shipped import METHODS
 from drake_starnav.simulation import run as trial_run
 from drake_starnav.systems.release import declare_value, declare_vector, release, weakly
 from tests.helpers.posts import posts

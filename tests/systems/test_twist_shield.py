@@ -14,7 +14,8 @@ from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.robot import RobotParameters
 from drake_starnav.systems.footprint_hold import FootprintInForce
 from drake_starnav.systems.twist_shield import TwistShield, Unshielded
-from drake_starnav.tracking import DynamicObstacleParameters, Tracks
+from drake_starnav.tracking.kalman_tracks import Tracks
+from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.utils.stopwatch import Stopwatch
 from tests.helpers.footprints import WIDE as WIDE_ARMS
 from tests.helpers.scans import MARGINS

@@ -5,8 +5,7 @@ import dataclasses
 import pytest
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.scenario import parse_scenario
-from drake_starnav.scenario.scenario_file import scenario_text
+from drake_starnav.scenario.scenario_file import parse_scenario, scenario_text
 from drake_starnav.utils import yaml_text
 from drake_starnav.utils.yaml_text import load_yaml
 

@@ -11,7 +11,7 @@ from pydrake.geometry import Meshcat, MeshcatParams
 from pydrake.systems.analysis import Simulator
 
 from drake_starnav.cli.live import LiveRun
-from drake_starnav.scenario import parse_scenario
+from drake_starnav.scenario.scenario_file import parse_scenario
 from drake_starnav.visualization.live_page import SLIDERS, STEP, SliderGoal, add_goal_sliders
 from drake_starnav.worlds.world import World
 from tests.helpers.browser import FLAGS, PATIENCE, browser_missing, find_chromium

@@ -34,8 +34,7 @@ from drake_starnav.navigation import Navigation
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, plan_step
 from drake_starnav.regions import Observation, scan_region
 from drake_starnav.robot import RobotParameters
-from drake_starnav.scenario import Scenario
-from drake_starnav.scenario.schema import RecordingParameters
+from drake_starnav.scenario.schema import RecordingParameters, Scenario
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.station.plant import plant_config
 from drake_starnav.station.robot_interface import RobotInterface

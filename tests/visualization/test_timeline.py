@@ -14,7 +14,7 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
 from drake_starnav.navigation import Navigation
-from drake_starnav.scenario import parse_scenario
+from drake_starnav.scenario.scenario_file import parse_scenario
 from drake_starnav.station.plant import plant_config
 from drake_starnav.station.robot_interface import RobotInterface, connect_robot
 from drake_starnav.station.robot_model import add_robot

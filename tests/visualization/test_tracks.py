@@ -5,7 +5,7 @@ import pytest
 
 from drake_starnav.geometry.trajectory import Motion
 from drake_starnav.robot import RobotParameters
-from drake_starnav.scenario import Scenario
+from drake_starnav.scenario.schema import Scenario
 from drake_starnav.visualization.plot import moment_picture
 from drake_starnav.visualization.tracks import COLORS, Driven, record_tracks
 from drake_starnav.worlds.world import World

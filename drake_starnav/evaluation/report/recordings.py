@@ -13,7 +13,7 @@ from drake_starnav.evaluation.jobs import NEVER_RAN, Record
 from drake_starnav.evaluation.report.results import Results
 from drake_starnav.evaluation.trial_file import PACKED, read_trials, record_key
 from drake_starnav.evaluation.workers import local_processes
-from drake_starnav.scenario import Scenario
+from drake_starnav.scenario.schema import Scenario
 from drake_starnav.utils.files import read_bytes, reason_of
 
 SINGLE_KINDS = {"scenario": str, "method": str, "seed": int}

@@ -11,9 +11,9 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.evaluation.jobs import Key, Record
 from drake_starnav.evaluation.trial_file import Header, read_trials, record_key
 from drake_starnav.loading import parse_scenario
-from drake_starnav.scenario import Scenario, scenario_names
 from drake_starnav.scenario.scenario_file import differences
-from drake_starnav.scenario.schema import in_world
+from drake_starnav.scenario.schema import Scenario, in_world
+from drake_starnav.scenario.shipped import scenario_names
 
 PROGRAM = "starnav"
 """The program of the commands in a file that does not say what was typed; a checkout's scripts are the same."""

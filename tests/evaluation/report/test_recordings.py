@@ -97,7 +97,7 @@ def test_the_report_is_there_before_anything_is_recorded(trials: Path, tmp_path:
         assert f"wrote {html}" in capsys.readouterr().out
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("drake_starnav.evaluation.report.record_chosen", interrupted)
+    monkeypatch.setattr("drake_starnav.evaluation.report.recordings.record_chosen", interrupted)
     assert report([str(trials), "--html", str(html), "--recordings"]) == 130
 
 

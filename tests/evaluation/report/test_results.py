@@ -11,7 +11,7 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.evaluation.jobs import make_cases
 from drake_starnav.evaluation.report.results import make_results, page_name, read_results
 from drake_starnav.evaluation.trial_file import TrialFile, make_header, record_key
-from drake_starnav.scenario import METHODS
+from drake_starnav.scenario.shipped import METHODS
 from tests.helpers.trials import record
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from drake_starnav.evaluation.jobs import make_cases, make_jobs, run_job
 from drake_starnav.evaluation.trial_file import read_trials
-from drake_starnav.scenario import METHODS
+from drake_starnav.scenario.shipped import METHODS
 from scripts.experiments.ablate import ABLATIONS, REFERENCE, Ablation, main
 from scripts.experiments.replacements import run_replaced
 

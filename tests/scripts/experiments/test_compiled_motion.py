@@ -6,7 +6,7 @@ from hypothesis import given, settings
 
 from drake_starnav.geometry.footprint import disc, footprint
 from drake_starnav.lidar.mounts import ON_AXIS
-from drake_starnav.scenario import load_scenario
+from drake_starnav.scenario.scenario_file import load_scenario
 from drake_starnav.simulation.kinematics import KinematicMotion
 from drake_starnav.station.model_world import make_world_with_footprints
 from drake_starnav.worlds.clearance import body_clearance

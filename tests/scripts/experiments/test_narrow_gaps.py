@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from drake_starnav.scenario import parse_scenario
+from drake_starnav.scenario.scenario_file import parse_scenario
 from drake_starnav.worlds.clearance import body_clearance
 from scripts.experiments.giving_up import has_way
 from scripts.experiments.narrow_gaps import (

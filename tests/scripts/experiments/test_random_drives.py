@@ -1,6 +1,6 @@
 """Drives at random: what is drawn can be loaded, and a contact is reported with all that repeats it."""
 
-from drake_starnav.scenario import load_scenario
+from drake_starnav.scenario.scenario_file import load_scenario
 from scripts.experiments.random_drives import BODIES, FAULTS, RANGES, SCENARIOS, drawn, driven, report
 
 

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from drake_starnav.control.inputs import Proposal
-from drake_starnav.scenario import Scenario, load_scenario
+from drake_starnav.scenario.scenario_file import load_scenario
+from drake_starnav.scenario.schema import Scenario
 from drake_starnav.worlds import World
 
 SCRIPT = runpy.run_path(str(Path(__file__).parents[3] / "scripts" / "experiments" / "tune_baselines.py"))

@@ -7,8 +7,9 @@ import pytest
 from pydrake.systems.framework import PortDataType
 
 from drake_starnav.parameters import build, declared, parameter
-from drake_starnav.scenario import METHODS, load_scenario
+from drake_starnav.scenario.scenario_file import load_scenario
 from drake_starnav.scenario.schema import SECTIONS
+from drake_starnav.scenario.shipped import METHODS
 from drake_starnav.worlds import WORLD_KINDS
 from scripts.maintenance import draw_diagrams, write_tables
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.scenario import load_scenario
+from drake_starnav.scenario.scenario_file import load_scenario
 from drake_starnav.worlds import Crowd, StopAndGo, World, clearance, make_world
 from drake_starnav.worlds.generators.crowd import _walk, wander
 from drake_starnav.worlds.moving_obstacles import moving_obstacle_states
