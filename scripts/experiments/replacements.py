@@ -17,7 +17,9 @@ from drake_starnav.baselines.paper.control import modulated_vector
 from drake_starnav.baselines.paper.frontiers import frontier_points
 from drake_starnav.baselines.paper.perception import sight_range
 from drake_starnav.control.modulation import SIGMA
+from drake_starnav.control.motion import Actuation
 from drake_starnav.control.path_following import _followed, guided
+from drake_starnav.control.shield import ramped_twist
 from drake_starnav.evaluation.workers import Pool
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.planning import PlannerInput, PlannerState, StarRoadmap
@@ -96,10 +98,10 @@ def nothing(*arguments: Any) -> None:
 
 
 def uncertified_twist(
-    pose: np.ndarray, twist: np.ndarray, desired: np.ndarray, *others: Any
+    pose: np.ndarray, twist: np.ndarray, desired: np.ndarray, certificates: tuple, actuation: Actuation
 ) -> tuple[np.ndarray, bool]:
-    """For `certified_twist`: whatever is desired."""
-    return desired, True
+    """For `shielded`: whatever is desired, ramped."""
+    return ramped_twist(twist, desired, actuation), True
 
 
 def shortened_region(scan: LaserScan, pose: np.ndarray, radius: float, margins: Margins, *others: Any) -> StarRegion:
