@@ -24,7 +24,8 @@ from drake_starnav.navigation import Navigation, Parts, add_navigation
 from drake_starnav.planning import PlannerStatus
 from drake_starnav.scenario.scenario_file import load_scenario
 from drake_starnav.scenario.schema import Scenario
-from drake_starnav.simulation import add_collision_monitor, omniscient_path
+from drake_starnav.simulation.monitors import add_collision_monitor
+from drake_starnav.simulation.trial import omniscient_path
 from drake_starnav.station.model_world import make_world_with_footprints
 from drake_starnav.station.monitors import COLLISION, STRUCK
 from drake_starnav.utils.files import replacing

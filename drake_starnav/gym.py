@@ -18,8 +18,8 @@ from drake_starnav.loading import load_scenario
 from drake_starnav.navigation import Parts, add_navigation
 from drake_starnav.navigation.validation import validated_margins
 from drake_starnav.scenario.schema import Scenario
-from drake_starnav.simulation import add_collision_monitor
 from drake_starnav.simulation.kinematics import KinematicMotion
+from drake_starnav.simulation.monitors import add_collision_monitor
 from drake_starnav.station.model_world import make_world_with_footprints
 from drake_starnav.station.navigation_station import add_station
 from drake_starnav.station.plant import advance, make_simulator, value_of

@@ -15,9 +15,10 @@ from drake_starnav.geometry.polyline import distance_to_segment
 from drake_starnav.navigation import Parts, add_navigation, make_diagram
 from drake_starnav.scenario.scenario_file import load_scenario, parse_scenario
 from drake_starnav.scenario.shipped import METHODS
-from drake_starnav.simulation import monitors, omniscient_path, run_trial, trial_record
+from drake_starnav.simulation import monitors
 from drake_starnav.simulation import trial as trial_module
-from drake_starnav.simulation.trial import benchmark_score
+from drake_starnav.simulation.run import run_trial
+from drake_starnav.simulation.trial import benchmark_score, omniscient_path, trial_record
 from drake_starnav.station.model_world import make_world_with_footprints
 from drake_starnav.station.navigation_station import add_station
 from drake_starnav.station.plant import make_simulator
@@ -169,7 +170,7 @@ def test_same_seed_same_trajectory_other_seed_other(small_trial) -> None:
 
 def test_same_trajectory_in_another_process(small_trial) -> None:
     code = (
-        "import sys; from drake_starnav.scenario import parse_scenario; from drake_starnav.simulation import run_trial;"
+        "import sys; from drake_starnav import parse_scenario, run_trial;"
         "print(run_trial(parse_scenario(sys.argv[1], name='small'), seed=3).state_hash)"
     )
     done = subprocess.run([sys.executable, "-c", code, SMALL], capture_output=True, text=True, check=True)

@@ -13,7 +13,7 @@ from pydrake.systems.framework import DiagramBuilder
 from drake_starnav.navigation import Parts, add_navigation
 from drake_starnav.planning import PlannerStatus
 from drake_starnav.scenario.schema import Scenario
-from drake_starnav.simulation import add_collision_monitor
+from drake_starnav.simulation.monitors import add_collision_monitor
 from drake_starnav.simulation.robots import add_robots, worlds_of_robots
 from drake_starnav.station.lidar_mounts import collar_geometries
 from drake_starnav.station.model_world import make_world_with_footprints

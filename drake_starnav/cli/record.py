@@ -214,8 +214,9 @@ def _shoot(
                 run.scenarios, run.seed, html, view=options.view, shown=shown, progress=progress
             )
             return recorded, True
-        from drake_starnav.simulation import run_robots, run_trial
         from drake_starnav.simulation.records import record_robots, robots_record
+        from drake_starnav.simulation.robots import run_robots
+        from drake_starnav.simulation.run import run_trial
         from drake_starnav.visualization.recorder import Recorder
 
         ((method, scenario),) = run.scenarios.items()

@@ -32,7 +32,7 @@ def _work(options: argparse.Namespace) -> int:
     check_outputs([file], input_files(options.scenario, scenario))
     with progress_bar(f"{scenario.name} seed {options.seed}"):
         make_world(scenario.world, options.seed, scenario.robot.radius)  # bad input is reported before Drake is loaded
-        from drake_starnav.simulation import omniscient_path
+        from drake_starnav.simulation.trial import omniscient_path
         from drake_starnav.station.model_world import make_world_with_footprints
         from drake_starnav.visualization.world_figure import write_html, write_png
 

@@ -113,7 +113,7 @@ def _check(executor: Executor) -> None:
 
 
 def _load() -> None:
-    import drake_starnav.simulation  # noqa: F401
+    import drake_starnav.simulation.run  # noqa: F401
 
 
 class _Processes(ProcessPoolExecutor):

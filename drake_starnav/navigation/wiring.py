@@ -125,7 +125,7 @@ def _check_parts(scenario: Scenario, parts: Parts) -> None:
     if scenario.robots:
         raise StarnavError(
             f"scenario {scenario.name} has {len(scenario.robots)} robots; allowed: one of its robots, or all of "
-            "them by starnav simulate or simulation.run_robots"
+            "them by starnav simulate or simulation.robots.run_robots"
         )
     settings, method = scenario.controller, BY_KIND[scenario.controller.kind]
     certificates = parts.certificates if parts.shield is None else ()

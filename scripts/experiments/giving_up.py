@@ -23,7 +23,7 @@ from drake_starnav.navigation import Parts
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.scenario.scenario_file import parse_scenario
 from drake_starnav.scenario.schema import Scenario
-from drake_starnav.simulation import run_trial
+from drake_starnav.simulation.run import run_trial
 from drake_starnav.worlds.clearance import clearance
 from drake_starnav.worlds.generators.channel import Channel
 from drake_starnav.worlds.outlines import place, rectangle

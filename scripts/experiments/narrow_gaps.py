@@ -20,7 +20,7 @@ from tqdm import tqdm
 from drake_starnav.geometry.se2 import placed
 from drake_starnav.navigation import Parts
 from drake_starnav.scenario.scenario_file import parse_scenario
-from drake_starnav.simulation import run_trial
+from drake_starnav.simulation.run import run_trial
 from drake_starnav.worlds.clearance import body_clearance
 from drake_starnav.worlds.outlines import rectangle
 from drake_starnav.worlds.world import World

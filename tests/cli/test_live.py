@@ -6,7 +6,7 @@ import pytest
 from drake_starnav.cli.live import LiveRobots, LiveRun
 from drake_starnav.cli.simulate import simulate
 from drake_starnav.loading import parse_scenario
-from drake_starnav.simulation import run_trial
+from drake_starnav.simulation.run import run_trial
 
 TEXT = "world: !Obstacles {bounds: [-1, -2, 5, 2], cylinders: [[1.5, 0.1, 0.3]], goal: [3.0, 0.0]}\n"
 SCENARIO = parse_scenario(TEXT, name="post")

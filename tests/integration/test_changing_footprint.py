@@ -10,7 +10,8 @@ from drake_starnav.geometry.footprint import Footprint, disc
 from drake_starnav.navigation import Parts, add_navigation, make_diagram
 from drake_starnav.scenario.scenario_file import parse_scenario
 from drake_starnav.scenario.schema import Scenario
-from drake_starnav.simulation import add_collision_monitor, run_trial
+from drake_starnav.simulation.monitors import add_collision_monitor
+from drake_starnav.simulation.run import run_trial
 from drake_starnav.station.plant import make_simulator
 from drake_starnav.worlds.clearance import body_clearance
 from drake_starnav.worlds.world import World

@@ -6,7 +6,7 @@ import pytest
 from drake_starnav.control import KeepOut
 from drake_starnav.navigation import Parts
 from drake_starnav.scenario.scenario_file import load_scenario
-from drake_starnav.simulation import run_trial
+from drake_starnav.simulation.run import run_trial
 
 pytestmark = pytest.mark.slow
 

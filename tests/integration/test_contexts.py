@@ -16,7 +16,7 @@ from drake_starnav.planning.distance_grid import DistanceGrid
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.scenario.scenario_file import parse_scenario
 from drake_starnav.scenario.shipped import METHODS
-from drake_starnav.simulation import add_collision_monitor
+from drake_starnav.simulation.monitors import add_collision_monitor
 from drake_starnav.station.monitors import ArrivalMonitor, CollisionMonitor
 from drake_starnav.systems.twist_shield import TwistShield
 from drake_starnav.utils.stopwatch import Stopwatch

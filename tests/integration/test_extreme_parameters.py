@@ -14,7 +14,7 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.navigation import add_navigation
 from drake_starnav.scenario.scenario_file import parse_scenario
 from drake_starnav.scenario.schema import SECTIONS, Scenario
-from drake_starnav.simulation import run_trial
+from drake_starnav.simulation.run import run_trial
 from drake_starnav.visualization.recorder import Recorder
 from drake_starnav.worlds import WORLD_KINDS, make_world
 

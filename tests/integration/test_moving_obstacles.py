@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from drake_starnav.scenario.scenario_file import parse_scenario
-from drake_starnav.simulation import run_trial
 from drake_starnav.simulation.records import record_comparison
+from drake_starnav.simulation.run import run_trial
 from drake_starnav.visualization.meshes import LAYERS, MOVING_OBSTACLES, ROBOT, with_scene
 from drake_starnav.visualization.plot import moment_picture
 from drake_starnav.visualization.recorder import Recorder

@@ -3,7 +3,7 @@
 import pytest
 
 from drake_starnav.scenario.scenario_file import load_scenario
-from drake_starnav.simulation import run_trial
+from drake_starnav.simulation.run import run_trial
 from drake_starnav.worlds.generators import channel
 
 pytestmark = pytest.mark.slow

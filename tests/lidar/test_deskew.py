@@ -12,7 +12,7 @@ from drake_starnav.geometry.se2 import composed, now_in
 from drake_starnav.lidar.deskew import deskewed
 from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, UNKNOWN, LaserScan
 from drake_starnav.scenario.scenario_file import load_scenario
-from drake_starnav.simulation import run_trial
+from drake_starnav.simulation.run import run_trial
 from drake_starnav.worlds.clearance import clearance
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import cast_rolling

@@ -8,8 +8,10 @@ import pytest
 
 from drake_starnav.geometry.trajectory import Motion
 from drake_starnav.loading import parse_scenario
-from drake_starnav.simulation import RobotTrial, run_trial, trial_record
 from drake_starnav.simulation.records import driven_record, record_comparison, record_robots, robots_record
+from drake_starnav.simulation.robots import RobotTrial
+from drake_starnav.simulation.run import run_trial
+from drake_starnav.simulation.trial import trial_record
 from drake_starnav.visualization.plot import moment_picture
 from tests.helpers.browser import BrowserCamera, browser_missing
 from tests.helpers.camera import floor_to_page, plotted

@@ -20,7 +20,7 @@ from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.loading import load_scenario, parse_scenario
 from drake_starnav.navigation import make_diagram
 from drake_starnav.scenario.schema import Scenario
-from drake_starnav.simulation import run_trial
+from drake_starnav.simulation.run import run_trial
 from drake_starnav.station.lidar_mounts import ApplyLidarConfig, LidarConfig, mount_of
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.utils.resources import model_path

@@ -19,7 +19,8 @@ from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.scenario_file import load_scenario, parse_scenario, scenario_text
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.scenario.source_files import source_files
-from drake_starnav.simulation import omniscient_path, run_trial
+from drake_starnav.simulation.run import run_trial
+from drake_starnav.simulation.trial import omniscient_path
 from drake_starnav.station.model_world import FLOOR_TOLERANCE, add_model, make_world_with_footprints, with_footprints
 from drake_starnav.station.navigation_station import NavigationStation, add_station
 from drake_starnav.station.plant import add_plant, make_simulator

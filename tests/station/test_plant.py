@@ -18,7 +18,7 @@ from drake_starnav.navigation import Parts, add_navigation, make_diagram
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.scenario_file import parse_scenario
 from drake_starnav.scenario.schema import Scenario
-from drake_starnav.simulation import run_trial
+from drake_starnav.simulation.run import run_trial
 from drake_starnav.station.navigation_station import Station, add_station
 from drake_starnav.station.plant import (
     DISCRETE_ONLY,

@@ -16,7 +16,7 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.navigation import Navigation, Parts, add_navigation
 from drake_starnav.scenario.scenario_file import parse_scenario
-from drake_starnav.simulation import add_collision_monitor
+from drake_starnav.simulation.monitors import add_collision_monitor
 from drake_starnav.station.plant import plant_config
 from drake_starnav.station.robot_interface import RobotInterface, connect_robot
 from drake_starnav.station.robot_model import add_robot

@@ -9,7 +9,7 @@ import pytest
 from drake_starnav.cli.record import record
 from drake_starnav.errors import StarnavError
 from drake_starnav.scenario.scenario_file import parse_scenario
-from drake_starnav.simulation import run_trial
+from drake_starnav.simulation.run import run_trial
 from drake_starnav.visualization.meshes import LAYERS, selected_layers
 from drake_starnav.visualization.plot import moment_figure, write_figure
 from drake_starnav.visualization.recorder import Recorder

@@ -13,7 +13,7 @@ from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState
 from drake_starnav.regions import Observation
 from drake_starnav.regions.perception import Perceived, PerceptionSettings
 from drake_starnav.scenario.scenario_file import load_scenario, parse_scenario
-from drake_starnav.simulation import run_trial
+from drake_starnav.simulation.run import run_trial
 from drake_starnav.worlds import World
 from tests.helpers.scans import MARGINS, RADIUS, cast, free_point, scattered
 

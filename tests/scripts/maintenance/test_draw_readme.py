@@ -1,7 +1,7 @@
 """README's picture shows what `make demo` drives, and its caption says so."""
 
 from drake_starnav.scenario.scenario_file import load_scenario
-from drake_starnav.simulation import run_trial
+from drake_starnav.simulation.run import run_trial
 from drake_starnav.simulation.trial import caption_lines
 from scripts.maintenance import draw_readme
 
