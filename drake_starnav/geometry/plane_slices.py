@@ -63,39 +63,19 @@ def slice_solids(solids: Solids, plane: np.ndarray, near: tuple[float, float, fl
 
 
 @njit(cache=True)
-def planar_poses(X_WF, X_WS, planes):
-    """(x, y, yaw) of S in each plane of `scan_planes`, shape (m, 3)."""
-    poses = np.empty((len(X_WF), 3))
-    for k in range(len(X_WF)):
-        X, plane = X_WF[k], planes[k]
-        x = y = cosine = sine = 0.0
-        for i in range(3):
-            p, a = -plane[2, i], 0.0
-            for j in range(3):
-                p += X[j, i] * (X_WS[j, 3] - X[j, 3])
-                a += X[j, i] * X_WS[j, 0]
-            x += plane[0, i] * p
-            y += plane[1, i] * p
-            cosine += plane[0, i] * a
-            sine += plane[1, i] * a
-        poses[k, 0], poses[k, 1], poses[k, 2] = x, y, math.atan2(sine, cosine)
-    return poses
-
-
-@njit(cache=True)
-def scan_planes(X_WF, X_WS, known):
+def scan_planes(X_WF, X_WS_begin, X_WS, known):
     """The scan plane in each of m frames F.
 
     Args:
         X_WF: shape (m, 3, 4), poses of the frames, m.
-        X_WS: shape (3, 4), pose of the sensor, m.
+        X_WS_begin, X_WS: shape (3, 4), poses of the sensor when a sweep begins and when it ends, m.
         known: shape (m, 4), keys of the previous call; NaN for none.
 
     Returns:
-        keys (m, 4): the rounded normal and distance; planes (m, 3, 3), as `slice_solids` takes them;
-        poses (m, 3), as from `planar_poses`; indices of the frames whose keys have changed.
+        keys (m, 4): the rounded normal and distance, at the end; planes (m, 3, 3), as `slice_solids` takes them; (x, y,
+        yaw) of the sensor in each plane, (2, m, 3), at both; indices of the frames whose keys have changed.
     """
-    keys, planes = np.empty((len(X_WF), 4)), np.empty((len(X_WF), 3, 3))
+    keys, planes, poses = np.empty((len(X_WF), 4)), np.empty((len(X_WF), 3, 3)), np.empty((2, len(X_WF), 3))
     changed, count = np.empty(len(X_WF), np.int64), 0
     for k in range(len(X_WF)):
         X, key = X_WF[k], keys[k]
@@ -123,7 +103,19 @@ def scan_planes(X_WF, X_WS, known):
                 changed[count] = k
                 count += 1
                 break
-    return keys, planes, planar_poses(X_WF, X_WS, planes), changed[:count]
+        for X_S, pose in ((X_WS_begin, poses[0, k]), (X_WS, poses[1, k])):
+            x = y = cosine = sine = 0.0
+            for i in range(3):
+                p, a = -origin[i], 0.0
+                for j in range(3):
+                    p += X[j, i] * (X_S[j, 3] - X[j, 3])
+                    a += X[j, i] * X_S[j, 0]
+                x += first[i] * p
+                y += second[i] * p
+                cosine += first[i] * a
+                sine += second[i] * a
+            pose[0], pose[1], pose[2] = x, y, math.atan2(sine, cosine)
+    return keys, planes, poses, changed[:count]
 
 
 @leaf

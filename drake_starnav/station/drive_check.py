@@ -38,17 +38,17 @@ def check_drive(
         return
     first = np.searchsorted(times, times[-1] - 2.0 * SPAN - 1e-9, side="right")
     times, states, commands = (each[first::EVERY] for each in (times, states, commands))
-    commands = np.column_stack(base.body_rates(commands.T))
-    twists = planar_states(states, plant.num_positions(model))[:, 3:]
+    rates = np.array((*base.body_rates(commands.T), *planar_states(states, plant.num_positions(model))[:, 3:].T))
     later = times > times[-1] - SPAN - 1e-9
-    told, done = (np.array([each[span].mean(axis=0) for span in (~later, later)]) for each in (commands, twists))
+    means = np.array([rates[:, span].mean(axis=1) for span in (~later, later)])
+    told, done = means[:, :2], means[:, 2:]
     judged = np.abs(told) > LEAST
     # a robot that neither drives nor turns by this much of what it was told, in both spans, does not follow
     follows = judged & (done * np.sign(told) >= 0.3 * (1.0 - slip) * np.abs(told))
     if follows.any() or not judged.any(axis=1).all():
         return
     robot = RobotModel(plant, station.scene_graph, model)
-    asked = np.abs(drive_geometry(robot).rates(*commands.T)).mean()
+    asked = np.abs(drive_geometry(robot).rates(*rates[:2])).mean()
     rolled = np.abs(states @ wheel_rates(robot).T).mean()
     cause = (
         "its wheels turn, but do not move it; allowed: wheels that stand on the floor with their weight and grip it"

@@ -32,7 +32,7 @@ from pydrake.geometry import (
 )
 from pydrake.math import RigidTransform
 
-from drake_starnav.geometry.plane_slices import EVERYWHERE, Solids, planar_poses, scan_planes, slice_solids
+from drake_starnav.geometry.plane_slices import EVERYWHERE, Solids, scan_planes, slice_solids
 from drake_starnav.geometry.raycast import Fan, Shapes, cast_groups, cast_rolling
 from drake_starnav.station.mesh_files import hull_faces, mesh_triangles
 from drake_starnav.worlds.footprints import box_vertices
@@ -120,11 +120,10 @@ class SceneSlices:
         X_WF[0] = _IDENTITY
         for k, frame in enumerate(self._frames[1:], start=1):
             X_WF[k] = query.GetPoseInWorld(frame).GetAsMatrix34()
-        keys, planes, end, stale = scan_planes(X_WF, X_WS, self._keys)
-        (x, y, _), reach = end[0].tolist(), range_max
-        if X_WS_begin is not None:
-            begin = planar_poses(X_WF, X_WS_begin, planes)
-            reach += math.dist((x, y), begin[0, :2].tolist())
+        first = X_WS if X_WS_begin is None else X_WS_begin
+        keys, planes, (begin, end), stale = scan_planes(X_WF, first, X_WS, self._keys)
+        x, y, _ = end[0].tolist()
+        reach = range_max + math.dist((x, y), begin[0, :2].tolist())
         if math.dist((x, y), self._kept[:2]) + reach > self._kept[2]:
             stale = np.union1d(0, stale)
         for k in stale.tolist():
