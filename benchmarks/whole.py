@@ -52,8 +52,7 @@ class Driver:
 
 def work() -> None:
     """Drive the trials that come in by standard input; only what every version has is used."""
-    from drake_starnav.scenario.scenario_file import load_scenario
-    from drake_starnav.simulation.run import run_trial
+    from drake_starnav import load_scenario, run_trial
 
     answers, sys.stdout = sys.stdout, sys.stderr
     for line in sys.stdin:
