@@ -60,18 +60,6 @@ class Run:
         return "-".join((file_name(scenario.name), *self.scenarios, str(self.seed)))
 
 
-@dataclass(frozen=True)
-class Still:
-    """A picture of one time of the run, s; None for its end."""
-
-    path: Path
-    time: float | None
-
-    def at(self, recorded: "RecordedRun") -> float:
-        """The time, s."""
-        return recorded.duration if self.time is None else self.time
-
-
 def _add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "run",
@@ -114,7 +102,7 @@ def _record(options: argparse.Namespace) -> int:
     read = {Path(options.run), *(file for scenario in run.scenarios.values() for file in source_files(scenario))}
     if not Path(options.run).name.endswith(TRIAL_SUFFIXES):
         read.add(scenario_path(options.run))
-    check_outputs([html, *clips.values(), *(still.path for still in stills)], read)
+    check_outputs([html, *clips.values(), *(path for path, _ in stills)], read)
 
     from drake_starnav.visualization.page import check_view  # late: bad input is reported before Drake is loaded
 
@@ -123,15 +111,13 @@ def _record(options: argparse.Namespace) -> int:
     if stills or clips:
         _check_pictures(options)
     recorded, same = _shoot(run, html, options, shown)
-    for still in stills:
-        if (still.time or 0.0) > recorded.duration:
-            kind = still.path.suffix[1:]
-            raise StarnavError(
-                f"--{kind} is {still.time:g}, after the run; allowed: times up to {recorded.duration:.1f} s"
-            )
+    for path, time in stills:
+        if recorded.duration < time < math.inf:
+            allowed = f"allowed: times up to {recorded.duration:.1f} s"
+            raise StarnavError(f"--{path.suffix[1:]} is {time:g}, after the run; {allowed}")
     if stills or clips:
         _draw(recorded, stills, clips, options)
-    written = [html, *(still.path for still in stills), *clips.values()]
+    written = [html, *(path for path, _ in stills), *clips.values()]
     if not options.quiet:
         print_written(written)
     if not same:
@@ -230,15 +216,18 @@ def _shoot(
     return recorder.recorded, run.state_hash in (None, trial.state_hash)
 
 
-def _draw(recorded: "RecordedRun", stills: list[Still], clips: dict[str, Path], options: argparse.Namespace) -> None:
+def _draw(
+    recorded: "RecordedRun", stills: list[tuple[Path, float]], clips: dict[str, Path], options: argparse.Namespace
+) -> None:
     from drake_starnav.visualization.clips import picture_times, write_gif, write_mp4, write_png
     from drake_starnav.visualization.plot import moment_picture, write_figure
 
-    for still in stills:
-        if still.path.suffix == ".png":
-            write_png(still.path, moment_picture(recorded, still.at(recorded), options.view, options.width))
+    for path, time in stills:
+        at = min(time, recorded.duration)
+        if path.suffix == ".png":
+            write_png(path, moment_picture(recorded, at, options.view, options.width))
         else:
-            write_figure(still.path, recorded, still.at(recorded))
+            write_figure(path, recorded, at)
     if clips:
         times, pictures = picture_times(recorded.duration, options.rate, options.speed), []
         with Progress("pictures") as bar:
@@ -254,13 +243,14 @@ def _draw(recorded: "RecordedRun", stills: list[Still], clips: dict[str, Path], 
                 write_mp4(clips["mp4"], pictures, options.rate, bar.count)
 
 
-def _stills(html: Path, options: argparse.Namespace) -> list[Still]:
-    """What the options of `STILLS` ask for, beside the recording and under its name."""
+def _stills(html: Path, options: argparse.Namespace) -> list[tuple[Path, float]]:
+    """The times, s, infinite for the end, of what the options of `STILLS` ask for, beside the recording."""
     stills = []
     for kind in STILLS:
         times = getattr(options, kind)
-        for time in [None] if times == [] else times or []:
-            stills.append(Still(html.with_name(f"{html.stem}{'' if time is None else f'-{time:g}s'}.{kind}"), time))
+        for time in [math.inf] if times == [] else times or []:
+            at = "" if time == math.inf else f"-{time:g}s"
+            stills.append((html.with_name(f"{html.stem}{at}.{kind}"), time))
     return stills
 
 
