@@ -48,13 +48,13 @@ class Situation:
     robot: RobotParameters
 
     def nominal_velocity(self, speed: float) -> np.ndarray:
-        """Straight to the target at a speed, slower towards the goal only; shape (2,), W, m/s."""
+        """Straight to the target at a speed, at most the robot's, slower towards the goal only; shape (2,), W, m/s."""
         offset = self.target - self.pose[:2]
         distance = math.hypot(offset[0], offset[1])
         if distance < STANDING:
             return np.zeros(2)
         left = math.hypot(self.goal[0] - self.pose[0], self.goal[1] - self.pose[1])
-        return min(speed, GOAL_SLOWDOWN * left + CREEP_SPEED) / distance * offset
+        return min(speed, self.robot.max_speed, GOAL_SLOWDOWN * left + CREEP_SPEED) / distance * offset
 
     def followed(self, velocity: np.ndarray, max_speed: float) -> Proposal:
         """The twist that turns towards a velocity (2,), W, and drives as fast, up to a speed, m/s."""

@@ -69,7 +69,7 @@ class DsmParameters(Checked, place="dsm"):
         robot, obstacles = situation.robot, situation.obstacles
         velocity = dsm_velocity(
             situation.pose[:2],
-            situation.nominal_velocity(min(self.max_speed, robot.max_speed)),
+            situation.nominal_velocity(self.max_speed),
             obstacles.circles,
             robot_radius=robot.radius + self.margin,
             reference_points=obstacles.reference_points,

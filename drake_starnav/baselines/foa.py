@@ -48,10 +48,9 @@ class FoaParameters(Checked, place="foa"):
 
     def propose(self, situation: Situation) -> Proposal:
         """The twist that follows `foa_velocity`, or `foa_cluster_velocity`, and its direction."""
-        robot = situation.robot
-        nominal = situation.nominal_velocity(min(self.max_speed, robot.max_speed))
+        nominal, radius = situation.nominal_velocity(self.max_speed), situation.robot.radius + self.margin
         modulated = foa_cluster_velocity if self.clusters else foa_velocity
-        velocity = modulated(situation.pose[:2], nominal, situation.points, control_radius=robot.radius + self.margin)
+        velocity = modulated(situation.pose[:2], nominal, situation.points, control_radius=radius)
         return situation.followed(velocity, self.max_speed)
 
 

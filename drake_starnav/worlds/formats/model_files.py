@@ -103,9 +103,12 @@ class Models:
         for link in root.iter("link"):
             for visual in link.findall("visual"):
                 mesh = visual.find("geometry/mesh")
-                if mesh is not None and not self._look(mesh, "filename", path.parent):
+                name = "" if mesh is None else mesh.get("filename", "")
+                if mesh is not None and (found := self._look(name, path.parent)):
+                    mesh.set("filename", found)
+                elif mesh is not None:
                     link.remove(visual)
-                    self.unseen.add(mesh.get("filename", ""))
+                    self.unseen.add(name)
             for collision in link.findall("collision"):
                 mesh = collision.find("geometry/mesh")
                 if mesh is None:
@@ -140,15 +143,11 @@ class Models:
                         link.remove(inertial)
         for link in root.iter("link"):
             for visual in link.findall("visual"):
-                mesh = visual.find("geometry/mesh")
-                uri = None if mesh is None else mesh.find("uri")
-                if mesh is None or uri is None:
-                    continue
-                uri.set("filename", uri.text or "")
-                if self._look(uri, "filename", path.parent):
-                    uri.text = uri.attrib.pop("filename")
-                else:
-                    link.remove(visual)
+                uri = visual.find("geometry/mesh/uri")
+                if uri is not None:
+                    uri.text = self._look(uri.text or "", path.parent)
+                    if uri.text is None:
+                        link.remove(visual)
             for collision in link.findall("collision"):
                 self._collision(link, collision, path)
 
@@ -241,14 +240,13 @@ class Models:
         except StarnavError as error:
             raise StarnavError(f"mesh {path}: {error}; allowed: a whole {suffix} file") from None
 
-    def _look(self, mesh: Element, key: str, folder: Path) -> bool:
-        """Let a visual mesh be named by its path; returns whether Drake can show it."""
-        path = find(mesh.get(key, ""), folder)
+    def _look(self, uri: str, folder: Path) -> str | None:
+        """The URI of the file of a visual mesh; None of one that Drake cannot show."""
+        path = find(uri, folder)
         if path is None or path.suffix.lower() not in READ_BY_DRAKE or not path.is_file():
-            return False
+            return None
         self.read.add(path.resolve())
-        mesh.set(key, f"file://{path.resolve()}")
-        return True
+        return f"file://{path.resolve()}"
 
     def _bytes(self, path: Path, what: str, largest: int = LARGEST_MESH) -> bytes:
         self.read.add(path.resolve())
