@@ -249,9 +249,8 @@ def _override(sections: dict[str, Any], text: str) -> None:
     if not isinstance(sections.get(part), dict):
         sections[part] = {}
     sections[part][names[1]] = parsed
-    if (
-        part == "robot" and names[1] in directives.EXCLUSIVE
-    ):  # what is said last of the robot's shape replaces what was said before
+    if part == "robot" and names[1] in directives.EXCLUSIVE:
+        # what is said last of the robot's shape replaces what was said before
         for other in set(directives.EXCLUSIVE) - {names[1]}:
             sections[part].pop(other, None)
 

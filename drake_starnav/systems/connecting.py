@@ -69,10 +69,10 @@ def output_port(system: System, name: str, size: int | None, role: str) -> Outpu
     Raises:
         StarnavError: there is none, or it has another size or type.
     """
-    names = [system.get_output_port(index).get_name() for index in range(system.num_output_ports())]
-    if name not in names and len(names) != 1:
-        raise StarnavError(f"{role} has the output ports {', '.join(names) or 'none'}; allowed: one named {name}")
-    port = system.GetOutputPort(name) if name in names else system.get_output_port(0)
+    ports = outputs(system)
+    if name not in ports and len(ports) != 1:
+        raise StarnavError(f"{role} has the output ports {', '.join(ports) or 'none'}; allowed: one named {name}")
+    port = ports[name] if name in ports else next(iter(ports.values()))
     wanted = "abstract" if size is None else f"a vector of size {size}"
     if _kind(port) != wanted:
         raise StarnavError(f"{role}: output port {port.get_name()} is {_kind(port)}; allowed: {wanted}")

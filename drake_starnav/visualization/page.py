@@ -3,7 +3,7 @@
 import html
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -30,25 +30,23 @@ class Caption:
     Attributes:
         heading: e.g. the scenario.
         lines: e.g. method and seed, outcome.
-        layers: the rows of the legend by name, lowest first; those without a label are left out.
+        layers: the rows of the legend by name, lowest first; those without a label are left out. By default all.
         shown: names of the layers that are shown at first; None for all.
     """
 
     heading: str
     lines: tuple[str, ...] = ()
-    layers: Mapping[str, Layer] | None = None
+    layers: Mapping[str, Layer] = field(default_factory=lambda: LAYERS)
     shown: frozenset[str] | None = None
 
     @property
     def legend(self) -> dict[str, Layer]:
         """The rows of the legend, from the highest layer to the lowest."""
-        layers = LAYERS if self.layers is None else self.layers
-        return {k: layer for k, layer in sorted(layers.items(), key=lambda row: -row[1].height) if layer.label}
+        return {k: layer for k, layer in sorted(self.layers.items(), key=lambda row: -row[1].height) if layer.label}
 
     def shows(self, name: str) -> bool:
         """Whether a layer, or an object in its folder, is shown at first."""
-        layers = LAYERS if self.layers is None else self.layers
-        hidden = set() if self.shown is None else set(layers) - self.shown
+        hidden = set() if self.shown is None else set(self.layers) - self.shown
         return not any(f"{name}/".startswith(f"{layer}/") for layer in hidden)
 
 

@@ -7,6 +7,7 @@ extruded polylines as OBJ files, one for each connected piece, with whose convex
 
 import re
 from collections.abc import Iterable, Iterator
+from copy import deepcopy
 from pathlib import Path
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
@@ -283,7 +284,7 @@ def _shared_out(collision: Element, link: Element, pieces: Iterable[Path]) -> It
     for k, piece in enumerate(pieces):
         copy = collision
         if k > 0:
-            copy = ElementTree.fromstring(ElementTree.tostring(collision))
+            copy = deepcopy(collision)
             copy.set("name", f"{collision.get('name', 'collision')}_{k}")
             link.append(copy)
         yield copy, f"file://{piece}"
