@@ -100,8 +100,7 @@ def _bounded(distance, range_max, increment, seam):
     for i in range(n):
         if not math.isnan(distance[i]):
             continue
-        bound, steps, beyond = range_max, 0, 0.0
-        sides = 0
+        bound, steps, beyond, sides = range_max, 0, 0.0, 0
         for side in (-1, 1):
             for k in range(1, n):
                 j = i + side * k
@@ -113,10 +112,7 @@ def _bounded(distance, range_max, increment, seam):
                     beyond += 0.0 if 0 <= j < n else seam - increment
                     sides += 1
                     break
-        if sides == 0:
-            out[i] = 0.0
-        else:
-            out[i] = min(bound, LARGEST_UNSEEN / (steps * increment + beyond))
+        out[i] = min(bound, LARGEST_UNSEEN / (steps * increment + beyond)) if sides > 0 else 0.0
     return out
 
 
