@@ -1,5 +1,7 @@
 """Guidance becomes a desired twist, by dynamical system modulation or by predictive control, as Drake systems."""
 
+from typing import Any
+
 from pydrake.common.value import Value
 from pydrake.systems.framework import Context, InputPort
 
@@ -99,20 +101,14 @@ class DsmController(Controller):
         certificates: tuple[Certificate, ...] = ()
         if self._twist is not None:  # else nobody asks them
             certificates = standard_certificates(inputs.star, now.margins.safety, actuation, inputs.pose[:2], tracked)
-        proposal = self._law(inputs, certificates, actuation, now)
+        proposal = self._law(inputs, now, certificates, actuation)
         if tracked is not None:
             way = avoid_collision(inputs, tracked, certificates, actuation, now.robot).twist
             proposal = proposal if way is None else proposal._replace(twist=way)
         return proposal
 
-    def _law(
-        self,
-        inputs: ControllerInputs,
-        certificates: tuple[Certificate, ...],
-        actuation: Actuation,
-        now: FootprintInForce,
-    ) -> Proposal:
-        """What is proposed where nothing that moves comes near."""
+    def _law(self, inputs: ControllerInputs, now: FootprintInForce, *_: Any) -> Proposal:
+        """What is proposed where nothing that moves comes near; a law that searches gets certificates and actuation."""
         return followed(inputs, now.margins, now.robot)
 
 
@@ -135,11 +131,6 @@ class PredictiveController(DsmController):
 
     SEARCHES = True
 
-    def _law(
-        self,
-        inputs: ControllerInputs,
-        certificates: tuple[Certificate, ...],
-        actuation: Actuation,
-        now: FootprintInForce,
-    ) -> Proposal:
+    def _law(self, inputs: ControllerInputs, now: FootprintInForce, *search: Any) -> Proposal:
+        certificates, actuation = search
         return predictive_twist(inputs, certificates, actuation, now.margins, now.robot)
