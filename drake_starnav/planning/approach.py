@@ -4,12 +4,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drake_starnav.planning.distance_grid import DistanceGrid
+from drake_starnav.planning.distance_grid import HIT_ERROR, DistanceGrid
 
 INSIDE = 0.05
 """The place lies inside the goal's tolerance by this much, m."""
-SPARE = 0.03
-"""Additional clearance from known hits, for the size of the grid's cells and the sensor's noise, m."""
 SIGHT = 0.1
 """Clearance of the line from the place to the goal: no obstacle stands between them, m."""
 
@@ -37,7 +35,7 @@ def approach(hits: DistanceGrid, goal: np.ndarray, tolerance: float, clearance: 
         tolerance: a robot this near to the goal has reached it, m.
         clearance: clearance of the robot's centre: radius and margin, m.
     """
-    needed, reach = clearance + SPARE, tolerance - INSIDE
+    needed, reach = clearance + HIT_ERROR, tolerance - INSIDE
     alone = Approach(goal, goal[None, :])
     if reach <= 0.0 or hits.distance(alone.places)[0] >= needed:
         return alone

@@ -18,6 +18,8 @@ STRIDE = 2
 """A cell of the cost-to-go holds so many cells of the grid in each direction."""
 KEPT_BEYOND = 0.2
 """The grid holds distances up to the robot's radius plus this, m."""
+HIT_ERROR = 0.04
+"""Distances to hits count up to this error, m: noise, and the size of cells."""
 LARGEST_GRID = 5e7
 """A grid that is searched has no more cells than this."""
 
@@ -79,6 +81,12 @@ class DistanceGrid:
         """(p, q) -> the distances of that tile's cells, shape (TILE, TILE), m; only where hits are near."""
         found, (p, q) = np.argwhere(self.rows >= 0).tolist(), self.first.tolist()
         return {(p + i, q + j): self.pool.tiles[self.rows[i, j]] for i, j in found}
+
+    @property
+    def bounds(self) -> np.ndarray:
+        """Corners of a box that holds all cells near hits, shape (2, 2), W, m; shape (0, 2) without hits."""
+        corners = np.vstack((self.first, self.first + self.rows.shape)) if self.rows.size else np.zeros((0, 2))
+        return corners * (TILE * self.resolution)
 
     @property
     def arrays(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, float, float]:

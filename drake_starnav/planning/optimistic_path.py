@@ -5,12 +5,11 @@ from numba import njit
 
 from drake_starnav.geometry.polyline import arc_lengths
 from drake_starnav.planning.cost_field import CostField
+from drake_starnav.planning.distance_grid import HIT_ERROR
 from drake_starnav.planning.frontiers import Frontiers
 
 NEXT = 1.0
 """Length of the next part of the optimistic path, to which the robot may turn, m."""
-OBSTRUCTION_SLACK = 0.06
-"""A hit blocks a path if it is nearer than the robot's radius minus this, m: noise and the size of cells."""
 
 
 def optimistic_path_beyond(to_go: CostField, target: Frontiers) -> np.ndarray:
@@ -39,7 +38,7 @@ def is_obstructed(path, points, robot_radius):
     Every second point of the path counts, as its steps are shorter than the robot. The first one, the probe, does not:
     it may lie near the obstacle at which the target was found.
     """
-    distance = robot_radius - OBSTRUCTION_SLACK
+    distance = robot_radius - HIT_ERROR
     low_x = low_y = np.inf
     high_x = high_y = -np.inf
     for j in range(len(points)):

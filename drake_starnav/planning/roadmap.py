@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numba import njit
 
-from drake_starnav.planning.distance_grid import DistanceGrid
+from drake_starnav.planning.distance_grid import HIT_ERROR, DistanceGrid
 from drake_starnav.planning.frontiers import ARRIVAL_DISTANCE, PROBE_DISTANCE, PROBE_REACHED, Frontiers, edge_frontiers
 from drake_starnav.planning.impassable import impassable_points
 from drake_starnav.planning.parameters import PlannerParameters
@@ -27,8 +27,6 @@ AREA_STEP = 0.1
 """Largest spacing of the samples of a region's area along a bearing, m."""
 COVER_SLACK = PROBE_REACHED * PROBE_DISTANCE
 """A probe this far beyond a region's boundary counts as covered, m."""
-PROBE_SLACK = 0.04
-"""A probe nearer to a hit than the robot's radius minus this leads nowhere, m."""
 
 
 @snapshot
@@ -199,7 +197,7 @@ def refitted(roadmap: StarRoadmap, margins: Margins, robot_radius: float, swept_
 def _edges_off_hits(region: StarRegion, owner: int, hits: DistanceGrid, robot_radius: float) -> Frontiers:
     """The edge frontiers of a region that are not at a hit."""
     edges = edge_frontiers(region, owner)
-    return edges.where(hits.distance(edges.probe) > robot_radius - PROBE_SLACK)
+    return edges.where(hits.distance(edges.probe) > robot_radius - HIT_ERROR)
 
 
 def uncovered_share(region: StarRegion, others: RegionUnion) -> float:
@@ -229,7 +227,7 @@ def enterable(frontiers: Frontiers, roadmap: StarRoadmap, robot_radius: float) -
     viewpoint, probe = frontiers.viewpoint, frontiers.probe
     away = np.hypot(*(viewpoint - roadmap.union.center[-1]).T) > ARRIVAL_DISTANCE
     stalled = np.hypot(*(probe[:, None] - roadmap.stall_points).T) <= robot_radius
-    free = roadmap.hits.distance(probe) > robot_radius - PROBE_SLACK
+    free = roadmap.hits.distance(probe) > robot_radius - HIT_ERROR
     return away & free & ~is_blacklisted(roadmap, viewpoint) & ~stalled.any(axis=0)
 
 

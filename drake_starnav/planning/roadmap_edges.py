@@ -7,9 +7,6 @@ from numba import njit
 
 from drake_starnav.regions.region_union import CELL, WORD, covers, excess
 
-DRIVEN_EDGE_PENALTY = 0.2
-"""Extra length of an edge that the robot has driven but that no region certifies as free, m."""
-
 
 @njit(cache=True)
 def edges_from(union, first):
@@ -35,7 +32,7 @@ def edges_from(union, first):
         if j and len(ends) == begin:
             i = j - 1 - int(np.argmin(excess(union, x, y)[:j][::-1]))  # of equals the newest
             ends.append((i, j))
-            lengths.append(math.hypot(center[i, 0] - x, center[i, 1] - y) + DRIVEN_EDGE_PENALTY)
+            lengths.append(math.hypot(center[i, 0] - x, center[i, 1] - y))
     edges = np.empty((len(ends), 2), np.int64)
     for e in range(len(ends)):
         edges[e, 0], edges[e, 1] = ends[e]

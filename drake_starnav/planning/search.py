@@ -11,14 +11,14 @@ from numba import njit
 
 from drake_starnav.planning.approach import Approach, approach
 from drake_starnav.planning.cost_field import CostField, Origins, Terrain, cost_to_go
-from drake_starnav.planning.distance_grid import STRIDE
+from drake_starnav.planning.distance_grid import HIT_ERROR, STRIDE
 from drake_starnav.planning.frontiers import Frontiers
 from drake_starnav.planning.node_graph import entry_node, graph_distances, graph_lengths, node_path
 from drake_starnav.planning.optimistic_path import next_segment_of, optimistic_path_beyond
 from drake_starnav.planning.roadmap import StarRoadmap, is_blacklisted
 from drake_starnav.planning.state import PlannerInput
 from drake_starnav.planning.string_pulling import string_pulled
-from drake_starnav.planning.virtual_frontiers import virtual_frontier, virtual_frontier_in_sight
+from drake_starnav.planning.virtual_frontiers import virtual_frontier
 from drake_starnav.regions.region_union import RegionUnion, cover_at, first_gap
 from drake_starnav.regions.star_region import StarRegion
 
@@ -28,8 +28,6 @@ VIRTUAL_FRONTIER_ADVANTAGE = 0.25
 """A virtual frontier is used only if the optimistic path is shorter than the way over the best frontier by this, m."""
 MOST_BLACKLISTED = 4
 """Largest number of places closed in one search."""
-BLACKLIST_SLACK = 0.02
-"""Around a target tried in vain, openings wider than the margin by this much stay open, m."""
 MARGINS_IN_DOUBT = 3.0
 """Hits may err by this many times the least margin, which allows for the errors of most."""
 SIGHT_BEARINGS = 60
@@ -131,8 +129,6 @@ def find_route(
     _, kind, target, path = ranked[0]
     if kind is Kind.GOAL:
         return Route(_pulled(roadmap.union, position, path), target)
-    if kind is Kind.VIRTUAL:
-        target, path = virtual_frontier_in_sight(roadmap, here, to_go, target, path)
     beyond = optimistic_path_beyond(to_go, target)
     next_segment = next_segment_of(beyond, to_go, position)
     path = _pulled(here.alone if doubting else roadmap.union, position, path)
@@ -282,11 +278,10 @@ def optimistic_cost(
     """
     position, robot_radius = inputs.position, inputs.robot_radius
     goal = goal_approach(roadmap, inputs).goal
-    border = roadmap.nodes[0].scan.range_max + 0.5
-    corners = np.vstack((roadmap.union.center, goal[None, :]))
-    low, high = corners.min(axis=0) - border, corners.max(axis=0) + border
+    known = np.vstack((roadmap.hits.bounds, roadmap.union.bounds, goal, position))
+    low, high = known.min(axis=0) - 0.5, known.max(axis=0) + 0.5  # no way is shorter farther out
     probes = roadmap.blacklisted_probes
-    clearance = np.full(len(probes), robot_radius + inputs.margins.preferred + BLACKLIST_SLACK)
+    clearance = np.full(len(probes), robot_radius + inputs.margins.preferred + HIT_ERROR)
     blacklist = np.column_stack(
         (
             np.vstack((probes, roadmap.stall_points)),

@@ -5,22 +5,13 @@ import math
 import numpy as np
 from numba import njit
 
-from drake_starnav.planning.cost_field import CostField
 from drake_starnav.planning.distance_grid import STRIDE
 from drake_starnav.planning.frontiers import Frontiers
-from drake_starnav.planning.optimistic_path import index_along
-from drake_starnav.planning.roadmap import StarRoadmap, is_blacklisted
+from drake_starnav.planning.roadmap import StarRoadmap
 from drake_starnav.regions.region_union import cover_at
-from drake_starnav.regions.star_region import StarRegion
 
 VIRTUAL_FRONTIER_LENGTH = 0.2
 """The optimistic path leaves the regions where it stays outside for this length, m."""
-VIRTUAL_FRONTIER_INSET = 0.95
-"""A virtual frontier at the edge of the latest region stands at this fraction of the distance from its centre."""
-VIRTUAL_FRONTIER_BEARINGS = 180
-"""Number of bearings at which such frontiers are considered."""
-VIRTUAL_FRONTIER_DETOUR = 0.15
-"""Such a frontier may lengthen the way by no more than this, m."""
 
 
 def virtual_frontier(roadmap: StarRoadmap, path: np.ndarray) -> tuple[Frontiers, np.ndarray]:
@@ -40,35 +31,6 @@ def virtual_frontier(roadmap: StarRoadmap, path: np.ndarray) -> tuple[Frontiers,
     viewpoint, probe = path[last], path[end]
     owner = cover_at(union, *viewpoint, 0.0) if last else len(roadmap) - 1
     return Frontiers(viewpoint[None, :].copy(), probe[None, :].copy(), np.array([owner])), path[: last + 1]
-
-
-def virtual_frontier_in_sight(
-    roadmap: StarRoadmap, here: StarRegion, to_go: CostField, frontier: Frontiers, path: np.ndarray
-) -> tuple[Frontiers, np.ndarray]:
-    """The virtual frontier, or one at the edge of the latest region if that leads farther; and the path there.
-
-    The optimistic path cuts corners as closely as the cells allow. It may leave the regions beside the robot although
-    they lead on.
-
-    Args:
-        roadmap: its retired places.
-        here: region of the latest scan.
-        to_go: the cost-to-go.
-        frontier, path: as from `virtual_frontier`.
-    """
-    places = here.center + VIRTUAL_FRONTIER_INSET * (here.outline(VIRTUAL_FRONTIER_BEARINGS) - here.center)
-    cost, least = to_go.at(places), float(to_go.at(frontier.viewpoint)[0])
-    known = float(np.hypot(*np.diff(path, axis=0).T).sum()) + least
-    detour = np.hypot(*(places - path[0]).T) + cost - known
-    cost = np.where((detour <= VIRTUAL_FRONTIER_DETOUR) & ~is_blacklisted(roadmap, places), cost, np.inf)
-    best = int(np.argmin(cost))
-    if not cost[best] < least - VIRTUAL_FRONTIER_LENGTH:
-        return frontier, path
-    viewpoint = places[best]
-    beyond = to_go.path(viewpoint)
-    probe = beyond[min(index_along(beyond, VIRTUAL_FRONTIER_LENGTH) + 1, len(beyond) - 1)]
-    owner = max(cover_at(roadmap.union, *viewpoint, 0.0), 0)
-    return Frontiers(viewpoint[None, :].copy(), probe[None, :].copy(), np.array([owner])), viewpoint[None, :].copy()
 
 
 @njit(cache=True)

@@ -65,6 +65,11 @@ class RegionUnion(NamedTuple):
         """The fields that have a row for each region."""
         return self.center, self.bearing_0, self.values, self.slopes
 
+    @property
+    def bounds(self) -> np.ndarray:
+        """Corners of a box that holds the regions of an indexed union, shape (2, 2), W, m."""
+        return CELL * np.vstack((self.corner, self.corner + self.marks.shape[:2]))
+
     def joined(self, other: "RegionUnion") -> "RegionUnion":
         """The regions of both, without an index."""
         if not (self.size and other.size):

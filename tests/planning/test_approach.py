@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from drake_starnav.planning.approach import INSIDE, SIGHT, SPARE, approach
-from drake_starnav.planning.distance_grid import DistanceGrid
+from drake_starnav.planning.approach import INSIDE, SIGHT, approach
+from drake_starnav.planning.distance_grid import HIT_ERROR, DistanceGrid
 from tests.helpers.scans import RADIUS, seeds
 
 RESOLUTION = 0.05
 CLEARANCE = RADIUS + 0.03
-NEEDED = CLEARANCE + SPARE
+NEEDED = CLEARANCE + HIT_ERROR
 
 
 def memory(*walls: tuple[tuple[float, float], tuple[float, float]]) -> DistanceGrid:

@@ -8,8 +8,9 @@ from hypothesis import strategies as st
 
 from drake_starnav.lidar.laser_scan import DYNAMIC
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, plan_step, planner
+from drake_starnav.planning.distance_grid import HIT_ERROR
 from drake_starnav.planning.monitoring import REPLAN_DISTANCE
-from drake_starnav.planning.optimistic_path import OBSTRUCTION_SLACK, is_obstructed
+from drake_starnav.planning.optimistic_path import is_obstructed
 from drake_starnav.regions import Observation
 from drake_starnav.regions.star_region import scan_region
 from drake_starnav.worlds.world import World
@@ -71,7 +72,7 @@ def test_a_path_is_barred_by_a_hit_that_is_near_to_it(seed):
     path = np.cumsum(rng.uniform(-0.1, 0.1, (rng.integers(0, 30), 2)), axis=0)
     points = rng.uniform(-1.0, 1.0, (rng.integers(0, 4), 2))
     away = np.linalg.norm(path[1::2, None] - points[None], axis=2)
-    assert is_obstructed(path, points, RADIUS) == bool((away < RADIUS - OBSTRUCTION_SLACK).any())
+    assert is_obstructed(path, points, RADIUS) == bool((away < RADIUS - HIT_ERROR).any())
 
 
 def test_the_robot_turns_to_the_optimistic_path_as_soon_as_the_latest_scan_shows_it(monkeypatch):

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
+from drake_starnav.planning.distance_grid import HIT_ERROR
 from drake_starnav.planning.map_revision import with_stall_point
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.roadmap import (
-    PROBE_SLACK,
     StarRoadmap,
     blacklist_target,
     extended,
@@ -41,7 +41,7 @@ def assert_same(one: StarRoadmap, other: StarRoadmap) -> None:
 def test_frontiers_are_uncovered_open_and_owned_by_the_region_they_stand_in(seed):
     _, roadmap = wandered(seed)
     frontiers = roadmap.frontiers
-    assert (roadmap.hits.distance(frontiers.probe) > RADIUS - PROBE_SLACK).all()
+    assert (roadmap.hits.distance(frontiers.probe) > RADIUS - HIT_ERROR).all()
     for k in range(len(roadmap)):
         mine = frontiers.where(frontiers.owner == k)
         assert not roadmap.union.contains(mine.probe).any()

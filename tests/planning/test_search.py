@@ -9,7 +9,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from drake_starnav.planning import search
-from drake_starnav.planning.cost_field import STRIDE
+from drake_starnav.planning.cost_field import STRIDE, Terrain, cost_to_go
 from drake_starnav.planning.frontiers import Frontiers
 from drake_starnav.planning.node_graph import graph_distances
 from drake_starnav.planning.optimistic_path import NEXT
@@ -51,6 +51,18 @@ def here(world: World, position: np.ndarray) -> StarRegion:
 def moment(position: np.ndarray, goal: np.ndarray) -> PlannerInput:
     """What the search is given of the robot at a place: no scan, for it looks at the roadmap alone."""
     return PlannerInput(Observation.none(), position, goal, 0.0, PARAMETERS, MARGINS, RADIUS)
+
+
+@settings(max_examples=10)
+@given(seeds)
+def test_no_way_is_shorter_outside_of_what_is_known(seed):
+    world, roadmap = wandered(seed)
+    center, goal = roadmap.union.center, np.random.default_rng(seed).uniform(-6.0, 6.0, 2)
+    low, high = center.min(axis=0) - 12.0, center.max(axis=0) + 12.0
+    wide = cost_to_go(roadmap.hits, goal, low, high, Terrain(RADIUS))
+    narrow = optimistic_cost(roadmap, moment(center[-1], goal))
+    for points in (roadmap.frontiers.probe, center, roadmap.regions[-1].outline(100)):
+        np.testing.assert_allclose(narrow.at(points), wide.at(points), atol=1e-9)
 
 
 @settings(max_examples=15)
