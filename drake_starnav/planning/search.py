@@ -14,11 +14,10 @@ from drake_starnav.planning.cost_field import CostField, Origins, Terrain, cost_
 from drake_starnav.planning.distance_grid import HIT_ERROR, STRIDE
 from drake_starnav.planning.frontiers import Frontiers
 from drake_starnav.planning.node_graph import entry_node, graph_distances, graph_lengths, node_path
-from drake_starnav.planning.optimistic_path import next_segment_of, optimistic_path_beyond
+from drake_starnav.planning.optimistic_path import next_segment_of, optimistic_path_beyond, virtual_frontier
 from drake_starnav.planning.roadmap import StarRoadmap, is_blacklisted
 from drake_starnav.planning.state import PlannerInput
 from drake_starnav.planning.string_pulling import string_pulled
-from drake_starnav.planning.virtual_frontiers import virtual_frontier
 from drake_starnav.regions.region_union import RegionUnion, cover_at, first_gap
 from drake_starnav.regions.star_region import StarRegion
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus
-from drake_starnav.planning.distance_grid import HIT_ERROR
 from drake_starnav.planning.guidance import PASSED_DISTANCE
 from drake_starnav.planning.impassable import impassable_points
 from drake_starnav.planning.monitoring import OUTSIDE_TOLERANCE, check_plan, points_ahead
+from drake_starnav.planning.optimistic_path import OBSTRUCTION_SLACK
 from drake_starnav.planning.roadmap import StarRoadmap
 from drake_starnav.regions import Observation, StarRegion
 from drake_starnav.regions.star_region import scan_region, united
@@ -62,7 +62,7 @@ def test_a_check_finds_what_its_parts_find_alone() -> None:
         ahead = [k for k, point in enumerate(state.next_segment) if in_view(here, place, point)]
         assert check.sees_probe == region.contains(state.target[1])
         assert not (check.outside and inside)
-        assert check.obstructed == bool((away < RADIUS - HIT_ERROR).any())
+        assert check.obstructed == bool((away < RADIUS - OBSTRUCTION_SLACK).any())
         assert check.passed == passed
         assert check.strayed == (inside and not in_view(stack, place, state.path[passed]))
         assert check.ahead == (max(ahead, default=-1) if passed == len(state.path) - 1 else -1)

@@ -18,7 +18,7 @@ from drake_starnav.planning.roadmap import (
 from drake_starnav.regions.region_union import RegionUnion
 from drake_starnav.regions.star_region import scan_region, united
 from drake_starnav.worlds.world import World
-from tests.helpers.scans import MARGINS, RADIUS, cast, explored, observed, seeds, wandered
+from tests.helpers.scans import MARGINS, RADIUS, cast, distance, explored, observed, seeds, wandered
 
 PARAMETERS = PlannerParameters()
 
@@ -155,3 +155,27 @@ def test_refitted_it_is_as_if_it_had_been_explored_with_the_other_footprint(seed
     np.testing.assert_array_equal(again.edges, anew.edges)
     np.testing.assert_array_equal(hits(again), hits(anew))
     assert again.hits.cap == anew.hits.cap
+
+
+@settings(max_examples=15)
+@given(seeds)
+def test_edges_are_free(seed):
+    world, roadmap = wandered(seed, nodes=6)
+    assert len(roadmap.edges) == len({tuple(e) for e in roadmap.edges.tolist()}) > 0
+    for (i, j), length in zip(roadmap.edges, roadmap.lengths, strict=True):
+        a, b = roadmap.union.center[i], roadmap.union.center[j]
+        apart = float(np.hypot(*(b - a)))
+        assert i < j and length == pytest.approx(apart)
+        if roadmap.regions[i].contains(b) or roadmap.regions[j].contains(a):
+            line = a + (b - a) * np.linspace(0.0, 1.0, 200)[:, None]
+            assert np.any([r.contains(line) for r in roadmap.regions], axis=0)[1:-1].all()
+            assert distance(world, line).min() > RADIUS
+        else:  # see the next test
+            assert (roadmap.edges[:, 1] == j).sum() == 1
+
+
+def test_a_node_that_no_region_sees_is_joined_to_the_one_it_is_least_outside_of():
+    world = World("wall", (0, 0, 0), (2, 0), polygons=([(0.9, -5), (1.1, -5), (1.1, 5), (0.9, 5)],))
+    roadmap = explored(world, np.array(((0.0, 0.0), (-4.0, 0.0), (2.0, 0.0))))
+    assert roadmap.edges.tolist() == [[0, 1], [0, 2]]
+    assert roadmap.lengths.tolist() == pytest.approx([4.0, 2.0])
