@@ -127,7 +127,14 @@ def aligned(points, guess, weight, known, sigma, gate, last_gate):
     for _ in range(15):
         h, g = np.diag(weight), weight * (pose - guess)
         inliers = _add_points(h, g, points, pose, known, sigma, gate)
-        _keep_along(h, g, pose - guess, weight)
+        # The smallest eigenvalue belongs to the direction along the lines. Where the normals have less than a twentieth
+        # of their weight in it, it is unobservable: their noise would always suggest zero motion.
+        a, b, c = h[0, 0] - weight[0], h[0, 1], h[1, 1] - weight[1]
+        if 0.5 * (a + c) - math.sqrt(0.25 * (a - c) ** 2 + b * b) < 0.05 * (a + c):
+            along, away = 0.5 * math.atan2(2.0 * b, a - c) + 0.5 * math.pi, pose - guess
+            u = np.array((math.cos(along), math.sin(along), 0.0))
+            g += UNOBSERVABLE_WEIGHT * (u[0] * away[0] + u[1] * away[1]) * u
+            h += np.outer(UNOBSERVABLE_WEIGHT * u, u)
         change = np.linalg.solve(h, -g)
         pose += change
         if gate <= last_gate and np.abs(change).max() < 1e-4:
@@ -177,21 +184,6 @@ def _nearest(known, x, y, gate):
         if squared < nearest:
             best, nearest = k % n, squared
     return best
-
-
-@njit(cache=True)
-def _keep_along(h, g, away, weight):
-    """Keep the guess, which the pose is `away` from, along the lines where all of them are parallel."""
-    # The smallest eigenvalue belongs to the direction along the lines. Where the normals have less than a twentieth of
-    # their weight in it, it is unobservable: their noise would always suggest zero motion.
-    a, b, c = h[0, 0] - weight[0], h[0, 1], h[1, 1] - weight[1]
-    if 0.5 * (a + c) - math.sqrt(0.25 * (a - c) ** 2 + b * b) < 0.05 * (a + c):
-        along = 0.5 * math.atan2(2.0 * b, a - c) + 0.5 * math.pi
-        u = np.array((math.cos(along), math.sin(along)))
-        for i in range(2):
-            g[i] += UNOBSERVABLE_WEIGHT * (u[0] * away[0] + u[1] * away[1]) * u[i]
-            for j in range(2):
-                h[i, j] += UNOBSERVABLE_WEIGHT * u[i] * u[j]
 
 
 @dataclass(frozen=True)
