@@ -25,20 +25,6 @@ NEAR_WALL_SCALE = 0.03
 """Width of the soft minimum over the nearest hits, m."""
 
 
-@njit(cache=True)
-def limited_turn(gx, gy, x, y, limit):
-    """The direction (x, y), turned back to within `limit` (rad) of the guiding vector (gx, gy); all are unit vectors.
-
-    Where a region's boundary is steep, r_hat and t are nearly parallel, E is nearly singular, and what M makes of a
-    guiding vector may lead to the wrong side of an obstacle.
-    """
-    turn = math.atan2(gx * y - gy * x, gx * x + gy * y)
-    if abs(turn) <= limit:
-        return x, y
-    cosine, sine = math.cos(limit), math.copysign(math.sin(limit), turn)
-    return cosine * gx - sine * gy, sine * gx + cosine * gy
-
-
 @leaf
 def boundary_at(values, slopes, bearing_0, theta):
     """Phi and Phi' of one region at a bearing, linear between samples."""

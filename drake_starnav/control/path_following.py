@@ -8,7 +8,7 @@ from numba import njit
 from drake_starnav.control.free_heading import free_heading
 from drake_starnav.control.inputs import ControllerInputs, Proposal
 from drake_starnav.control.manoeuvre_following import aligned_direction, followed_manoeuvre
-from drake_starnav.control.modulation import limited_turn, modulated_direction, near_wall_direction
+from drake_starnav.control.modulation import modulated_direction, near_wall_direction
 from drake_starnav.control.rollout import CREEP_SPEED, GOAL_SLOWDOWN
 from drake_starnav.planning.guidance import PASSED_DISTANCE
 from drake_starnav.planning.passage import tight_passage
@@ -120,9 +120,12 @@ def guided(x, y, path, regions, hits, near_wall, speed):
     ux, uy = gx, gy
     if distance > MODULATION_DISTANCE:
         ux, uy = modulated_direction(x, y, gx, gy, regions)
-        limited_x, limited_y = limited_turn(gx, gy, ux, uy, MAX_BEND)
-        if (limited_x != ux or limited_y != uy) and first_gap(regions, (x, y), (ahead_x, ahead_y), 0.0) < 0.0:
-            ux, uy = limited_x, limited_y
+        # Where a boundary is steep, r_hat and t are nearly parallel, E is nearly singular, and what M makes of a
+        # guiding vector may lead to the wrong side of an obstacle.
+        turn = math.atan2(gx * uy - gy * ux, gx * ux + gy * uy)
+        if abs(turn) > MAX_BEND and first_gap(regions, (x, y), (ahead_x, ahead_y), 0.0) < 0.0:
+            cosine, sine = math.cos(MAX_BEND), math.copysign(math.sin(MAX_BEND), turn)
+            ux, uy = cosine * gx - sine * gy, sine * gx + cosine * gy
     push = NEAR_WALL_ZONE / max(TURNING_TIMES / HEADING_GAIN * abs(speed), NEAR_WALL_ZONE)
     ux, uy = near_wall_direction(x, y, ux, uy, hits, near_wall, NEAR_WALL_ZONE, push)
     return ux, uy, distance

@@ -196,7 +196,7 @@ ABLATIONS = (
         "any_bend",
         "no limit to the turn by modulation",
         "method 7",
-        replaced={**INTERPRETED, f"{FOLLOWING}.limited_turn": replacements.same_direction},
+        replaced={**INTERPRETED, f"{FOLLOWING}.MAX_BEND": math.inf},
     ),
     Ablation(
         "paper_modulation",
