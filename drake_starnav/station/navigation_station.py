@@ -143,7 +143,7 @@ class NavigationStation(Diagram, Station):
         Diagram.__init__(self)
         builder = DiagramBuilder()
         parts = add_station(builder, world, scenario, seed=seed)
-        self.__dict__.update(vars(parts))
+        Station.__init__(self, **vars(parts))
         builder.ExportInput(parts.GetInputPort("drive.twist_command"), "drive.twist_command")
         for name in station_outputs(self.robot_interface):
             builder.ExportOutput(parts.GetOutputPort(name), name)
