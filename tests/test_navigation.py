@@ -53,7 +53,7 @@ def test_exports_what_its_docstring_says() -> None:
 
 def test_the_diagram_and_its_simulator_keep_the_settings_of_plant_and_integrator() -> None:
     changes = ["plant_config.contact_model=hydroelastic", "plant_config.penetration_allowance=0.002"]
-    changes += ["simulator_config.target_realtime_rate=1000", "simulator_config.publish_every_time_step=true"]
+    changes += ["simulator_config.target_realtime_rate=1000", "simulator_config.accuracy=0.002"]
     diagram = make_diagram(posts(overrides=changes))
     plant = diagram.navigation.station.plant
     assert plant.get_contact_model() == ContactModel.kHydroelasticsOnly

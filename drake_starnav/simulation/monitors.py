@@ -27,7 +27,7 @@ class FootprintLog(LeafSystem):
     def __init__(self, period: float) -> None:
         """Argument: between two looks, s."""
         super().__init__()
-        self._footprint = self.DeclareAbstractInputPort("footprint", Value[object](None))
+        self._footprint = self.DeclareAbstractInputPort("footprint", Value[object](()))
         self._noted = self.DeclareAbstractState(Value[object](()))
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, weakly(self._note))
 

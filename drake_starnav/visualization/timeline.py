@@ -9,7 +9,16 @@ from typing import Any
 import numpy as np
 import shapely
 from pydrake.common.value import Value
-from pydrake.geometry import FrameId, GeometryId, Mesh, QueryObject, Role, SceneGraph, SceneGraphInspector
+from pydrake.geometry import (
+    FrameId,
+    GeometryId,
+    IllustrationProperties,
+    Mesh,
+    QueryObject,
+    Role,
+    SceneGraph,
+    SceneGraphInspector,
+)
 from pydrake.systems.framework import Context, EventStatus, LeafSystem
 
 from drake_starnav.errors import StarnavError
@@ -123,15 +132,22 @@ class SceneTimeline:
         for geometry in sorted(inspector.GetAllGeometryIds(Role.kIllustration), key=GeometryId.get_value):
             frame = inspector.GetFrameId(geometry)
             if frame not in away and (corners := _corners(inspector, geometry)) is not None:
-                color = inspector.GetIllustrationProperties(geometry).GetPropertyOrDefault("phong", "diffuse", None)
-                rgb = UNPAINTED if color is None else (color.r(), color.g(), color.b())
-                self.solids.append(Solid(*corners, rgb, self.frames.setdefault(frame, Track())))
+                color = _color(inspector.GetIllustrationProperties(geometry))
+                self.solids.append(Solid(*corners, color, self.frames.setdefault(frame, Track())))
 
     def note(self, query: QueryObject, time: float) -> None:
         """Remember where the frames are at a time, s."""
         for frame, poses in self.frames.items():
             if frame != SceneGraph.world_frame_id() or not poses.times:
                 poses.set(query.GetPoseInWorld(frame).GetAsMatrix34(), time)
+
+
+def _color(look: IllustrationProperties) -> Color:
+    """Red, green, blue, 0 to 1, of a shape that looks so."""
+    if not look.HasProperty("phong", "diffuse"):
+        return UNPAINTED
+    color = look.GetProperty("phong", "diffuse")
+    return color.r(), color.g(), color.b()
 
 
 def _corners(inspector: SceneGraphInspector, geometry: GeometryId) -> tuple[np.ndarray, np.ndarray | None] | None:

@@ -231,8 +231,8 @@ def test_settings_are_laid_over_ours() -> None:
 
 
 def test_the_simulator_of_a_trial_has_them() -> None:
-    scenario = parse_scenario(WORLD + "simulator_config: {publish_every_time_step: true}", name="x")
-    assert scenario_simulator_config(scenario.simulator_config).publish_every_time_step
+    scenario = parse_scenario(WORLD + "simulator_config: {accuracy: 0.002}", name="x")
+    assert scenario_simulator_config(scenario.simulator_config).accuracy == 0.002
     assert run_trial(scenario).outcome == "reached"
     assert scenario_simulator_config({}).accuracy == SimulatorConfig().accuracy
 
