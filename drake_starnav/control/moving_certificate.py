@@ -1,8 +1,8 @@
 """The braking certificate in time: a twist is sent only if the robot can stop before a dynamic obstacle can reach it.
 
 Guarantee. With caution 1: if a command is accepted, and the robot keeps its last twist for a declared delay, follows
-the command for one control period and then brakes as hard as its limits allow, then until it stops no dynamic
-obstacle comes nearer to its centre than its radius, provided that
+the command for one control period and then brakes as hard as its limits allow, then until no point of it moves no
+dynamic obstacle touches its footprint, provided that
  (1) it is a disc no larger than `max_radius` and no faster than `max_speed`, whatever it did before,
  (2) it is visible, or occluded by something visible: nothing comes from outside the lidar's view or from nowhere, and
  (3) as for static obstacles, the robot follows its commands and the errors are at most the margin.
@@ -25,7 +25,7 @@ Near to what creeps the robot may make way: a motion that comes no nearer to the
 with ESCAPE less of the margin.
 
 Convex surfaces wider than 2 max_radius are static (`surfaces`). No certificate prevents an obstacle from hitting the
-robot while it stands.
+robot while it stands. A disc that turns about its centre stands; of polygons every point has to.
 """
 
 import math
@@ -36,6 +36,7 @@ from numba import njit
 
 from drake_starnav.control.inputs import TrackedObstacles
 from drake_starnav.control.motion import Actuation, Motion
+from drake_starnav.geometry.footprint import distance_to_point, fastest_point
 from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.tracking.prediction import OCCLUSION_SPACING
@@ -45,18 +46,18 @@ MOVING_MARGIN = 0.03
 ESCAPE = 0.02
 """As far into that clearance may come what moves the robot no nearer to them than standing would, m: it makes way."""
 STANDING_SPEED = 0.005
-"""A commanded speed below this counts as standing, m/s. The body does not follow exactly, so this is well below
-`trajectory.STANDING`, which is about the body."""
+"""A command with which no point of the robot is faster counts as standing, m/s. The body does not follow exactly, so
+this is well below `trajectory.STANDING`, which is about the body."""
 X, Y, VX, VY, GROWTH, RADIUS = range(6)
 """Columns of the reachable discs."""
 
 
 class MovingCertificate(NamedTuple):
-    """Accepts motions during which no moving obstacle can touch the robot while it drives.
+    """Accepts motions during which no moving obstacle can touch the robot while any point of it moves.
 
     Attributes:
         discs: shape (n, 6), as from `reachable_discs`.
-        distance: radius of the robot and margin, m.
+        distance: that the footprint keeps from them, m.
         age: time since the scan that they are of, s.
         escape: how much less than that distance is enough where standing would keep no more, m.
     """
@@ -69,15 +70,18 @@ class MovingCertificate(NamedTuple):
     @staticmethod
     def near(tracked: TrackedObstacles, position: np.ndarray, actuation: Actuation) -> "MovingCertificate":
         """Of what may come near a robot at a place, shape (2,), W, m, before it has stopped."""
-        tracks, age, obstacles = tracked
-        limits, distance = actuation.limits, actuation.footprint.radius + MOVING_MARGIN
-        longest = age + actuation.delay + actuation.hold + limits.max_speed / limits.max_acceleration
-        reach = distance + (limits.max_speed + obstacles.max_speed) * longest
-        return MovingCertificate(within(reachable_discs(tracks, obstacles), position, reach), distance, age, ESCAPE)
+        (tracks, age, obstacles), (limits, footprint) = tracked, (actuation.limits, actuation.footprint)
+        braking = limits.max_speed / limits.max_acceleration
+        if not (footprint.is_disc or limits.steers):
+            braking = max(braking, limits.max_yaw_rate / limits.max_yaw_acceleration)
+        longest = age + actuation.delay + actuation.hold + braking
+        reach = footprint.radius + MOVING_MARGIN + (limits.max_speed + obstacles.max_speed) * longest
+        discs = within(reachable_discs(tracks, obstacles), position, reach)
+        return MovingCertificate(discs, MOVING_MARGIN, age, ESCAPE)
 
     def accepts(self, motion: Motion) -> bool:
         """Whether the robot stands, or keeps its distance, wherever the discs go until it has stopped."""
-        return _stays_clear(motion.position, motion.twist[:, 0], motion.time, motion.braking, *self)
+        return _stays_clear(motion.samples, motion.braking, self, motion.footprint.body)
 
 
 def reachable_discs(tracks: Tracks, parameters: DynamicObstacleParameters) -> np.ndarray:
@@ -123,35 +127,43 @@ def within(discs: np.ndarray, position: np.ndarray, reach: float) -> np.ndarray:
 
 
 @njit(cache=True)
-def _clearance(x, y, discs, distance, time):
-    """Least distance to the places that reachable discs may have reached at a time, less what the robot needs, m."""
-    least = np.inf
+def _clearance(sample, moving, time, body):
+    """Least distance of a robot at a sample to all places that discs may have reached at a time, less what it needs."""
+    least, discs, cosine, sine = np.inf, moving.discs, math.cos(sample[2]), math.sin(sample[2])
     for k in range(len(discs)):
-        dx, dy = x - discs[k, X] - discs[k, VX] * time, y - discs[k, Y] - discs[k, VY] * time
-        least = min(least, math.sqrt(dx * dx + dy * dy) - discs[k, RADIUS] - discs[k, GROWTH] * time)
-    return least - distance
+        dx, dy = discs[k, X] + discs[k, VX] * time - sample[0], discs[k, Y] + discs[k, VY] * time - sample[1]
+        reached = discs[k, RADIUS] + discs[k, GROWTH] * time
+        near = least + reached + body.radius
+        if near < 0.0 or dx * dx + dy * dy < near * near:
+            x, y = cosine * dx + sine * dy, cosine * dy - sine * dx
+            least = min(least, distance_to_point(x, y, body) - reached)
+    return least - moving.distance
 
 
 @njit(cache=True)
-def _stays_clear(position, speed, time, braking, discs, distance, age, escape):
-    """Whether places (n, 2) of a robot with these speeds (n,) at these times (n,) stay clear of the discs.
+def _stays_clear(samples, braking, moving, body):
+    """Whether a robot stays clear of the discs of a `MovingCertificate` at all samples of a motion while it moves.
 
-    By `distance`; by up to `escape` less where they are no nearer to them than the first place is by then. Places are
-    skipped while the last clearance cannot have been used up.
+    By `distance`; by up to `escape` less where it is no nearer to them than at the first sample's pose it were by then.
+    Samples are skipped while the last clearance cannot have been used up.
     """
     fastest = spare = 0.0
-    for k in range(len(discs)):
-        fastest = max(fastest, math.hypot(discs[k, VX], discs[k, VY]) + discs[k, GROWTH])
-    for k in range(1, len(position)):
-        x, y = position[k]
-        spare -= math.hypot(x - position[k - 1, 0], y - position[k - 1, 1]) + fastest * (time[k] - time[k - 1])
-        stopped = k >= braking and abs(speed[k]) < STANDING_SPEED
+    for disc in moving.discs:
+        fastest = max(fastest, math.hypot(disc[VX], disc[VY]) + disc[GROWTH])
+    before = fastest_point(samples[0, 3], samples[0, 4], body.lever)
+    for k in range(1, len(samples)):
+        last, now = samples[k - 1], samples[k]
+        spare -= math.hypot(now[0] - last[0], now[1] - last[1]) + body.lever * abs(now[2] - last[2])
+        spare -= fastest * (now[5] - last[5])
+        moves = fastest_point(now[3], now[4], body.lever)
         if spare <= 0.0:
-            spare = _clearance(x, y, discs, distance, age + time[k])
-            if spare < 0.0 and max(abs(speed[k]), abs(speed[k - 1])) >= STANDING_SPEED:
-                stood = _clearance(position[0, 0], position[0, 1], discs, distance, age + time[k])
-                if spare < max(stood, -escape):
+            time = moving.age + now[5]
+            spare = _clearance(now, moving, time, body)
+            if spare < 0.0 and max(moves, before) >= STANDING_SPEED:
+                stood = _clearance(samples[0], moving, time, body)
+                if spare < max(stood, -moving.escape):
                     return False
-        if stopped:
+        if k >= braking and moves < STANDING_SPEED:
             return True
+        before = moves
     return True

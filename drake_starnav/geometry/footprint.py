@@ -7,8 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 import shapely
+from numba import njit
 
 from drake_starnav.errors import StarnavError
+from drake_starnav.geometry.compiled import leaf
+from drake_starnav.geometry.polyline import point_to_segment_squared
 
 COVER_EXCESS = 0.008
 """The discs that cover a polygon are wider than the polygon by no more than this, m."""
@@ -36,6 +39,19 @@ class Polygons(NamedTuple):
     normals: np.ndarray
     offsets: np.ndarray
     ends: np.ndarray
+
+
+class Body(NamedTuple):
+    """A footprint as compiled functions take it, m.
+
+    Attributes:
+        polygons: its parts; none: a disc about the origin.
+        radius, lever: as of `Footprint`.
+    """
+
+    polygons: Polygons
+    radius: float
+    lever: float
 
 
 class Footprint(NamedTuple):
@@ -66,8 +82,13 @@ class Footprint(NamedTuple):
 
     @property
     def polygons(self) -> Polygons:
-        """The parts for compiled functions."""
+        """The parts for compiled functions; of a disc none."""
         return _polygons(tuple(part.tobytes() for part in self.parts))
+
+    @property
+    def body(self) -> Body:
+        """All of it for compiled functions."""
+        return Body(self.polygons, float(self.radius), float(self.lever))
 
     @property
     def outline(self) -> np.ndarray:
@@ -76,6 +97,34 @@ class Footprint(NamedTuple):
             angle = np.linspace(0.0, 2.0 * math.pi, 48, endpoint=False)
             return self.radius * np.column_stack((np.cos(angle), np.sin(angle)))
         return _hull(np.vstack(self.parts))
+
+
+@leaf
+def fastest_point(speed, turning, lever):
+    """No point of a footprint of a `lever` (m) is faster than this at a speed (m/s) and turning rate (rad/s), m/s."""
+    return abs(speed) + lever * abs(turning)
+
+
+@njit(cache=True)
+def distance_to_point(x, y, body):
+    """How far a `Body` is from a place in its frame, m; negative inside, by a part's depth."""
+    polygons = body.polygons
+    if len(polygons.ends) == 0:
+        return math.sqrt(x * x + y * y) - body.radius
+    least, start = np.inf, 0
+    for end in polygons.ends:
+        depth = -np.inf
+        for k in range(start, end):
+            depth = max(depth, polygons.normals[k, 0] * x + polygons.normals[k, 1] * y - polygons.offsets[k])
+        if 0.0 < depth < least:
+            squared, before = np.inf, polygons.vertices[end - 1]
+            for k in range(start, end):
+                after = polygons.vertices[k]
+                squared = min(squared, point_to_segment_squared(x, y, before[0], before[1], after[0], after[1]))
+                before = after
+            depth = math.sqrt(squared)
+        least, start = min(least, depth), end
+    return least
 
 
 def disc(radius: float) -> Footprint:
@@ -186,6 +235,8 @@ def _discs(length: float, width: float) -> int:
 
 @functools.lru_cache(maxsize=64)
 def _polygons(parts: tuple[bytes, ...]) -> Polygons:
+    if not parts:
+        return Polygons(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0), np.zeros(0, np.int64))
     corners = [np.frombuffer(part).reshape(-1, 2) for part in parts]
     edges = [np.roll(part, -1, axis=0) - part for part in corners]
     normals = [np.column_stack((e[:, 1], -e[:, 0])) / np.hypot(*e.T)[:, None] for e in edges]

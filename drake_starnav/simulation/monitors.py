@@ -7,6 +7,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, DiagramBuilder, EventStatus, LeafSystem, State, TriggerType
 from pydrake.systems.primitives import LogVectorOutput, VectorLogSink
 
+from drake_starnav.geometry.footprint import disc
 from drake_starnav.navigation import Navigation
 from drake_starnav.navigation.sources import footprint_sources
 from drake_starnav.scenario.schema import Scenario
@@ -97,7 +98,7 @@ def add_collision_monitor(builder: DiagramBuilder, navigation: Navigation, *, pe
     station, moving = navigation.station, navigation.station.moving_obstacle_geometries
     hull, robot = station.hull, station.robot_interface
     if navigation.footprint is not None:  # the plant knows nothing of it
-        hull = Hull(robot.base_frame, robot.robot.shape, navigation.world)
+        hull = Hull(robot.base_frame, navigation.world)
     if moving:
         period = station.robot_interface.time_step
     collision = builder.AddNamedSystem(
@@ -107,6 +108,7 @@ def add_collision_monitor(builder: DiagramBuilder, navigation: Navigation, *, pe
             ground=station.floor,
             moving_obstacles=moving,
             hull=hull,
+            footprint=disc(robot.reach) if robot.robot.shape.is_disc else robot.robot.shape,
             period=period,
         ),
     )

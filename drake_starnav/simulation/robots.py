@@ -250,7 +250,13 @@ def _add_navigators(
         connect_robot(builder, plant, scene_graph, models[k], navigator)
         others = [g for j, own in enumerate(shapes) if j != k for g in own]
         period = 1.0 / each.controller.rate
-        monitor = CollisionMonitor(robot=shapes[k], ground=robot.floor, moving_obstacles=others, period=period)
+        monitor = CollisionMonitor(
+            robot=shapes[k],
+            ground=robot.floor,
+            moving_obstacles=others,
+            footprint=robot.robot.shape,
+            period=period,
+        )
         monitor = builder.AddNamedSystem(f"collision_monitor_of_{each.name}", monitor)
         builder.Connect(scene_graph.get_query_output_port(), monitor.GetInputPort("geometry_query"))
         builder.Connect(navigator.GetOutputPort("localization.state"), monitor.GetInputPort("state"))

@@ -11,7 +11,6 @@ import numpy as np
 
 from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.geometry.polyline import simplified
-from drake_starnav.geometry.se2 import places
 from drake_starnav.geometry.trajectory import evenly_sampled, motion_metrics
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.scenario.schema import Scenario
@@ -46,9 +45,9 @@ class Trial:
     """The result of one run; the field names are those of its JSON form.
 
     Attributes:
-        outcome: reached, collision, struck (by a moving obstacle, while the robot stood), unreachable, blocked (out of
-            time while the robot stood still, or had never moved), timeout or, instead of these three, occupied (in the
-            end a moving obstacle covered all places within the goal's tolerance).
+        outcome: reached, collision, struck (by a moving obstacle, while no point of it moved), unreachable, blocked
+            (out of time while the robot stood still, or had never moved), timeout or, instead of these three, occupied
+            (in the end a moving obstacle covered all places within the goal's tolerance).
         contact: the bodies that touched, the robot's first: `base_link with crate`; None without a contact.
         blocked_s: when the planner first reported that the robot stood still, to a second; None if it never did.
         blocked_by: why, as its port `blocked_by` said then.
@@ -179,11 +178,9 @@ def _clearances(world: World, run: Run, own: Footprint) -> tuple[np.ndarray, np.
     standing, moving, first = np.empty(len(run.times)), np.empty(len(run.times)), 0
     for footprint, end in zip(footprints, ends, strict=True):
         if end > first:
-            poses, count = run.driven[first:end, :3], len(footprint.cover)
+            poses, times = run.driven[first:end, :3], run.times[first:end]
             standing[first:end] = body_clearance(world, poses, footprint)
-            times = np.repeat(run.times[first:end], count)
-            away = moving_obstacle_clearance(world.moving_obstacles, places(poses, footprint.cover), times)
-            moving[first:end] = away.reshape(-1, count).min(axis=1) - footprint.narrow
+            moving[first:end] = moving_obstacle_clearance(world.moving_obstacles, poses, times, footprint)
             first = end
     return standing, np.minimum(standing, moving)
 
@@ -193,7 +190,8 @@ def goal_occupied(world: World, time: float, scenario: Scenario) -> bool:
 
     The certificate keeps the safety margin beyond the robot's radius.
     """
-    clearance_there = moving_obstacle_clearance(world.moving_obstacles, np.array([world.goal]), np.array([time]))
+    there = np.array([(*world.goal, 0.0)])
+    clearance_there = moving_obstacle_clearance(world.moving_obstacles, there, np.array([time]))
     needed = scenario.robot.radius + derive_margins(scenario).safety
     return bool(clearance_there[0] + scenario.simulation.goal_tolerance < needed)
 

@@ -9,7 +9,7 @@ from pydrake.common.value import Value
 from pydrake.geometry import FrameId, GeometryId, QueryObject, SceneGraphInspector
 from pydrake.systems.framework import Context, DiscreteValues, EventStatus, LeafSystem
 
-from drake_starnav.geometry.footprint import Footprint
+from drake_starnav.geometry.footprint import Footprint, disc, fastest_point
 from drake_starnav.geometry.trajectory import STANDING
 from drake_starnav.planning import PlannerStatus
 from drake_starnav.utils.timing import checked_period
@@ -17,15 +17,14 @@ from drake_starnav.worlds.clearance import body_clearance, nearest_obstacle
 from drake_starnav.worlds.world import World
 
 COLLISION, STRUCK = "collision", "struck"
-"""Names of a contact; `STRUCK` if a moving obstacle hits a robot that is standing."""
+"""Names of a contact; `STRUCK` if a moving obstacle hits a robot no point of which moves."""
 
 
 class Hull(NamedTuple):
-    """The footprint, in the frame of its base, by which a robot is checked against obstacles without contact in its
-    plant, unless a port says another one."""
+    """Obstacles without contact in a robot's plant, by whose distance from its footprint it is checked, and the frame
+    of its base."""
 
     frame: FrameId
-    footprint: Footprint
     surfaces: World
 
 
@@ -48,8 +47,9 @@ class CollisionMonitor(LeafSystem):
 
     The simulator stops with status "reached termination" and a message such as `collision of base_link with crate at
     3.200 s`: the name of the contact, and those of both bodies, see `body_name`. The contact is `STRUCK` if the robot
-    stood and touches only moving obstacles. A contact is missed only if it begins and ends within a period: in 0.02 s
-    at 0.8 m/s, that of the hull with the thinnest post if they overlap by less than 0.2 mm.
+    touches only moving obstacles and no point of its footprint was faster than STANDING. A contact is missed only if it
+    begins and ends within a period: in 0.02 s at 0.8 m/s, that of the hull with the thinnest post if they overlap by
+    less than 0.2 mm.
     """
 
     def __init__(
@@ -59,6 +59,7 @@ class CollisionMonitor(LeafSystem):
         ground: Collection[GeometryId],
         moving_obstacles: Collection[GeometryId] = (),
         hull: Hull | None = None,
+        footprint: Footprint | None = None,
         period: float = 0.02,
     ) -> None:
         """
@@ -66,7 +67,8 @@ class CollisionMonitor(LeafSystem):
             robot: proximity geometries of the robot.
             ground: geometries that the robot may touch.
             moving_obstacles: of the moving obstacles.
-            hull: checked against obstacles that are in the plant as surfaces only; None without any.
+            hull: obstacles that are in the plant as surfaces only; None without any.
+            footprint: of the robot, unless the port says another one; None: a disc, and no `hull`.
             period: of the checks, s. A robot that is struck is pushed, and no longer stands a few steps later:
                 where obstacles move, the period is to be the step of the plant.
         """
@@ -75,7 +77,7 @@ class CollisionMonitor(LeafSystem):
         self._robot, self._ground, self._moving_obstacles = (
             {geometry.get_value() for geometry in group} for group in (robot, ground, moving_obstacles)
         )
-        self._hull = hull
+        self._hull, self._own = hull, footprint or disc(0.0)
         self._query = self.DeclareAbstractInputPort("geometry_query", Value(QueryObject()))
         self._state = self.DeclareVectorInputPort("state", 5)
         self._footprint = self.DeclareAbstractInputPort("footprint", Value[object](object()))
@@ -99,13 +101,19 @@ class CollisionMonitor(LeafSystem):
         found = self.contacts(context)
         if not found:
             return ""
-        struck = (
-            all(b.get_value() in self._moving_obstacles for _, b in found)
-            and abs(self._state.Eval(context)[3]) <= STANDING
-        )
+        struck = all(b.get_value() in self._moving_obstacles for _, b in found) and self._stands(context)
         inspector = self._query.Eval(context).inspector()
         a, b = (body_name(inspector, geometry) for geometry in found[0])
         return f"{STRUCK if struck else COLLISION} of {a.rpartition('::')[2]} with {b} at {context.get_time():.3f} s"
+
+    def _stands(self, context: Context) -> bool:
+        """Whether no point of the footprint moves."""
+        _, _, _, speed, turning = self._state.Eval(context).tolist()
+        return bool(fastest_point(speed, turning, self._body(context).lever) <= STANDING)
+
+    def _body(self, context: Context) -> Footprint:
+        """The footprint that is in force."""
+        return self._footprint.Eval(context).robot.shape if self._footprint.HasValue(context) else self._own
 
     def _check(self, context: Context, values: DiscreteValues) -> EventStatus:
         message = self.contact_message(context)
@@ -114,9 +122,8 @@ class CollisionMonitor(LeafSystem):
     def _check_surfaces(self, context: Context) -> EventStatus:
         if self._hull is None:
             return EventStatus.DidNothing()
-        X_WB, (_, footprint, surfaces) = self._query.Eval(context).GetPoseInWorld(self._hull.frame), self._hull
-        if self._footprint.HasValue(context):
-            footprint = self._footprint.Eval(context).robot.shape
+        X_WB, surfaces = self._query.Eval(context).GetPoseInWorld(self._hull.frame), self._hull.surfaces
+        footprint = self._body(context)
         (x, y, _), (forward_x, forward_y, _) = X_WB.translation(), X_WB.rotation().col(0)
         name, distance = nearest_obstacle(surfaces, (x, y))
         pose = np.array([(x, y, math.atan2(forward_y, forward_x))])

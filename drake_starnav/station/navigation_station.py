@@ -8,7 +8,6 @@ from pydrake.multibody.tree import ModelInstanceIndex
 from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort, OutputPort
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.geometry.footprint import disc
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.monitors import Hull
 from drake_starnav.station.moving_bodies import add_moving_obstacle_drive
@@ -106,8 +105,7 @@ def add_station(
     connect_robot(builder, plant, scene_graph, model, robot)
     moving_geometries = add_moving_obstacle_drive(builder, plant, world.moving_obstacles)
     surfaces = surface_world(world)
-    shape = disc(robot.reach) if scenario.robot.shape.is_disc else scenario.robot.shape
-    hull = None if surfaces is None else Hull(robot.base_frame, shape, surfaces)
+    hull = None if surfaces is None else Hull(robot.base_frame, surfaces)
     return Station(plant, scene_graph, robot, ground, moving_geometries, hull)
 
 

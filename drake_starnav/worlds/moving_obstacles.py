@@ -1,5 +1,6 @@
 """Moving obstacles: discs on given paths, and their positions at any time."""
 
+import math
 from dataclasses import field
 from functools import cached_property
 
@@ -7,10 +8,13 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.errors import StarnavError, shown
+from drake_starnav.geometry.footprint import Footprint, disc, distance_to_point
 from drake_starnav.utils.snapshot import snapshot
 
 MOVING_OBSTACLE_COLOR = (0.90, 0.75, 0.20)
 """Red, green, blue of a disc in every picture; the other colours contrast with it (`meshes.LAYERS`)."""
+
+POINT = disc(0.0)
 
 
 def _frozen(value: object, columns: int) -> np.ndarray:
@@ -82,11 +86,28 @@ def moving_obstacle_states(moving_obstacles: MovingObstacles, times: np.ndarray)
     return _states(np.ascontiguousarray(times, dtype=float), moving_obstacles.way_points, moving_obstacles.first)
 
 
-def moving_obstacle_clearance(moving_obstacles: MovingObstacles, points: np.ndarray, times: np.ndarray) -> np.ndarray:
-    """Signed distances (m,) from points (m, 2), W, m, to the nearest moving obstacle at times (m,), s; +inf without."""
+def moving_obstacle_clearance(
+    moving_obstacles: MovingObstacles, poses: np.ndarray, times: np.ndarray, footprint: Footprint = POINT
+) -> np.ndarray:
+    """Distance of a footprint at poses (m, 3), W, to the nearest moving obstacle at times (m,), s; shape (m,), m.
+
+    +inf without an obstacle; negative where they overlap, to the depth of the disc's centre if that is inside, too.
+    """
     positions, _ = moving_obstacle_states(moving_obstacles, times)
-    offsets = positions - np.asarray(points, dtype=float)[:, None]
-    return (np.hypot(offsets[..., 0], offsets[..., 1]) - moving_obstacles.radii).min(axis=1, initial=np.inf)
+    poses = np.ascontiguousarray(poses, dtype=float)
+    return _clearance(positions, moving_obstacles.radii, poses, footprint.body)
+
+
+@njit(cache=True)
+def _clearance(positions, radii, poses, body):
+    least = np.full(len(poses), np.inf)
+    for k in range(len(poses)):
+        cosine, sine = math.cos(poses[k, 2]), math.sin(poses[k, 2])
+        for n in range(len(radii)):
+            dx, dy = positions[k, n, 0] - poses[k, 0], positions[k, n, 1] - poses[k, 1]
+            x, y = cosine * dx + sine * dy, cosine * dy - sine * dx
+            least[k] = min(least[k], distance_to_point(x, y, body) - radii[n])
+    return least
 
 
 def there_and_back(way_points: np.ndarray) -> np.ndarray:

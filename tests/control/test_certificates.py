@@ -74,7 +74,7 @@ def test_all_certificates_are_asked_for_all_that_is_declared(seed: int, margin: 
     motion = roll_out(pose, twist, rng.uniform((-0.3, -2.0), (0.8, 2.0)), commands)
     stands = StarCertificate(star).accepts(motion) or PointCertificate(star, margin, ROBOT.radius).accepts(motion)
     near_by = MovingCertificate.near(tracked, pose[:2], commands)
-    assert near_by.distance == ROBOT.radius + MOVING_MARGIN
+    assert near_by.distance == MOVING_MARGIN
     asked = standard_certificates(star, margin, commands, pose[:2], tracked)
     assert accepted(motion, asked) == (stands and near_by.accepts(motion))
     assert accepted(motion, standard_certificates(star, margin, commands, pose[:2])) == StarCertificate(star).accepts(

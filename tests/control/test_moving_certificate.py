@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_starnav.control.inputs import TrackedObstacles
-from drake_starnav.control.motion import Actuation, Motion, roll_out
+from drake_starnav.control.motion import Actuation, Motion, Pose, advanced, roll_out, velocity_of
 from drake_starnav.control.moving_certificate import (
     ESCAPE,
     MOVING_MARGIN,
@@ -17,12 +17,14 @@ from drake_starnav.control.moving_certificate import (
     reachable_discs,
     within,
 )
-from drake_starnav.geometry.footprint import disc
+from drake_starnav.control.shield import braking_twist
+from drake_starnav.geometry.footprint import disc, fastest_point, footprint
 from drake_starnav.geometry.trajectory import STANDING
-from drake_starnav.robot import Limits, RobotParameters
+from drake_starnav.robot import BASES, Limits, RobotParameters
 from drake_starnav.tracking.kalman_tracks import SETTLED_AFTER, Tracks
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.tracking.prediction import OCCLUSION_SPACING
+from drake_starnav.worlds.moving_obstacles import MovingObstacles, moving_obstacle_clearance
 from tests.helpers.motions import limited_twist
 from tests.helpers.scans import RADIUS, seeds
 from tests.helpers.scenes import moved
@@ -70,7 +72,7 @@ def test_discs_within_the_declared_speed_never_touch_a_robot_that_moves(
             desired = rng.uniform((-0.8, -2.0), (0.8, 2.0))
             headings = rng.uniform(-math.pi, math.pi, len(centers))
         age = k * PERIOD - scan_time
-        certificate = MovingCertificate(rows, RADIUS + margin, age, escape)
+        certificate = MovingCertificate(rows, margin, age, escape)
         certified = stays_clear(pose, twist, desired, certificate)
         target = desired if certified else np.zeros(2)
         before, twist = twist, limited_twist(twist, target, ROBOT, PERIOD)
@@ -83,6 +85,45 @@ def test_discs_within_the_declared_speed_never_touch_a_robot_that_moves(
             if gap < 0.0:
                 assert abs(before[0] + share * (twist[0] - before[0])) <= STANDING_SPEED
                 return  # it was struck while it stood
+
+
+BODIES = {
+    "carrier": footprint(((-0.4, -0.25), (0.4, -0.25), (0.4, 0.25), (-0.4, 0.25))),
+    "behind its axis": footprint(((-0.7, -0.2), (0.1, -0.2), (0.1, 0.2), (-0.7, 0.2))),
+    "tee": footprint((((-0.3, -0.1), (0.2, -0.1), (0.2, 0.1), (-0.3, 0.1)), ((0.15, -0.4), (0.3, -0.4), (0.3, 0.4)))),
+}
+
+
+@pytest.mark.parametrize("base", BASES)
+@pytest.mark.parametrize("name", BODIES)
+@settings(max_examples=25, deadline=None)
+@given(seed=seeds)
+def test_nor_do_they_touch_any_point_of_a_polygon_that_moves(name: str, base: str, seed: int) -> None:
+    """The driver likes to turn on the spot, and whatever moves comes for the robot."""
+    rng, shape, robot = np.random.default_rng(seed), BODIES[name], RobotParameters(base=base)
+    acting = Actuation(robot.limits, shape, PERIOD, 0.0, robot.drive)
+    pose, twist, desired = np.zeros(3), np.zeros(len(robot.drive.components)), None
+    centers = rng.uniform(-2.0, 2.0, (4, 2))
+    centers = centers[np.hypot(*centers.T) > shape.radius + 0.3]
+    most = np.full(len(twist), robot.max_speed)
+    most[-1] = robot.limits.max_yaw_rate
+    for k in range(200):
+        if k % SCANS == 0:
+            rows, scan_time = reachable_discs(seen(centers, 0.2), OBSTACLES), k * PERIOD
+        if k % 15 == 0:
+            desired = robot.drive.saturated(rng.uniform(-most, most) * (rng.random(len(most)) < 0.7), robot.limits)
+        certificate = MovingCertificate(rows, MARGIN, k * PERIOD - scan_time, rng.choice([0.0, 0.5 * MARGIN]))
+        accepts = certificate.accepts(roll_out(pose, twist, desired, acting))
+        target = desired if accepts else braking_twist(twist, desired, robot.limits, False)
+        before = fastest_point(*robot.drive.body_rates(twist), shape.lever)
+        now, moves, _ = advanced(Pose(*pose), velocity_of(twist), velocity_of(target), PERIOD, robot.limits)
+        pose, twist = np.array(now), np.array(moves)[[0, 2] if len(twist) == 2 else [0, 1, 2]]
+        aim = np.arctan2(*(pose[:2] - centers).T[::-1])
+        centers = centers + PERIOD * OBSTACLES.max_speed * np.column_stack((np.cos(aim), np.sin(aim)))
+        discs = MovingObstacles([0.2] * len(centers), tuple(np.array([(0, *c), (1, *c)]) for c in centers))
+        if moving_obstacle_clearance(discs, pose[None], np.zeros(1), shape)[0] < 0.0:
+            assert max(before, fastest_point(*robot.drive.body_rates(twist), shape.lever)) <= STANDING_SPEED
+            return  # it was struck while it stood
 
 
 @settings(max_examples=40, deadline=None)
@@ -100,7 +141,7 @@ def test_obstacles_that_brake_in_time_never_meet_a_robot_that_leaves_them_room(s
             rows, scan_time = reachable_discs(seen(centers, 0.2), obstacles), k * PERIOD
         if k % 15 == 0:  # a reckless driver
             desired = rng.uniform((-0.8, -2.0), (0.8, 2.0))
-        certificate = MovingCertificate(rows, RADIUS + MARGIN, k * PERIOD - scan_time)
+        certificate = MovingCertificate(rows, MARGIN, k * PERIOD - scan_time)
         target = desired if stays_clear(pose, twist, desired, certificate) else np.zeros(2)
         before, twist = twist, limited_twist(twist, target, ROBOT, PERIOD)
         for i in range(round(PERIOD / STEP)):
@@ -122,8 +163,8 @@ def test_the_room_to_brake_is_that_of_the_fastest_obstacle() -> None:
     assert obstacles.stopping_distance == pytest.approx(0.16)
     np.testing.assert_allclose(discs - without, [[0.0, 0.0, 0.0, 0.0, 0.0, 0.16]] * len(discs))
     creep, room = np.array((0.05, 0.0)), 0.8 - RADIUS
-    assert stays_clear(np.zeros(3), still, creep, MovingCertificate(without, RADIUS + room - 0.1, 0.0))
-    assert not stays_clear(np.zeros(3), still, creep, MovingCertificate(discs, RADIUS + room - 0.1, 0.0))
+    assert stays_clear(np.zeros(3), still, creep, MovingCertificate(without, room - 0.1, 0.0))
+    assert not stays_clear(np.zeros(3), still, creep, MovingCertificate(discs, room - 0.1, 0.0))
 
 
 @settings(max_examples=40, deadline=None)
@@ -135,7 +176,7 @@ def test_a_larger_speed_or_a_later_command_certifies_nothing_more(seed: int, des
 
     def certified(speed: float, age: float) -> bool:
         rows = reachable_discs(tracks, DynamicObstacleParameters(max_speed=speed))
-        return stays_clear(np.zeros(3), twist, np.array(desired), MovingCertificate(rows, RADIUS, age))
+        return stays_clear(np.zeros(3), twist, np.array(desired), MovingCertificate(rows, 0.0, age))
 
     if not certified(0.4, 0.0):
         assert not certified(0.8, 0.0)
@@ -164,8 +205,8 @@ def test_reachable_discs_go_where_their_tracks_say_and_grow_meanwhile(seed: int,
     twist, desired = rng.uniform((0.1, -2.0), (0.8, 2.0)), rng.uniform((-0.8, -2.0), (0.8, 2.0))
     pose, age = rng.uniform(-1.0, 1.0, 3), rng.uniform(0.0, 0.2)
     room = least_room(pose, twist, desired, hold, delay, rows, age)
-    assert stays_clear(pose, twist, desired, MovingCertificate(rows, room - 1e-9, age), hold, delay)
-    assert not stays_clear(pose, twist, desired, MovingCertificate(rows, room + 1e-9, age), hold, delay)
+    assert stays_clear(pose, twist, desired, MovingCertificate(rows, room - RADIUS - 1e-9, age), hold, delay)
+    assert not stays_clear(pose, twist, desired, MovingCertificate(rows, room - RADIUS + 1e-9, age), hold, delay)
 
 
 def room(places: np.ndarray, times: np.ndarray, rows: np.ndarray) -> np.ndarray:
@@ -199,7 +240,7 @@ def test_a_robot_that_moves_is_far_enough_from_all_that_may_have_come_near_until
     moves = np.maximum(speed[1:], speed[:-1]) >= STANDING_SPEED
     clear = (left >= 0.0) | ((left >= -escape) & (left >= stood))
     expected = (clear[1:] | ~moves)[:last].all()
-    assert MovingCertificate(rows, distance, age, escape).accepts(motion) == expected
+    assert MovingCertificate(rows, distance - RADIUS, age, escape).accepts(motion) == expected
 
 
 @settings(max_examples=150)
@@ -220,7 +261,7 @@ def test_what_is_not_near_could_not_have_come_near(seed) -> None:
     for spare in (-1e-3, 1e-3):  # a hit ahead that just comes too near, or just does not
         hit = place + (9.0 - needed.min() + RADIUS + MOVING_MARGIN + spare) * ahead
         tracks = Tracks(time=0.0, hits=hit[None], owner=np.array([-1]))
-        everything = MovingCertificate(reachable_discs(tracks, obstacles), RADIUS + MOVING_MARGIN, age, ESCAPE)
+        everything = MovingCertificate(reachable_discs(tracks, obstacles), MOVING_MARGIN, age, ESCAPE)
         near_by = MovingCertificate.near(TrackedObstacles(tracks, age, obstacles), place, acting)
         assert near_by.accepts(driven) == everything.accepts(driven)
         assert near_by.age == age
@@ -273,7 +314,7 @@ def test_in_long_steps_it_is_no_less_noticed_what_comes_near_meanwhile(way, spee
             row = np.array([(*start, *(-speed * way), growth, 0.0)])
             reached = room(places, samples[:, 5], row).min()
             assert (reached >= distance) == accepted or (speed or growth)
-            clear = MovingCertificate(row, distance, 0.0).accepts(motion)
+            clear = MovingCertificate(row, distance - RADIUS, 0.0).accepts(motion)
             assert clear == (reached >= distance)
 
 
@@ -288,14 +329,14 @@ def test_no_robot_makes_way_that_is_nearer_than_a_centimetre(gap: float, accepte
 
 
 def test_where_nothing_may_come_near_any_motion_is_accepted() -> None:
-    nothing = MovingCertificate(reachable_discs(Tracks(time=0.0), OBSTACLES), RADIUS, 0.0)
+    nothing = MovingCertificate(reachable_discs(Tracks(time=0.0), OBSTACLES), 0.0, 0.0)
     assert stays_clear(np.zeros(3), np.zeros(2), np.array((0.8, 1.0)), nothing)
 
 
 def test_standing_and_turning_is_always_certified() -> None:
     rows = reachable_discs(seen(np.array([(0.4, 0.0)]), 0.2), OBSTACLES)
     turning = np.array((0.0, 1.0))
-    beside = MovingCertificate(rows, RADIUS, 0.0)
+    beside = MovingCertificate(rows, 0.0, 0.0)
     assert stays_clear(np.zeros(3), np.zeros(2), turning, beside)
     assert not stays_clear(np.zeros(3), np.zeros(2), np.array((0.8, 0.0)), beside, hold=0.1)
 
@@ -371,7 +412,7 @@ def test_a_robot_may_make_way_to_what_creeps_near_to_it(gap: float, way: tuple[f
     """Away from it, where the full margin is used up, but not towards it."""
     slow = DynamicObstacleParameters(max_speed=0.05, caution=1.0)
     rows = reachable_discs(seen(np.array([[RADIUS + gap + 0.3, 0.0]]), 0.3), slow)
-    certificate = MovingCertificate(rows, RADIUS + MOVING_MARGIN, 0.05, ESCAPE)
+    certificate = MovingCertificate(rows, MOVING_MARGIN, 0.05, ESCAPE)
     assert stays_clear(np.zeros(3), np.zeros(2), np.array(way), certificate) == accepted
 
 
@@ -379,6 +420,6 @@ def test_a_robot_that_creeps_does_not_count_as_standing() -> None:
     """Its body does not follow a command exactly, and may be faster than a monitor takes for standing."""
     near_by = reachable_discs(seen(np.array([(RADIUS + 0.2 + MARGIN + 0.001, 0.0)]), 0.2), OBSTACLES)
     creeping = np.array((0.6 * STANDING, 0.0))
-    keeps = MovingCertificate(near_by, RADIUS + MARGIN, 0.0)
+    keeps = MovingCertificate(near_by, MARGIN, 0.0)
     assert not stays_clear(np.zeros(3), creeping, creeping, keeps)
     assert stays_clear(np.zeros(3), np.zeros(2), np.zeros(2), keeps)

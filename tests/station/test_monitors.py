@@ -21,6 +21,7 @@ from pydrake.systems.analysis import Simulator, SimulatorStatus
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
+from drake_starnav.geometry.footprint import disc, footprint
 from drake_starnav.geometry.trajectory import STANDING
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.planning import PlannerStatus
@@ -46,7 +47,9 @@ REACHED = SimulatorStatus.ReturnReason.kReachedTerminationCondition
 class Run:
     """A station that is driven by a constant twist under a monitor."""
 
-    def __init__(self, twist=(SPEED, 0.0), start=(0.0, 0.0, 0.0), ground=True, watched=True, **obstacles) -> None:
+    def __init__(
+        self, twist=(SPEED, 0.0), start=(0.0, 0.0, 0.0), ground=True, watched=True, footprint=None, **obstacles
+    ) -> None:
         world = World("test", start, (1.0, 0.0), **obstacles)
         builder = DiagramBuilder()
         self.station = builder.AddSystem(
@@ -59,6 +62,7 @@ class Run:
                 ground=[self.station.ground] if ground else [],
                 moving_obstacles=self.station.moving_obstacle_geometries,
                 hull=self.station.hull,
+                footprint=footprint or ROBOT.shape,
                 period=STEP,
             )
         )
@@ -162,6 +166,14 @@ def test_a_robot_that_drives_when_it_meets_a_moving_obstacle_has_a_collision(twi
     status = Run(twist, moving_obstacles=approaching(0.3, 0.0 if twist[0] > 0.0 else math.pi)).until(5.0)
     assert status.reason() == TOUCHED
     assert status.message().startswith("collision of ")
+
+
+@pytest.mark.parametrize(("lever", "name"), [(0.0, "struck"), (ROBOT.radius, "collision")])
+def test_a_polygon_that_turns_on_the_spot_moves_and_a_disc_stands(lever: float, name: str) -> None:
+    edge = lever / math.sqrt(2.0)
+    square = footprint(((edge, edge), (-edge, edge), (-edge, -edge), (edge, -edge))) if lever else disc(ROBOT.radius)
+    status = Run((0.0, 1.0), footprint=square, moving_obstacles=approaching(0.8, 0.3)).until(5.0)
+    assert status.message().startswith(f"{name} of ")
 
 
 def test_who_stands_against_a_wall_has_a_collision() -> None:

@@ -91,7 +91,7 @@ def _longest_stay(path: np.ndarray, distance: float, place: tuple[float, float])
     times = np.arange(0.0, 2.0 * path[-1, 0], _SAMPLING)  # two periods, as it may stay where its path closes
     near = (
         moving_obstacle_clearance(
-            MovingObstacles(np.array([distance]), (path,)), np.tile(place, (len(times), 1)), times
+            MovingObstacles(np.array([distance]), (path,)), np.tile((*place, 0.0), (len(times), 1)), times
         )
         < 0.0
     )

@@ -25,7 +25,7 @@ def test_the_start_is_never_run_over_and_speeds_are_the_benchmarks(number: int) 
     assert 5 <= len(world.moving_obstacles) <= 19
     assert 0.5 <= world.moving_obstacles.max_speed <= 2.0
     times = np.arange(0.0, 100.0, 0.1)
-    assert moving_obstacle_clearance(world.moving_obstacles, np.tile(START[:2], (len(times), 1)), times).min() > 0.45
+    assert moving_obstacle_clearance(world.moving_obstacles, np.tile(START, (len(times), 1)), times).min() > 0.45
     assert clearance(world, np.array([world.goal]))[0] > 0.7
 
 
