@@ -1,5 +1,6 @@
 """Reads regular files of a reasonable size only, and writes files whole or not at all."""
 
+import errno
 import os
 import re
 import tempfile
@@ -56,7 +57,7 @@ def replacing(path: Path) -> Iterator[Path]:
     temporary = None
     try:
         try:
-            target = path.resolve()  # a link stays, and leads to the new file
+            target = _resolved(path)  # a link stays, and leads to the new file
             check_regular(target)
             target.parent.mkdir(parents=True, exist_ok=True)
             prefix, suffix = f".{target.stem[:_NAME_PART]}.", path.suffix[:_NAME_PART]
@@ -87,6 +88,17 @@ def check_regular(path: Path) -> None:
         raise OSError("it is not a regular file")
 
 
+def _resolved(path: Path) -> Path:
+    """Where a path leads through links; an `OSError` if in a circle, which each Python reports differently."""
+    try:
+        target = Path(os.path.realpath(path))
+    except ValueError as error:  # a null byte
+        raise OSError(str(error)) from None
+    if any(part.is_symlink() for part in (target, *target.parents)):
+        raise OSError(errno.ELOOP, os.strerror(errno.ELOOP))
+    return target
+
+
 def _umask() -> int:
     """The permission bits that new files do not get."""
     mask = os.umask(0o077)
@@ -104,8 +116,8 @@ def check_outputs(outputs: Sequence[Path | None], inputs: Iterable[Path | str] =
         if path is None:
             continue
         try:
-            target = path.resolve()
-        except (OSError, RuntimeError, ValueError) as error:  # a loop of links, a null byte
+            target = _resolved(path)
+        except OSError as error:  # a loop of links, a null byte
             raise unwritable(path, error) from None
         if target in written:
             raise StarnavError(f"{path} is to be written twice; allowed: a file of its own for each")
@@ -124,8 +136,9 @@ def check_writable(path: Path | None) -> None:
         return
     try:
         check_regular(path)
-        folder = next(folder for folder in path.resolve().parents if folder.exists())
-        if folder == path.resolve().parent:
+        target = _resolved(path)
+        folder = next(folder for folder in target.parents if folder.exists())
+        if folder == target.parent:
             with tempfile.TemporaryFile(dir=folder):
                 pass
         else:
@@ -133,7 +146,7 @@ def check_writable(path: Path | None) -> None:
                 pass
         if path.exists() and not os.access(path, os.W_OK):
             raise PermissionError("it is write-protected")
-    except (OSError, RuntimeError, ValueError) as error:
+    except OSError as error:
         raise unwritable(path, error) from None
 
 

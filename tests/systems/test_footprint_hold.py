@@ -154,7 +154,7 @@ def test_the_margins_are_those_of_the_robot_in_force() -> None:
     assert all(robot.max_speed == 0.4 for robot in asked)
 
 
-@pytest.mark.parametrize("bad", [None, 0.3, [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]])
+@pytest.mark.parametrize("bad", [(), 0.3, [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]])
 def test_what_is_no_footprint_is_refused(bad) -> None:
     with pytest.raises(StarnavError, match="port footprint is .*; allowed: a Footprint, as the shape of RobotParam"):
         Held().told(bad)
