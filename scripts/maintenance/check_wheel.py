@@ -1,7 +1,7 @@
 """Try a wheel with every supported Python there is: python scripts/maintenance/check_wheel.py dist
 
 For each, in a new environment and a folder of its own: install the wheel with what pip chooses for it, list what there
-is, import every public name, drive the demo. Interpreters are looked for on PATH and in pyenv's folder.
+is, import every public name, drive the demo. `scripts/maintenance/pythons.sh` finds them.
 """
 
 import argparse
@@ -11,11 +11,12 @@ import subprocess
 import sys
 import tempfile
 import time
+import tomllib
 from pathlib import Path
 
 from drake_starnav.errors import StarnavError
 
-VERSIONS = ("3.11", "3.12", "3.13")
+ROOT = Path(__file__).parents[2]
 PROBE = """
 import sys, drake_starnav, pathlib
 from importlib.metadata import version
@@ -27,22 +28,11 @@ print(version("drake"))
 """Prints the version of Drake if the package is installed and whole."""
 
 
-def interpreters(path: str, pyenv: Path) -> dict[str, Path]:
-    """A Python that runs for each version of `VERSIONS` that has one.
-
-    Args:
-        path: folders in which to look, as the variable PATH names them.
-        pyenv: folder of pyenv's versions.
-    """
-    found = {}
-    for version in VERSIONS:
-        candidates = [Path(folder, f"python{version}") for folder in path.split(os.pathsep)]
-        candidates += sorted(pyenv.glob(f"{version}.*/bin/python"))
-        for python in candidates:  # one on PATH may be a launcher without its Python
-            if python.is_file() and _output([str(python), "-c", "import venv, ensurepip"]) is not None:
-                found[version] = python
-                break
-    return found
+def tested() -> list[str]:
+    """The versions of Python that the package declares, oldest first."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    prefix = "Programming Language :: Python :: 3."
+    return [line.rpartition(" ")[2] for line in project["classifiers"] if line.startswith(prefix)]
 
 
 def check(wheel: Path, python: Path) -> str:
@@ -73,11 +63,6 @@ def _run(command: list[str], folder: Path) -> str:
     return done.stdout
 
 
-def _output(command: list[str]) -> str | None:
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    return done.stdout if done.returncode == 0 else None
-
-
 def main() -> int:
     """Try all, one line each; returns the exit code."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -87,11 +72,11 @@ def main() -> int:
     if len(wheels) != 1 or not wheels[0].is_file() or wheels[0].suffix != ".whl":
         print(f"check_wheel.py: {options.wheel} holds {len(wheels)} wheels; allowed: one wheel", file=sys.stderr)
         return 2
-    found = interpreters(
-        os.environ.get("PATH", ""), Path(os.environ.get("PYENV_ROOT", "~/.pyenv")).expanduser() / "versions"
-    )
+    versions = tested()
+    lines = [line.partition(" ") for line in _run(["sh", "scripts/maintenance/pythons.sh"], ROOT).splitlines()]
+    found = {version: Path(python) for version, _, python in lines if version in versions}
     failures = 0
-    for version in VERSIONS:
+    for version in versions:
         if version not in found:
             print(f"Python {version}: not here, skipped")
             continue
@@ -101,7 +86,7 @@ def main() -> int:
             failures += 1
             print(f"Python {version}: FAILED: {error}", flush=True)
     if not found:
-        print(f"check_wheel.py: no Python of {', '.join(VERSIONS)} was found", file=sys.stderr)
+        print(f"check_wheel.py: no Python of {', '.join(versions)} was found", file=sys.stderr)
     return 1 if failures or not found else 0
 
 

@@ -8,61 +8,15 @@ cd "$(dirname "$0")/../.."
 venv=$1
 asked=${2:-}
 stamp=$venv/installed-from
-needs="drake_starnav needs Python 3.11, 3.12 or 3.13 (or newer, untested)"
 
 fail() {
     echo "$1" >&2
     exit 1
 }
 
-# Prints the version, e.g. 3.12, of an interpreter that runs (a launcher without its Python does not).
+# Prints the version, e.g. 3.12, of an interpreter that runs.
 version() {
     "$1" -c 'import sys; print("%d.%d" % sys.version_info[:2])' 2>/dev/null
-}
-
-new_enough() {
-    "$1" -c 'import sys; sys.exit(sys.version_info[:2] < (3, 11))' 2>/dev/null
-}
-
-can_make_venv() {
-    "$1" -c 'import ensurepip, venv' 2>/dev/null
-}
-
-# Every executable of a name on PATH, not only the first, for that one may be a launcher that does not work.
-executables() {
-    (
-        IFS=:
-        for folder in $PATH; do
-            if [ -x "$folder/$1" ]; then echo "$folder/$1"; fi
-        done
-    )
-}
-
-# Sets $python to the best interpreter there is, or fails with what was wrong with those that there are.
-choose_python() {
-    if [ -n "$asked" ]; then
-        found=$(version "$asked") || fail "PYTHON=$asked does not run; $needs."
-        new_enough "$asked" || fail "PYTHON=$asked is Python $found; $needs."
-        can_make_venv "$asked" || fail "PYTHON=$asked has no venv or ensurepip module; on Debian and Ubuntu: apt-get install python$found-venv."
-        python=$asked
-        return 0
-    fi
-    old="" bare=""
-    for name in python3.13 python3.12 python3.11 python3 python; do
-        for python in $(executables $name); do
-            found=$(version "$python") || continue
-            if ! new_enough "$python"; then
-                old="$python is Python $found"
-            elif ! can_make_venv "$python"; then
-                bare="$python has no venv or ensurepip module; on Debian and Ubuntu: apt-get install python$found-venv"
-            else
-                return 0
-            fi
-        done
-    done
-    [ -z "$bare" ] || fail "$bare."
-    [ -z "$old" ] || fail "$needs, and $old; install one, or name one with 'make PYTHON=/path/to/python'."
-    fail "$needs, and none was found; install one, or name one with 'make PYTHON=/path/to/python'."
 }
 
 # The stamp holds the checkout's place, since a copied or moved environment would still point to the old one.
@@ -77,11 +31,14 @@ same_version() {
 if up_to_date && same_version; then
     exit 0
 fi
-choose_python
-echo "Installing into $venv with Python $found; Drake is large, this takes a few minutes the first time."
-if ! { new_enough "$venv/bin/python" && same_version && [ "$(cat "$stamp" 2>/dev/null)" = "$PWD" ]; }; then
+if ! { same_version && [ "$(cat "$stamp" 2>/dev/null)" = "$PWD" ] && version "$venv/bin/python" >/dev/null; }; then
+    found=$(sh scripts/maintenance/pythons.sh first "$asked")
+    refused=${asked:+"PYTHON=$asked cannot be used"}
+    [ -n "$found" ] || fail "${refused:-No Python was found that can be used}; install Python 3.11 or newer, or name one: make PYTHON=/path/to/python"
+    python=${found#* }
     "$python" -m venv --clear "$venv" || fail "$python could not make the virtual environment $venv; remove it, or name another with 'make VENV=FOLDER'."
 fi
+echo "Installing into $venv with Python $(version "$venv/bin/python"); Drake is large, this takes a few minutes the first time."
 "$venv/bin/python" -m pip install --quiet --disable-pip-version-check --editable '.[dev]' ||
     fail "Installing the dependencies failed, see pip's message above; is there a network connection?"
 echo "$PWD" >"$stamp"

@@ -12,7 +12,6 @@ from pathlib import Path
 import pytest
 
 import drake_starnav
-from scripts.maintenance import check_wheel
 
 CHECKOUT = Path(__file__).resolve().parents[3]
 PACKAGE = Path(drake_starnav.__file__).parent
@@ -77,21 +76,6 @@ def test_the_sdist_has_what_tests_docs_and_scripts_need(wheel: Path) -> None:
         kept = {path for path in (CHECKOUT / folder).rglob("*") if path.is_file() and "__pycache__" not in path.parts}
         assert {path.relative_to(CHECKOUT).as_posix() for path in kept} <= names
     assert {"README.md", "LICENSE", "CHANGELOG.md", "CITATION.cff", "Makefile"} <= names
-
-
-def test_the_matrix_script_finds_pythons_that_run(tmp_path: Path) -> None:
-    names = {"broken": "exit 1", "works": "exit 0"}
-    for name, body in names.items():
-        (tmp_path / name).mkdir()
-        launcher = tmp_path / name / "python3.12"
-        launcher.write_text(f"#!/bin/sh\n{body}\n", encoding="utf-8")
-        launcher.chmod(0o755)
-    path = f"{tmp_path / 'broken'}:{tmp_path / 'works'}"
-    assert check_wheel.interpreters(path, tmp_path / "none") == {"3.12": tmp_path / "works" / "python3.12"}
-    (tmp_path / "pyenv" / "3.13.0" / "bin").mkdir(parents=True)
-    own = tmp_path / "pyenv" / "3.13.0" / "bin" / "python"
-    own.symlink_to(tmp_path / "works" / "python3.12")
-    assert check_wheel.interpreters("", tmp_path / "pyenv") == {"3.13": own}
 
 
 def test_finds_its_models_away_from_the_checkout(installed: Path, tmp_path: Path) -> None:
