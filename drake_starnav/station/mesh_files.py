@@ -8,13 +8,11 @@ import numpy as np
 from pydrake.geometry import Convex, Mesh, ReadObjToTriangleSurfaceMesh, RefineVolumeMeshIntoVtkFileContents
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.geometry.mesh_file import depth_in_hull, gltf_triangles
+from drake_starnav.geometry import mesh_file
 
 READABLE = (".obj", ".gltf", ".vtk")
 DENT = 0.01
 """Drake collides with the convex hull of a mesh. Where that differs by more than this, it is no contact to go by, m."""
-_Z_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
-"""From glTF's axes, y up, to Drake's, as Drake turns it."""
 
 
 def hull_faces(shape: Convex, name: str) -> tuple[np.ndarray, list[np.ndarray]]:
@@ -60,7 +58,7 @@ def mesh_triangles(shape: Mesh, name: str) -> tuple[np.ndarray, np.ndarray]:
 
 def is_hollow(shape: Mesh, name: str) -> bool:
     """Whether some of a mesh's surface lies more than `DENT` inside its convex hull; errors as of `mesh_triangles`."""
-    return depth_in_hull(*mesh_triangles(shape, name)) > DENT
+    return mesh_file.depth_in_hull(*mesh_triangles(shape, name)) > DENT
 
 
 def _obj(shape: Mesh) -> tuple[np.ndarray, np.ndarray]:
@@ -80,18 +78,10 @@ def _gltf(shape: Mesh) -> tuple[np.ndarray, np.ndarray]:
     source = shape.source()
     if source.is_path():
         path = Path(source.path())
-        vertices, triangles = gltf_triangles(path.read_bytes(), lambda uri: (path.parent / uri).read_bytes())
-    else:
-        files = source.in_memory().supporting_files
-
-        def load(uri: str) -> bytes:
-            if uri not in files:
-                raise StarnavError(f"{uri} is not among its supporting files")
-            file = files[uri]
-            return Path(file).read_bytes() if isinstance(file, str | Path) else file.contents()
-
-        vertices, triangles = gltf_triangles(source.in_memory().mesh_file.contents(), load)
-    return vertices @ _Z_UP.T, triangles
+        return mesh_file.mesh_triangles(path.read_bytes(), ".gltf", path.parent)
+    files = source.in_memory().supporting_files.items()
+    beside = {uri: Path(f).read_bytes() if isinstance(f, str | Path) else f.contents() for uri, f in files}
+    return mesh_file.mesh_triangles(source.in_memory().mesh_file.contents(), ".gltf", beside)
 
 
 def _vtk(shape: Mesh) -> tuple[np.ndarray, np.ndarray]:

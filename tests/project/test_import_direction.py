@@ -39,7 +39,7 @@ TABLE = {
     "errors": Room(),
     "parameters": Room("errors", "numpy"),
     "utils": Room("errors", "numpy numba tqdm yaml"),
-    "geometry": Room("errors utils", f"{ARRAYS} shapely collada"),
+    "geometry": Room("errors utils", f"{ARRAYS} shapely trimesh"),
     "lidar": Room(f"{GROUND} geometry", f"{ARRAYS} rosbags"),
     "robot": Room(f"{GROUND} geometry", "numpy numba"),
     "regions": Room(SENSING, ARRAYS),

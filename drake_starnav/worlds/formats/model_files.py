@@ -2,9 +2,11 @@
 
 Gazebo's worlds hold more than bodies, name models by folders and have meshes in any format. What is read is written
 to a temporary folder: bodies, joints and shapes alone, with absolute paths; meshes that Drake does not read, cones and
-extruded polylines as OBJ files, one for each connected piece, with whose convex hull Drake collides.
+extruded polylines as OBJ files, one for each connected piece, with whose convex hull Drake collides, and for each
+colour of what is only seen.
 """
 
+import contextlib
 import re
 from collections.abc import Iterable, Iterator
 from copy import deepcopy
@@ -15,11 +17,12 @@ from xml.etree.ElementTree import Element, SubElement
 from drake_starnav.errors import StarnavError, said_by, shown
 from drake_starnav.utils.files import read_bytes, reason_of
 from drake_starnav.worlds.formats.model_folders import FOLDERS, find
-from drake_starnav.worlds.formats.obj_files import SOLIDS, converted, write, write_obj
+from drake_starnav.worlds.formats.obj_files import SOLIDS, converted, painted, write, write_obj
 
 DRAKE_NAMESPACE = "http://drake.mit.edu"
 CONVERTED = (".dae", ".stl")
-READ_BY_DRAKE = (".obj", ".gltf", ".vtk")
+SHOWN_BY_DRAKE, PAINTED = (".obj", ".gltf"), (".dae", ".stl", ".glb")
+"""Of visual meshes: those that Drake's Meshcat shows, and those that are converted."""
 EVERYWHERE = ("sun", "ground_plane")
 """Included models without which no world of Gazebo's is: there is a floor and light already."""
 LARGEST_MESH = 64 * 2**20
@@ -41,8 +44,8 @@ _KEPT = {
 
 
 class Models:
-    """Reads model files; `read` are all that have been opened, and `unseen` meshes of robots that are not shown, as
-    there is no such file or Drake does not read it."""
+    """Reads model files; `read` are all that have been opened, and `unseen` visual meshes that are not shown, as there
+    is no such file or none that can be read."""
 
     def __init__(self, *, weld: bool = False) -> None:
         """`weld`: whether bodies that no joint holds will not move."""
@@ -103,13 +106,13 @@ class Models:
         """Let all links of a robot collide with shapes that Drake reads, and have no looks that it does not."""
         for link in root.iter("link"):
             for visual in link.findall("visual"):
-                mesh = visual.find("geometry/mesh")
-                name = "" if mesh is None else mesh.get("filename", "")
-                if mesh is not None and (found := self._look(name, path.parent)):
-                    mesh.set("filename", found)
-                elif mesh is not None:
-                    link.remove(visual)
-                    self.unseen.add(name)
+                mesh, bare = visual.find("geometry/mesh"), visual.find("material") is None
+                if mesh is None:
+                    continue
+                for copy, uri, color in self._looks(visual, link, mesh.get("filename", ""), path.parent):
+                    copy.find("geometry/mesh").set("filename", uri)  # type: ignore[union-attr]
+                    if bare and color:
+                        SubElement(SubElement(copy, "material", name=f"colour {color}"), "color", rgba=color)
             for collision in link.findall("collision"):
                 mesh = collision.find("geometry/mesh")
                 if mesh is None:
@@ -144,11 +147,13 @@ class Models:
                         link.remove(inertial)
         for link in root.iter("link"):
             for visual in link.findall("visual"):
-                uri = visual.find("geometry/mesh/uri")
-                if uri is not None:
-                    uri.text = self._look(uri.text or "", path.parent)
-                    if uri.text is None:
-                        link.remove(visual)
+                mesh, bare = visual.find("geometry/mesh/uri"), visual.find("material") is None
+                if mesh is None:
+                    continue
+                for copy, uri, color in self._looks(visual, link, mesh.text or "", path.parent):
+                    copy.find("geometry/mesh/uri").text = uri  # type: ignore[union-attr]
+                    if bare and color:
+                        SubElement(SubElement(copy, "material"), "diffuse").text = color
             for collision in link.findall("collision"):
                 self._collision(link, collision, path)
 
@@ -241,13 +246,24 @@ class Models:
         except StarnavError as error:
             raise StarnavError(f"mesh {path}: {error}; allowed: a whole {suffix} file") from None
 
-    def _look(self, uri: str, folder: Path) -> str | None:
-        """The URI of the file of a visual mesh; None of one that Drake cannot show."""
+    def _looks(self, visual: Element, link: Element, uri: str, folder: Path) -> Iterator[tuple[Element, str, str]]:
+        """A visual element of the link for each surface of a mesh file, the surface's URI, and the colour that the file
+        gives it, if any, as four numbers; without one that can be shown the element is removed."""
         path = find(uri, folder)
-        if path is None or path.suffix.lower() not in READ_BY_DRAKE or not path.is_file():
-            return None
-        self.read.add(path.resolve())
-        return f"file://{path.resolve()}"
+        parts: tuple[tuple[Path, tuple[float, ...] | None], ...] = ()
+        suffix = "" if path is None else path.suffix.lower()
+        if path is not None and path.is_file() and suffix in SHOWN_BY_DRAKE:
+            self.read.add(path.resolve())
+            parts = ((path.resolve(), None),)
+        elif path is not None and path.is_file() and suffix in PAINTED:
+            with contextlib.suppress(StarnavError):
+                parts = painted(self._bytes(path, "mesh"), suffix, path.parent)
+        if not parts:
+            link.remove(visual)
+            self.unseen.add(uri.strip())
+        copies = list(_shared_out(visual, link, [part for part, _ in parts]))
+        for (copy, name), (_, color) in zip(copies, parts, strict=True):
+            yield copy, name, " ".join(f"{c:g}" for c in color or ())
 
     def _bytes(self, path: Path, what: str, largest: int = LARGEST_MESH) -> bytes:
         self.read.add(path.resolve())
@@ -279,12 +295,12 @@ def _name_in(include: Element) -> str:
     return (include.findtext("uri") or "").strip().rstrip("/").rpartition("/")[2]
 
 
-def _shared_out(collision: Element, link: Element, pieces: Iterable[Path]) -> Iterator[tuple[Element, str]]:
-    """A collision element of the link for each piece of a mesh, and the piece's URI; all but the first are copies."""
+def _shared_out(element: Element, link: Element, pieces: Iterable[Path]) -> Iterator[tuple[Element, str]]:
+    """An element of the link for each piece of its mesh, and the piece's URI; all but the first are copies."""
     for k, piece in enumerate(pieces):
-        copy = collision
+        copy = element
         if k > 0:
-            copy = deepcopy(collision)
-            copy.set("name", f"{collision.get('name', 'collision')}_{k}")
+            copy = deepcopy(element)
+            copy.set("name", f"{element.get('name', element.tag)}_{k}")
             link.append(copy)
         yield copy, f"file://{piece}"

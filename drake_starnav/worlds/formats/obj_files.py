@@ -13,7 +13,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from drake_starnav.geometry.mesh_file import mesh_triangles
+from drake_starnav.geometry.mesh_file import mesh_surfaces, mesh_triangles
 from drake_starnav.worlds.convex_parts import convex_parts
 from drake_starnav.worlds.footprints import cylinder_vertices
 
@@ -31,6 +31,13 @@ def converted(data: bytes, suffix: str) -> tuple[Path, ...]:
     if count > MOST_PIECES:
         count, label = 1, np.zeros(len(vertices), int)
     return tuple(write_obj(vertices, triangles[label[triangles[:, 0]] == k]) for k in range(count))
+
+
+@functools.lru_cache(maxsize=1000)
+def painted(data: bytes, suffix: str, folder: Path) -> tuple[tuple[Path, tuple[float, ...] | None], ...]:
+    """The surfaces of a mesh as OBJ files with their colours; `folder` has the files that it names."""
+    surfaces = mesh_surfaces(data, suffix, folder)
+    return tuple((write_obj(surface.vertices, surface.triangles), surface.color) for surface in surfaces)
 
 
 def _cone(shape: Element) -> list[tuple[np.ndarray, np.ndarray]]:

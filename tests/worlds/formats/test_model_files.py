@@ -6,6 +6,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+import trimesh
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -165,7 +166,7 @@ def test_polylines_and_cones_are_built(tmp_path: Path) -> None:
         ("<mesh><uri>gone.stl</uri></mesh>", "mesh 'gone.stl': no such file"),
         ("<mesh><uri>https://fuel/x.dae</uri></mesh>", "no such file"),
         ("<mesh><uri>model://none/x.dae</uri></mesh>", "no such file"),
-        ("<mesh><uri>bad.stl</uri></mesh>", "bad.stl: not a valid .stl file"),
+        ("<mesh><uri>bad.stl</uri></mesh>", "bad.stl: a .stl file without triangles"),
         ("<mesh><uri>bad.stl</uri><submesh><name>a</name></submesh></mesh>", "is a part of a mesh"),
         ("<cone><radius>-1</radius><length>2</length></cone>", "cone: radius -1, length 2; allowed: a solid"),
         ("<cone/>", "cone: radius nan"),
@@ -201,12 +202,40 @@ def test_broken_files_are_refused(content: str, message: str, tmp_path: Path) ->
         Models().model(sdf(tmp_path, content))
 
 
-def test_looks_that_drake_cannot_show_are_left_out(tmp_path: Path) -> None:
+@pytest.mark.parametrize("kind", ["sdf", "urdf"])
+def test_looks_are_converted_with_their_colours_and_left_out_where_nothing_can_be_read(
+    kind: str, tmp_path: Path
+) -> None:
+    two = trimesh.Scene()
+    for color in ((255, 0, 0, 255), (0, 0, 255, 255)):
+        box = trimesh.creation.box((1.0, 1.0, 1.0))
+        box.visual = trimesh.visual.TextureVisuals(material=trimesh.visual.material.PBRMaterial(baseColorFactor=color))
+        two.add_geometry(box)
+    (tmp_path / "two.glb").write_bytes(two.export(file_type="glb"))
     (tmp_path / "a.obj").write_text("v 0 0 0\n")
-    visual = '<visual name="{0}"><geometry><mesh><uri>{0}</uri></mesh></geometry></visual>'
-    looks = "".join(visual.format(name) for name in ("a.obj", "gone.obj", "a.dae"))
-    root = prepared(sdf(tmp_path, MODEL.format(BOX.replace("</link>", f"{looks}</link>"))))
-    assert [visual.get("name") for visual in root.iter("visual")] == ["a.obj"]
+    (tmp_path / "a.stl").write_bytes(ascii_stl())
+    (tmp_path / "torn.dae").write_bytes(dae()[:-40])
+    names = ("a.obj", "gone.obj", "torn.dae", "a.stl", "two.glb")
+    models = Models()
+    if kind == "sdf":
+        visual = '<visual name="{0}"><geometry><mesh><uri>{0}</uri></mesh></geometry></visual>'
+        looks = "".join(visual.format(name) for name in names)
+        path = models.model(sdf(tmp_path, MODEL.format(BOX.replace("</link>", f"{looks}</link>"))))
+        tag, attribute = "geometry/mesh/uri", None
+    else:
+        visual = '<visual name="{0}"><geometry><mesh filename="{0}"/></geometry></visual>'
+        looks = "".join(visual.format(name) for name in names)
+        (tmp_path / "r.urdf").write_text(f'<robot name="r"><link name="base_link">{looks}</link></robot>')
+        path = models.model(tmp_path / "r.urdf")
+        tag, attribute = "geometry/mesh", "filename"
+    shown = list(ElementTree.parse(path).getroot().iter("visual"))
+    assert [visual.get("name") for visual in shown] == ["a.obj", "a.stl", "two.glb", "two.glb_1"]
+    files = [mesh.text if attribute is None else mesh.get(attribute) for mesh in (v.find(tag) for v in shown)]
+    assert all(Path(file.removeprefix("file://")).suffix == ".obj" for file in files)
+    looks = [[*each.iterfind("material/diffuse"), *each.iterfind("material/color")] for each in shown]
+    colors = [color.text or color.get("rgba") for (color,) in looks[2:]]
+    assert looks[:2] == [[], []] and sorted(colors) == ["0 0 1 1", "1 0 0 1"]
+    assert models.unseen == {"gone.obj", "torn.dae"}
 
 
 def test_the_files_of_directives_are_replaced(tmp_path: Path) -> None:
