@@ -1,6 +1,7 @@
 """How far something is and how long it will take yet: a bar on a terminal, elsewhere a line from time to time."""
 
 import multiprocessing
+import shutil
 import sys
 import threading
 import time
@@ -10,6 +11,8 @@ from typing import Any
 
 REFRESH = 0.5
 """Period of the bar while nothing is reported, s."""
+TERMINAL = 80, 24
+"""Columns and rows of a terminal that says that it has none, as those that programs open for others."""
 FIRST_LINE, LONGEST_SILENCE = 10.0, 600.0
 """Without a terminal, the first line comes after so long, each next one after twice the time, at most the second, s."""
 
@@ -38,7 +41,9 @@ class Progress:
 
                 if self._open and self._open[-1]._bar is not None:
                     self._open[-1]._bar.clear()
-                self._bar = tqdm(total=1.0, leave=False, bar_format="{desc} {bar} {postfix}", file=sys.stderr)
+                columns = shutil.get_terminal_size(TERMINAL)[0]
+                look = {"bar_format": "{desc} {bar} {postfix}", "ncols": columns, "nrows": TERMINAL[1]}
+                self._bar = tqdm(total=1.0, leave=False, file=sys.stderr, **look)
             self._open.append(self)
             self._draw()
         threading.Thread(target=self._tick, daemon=True).start()
@@ -84,7 +89,7 @@ class Progress:
             if self in self._open:
                 self._open.remove(self)
                 for below in self._open[-1:]:
-                    below._begun += time.monotonic() - self._begun
+                    below._begun += time.monotonic() - max(self._begun, below._begun)
             if self._bar is not None:
                 self._bar.close()
                 self._bar = None

@@ -1,5 +1,9 @@
 """How far something is: lines without a terminal, a bar on one, and only the newest task of several."""
 
+import os
+import pty
+import subprocess
+import sys
 import time
 
 import pytest
@@ -46,6 +50,16 @@ def test_a_terminal_shows_a_bar_at_once_and_removes_it(clock, monkeypatch, capsy
     assert capsys.readouterr().err.split("\r")[-2].strip() == ""
 
 
+def test_a_terminal_without_columns_shows_a_bar() -> None:
+    code = "from drake_starnav.utils.progress import Progress\nwith Progress('driving') as bar: bar.count(1, 2)"
+    terminal, end = pty.openpty()
+    subprocess.run([sys.executable, "-c", code], stderr=end, check=True)
+    shown = os.read(terminal, 10_000)
+    os.close(terminal)
+    os.close(end)
+    assert b"driving: 1 of 2" in shown
+
+
 def test_equal_parts_take_equal_times(clock, monkeypatch, capsys) -> None:
     monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
     with Progress("pictures") as bar:
@@ -81,6 +95,12 @@ def test_the_time_of_a_task_on_the_way_is_not_counted(clock, monkeypatch, capsys
         clock[0] += 3.0
         outer.show(0.5)
         assert "3 s so far, about 3 s left" in capsys.readouterr().err
+        with Progress("compiling"):
+            clock[0] += 60.0
+            outer.restart()
+            clock[0] += 5.0
+        outer.show(0.5)
+        assert "0 s so far" in capsys.readouterr().err
 
 
 def test_silence_is_kept_and_ends(capsys) -> None:
