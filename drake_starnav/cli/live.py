@@ -4,6 +4,7 @@ import dataclasses
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from pydrake.geometry import Cylinder, Meshcat, Rgba
@@ -23,7 +24,7 @@ from drake_starnav.visualization.live_page import LivePage, LiveState, SliderGoa
 from drake_starnav.visualization.meshcat_stage import MeshcatStage, add_scene, quiet_meshcat
 from drake_starnav.visualization.meshes import LAYERS, Layer, goal_star, layers_of_run, with_scene
 from drake_starnav.visualization.page import ROOT, Cameras, Caption
-from drake_starnav.visualization.recorder import add_visualizers, finish_recording, robot_path
+from drake_starnav.visualization.recorder import add_visualizers, finish_recording, robot_frames, robot_path
 from drake_starnav.visualization.tracks import trail_layer
 from drake_starnav.worlds.world import World
 
@@ -199,8 +200,12 @@ class LiveRobots(LiveRun):
         plant, scene_graph = self._followed.plant, self._followed.scene_graph
         hidden = [*self._followed.floor, *collar_geometries(scene_graph)]
         period = 1.0 / scenario.recording.frames_per_second
-        looks = {"publish_period": period, "delete_on_initialization_event": False}  # what is below the robots stays
-        add_scene(builder, plant, scene_graph, self.meshcat, hidden, **looks)
+        looks: dict[str, Any] = {
+            "publish_period": period,
+            "delete_on_initialization_event": False,
+        }  # what is below the robots stays
+        links = [frame for station in stations for frame in robot_frames(station)]
+        add_scene(builder, plant, scene_graph, self.meshcat, hidden, robot=links, **looks)
         layers = with_scene(dict(trail_layer(r.name, "its goals", k) for k, r in enumerate(scenario.robots)), worlds[0])
         stage = MeshcatStage(self.meshcat, f"/{ROOT}", period, layers)
         for (name, layer), robot, station in zip(layers.items(), scenario.robots, stations, strict=False):

@@ -1,11 +1,14 @@
 """Meshcat: its look, the scene in it, and objects that appear and disappear in recorded time."""
 
 import logging
-from collections.abc import Iterable, Mapping
+import math
+from collections import defaultdict
+from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
 import numpy as np
 from pydrake.geometry import (
+    FrameId,
     GeometryId,
     MakePhongIllustrationProperties,
     Meshcat,
@@ -17,15 +20,15 @@ from pydrake.geometry import (
     SceneGraph,
     SceneGraphInspector,
 )
-from pydrake.math import RigidTransform
+from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.perception import PointCloud
 from pydrake.systems.framework import DiagramBuilder, OutputPort
 
 from drake_starnav.station.scene_slices import seen_geometries
 from drake_starnav.station.world_geometry import OBSTACLE_COLOR
-from drake_starnav.visualization.meshes import LAYERS, Layer, Mesh
-from drake_starnav.visualization.timeline import Shape
+from drake_starnav.visualization.meshes import LAYERS, SHELL_COLOR, Layer, Mesh
+from drake_starnav.visualization.timeline import Shape, Track
 
 LOOK = (
     *((f"/Lights/{light}", "visible", False) for light in ("SpotLight", "PointLightNegativeX", "PointLightPositiveX")),
@@ -62,22 +65,26 @@ def add_scene(
     meshcat: Meshcat,
     floor: Iterable[GeometryId],
     source: OutputPort | None = None,
+    robot: Collection[FrameId] = (),
     **looks: Any,
 ) -> None:
     """Show what `show_collision_shapes` leaves of a scene below `WORLD_PREFIX`.
 
     `source`: the scene graph's query port, if it is in a diagram of its own; `looks`: of `MeshcatVisualizerParams`.
     """
-    show_collision_shapes(plant, scene_graph, floor)
+    show_collision_shapes(plant, scene_graph, floor, robot)
     parameters = MeshcatVisualizerParams(role=Role.kIllustration, prefix=WORLD_PREFIX, **looks)
     MeshcatVisualizer.AddToBuilder(builder, source or scene_graph, meshcat, parameters)
 
 
-def show_collision_shapes(plant: MultibodyPlant, scene_graph: SceneGraph, floor: Iterable[GeometryId]) -> None:
+def show_collision_shapes(
+    plant: MultibodyPlant, scene_graph: SceneGraph, floor: Iterable[GeometryId], robot: Collection[FrameId] = ()
+) -> None:
     """Let visualizers draw the collision shapes that no visual shape of the same body stands for.
 
     A visual shape stands for the collision shapes whose middle lies in its bounding box; those of the floor are not
-    drawn. The plant is finalized, and no context of its scene graph exists yet.
+    drawn. Shapes of the robot's frames have its colour. The plant is finalized, and no context of its scene graph
+    exists yet.
     """
     inspector = scene_graph.model_inspector()
     seen, unseen = seen_geometries(inspector), set(floor)
@@ -89,7 +96,7 @@ def show_collision_shapes(plant: MultibodyPlant, scene_graph: SceneGraph, floor:
                 continue
             middle = box[0].translation()
             if not any((np.abs(X.inverse() @ middle) <= half).all() for X, half in filter(None, boxes)):
-                look = MakePhongIllustrationProperties(OBSTACLE_COLOR)
+                look = MakePhongIllustrationProperties([*SHELL_COLOR, 1.0] if frame in robot else OBSTACLE_COLOR)
                 scene_graph.AssignRole(plant.get_source_id(), geometry, look)
 
 
@@ -110,7 +117,13 @@ class MeshcatStage:
     """
 
     def __init__(
-        self, meshcat: Meshcat, root: str, frame: float, layers: Mapping[str, Layer] = LAYERS, keep: bool = True
+        self,
+        meshcat: Meshcat,
+        root: str,
+        frame: float,
+        layers: Mapping[str, Layer] = LAYERS,
+        keep: bool = True,
+        scale: float = 1.0,
     ) -> None:
         """
         Args:
@@ -119,11 +132,13 @@ class MeshcatStage:
         frame: time between two frames of the recording, s.
         layers: by name, the layers that may be drawn.
         keep: whether removed objects are only hidden, as a recording needs them; else they are deleted.
+        scale: of the world's marks, see `meshes.mark_scale`; points are smaller in larger worlds.
         """
         self._meshcat, self._root, self._frame = meshcat, root, frame
-        self._layers, self._keep = layers, keep
+        self._layers, self._keep, self._point_scale = layers, keep, 1.0 / math.sqrt(scale)
         self._count = 0
         self._shown: dict[str, str] = {}  # layer and key -> the object shown last
+        self._poses: defaultdict[str, Track] = defaultdict(Track)  # of what moves, by folder
         self.shapes: dict[str, Shape] = {}
 
     def clear(self) -> None:
@@ -131,10 +146,17 @@ class MeshcatStage:
         self._meshcat.Delete(self._root)
         self._count = 0
         self._shown.clear()
+        self._poses.clear()
         self.shapes.clear()
 
     def add(
-        self, layer: str, mesh: Mesh, time: float, opacity: float = 1.0, colors: np.ndarray | None = None
+        self,
+        layer: str,
+        mesh: Mesh,
+        time: float,
+        opacity: float = 1.0,
+        colors: np.ndarray | None = None,
+        key: str = "",
     ) -> str | None:
         """Show a new object of a layer from a time on, s; returns its path, or None if the mesh is empty.
 
@@ -142,27 +164,39 @@ class MeshcatStage:
             layer, mesh, time: W, m and s.
             opacity: below 1 the object hides nothing.
             colors: shape (n, 3), one for each vertex, instead of the layer's.
+            key: of the folder in the layer with which it moves, see `move`; else it stands.
         """
         if not len(mesh):
             return None
-        path, color = self._new_path(layer), self._layers[layer].color
+        path, look = self._new_path(layer, key), self._layers[layer]
+        color = look.color
         vertices, faces = np.asfortranarray(mesh.vertices.T), np.asfortranarray(mesh.faces.T)
         if colors is None:
             self._meshcat.SetTriangleMesh(path, vertices, faces, Rgba(*color, opacity))
         else:  # those of vertices are taken as linear light, others as sRGB
             self._meshcat.SetTriangleColorMesh(path, vertices, faces, np.asfortranarray(colors.T**2.2))
         looks = np.array([color]) if colors is None else colors
-        height = float(mesh.vertices[0, 2])
-        self.shapes[path] = Shape(mesh.vertices[:, :2], height, mesh.faces, looks, opacity=opacity)
-        if opacity < 1.0:  # or translucent objects at one height would hide one another
+        height, poses = float(mesh.vertices[0, 2]), self._poses.get(f"{layer}/{key}")
+        self.shapes[path] = Shape(
+            mesh.vertices[:, :2], height, mesh.faces, looks, on_top=look.on_top, opacity=opacity, poses=poses
+        )
+        if look.on_top:
+            self._put_on_top(path, layer)
+        elif opacity < 1.0:  # or translucent objects at one height would hide one another
             self._meshcat.SetProperty(f"{path}/<object>", "material.depthWrite", False)
             self._meshcat.SetProperty(f"{path}/<object>", "renderOrder", self._order(layer) + 1e-6 * self._count)
         self._appear(path, time)
         return path
 
-    def swap(self, layer: str, mesh: Mesh, time: float, opacity: float = 1.0) -> None:
-        """Replace the last object of the same layer; an empty mesh only hides it."""
-        self._replace(layer, self.add(layer, mesh, time, opacity), time)
+    def swap(self, layer: str, mesh: Mesh, time: float, opacity: float = 1.0, key: str = "") -> None:
+        """Replace the last object of the same layer and key; an empty mesh only hides it."""
+        self._replace(layer + key, self.add(layer, mesh, time, opacity, key=key), time)
+
+    def move(self, layer: str, key: str, pose: np.ndarray, time: float) -> None:
+        """Let what is in a folder of a layer be at a pose (x, y, yaw), W, from a time on; call it before `add`."""
+        X_WF = RigidTransform(RotationMatrix.MakeZRotation(pose[2]), [pose[0], pose[1], 0.0])
+        self._meshcat.SetTransform(f"{self._root}/{layer}/{key}", X_WF, time)
+        self._poses[f"{layer}/{key}"].set(X_WF.GetAsMatrix34(), time)
 
     def add_points(self, layer: str, points: np.ndarray, time: float) -> str | None:
         """Show points of shape (n, 2), W, m, from a time on; returns the path as `add` does."""
@@ -172,18 +206,18 @@ class MeshcatStage:
         cloud = PointCloud(len(points))
         cloud.mutable_xyzs()[:2] = points.T
         cloud.mutable_xyzs()[2] = look.height
-        self._meshcat.SetObject(path, cloud, look.size, Rgba(*look.color))
-        self.shapes[path] = Shape(points, look.height, None, np.array([look.color]), look.size, look.on_top)
+        size = self._point_scale * look.size
+        self._meshcat.SetObject(path, cloud, size, Rgba(*look.color))
+        self.shapes[path] = Shape(points, look.height, None, np.array([look.color]), size, look.on_top)
         self._meshcat.SetProperty(f"{path}/<object>", "material.sizeAttenuation", False)
         if look.on_top:
-            self._meshcat.SetProperty(f"{path}/<object>", "material.depthTest", False)
-            self._meshcat.SetProperty(f"{path}/<object>", "renderOrder", self._order(layer))
+            self._put_on_top(path, layer)
         self._appear(path, time)
         return path
 
-    def swap_points(self, layer: str, points: np.ndarray, time: float, key: str = "") -> None:
-        """Replace the last points of the same layer and key by others of shape (n, 2), W, m."""
-        self._replace(layer + key, self.add_points(layer, points, time), time)
+    def swap_points(self, layer: str, points: np.ndarray, time: float) -> None:
+        """Replace the last points of the same layer by others of shape (n, 2), W, m."""
+        self._replace(layer, self.add_points(layer, points, time), time)
 
     def remove(self, path: str, time: float) -> None:
         """Hide an object permanently."""
@@ -193,9 +227,16 @@ class MeshcatStage:
             self._meshcat.Delete(path)
             del self.shapes[path]
 
-    def _new_path(self, layer: str) -> str:
+    def _new_path(self, layer: str, key: str = "") -> str:
         self._count += 1
-        return f"{self._root}/{layer}/{self._count:04d}"
+        folder = f"{layer}/{key}" if key else layer
+        return f"{self._root}/{folder}/{self._count:04d}"
+
+    def _put_on_top(self, path: str, layer: str) -> None:
+        """Draw an object after all translucent ones, through whatever is above it."""
+        for name, value in (("material.depthTest", False), ("material.transparent", True)):
+            self._meshcat.SetProperty(f"{path}/<object>", name, value)
+        self._meshcat.SetProperty(f"{path}/<object>", "renderOrder", self._order(layer))
 
     def _appear(self, path: str, time: float) -> None:
         if time > self._frame:

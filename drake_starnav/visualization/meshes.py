@@ -10,7 +10,7 @@ import shapely
 from drake_starnav.errors import shown
 from drake_starnav.geometry.footprint import Footprint, covered
 from drake_starnav.parameters import unknown_name
-from drake_starnav.planning.frontiers import Frontiers
+from drake_starnav.planning.frontiers import SPACING, Frontiers
 from drake_starnav.planning.roadmap import StarRoadmap, is_blacklisted
 from drake_starnav.worlds.moving_obstacles import MOVING_OBSTACLE_COLOR
 from drake_starnav.worlds.world import World
@@ -31,10 +31,10 @@ class Layer:
     Attributes:
         label: its meaning, for the legend.
         color: red, green, blue, 0 to 1.
-        symbol: in the legend: area, line, disc, square, dot, ring, cross, star, robot or gradient.
+        symbol: in the legend: area, line, disc, dot, ring, cross, star, arrow, outline, front, robot or gradient.
         height: above the floor, m; higher layers hide lower ones.
         size: of its points, if it has any, pixels at any distance.
-        on_top: whether its points are never hidden: a hit lies on the surface of an obstacle.
+        on_top: whether nothing solid hides it: a hit lies on the surface of an obstacle.
     """
 
     label: str
@@ -45,33 +45,36 @@ class Layer:
     on_top: bool = False
 
 
-# Colours after those for colour-blind readers (Okabe and Ito, 2008), most of them darker; symbols differ as well.
 LINE_WIDTH = 0.07
-"""Of path and trail, m; edges are wider, outlines narrower by half."""
-LAYERS = {
-    "regions": Layer("star-shaped region (newest bright)", (0.27, 0.65, 0.88), "area", 0.02),
-    "certificate": Layer("certified braking motion", (0.00, 0.62, 0.45), "area", 0.03),
-    "roadmap/edges": Layer("roadmap edge", (0.60, 0.60, 0.60), "line", 0.04),
-    "roadmap/nodes": Layer("roadmap node", (0.15, 0.15, 0.15), "disc", 0.05),
-    "trail": Layer("trail", (0.50, 0.01, 0.66), "gradient", 0.06),
-    "path": Layer("path", (0.00, 0.32, 0.75), "line", 0.07),
-    "frontiers/covered": Layer("frontier, covered since", (0.62, 0.62, 0.62), "dot", 0.08, 2.0),
-    "frontiers/extendable": Layer("frontier, may lead on", (0.90, 0.60, 0.00), "square", 0.09, 4.5),
-    "frontiers/stuck": Layer("frontier, led nowhere", (0.65, 0.20, 0.50), "cross", 0.10),
-    "frontiers/target": Layer("frontier it heads for", (0.75, 0.42, 0.00), "ring", 0.11),
-    "short_term_goal": Layer("short-term goal", (0.00, 0.32, 0.75), "ring", 0.12),
-    "goal": Layer("goal", (0.00, 0.50, 0.36), "star", 0.13),
-    "scan": Layer("laser scan", (0.84, 0.25, 0.00), "dot", 0.14, 4.0, on_top=True),
-}
-"""By name in Meshcat's panel, lowest first."""
-
+"""Of path and trail in a world of `USUAL_SIZE`, m; outlines and frontiers are half as wide, edges a quarter."""
+USUAL_SIZE = 10.0
+"""Of worlds up to which marks have the size that is given for them, m."""
 SHELL_COLOR: Color = (0.13, 0.32, 0.58)
 """Colour of the shipped robot's hull; the others are of the parts on it."""
 DECK_COLOR: Color = (0.90, 0.92, 0.95)
 HEADING_COLOR: Color = (0.98, 0.60, 0.10)
 LIDAR_COLOR: Color = (0.12, 0.12, 0.14)
+# Colours after those for colour-blind readers (Okabe and Ito, 2008), most of them darker; symbols differ as well.
+LAYERS = {
+    "regions": Layer("star-shaped region (newest bright)", (0.27, 0.65, 0.88), "area", 0.02),
+    "certificate": Layer("certified braking motion", (0.00, 0.62, 0.45), "area", 0.03),
+    "roadmap/edges": Layer("roadmap edge", (0.72, 0.72, 0.72), "line", 0.04),
+    "roadmap/nodes": Layer("roadmap node", (0.15, 0.15, 0.15), "disc", 0.05),
+    "trail": Layer("trail", (0.50, 0.01, 0.66), "gradient", 0.06),
+    "path": Layer("path", (0.00, 0.32, 0.75), "line", 0.07),
+    "frontiers/extendable": Layer("frontier, may lead on", (0.90, 0.60, 0.00), "line", 0.09),
+    "frontiers/stuck": Layer("frontier, led nowhere", (0.65, 0.20, 0.50), "cross", 0.10),
+    "frontiers/target": Layer("frontier it heads for", (0.75, 0.42, 0.00), "ring", 0.11),
+    "short_term_goal": Layer("short-term goal", (0.00, 0.32, 0.75), "ring", 0.12),
+    "goal": Layer("goal", (0.00, 0.50, 0.36), "star", 0.13),
+    "scan": Layer("laser scan", (0.84, 0.25, 0.00), "dot", 0.14, 4.0, on_top=True),
+    "velocities": Layer("way of an obstacle in 1 s", (0.55, 0.10, 0.40), "arrow", 0.15, on_top=True),
+    "footprint": Layer("robot's footprint", SHELL_COLOR, "outline", 0.16, on_top=True),
+    "front": Layer("robot's front", HEADING_COLOR, "front", 0.17, on_top=True),
+}
+"""By name in Meshcat's panel, lowest first."""
 
-ROBOT = Layer("robot, its front", SHELL_COLOR, "robot", 1.0)
+ROBOT = Layer("robot", SHELL_COLOR, "robot", 1.0)
 """It is part of the scene, as are the obstacles that move; see `with_scene`."""
 MOVING_OBSTACLES = Layer("obstacle that moves", MOVING_OBSTACLE_COLOR, "disc", 0.5)
 
@@ -82,7 +85,16 @@ SPEED_COLORS = np.array([(0.05, 0.03, 0.53), (0.49, 0.01, 0.66), (0.80, 0.28, 0.
 def layers_of_run(max_speed: float, world: World) -> dict[str, Layer]:
     """The layers of a run's legend, whose trail names its speeds, in m/s."""
     trail = replace(LAYERS["trail"], label=f"trail, 0 to {max_speed:g} m/s")
-    return with_scene({**LAYERS, "trail": trail}, world)
+    layers = {**LAYERS, "trail": trail}
+    if not len(world.moving_obstacles):
+        del layers["velocities"]
+    return with_scene(layers, world)
+
+
+def mark_scale(extent: Sequence[float]) -> float:
+    """By how much marks are larger in a world of that box (x_min, y_min, x_max, y_max), m; never smaller."""
+    x0, y0, x1, y1 = extent
+    return math.sqrt(max(x1 - x0, y1 - y0, USUAL_SIZE) / USUAL_SIZE)
 
 
 def with_scene(layers: dict[str, Layer], world: World) -> dict[str, Layer]:
@@ -183,9 +195,46 @@ def five_pointed_star(center: np.ndarray, radius: float, z: float) -> Mesh:
     return fan(center, np.asarray(center) + rim, z)
 
 
-def goal_star(place: Sequence[float] | np.ndarray, robot_radius: float) -> Mesh:
-    """The mark of a goal (x, y, ...), W, m, a little smaller than the robot; robot_radius in m."""
-    return five_pointed_star(np.array(place[:2]), 0.9 * robot_radius, LAYERS["goal"].height)
+def goal_star(place: Sequence[float] | np.ndarray, robot_radius: float, scale: float = 1.0) -> Mesh:
+    """The mark of a goal (x, y, ...), W, m, a little smaller than the robot, robot_radius in m, times a scale."""
+    return five_pointed_star(np.array(place[:2]), 0.9 * scale * robot_radius, LAYERS["goal"].height)
+
+
+def rim(shape: Footprint, width: float) -> Mesh:
+    """The outer `width`, m, of what a footprint covers, in the robot's frame."""
+    whole = covered(shape, np.zeros(3))
+    return area(whole - whole.buffer(-width), LAYERS["footprint"].height)
+
+
+def front(shape: Footprint, least: float) -> Mesh:
+    """A triangle that points ahead to the front of a footprint, in the robot's frame; at least so long, m."""
+    x = float(shape.outline[:, 0].max())
+    length = max(0.45 * shape.narrow, least)
+    tip = np.array([(x, 0.0), (x - length, 0.5 * length), (x - length, -0.5 * length)])
+    return Mesh(_raised(tip, LAYERS["front"].height), np.array([(0, 1, 2)], np.int32))
+
+
+def arrow(length: float, width: float) -> Mesh:
+    """An arrow from the origin along x, of a length and a width of its shaft, m."""
+    head = min(3.0 * width, length)
+    shaft, half = length - head, 0.5 * width
+    line = [(0.0, -half), (shaft, -half), (shaft, -0.5 * head), (length, 0.0)]
+    corners = np.array([*line, *((x, -y) for x, y in line[2::-1])])
+    return area(shapely.Polygon(corners).buffer(0.0), LAYERS["velocities"].height)
+
+
+def frontier_lines(frontiers: Frontiers) -> np.ndarray:
+    """Frontier points as segments, shape (n, 2, 2), W, m: between neighbours of one region, across lone ones' way."""
+    points, owner = frontiers.viewpoint, frontiers.owner
+    ahead = points[1:] - points[:-1]
+    near = (np.hypot(*ahead.T) < 2.0 * SPACING) & (owner[1:] == owner[:-1])
+    lone = np.ones(len(points), bool)
+    lone[:-1][near] = lone[1:][near] = False
+    out = frontiers.probe[lone] - points[lone]
+    across = np.column_stack((-out[:, 1], out[:, 0])) / np.maximum(np.hypot(*out.T), SAME_POINT)[:, None]
+    across *= 0.5 * SPACING
+    joined = np.stack((points[:-1][near], points[1:][near]), axis=1)
+    return np.concatenate((joined, np.stack((points[lone] - across, points[lone] + across), axis=1)))
 
 
 def swept(poses: np.ndarray, shape: Footprint, z: float) -> Mesh:
@@ -204,17 +253,15 @@ def speed_colors(speeds: np.ndarray, max_speed: float) -> np.ndarray:
     return np.column_stack([np.interp(share, at, channel) for channel in SPEED_COLORS.T])
 
 
-def vanished_frontiers(before: Frontiers, after: StarRoadmap) -> tuple[np.ndarray, np.ndarray]:
-    """Positions of frontiers that a newer roadmap of the same margin no longer has, each shape (n, 2), W, m.
+def stuck_frontiers(before: Frontiers, after: StarRoadmap) -> np.ndarray:
+    """Positions of frontiers, shape (n, 2), W, m, that a newer roadmap of the same margin has on its blacklist.
 
-    Those that regions have since reached past, or that turned out to face a wall; and those on the blacklist whose
-    unknown side is still unseen.
+    Their unknown side is still unseen.
     """
     kept = set(map(tuple, np.hstack((after.frontiers.viewpoint, after.frontiers.probe))))
     gone = np.array([tuple(row) not in kept for row in np.hstack((before.viewpoint, before.probe))], dtype=bool)
     viewpoint, probe = before.viewpoint[gone], before.probe[gone]
-    stuck = is_blacklisted(after, viewpoint) & ~after.union.contains(probe)
-    return viewpoint[~stuck], viewpoint[stuck]
+    return viewpoint[is_blacklisted(after, viewpoint) & ~after.union.contains(probe)]
 
 
 def _raised(points: np.ndarray, z: float) -> np.ndarray:

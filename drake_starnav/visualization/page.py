@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from drake_starnav.errors import StarnavError, shown
-from drake_starnav.visualization.meshes import DECK_COLOR, HEADING_COLOR, LAYERS, SPEED_COLORS, Layer, five_pointed_star
+from drake_starnav.visualization.meshes import DECK_COLOR, LAYERS, SPEED_COLORS, Layer, five_pointed_star
 
 ROOT = "starnav"
 """Folder of Meshcat's panel that holds the layers."""
@@ -160,14 +160,15 @@ def _symbol(layer: Layer) -> str:
         "area": f'<rect x="2" y="2" width="18" height="10" fill="{color}" fill-opacity=".45" stroke="{color}"/>',
         "line": f'<path d="M1 7H21" stroke="{color}" stroke-width="3"/>',
         "disc": f'<circle cx="11" cy="7" r="4.5" fill="{color}"/>',
-        "square": f'<rect x="8" y="4" width="6" height="6" fill="{color}"/>',
+        "arrow": f'<path d="M2 6H13V2L20 7L13 12V8H2Z" fill="{color}"/>',
+        "outline": f'<circle cx="11" cy="7" r="5.7" fill="none" stroke="{color}" stroke-width="1.4"/>',
+        "front": f'<path d="M7 2L16 7L7 12Z" fill="{color}"/>',
         "dot": f'<circle cx="11" cy="7" r="2.2" fill="{color}"/>',
         "ring": f'<circle cx="11" cy="7" r="5" fill="none" stroke="{color}" stroke-width="2.4"/>',
         "cross": f'<path d="M7 3L15 11M15 3L7 11" stroke="{color}" stroke-width="2.6"/>',
         "star": f'<polygon points="{corners}" fill="{color}"/>',
         "robot": f'<circle cx="11" cy="7" r="6.5" fill="{color}"/>'
-        f'<circle cx="11" cy="7" r="4.5" fill="{css_color(DECK_COLOR)}"/>'
-        f'<path d="M11 7H16" stroke="{css_color(HEADING_COLOR)}" stroke-width="2.6"/>',
+        f'<circle cx="11" cy="7" r="4.5" fill="{css_color(DECK_COLOR)}"/>',
         "gradient": f'<linearGradient id="starnav-speed">{stops}</linearGradient>'
         '<rect x="1" y="5" width="20" height="4" fill="url(#starnav-speed)"/>',
     }

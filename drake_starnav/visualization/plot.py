@@ -26,7 +26,7 @@ from drake_starnav.utils.files import replacing
 from drake_starnav.visualization.meshes import DECK_COLOR, HEADING_COLOR, LIDAR_COLOR, Layer
 from drake_starnav.visualization.page import ROOT, around_robot
 from drake_starnav.visualization.star_roadmap_visualizer import FRAME_SLACK
-from drake_starnav.visualization.timeline import RecordedRun, RobotTrack, SceneTimeline, Shape
+from drake_starnav.visualization.timeline import DECK, RecordedRun, RobotTrack, SceneTimeline, Shape
 from drake_starnav.visualization.world_figure import DETAILED, WIDTH, figure_pixels, new_figure
 from drake_starnav.worlds.world import ROBOT_HEIGHT
 
@@ -41,8 +41,8 @@ ROBOT_ORDER = SOLID_ORDER + 100.0 * ROBOT_HEIGHT
 SEAM = 0.5
 """Width of rims that close the seams between the faces of an opaque line, points."""
 MARKERS = {
-    "disc": ("o", 9.0), "square": ("s", 6.0), "dot": ("o", 4.5), "ring": ("o", 9.0), "cross": ("x", 7.0),
-    "star": ("*", 13.0), "robot": ("o", 10.0),
+    "disc": ("o", 9.0), "dot": ("o", 4.5), "arrow": (">", 8.0), "outline": ("o", 9.0), "front": (">", 8.0),
+    "ring": ("o", 9.0), "cross": ("x", 7.0), "star": ("*", 13.0), "robot": ("o", 10.0),
 }  # fmt: skip
 """Of the legend's symbols that are points: Matplotlib's marker and its size, points."""
 
@@ -102,7 +102,8 @@ def _draw_scene(axes: Axes, recorded: RecordedRun, time: float) -> None:
         if recorded.caption.shows(name.removeprefix(f"/{ROOT}/")):
             _draw_shape(axes, shape, time)
     for robot in reversed(recorded.robots):  # the first on top
-        _draw_robot(axes, robot, time)
+        if robot.color is not None:
+            _draw_robot(axes, robot, time)
 
 
 def _handle(layer: Layer) -> Artist:
@@ -112,7 +113,7 @@ def _handle(layer: Layer) -> Artist:
     if layer.symbol in ("line", "gradient"):
         return Line2D([], [], linewidth=3.0, **look)
     marker, size = MARKERS[layer.symbol]
-    face, edge = ("none", 2.5) if layer.symbol in ("ring", "cross", "robot") else (layer.color, 0.0)
+    face, edge = ("none", 2.5) if layer.symbol in ("ring", "cross", "outline") else (layer.color, 0.0)
     look |= {"marker": marker, "markersize": size, "markerfacecolor": face, "markeredgewidth": edge}
     return Line2D([], [], linestyle="none", **look)
 
@@ -132,24 +133,29 @@ def _draw_solids(axes: Axes, scene: SceneTimeline, time: float) -> None:
 
 
 def _draw_shape(axes: Axes, shape: Shape, time: float) -> None:
-    order = ON_TOP if shape.on_top else 100.0 * shape.height
+    order = ON_TOP * shape.on_top + 100.0 * shape.height
     points = shape.points
     if shape.faces is None:
         look = {"color": shape.colors[0], "markersize": shape.size, "markeredgewidth": 0.0, "zorder": order}
         axes.add_line(Line2D(*points.T, linestyle="none", marker="s", **look))
         return
     seam, opacity = SEAM if shape.opacity >= 1.0 else 0.0, shape.opacity
+    R, p = np.eye(2), np.zeros(2)
+    if shape.poses is not None:
+        X_WF = shape.poses.at(time)
+        R, p = X_WF[:2, :2], X_WF[:2, 3]
     for color, area in shape.areas.items():
         polygons = shapely.get_parts(area.normalize())
         rings = [ring for polygon in polygons for ring in (polygon.exterior, *polygon.interiors)]
-        path = Outline.make_compound_path(*(Outline(shapely.get_coordinates(ring), closed=True) for ring in rings))
+        outlines = [shapely.get_coordinates(ring) @ R.T + p for ring in rings]
+        path = Outline.make_compound_path(*(Outline(outline, closed=True) for outline in outlines))
         axes.add_artist(PathPatch(path, color=color, alpha=opacity, linewidth=seam, joinstyle="round", zorder=order))
 
 
 def _draw_robot(axes: Axes, robot: RobotTrack, time: float) -> None:
-    """Hull, deck, the bar that shows the heading, and the lidar, as in the shipped robot."""
+    """A hull of its colour, deck, the bar that shows the heading, and the lidar."""
     (x, y, yaw), radius, outline = robot.motion.at(time), robot.shape.radius, robot.shape.outline
-    for share, color in ((1.0, robot.color), (robot.deck, DECK_COLOR)):
+    for share, color in ((1.0, robot.color), (DECK, DECK_COLOR)):
         middle = outline.mean(axis=0)
         corners = placed(np.array((x, y, yaw)), middle + share * (outline - middle))
         axes.add_artist(Polygon(corners, facecolor=color, zorder=ROBOT_ORDER))

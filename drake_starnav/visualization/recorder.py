@@ -4,7 +4,7 @@ import os
 from pathlib import Path
 
 import numpy as np
-from pydrake.geometry import Meshcat
+from pydrake.geometry import FrameId, Meshcat
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_starnav.errors import StarnavError, check_kind
@@ -56,8 +56,7 @@ class Recorder:
         self._navigation, self._scenario = navigation, scenario
         self._shapes = add_visualizers(builder, navigation, scenario, self._meshcat).stage.shapes
         station = navigation.station
-        own = [station.plant.GetBodyFrameIdOrThrow(i) for i in station.plant.GetBodyIndices(station.robot_model)]
-        self._scene = SceneTimeline(station.scene_graph, own)
+        self._scene = SceneTimeline(station.scene_graph, robot_frames(station))
         notes = SceneRecorder(self._scene, period=1.0 / scenario.recording.frames_per_second)
         notes = builder.AddNamedSystem("scene_recorder", notes)
         builder.Connect(navigation.station.geometry_query, notes.get_input_port())
@@ -117,12 +116,12 @@ def add_visualizers(
     """
     station = navigation.station
     period = 1.0 / scenario.recording.frames_per_second
-    scene = station.plant, station.scene_graph, meshcat, station.floor
-    add_scene(builder, *scene, station.geometry_query, publish_period=period)
+    scene = station.plant, station.scene_graph, meshcat, station.floor, station.geometry_query
+    add_scene(builder, *scene, robot_frames(station), publish_period=period)
     mounts = station.robot_interface.mounts
     visualizer = builder.AddNamedSystem(
         "star_roadmap_visualizer",
-        StarRoadmapVisualizer(meshcat, scenario.recording, scenario.robot, keep=keep, mounts=mounts),
+        StarRoadmapVisualizer(meshcat, scenario.recording, scenario.robot, keep, mounts, navigation.world),
     )
     names = zip(lidar_names("lidar", len(mounts)), lidar_names("scan", len(mounts)), strict=True)
     for port, name in (
@@ -133,10 +132,16 @@ def add_visualizers(
         (navigation.twist_command, "twist"),
         (navigation.certificate, "certificate"),
         (navigation.planned("planner_state"), "planner_state"),
+        (None if navigation.footprint is None else navigation.footprint.get_output_port(), "footprint"),
     ):
         if port is not None:
             builder.Connect(port, visualizer.GetInputPort(name))
     return visualizer
+
+
+def robot_frames(station: StationInterface) -> list[FrameId]:
+    """The frames of the robot's links."""
+    return [station.plant.GetBodyFrameIdOrThrow(i) for i in station.plant.GetBodyIndices(station.robot_model)]
 
 
 def robot_path(station: StationInterface) -> str:

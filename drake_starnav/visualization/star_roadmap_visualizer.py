@@ -13,7 +13,6 @@ from pydrake.systems.framework import Context, EventStatus, InputPort, LeafSyste
 
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import ON_AXIS, Mount, unturned
-from drake_starnav.planning.frontiers import Frontiers
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.roadmap import StarRoadmap
 from drake_starnav.planning.state import PlannerState
@@ -22,16 +21,19 @@ from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.schema import RecordingParameters
 from drake_starnav.systems.star_perception import lidar_names
 from drake_starnav.visualization import meshes
+from drake_starnav.visualization.body_marks import BodyMarks
 from drake_starnav.visualization.meshcat_stage import MeshcatStage
 from drake_starnav.visualization.meshes import LAYERS, LINE_WIDTH
 from drake_starnav.visualization.page import ROOT
+from drake_starnav.worlds.moving_obstacles import MovingObstacles
+from drake_starnav.worlds.world import World
 
 SCAN_POINTS = 180
 """Points of a scan that are drawn at most."""
 REGION_VERTICES = 120
 """Corners of a region's outline."""
 NODE_RADIUS = 0.09
-"""Of a roadmap node, m."""
+"""Of a roadmap node in a world of usual size, m."""
 BRIGHT, FAINT = (0.45, 0.9), (0.12, 0.3)
 """Opacity of area and outline of the newest region, and of a region as soon as a newer one is there."""
 FRAME_SLACK = 1e-6
@@ -44,7 +46,7 @@ CERTIFICATE_POINTS = 8
 
 
 class StarRoadmapVisualizer(LeafSystem):
-    """Draws scan, star-shaped regions, roadmap, frontiers, path, goals, trail and certificate into Meshcat.
+    """Draws scan, star-shaped regions, roadmap, frontiers, path, goals, trail, certificate and footprint into Meshcat.
 
     ```
                      ┌───────────────────────┐
@@ -55,6 +57,7 @@ class StarRoadmapVisualizer(LeafSystem):
     goal ───────────>│                       │
     twist ──────────>│                       │
     certificate ────>│                       │
+    footprint ──────>│                       │
                      └───────────────────────┘
     ```
 
@@ -66,6 +69,7 @@ class StarRoadmapVisualizer(LeafSystem):
         goal: vector of size 2, m.
         twist: vector that is commanded, as the base's twists are; its speed colours the trail.
         certificate: abstract, any object whose `path`, of shape (n, 2) or (n, 3), is the certified motion, m.
+        footprint: abstract, `FootprintInForce`; unconnected, the robot keeps its own.
 
     Each layer of `meshes.LAYERS` is one folder below `ROOT` in Meshcat's panel and can be switched there.
 
@@ -80,6 +84,7 @@ class StarRoadmapVisualizer(LeafSystem):
         robot: RobotParameters,
         keep: bool = True,
         mounts: Sequence[Mount] = (ON_AXIS,),
+        world: World | None = None,
     ) -> None:
         """
         Args:
@@ -87,15 +92,19 @@ class StarRoadmapVisualizer(LeafSystem):
         robot: defines the radius and the maximum speed that are drawn.
         keep: whether hidden objects stay in Meshcat, as a recording needs them.
         mounts: where each lidar is on the robot; there are as many ports for scans.
+        world: whose size scales the marks, and whose obstacles that move get arrows; None for one of usual size.
         """
         super().__init__()
         self._parameters = parameters
         self._robot = robot
-        self.stage = MeshcatStage(meshcat, f"/{ROOT}", 1.0 / parameters.frames_per_second, keep=keep)
+        scale = 1.0 if world is None else meshes.mark_scale(world.extent)
+        self.stage = MeshcatStage(meshcat, f"/{ROOT}", 1.0 / parameters.frames_per_second, keep=keep, scale=scale)
+        self._bodies = BodyMarks(self.stage, MovingObstacles() if world is None else world.moving_obstacles, scale)
         state = PlannerState.initial(PlannerParameters(), robot.radius)
-        node, here = NODE_RADIUS, np.zeros(2)
+        node, here, self._line = scale * NODE_RADIUS, np.zeros(2), scale * LINE_WIDTH
+        self._node = node
         self._marks = {
-            "goal": meshes.goal_star(here, robot.radius),
+            "goal": meshes.goal_star(here, robot.radius, scale),
             "short_term_goal": meshes.ring(here, 1.2 * node, 2.0 * node, LAYERS["short_term_goal"].height),
             "frontiers/target": meshes.ring(here, 2.4 * node, 3.1 * node, LAYERS["frontiers/target"].height),
         }
@@ -110,11 +119,13 @@ class StarRoadmapVisualizer(LeafSystem):
         self.DeclareVectorInputPort("goal", 2)
         self.DeclareVectorInputPort("twist", len(robot.drive.components))
         self.DeclareAbstractInputPort("certificate", Value[object](SimpleNamespace(path=np.zeros((0, 2)))))
+        self.DeclareAbstractInputPort("footprint", Value[object](robot))
         self.DeclareInitializationPublishEvent(self._clear)
         self.DeclarePeriodicPublishEvent(1.0 / parameters.frames_per_second, 0.0, self._publish)
 
     def _clear(self, context: Context) -> EventStatus:
         self.stage.clear()
+        self._bodies.clear()
         self._drawn = _Drawn(self._nothing)
         return EventStatus.Succeeded()
 
@@ -126,7 +137,10 @@ class StarRoadmapVisualizer(LeafSystem):
         if state is not None:
             self._draw_roadmap(state.roadmap, time)
             self._mark("frontiers/target", None if state.target is None else state.target[0], time)
+        self._bodies.draw_velocities(time)
         if pose is not None:
+            changed = self._input("footprint", context)
+            self._bodies.draw_robot(pose, (changed.robot if changed else self._robot).shape, time)
             speed = 0.0 if twist is None else float(self._robot.drive.body_rates(twist)[0])
             self._drawn.trail.append((pose[0], pose[1], speed))
         # With half a frame of tolerance: publishes are as far apart as frames, up to rounding.
@@ -165,28 +179,21 @@ class StarRoadmapVisualizer(LeafSystem):
             self._remove_regions(len(drawn.regions), time)
             known = edges = 0
         else:
-            self._draw_spent_frontiers(last.frontiers, roadmap, time)
+            stuck = meshes.stuck_frontiers(last.frontiers, roadmap)
+            crosses = meshes.crosses(stuck, 1.5 * self._node, LAYERS["frontiers/stuck"].height)
+            self._grow(self.stage.add("frontiers/stuck", crosses, time))
         if len(roadmap) > known:
             self._draw_region(roadmap.regions[-1], time)
-        nodes, radius, width = roadmap.union.center, NODE_RADIUS, 1.5 * LINE_WIDTH
-        dots = meshes.discs(nodes[known:], radius, LAYERS["roadmap/nodes"].height)
+        nodes, thin = roadmap.union.center, 0.5 * self._line
+        dots = meshes.discs(nodes[known:], self._node, LAYERS["roadmap/nodes"].height)
         self._grow(self.stage.add("roadmap/nodes", dots, time))
-        lines = meshes.segments(nodes[roadmap.edges[edges:]], width, LAYERS["roadmap/edges"].height)
+        lines = meshes.segments(nodes[roadmap.edges[edges:]], 0.5 * thin, LAYERS["roadmap/edges"].height)
         self._grow(self.stage.add("roadmap/edges", lines, time))
-        self._draw_open_frontiers(last.frontiers, roadmap.frontiers, time)
-
-    def _draw_open_frontiers(self, last: Frontiers, now: Frontiers, time: float) -> None:
-        """Draw one object for each region's frontiers, so that only changed ones are drawn again."""
-        for owner in np.union1d(last.owner, now.owner):
-            viewpoints = now.viewpoint[now.owner == owner]
-            if not np.array_equal(viewpoints, last.viewpoint[last.owner == owner]):
-                self.stage.swap_points("frontiers/extendable", viewpoints, time, key=str(owner))
-
-    def _draw_spent_frontiers(self, last: Frontiers, now: StarRoadmap, time: float) -> None:
-        covered, stuck = meshes.vanished_frontiers(last, now)
-        self._grow(self.stage.add_points("frontiers/covered", covered, time))
-        crosses = meshes.crosses(stuck, 1.5 * NODE_RADIUS, LAYERS["frontiers/stuck"].height)
-        self._grow(self.stage.add("frontiers/stuck", crosses, time))
+        for owner in np.union1d(last.frontiers.owner, roadmap.frontiers.owner):  # one object for each region's
+            before, now = (each.frontiers.where(each.frontiers.owner == owner) for each in (last, roadmap))
+            if not np.array_equal(now.viewpoint, before.viewpoint):
+                mesh = meshes.segments(meshes.frontier_lines(now), thin, LAYERS["frontiers/extendable"].height)
+                self.stage.swap("frontiers/extendable", mesh, time, key=f"region_{owner}")
 
     def _draw_region(self, region: StarRegion, time: float) -> None:
         """Draw the newest region; the one before it is drawn anew, faint."""
@@ -201,7 +208,7 @@ class StarRoadmapVisualizer(LeafSystem):
     def _add_region(self, region: StarRegion, opacities: tuple[float, float], time: float) -> list[str]:
         """Paths of the area and the outline of a region, in these opacities."""
         height, rim = LAYERS["regions"].height, region.outline(REGION_VERTICES)
-        parts = meshes.fan(region.center, rim, height), meshes.ribbon(rim, 0.5 * LINE_WIDTH, height, closed=True)
+        parts = meshes.fan(region.center, rim, height), meshes.ribbon(rim, 0.5 * self._line, height, closed=True)
         added = [self.stage.add("regions", mesh, time, o) for mesh, o in zip(parts, opacities, strict=True)]
         return [path for path in added if path]
 
@@ -227,7 +234,7 @@ class StarRoadmapVisualizer(LeafSystem):
             return
         self._drawn.path = points
         self._mark("short_term_goal", path[0] if len(path) else None, time)  # at once, or they would come apart
-        self.stage.swap("path", meshes.ribbon(points, LINE_WIDTH, LAYERS["path"].height), time)
+        self.stage.swap("path", meshes.ribbon(points, self._line, LAYERS["path"].height), time)
 
     def _draw_scans(self, scans: list[tuple[LaserScan | None, Mount]], pose: np.ndarray | None, time: float) -> None:
         seen = [(scan, mount) for scan, mount in scans if scan is not None]
@@ -253,13 +260,13 @@ class StarRoadmapVisualizer(LeafSystem):
         trail = np.array(self._drawn.trail)
         if len(trail) < 2:
             return
-        if np.hypot(*(trail[1:, :2] - trail[0, :2]).T).max() < 0.5 * LINE_WIDTH:
+        if np.hypot(*(trail[1:, :2] - trail[0, :2]).T).max() < 0.5 * self._line:
             self._drawn.trail = [self._drawn.trail[0]]  # as good as standing
             return
         # One quad per step, so that each shows its own speed.
         ends = np.stack((trail[:-1, :2], trail[1:, :2]), axis=1)
         steps = np.hypot(*(ends[:, 1] - ends[:, 0]).T) > meshes.SAME_POINT
-        mesh = meshes.segments(ends[steps], LINE_WIDTH, LAYERS["trail"].height)
+        mesh = meshes.segments(ends[steps], self._line, LAYERS["trail"].height)
         colors = np.repeat(meshes.speed_colors(trail[1:, 2][steps], self._robot.max_speed), 4, axis=0)
         self.stage.add("trail", mesh, time, colors=colors)
         self._drawn.trail = self._drawn.trail[-1:]

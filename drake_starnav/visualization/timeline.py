@@ -26,10 +26,12 @@ from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.geometry.trajectory import Motion
 from drake_starnav.station.mesh_files import mesh_triangles
 from drake_starnav.station.model_world import shape_vertices
-from drake_starnav.visualization.meshes import SHELL_COLOR, Color
+from drake_starnav.visualization.meshes import Color
 from drake_starnav.visualization.page import Caption, Extent
 from drake_starnav.worlds.footprints import box_vertices, convex_footprint
 
+DECK = 0.55
+"""Of a robot that is not in the scene, radius of its light deck as a share of its hull's."""
 UNPAINTED = (0.9, 0.9, 0.9)
 """Drake's colour of a shape that has none."""
 
@@ -39,13 +41,14 @@ class Shape:
     """One flat object of a recording.
 
     Attributes:
-        points: vertices of the triangles, or lone points, shape (n, 2), W, m.
+        points: vertices of the triangles, or lone points, shape (n, 2), m.
         height: above the floor, m.
         faces: shape (k, 3), indices of points; None for lone points.
         colors: shape (1, 3) for all of it, or (n, 3) for each point; red, green, blue, 0 to 1.
         size: of a lone point, pixels.
         on_top: whether it is never hidden.
         opacity: 0 to 1.
+        poses: of the frame of its points in W, the upper rows of a transform, shape (3, 4); None: they are in W.
         shown: whether it is visible.
     """
 
@@ -56,11 +59,12 @@ class Shape:
     size: float = 0.0
     on_top: bool = False
     opacity: float = 1.0
+    poses: "Track | None" = None
     shown: "Track" = field(default_factory=lambda: Track([0.0], [True]))
 
     @cached_property
     def areas(self) -> dict[tuple[float, ...], shapely.Geometry]:
-        """By colour, what the triangles of it cover, m, W; where points have colours, those of one shade together."""
+        """By colour, what the triangles of it cover, m; where points have colours, those of one shade together."""
         faces = np.zeros((0, 3), int) if self.faces is None else self.faces
         colors = np.broadcast_to(self.colors, (len(self.points), 3))[faces].mean(axis=1)
         shades, shade = np.unique(colors.round(1) if len(self.colors) > 1 else colors, axis=0, return_inverse=True)
@@ -124,14 +128,14 @@ class Solid:
 class SceneTimeline:
     """The painted shapes of a scene, and where their frames were: the upper rows of their transforms, shape (3, 4)."""
 
-    def __init__(self, scene_graph: SceneGraph, hidden: Iterable[FrameId] = ()) -> None:
-        """Of the shapes with a look in a scene graph, but for those of hidden frames."""
-        inspector, away = scene_graph.model_inspector(), set(hidden)
+    def __init__(self, scene_graph: SceneGraph, also: Iterable[FrameId] = ()) -> None:
+        """Of the shapes with a look in a scene graph; of frames `also` where they have none."""
+        inspector = scene_graph.model_inspector()
         self.solids: list[Solid] = []
-        self.frames = {frame: Track() for frame in away}
+        self.frames = {frame: Track() for frame in also}
         for geometry in sorted(inspector.GetAllGeometryIds(Role.kIllustration), key=GeometryId.get_value):
             frame = inspector.GetFrameId(geometry)
-            if frame not in away and (corners := _corners(inspector, geometry)) is not None:
+            if (corners := _corners(inspector, geometry)) is not None:
                 color = _color(inspector.GetIllustrationProperties(geometry))
                 self.solids.append(Solid(*corners, color, self.frames.setdefault(frame, Track())))
 
@@ -198,14 +202,12 @@ class RobotTrack:
     Attributes:
         motion: its poses.
         shape: of its hull.
-        color: of its hull, red, green, blue, 0 to 1.
-        deck: size of the lighter deck on it, as a share of the hull's.
+        color: of its hull, red, green, blue, 0 to 1; None if its shapes are in the scene.
     """
 
     motion: Motion
     shape: Footprint
-    color: Color = SHELL_COLOR
-    deck: float = 0.86
+    color: Color | None = None
 
 
 @dataclass(frozen=True)
@@ -215,7 +217,7 @@ class RecordedRun:
     Attributes:
         caption: text beside the scene.
         extent: the box of the floor that is shown, W, m.
-        scene: obstacles and all else that is solid, but the robots.
+        scene: obstacles and all else that is solid.
         shapes: drawings on the floor by their paths in Meshcat, in the order of their creation.
         robots: the robots; the camera follows the first.
     """

@@ -21,6 +21,7 @@ from drake_starnav.visualization.page import ROOT, Cameras, Caption
 from drake_starnav.visualization.recorder import finish_recording
 from drake_starnav.visualization.star_roadmap_visualizer import FRAME_SLACK
 from drake_starnav.visualization.timeline import (
+    DECK,
     RecordedRun,
     RobotTrack,
     SceneTimeline,
@@ -39,8 +40,6 @@ COLORS: tuple[meshes.Color, ...] = (
 TRAIL, ROBOT_PATH = "trail", "/robots"
 STACKED = 0.02
 """Height step between robots, m: where several coincide, the first one is on top."""
-DECK = 0.55
-"""Radius of the deck as a share of the hull's; less than the shipped robot's, to show more of its colour."""
 
 
 def trail_layer(name: str, said: str, number: int) -> tuple[str, meshes.Layer]:
@@ -83,7 +82,7 @@ def record_tracks(
     layers |= meshes.with_scene({}, world)
     del layers["robot"]  # there are several, each with a row of its own
     tracks = [
-        RobotTrack(each.motion, each.robot.shape, trail.color, DECK) for each, trail in zip(driven, trails, strict=True)
+        RobotTrack(each.motion, each.robot.shape, trail.color) for each, trail in zip(driven, trails, strict=True)
     ]
     paths = [f"{ROBOT_PATH}/{each.name}" for each in driven]
     caption = Caption(scenario.name, (line,), layers, shown)
@@ -163,7 +162,7 @@ def _add_robot(meshcat: Meshcat, path: str, robot: RobotTrack, above: float) -> 
     hull = Cylinder(radius, ROBOT_HEIGHT) if shape.is_disc else upright_prism(shape.outline, ROBOT_HEIGHT, path)
     parts = {
         "hull": (hull, [0.0, 0.0, top - 0.5 * ROBOT_HEIGHT], robot.color),
-        "deck": (Cylinder(robot.deck * radius, 0.004), [0.0, 0.0, top], meshes.DECK_COLOR),
+        "deck": (Cylinder(DECK * radius, 0.004), [0.0, 0.0, top], meshes.DECK_COLOR),
         "heading": (Box(0.8 * radius, 0.2 * radius, 0.008), [0.4 * radius, 0.0, top], meshes.HEADING_COLOR),
         "lidar": (Cylinder(0.24 * radius, 0.016), [0.0, 0.0, top], meshes.LIDAR_COLOR),
     }

@@ -11,7 +11,7 @@ from drake_starnav.errors import StarnavError, shown
 from drake_starnav.geometry.footprint import Footprint, disc, distance_to_point
 from drake_starnav.utils.snapshot import snapshot
 
-MOVING_OBSTACLE_COLOR = (0.90, 0.75, 0.20)
+MOVING_OBSTACLE_COLOR = (0.87, 0.55, 0.74)
 """Red, green, blue of a disc in every picture; the other colours contrast with it (`meshes.LAYERS`)."""
 
 POINT = disc(0.0)

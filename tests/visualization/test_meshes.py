@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.geometry.footprint import disc, footprint
+from drake_starnav.geometry.footprint import covered, disc, footprint
 from drake_starnav.parameters import build
 from drake_starnav.planning import PlannerParameters, StarRoadmap
 from drake_starnav.planning.frontiers import Frontiers
@@ -128,7 +128,7 @@ def test_a_parameter_out_of_range_is_named():
         build(RecordingParameters, {"scan_rate": 0.0}, "recording")
 
 
-class TestVanishedFrontiers:
+class TestStuckFrontiers:
     BEFORE = Frontiers(
         viewpoint=np.array([(1.0, 0.0), (2.0, 0.0), (3.0, 0.0)]),
         probe=np.array([(1.0, 0.1), (2.0, 0.1), (3.0, 0.1)]),
@@ -144,18 +144,45 @@ class TestVanishedFrontiers:
         )
 
     def test_none_vanish(self):
-        covered, stuck = meshes.vanished_frontiers(self.BEFORE, self.roadmap([True] * 3))
-        assert covered.shape == stuck.shape == (0, 2)
+        assert meshes.stuck_frontiers(self.BEFORE, self.roadmap([True] * 3)).shape == (0, 2)
 
-    def test_the_blacklisted_are_stuck_and_the_others_covered(self):
+    def test_only_the_blacklisted_are_stuck(self):
         after = self.roadmap([False, True, False], blacklisted_targets=[(3.1, 0.0, 0.2)])
-        covered, stuck = meshes.vanished_frontiers(self.BEFORE, after)
-        assert covered.tolist() == [[1.0, 0.0]]
-        assert stuck.tolist() == [[3.0, 0.0]]
+        assert meshes.stuck_frontiers(self.BEFORE, after).tolist() == [[3.0, 0.0]]
 
     def test_no_frontiers_before(self):
-        covered, stuck = meshes.vanished_frontiers(Frontiers.none(), self.roadmap([True] * 3))
-        assert covered.shape == stuck.shape == (0, 2)
+        assert meshes.stuck_frontiers(Frontiers.none(), self.roadmap([True] * 3)).shape == (0, 2)
+
+
+def test_frontiers_are_lines_between_neighbours_of_a_region_and_dashes_where_they_are_alone() -> None:
+    viewpoint = np.array([(0.0, 0.0), (0.3, 0.0), (0.6, 0.0), (5.0, 0.0), (5.2, 0.0)])
+    frontiers = Frontiers(viewpoint, viewpoint + (0.0, 0.1), np.array([0, 0, 0, 0, 1]))
+    lines = meshes.frontier_lines(frontiers)
+    assert lines[:2].tolist() == [[[0.0, 0.0], [0.3, 0.0]], [[0.3, 0.0], [0.6, 0.0]]]
+    assert lines[2:].mean(axis=1).tolist() == [[5.0, 0.0], [5.2, 0.0]]
+    assert np.ptp(lines[2:], axis=1) == pytest.approx(np.array([(0.25, 0.0)] * 2))
+    assert meshes.frontier_lines(Frontiers.none()).shape == (0, 2, 2)
+
+
+@pytest.mark.parametrize("corners", [((0.6, 0.2), (-0.2, 0.2), (-0.2, -0.2), (0.6, -0.2)), None])
+def test_rim_and_front_lie_inside_the_footprint(corners) -> None:
+    shape = disc(0.3) if corners is None else footprint(corners)
+    whole = covered(shape, np.zeros(3))
+    for mesh in (meshes.rim(shape, 0.05), meshes.front(shape, 0.1)):
+        drawn = shapely.union_all(shapely.polygons(mesh.vertices[mesh.faces][..., :2]))
+        assert whole.buffer(1e-6).covers(drawn) and drawn.distance(whole.exterior) < 1e-6
+    assert meshes.front(shape, 0.1).vertices[:, 0].max() == pytest.approx(0.3 if corners is None else 0.6)
+
+
+@pytest.mark.parametrize("length", [0.1, 1.5])
+def test_an_arrow_has_its_length(length: float) -> None:
+    points = meshes.arrow(length, 0.05).vertices
+    assert (points[:, 0].min(), points[:, 0].max()) == pytest.approx((0.0, length))
+    assert np.ptp(points[:, 1]) == pytest.approx(min(0.15, length))
+
+
+def test_marks_grow_with_the_world() -> None:
+    assert [meshes.mark_scale((0.0, 0.0, 5.0, x)) for x in (3.0, 10.0, 40.0)] == [1.0, 1.0, 2.0]
 
 
 def test_every_layer_is_explained_to_users() -> None:

@@ -11,7 +11,7 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.scenario.scenario_file import parse_scenario
 from drake_starnav.simulation.run import run_trial
 from drake_starnav.visualization.meshes import LAYERS, selected_layers
-from drake_starnav.visualization.plot import moment_figure, write_figure
+from drake_starnav.visualization.plot import ON_TOP, moment_figure, write_figure
 from drake_starnav.visualization.recorder import Recorder
 from drake_starnav.visualization.world_figure import figure_pixels
 
@@ -33,8 +33,11 @@ def test_axes_are_in_metres_and_equal(recorded) -> None:
     box = axes.get_position()
     width, height = axes.figure.get_size_inches() * (box.width, box.height)
     assert width / height == pytest.approx(np.ptp(axes.get_xlim()) / np.ptp(axes.get_ylim()))
-    middles = [patch.center for patch in axes.patches if hasattr(patch, "radius")]
-    assert any(np.allclose(middle, recorded.robots[0].motion.at(2.0)[:2]) for middle in middles)
+    order = ON_TOP + 100.0 * LAYERS["footprint"].height
+    (rim,) = [patch for patch in axes.patches if patch.get_zorder() == order]
+    corners = rim.get_path().get_extents().get_points()
+    assert corners.mean(axis=0) == pytest.approx(recorded.robots[0].motion.at(2.0)[:2], abs=0.01)
+    assert corners[1] - corners[0] == pytest.approx(2.0 * recorded.robots[0].shape.radius, abs=0.01)
 
 
 def test_both_axes_have_the_same_ticks(recorded) -> None:
@@ -71,7 +74,7 @@ def test_files_are_small_repeatable_vectors(recorded, suffix, tmp_path) -> None:
     assert content == second.read_bytes() and 10_000 < len(content) < 1_000_000
     assert b"<image" not in content and b"/Subtype /Image" not in content
     if suffix == ".svg":
-        assert b"x in m" in content and b"robot, its front" in content
+        assert b"x in m" in content and b"footprint" in content
 
 
 def test_only_chosen_layers_are_drawn_and_in_the_legend(recorded, tmp_path) -> None:

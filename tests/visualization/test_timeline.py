@@ -85,7 +85,7 @@ def test_rims_enclose_what_the_triangles_cover(mesh, areas) -> None:
 def test_what_is_removed_is_hidden_or_deleted_and_clearing_deletes_all(keep: bool) -> None:
     stage = MeshcatStage(MagicMock(), "/starnav", 0.05, keep=keep)
     path = stage.add_points("scan", np.zeros((1, 2)), 0.0)
-    stage.add_points("frontiers/covered", np.zeros((1, 2)), 0.0)
+    stage.add_points("scan", np.zeros((1, 2)), 0.0)
     stage.remove(path, 1.0)
     assert len(visible(stage, 1.0)) == 1 and (path in stage.shapes) == keep
     stage.clear()
