@@ -23,6 +23,8 @@ COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#00
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*", "h")
 DASHES = ("-", (0, (5, 1.5)), (0, (1.5, 1)), (0, (4, 1, 1, 1)))
 PANELS_A_ROW = 4
+NARROW = 0.4
+"""Width of the figures for narrow windows, as a share of the others'; they have as many fewer panels a row."""
 BINS = 5
 """Number of bins for worlds of similar difficulty."""
 LEAST_IN_BIN = 5
@@ -58,7 +60,7 @@ def style(methods: Sequence[str], method: str) -> dict[str, Any]:
     return {"color": COLORS[k % len(COLORS)], "marker": MARKERS[k % len(MARKERS)], "linestyle": dashes}
 
 
-def success_figure(results: Results) -> "Figure":
+def success_figure(results: Results, share: float = 1.0) -> "Figure":
     """Success rates with their 95 % Wilson intervals, a panel for each scenario."""
     points = {
         (s.scenario, s.method): Point(
@@ -70,10 +72,10 @@ def success_figure(results: Results) -> "Figure":
         for s in summarise(results.records)
         if s.trials
     }
-    return _panels(results, results.methods, points, "reached the goal, % (95 % interval)", limits=(-4.0, 104.0))
+    return _panels(results, results.methods, points, "reached the goal, % (95 % interval)", share, limits=(-4.0, 104.0))
 
 
-def path_figure(results: Results) -> "Figure | None":
+def path_figure(results: Results, share: float = 1.0) -> "Figure | None":
     """Mean of path over shortest path given the full map, where the goal was reached, with bootstrap intervals."""
     points = {}
     for pair, case in results.cases.items():
@@ -83,10 +85,10 @@ def path_figure(results: Results) -> "Figure | None":
             value, low, high = ratio_interval(ratios, [1.0] * len(ratios))  # of the mean, as in the table
             points[pair] = Point(value, low, high, f"{value:.3f}")
     label = "path / shortest path, mean over the trials (95 % interval)"
-    return _panels(results, results.methods, points, label, guide=1.0) if points else None
+    return _panels(results, results.methods, points, label, share, guide=1.0) if points else None
 
 
-def comparison_figure(results: Results, field: str, label: str) -> "Figure | None":
+def comparison_figure(results: Results, field: str, label: str, share: float = 1.0) -> "Figure | None":
     """Each method's total of a field over the first method's, on trials that both finished, with intervals."""
     reference, *others = results.methods
     points = {}
@@ -98,7 +100,7 @@ def comparison_figure(results: Results, field: str, label: str) -> "Figure | Non
             value, low, high = (100.0 * x for x in ratio_interval(*pairs))
             points[scenario, method] = Point(value, low, high, f"{value:.1f} %")
     label = f"{label}, % of {reference}'s (95 % interval)"
-    return _panels(results, others, points, label, guide=100.0) if points else None
+    return _panels(results, others, points, label, share, guide=100.0) if points else None
 
 
 def _panels(
@@ -106,14 +108,15 @@ def _panels(
     methods: Sequence[str],
     points: dict[tuple[str, str], Point],
     label: str,
+    share: float,
     *,
     limits: tuple[float, float] | None = None,
     guide: float | None = None,
 ) -> "Figure":
     """A panel for each scenario, a row for each method: a marker, its interval, its number."""
-    rows = math.ceil(len(results.scenarios) / PANELS_A_ROW)
+    rows = math.ceil(len(results.scenarios) / _a_row(PANELS_A_ROW, share))
     columns = math.ceil(len(results.scenarios) / rows)
-    figure = new_figure(rows * (0.95 + 0.38 * len(methods)))
+    figure = new_figure(rows * (0.95 + 0.38 * len(methods)), share * WIDTH)
     grid = figure.subplots(rows, columns, sharey=True, sharex=limits is not None, squeeze=False)
     figure.supxlabel(label, fontsize=10)
     for axes in grid.flat[len(results.scenarios) :]:
@@ -144,6 +147,11 @@ def _panels(
     return figure
 
 
+def _a_row(panels: int, share: float) -> int:
+    """How many panels a figure of a share of the width has in a row."""
+    return max(1, round(panels * share - 0.2))
+
+
 def _label(axes: "Axes", point: Point, y: float) -> None:
     """Write a point's number above it, inside the axes, whose limits are final."""
     low, high = axes.get_xlim()
@@ -169,14 +177,17 @@ DIFFICULTIES: tuple[tuple[str, Callable[[Record], float | None]], ...] = (
 )
 
 
-def difficulty_figure(results: Results) -> "Figure | None":
+def difficulty_figure(results: Results, share: float = 1.0) -> "Figure | None":
     """Success rate against the difficulty of the world, over all scenarios, with 95 % Wilson intervals."""
     panels = [(label, measure, difficulty_edges(results.records, measure)) for label, measure in DIFFICULTIES]
     panels = [panel for panel in panels if len(panel[2])]
     if not panels:
         return None
-    figure = new_figure(3.9)
-    for axes, (label, measure, edges) in zip(figure.subplots(1, len(panels), squeeze=False).flat, panels, strict=True):
+    columns = min(len(panels), _a_row(2, share))
+    rows = math.ceil(len(panels) / columns)
+    figure = new_figure(3.9 * rows, share * WIDTH)
+    grid = figure.subplots(rows, columns, squeeze=False)
+    for axes, (label, measure, edges) in zip(grid.flat, panels, strict=True):
         spread = 0.25 * np.diff(edges).min() / len(results.methods)
         for k, method in enumerate(results.methods):
             trials = [(measure(r), r["outcome"] == "reached") for r in results.records if r["method"] == method]
@@ -194,7 +205,8 @@ def difficulty_figure(results: Results) -> "Figure | None":
         axes.set_ylim(-4.0, 104.0)
         axes.grid(color="0.92")
         axes.spines[["top", "right"]].set_visible(False)
-    figure.axes[0].set_ylabel("reached the goal, %")
+    for axes in grid[:, 0]:
+        axes.set_ylabel("reached the goal, %")
     handles, labels = figure.axes[0].get_legend_handles_labels()
     _legend(figure, handles, labels)
     return figure
@@ -210,7 +222,7 @@ def difficulty_edges(records: Sequence[Record], measure: Callable[[Record], floa
     return np.unique(np.quantile(values, np.linspace(0.0, 1.0, bins + 1)))
 
 
-def trajectory_figure(results: Results, scenario: str, count: int) -> "Figure | None":
+def trajectory_figure(results: Results, scenario: str, count: int, share: float = 1.0) -> "Figure | None":
     """The driven paths of all methods over each of the first `count` worlds of a scenario."""
     trials: dict[int, list[Record]] = {}
     for record in results.records:
@@ -221,11 +233,11 @@ def trajectory_figure(results: Results, scenario: str, count: int) -> "Figure | 
         return None
     worlds = {trial: _world(results, trials[trial][0]) for trial in shown}
     x0, y0, x1, y1 = next(iter(worlds.values())).extent
-    columns = 3 if x1 - x0 > 1.6 * (y1 - y0) else 4 if x1 - x0 > 0.7 * (y1 - y0) else 6
+    columns = _a_row(3 if x1 - x0 > 1.6 * (y1 - y0) else 4 if x1 - x0 > 0.7 * (y1 - y0) else 6, share)
     rows = math.ceil(len(shown) / columns)
-    width = WIDTH / columns
+    width = share * WIDTH / columns
     height = min(1.6 * width, (width - 0.2) * (y1 - y0) / (x1 - x0)) + 0.3
-    figure = new_figure(rows * height + 0.4)
+    figure = new_figure(rows * height + 0.4, share * WIDTH)
     grid = figure.subplots(rows, columns, squeeze=False)
     for axes in grid.flat:
         axes.set_axis_off()
@@ -248,7 +260,7 @@ def trajectory_figure(results: Results, scenario: str, count: int) -> "Figure | 
 
 
 def _legend(figure: "Figure", handles: Sequence[Any], labels: Sequence[str]) -> None:
-    columns = min(len(labels), len(COLORS))
+    columns = min(len(labels), _a_row(len(COLORS), figure.get_figwidth() / WIDTH))
     legend = figure.legend(handles, labels, loc="outside upper center", ncols=columns, frameon=False, fontsize=9)
     for text in legend.get_texts():
         text.set_parse_math(False)

@@ -44,19 +44,19 @@ def write_page(
         progress: called after each picture with the number drawn and the number of all.
     """
     template = load_template()
-    drawings: dict[str, Callable[[], figures.Figure | None]] = {
-        "success": lambda: figures.success_figure(results),
-        "difficulty": lambda: figures.difficulty_figure(results),
-        COST_IMAGES[0]: lambda: figures.path_figure(results),
-        COST_IMAGES[1]: lambda: figures.comparison_figure(results, "time_s", "time"),
-        COST_IMAGES[2]: lambda: figures.comparison_figure(results, "path_length_m", "path length"),
+    drawings: dict[str, Callable[[float], figures.Figure | None]] = {
+        "success": lambda share: figures.success_figure(results, share),
+        "difficulty": lambda share: figures.difficulty_figure(results, share),
+        COST_IMAGES[0]: lambda share: figures.path_figure(results, share),
+        COST_IMAGES[1]: lambda share: figures.comparison_figure(results, "time_s", "time", share),
+        COST_IMAGES[2]: lambda share: figures.comparison_figure(results, "path_length_m", "path length", share),
     }
     for k, name in enumerate(results.scenarios):
-        drawings[f"{k}"] = lambda name=name: figures.trajectory_figure(results, name, worlds)  # type: ignore[misc]
+        drawings[f"{k}"] = lambda share, name=name: figures.trajectory_figure(results, name, worlds, share)  # type: ignore[misc]
     images = {}
     for done, (name, draw) in enumerate(drawings.items(), start=1):
-        figure = draw()
-        images[name] = "" if figure is None else base64.b64encode(figures.svg(figure).encode()).decode()
+        drawn = [draw(share) for share in (1.0, figures.NARROW)]
+        images[name] = [base64.b64encode(figures.svg(each).encode()).decode() for each in drawn if each is not None]
         if progress is not None:
             progress(done, len(drawings))
     trajectories = {name: images[f"{k}"] for k, name in enumerate(results.scenarios)}

@@ -159,6 +159,6 @@ def test_a_missing_template_engine_is_reported(monkeypatch) -> None:
 
 def test_the_page_compares_times_and_paths(monkeypatch) -> None:
     asked: list[tuple[str, str]] = []
-    monkeypatch.setattr(figures, "comparison_figure", lambda results, field, label: asked.append((field, label)))
+    monkeypatch.setattr(figures, "comparison_figure", lambda results, field, label, share: asked.append((field, label)))
     write_page(made_up(trials=2), worlds=1)
-    assert asked == [("time_s", "time"), ("path_length_m", "path length")]
+    assert asked == [("time_s", "time")] * 2 + [("path_length_m", "path length")] * 2  # for wide and narrow windows
