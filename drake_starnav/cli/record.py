@@ -26,7 +26,6 @@ from drake_starnav.scenario.schema import Scenario, in_world
 from drake_starnav.scenario.shipped import METHODS, scenario_names
 from drake_starnav.scenario.source_files import source_files
 from drake_starnav.utils.files import check_outputs, file_name
-from drake_starnav.utils.progress import Progress
 
 if TYPE_CHECKING:
     from drake_starnav.visualization.timeline import RecordedRun
@@ -116,7 +115,12 @@ def _record(options: argparse.Namespace) -> int:
             allowed = f"allowed: times up to {recorded.duration:.1f} s"
             raise StarnavError(f"--{path.suffix[1:]} is {time:g}, after the run; {allowed}")
     if stills or clips:
-        _draw(recorded, stills, clips, options)
+        from drake_starnav.visualization.pictures import write_clips, write_still
+
+        for path, time in stills:
+            write_still(path, recorded, time, options.view, options.width)
+        if clips:
+            write_clips([*clips.values()], recorded, options.view, options.width, options.speed, options.rate)
     written = [html, *(path for path, _ in stills), *clips.values()]
     if not options.quiet:
         print_written(written)
@@ -214,33 +218,6 @@ def _shoot(
         trial = run_trial(scenario, method=method, seed=run.seed, observer=recorder, progress=progress)
     assert recorder.recorded is not None
     return recorder.recorded, run.state_hash in (None, trial.state_hash)
-
-
-def _draw(
-    recorded: "RecordedRun", stills: list[tuple[Path, float]], clips: dict[str, Path], options: argparse.Namespace
-) -> None:
-    from drake_starnav.visualization.clips import picture_times, write_gif, write_mp4, write_png
-    from drake_starnav.visualization.plot import moment_picture, write_figure
-
-    for path, time in stills:
-        at = min(time, recorded.duration)
-        if path.suffix == ".png":
-            write_png(path, moment_picture(recorded, at, options.view, options.width))
-        else:
-            write_figure(path, recorded, at)
-    if clips:
-        times, pictures = picture_times(recorded.duration, options.rate, options.speed), []
-        with Progress("pictures") as bar:
-            for time in times:
-                pictures.append(moment_picture(recorded, float(time), options.view, options.width))
-                bar.count(len(pictures), len(times))
-        if "gif" in clips:
-            said = ", ".join((recorded.caption.heading, *recorded.caption.lines)).replace("\u00a0", " ")
-            with Progress("gif") as bar:
-                write_gif(clips["gif"], pictures, options.rate, said, bar.count)
-        if "mp4" in clips:
-            with Progress("mp4") as bar:
-                write_mp4(clips["mp4"], pictures, options.rate, bar.count)
 
 
 def _stills(html: Path, options: argparse.Namespace) -> list[tuple[Path, float]]:

@@ -34,13 +34,14 @@ def _work(options: argparse.Namespace) -> int:
         make_world(scenario.world, options.seed, scenario.robot.radius)  # bad input is reported before Drake is loaded
         from drake_starnav.simulation.trial import omniscient_path
         from drake_starnav.station.model_world import make_world_with_footprints
-        from drake_starnav.visualization.world_figure import write_html, write_png
+        from drake_starnav.visualization.world_figure import write_png
+        from drake_starnav.visualization.world_page import write_world_page
 
         world = make_world_with_footprints(scenario.world, options.seed, scenario.robot.radius)
         found = omniscient_path(world, scenario.robot.radius)
         length = "no shortest path" if found is None else f"shortest path {found[0]:.2f} m"
         title = f"{scenario.name} · seed {options.seed} · {length}"
-        write = write_png if file.suffix == ".png" else write_html
+        write = write_png if file.suffix == ".png" else write_world_page
         write(world, scenario.robot, None if found is None else found[1], title, file)
     moving = f", {len(world.moving_obstacles)} that move" if len(world.moving_obstacles) else ""
     print(f"{title}\nobstacles: {len(world.discs)} round, {len(world.polygons)} polygons{moving}\nwrote {file}")

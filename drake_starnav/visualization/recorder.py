@@ -1,5 +1,6 @@
 """Records a run of a navigation diagram: the look of the scene, the page, the file."""
 
+import math
 import os
 from pathlib import Path
 
@@ -42,6 +43,20 @@ class Recorder:
         check_view(view)
         self._html, self._view, self._shown = html, view, shown
         self.recorded: RecordedRun | None = None
+
+    @classmethod
+    def AddToBuilder(
+        cls,
+        builder: DiagramBuilder,
+        navigation: Navigation,
+        html: str | os.PathLike,
+        scenario: Scenario | None = None,
+        view: str = "top",
+    ) -> "Recorder":
+        """A recorder that has been added; arguments as of its construction and `add_to`."""
+        recorder = cls(html, view)
+        recorder.add_to(builder, navigation, scenario)
+        return recorder
 
     def add_to(self, builder: DiagramBuilder, navigation: Navigation, scenario: Scenario | None = None) -> None:
         """Start a Meshcat and add its visualizers.
@@ -88,18 +103,36 @@ class Recorder:
         track = RobotTrack(motion, self._scenario.robot.shape)
         self.recorded = RecordedRun(caption, world.extent, self._scene, self._shapes, (track,))
 
-    def save_png(self, path: str | os.PathLike, time: float, width: int = 1100) -> None:
-        """Write a still of the finished run at a time, s, seen from above, of a width in pixels; it needs no browser.
+    def save(
+        self,
+        path: str | os.PathLike,
+        time: float = math.inf,
+        view: str = "top",
+        width: int = 1100,
+        speed: float = 2.0,
+        rate: int = 10,
+    ) -> None:
+        """Write a picture of the finished run from above, by the end of its name, without a browser.
+
+        Args:
+            path: PNG, SVG or PDF for a still; GIF or MP4 for a clip.
+            time: of a still, s; by default the end.
+            view: `top` or `follow`; width: in pixels. Neither is of vector graphics.
+            speed, rate: of a clip, times real time, and pictures a second.
 
         Raises:
             StarnavError: the run has not been finished, or the file cannot be written.
         """
-        from drake_starnav.visualization.clips import write_png
-        from drake_starnav.visualization.plot import moment_picture  # Matplotlib is an extra
+        from drake_starnav.visualization import pictures  # Matplotlib is an extra
 
+        file = Path(path)
+        pictures.check_suffix(file)
         if self.recorded is None:
             raise StarnavError("the recorder has recorded no run yet; allowed: after finish")
-        write_png(Path(path), moment_picture(self.recorded, time, width=width))
+        if file.suffix in pictures.STILLS:
+            pictures.write_still(file, self.recorded, time, view, width)
+        else:
+            pictures.write_clips([file], self.recorded, view, width, speed, rate)
 
 
 def add_visualizers(

@@ -55,8 +55,7 @@ def main(html: Path, png: Path | None) -> None:
     navigation = add_navigation(builder, scenario, Parts(world, goal=patrol))
     builder.Connect(navigation.localization("pose"), patrol.GetInputPort("pose"))
     log = LogVectorOutput(navigation.localization("pose"), builder, 0.05)
-    recorder = Recorder(html)
-    recorder.add_to(builder, navigation, scenario)
+    recorder = Recorder.AddToBuilder(builder, navigation, html, scenario)
     diagram = builder.Build()
     simulator = Simulator(diagram)
     recorder.start()
@@ -66,7 +65,7 @@ def main(html: Path, png: Path | None) -> None:
     recorder.finish((f"{visited} places visited",), Motion(record.sample_times(), record.data().T))
     print(f"{visited} places visited in {DURATION:g} s; a page of {html.stat().st_size / 1e6:.1f} MB")
     if png is not None:
-        recorder.save_png(png, DURATION, width=800)
+        recorder.save(png, DURATION, width=800)
 
 
 if __name__ == "__main__":

@@ -109,8 +109,7 @@ def main(html: Path, png: Path | None) -> None:
     contact = builder.AddSystem(CollisionMonitor(robot=robot.robot_geometries, ground=robot.floor))
     builder.Connect(scene_graph.get_query_output_port(), contact.GetInputPort("geometry_query"))
     log = LogVectorOutput(plant.get_state_output_port(arm), builder, 0.01)
-    recorder = Recorder(html)
-    recorder.add_to(builder, navigation, SCENARIO)
+    recorder = Recorder.AddToBuilder(builder, navigation, html, SCENARIO)
 
     simulator = Simulator(builder.Build())
     recorder.start()
@@ -121,7 +120,7 @@ def main(html: Path, png: Path | None) -> None:
     print(f"{said}; the arm was bent by at most {1e3 * bent:.0f} mrad")
     recorder.finish((said,))
     if png is not None:
-        recorder.save_png(png, 0.5 * time, width=800)
+        recorder.save(png, 0.5 * time, width=800)
 
 
 if __name__ == "__main__":

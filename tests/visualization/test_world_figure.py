@@ -6,7 +6,7 @@ from matplotlib.colors import to_rgb
 
 from drake_starnav.robot import RobotParameters
 from drake_starnav.visualization.meshes import MOVING_OBSTACLES
-from drake_starnav.visualization.world_figure import draw_world, new_figure, world_axes, write_html, write_png
+from drake_starnav.visualization.world_figure import draw_world, new_figure, world_axes, write_png
 from drake_starnav.worlds import Crowd, make_world
 
 WORLD = make_world(Crowd(moving_obstacles=(3, 3)), 0, 0.25)
@@ -30,9 +30,7 @@ def test_their_paths_can_be_left_out() -> None:
     assert len(moving) == 3 and not axes.lines
 
 
-def test_files_are_written(tmp_path) -> None:
+def test_a_picture_is_written(tmp_path) -> None:
     path = np.array([WORLD.start[:2], WORLD.goal])
     write_png(WORLD, RobotParameters(), path, "crowd", tmp_path / "x.png")
-    write_html(WORLD, RobotParameters(), path, "crowd", tmp_path / "x.html")
     assert (tmp_path / "x.png").stat().st_size > 10_000
-    assert "<title>crowd</title>" in (tmp_path / "x.html").read_text(encoding="utf-8")
