@@ -21,7 +21,7 @@ from drake_starnav.regions.observation import Observation
 from drake_starnav.regions.safe_region import CertifiedRegion, ScanMemory, certified_region
 from drake_starnav.regions.scan_averaging import AVERAGED_WITHIN, averaged
 from drake_starnav.regions.star_region import NO_HITS, scan_region
-from drake_starnav.regions.views import hits_seen, merged
+from drake_starnav.regions.views import hits_seen, merged, view_range
 from drake_starnav.utils.snapshot import snapshot
 
 SCAN_MEMORY = 5
@@ -68,10 +68,11 @@ def check_views(scans: Sequence[LaserScan], mounts: Sequence[Mount], footprint: 
 
 
 def _check_cover(scans: Sequence[LaserScan], mounts: Sequence[Mount], footprint: Footprint) -> None:
-    """Raise a `StarnavError` unless the views of lidars, in an empty world, meet all around the robot."""
+    """Raise a `StarnavError` unless the views of lidars, in an empty world, meet all around as far as each sees."""
     blank = [dataclasses.replace(scan, ranges=np.full(len(scan.ranges), math.inf), motion=None) for scan in scans]
     around = merged([unturned(*each) for each in zip(blank, mounts, strict=True)], mounts, footprint)
-    unseen = np.flatnonzero(around.lost)
+    least = min(view_range(*each) for each in zip(scans, mounts, strict=True))
+    unseen = np.flatnonzero(around.lost & (around.distances < least))
     if len(unseen):
         middle = np.exp(1j * around.bearings[unseen]).sum()
         raise StarnavError(

@@ -88,8 +88,7 @@ def merged(scans: Sequence[LaserScan], mounts: Sequence[Mount], body: Footprint)
     far = 0.0
     for bit, (scan, mount) in enumerate(zip(scans, mounts, strict=True)):
         _cross_view(crossings, scan.beams, mount.x, mount.y, 1 << bit)
-        gap = 0.5 * scan.field_of_view.widest_gap
-        far = max(far, scan.range_max * math.cos(gap) - mount.offset - ROUNDING)
+        far = max(far, view_range(scan, mount))
     distance, kind = _walked(crossings, _reach(body) + BODY_SLACK, far)
     for scan, mount in zip(scans, mounts, strict=True):
         _add_thin(distance, kind, *hit_points(scan, mount))
@@ -98,6 +97,11 @@ def merged(scans: Sequence[LaserScan], mounts: Sequence[Mount], body: Footprint)
         scans[0].time, -math.pi, TURN / BEARINGS, 0.0, far, ranges, lost_beams=True, free=distance,
         scan_time=scans[0].scan_time,
     )  # fmt: skip
+
+
+def view_range(scan: LaserScan, mount: Mount) -> float:
+    """Distance from the robot's axis up to which a view without hits surely reaches, between beams as well, m."""
+    return scan.range_max * math.cos(0.5 * scan.field_of_view.widest_gap) - mount.offset - ROUNDING
 
 
 def _reach(body: Footprint) -> np.ndarray:

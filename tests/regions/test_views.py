@@ -15,7 +15,7 @@ from drake_starnav.regions.bearing_hits import CONNECTED_CHORD
 from drake_starnav.regions.erosion import BEARINGS
 from drake_starnav.regions.perception import Perceived, PerceptionSettings, check_views, perceive
 from drake_starnav.regions.separation import keeps_clear
-from drake_starnav.regions.views import hit_points, merged
+from drake_starnav.regions.views import hit_points, merged, view_range
 from drake_starnav.worlds.world import World
 from tests.helpers.mounts import AHEAD, CENTRED, CORNERS, LIDARS, Lidar, looks, mounts
 from tests.helpers.scans import MARGINS, ORIGIN, RADIUS, cast, distance, scattered, seeds
@@ -158,6 +158,20 @@ def test_views_that_meet_all_around_suffice() -> None:
         checked(*lidars)
     checked(Lidar(ON_AXIS, math.pi, 181))
     checked(Lidar(Mount(0.0, 0.0, 0.3, True), math.radians(220.0), 221))
+
+
+@pytest.mark.parametrize("shorter", [0, 1])
+@pytest.mark.parametrize("range_max", [1.0, 2.5, 4.0])
+def test_lidars_of_different_range_see_as_far_as_each_does(shorter: int, range_max: float) -> None:
+    empty = World("empty", (0, 0, 0), (0, 0))
+    scans = looks(empty, CORNERS)
+    scans[shorter] = looks(empty, CORNERS, range_max=range_max)[shorter]
+    check_views(scans, mounts(CORNERS), BODY, backwards=False)
+    scans = [unturned(scan, lidar.mount) for scan, lidar in zip(scans, CORNERS, strict=True)]
+    around = merged(scans, mounts(CORNERS), BODY)
+    least = min(view_range(*each) for each in zip(scans, mounts(CORNERS), strict=True))
+    assert around.distances.min() >= least > 0.6 * range_max
+    assert around.lost.any() and (around.distances > 4.5).any(), "beyond the shorter range it is unknown"
 
 
 def test_views_that_end_at_the_body_are_refused() -> None:
