@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -40,6 +41,12 @@ class Mount(NamedTuple):
             return view
         first = self.yaw - view.angle_max if self.upside_down else self.yaw + view.angle_min
         return view._replace(angle_min=math.remainder(first, TURN))
+
+
+def newest(scans: Sequence[LaserScan]) -> float:
+    """Time of the newest of some scans that measured anything, s; -inf if there is none."""
+    seen = (scan.time for scan in scans if scan.beams.complete or not scan.lost.all())
+    return max(seen, default=-math.inf)
 
 
 ON_AXIS = Mount(0.0, 0.0, 0.0, False)

@@ -207,7 +207,7 @@ def _add_perception(builder: DiagramBuilder, needs: Needs, navigation: Navigatio
     connect_inputs(builder, perception, footprint_sources(navigation), "perception")
     if needs.matches:
         error = OdometryError(localization.drift, localization.jump, _doubtful(scenario).noise)
-        matcher = builder.AddNamedSystem("matcher", ScanMatcher(error, rate=lidar.rate))
+        matcher = builder.AddNamedSystem("matcher", ScanMatcher(error))
         builder.Connect(perception.GetOutputPort("observation"), matcher.GetInputPort("observation"))
         builder.Connect(perception.GetOutputPort("certified_region"), matcher.GetInputPort("certified_region"))
         builder.Connect(station.GetOutputPort("localization.state"), matcher.GetInputPort("state"))
@@ -228,7 +228,6 @@ def _add_planning(builder: DiagramBuilder, needs: Needs, own: System | None, nav
         scenario.robot,
         scenario.planner,
         needs.margins,
-        scenario.lidar,
         goal_tolerance=scenario.simulation.goal_tolerance,
         step=needs.method.step,
         stopwatch=needs.stopwatch,

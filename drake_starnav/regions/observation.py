@@ -1,6 +1,7 @@
 """A scan with its pose and its region."""
 
 import dataclasses
+import math
 from dataclasses import field
 
 import numpy as np
@@ -33,6 +34,11 @@ class Observation:
     def none() -> "Observation":
         """The observation before the first scan."""
         return Observation(None, LaserScan.nothing(), np.zeros(3))
+
+    @property
+    def time(self) -> float:
+        """When the scan was taken, s; -inf before the first."""
+        return -math.inf if self.region is None else self.scan.time
 
     def refitted(self, radius: float, margins: Margins) -> "Observation":
         """The same observation with the region of a robot of another radius (m) or with other margins."""

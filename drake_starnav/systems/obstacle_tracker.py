@@ -6,6 +6,7 @@ from pydrake.common.value import Value
 from pydrake.systems.framework import Context, LeafSystem
 
 from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.lidar.mounts import newest
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.systems.release import declare_value
 from drake_starnav.systems.scan_state import ScanState
@@ -37,23 +38,24 @@ class ObstacleTracker(LeafSystem):
     def __init__(
         self, obstacles: DynamicObstacleParameters, lidar: LidarParameters, *, stopwatch: Stopwatch | None = None
     ) -> None:
-        """Of what is declared, and the lidar's rate and range error; a stopwatch, if given, notes `track` times."""
+        """Of what is declared, and the lidar's range error; a stopwatch, if given, notes `track` times."""
         super().__init__()
         self._obstacles, self._range_deviation = obstacles, lidar.range_deviation
         self._stopwatch = stopwatch or Stopwatch()
         self._scan = self.DeclareAbstractInputPort("scan", Value(LaserScan.nothing()))
         self._pose = self.DeclareVectorInputPort("pose", 3)
-        self._tracked = ScanState(self, Tracked(), self._after, (self._scan, self._pose), rate=lidar.rate)
+        self._tracked = ScanState(self, Tracked(), self._after, (self._scan, self._pose), stamp=self._stamp)
         depends = {self._tracked.ticket}
         declare_value(self, "scan", Tracked().scan, lambda own, context: own._tracked.Eval(context).scan, depends)
         declare_value(self, "tracks", Tracks(), lambda own, context: own._tracked.Eval(context).tracks, depends)
 
+    def _stamp(self, context: Context) -> float:
+        return newest([self._scan.Eval(context)])
+
     def _after(self, context: Context, before: Tracked) -> Tracked:
         scan = self._scan.Eval(context)
-        if scan.time == before.tracks.time or scan.lost.all():
+        if scan.time == before.tracks.time:
             return before
-        if scan.time < before.tracks.time:  # time was set back: another run begins
-            before = Tracked()
         pose, begin = self._pose.Eval(context).copy(), perf_counter()
         after = track(before, scan, pose, self._obstacles, self._range_deviation)
         self._stopwatch.note("track", begin)

@@ -45,8 +45,8 @@ class ScanMatcher(LeafSystem):
     What a new scan corrects is in the outputs at once, see `ScanState`; the state is the map of scans.
     """
 
-    def __init__(self, error: OdometryError, *, rate: float) -> None:
-        """Of errors of odometry and lidar, and the rate of the lidar, Hz."""
+    def __init__(self, error: OdometryError) -> None:
+        """Of errors of odometry and lidar."""
         super().__init__()
         self._error = error
         self._observation = self.DeclareAbstractInputPort("observation", Value(Observation.none()))
@@ -55,7 +55,7 @@ class ScanMatcher(LeafSystem):
         self._scan_pose = self.DeclareVectorInputPort("scan_pose", 3)
         self._guidance = self.DeclareAbstractInputPort("guidance", Value(Guidance.none()))
         self._certificate = self.DeclareAbstractInputPort("certificate", Value(BrakingMotion.none()))
-        self._map = ScanState(self, ScanMap(), self._after, (self._observation,), rate=rate)
+        self._map = ScanState(self, ScanMap(), self._after, (self._observation,), stamp=self._stamp)
         own, held = ScanMatcher, self._map.ticket
         seen, star, now, scan_pose, guidance, certificate = (
             {held, port.ticket()}
@@ -69,12 +69,13 @@ class ScanMatcher(LeafSystem):
         declare_value(self, "guidance", Guidance.none(), own._uncorrected_guidance, guidance)
         declare_value(self, "certificate", BrakingMotion.none(), own._corrected_certificate, certificate)
 
+    def _stamp(self, context: Context) -> float:
+        return self._observation.Eval(context).time
+
     def _after(self, context: Context, before: ScanMap) -> ScanMap:
         seen = self._observation.Eval(context)
-        if seen.region is None or seen.scan.time == before.time:
+        if seen.time == before.time:
             return before
-        if seen.scan.time < before.time:  # time was set back: another run begins
-            before = ScanMap()
         return matched(before, seen.scan, seen.pose, self._error)
 
     def _seen(self, context: Context) -> Observation:

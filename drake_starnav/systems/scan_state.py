@@ -1,22 +1,48 @@
 """State that a system's outputs show with the latest scan already in it."""
 
+import dataclasses
+import math
+import warnings
 from collections.abc import Callable
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import Context, EventStatus, InputPort, LeafSystem, State, ValueProducer
 
 from drake_starnav.systems.release import weakly
-from drake_starnav.utils.timing import checked_period
+from drake_starnav.utils.snapshot import snapshot
 
 T = TypeVar("T")
+
+
+@snapshot
+class _Known:
+    """What is known, and what it follows from. Immutable.
+
+    Attributes:
+        value: the owner's.
+        stamp: time of the last scan in it, s.
+        clock: time of the context when that scan was processed, s.
+        ignored: time of the scan that came after it and is not processed, s; NaN if none did.
+        dropped: number of scans that came after a later one.
+    """
+
+    value: Any
+    stamp: float = -math.inf
+    clock: float = -math.inf
+    ignored: float = math.nan
+    dropped: int = 0
 
 
 class ScanState(Generic[T]):
     """What a system knows from the scans that came so far: abstract state, and beside it the scan that came last.
 
-    A scan is processed when something asks for it first, and the result is cached. The state takes it over at the next
-    multiple of the lidar's period, when the next scan is taken and none is lost: no consumer waits for that.
+    A scan is processed when something asks for it first, and the result is cached. The state takes it over when the
+    simulator takes its next step. Hence each scan that is shown for at least one step is processed, whatever the rate
+    and the jitter, and so is each that something asked for.
+
+    A scan that is older than one before it is dropped, with a warning that counts them. When the context's time is set
+    back, another run begins: with the initial value, and the first scan that is not the one shown until then.
     """
 
     def __init__(
@@ -26,7 +52,7 @@ class ScanState(Generic[T]):
         after: Callable[[Context, T], T],
         inputs: tuple[InputPort, ...],
         *,
-        rate: float,
+        stamp: Callable[[Context], float],
     ) -> None:
         """
         Args:
@@ -34,39 +60,62 @@ class ScanState(Generic[T]):
             initial: state before the first scan; an immutable snapshot.
             after: method of the owner: the state after what the inputs show, from the one before; the same object where
                 they show nothing new.
-            rate: of the lidar, Hz.
+            stamp: method of the owner: time of the scan that the inputs show, s; -inf if they show none.
         """
-        period = checked_period(system, rate=rate)
-        self._state = system.DeclareAbstractState(Value[object](initial))
-        self._after = weakly(after)
+        begun = _Known(initial)
+        self._name, self._initial = type(system).__name__, initial
+        self._state = system.DeclareAbstractState(Value[object](begun))
+        self._after, self._stamp = weakly(after), weakly(stamp)
         self._known = system.DeclareCacheEntry(
-            "the state before and with the latest scan",
-            ValueProducer(allocate=lambda: Value[object]((initial, initial)), calc=weakly(self._calc)),
+            "the state, what was known before the latest scan, and with it",
+            ValueProducer(allocate=lambda: Value[object]((begun, begun, begun)), calc=weakly(self._calc)),
             {system.abstract_state_ticket(self._state), *(port.ticket() for port in inputs)},
         )
         self.ticket = self._known.ticket()
-        system.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, weakly(self._update))
+        system.DeclarePerStepUnrestrictedUpdateEvent(weakly(self._update))
 
     def Eval(self, context: Context) -> T:
         """What is known, the latest scan included."""
-        return self._known.Eval(context)[1]
+        return self._known.Eval(context)[2].value
 
-    def _calc(self, context: Context, pair: AbstractValue) -> None:
-        held = self._held(context)
-        base, known = pair.get_value()
-        # a port may have been calculated again without a change: what is known then follows from the same inputs
-        before = known if base is held else held
-        after = self._after(context, before)
-        if after is not before and before is not held:
-            after = self._after(context, held)
-        pair.set_value((held, after))
+    def dropped(self, context: Context) -> int:
+        """Number of scans that were dropped, as they came after a later one."""
+        return self._known.Eval(context)[2].dropped
 
-    def _held(self, context: Context) -> T:
-        return context.get_abstract_state(self._state).get_value()
+    def _calc(self, context: Context, value: AbstractValue) -> None:
+        held, time = context.get_abstract_state(self._state).get_value(), context.get_time()
+        base, before, known = value.get_value()
+        if base is not held or time < known.clock:  # an integrator may look ahead, and go back
+            before = known = held
+        if time < held.clock:
+            before = known = _Known(self._initial, clock=time, ignored=held.stamp)
+        stamp = self._stamp(context)
+        after = self._next(context, known, stamp)
+        if after is known:
+            after, known = known, before
+        elif stamp == known.stamp:  # other inputs have changed: what is known does not depend on who asked before
+            after, known = self._next(context, before, stamp), before
+        value.set_value((held, known, after))
+
+    def _next(self, context: Context, before: _Known, stamp: float) -> _Known:
+        if stamp in (-math.inf, before.ignored):
+            return before
+        if stamp < before.stamp:
+            dropped = before.dropped + 1
+            warnings.warn(
+                f"{self._name}: a scan of {stamp:.3f} s came after that of {before.stamp:.3f} s and is dropped; "
+                f"{dropped} so far",
+                stacklevel=1,
+            )
+            return dataclasses.replace(before, ignored=stamp, dropped=dropped)
+        value = self._after(context, before.value)
+        if value is before.value:
+            return before
+        return _Known(value, stamp, context.get_time(), dropped=before.dropped)
 
     def _update(self, context: Context, state: State) -> EventStatus:
-        known = self.Eval(context)
-        if known is self._held(context):
+        held, _, known = self._known.Eval(context)
+        if known is held:
             return EventStatus.DidNothing()
         state.get_mutable_abstract_state(self._state).set_value(known)
         return EventStatus.Succeeded()

@@ -1,7 +1,7 @@
 """Each scan is turned into star-shaped regions once, for all consumers."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from time import perf_counter
 
 from pydrake.common.value import Value
@@ -9,7 +9,7 @@ from pydrake.systems.framework import Context, LeafSystem
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.lidar.mounts import ON_AXIS, Mount
+from drake_starnav.lidar.mounts import ON_AXIS, Mount, newest
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.perception import Perceive, Perceived, PerceptionSettings, check_views, perceive
@@ -76,19 +76,25 @@ class StarPerception(LeafSystem):
         self._pose = self.DeclareVectorInputPort("pose", 3)
         self._footprint = FootprintInput(self, robot, margins)
         nothing = Perceived.nothing()
-        self._perceived = ScanState(self, nothing, self._after, (*self._scans, self._pose), rate=lidar.rate)
+        self._perceived = ScanState(self, nothing, self._after, (*self._scans, self._pose), stamp=self._stamp)
         depends = {self._perceived.ticket}
         seen, fresh = (lambda own, context: own._perceived.Eval(context).observation), StarPerception._fresh_region
         declare_value(self, "observation", nothing.observation, seen, depends)
         declare_value(self, "certified_region", nothing.safety, fresh, depends | {self.time_ticket()})
 
+    @property
+    def dropped_scans(self) -> Callable[[Context], int]:
+        """Number of scans that came after a later one and were dropped, by a context."""
+        return self._perceived.dropped
+
+    def _stamp(self, context: Context) -> float:
+        return newest([port.Eval(context) for port in self._scans])
+
     def _after(self, context: Context, before: Perceived) -> Perceived:
         scans = [port.Eval(context) for port in self._scans]
         time = scans[0].time
-        if time == before.safety.time or any(scan.time != time or _is_silent(scan) for scan in scans):
+        if time == before.safety.time or any(newest([scan]) != time for scan in scans):
             return before
-        if time < before.safety.time:
-            before = Perceived.nothing()  # time was set back: another run begins
         pose = self._pose.Eval(context).copy()
         if not all(map(math.isfinite, pose.tolist())):
             raise StarnavError(f"the perception's pose is {pose.tolist()}; allowed: finite x, y, m, and yaw, rad")
@@ -111,7 +117,3 @@ class StarPerception(LeafSystem):
 def lidar_names(name: str, count: int) -> list[str]:
     """What systems and ports of several lidars are called: name, name_2, name_3, ..."""
     return [name, *(f"{name}_{k}" for k in range(2, count + 1))]
-
-
-def _is_silent(scan: LaserScan) -> bool:
-    return not scan.beams.complete and bool(scan.lost.all())

@@ -10,7 +10,6 @@ from pydrake.common.value import Value
 from pydrake.systems.framework import Context, LeafSystem
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, plan_step
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.planning.manoeuvre import Body
@@ -85,11 +84,11 @@ class StarRoadmapPlanner(LeafSystem):
         blocked_by: abstract, `str`: why the robot has stood still for STANDSTILL seconds away from its goal, though the
             planner has not given up; empty while it moves.
 
-    Discrete update: x[n+1] = f(x[n], u[n]) at the lidar's rate, where x is the planner's state, u the observation of
-    scan n and the goal, and f the pure function `step`. The state is abstract, an immutable snapshot; Drake's event for
-    abstract state is the unrestricted update, here periodic with the lidar's period and offset 0, with discrete-time
-    semantics. Outputs are functions of f(x, u): they show the latest scan at the instant at which it is taken, and the
-    state follows with the next update; see `ScanState`. A new goal is planned for at once, with the roadmap searched
+    Discrete update: x[n+1] = f(x[n], u[n]) with each scan n, where x is the planner's state, u the observation of the
+    scan and the goal, and f the pure function `step`. The state is abstract, an immutable snapshot; Drake's event for
+    abstract state is the unrestricted update, with discrete-time semantics. Outputs are functions of f(x, u): they show
+    the latest scan at the instant at which it comes, and the state follows with the next step; see `ScanState`. A new
+    goal is planned for at once, with the roadmap searched
     anew, even after having given up. So it is when the footprint changes: the roadmap is then made anew of its scans,
     and nothing in it was tried in vain. A goal that is not finite raises a `StarnavError`.
     """
@@ -99,7 +98,6 @@ class StarRoadmapPlanner(LeafSystem):
         robot: RobotParameters,
         planner: PlannerParameters,
         margins: Margins,
-        lidar: LidarParameters,
         *,
         goal_tolerance: float = 0.0,
         step: PlanStep = plan_step,
@@ -123,7 +121,7 @@ class StarRoadmapPlanner(LeafSystem):
         initial = PlannerState.initial(planner, robot.radius)
         inputs = self._observation, self._goal, self._footprint.port
         begun = _Plan(initial, self._footprint.own)
-        self._plans = ScanState(self, begun, self._after, inputs, rate=lidar.rate)
+        self._plans = ScanState(self, begun, self._after, inputs, stamp=self._stamp)
         own, depends = StarRoadmapPlanner, {self._plans.ticket}
         turned, placed = depends | {self._heading.ticket()}, depends | {self._pose.ticket()}
         declare_value(self, "guidance", Guidance.none(), own._guidance, turned)
@@ -133,18 +131,17 @@ class StarRoadmapPlanner(LeafSystem):
         declare_value(self, "status", initial.status, own._status, depends)
         declare_value(self, "blocked_by", "", own._blocked_by, depends)
 
+    def _stamp(self, context: Context) -> float:
+        return self._observation.Eval(context).time
+
     def _after(self, context: Context, before: _Plan) -> _Plan:
         seen, goal, body = self._observation.Eval(context), self._goal.Eval(context), self._footprint.Eval(context)
-        if seen.region is None:
-            return before
-        time = seen.scan.time
+        time = seen.time
         moved, changed = goal.tolist() != before.goal.tolist(), body is not before.footprint
         if time == before.time and not (moved or changed):
             return before
         robot, margins, narrow = body.robot, body.margins, body.robot.shape.narrow
         state, interval = before.state, time - before.time
-        if interval < 0.0:  # time was set back: another run begins
-            state, interval, moved = PlannerState.initial(self._planner, robot.radius), 0.0, True
         if moved:
             if not np.isfinite(goal).all():
                 raise StarnavError(f"the planner's goal is {goal.tolist()}; allowed: finite x and y, m")

@@ -51,7 +51,7 @@ def main(png: Path | None) -> None:
     station = builder.AddSystem(NavigationStation(world, scenario))
     goal = builder.AddSystem(FixedGoal(world.goal))
     perception = builder.AddSystem(StarPerception(robot, margins, lidar))
-    planner = builder.AddSystem(StarRoadmapPlanner(robot, scenario.planner, margins, lidar))
+    planner = builder.AddSystem(StarRoadmapPlanner(robot, scenario.planner, margins))
     controller = builder.AddSystem(DsmController(robot, scenario.controller, margins))
     shield = builder.AddSystem(TwistShield(robot, scenario.controller, margins))
 

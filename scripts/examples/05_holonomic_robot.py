@@ -83,7 +83,7 @@ def main(png: Path | None) -> None:
     state = builder.AddSystem(MatrixGain(np.eye(5, 4) * [[1], [1], [0], [0], [0]]))
     goal = builder.AddSystem(FixedGoal(world.goal))
     perception = builder.AddSystem(StarPerception(robot, margins, lidar_parameters))
-    planner = builder.AddSystem(StarRoadmapPlanner(robot, scenario.planner, margins, lidar_parameters))
+    planner = builder.AddSystem(StarRoadmapPlanner(robot, scenario.planner, margins))
     controller = builder.AddSystem(DsmController(robot, scenario.controller, margins))
     speed = builder.AddSystem(MatrixGain(SPEED * np.eye(4, 2, -2)))  # (0, 0, v_x, v_y), as the servos want it
     smooth = builder.AddSystem(FirstOrderLowPassFilter(0.1, 2))

@@ -26,7 +26,7 @@ class Matching:
     """A matcher whose inputs are fixed by hand."""
 
     def __init__(self) -> None:
-        self.system = ScanMatcher(OdometryError(DRIFT, 0.0, 0.01), rate=RATE)
+        self.system = ScanMatcher(OdometryError(DRIFT, 0.0, 0.01))
         self.simulator = Simulator(self.system)
         self.context = self.simulator.get_mutable_context()
         self.put("guidance", Value(Guidance.along(PATH)))

@@ -35,7 +35,7 @@ class Planning:
     """A planner with a simulator, whose inputs are fixed by hand."""
 
     def __init__(self, goal: np.ndarray = BEHIND, stopwatch: Stopwatch | None = None) -> None:
-        self.system = StarRoadmapPlanner(ROBOT, PARAMETERS, MARGINS, LIDAR, stopwatch=stopwatch)
+        self.system = StarRoadmapPlanner(ROBOT, PARAMETERS, MARGINS, stopwatch=stopwatch)
         self.simulator = Simulator(self.system)
         self.context = self.simulator.get_mutable_context()
         self.put("observation", Value(Observation.none()))

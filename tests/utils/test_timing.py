@@ -6,12 +6,10 @@ import pytest
 
 from drake_starnav.control import ControllerParameters
 from drake_starnav.errors import StarnavError
-from drake_starnav.localization.scan_matching import OdometryError
 from drake_starnav.planning import PlannerParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.station.monitors import ArrivalMonitor
 from drake_starnav.systems.jump_guard import JumpGuard
-from drake_starnav.systems.scan_matcher import ScanMatcher
 from drake_starnav.systems.state_predictor import StatePredictor
 from drake_starnav.utils.timing import begins_run, checked_period
 
@@ -20,7 +18,6 @@ WITH_PERIOD = {
     "ArrivalMonitor": lambda **times: ArrivalMonitor(tolerance=0.1, **times),
 }
 WITH_RATE = {
-    "ScanMatcher": lambda **times: ScanMatcher(OdometryError(0.0, 0.0, 0.0), **times),
     "JumpGuard": lambda **times: JumpGuard(tolerance=0.1, **times),
     "StatePredictor": lambda **times: StatePredictor(delay=0.1, **times),
 }
