@@ -216,10 +216,10 @@ def _add_perception(builder: DiagramBuilder, needs: Needs, navigation: Navigatio
 
 
 def _doubtful(scenario: Scenario) -> LidarParameters:
-    """The first lidar, with the noise and the outliers of the one that has most."""
+    """The first lidar, with the rate of the slowest, and the noise and the outliers of the one that has most."""
     lidars = scenario.all_lidars
     noise, outliers = max(lidar.noise for lidar in lidars), max(lidar.outliers for lidar in lidars)
-    return dataclasses.replace(lidars[0], noise=noise, outliers=outliers)
+    return dataclasses.replace(lidars[0], rate=min(lidar.rate for lidar in lidars), noise=noise, outliers=outliers)
 
 
 def _add_planning(builder: DiagramBuilder, needs: Needs, own: System | None, navigation: Navigation) -> Navigation:

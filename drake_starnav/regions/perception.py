@@ -9,20 +9,22 @@ import numpy as np
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.footprint import Footprint
+from drake_starnav.geometry.se2 import now_in
 from drake_starnav.lidar.deskew import deskewed
 from drake_starnav.lidar.field_of_view import TURN
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.lidar.mounts import ON_AXIS, Mount, unturned
+from drake_starnav.lidar.mounts import ON_AXIS, Mount, newest, unturned
 from drake_starnav.lidar.outlier_filter import HitHistory, without_outliers
 from drake_starnav.regions.chords import hits_behind
 from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.observation import Observation
-from drake_starnav.regions.safe_region import CertifiedRegion, ScanMemory, certified_region
+from drake_starnav.regions.safe_region import SCAN_PATIENCE, CertifiedRegion, ScanMemory, certified_region
 from drake_starnav.regions.scan_averaging import AVERAGED_WITHIN, averaged
 from drake_starnav.regions.star_region import NO_HITS, scan_region
 from drake_starnav.regions.views import hits_seen, merged, view_range
 from drake_starnav.utils.snapshot import snapshot
+from drake_starnav.utils.timing import EARLY
 
 SCAN_MEMORY = 5
 """Number of scans from which the certified region is made."""
@@ -83,6 +85,34 @@ def _check_cover(scans: Sequence[LaserScan], mounts: Sequence[Mount], footprint:
 
 
 @snapshot
+class Look:
+    """What one lidar saw last. Immutable.
+
+    Attributes:
+        near, sure: its scan as `unturned`, de-skewed, without doubted hits: for the certificate, and for the roadmap.
+        pose: (x, y, yaw) of the robot when it was taken, W, m and rad.
+        history: hits of its last scans, which confirm or refute new ones.
+    """
+
+    near: LaserScan
+    sure: LaserScan
+    pose: np.ndarray
+    history: HitHistory
+
+    def counts_at(self, time: float) -> bool:
+        """Whether it is not too old at a time, s."""
+        return time - self.near.time <= SCAN_PATIENCE * self.near.scan_time + EARLY
+
+    def seen_from(self, pose: np.ndarray, time: float, mount: Mount) -> tuple[LaserScan, LaserScan, Mount]:
+        """Both scans and the mount as if taken at a later time, s, and pose of the robot in surroundings that stand."""
+        if self.near.time == time:
+            return self.near, self.sure, mount
+        moved = Mount(*now_in(pose, mount.unturned(self.pose)), upside_down=False)
+        near = unturned(dataclasses.replace(self.near, time=time), moved)
+        return near, near if self.sure is self.near else unturned(self.sure, moved), moved
+
+
+@snapshot
 class Perceived:
     """Perception's state after a scan. Immutable.
 
@@ -90,13 +120,18 @@ class Perceived:
         observation: the scan, its pose, and its region with the planning margin.
         safety: the certified region of the last scans.
         memory: the scans from which the certified region is made.
-        histories: for each lidar, hits of its last scans, which confirm or refute new ones.
+        looks: of each lidar, None before its first; empty before that of all.
     """
 
     observation: Observation
     safety: CertifiedRegion
     memory: ScanMemory
-    histories: tuple[HitHistory, ...]
+    looks: tuple[Look | None, ...]
+
+    def lacks(self, scans: Sequence[LaserScan]) -> bool:
+        """Whether some of the `newest` scans were not processed."""
+        time, looks = newest(scans), self.looks or (None,) * len(scans)
+        return any(_is_new(look, scan, time) for look, scan in zip(looks, scans, strict=True))
 
     @staticmethod
     def nothing() -> "Perceived":
@@ -133,30 +168,38 @@ def perceive(
 ) -> Perceived:
     """Process new scans.
 
+    Lidars may have different rates: of one without a new scan the last look counts, from where it was taken, for
+    SCAN_PATIENCE of its periods. Until all have looked, nothing is observed.
+
     Args:
         before: state before the scans.
-        scans: one of each lidar in its sensor frame S, all taken at one time; rolling ones are de-skewed.
-        pose: (x, y, yaw) of the robot in the world frame W at that time, m and rad.
+        scans: the last of each lidar in its sensor frame S; new are the `newest`. Rolling ones are de-skewed.
+        pose: (x, y, yaw) of the robot in the world frame W at the time of the newest, m and rad.
         settings: of robot and sensors.
     """
     margins, footprint, noise, mounts = settings
     robot_radius = footprint.narrow
-    scans = [unturned(*each) for each in zip(scans, mounts, strict=True)]
-    scans = _deskewed(before.observation, scans, pose, mounts)
-    histories, near = before.histories, scans  # `near` is for the certificate
-    if noise is not None:
-        histories, near, scans = _without_outliers(before.histories, scans, pose, settings)
+    looks = _looks(before.looks, scans, pose, settings)
+    time = newest(scans)
+    seen = [
+        look.seen_from(pose, time, mount)
+        for look, mount in zip(looks, mounts, strict=True)
+        if look is not None and look.counts_at(time)
+    ]
+    if len(seen) < len(mounts):
+        return dataclasses.replace(before, looks=looks)
+    near, scans, mounts = zip(*seen, strict=True)
     first = before.observation.region
     samples = None if first is None else len(first.free_range)  # though the number of beams may vary
     smoothing = margins.smoothed_beams, margins.smoothing_slack
     hits, around = hits_seen(near, mounts, smoothing), merged(near, mounts, footprint)
-    scan = around if near is scans else merged(scans, mounts, footprint)
+    scan = around if noise is None else merged(scans, mounts, footprint)
     safe_radius = robot_radius + margins.safety
     remembered = margins.safety_range + 2.0 * safe_radius, SCAN_MEMORY
     beside = NO_HITS
     if not scan.full_circle:
-        seen = before.safety.chords.ends
-        beside = hits_behind(before.observation.beside, seen, scan.field_of_view, pose, remembered[0])
+        ends = before.safety.chords.ends
+        beside = hits_behind(before.observation.beside, ends, scan.field_of_view, pose, remembered[0])
     distance = smoothed_distances(scan, margins.smoothing_slack)
     region = scan_region(scan, pose, robot_radius, margins, samples, beside, distance)
     arguments = distance, pose, safe_radius, margins.safety_range, remembered
@@ -170,7 +213,7 @@ def perceive(
     if not scan.full_circle:
         surfaces = NO_HITS if footprint.is_disc else beside
         safety = dataclasses.replace(safety, behind=surfaces, earlier=_earlier(before.safety, pose, remembered[0]))
-    return Perceived(Observation(region, scan, pose, beside), safety, memory, histories)
+    return Perceived(Observation(region, scan, pose, beside), safety, memory, looks)
 
 
 def _earlier(last: CertifiedRegion, pose: np.ndarray, reach: float) -> tuple[CertifiedRegion, ...]:
@@ -188,31 +231,30 @@ def _apart(star: CertifiedRegion, other: CertifiedRegion) -> bool:
     return math.dist(star.center, other.center) > DISTINCT_PLACE or abs(turned) > DISTINCT_TURN
 
 
-def _deskewed(
-    last: Observation, scans: Sequence[LaserScan], pose: np.ndarray, mounts: Sequence[Mount]
-) -> Sequence[LaserScan]:
-    """The scans of lidars parallel to the robot, each as if taken at one time, since the last observation."""
-    if last.region is None or not any(scan.time_increment for scan in scans):
-        return scans
-    return [
-        deskewed(scan, mount.unturned(last.pose), last.scan.time, mount.unturned(pose)) if scan.time_increment else scan
-        for scan, mount in zip(scans, mounts, strict=True)
-    ]
+def _looks(
+    before: tuple[Look | None, ...], scans: Sequence[LaserScan], pose: np.ndarray, settings: PerceptionSettings
+) -> tuple[Look | None, ...]:
+    """The last look of each lidar, with its new scan if it has one."""
+    time, looks = newest(scans), before or (None,) * len(scans)
+    return tuple(
+        _look(look, scan, mount, pose, settings) if _is_new(look, scan, time) else look
+        for look, scan, mount in zip(looks, scans, settings.mounts, strict=True)
+    )
 
 
-def _without_outliers(
-    before: tuple[HitHistory, ...], scans: Sequence[LaserScan], pose: np.ndarray, settings: PerceptionSettings
-) -> tuple[tuple[HitHistory, ...], list[LaserScan], list[LaserScan]]:
-    """The histories with the scans, and the scans without doubted hits, for the certificate and for the roadmap."""
-    histories: list[HitHistory] = []
-    near: list[LaserScan] = []
-    sure: list[LaserScan] = []
-    before = before or (HitHistory(),) * len(scans)
-    for scan, mount, history in zip(scans, settings.mounts, before, strict=True):
-        place = mount.unturned(pose)
-        body = settings.footprint.narrow - mount.offset
-        histories.append(history.remembered(scan.points(place)))
-        kept, trusted = without_outliers(scan, place, history, settings.outlier_noise or 0.0, body)
-        near.append(kept)
-        sure.append(trusted)
-    return tuple(histories), near, sure
+def _is_new(last: Look | None, scan: LaserScan, time: float) -> bool:
+    """Whether a lidar's scan is of a time and not its last look yet."""
+    return newest([scan]) == time and (last is None or last.near.time != time)
+
+
+def _look(before: Look | None, scan: LaserScan, mount: Mount, pose: np.ndarray, settings: PerceptionSettings) -> Look:
+    """A new scan of a lidar whose last look is given."""
+    scan, place = unturned(scan, mount), mount.unturned(pose)
+    if before is not None and scan.time_increment:
+        scan = deskewed(scan, mount.unturned(before.pose), before.near.time, place)
+    history = HitHistory() if before is None else before.history
+    if settings.outlier_noise is None:
+        return Look(scan, scan, pose, history)
+    body = settings.footprint.narrow - mount.offset
+    near, sure = without_outliers(scan, place, history, settings.outlier_noise, body)
+    return Look(near, sure, pose, history.remembered(scan.points(place)))

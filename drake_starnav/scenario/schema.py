@@ -142,13 +142,11 @@ class Scenario:
             raise StarnavError("lidar differs from lidars[0]; allowed: the same, or lidars alone")
         first, others = self.all_lidars[0], self.all_lidars[1:]
         for k, other in enumerate(others, start=1):
-            for name in ("rate", "delay"):
-                value, wanted = getattr(other, name), getattr(first, name)
-                if value != wanted:
-                    raise StarnavError(
-                        f"lidars[{k}].{name} is {value:g}, lidars[0].{name} {wanted:g}; allowed: the same, as scans of "
-                        "one time are merged"
-                    )
+            if other.delay != first.delay:
+                raise StarnavError(
+                    f"lidars[{k}].delay is {other.delay:g}, lidars[0].delay {first.delay:g}; allowed: the same, as a "
+                    "scan comes with the pose at its time"
+                )
 
     @property
     def all_lidars(self) -> tuple[LidarParameters, ...]:

@@ -1,10 +1,12 @@
 """Where a floating robot is in the plane, and where it believes to be."""
 
+import functools
 import math
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
-from pydrake.systems.framework import Context, DiscreteValues, EventStatus, LeafSystem, State
+from pydrake.systems.framework import Context, DiscreteStateIndex, DiscreteValues, EventStatus, LeafSystem, State
 
 from drake_starnav.geometry.se2 import composed, now_in
 from drake_starnav.lidar.sensor_model import LidarParameters, Stream, arrives, random_numbers, released, scan_index
@@ -14,6 +16,8 @@ from drake_starnav.utils.timing import begins_run
 
 PLANAR = 3
 """Positions of a planar base, see `planar_drive`; a floating one has more."""
+LIDAR_SEEDS = 0x9E3779B97F4A7C15
+"""Added to the seed of a robot for each further lidar: no two have the same noise, whatever seeds trials have."""
 DRIFT_PERIOD = 0.02
 """The believed pose takes up its error this often, s."""
 
@@ -40,6 +44,19 @@ def jumped(jump: float, seed: int, index: int) -> np.ndarray:
     return jump * np.array((math.cos(angle), math.sin(angle)))
 
 
+class _Stream(NamedTuple):
+    """The scans of a lidar, its seed, and the discrete state of poses at which scans were taken that did not arrive."""
+
+    lidar: LidarParameters
+    seed: int
+    waiting: list[DiscreteStateIndex]
+
+
+def lidar_seed(seed: int, k: int) -> int:
+    """Seed of the k-th lidar of a robot, from 0 on."""
+    return (seed + k * LIDAR_SEEDS) % 2**64
+
+
 class PlanarLocalization(LeafSystem):
     """Reads the planar pose and twist of a robot from its multibody state: the truth, or with a declared error.
 
@@ -57,7 +74,8 @@ class PlanarLocalization(LeafSystem):
         pose: vector (x, y, yaw) of the base in the world frame W, m and rad.
         state: vector (x, y, yaw, v, omega); v is the speed along the base's x axis, of a planar base its speed with the
             sign of that, m/s; omega about W's z, rad/s.
-        scan_pose: vector (x, y, yaw), the pose at which the scan was taken that arrived last; discrete state.
+        scan_pose: vector (x, y, yaw), the pose at which the scan was taken that arrived last, of whichever lidar;
+            discrete state.
 
     With an error, W is where the robot believes the world frame to be, and the error accumulates in discrete state;
     v and omega stay true. A run begins with the truth; the time of the last update, in discrete state, tells a context
@@ -69,20 +87,19 @@ class PlanarLocalization(LeafSystem):
         *,
         num_positions: int,
         num_velocities: int,
-        lidar: LidarParameters,
+        lidars: Sequence[LidarParameters],
         error: LocalizationParameters | None = None,
         seed: int = 0,
     ) -> None:
         """
         Args:
             num_positions, num_velocities: of the model instance.
-            lidar: whose scans it is, and which of them do not arrive.
+            lidars: whose scans they are, and which of them do not arrive.
             error: of the believed pose; none by default.
-            seed: of the error, and of the lidar; a non-negative whole number below 2**64.
+            seed: of the error, and by `lidar_seed` of the lidars; a non-negative whole number below 2**64.
         """
         super().__init__()
         self._error, self._seed = error or LocalizationParameters(), seed
-        self._lidar = lidar
         self._num_positions = num_positions
         self._multibody_state = self.DeclareVectorInputPort("multibody_state", num_positions + num_velocities)
         depends = {self._multibody_state.ticket()}
@@ -92,13 +109,19 @@ class PlanarLocalization(LeafSystem):
         declare_vector(self, "pose", 3, PlanarLocalization._believed_pose, depends)
         declare_vector(self, "state", 5, PlanarLocalization._believed_state, depends)
         self._scan_pose = self.DeclareDiscreteState(3)
-        self._waiting = [self.DeclareDiscreteState(3) for _ in range(lidar.waiting_scans)]
+        self._streams = [
+            _Stream(lidar, lidar_seed(seed, k), [self.DeclareDiscreteState(3) for _ in range(lidar.waiting_scans)])
+            for k, lidar in enumerate(lidars)
+        ]
         self.DeclareStateOutputPort("scan_pose", self._scan_pose)
         self._updated = self.DeclareDiscreteState([math.nan])
         self.DeclareInitializationUnrestrictedUpdateEvent(self._begin)
-        self.DeclarePeriodicUnrestrictedUpdateEvent(1.0 / lidar.rate, 0.0, self._hold)
-        if lidar.delay > 0.0:
-            self.DeclarePeriodicUnrestrictedUpdateEvent(1.0 / lidar.rate, lidar.release_offset, self._release)
+        for stream in self._streams:
+            lidar, period = stream.lidar, 1.0 / stream.lidar.rate
+            self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, functools.partial(self._hold, stream))
+            if lidar.delay > 0.0:
+                release = functools.partial(self._release, stream)
+                self.DeclarePeriodicUnrestrictedUpdateEvent(period, lidar.release_offset, release)
         if not self._error.exact:
             self.DeclarePeriodicDiscreteUpdateEvent(DRIFT_PERIOD, 0.0, self._drift)
 
@@ -110,25 +133,27 @@ class PlanarLocalization(LeafSystem):
         pose = self._true_pose(context)
         if not self._error.exact:
             values.set_value(self._anchor, np.concatenate((pose, pose)))
-        for group in (self._scan_pose, *self._waiting):
+        for group in (self._scan_pose, *(group for stream in self._streams for group in stream.waiting)):
             values.set_value(group, pose)
         return EventStatus.Succeeded()
 
-    def _hold(self, context: Context, state: State) -> EventStatus:
+    def _hold(self, stream: "_Stream", context: Context, state: State) -> EventStatus:
+        lidar, seed, waiting = stream
         values = state.get_mutable_discrete_state()
         values.set_value(self._updated, [context.get_time()])
-        index = scan_index(context.get_time(), self._lidar.rate)
-        if not arrives(self._lidar, self._seed, index):
+        index = scan_index(context.get_time(), lidar.rate)
+        if not arrives(lidar, seed, index):
             return EventStatus.Succeeded()
-        group = self._waiting[index % len(self._waiting)] if self._waiting else self._scan_pose
+        group = waiting[index % len(waiting)] if waiting else self._scan_pose
         values.set_value(group, self._believed_pose(context))
         return EventStatus.Succeeded()
 
-    def _release(self, context: Context, state: State) -> EventStatus:
-        index = released(self._lidar, self._seed, context.get_time())
+    def _release(self, stream: "_Stream", context: Context, state: State) -> EventStatus:
+        lidar, seed, waiting = stream
+        index = released(lidar, seed, context.get_time())
         if index is None:
             return EventStatus.DidNothing()
-        group = self._waiting[index % len(self._waiting)]
+        group = waiting[index % len(waiting)]
         values = state.get_mutable_discrete_state()
         values.set_value(self._scan_pose, context.get_discrete_state(group).value().copy())
         return EventStatus.Succeeded()

@@ -15,13 +15,11 @@ from drake_starnav.station.lidar_mounts import lidar_poses, mount_of
 from drake_starnav.station.lidar_sensor import LidarMount, LidarSensor
 from drake_starnav.station.model_world import floor_geometries
 from drake_starnav.station.planar_drive import PlanarVelocityCommand
-from drake_starnav.station.planar_localization import PlanarLocalization
+from drake_starnav.station.planar_localization import PlanarLocalization, lidar_seed
 from drake_starnav.station.robot_geometry import RobotModel, drive_geometry, floor_contact, robot_reach
 from drake_starnav.station.wheel_drive import WheelServo, WheelSlip, WheelSpeedCommand
 from drake_starnav.systems.star_perception import lidar_names
 
-LIDAR_SEEDS = 0x9E3779B97F4A7C15
-"""Added to the seed of a robot for each further lidar: no two have the same noise, whatever seeds trials have."""
 LIDAR_PORTS = ("scan", "ranges", "point_cloud", "X_WS")
 POSE_PORTS = ("pose", "state", "scan_pose")
 
@@ -99,14 +97,14 @@ class RobotInterface(Diagram):
         sensors = {}
         for k, (name, lidar) in enumerate(zip(lidar_names("lidar", len(places)), self.lidars, strict=True)):
             mount = LidarMount(self.base_frame, places[k], frames)
-            sensor = LidarSensor(lidar, mount, seed=(seed + k * LIDAR_SEEDS) % 2**64)
+            sensor = LidarSensor(lidar, mount, seed=lidar_seed(seed, k))
             sensors[name] = builder.AddNamedSystem(name, sensor)
         where = builder.AddNamedSystem(
             "localization",
             PlanarLocalization(
                 num_positions=plant.num_positions(model),
                 num_velocities=plant.num_velocities(model),
-                lidar=self.lidars[0],
+                lidars=self.lidars,
                 error=self.localization,
                 seed=seed,
             ),

@@ -43,7 +43,7 @@ class StarPerception(LeafSystem):
             if the last scan is older than the delay and three scan periods.
 
     A new scan with at least one beam that is not lost is in the outputs at once, see `ScanState`; with several lidars,
-    once all have one of the same time. `perceive` does the work. Lidars whose view is too narrow for the certificate,
+    once each has one. `perceive` does the work. Lidars whose view is too narrow for the certificate,
     and a pose that is not finite, end the simulation with a `StarnavError`.
     """
 
@@ -92,8 +92,7 @@ class StarPerception(LeafSystem):
 
     def _after(self, context: Context, before: Perceived) -> Perceived:
         scans = [port.Eval(context) for port in self._scans]
-        time = scans[0].time
-        if time == before.safety.time or any(newest([scan]) != time for scan in scans):
+        if not before.lacks(scans):
             return before
         pose = self._pose.Eval(context).copy()
         if not all(map(math.isfinite, pose.tolist())):

@@ -86,7 +86,7 @@ def all_systems() -> list[System]:
         station,
         station.GetSubsystemByName("robot"),  # its `RobotInterface`
         LidarSensor(lidar, LidarMount(SceneGraph.world_frame_id(), RigidTransform())),
-        PlanarLocalization(num_positions=9, num_velocities=8, lidar=lidar),
+        PlanarLocalization(num_positions=9, num_velocities=8, lidars=[lidar]),
         ObstacleTracker(defaults.obstacles, lidar),
         StarPerception(robot, margins, lidar),
         ScanMatcher(OdometryError(0.02, 0.0, lidar.noise)),

@@ -1,5 +1,6 @@
 """The scans of lidars anywhere on the robot as one scan about its axis."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -9,6 +10,7 @@ from hypothesis import given
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.footprint import covered, disc, footprint
+from drake_starnav.geometry.se2 import composed
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import ON_AXIS, Mount, unturned
 from drake_starnav.regions.bearing_hits import CONNECTED_CHORD
@@ -106,6 +108,22 @@ def test_rays_end_where_space_is_free(name: str) -> None:
         assert scan.full_circle and scan.distances.mean() > 0.9 * np.minimum(truth.distances, scan.range_max).mean()
 
 
+@NAMES
+def test_rays_end_where_space_is_free_though_one_lidar_looked_from_elsewhere(name: str) -> None:
+    lidars, rng = LIDARS[name], np.random.default_rng(21)
+    settings = PerceptionSettings(MARGINS, BODY, None, mounts(lidars))
+    for _ in range(20):
+        world, earlier = blocks(rng, 6, 8, 1.0), np.array((0.0, 0.0, rng.uniform(-3.0, 3.0)))
+        pose = composed(earlier, rng.uniform((-0.05, 0.0, -0.2), (0.05, 0.0, 0.2)))
+        first = [dataclasses.replace(scan, scan_time=0.1) for scan in looks(world, lidars, earlier)]
+        known = perceive(Perceived.nothing(), first, earlier, settings)
+        second = [dataclasses.replace(scan, time=0.05) for scan in looks(world, lidars, pose)]
+        scan = perceive(known, [second[0], *first[1:]], pose, settings).observation.scan
+        assert scan.time == 0.05
+        past = scan.distances - cast(world, pose, beams=BEARINGS).distances
+        assert (past < 0.02).mean() > 0.98 and (np.abs(past[scan.hits]) < 0.02).mean() > 0.95
+
+
 def test_what_only_the_axis_would_see_is_unknown() -> None:
     world = World("post", (0, 0, 0), (0, 0), cylinders=[(0.2, 0.6, 0.1)])
     scan = seen(world, (Lidar(Mount(0.2, 0.0, 0.0, False)),))
@@ -198,7 +216,7 @@ def test_outliers_are_found_by_each_lidar_before_their_scans_are_merged(noise: f
     ranges[100] = 0.9
     scans[1] = type(scans[1])(0.0, scans[1].angle_min, scans[1].angle_increment, 0.0, 5.0, ranges)
     known = perceive(Perceived.nothing(), scans, ORIGIN, settings)
-    assert len(known.histories) == 2
+    assert len(known.looks) == 2
     assert np.hypot(*known.safety.hits.T).min() > 1.2  # the stray hit is none
     plain = perceive(Perceived.nothing(), scans, ORIGIN, settings._replace(outlier_noise=None))
     assert np.hypot(*plain.safety.hits.T).min() < 1.2

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from pydrake.math import RollPitchYaw
+from pydrake.systems.analysis import Simulator
 
 from drake_starnav.geometry.se2 import composed, now_in
 from drake_starnav.lidar.sensor_model import LidarParameters
@@ -34,7 +35,9 @@ def test_jumps_have_the_declared_size(seed, jump, index):
 
 def localized(positions: np.ndarray, velocities: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Pose and state that the system outputs for a multibody state."""
-    system = PlanarLocalization(num_positions=len(positions), num_velocities=len(velocities), lidar=LidarParameters())
+    system = PlanarLocalization(
+        num_positions=len(positions), num_velocities=len(velocities), lidars=[LidarParameters()]
+    )
     context = system.CreateDefaultContext()
     system.GetInputPort("multibody_state").FixValue(context, np.concatenate((positions, velocities)))
     return system.GetOutputPort("pose").Eval(context), system.GetOutputPort("state").Eval(context)
@@ -74,10 +77,24 @@ def test_sliding_sideways_is_no_speed() -> None:
 
 
 def test_ports() -> None:
-    system = PlanarLocalization(num_positions=9, num_velocities=8, lidar=LidarParameters())
+    system = PlanarLocalization(num_positions=9, num_velocities=8, lidars=[LidarParameters()])
     assert system.GetInputPort("multibody_state").size() == 17
     names = [system.get_output_port(k).get_name() for k in range(system.num_output_ports())]
     assert names == ["pose", "state", "scan_pose"]
+
+
+def test_the_pose_of_a_scan_is_that_at_the_last_one_of_any_lidar() -> None:
+    lidars = [LidarParameters(rate=20.0), LidarParameters(rate=8.0)]
+    system = PlanarLocalization(num_positions=3, num_velocities=3, lidars=lidars)
+    simulator = Simulator(system)
+    context, port = simulator.get_mutable_context(), system.GetInputPort("multibody_state")
+    due = sorted({*(k / 20.0 for k in range(20)), *(k / 8.0 for k in range(8))})
+    for k in range(100):  # it drives along x by 1 m/s
+        time = 0.01 * k + 0.006
+        port.FixValue(context, [0.01 * k, 0.0, 0.0, 1.0, 0.0, 0.0])
+        simulator.AdvanceTo(time)
+        last = max(each for each in due if each <= time)
+        assert system.GetOutputPort("scan_pose").Eval(context)[0] == pytest.approx(last, abs=0.006)
 
 
 @given(st.lists(st.tuples(numbers, numbers, angles, numbers, numbers, numbers), min_size=1, max_size=5))

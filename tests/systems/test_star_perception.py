@@ -293,7 +293,7 @@ def test_a_pose_that_is_no_number_is_refused() -> None:
         perceived.update(silent=True)
 
 
-def test_scans_of_several_lidars_count_once_all_have_come() -> None:
+def test_scans_of_several_lidars_count_once_each_has_one_and_while_none_is_old() -> None:
     mounts = [lidar.mount for lidar in CORNERS]
     system = StarPerception(ROBOT, MARGINS, LIDAR, mounts=mounts)
     context = system.CreateDefaultContext()
@@ -301,15 +301,21 @@ def test_scans_of_several_lidars_count_once_all_have_come() -> None:
     system.GetInputPort("pose").FixValue(context, POSE)
 
     def show(*times: float) -> Observation:
+        context.SetTime(max(times))
         for name, scan, time in zip(("scan", "scan_2"), scans, times, strict=True):
-            system.GetInputPort(name).FixValue(context, Value(dataclasses.replace(scan, time=time)))
+            timed = dataclasses.replace(scan, time=time, scan_time=1.0 / RATE)
+            system.GetInputPort(name).FixValue(context, Value(timed))
         return system.GetOutputPort("observation").Eval(context)
 
-    context.SetTime(0.05)
-    assert show(0.05, 0.0).region is None
+    assert show(0.05, 0.0).region is None, "where the second one was taken is not known"
     seen = show(0.05, 0.05)
     assert seen.region is not None and seen.scan.full_circle and seen.scan.time == 0.05
     assert np.array_equal(seen.pose, POSE)
     region = system.GetOutputPort("certified_region").Eval(context)
     away = np.abs(np.hypot(*(region.hits - (0.9, 0.0)).T) - 0.2)
     assert len(region.hits) > 30 and np.sort(away)[:20].max() < 1e-6
+    last = 0.05 + SCAN_PATIENCE / RATE
+    assert show(0.07, 0.05).scan.time == 0.07 and show(last, 0.05).scan.time == last
+    assert show(last + 0.05, 0.05).scan.time == last, "the second one is silent"
+    assert show(last + 0.05, last + 0.1).scan.time == last + 0.1
+    assert system.dropped_scans(context) == 0
