@@ -70,3 +70,15 @@ def test_the_citation_has_the_required_fields() -> None:
 def test_an_unreleased_first_version_has_no_history() -> None:
     text = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
     assert len(sections()) > 1 or "### Fixed" not in text
+
+
+def test_every_place_names_the_same_pythons() -> None:
+    named = [re.fullmatch(r"Programming Language :: Python :: (3\.\d+)", line) for line in PROJECT["classifiers"]]
+    versions = [match[1] for match in named if match]
+    assert PROJECT["requires-python"] == f">={versions[0]}"
+    table = (ROOT / "BUILD.md").read_text(encoding="utf-8").partition("| Python | Drake ")[2].partition("\n\n")[0]
+    assert re.findall(r"^\| (3\.\d+) \|", table, re.MULTILINE) == versions
+    workflow = ROOT / ".github" / "workflows" / "ci.yml"
+    if workflow.is_file():
+        jobs = yaml.safe_load(workflow.read_text(encoding="utf-8"))["jobs"]
+        assert jobs["run"]["strategy"]["matrix"]["python"] == versions
