@@ -73,8 +73,9 @@ def _read(data: bytes, suffix: str, beside: Beside) -> Any:
         if suffix == ".gltf":
             json.loads(data)  # of which trimesh says that another file is missing
         files = trimesh.resolvers.FilePathResolver(str(beside), True) if isinstance(beside, Path) else beside
-        scene = trimesh.load_scene(io.BytesIO(data), file_type=suffix[1:], resolver=files, process=False)
-        meshes = [mesh for mesh in scene.dump() if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces)]
+        with np.errstate(invalid="ignore"):  # what is not finite is refused below
+            scene = trimesh.load_scene(io.BytesIO(data), file_type=suffix[1:], resolver=files, process=False)
+            meshes = [mesh for mesh in scene.dump() if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces)]
         corners = [mesh.vertices[mesh.faces] for mesh in meshes]
     except Exception as error:  # whatever a broken file makes a reader raise
         raise StarnavError(f"not a valid {suffix} file ({type(error).__name__}: {said_by(error)})") from None
