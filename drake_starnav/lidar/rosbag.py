@@ -2,11 +2,12 @@
 
 import functools
 import math
+import operator
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -18,6 +19,8 @@ POSE_TOPICS = ("/odom", "/tf")
 """Where poses are looked for, in this order."""
 FIXED_TRANSFORMS = "tf_static"
 """The end of the names of topics whose transforms never change."""
+ODOMETRY = "odom"
+"""What the name of a frame has in which an odometry is given: its pose in another holds until it is corrected again."""
 
 
 def read_rosbag(
@@ -27,10 +30,12 @@ def read_rosbag(
 
     W is the frame of the poses, or the root of the tree of transforms. If transforms say how the lidar is mounted, the
     poses are those of the lidar, which may be upside down; otherwise they are those of the robot. They are interpolated
-    between messages; scans before the first or after the last are left out, with a warning.
+    between messages, but for the pose of a frame named `odom` in another, which holds until the next. With a warning
+    that counts them are left out: scans before the first pose or after the last, scans without ranges, and all that
+    comes after stamps went back, as when a simulation was restarted.
 
     Args:
-        path: folder or file of the bag.
+        path: folder or file of the bag; a folder whose metadata.yaml is missing may hold .mcap or .db3 files.
         scan_topic: of `sensor_msgs/LaserScan`.
         pose_topic: of `nav_msgs/Odometry`, `geometry_msgs/PoseStamped` or `PoseWithCovarianceStamped`, or of transforms
             such as `/tf`; None for the first of POSE_TOPICS that the bag has.
@@ -41,18 +46,22 @@ def read_rosbag(
             messages, no transform leads from the lidar to a fixed frame, the lidar is tilted, or all scans were taken
             before or after all poses.
     """
-    scans, frames = [], _Frames(path)
-    for topic, message in _messages(path, scan_topic, pose_topic):
-        if topic == scan_topic:
-            scans.append((_seconds(message.header.stamp), message))
-        elif hasattr(message, "transforms"):
+    frames, every = _Frames(path), list(_messages(path, scan_topic, pose_topic))
+    cut = _restart(path, every, scan_topic)
+    for topic, message in every[:cut]:
+        if hasattr(message, "transforms"):
             for each in message.transforms:
                 frames.add(each.child_frame_id, each.header, each.transform, moves=not topic.endswith(FIXED_TRANSFORMS))
-        else:
+        elif topic != scan_topic:
             pose = getattr(message.pose, "pose", message.pose)  # the first of a pose with its covariance
             frames.add_robot(getattr(message, "child_frame_id", ""), message.header, pose)
+    found = [(_seconds(message.header.stamp), message) for topic, message in every[:cut] if topic == scan_topic]
+    scans = sorted(((time, message) for time, message in found if len(message.ranges)), key=operator.itemgetter(0))
+    empty = len(found) - len(scans)
     if not scans:
-        raise StarnavError(f"bag {path}: 0 scans in {scan_topic}; allowed: at least one")
+        raise StarnavError(f"bag {path}: {empty} scans in {scan_topic}, all without ranges; allowed: at least one with")
+    if empty:
+        warnings.warn(f"bag {path}: {empty} of {len(found)} scans are left out: they have no ranges", stacklevel=2)
     chains = {frame: frames.chain(frame) for frame in {message.header.frame_id for _, message in scans}}
     spans = {frame: _span(chain) for frame, chain in chains.items()}
     first, last = next(iter(spans.values()))
@@ -62,8 +71,7 @@ def read_rosbag(
         if spans[frame][0] <= time <= spans[frame][1]:
             pose = functools.reduce(lambda X, link: link.at(time) @ X, chains[frame], np.eye(4))
             records.append(_record(time - first, message, pose, path))
-    taken = [time for time, _ in scans]
-    said = f"scans are from {min(taken):.3f} to {max(taken):.3f} s, poses from {first:.3f} to {last:.3f} s"
+    said = f"scans are from {scans[0][0]:.3f} to {scans[-1][0]:.3f} s, poses from {first:.3f} to {last:.3f} s"
     if not records:
         raise StarnavError(f"bag {path}: {said}; allowed: stamps of one clock, and scans between poses")
     if len(records) < len(scans):
@@ -72,8 +80,40 @@ def read_rosbag(
     return logged_scans(records, f"bag {path}", mask)
 
 
+def _restart(path: Path, messages: Sequence[tuple[str, Any]], scan_topic: str) -> int | None:
+    """Index of the first message after the clock was set back, with a warning; None if it never was.
+
+    It was where two messages in a row, of one topic or one pair of frames, are older than one before them: a single one
+    may have been overtaken on its way.
+    """
+    latest: dict[tuple[str, str], float] = {}
+    overtaken: dict[tuple[str, str], int] = {}
+    for k, (topic, message) in enumerate(messages):
+        if topic.endswith(FIXED_TRANSFORMS):
+            continue
+        parts = message.transforms if hasattr(message, "transforms") else [message]
+        for part in parts:
+            stream = topic, f"{part.header.frame_id} {getattr(part, 'child_frame_id', '')}"
+            time, last = _seconds(part.header.stamp), latest.get(stream, -math.inf)
+            if time >= last:
+                latest[stream] = time
+                overtaken.pop(stream, None)
+            elif stream in overtaken:
+                cut = overtaken[stream]
+                lost = sum(topic == scan_topic for topic, _ in messages[cut:])
+                warnings.warn(
+                    f"bag {path}: stamps of {topic} go back from {last:.3f} to {time:.3f} s, as when a clock is set "
+                    f"back: the log ends there, and {lost} later scans are left out",
+                    stacklevel=3,
+                )
+                return cut
+            else:
+                overtaken[stream] = k
+    return None
+
+
 def _messages(path: Path, scan_topic: str, pose_topic: str | None) -> Iterator[tuple[str, Any]]:
-    """The topics and messages of the scans, the poses and the fixed transforms, in the order of the bag."""
+    """The topics and messages of the scans, the poses and the fixed transforms, in the order of the recording."""
     try:
         from rosbags.highlevel import AnyReader
         from rosbags.typesys import Stores, get_typestore
@@ -82,7 +122,7 @@ def _messages(path: Path, scan_topic: str, pose_topic: str | None) -> Iterator[t
             f"bag {path}: package rosbags is missing; allowed: pip install drake-starnav[rosbag]"
         ) from None
     try:
-        with AnyReader([path], default_typestore=get_typestore(Stores.LATEST)) as reader:
+        with AnyReader(_files(path), default_typestore=get_typestore(Stores.LATEST)) as reader:
             topics = sorted({connection.topic for connection in reader.connections})
             has = ", ".join(topics) or "none"
             if pose_topic is None:
@@ -103,12 +143,33 @@ def _messages(path: Path, scan_topic: str, pose_topic: str | None) -> Iterator[t
         raise StarnavError(f"bag {path} cannot be read: {said_by(error)}; allowed: a ROS 1 or ROS 2 bag") from None
 
 
+def _files(path: Path) -> list[Path]:
+    """What the reader opens: the bag, or the files in the folder of one whose recording was cut off."""
+    if not path.is_dir() or (path / "metadata.yaml").exists():
+        return [path]
+    files = sorted(file for file in path.iterdir() if file.suffix in (".mcap", ".db3"))
+    if not files:
+        raise StarnavError(
+            f"bag {path}: the folder has no metadata.yaml, and no file that ends in .mcap or .db3; allowed: a bag of "
+            "ROS 2, made whole by `ros2 bag reindex` if its files are compressed, or a file of ROS 1"
+        )
+    return files
+
+
 @dataclass
 class _Link:
-    """The pose of a frame in its parent over time: rows of time, s, position, m, and quaternion (x, y, z, w)."""
+    """The pose of a frame in another over time: rows of time, s, position, m, and quaternion (x, y, z, w).
+
+    Attributes:
+        parent, child: names of the frames.
+        moves: whether the pose changes.
+        holds: whether it holds from one sample to the next, as what corrects an odometry does.
+    """
 
     parent: str
+    child: str
     moves: bool
+    holds: bool = False
     rows: list[tuple[float, ...]] = field(default_factory=list)
 
     def at(self, time: float) -> np.ndarray:
@@ -120,61 +181,112 @@ class _Link:
             after = np.append(after[:4], -after[4:])  # the same rotation, by the shorter way
         step = after[0] - before[0]
         share = min(max((time - before[0]) / step, 0.0), 1.0) if step > 0.0 else 1.0
-        return _matrix(before + share * (after - before))
+        return _matrix(before + (math.floor(share) if self.holds else share) * (after - before))
+
+
+class _Turned(NamedTuple):
+    """A link in the other direction: the pose of the parent in the child."""
+
+    link: _Link
+
+    def at(self, time: float) -> np.ndarray:
+        """As of a `_Link`."""
+        return np.linalg.inv(self.link.at(time))
 
 
 class _Frames:
-    """The tree of frames that the messages of a bag describe."""
+    """The graph of frames that the messages of a bag describe: links by the names of parent and child."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        self._links: dict[str, _Link] = {}
-        self._robot: str | None = None
+        self._links: dict[tuple[str, str], _Link] = {}
+        self._robot: _Link | None = None
 
     def add(self, child: str, header: Any, transform: Any, *, moves: bool) -> None:
         """A transform of `tf2_msgs/TFMessage`."""
-        self._sample(_name(child), header, transform.translation, transform.rotation, moves)
+        key = _name(header.frame_id), _name(child)
+        link = self._links.get(key)
+        if link is None or (moves and not link.moves):
+            link = self._links[key] = _Link(*key, moves)
+        if moves or not link.moves:
+            self._sample(link, header, transform.translation, transform.rotation)
 
     def add_robot(self, child: str, header: Any, pose: Any) -> None:
         """A pose of the robot, whose frame may be unnamed."""
-        self._robot = _name(child)
-        self._sample(self._robot, header, pose.position, pose.orientation, True)
+        if self._robot is None:
+            self._robot = _Link(_name(header.frame_id), _name(child), True)
+        self._sample(self._robot, header, pose.position, pose.orientation)
 
-    def _sample(self, child: str, header: Any, p: Any, q: Any, moves: bool) -> None:
-        link = self._links.setdefault(child, _Link(_name(header.frame_id), moves))
+    def _sample(self, link: _Link, header: Any, p: Any, q: Any) -> None:
         row = _seconds(header.stamp), p.x, p.y, p.z, q.x, q.y, q.z, q.w
         if not all(map(math.isfinite, row)):
             raise StarnavError(
-                f"bag {self._path}: the pose of {child or 'the robot'} at {row[0]:.3f} s is {row[1:]}; allowed: finite"
+                f"bag {self._path}: the pose of {link.child or 'the robot'} at {row[0]:.3f} s is {row[1:]}; "
+                "allowed: finite"
             )
-        if moves:
+        if link.moves:
             link.rows.append(row)
         else:
             link.rows = [row]
 
-    def chain(self, frame: str) -> list[_Link]:
-        """The links from the frame of a lidar up to the root; with poses of the robot alone, that of the robot."""
-        chain: list[_Link] = []
-        name = _name(frame)
-        while name in self._links and self._links[name] not in chain:
-            chain.append(self._links[name])
-            name = chain[-1].parent
-        if self._robot is not None and self._links[self._robot] not in chain:
-            chain = [self._links[self._robot]]
-        if not any(link.moves for link in chain):
+    def chain(self, frame: str) -> list[_Link | _Turned]:
+        """The links from the frame of a lidar up to W: that of the robot's poses, or else the root that moves most."""
+        ways = self._ways(_name(frame))
+        if self._robot is not None:
+            if self._robot.child and self._robot.child not in ways:
+                if any(not link.moves for link in self._links.values()):
+                    warnings.warn(
+                        f"bag {self._path}: no transform leads from {self._robot.child} to the scan's frame {frame}: "
+                        "the robot's poses are taken for the lidar's",
+                        stacklevel=4,
+                    )
+                return [self._robot]
+            return [*ways[self._robot.child or self._top(_name(frame))], self._robot]
+        children = {child for _, child in self._links}
+        roots = [way for name, way in ways.items() if name not in children]
+        way = max(roots, key=lambda way: len(_moving(way)), default=[])
+        if not _moving(way):
+            names = ", ".join(sorted({name for _, name in self._links})) or "none"
             raise StarnavError(
                 f"bag {self._path}: no transform that moves leads from the scan's frame {frame} to a fixed one; "
-                f"allowed: one of {', '.join(sorted(self._links)) or 'none'}, or a pose_topic"
+                f"allowed: one of {names}, or a pose_topic"
             )
-        for link in chain:
-            link.rows.sort()
-        return chain
+        for link in _moving(way):
+            link.holds = ODOMETRY in link.child.rpartition("/")[2] and len(_moving(way)) > 1
+        return way
+
+    def _ways(self, frame: str) -> dict[str, list[_Link | _Turned]]:
+        """The links to each frame that a frame is linked with, by the fewest."""
+        ways: dict[str, list[_Link | _Turned]] = {frame: []}
+        for name in (queue := [frame]):
+            for link in self._links.values():
+                there, step = (link.parent, link) if link.child == name else (link.child, _Turned(link))
+                if name in (link.parent, link.child) and there not in ways:
+                    ways[there] = [*ways[name], step]
+                    queue.append(there)
+        return ways
+
+    def _top(self, frame: str) -> str:
+        """The topmost frame that holds a frame fast."""
+        above = {link.child: link.parent for link in self._links.values() if not link.moves}
+        seen = {frame}
+        while frame in above and above[frame] not in seen:
+            frame = above[frame]
+            seen.add(frame)
+        return frame
 
 
-def _span(chain: list[_Link]) -> tuple[float, float]:
-    """From when to when all moving links of a chain are known, s."""
-    moving = [link.rows for link in chain if link.moves]
-    return max(rows[0][0] for rows in moving), min(rows[-1][0] for rows in moving)
+def _moving(chain: list[_Link | _Turned]) -> list[_Link]:
+    links = [step.link if isinstance(step, _Turned) else step for step in chain]
+    return [link for link in links if link.moves]
+
+
+def _span(chain: list[_Link | _Turned]) -> tuple[float, float]:
+    """From when to when all moving links of a chain are known, s, but for those that hold."""
+    for link in _moving(chain):
+        link.rows.sort()
+    times = [(link.rows[0][0], link.rows[-1][0]) for link in _moving(chain) if not link.holds]
+    return max(begin for begin, _ in times), min(end for _, end in times)
 
 
 def _matrix(row: np.ndarray) -> np.ndarray:

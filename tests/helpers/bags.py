@@ -13,7 +13,7 @@ Message = tuple[str, float, Any]
 
 
 class Bag:
-    """Messages of the usual types; `write` makes a bag of them."""
+    """Messages of the usual types; `write` makes a bag of them. Stamps are by `ahead` later than the recording, s."""
 
     def __init__(self) -> None:
         pytest.importorskip("rosbags")
@@ -21,6 +21,7 @@ class Bag:
 
         self.store = get_typestore(Stores.ROS2_HUMBLE)
         self.messages: list[Message] = []
+        self.ahead = 0.0
 
     def write(self, path: Path) -> Path:
         from rosbags.rosbag2 import Writer
@@ -46,12 +47,12 @@ class Bag:
             time_increment=0.0, scan_time=0.1, ranges=ranges, intensities=np.zeros(0, np.float32),
         )  # fmt: skip
 
-    def odometry(self, time: float, x: float, yaw: float, *, topic: str = "/odom", stamp: float | None = None) -> None:
-        """Add the robot's pose at (x, 0), m, with a yaw, rad; its stamp may be of another clock, s."""
+    def odometry(self, time: float, x: float, yaw: float, *, topic: str = "/odom", child: str = "base_link") -> None:
+        """Add the robot's pose at (x, 0), m, with a yaw, rad."""
         twist = self._new("geometry_msgs/msg/Twist", linear=self._vector(0.0), angular=self._vector(0.0))
         self._add(
             topic, time, "nav_msgs/msg/Odometry",
-            header=self._header(time if stamp is None else stamp, "odom"), child_frame_id="base_link",
+            header=self._header(time, "odom"), child_frame_id=child,
             pose=self._new("geometry_msgs/msg/PoseWithCovariance", pose=self._pose(x, yaw), covariance=np.zeros(36)),
             twist=self._new("geometry_msgs/msg/TwistWithCovariance", twist=twist, covariance=np.zeros(36)),
         )  # fmt: skip
@@ -91,6 +92,7 @@ class Bag:
         return self.store.types[kind](**fields)
 
     def _header(self, time: float, frame: str) -> Any:
+        time += self.ahead
         second = math.floor(time)
         stamp = self._new("builtin_interfaces/msg/Time", sec=second, nanosec=round(1e9 * (time - second)))
         return self._new("std_msgs/msg/Header", stamp=stamp, frame_id=frame)

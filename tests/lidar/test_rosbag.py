@@ -63,8 +63,10 @@ def test_beams_may_differ_in_number_from_scan_to_scan(tmp_path: Path) -> None:
 def test_scans_and_poses_of_two_clocks_are_refused_with_both_spans(tmp_path: Path, apart: float) -> None:
     bag = Bag()
     for k in range(4):
+        bag.ahead = 0.0
         bag.scan(12.0 + 0.1 * k, np.ones(6))
-        bag.odometry(12.0 + 0.1 * k, 0.0, 0.0, stamp=12.0 + apart + 0.1 * k)
+        bag.ahead = apart
+        bag.odometry(12.0 + 0.1 * k, 0.0, 0.0)
     spans = rf"from 12\.000 to 12\.300 s, poses from {12.0 + apart:.3f} to {12.3 + apart:.3f} s; allowed: stamps of one"
     with pytest.raises(StarnavError, match=spans):
         read_rosbag(bag.write(tmp_path / "bag"))
@@ -136,4 +138,102 @@ def test_a_pose_that_is_not_finite_is_named(tmp_path: Path) -> None:
     bag = driven(10.0)
     bag.odometry(10.2, math.nan, 0.0)
     with pytest.raises(StarnavError, match=r"the pose of base_link at 10\.200 s is \(nan"):
+        read_rosbag(bag.write(tmp_path / "bag"))
+
+
+FOOT, BODY, MOUNT = ("base_footprint", "base_link"), ("base_link", "base_footprint"), ("base_link", "laser")
+
+
+@pytest.mark.parametrize("latched", [0.0, 10.25])
+@pytest.mark.parametrize(
+    ("child", "fixed"),
+    [
+        ("base_link", [MOUNT]),
+        ("base_link", [FOOT, MOUNT]),
+        ("base_link", [MOUNT, FOOT]),
+        ("base_footprint", [BODY, MOUNT]),
+        ("base_footprint", [FOOT, MOUNT]),
+        ("", [MOUNT]),
+        ("", [FOOT, MOUNT]),
+        ("r1/base_link", [("r1/base_link", "laser")]),
+    ],
+)
+def test_poses_are_those_of_the_lidar_however_frames_hang_together(tmp_path: Path, child, fixed, latched) -> None:
+    bag = Bag()
+    for k in range(6):
+        bag.odometry(10.0 + 0.1 * k, 5.0 + 0.1 * k, 0.0, child=child)
+        bag.scan(10.0 + 0.1 * k, np.ones(6))
+    for frames in fixed:
+        bag.transform(latched, frames, (0.2, 0.0) if "laser" in frames else (0.0, 0.0), topic="/tf_static")
+    seen = read_rosbag(bag.write(tmp_path / "bag"))
+    assert [float(each.pose[0]) for each in seen] == pytest.approx(5.2 + 0.1 * np.arange(6))
+
+
+@pytest.mark.parametrize("ahead", [0.0, 1.0])
+def test_what_corrects_an_odometry_holds_until_it_does_again(tmp_path: Path, ahead: float) -> None:
+    bag = Bag()
+    for k in range(6):
+        time = 10.0 + 0.1 * k
+        if k in (0, 3):
+            bag.ahead = ahead
+            bag.transform(time, ("map", "odom"), (0.5 if k else 0.0, 0.0))
+        bag.ahead = 0.0
+        bag.transform(time, ("odom", "base"), (0.1 * k, 0.0))
+        bag.scan(time, np.ones(6), frame="base")
+    jump = 0.5 if ahead == 0.0 else 0.0
+    seen = read_rosbag(bag.write(tmp_path / "bag"))
+    expected = 0.1 * np.arange(6) + jump * (np.arange(6) >= 3)
+    assert [float(each.pose[0]) for each in seen] == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("transforms", [False, True])
+def test_a_clock_that_is_set_back_ends_the_log(tmp_path: Path, transforms: bool) -> None:
+    bag = Bag()
+    for start, offset in ((0.0, 0.0), (3.0, 10.0)):
+        for k in range(6):
+            time, bag.ahead = start + 0.1 * k, 1.0 - start
+            if transforms:
+                bag.transform(time, ("odom", "laser"), (offset + 0.1 * k, 0.0))
+            else:
+                bag.odometry(time, offset + 0.1 * k, 0.0)
+            bag.scan(time, np.ones(6))
+    with pytest.warns(UserWarning, match=r"go back from 1\.500 to 1\.100 s.*the log ends there, and 6 later scans"):
+        seen = read_rosbag(bag.write(tmp_path / "bag"))
+    assert [float(each.pose[0]) for each in seen] == pytest.approx(0.1 * np.arange(6))
+
+
+def test_a_message_that_was_overtaken_is_none_of_another_run(tmp_path: Path) -> None:
+    bag = driven()
+    for time, stamp in ((10.1, 10.1), (10.2, 10.3), (10.3, 10.2), (10.4, 10.4)):
+        bag.ahead = stamp - time
+        bag.scan(time, np.ones(6))
+    times = [seen.scan.time for seen in read_rosbag(bag.write(tmp_path / "bag"))]
+    assert times == pytest.approx([0.1, 0.2, 0.3, 0.4])
+
+
+def test_scans_without_ranges_are_counted_and_left_out(tmp_path: Path) -> None:
+    bag = driven(10.1, 10.2)
+    bag.scan(10.0, [])
+    with pytest.warns(UserWarning, match="1 of 3 scans are left out: they have no ranges"):
+        assert len(read_rosbag(bag.write(tmp_path / "bag"))) == 2
+    alone = driven()
+    alone.scan(10.0, [])
+    with pytest.raises(StarnavError, match="1 scans in /scan, all without ranges; allowed: at least one"):
+        read_rosbag(alone.write(tmp_path / "alone"))
+
+
+def test_a_recording_that_was_cut_off_is_read_without_its_metadata(tmp_path: Path) -> None:
+    bag = driven(10.1, 10.2).write(tmp_path / "bag")
+    whole = read_rosbag(bag)
+    (bag / "metadata.yaml").unlink()
+    assert [seen.scan.time for seen in read_rosbag(bag)] == [seen.scan.time for seen in whole]
+    next(bag.glob("*.db3")).unlink()
+    with pytest.raises(StarnavError, match=r"no metadata\.yaml, and no file that ends in \.mcap or \.db3"):
+        read_rosbag(bag)
+
+
+def test_a_scan_s_frame_that_no_transform_knows_is_said(tmp_path: Path) -> None:
+    bag = driven(10.0)
+    bag.transform(0.0, ("base_link", "camera"), topic="/tf_static")
+    with pytest.warns(UserWarning, match="from base_link to the scan's frame laser: the robot's poses are taken"):
         read_rosbag(bag.write(tmp_path / "bag"))
