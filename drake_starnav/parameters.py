@@ -31,6 +31,7 @@ _KINDS = {
     tuple[int, int]: "[least, most], two whole numbers",
     tuple[float, float]: "[least, most], two numbers",
     tuple[str, str]: "a list of two names",
+    dict[str, Any]: "a mapping",
 }
 """Types of parameters, in words."""
 
@@ -96,8 +97,8 @@ def allowed_text(field: dataclasses.Field) -> str:
         return "a path" if meta.get("path") else "a text"
     if typing.get_origin(field.type) is list:
         return "a list"
-    if field.type == tuple[str, str]:
-        return _KINDS[tuple[str, str]]
+    if field.type in (tuple[str, str], dict[str, Any]):
+        return _KINDS[field.type]
     is_range = typing.get_origin(field.type) is tuple
     kind = "whole number" if field.type in (int, "int", tuple[int, int]) else "finite number"
     text = f"{left}x{right}{unit}" if left or right else f"a {kind}{unit}"
@@ -194,6 +195,8 @@ def convert(value: Any, kind: Any, place: str) -> Any:
         return float(value) if not abs(value) > LARGEST else math.inf if value > 0 else -math.inf
     if kind is str and isinstance(value, (str, os.PathLike)):
         return os.fspath(value)
+    if kind == dict[str, Any] and isinstance(value, dict):
+        return dict(value)  # its owner checks the entries
     if typing.get_origin(kind) is list and isinstance(value, (list, tuple)):
         return list(value)  # its owner checks the entries
     if typing.get_origin(kind) is tuple and isinstance(value, (list, tuple)) and len(value) == 2:

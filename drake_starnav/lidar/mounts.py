@@ -13,18 +13,21 @@ from drake_starnav.lidar.laser_scan import LaserScan
 
 
 class Mount(NamedTuple):
-    """Pose of a level sensor frame S in the robot's frame B, whose z axis is the one about which the robot turns.
+    """Pose of a sensor frame S in the robot's frame B, whose z axis is the one about which the robot turns.
 
     Attributes:
         x, y: m.
         yaw: bearing of S's x axis in B, rad.
         upside_down: whether S's z axis points down, so that bearings in S turn clockwise in B.
+        tilt: between S's z axis and B's, up or down, rad; so small that its scans count as those of a level lidar, at
+            the cost of a margin.
     """
 
     x: float
     y: float
     yaw: float
     upside_down: bool
+    tilt: float = 0.0
 
     @property
     def offset(self) -> float:

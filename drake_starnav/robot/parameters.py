@@ -26,6 +26,13 @@ class RobotParameters(Checked, place="robot"):
     """What a robot covers, how it moves, and what its drive can do."""
 
     model: str = parameter("starbot", "shipped robot by name, or a path to a URDF (docs/your_robot.md)")
+    xacro_args: dict[str, Any] = field(
+        default_factory=dict,
+        metadata={
+            "help": "arguments of a model in xacro: {name: value}, a text, a number, or true or false",
+            "when": "the model declares some with <xacro:arg>",
+        },
+    )
     wheel_joints: tuple[str, str] = parameter(
         ("", ""), "joints of the left and the right wheel, several separated by spaces; empty: found by their axes"
     )
@@ -73,6 +80,11 @@ class RobotParameters(Checked, place="robot"):
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        for name, value in self.xacro_args.items():
+            if not isinstance(value, (str, int, float)):
+                raise StarnavError(
+                    f"robot.xacro_args.{name} is {shown(value)}; allowed: a text, a number, or true or false"
+                )
         if not self.footprint:
             if 0.0 < self.radius < LEAST_RADIUS:
                 raise StarnavError(f"robot.radius is {self.radius:g} m; allowed: 0, or at least {LEAST_RADIUS:g} m")

@@ -83,6 +83,7 @@ TERMS: tuple[ErrorTerm, ...] = (
     ErrorTerm("0.003", "deviation of the shipped bases from their commands until they stand"),
     ErrorTerm("3/4 * lidar.noise", "range noise"),
     ErrorTerm("lidar.quantisation / 2", "ranges that are rounded up"),
+    ErrorTerm("D * mount.tilt^2", "ranges and bearings in the plane of a tilted lidar"),
     ErrorTerm("max(0, 0.87 * D * lidar.widest_gap - C)", "a corner of 60 degrees between two beams"),
     ErrorTerm(
         "localization.drift * v * max(M + lidar.delay, R + 0.4 * w * R^2)",
@@ -113,8 +114,10 @@ TERMS: tuple[ErrorTerm, ...] = (
 Corners: 0.87 is half of tan 60 degrees. Drift: the heading errs by drift times w for each second, too. In the worst
 case the robot turns first, since its last scan, and then drives; 0.4 w R^2 is no less than the resulting error, by
 numerical search, where it matters beside M. Slip: a heading that errs by slip / r for each metre leads astray by
-S^2 / 2 of that; wheels are no farther than 0.65 r from the robot's axis. Lost and stray beams, and lost scans except
-for L, need no margin: they are unknown space and shorten the certificate. The wheels' servo hides an error of the mass.
+S^2 / 2 of that; wheels are no farther than 0.65 r from the robot's axis. Tilt: along its plane
+ranges are longer by half of its square, and bearings err by a quarter of it at most. Lost and stray beams, and lost
+scans except for L, need no margin: they are unknown space and shorten the certificate. The wheels' servo hides an error
+of the mass.
 Noise counts less than its standard deviation: the nearest of the hits that several scans leave on a surface bounds the
 robot, or, with much noise, their mean, and it is smoothed.
 """

@@ -25,6 +25,8 @@ from drake_starnav.station.world_geometry import upright_prism
 ALIKE = ("lidar", "laser", "scan", "hokuyo", "velodyne", "rplidar", "ouster", "sick", "lds")
 """Parts of the names that lidars' frames have."""
 _Parameters: Any = plain_struct(LidarParameters)
+MOST_TILT = math.radians(2.0)
+"""Tilt up to which a lidar's scans are taken for those of a level one, rad; `error_budget` has what that costs."""
 COLLAR = 0.03
 """A collar reaches so far above and below the planes of all lidars, m."""
 COLLAR_NAME = "collar"
@@ -51,20 +53,31 @@ def lidar_poses(robot: RobotModel, lidars: Sequence[LidarParameters]) -> list[Ri
     return poses
 
 
-def mount_of(X_BS: RigidTransform, frame: str) -> Mount:
-    """The mount of a sensor frame S of that name at a pose in base_link; a `StarnavError` if it is not level."""
+def mount_of(X_BS: RigidTransform, lidar: LidarParameters, height: float) -> Mount:
+    """The mount of a lidar whose frame S is at a pose in base_link, `height` above the floor, m.
+
+    Raises:
+        StarnavError: it is tilted by more than MOST_TILT, or so that it sees the floor.
+    """
     upward, (x, y, _) = float(X_BS.rotation().matrix()[2, 2]), X_BS.translation().tolist()
-    if abs(upward) < math.cos(TOLERANCE):
-        roll, pitch, yaw = RollPitchYaw(X_BS.rotation()).vector() + 0.0  # no -0
+    tilt = math.acos(min(abs(upward), 1.0))
+    roll, pitch, yaw = RollPitchYaw(X_BS.rotation()).vector() + 0.0  # no -0
+    said = f"frame {lidar.frame} is turned by roll {roll:g}, pitch {pitch:g}, yaw {yaw:g} rad in base_link"
+    if tilt > MOST_TILT:
         raise StarnavError(
-            f"frame {frame} is turned by roll {roll:g}, pitch {pitch:g}, yaw {yaw:g} rad in base_link; allowed: a "
-            "level lidar, upright or upside down"
+            f"{said}, {math.degrees(tilt):.3g} degrees from level; allowed: up to {math.degrees(MOST_TILT):g} degrees, "
+            "upright or upside down"
+        )
+    if tilt > TOLERANCE and lidar.range_max * math.sin(tilt) >= height:
+        raise StarnavError(
+            f"{said}, {math.degrees(tilt):.3g} degrees from level, and {height:.3g} m high: it sees the floor from "
+            f"{height / math.sin(tilt):.3g} m on; allowed: a lidar.range_max below that, or less tilt"
         )
     ahead = X_BS.rotation().matrix()[:2, 0]
     yaw = math.atan2(ahead[1], ahead[0])
     if math.hypot(x, y) <= TOLERANCE:
         x = y = 0.0
-    return Mount(x, y, yaw if abs(yaw) > TOLERANCE else 0.0, upward < 0.0)
+    return Mount(x, y, yaw if abs(yaw) > TOLERANCE else 0.0, upward < 0.0, tilt if tilt > TOLERANCE else 0.0)
 
 
 def _candidates(robot: RobotModel) -> list[str]:

@@ -5,12 +5,14 @@ import os
 import re
 import warnings
 import xml.etree.ElementTree as ElementTree
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from pathlib import Path
+from typing import Any
 
 from pydrake.math import RigidTransform, RollPitchYaw
 
 from drake_starnav.errors import StarnavError, said_by, shown
+from drake_starnav.parameters import unknown_name
 from drake_starnav.robot import MODEL_FILES, RobotParameters
 from drake_starnav.utils.resources import model_path
 from drake_starnav.worlds.formats.model_files import Models, parsed_xml
@@ -25,6 +27,7 @@ KEPT = ("link", "joint", "material", "frame")
 def robot_urdf(robot: RobotParameters) -> tuple[str, ElementTree.Element]:
     """The robot's model file and its content, with `base_link` as the root of all links, without motors.
 
+    What it calls its base is called `base_link`: the link whose name ends so, prefixed or not, or else the root of all.
     The hull of a shipped robot gets the radius `robot.radius`; the base's mass and inertia grow by `robot.mass_error`.
     """
     path = model_path("robots", f"{robot.model}.urdf")
@@ -38,7 +41,13 @@ def robot_urdf(robot: RobotParameters) -> tuple[str, ElementTree.Element]:
             )
     try:
         data = path.read_bytes()
-        root = parsed_xml(_expanded(path) if re.search(rb"<xacro:|\$[{(]", data) else data)
+        macros = re.search(rb"<xacro:|\$[{(]", data) is not None
+        if robot.xacro_args and not macros:
+            raise StarnavError(
+                f"robot.xacro_args is {shown(robot.xacro_args)} with the model {path}, which has no macros of xacro; "
+                "allowed: none"
+            )
+        root = parsed_xml(_expanded(path, robot.xacro_args) if macros else data)
     except StarnavError:
         raise
     except (OSError, ValueError, ElementTree.ParseError) as error:
@@ -46,6 +55,7 @@ def robot_urdf(robot: RobotParameters) -> tuple[str, ElementTree.Element]:
     for part in list(root):
         if part.tag not in KEPT and not part.tag.startswith("{"):
             root.remove(part)
+    _name_base(root)
     _hang_on_base(root)
     if shipped:
         for element in (*root.iter("collision"), *root.iter("visual")):
@@ -77,6 +87,9 @@ def hold(root: ElementTree.Element, wheels: Collection[str]) -> list[str]:
         parts: tuple[str, ...] = ("mimic", "dynamics", "safety_controller", "calibration")
         if name in wheels:
             joint.set("type", "continuous")
+            for limit in joint.iterfind("limit"):  # of exporters that write 0, and of `revolute`
+                for end in ("lower", "upper"):
+                    limit.attrib.pop(end, None)
         elif joint.get("type") != "fixed":
             held.append(name)
             joint.set("type", "fixed")
@@ -104,8 +117,28 @@ def effort(root: ElementTree.Element, joint: str) -> float:
     return value if value > 0.0 else math.inf
 
 
-def _expanded(path: Path) -> bytes:
-    """The text of a model file whose macros of xacro are expanded."""
+class _Arguments(dict[str, str]):
+    """Values of xacro's arguments; it notes for which of them a model asks."""
+
+    def __init__(self, *values: Any) -> None:
+        super().__init__(*values)
+        self.declared: set[str] = set()
+
+    def __contains__(self, name: object) -> bool:
+        self.declared.add(str(name))
+        return super().__contains__(name)
+
+    def __getitem__(self, name: str) -> str:
+        self.declared.add(name)
+        return super().__getitem__(name)
+
+
+def _as_text(value: Any) -> str:
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def _expanded(path: Path, arguments: Mapping[str, Any]) -> bytes:
+    """The text of a model file whose macros of xacro are expanded, with the values of its arguments."""
     try:
         import xacro  # an extra
         from xacro import substitution_args
@@ -115,20 +148,55 @@ def _expanded(path: Path) -> bytes:
             "expanded already (xacro IN > OUT)"
         ) from None
 
+    missing: list[str] = []
+
     def found(package: str) -> str:
         """Where it lies; else a pattern without a match: only what is used of the package is missed."""
-        return str(find(f"package://{package}", path.resolve().parent) or f"/no_package_{package}*")
+        folder = find(f"package://{package}", path.resolve().parent)
+        if folder is None:
+            missing.append(package)
+        return str(folder or f"/no_package_{package}*")
 
     asked, substitution_args._eval_find = substitution_args._eval_find, found  # else it asks an installation of ROS
     try:
-        return xacro.process_file(str(path)).toxml(encoding="utf-8")
+        values = _Arguments((name, _as_text(value)) for name, value in arguments.items())
+        expanded: bytes = xacro.process_file(str(path), mappings=values).toxml(encoding="utf-8")
     except Exception as error:  # whatever a broken macro makes it raise
+        lacks = "".join(f"package {name}, which it names, is not found; " for name in dict.fromkeys(missing))
         raise StarnavError(
-            f"robot model {path}: xacro: {said_by(error)}; allowed: a file that xacro expands, its packages beside it "
-            "or in ROS_PACKAGE_PATH"
+            f"robot model {path}: xacro: {said_by(error)}; {lacks}allowed: a file that xacro expands, its packages "
+            "beside it or in ROS_PACKAGE_PATH, its arguments in robot.xacro_args"
         ) from None
     finally:
         substitution_args._eval_find = asked
+    for name in arguments:
+        if name not in values.declared:
+            raise unknown_name(f"key robot.xacro_args.{name} of {path}", name, sorted(values.declared))
+    return expanded
+
+
+def _name_base(root: ElementTree.Element) -> None:
+    """Call the robot's base `base_link`; a frame keeps the name that it had."""
+    above = {_link(joint, "child"): _link(joint, "parent") for joint in root.iterfind("joint[child]")}
+    links = [link.get("name", "") for link in root.iterfind("link")]
+
+    def depth(link: str) -> int:
+        """Number of links above it."""
+        seen: list[str | None] = [link]
+        while above.get(seen[-1]) not in (None, *seen):
+            seen.append(above[seen[-1]])
+        return len(seen)
+
+    roots = [link for link in links if link != "world" and above.get(link) in (None, "world")]
+    named = [link for link in links if link.endswith("base_link")]
+    base = "base_link" if "base_link" in links else min(named, key=depth, default=roots[0] if len(roots) == 1 else "")
+    if base in ("", "base_link"):
+        return
+    for part in root.iter():
+        for key in ("name", "link") if part.tag != "joint" else ():
+            if part.get(key) == base and part.tag in ("link", "parent", "child", "frame"):
+                part.set(key, "base_link")
+    ElementTree.SubElement(root, "frame", name=base, link="base_link", xyz="0 0 0", rpy="0 0 0")
 
 
 def _hang_on_base(root: ElementTree.Element) -> None:

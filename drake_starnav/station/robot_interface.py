@@ -49,6 +49,7 @@ class RobotInterface(Diagram):
 
     Attributes:
         mounts: of the lidars.
+        heights: of the lidars above the floor z = 0, with all joints at their defaults, m.
         robot_geometries: collision shapes of all that.
         reach: how far from the robot's axis it collides, with all joints at their defaults, m, without what it carries.
         farthest: the link that reaches so far.
@@ -93,7 +94,9 @@ class RobotInterface(Diagram):
         self._keep_to_the_floor()
         self.base_frame = plant.GetBodyFrameIdOrThrow(plant.GetBodyByName("base_link", model).index())
         places = lidar_poses(placed, self.lidars)
-        self.mounts = tuple(mount_of(X, lidar.frame) for X, lidar in zip(places, self.lidars, strict=True))
+        lift = plant.EvalBodyPoseInWorld(context, placed.base).translation()[2]
+        self.heights = tuple(float(lift + X.translation()[2]) for X in places)
+        self.mounts = tuple(map(mount_of, places, self.lidars, self.heights))
         sensors = {}
         for k, (name, lidar) in enumerate(zip(lidar_names("lidar", len(places)), self.lidars, strict=True)):
             mount = LidarMount(self.base_frame, places[k], frames)

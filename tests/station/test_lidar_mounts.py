@@ -19,6 +19,7 @@ from drake_starnav.lidar.mounts import ON_AXIS, Mount, unturned
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.loading import load_scenario, parse_scenario
 from drake_starnav.navigation import make_diagram
+from drake_starnav.scenario.error_budget import error_budget
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.simulation.run import run_trial
 from drake_starnav.station.lidar_mounts import ApplyLidarConfig, LidarConfig, mount_of
@@ -74,14 +75,46 @@ def standing(*overrides: str) -> NavigationStation:
 
 def test_the_mount_follows_from_the_pose_of_the_frame() -> None:
     turned = RigidTransform(RollPitchYaw(math.pi, 0.0, 0.5), [0.1, 0.2, 0.3])
-    assert mount_of(turned, "laser") == pytest.approx(Mount(0.1, 0.2, 0.5, True))
-    assert mount_of(RigidTransform([5e-4, 0.0, 0.3]), "laser") == ON_AXIS
-    assert mount_of(RigidTransform(RollPitchYaw(0.0, 0.0, 5e-4), [0.1, 0.0, 0.3]), "laser") == Mount(0.1, 0, 0, False)
+    assert mount(turned) == pytest.approx(Mount(0.1, 0.2, 0.5, True), abs=1e-9)
+    assert mount(RigidTransform([5e-4, 0.0, 0.3])) == ON_AXIS
+    assert mount(RigidTransform(RollPitchYaw(0.0, 0.0, 5e-4), [0.1, 0.0, 0.3])) == Mount(0.1, 0, 0, False)
 
 
-def test_a_tilted_lidar_is_refused(model: str) -> None:
-    with pytest.raises(StarnavError, match="frame tilted is turned by roll 0, pitch 0.1, .* allowed: a level"):
+def mount(X_BS: RigidTransform, range_max: float = 5.0, height: float = 0.3) -> Mount:
+    return mount_of(X_BS, LidarParameters(frame="laser", range_max=range_max), height)
+
+
+@pytest.mark.parametrize("roll", [3.14, 3.1416, -3.14])
+def test_upside_down_within_rounding_is_upside_down(roll: float) -> None:
+    placed = mount(RigidTransform(RollPitchYaw(roll, 0.0, 0.4), [0.1, 0.0, 0.3]))
+    assert placed[:4] == pytest.approx((0.1, 0.0, 0.4, True)) and placed.tilt < 0.0017
+
+
+@pytest.mark.parametrize("rpy", [(0.0, 0.03, 1.0), (0.03, 0.0, 1.0), (math.pi - 0.02, 0.02, 1.0)])
+def test_a_slight_tilt_costs_margin(rpy: tuple[float, float, float]) -> None:
+    placed, level = mount(RigidTransform(RollPitchYaw(rpy), [0.0, 0.0, 0.3])), mount(RigidTransform([0.0, 0.0, 0.3]))
+    assert placed.tilt == pytest.approx(math.hypot(math.sin(rpy[0]), rpy[1]), rel=0.01) and level.tilt == 0.0
+    more = error_budget(scenario(), placed).total - error_budget(scenario(), level).total
+    assert 0.0005 < more < 0.005
+
+
+def test_a_tilted_lidar_is_refused_with_the_figure(model: str) -> None:
+    with pytest.raises(StarnavError, match=r"frame tilted is turned by roll 0, pitch 0.1, .* 5.73 degrees from level"):
         standing(model, "lidar.frame=tilted")
+    pitched = RigidTransform(RollPitchYaw(0.0, 0.03, 0.0), [0.0, 0.0, 0.13])
+    with pytest.raises(StarnavError, match=r"1.72 degrees from level, and 0.13 m high: it sees the floor from 4.33 m"):
+        mount(pitched, height=0.13)
+    assert mount(pitched, range_max=4.0, height=0.13).tilt > 0.0
+
+
+def test_scans_of_a_tilted_lidar_are_within_its_margin() -> None:
+    """By exact rays from a lidar that is pitched by 2 degrees, to walls on all sides."""
+    tilt = math.radians(2.0)
+    bearing = np.linspace(-math.pi, math.pi, 720, endpoint=False)
+    rays = RollPitchYaw(0.0, tilt, 0.0).ToRotationMatrix().matrix()[:, :2] @ (np.cos(bearing), np.sin(bearing))
+    share = np.hypot(*rays[:2])  # of the way along a ray, that above the floor
+    turned = np.abs(np.remainder(np.arctan2(rays[1], rays[0]) - bearing + math.pi, 2.0 * math.pi) - math.pi)
+    assert ((1.0 - share) + turned).max() < tilt**2
 
 
 def test_a_missing_frame_is_said_with_those_that_may_be_meant(model: str) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from drake_starnav.errors import StarnavError
+from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.navigation_station import NavigationStation
@@ -147,6 +148,91 @@ def test_macros_are_expanded(tmp_path: Path) -> None:
     assert station.robot_interface.robot.model and station.plant.num_actuators() == 2
     with pytest.raises(StarnavError, match="plain.urdf: xacro: .*away"):
         standing(written(tmp_path, text.replace("${width / 2}", "${away}")))
+
+
+ARGUMENTS = """<robot name="plain" xmlns:xacro="http://ros.org/wiki/xacro">
+<xacro:arg name="half" default="0.1"/><xacro:arg name="prefix" default=""/><xacro:arg name="tall" default="false"/>"""
+
+
+HEIGHT = "0 0 ${0.3 if '$(arg tall)' == 'true' else 0.12}"
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_arguments_of_xacro_are_those_of_the_scenario(tmp_path: Path) -> None:
+    pytest.importorskip("xacro")
+    text = EDITED.replace('<robot name="plain">', ARGUMENTS).replace('"0 0.13 0"', '"0 $(arg half) 0"')
+    text = text.replace("lidar", "$(arg prefix)lidar").replace("0 0 0.12", HEIGHT)
+    robot = written(tmp_path, text)
+    arguments = {"half": 0.13, "prefix": "r1_", "tall": True}
+    lidar = LidarParameters(frame="r1_lidar")
+    scenario = Scenario("test", None, dataclasses.replace(robot, xacro_args=arguments), lidar)
+    station = NavigationStation(World("open", (1.0, -2.0, 0.6), (5.0, 0.0)), scenario)
+    assert station.robot_interface.heights == pytest.approx((0.36,), abs=1e-6)
+    with pytest.raises(StarnavError, match=r"xacro_args.prefx .* did you mean prefix\? allowed: half, prefix, tall$"):
+        standing(dataclasses.replace(robot, xacro_args={"prefx": "r1_"}))
+    with pytest.raises(StarnavError, match=r"robot.xacro_args.half is \[\]; allowed: a text, a number"):
+        dataclasses.replace(robot, xacro_args={"half": []})
+    with pytest.raises(StarnavError, match=r"robot.xacro_args is .* which has no macros of xacro; allowed: none"):
+        standing(dataclasses.replace(written(tmp_path, EDITED), xacro_args={"half": 0.13}))
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_a_package_that_xacro_misses_is_named_in_one_sentence(tmp_path: Path) -> None:
+    pytest.importorskip("xacro")
+    text = EDITED.replace('<robot name="plain">', MACROS).replace("</robot>", "<xacro:sensor/></robot>")
+    (tmp_path / "package.xml").write_text('<package format="2"><name>plain_description</name></package>')
+    (tmp_path / "wheel.xacro").write_text('<robot xmlns:xacro="http://ros.org/wiki/xacro"/>')
+    with pytest.raises(StarnavError, match=r"package elsewhere, which it names, is not found; allowed: ") as raised:
+        standing(written(tmp_path, text))
+    assert "\n" not in str(raised.value)
+
+
+@pytest.mark.parametrize(
+    "limit",
+    [
+        '<limit lower="0" upper="0" effort="0" velocity="0"/>',
+        '<limit lower="-3.14" upper="3.14" effort="10" velocity="10"/>',
+        '<limit lower="-1e16" upper="1e16" effort="10" velocity="10"/>',
+        '<limit effort="10" velocity="10"/>',
+    ],
+)
+@pytest.mark.parametrize("kind", ["continuous", "revolute"])
+def test_wheels_turn_without_end_whatever_their_limits(tmp_path: Path, kind: str, limit: str) -> None:
+    text = EDITED.replace('"continuous"', f'"{kind}"').replace('<axis xyz="0 0 1"/>', f'<axis xyz="0 0 1"/>{limit}')
+    station = standing(written(tmp_path, text))
+    simulator = make_simulator(station)
+    context = simulator.get_mutable_context()
+    station.GetInputPort("drive.twist_command").FixValue(context, [0.4, 0.8])
+    simulator.AdvanceTo(3.0)
+    assert station.GetOutputPort("localization.state").Eval(context)[3:] == pytest.approx((0.4, 0.8), abs=0.01)
+
+
+@pytest.mark.parametrize("name", ["chassis", "r1/base_link", "r1_base_link", "base_footprint", "base_link"])
+@pytest.mark.parametrize("prefixed", [False, True])
+def test_the_base_may_be_called_anything(tmp_path: Path, name: str, prefixed: bool) -> None:
+    text = EDITED.replace('<link name="base_footprint"/>', "")
+    begin, end = text.index('<joint name="base_joint"'), text.index('<link name="base_link">')
+    text = (text[:begin] + text[end:]).replace('"base_link"', f'"{name}"')
+    joints = JOINTS
+    if prefixed:
+        for part in ("wheel_", "lidar", "scan_joint", "front_caster", "rear_caster"):
+            text = text.replace(f'"{part}', f'"r1/{part}')
+        joints = ("r1/wheel_left_joint", "r1/wheel_right_joint")
+    robot = dataclasses.replace(written(tmp_path, text), wheel_joints=joints)
+    frame = "r1/lidar" if prefixed else "lidar"
+    for lidar in (frame, name):
+        scenario = Scenario("test", None, robot, LidarParameters(frame=lidar))
+        station = NavigationStation(World("open", (1.0, -2.0, 0.6), (5.0, 0.0)), scenario)
+        height = 0.06 + (0.12 if lidar == frame else 0.0)
+        assert station.robot_interface.heights == pytest.approx((height,), abs=1e-6)
+
+
+def test_of_several_bases_the_one_nearest_the_root_is_the_robot_s(tmp_path: Path) -> None:
+    arm = f'<link name="arm_base_link">{inertial(0.2, 0.001)}</link><joint name="arm" type="fixed">'
+    arm += '<parent link="r1_base_link"/><child link="arm_base_link"/></joint></robot>'
+    text = EDITED.replace('"base_link"', '"r1_base_link"').replace("</robot>", arm)
+    station = standing(written(tmp_path, text))
+    assert station.plant.HasFrameNamed("r1_base_link") and station.plant.HasBodyNamed("arm_base_link")
 
 
 def test_macros_without_the_extra_are_refused(tmp_path: Path, monkeypatch) -> None:
