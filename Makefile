@@ -4,7 +4,7 @@
 # make fuzz    search for examples that break a property: random ones, for MINUTES=10
 # make check   lint, formatting and types
 # make docs    build the documentation: out/site/index.html
-# make wheels  build sdist and wheel, and try the wheel with every Python there is
+# make wheels  build sdist and wheels, one of them compiled for this Python, and try them with every Python there is
 # make install only make the environment that the others use
 #
 # PYTHON=...   the interpreter for the environment; without it the best one found
@@ -45,6 +45,7 @@ docs: install
 
 wheels: install
 	$(RUN) -m build --outdir dist
+	$(RUN) scripts/maintenance/compile_wheel.py dist
 	$(RUN) scripts/maintenance/check_wheel.py dist
 
 install:

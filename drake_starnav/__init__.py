@@ -7,6 +7,10 @@ that the numerics can be used without Drake.
 
 import importlib
 
+from drake_starnav.utils.compiled_ahead import use_what_was_compiled
+
+use_what_was_compiled()
+
 __version__ = "0.1.0"
 
 

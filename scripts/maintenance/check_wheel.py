@@ -1,7 +1,8 @@
 """Try a wheel with every supported Python there is: python scripts/maintenance/check_wheel.py dist
 
 For each, in a new environment and a folder of its own: install the wheel with what pip chooses for it, list what there
-is, import every public name, drive the demo. `scripts/maintenance/pythons.sh` finds them.
+is, import every public name, drive the demo. Of several wheels, that with compiled functions for this Python is tried;
+its demo must compile nothing. `scripts/maintenance/pythons.sh` finds the Pythons.
 """
 
 import argparse
@@ -12,6 +13,7 @@ import sys
 import tempfile
 import time
 import tomllib
+from collections.abc import Sequence
 from pathlib import Path
 
 from drake_starnav.errors import StarnavError
@@ -35,6 +37,12 @@ def tested() -> list[str]:
     return [line.rpartition(" ")[2] for line in project["classifiers"] if line.startswith(prefix)]
 
 
+def wheel_for(wheels: Sequence[Path], version: str) -> Path | None:
+    """The wheel of some for a Python, e.g. 3.12: the one made for it, else the pure one."""
+    tags = f"-cp{version.replace('.', '')}-", "-py3-none-any"
+    return next((wheel for tag in tags for wheel in wheels if tag in wheel.name), None)
+
+
 def check(wheel: Path, python: Path) -> str:
     """Install a wheel for one Python and use it; returns what happened, in a few words.
 
@@ -49,9 +57,17 @@ def check(wheel: Path, python: Path) -> str:
         installed = time.perf_counter() - start
         drake = _run([str(own), "-c", PROBE], folder).strip()
         _run([str(own), "-m", "drake_starnav"], folder)
+        before, start = _compiled(folder), time.perf_counter()
         _run([str(own), "-m", "drake_starnav", "demo", "--quiet"], folder)
+        demo, compiled = time.perf_counter() - start, len(_compiled(folder) - before)
+        if before and compiled:
+            raise StarnavError(f"{wheel.name}: {compiled} functions were compiled by the demo; allowed: none")
         outcome = json.loads((folder / "out" / "forest.json").read_text(encoding="utf-8"))["outcome"]
-    return f"Drake {drake}, installed in {installed:.0f} s, demo {outcome}"
+    return f"Drake {drake}, installed in {installed:.0f} s, demo {outcome} in {demo:.0f} s, {compiled} compiled"
+
+
+def _compiled(folder: Path) -> set[Path]:
+    return set(folder.glob("venv/lib/*/site-packages/drake_starnav/**/*.nbc"))
 
 
 def _run(command: list[str], folder: Path) -> str:
@@ -66,22 +82,24 @@ def _run(command: list[str], folder: Path) -> str:
 def main() -> int:
     """Try all, one line each; returns the exit code."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("wheel", type=Path, help="a wheel, or a folder with one")
+    parser.add_argument("wheel", type=Path, help="a wheel, or a folder with wheels of one release")
     options = parser.parse_args()
     wheels = sorted(options.wheel.glob("*.whl")) if options.wheel.is_dir() else [options.wheel]
-    if len(wheels) != 1 or not wheels[0].is_file() or wheels[0].suffix != ".whl":
-        print(f"check_wheel.py: {options.wheel} holds {len(wheels)} wheels; allowed: one wheel", file=sys.stderr)
+    releases = {wheel.name.split("-")[1] for wheel in wheels if wheel.is_file() and wheel.suffix == ".whl"}
+    if len(releases) != 1:
+        print(f"check_wheel.py: {options.wheel} holds {len(releases)} releases; allowed: one", file=sys.stderr)
         return 2
     versions = tested()
     lines = [line.partition(" ") for line in _run(["sh", "scripts/maintenance/pythons.sh"], ROOT).splitlines()]
     found = {version: Path(python) for version, _, python in lines if version in versions}
     failures = 0
     for version in versions:
-        if version not in found:
-            print(f"Python {version}: not here, skipped")
+        wheel = wheel_for(wheels, version)
+        if version not in found or wheel is None:
+            print(f"Python {version}: {'no wheel' if version in found else 'not here'}, skipped")
             continue
         try:
-            print(f"Python {version}: {check(wheels[0].resolve(), found[version])}", flush=True)
+            print(f"Python {version}: {check(wheel.resolve(), found[version])}", flush=True)
         except StarnavError as error:
             failures += 1
             print(f"Python {version}: FAILED: {error}", flush=True)

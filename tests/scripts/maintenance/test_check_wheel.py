@@ -3,6 +3,7 @@
 import importlib.util
 import json
 import os
+import platform
 import subprocess
 import sys
 import tarfile
@@ -12,6 +13,8 @@ from pathlib import Path
 import pytest
 
 import drake_starnav
+from scripts.maintenance import check_wheel
+from scripts.maintenance.compile_wheel import compile_into, packed
 
 CHECKOUT = Path(__file__).resolve().parents[3]
 PACKAGE = Path(drake_starnav.__file__).parent
@@ -76,6 +79,29 @@ def test_the_sdist_has_what_tests_docs_and_scripts_need(wheel: Path) -> None:
         kept = {path for path in (CHECKOUT / folder).rglob("*") if path.is_file() and "__pycache__" not in path.parts}
         assert {path.relative_to(CHECKOUT).as_posix() for path in kept} <= names
     assert {"README.md", "LICENSE", "CHANGELOG.md", "CITATION.cff", "Makefile"} <= names
+
+
+def test_a_wheel_made_for_a_python_goes_before_the_pure_one() -> None:
+    pure, made = Path("starnav-1-py3-none-any.whl"), Path("starnav-1-cp313-cp313-manylinux_2_34_x86_64.whl")
+    assert check_wheel.wheel_for([pure, made], "3.13") == made
+    assert check_wheel.wheel_for([pure, made], "3.12") == pure
+    assert check_wheel.wheel_for([made], "3.12") is None
+
+
+@pytest.mark.skipif((sys.platform, platform.machine()) != ("linux", "x86_64"), reason="made for x86-64 Linux alone")
+def test_what_a_compiled_wheel_holds_is_not_compiled_again(wheel: Path, tmp_path: Path) -> None:
+    first, second, out = tmp_path / "first", tmp_path / "second", tmp_path / "out"
+    out.mkdir()
+    command = ("simulate", "room", "--set", "simulation.timeout=0.5")
+    install = ("-m", "pip", "install", "--quiet", "--no-index", "--no-deps", "--target")
+    run(*install, first, wheel, cwd=tmp_path)
+    count = compile_into(first, [command])
+    made = packed(wheel, first, out)
+    assert f"-cp{sys.version_info.major}{sys.version_info.minor}-" in made.name
+    run(*install, second, made, cwd=tmp_path)
+    held = {path.relative_to(second) for path in second.rglob("*.nbc")}
+    assert compile_into(second, [command]) == count > 20
+    assert {path.relative_to(second) for path in second.rglob("*.nbc")} == held
 
 
 def test_finds_its_models_away_from_the_checkout(installed: Path, tmp_path: Path) -> None:
