@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from pydrake.geometry import Box, Cylinder, Meshcat, Rgba
+from pydrake.geometry import Box, Cylinder, Meshcat, Rgba, Shape
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.framework import DiagramBuilder
@@ -160,8 +160,8 @@ def _add_robot(meshcat: Meshcat, path: str, robot: RobotTrack, above: float) -> 
     """A hull of its colour with a light deck, a bar ahead and a lidar, `above` the floor, m."""
     shape, radius, top = robot.shape, robot.shape.radius, above + ROBOT_HEIGHT
     hull = Cylinder(radius, ROBOT_HEIGHT) if shape.is_disc else upright_prism(shape.outline, ROBOT_HEIGHT, path)
-    parts = {
-        "hull": (hull, [0.0, 0.0, top - 0.5 * ROBOT_HEIGHT], robot.color),
+    parts: dict[str, tuple[Shape, list[float], meshes.Color]] = {
+        "hull": (hull, [0.0, 0.0, top - 0.5 * ROBOT_HEIGHT], robot.color or meshes.SHELL_COLOR),
         "deck": (Cylinder(DECK * radius, 0.004), [0.0, 0.0, top], meshes.DECK_COLOR),
         "heading": (Box(0.8 * radius, 0.2 * radius, 0.008), [0.4 * radius, 0.0, top], meshes.HEADING_COLOR),
         "lidar": (Cylinder(0.24 * radius, 0.016), [0.0, 0.0, top], meshes.LIDAR_COLOR),

@@ -2,7 +2,6 @@
 
 import math
 import zlib
-from numbers import Integral
 from typing import Any
 
 import numpy as np
@@ -66,7 +65,8 @@ def make_world(kind: Any, seed: int, robot_radius: float) -> World:
     """
     if type(kind) not in WORLD_KINDS.values():
         raise StarnavError(f"world is {shown(kind)}; allowed: an instance of {', '.join(WORLD_KINDS)}")
-    if isinstance(seed, bool) or not isinstance(seed, Integral) or seed < 0:
+    given: Any = seed  # whatever a caller passes
+    if isinstance(given, bool) or not isinstance(given, int | np.integer) or given < 0:
         raise StarnavError(f"seed is {shown(seed)}; allowed: a whole number 0 <= x")
     if not (math.isfinite(robot_radius) and robot_radius > 0.0):
         raise StarnavError(f"robot_radius is {robot_radius}; allowed: 0 < x m")
