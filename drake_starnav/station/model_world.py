@@ -6,7 +6,6 @@ convex hull, with which Drake collides; one that is hollow that of its surface.
 """
 
 import dataclasses
-import warnings
 from pathlib import Path
 from typing import Any
 
@@ -36,7 +35,6 @@ from drake_starnav.station.robot_geometry import massless_links, outline, swolle
 from drake_starnav.station.scene_slices import SURFACE, read_solids
 from drake_starnav.utils.resources import model_path
 from drake_starnav.worlds import make_world
-from drake_starnav.worlds.clearance import clearance
 from drake_starnav.worlds.footprints import convex_footprint, cylinder_vertices, sphere_footprint
 from drake_starnav.worlds.formats.model_files import Models
 from drake_starnav.worlds.solvable import check_free_ends, check_reachable
@@ -44,8 +42,6 @@ from drake_starnav.worlds.world import ROBOT_HEIGHT, ModelFile, World
 
 FLOOR_TOLERANCE = 0.001
 """Geometry that rises no higher than this above the floor is part of it, m."""
-UNSEEN = 0.01
-"""What reaches farther than this beyond what the lidar sees of it is warned of, m."""
 SHEET = 0.001
 """Thickness that a footprint takes the surface of a hollow mesh to have, m."""
 
@@ -78,39 +74,27 @@ def with_footprints(world: World) -> World:
     read_solids(inspector, Role.kProximity)  # refuses now what the lidar cannot read
     surfaces = [
         polygon
-        for geometry, X_WG in _fixed_geometries(plant, inspector, hollow=True)
+        for geometry, X_WG in fixed_geometries(plant, inspector, hollow=True)
         for polygon in _shell(*mesh_triangles(inspector.GetShape(geometry), inspector.GetName(geometry)), X_WG)
     ]
-    fixed = _fixed_geometries(plant, inspector)
+    fixed = fixed_geometries(plant, inspector)
     moving = len(fixed) < len(inspector.GetAllGeometryIds(Role.kProximity))
     discs: list[tuple[float, float, float]] = []
     polygons: list[np.ndarray] = [*surfaces]
-    wider: dict[str, float] = {}
     for geometry, X_WG in fixed:
-        shape, name = inspector.GetShape(geometry), inspector.GetName(geometry)
+        shape = inspector.GetShape(geometry)
         if _is_floor(inspector, geometry, X_WG):
             continue
         if isinstance(shape, Sphere) or (
             isinstance(shape, Cylinder) and abs(X_WG.rotation().matrix()[2, 2]) > 1.0 - 1e-12
         ):
             disc = _disc(shape, X_WG, FLOOR_TOLERANCE)
-            seen = _disc(shape, X_WG, ROBOT_HEIGHT - UNSEEN)
             if disc is not None:
                 discs.append(disc)
-                wider[name] = disc[2] - (seen[2] if seen is not None else -disc[2])
             continue
-        vertices = shape_vertices(inspector, geometry, X_WG)
-        polygon = convex_footprint(vertices, FLOOR_TOLERANCE, ROBOT_HEIGHT)
+        polygon = convex_footprint(shape_vertices(inspector, geometry, X_WG), FLOOR_TOLERANCE, ROBOT_HEIGHT)
         if polygon is not None:
             polygons.append(polygon)
-            wider[name] = _wider_below(vertices, polygon)
-    name = max(wider, key=wider.__getitem__, default="")
-    if wider.get(name, 0.0) > UNSEEN:
-        warnings.warn(
-            f"world {world.name}: {name} reaches {1e3 * wider[name]:.0f} mm farther near the floor than at the lidar's "
-            f"height of {ROBOT_HEIGHT:g} m, where it is seen: the robot may hit it",
-            stacklevel=2,
-        )
     return dataclasses.replace(
         world,
         cylinders=np.array(discs),
@@ -126,18 +110,6 @@ def _disc(shape: Sphere | Cylinder, X_WG: RigidTransform, low: float) -> tuple[f
         return sphere_footprint(X_WG.translation(), shape.radius(), low, ROBOT_HEIGHT)
     half = 0.5 * shape.length()
     return (x, y, shape.radius()) if z - half < ROBOT_HEIGHT and z + half > low else None
-
-
-def _wider_below(vertices: np.ndarray, footprint: np.ndarray) -> float:
-    """How far the footprint of a convex solid reaches beyond what a lidar at the robot's height sees of it, m.
-
-    Of what ends below that height, which no lidar there sees, all counts.
-    """
-    seen = convex_footprint(vertices, ROBOT_HEIGHT - UNSEEN, ROBOT_HEIGHT)
-    if seen is None:
-        return float(np.ptp(footprint, axis=0).max())
-    section = World("section", (0.0, 0.0, 0.0), (0.0, 0.0), polygons=(seen,))
-    return max(0.0, float(clearance(section, footprint).max()))
 
 
 def _shell(vertices: np.ndarray, triangles: np.ndarray, X_WG: RigidTransform) -> list[np.ndarray]:
@@ -217,7 +189,7 @@ def drop_floors(plant: MultibodyPlant, scene_graph: SceneGraph, ground: Geometry
 def floor_geometries(plant: MultibodyPlant, scene_graph: SceneGraph) -> list[GeometryId]:
     """Fixed collision geometries of a finalized plant that rise no higher above z = 0 than `FLOOR_TOLERANCE`."""
     inspector = scene_graph.model_inspector()
-    return [geometry for geometry, X_WG in _fixed_geometries(plant, inspector) if _is_floor(inspector, geometry, X_WG)]
+    return [geometry for geometry, X_WG in fixed_geometries(plant, inspector) if _is_floor(inspector, geometry, X_WG)]
 
 
 def _is_floor(inspector: SceneGraphInspector, geometry: GeometryId, X_WG: RigidTransform) -> bool:
@@ -227,7 +199,7 @@ def _is_floor(inspector: SceneGraphInspector, geometry: GeometryId, X_WG: RigidT
     return shape_vertices(inspector, geometry, X_WG)[:, 2].max() <= FLOOR_TOLERANCE
 
 
-def _fixed_geometries(
+def fixed_geometries(
     plant: MultibodyPlant, inspector: SceneGraphInspector, *, hollow: bool = False
 ) -> list[tuple[GeometryId, RigidTransform]]:
     """Collision geometries of bodies welded to the world, directly or not, or their surfaces, and where they are."""

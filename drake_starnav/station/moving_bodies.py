@@ -13,7 +13,7 @@ from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex, PrismaticJoint, SpatialInertia
 from pydrake.systems.framework import Context, DiagramBuilder, LeafSystem
 
-from drake_starnav.station.world_geometry import OBSTACLE_HEIGHT
+from drake_starnav.station.world_geometry import obstacle_height
 from drake_starnav.systems.release import declare_vector
 from drake_starnav.worlds.moving_obstacles import MOVING_OBSTACLE_COLOR, MovingObstacles, moving_obstacle_states
 
@@ -37,9 +37,10 @@ def add_moving_obstacles(
     starts, _ = moving_obstacle_states(moving_obstacles, np.zeros(1))
     inspector = scene_graph.model_inspector()
     before = set(inspector.GetAllGeometryIds(Role.kProximity))
-    X_BG = RigidTransform([0.0, 0.0, 0.5 * OBSTACLE_HEIGHT])
+    height = obstacle_height(plant)
+    X_BG = RigidTransform([0.0, 0.0, 0.5 * height])
     for k, (radius, start) in enumerate(zip(moving_obstacles.radii, starts[0], strict=True)):
-        inertia = SpatialInertia.SolidCylinderWithMass(MOVING_OBSTACLE_MASS, radius, OBSTACLE_HEIGHT, [0.0, 0.0, 1.0])
+        inertia = SpatialInertia.SolidCylinderWithMass(MOVING_OBSTACLE_MASS, radius, height, [0.0, 0.0, 1.0])
         parent = plant.world_body()
         for (axis, direction), place in zip(_AXES.items(), start, strict=True):
             if axis == "x":  # the body that slides along x has no mass
@@ -52,7 +53,7 @@ def add_moving_obstacles(
             joint.set_default_translation(place)
             plant.AddJointActuator(f"moving_obstacle_{k}_{axis}", joint)
             parent = body
-        shape, name = Cylinder(radius, OBSTACLE_HEIGHT), f"moving_obstacle_{k}"
+        shape, name = Cylinder(radius, height), f"moving_obstacle_{k}"
         plant.RegisterCollisionGeometry(parent, X_BG, shape, name, CoulombFriction(0.3, 0.3))
         plant.RegisterVisualGeometry(parent, X_BG, shape, f"{name}_visual", [*MOVING_OBSTACLE_COLOR, 1.0])
     robot_frames = [plant.GetBodyFrameIdOrThrow(index) for index in plant.GetBodyIndices(robot)]

@@ -13,6 +13,7 @@ from drake_starnav.station.monitors import Hull
 from drake_starnav.station.moving_bodies import add_moving_obstacle_drive
 from drake_starnav.station.plant import DISCRETE_ONLY, add_plant
 from drake_starnav.station.robot_interface import LIDAR_PORTS, POSE_PORTS, RobotInterface, connect_robot
+from drake_starnav.station.unseen import warn_of_unseen
 from drake_starnav.station.world_geometry import surface_world
 from drake_starnav.systems.star_perception import lidar_names
 from drake_starnav.worlds.world import World
@@ -103,6 +104,7 @@ def add_station(
     plant, scene_graph, model, ground = add_plant(builder, world, scenario.robot, step, settings)
     robot = builder.AddNamedSystem("robot", RobotInterface(plant, scene_graph, model, scenario, seed=seed))
     connect_robot(builder, plant, scene_graph, model, robot)
+    warn_of_unseen(plant, scene_graph, world, robot)
     moving_geometries = add_moving_obstacle_drive(builder, plant, world.moving_obstacles)
     surfaces = surface_world(world)
     hull = None if surfaces is None else Hull(robot.base_frame, surfaces)

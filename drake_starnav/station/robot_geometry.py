@@ -19,7 +19,7 @@ from pydrake.geometry import (
 )
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import BodyIndex, Joint, ModelInstanceIndex, RevoluteJoint, RigidBody
+from pydrake.multibody.tree import BodyIndex, FrameIndex, Joint, ModelInstanceIndex, RevoluteJoint, RigidBody
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.worlds.footprints import ball_vertices, box_vertices, convex_footprint
@@ -101,6 +101,20 @@ class RobotModel(NamedTuple):
         """How high the lowest point of links at poses is, m; infinite without shapes."""
         return min((each.low for each in self.extents(poses)), default=math.inf)
 
+    def top(self) -> float:
+        """How high its highest shape is above its lowest one, on the floor, m; 0 without shapes."""
+        poses = self.poses()
+        return max((each.high for each in self.extents(poses)), default=0.0) - min(self.lowest(poses), 0.0)
+
+    def highest_frame(self) -> float:
+        """How high its highest frame is above the floor, m: twice that of a tilted one, as lidars see no farther up."""
+        poses, plant = self.poses(), self.plant
+        frames = (plant.get_frame(FrameIndex(k)) for k in range(plant.num_frames()))
+        placed = [poses[f.body().index()] @ f.GetFixedPoseInBodyFrame() for f in frames if f.body().index() in poses]
+        floor = min(self.lowest(poses), 0.0)
+        heights = [(X.translation()[2] - floor, abs(X.rotation().matrix()[2, 2])) for X in placed]
+        return max(float(z) * (1.0 if upright > math.cos(TOLERANCE) else 2.0) for z, upright in heights)
+
     def keep_off_floor(self, geometry: GeometryId, properties: ProximityProperties) -> None:
         """Let a shape with these properties never touch the floor."""
         set_floor_contact(properties, False)
@@ -123,6 +137,11 @@ class Extent(NamedTuple):
     def low(self) -> float:
         """Height of its lowest point, m."""
         return float(self.points[2].min()) - self.grown
+
+    @property
+    def high(self) -> float:
+        """Height of its highest point, m."""
+        return float(self.points[2].max()) + self.grown
 
 
 def robot_reach(robot: RobotModel, poses: Mapping[BodyIndex, RigidTransform]) -> tuple[float, str]:

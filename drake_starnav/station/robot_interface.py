@@ -50,6 +50,7 @@ class RobotInterface(Diagram):
     Attributes:
         mounts: of the lidars.
         heights: of the lidars above the floor z = 0, with all joints at their defaults, m.
+        top: height of its highest collision shape, with all joints at zero, m.
         robot_geometries: collision shapes of all that.
         reach: how far from the robot's axis it collides, with all joints at their defaults, m, without what it carries.
         farthest: the link that reaches so far.
@@ -95,7 +96,7 @@ class RobotInterface(Diagram):
         self.base_frame = plant.GetBodyFrameIdOrThrow(plant.GetBodyByName("base_link", model).index())
         places = lidar_poses(placed, self.lidars)
         lift = plant.EvalBodyPoseInWorld(context, placed.base).translation()[2]
-        self.heights = tuple(float(lift + X.translation()[2]) for X in places)
+        self.heights, self.top = tuple(float(lift + X.translation()[2]) for X in places), placed.top()
         self.mounts = tuple(map(mount_of, places, self.lidars, self.heights))
         sensors = {}
         for k, (name, lidar) in enumerate(zip(lidar_names("lidar", len(places)), self.lidars, strict=True)):

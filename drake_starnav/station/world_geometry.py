@@ -21,16 +21,20 @@ from pydrake.geometry import (
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
+from pydrake.multibody.tree import ModelInstanceIndex
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.station.model_world import add_model
+from drake_starnav.station.robot_geometry import RobotModel
 from drake_starnav.station.scene_slices import SURFACE
 from drake_starnav.worlds.convex_parts import convex_parts
 from drake_starnav.worlds.formats.obj_files import obj_text, prism
 from drake_starnav.worlds.world import World
 
 OBSTACLE_HEIGHT = 0.5
-"""Height of prisms, cylinders and walls, m; the lidar and the hull are lower."""
+"""Height of prisms, cylinders and walls, m, where no robot is higher."""
+OVERHEAD = 0.05
+"""Obstacles are higher than a robot by this, m."""
 WALL_THICKNESS = 0.1
 """The walls along the bounds stand outside them, m."""
 GROUND_THICKNESS = 1.0
@@ -74,14 +78,25 @@ def add_world(plant: MultibodyPlant, world: World) -> None:
     add_still_obstacles(plant, world)
 
 
+def obstacle_height(plant: MultibodyPlant) -> float:
+    """Height of prisms, cylinders and walls in a plant not yet finalized, m: its robots and their lidars are lower."""
+    scene_graph, needed = Parser(plant).scene_graph(), OBSTACLE_HEIGHT
+    for model in map(ModelInstanceIndex, range(plant.num_model_instances())):
+        if plant.HasBodyNamed("base_link", model):
+            robot = RobotModel(plant, scene_graph, model)
+            needed = max(needed, robot.top() + OVERHEAD, robot.highest_frame() + OVERHEAD)
+    return needed
+
+
 def add_still_obstacles(plant: MultibodyPlant, world: World) -> None:
     """The same as `add_world`, without a world's moving obstacles."""
     if world.model is not None:  # whose footprints are the world's cylinders and polygons
         add_model(plant, Parser(plant).scene_graph(), world.model)
         return
-    z = 0.5 * OBSTACLE_HEIGHT
+    height = obstacle_height(plant)
+    z = 0.5 * height
     for k, (x, y, radius) in enumerate(world.cylinders):
-        _add(plant, f"cylinder_{k}", Cylinder(radius, OBSTACLE_HEIGHT), RigidTransform([x, y, z]), OBSTACLE_COLOR)
+        _add(plant, f"cylinder_{k}", Cylinder(radius, height), RigidTransform([x, y, z]), OBSTACLE_COLOR)
     for k, (x, y, radius) in enumerate(world.spheres):
         _add(plant, f"sphere_{k}", Sphere(radius), RigidTransform([x, y, radius]), OBSTACLE_COLOR)
     parts, solid = {}, surface_world(world) is None
@@ -89,12 +104,12 @@ def add_still_obstacles(plant: MultibodyPlant, world: World) -> None:
         parts.update({f"polygon_{k}_{i}": part for i, part in enumerate(convex_parts(polygon))})
     together = not solid or len(parts) > MOST_LOOKS
     for name, part in parts.items() if solid else ():
-        _add(plant, name, *_prism(part, name), None if together else OBSTACLE_COLOR)
+        _add(plant, name, *_prism(part, height, name), None if together else OBSTACLE_COLOR)
     if together:
-        add_surface(plant, _prisms_mesh(list(parts.values())), "polygons_visual", seen=not solid)
+        add_surface(plant, _prisms_mesh(list(parts.values()), height), "polygons_visual", seen=not solid)
     if world.bounds is not None:
         for side, (cx, cy, length, width) in _walls(world.bounds).items():
-            _add(plant, f"wall_{side}", Box(length, width, OBSTACLE_HEIGHT), RigidTransform([cx, cy, z]), WALL_COLOR)
+            _add(plant, f"wall_{side}", Box(length, width, height), RigidTransform([cx, cy, z]), WALL_COLOR)
 
 
 def surface_world(world: World) -> World | None:
@@ -128,18 +143,18 @@ def _add(plant: MultibodyPlant, name: str, shape: Shape, X_WG: RigidTransform, c
         plant.RegisterVisualGeometry(body, X_WG, shape, f"{name}_visual", color)
 
 
-def _prism(corners: np.ndarray, label: str) -> tuple[Shape, RigidTransform]:
+def _prism(corners: np.ndarray, height: float, label: str) -> tuple[Shape, RigidTransform]:
     """The upright prism over a convex footprint: a box where it is a rectangle, the cheaper shape."""
     edges = np.roll(corners, -1, axis=0) - corners
     lengths = np.hypot(edges[:, 0], edges[:, 1])
     center = corners.mean(axis=0)
-    z = 0.5 * OBSTACLE_HEIGHT
+    z = 0.5 * height
     if len(corners) == 4:
         corner_cosines = np.einsum("ij,ij->i", edges, np.roll(edges, -1, axis=0)) / (lengths * np.roll(lengths, -1))
         if np.abs(corner_cosines).max() < 1e-9:
             R_WG = RotationMatrix.MakeZRotation(math.atan2(edges[0, 1], edges[0, 0]))
-            return Box(lengths[0], lengths[1], OBSTACLE_HEIGHT), RigidTransform(R_WG, [*center, z])
-    return upright_prism(corners - center, OBSTACLE_HEIGHT, label), RigidTransform([*center, z])
+            return Box(lengths[0], lengths[1], height), RigidTransform(R_WG, [*center, z])
+    return upright_prism(corners - center, height, label), RigidTransform([*center, z])
 
 
 def upright_prism(corners: np.ndarray, height: float, label: str) -> Convex:
@@ -148,9 +163,9 @@ def upright_prism(corners: np.ndarray, height: float, label: str) -> Convex:
     return Convex(points=points, label=label)
 
 
-def _prisms_mesh(parts: list[np.ndarray]) -> Mesh:
+def _prisms_mesh(parts: list[np.ndarray], height: float) -> Mesh:
     """The upright prisms over convex footprints, as one mesh."""
-    meshes = [prism(corners, 0.0, OBSTACLE_HEIGHT) for corners in parts]
+    meshes = [prism(corners, 0.0, height) for corners in parts]
     first = np.cumsum([0, *(len(vertices) for vertices, _ in meshes)])
     triangles = [corners + k for (_, corners), k in zip(meshes, first, strict=False)]
     text = obj_text(np.vstack([vertices for vertices, _ in meshes]).round(9), np.vstack(triangles))

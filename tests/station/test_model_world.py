@@ -1,6 +1,5 @@
 """Worlds from Drake model files: what gets into the plant, and what clearance and shortest path know of it."""
 
-import contextlib
 import dataclasses
 import math
 from pathlib import Path
@@ -129,7 +128,6 @@ def test_what_is_floor_is_left_out_as_there_is_one(tmp_path: Path) -> None:
     assert run_trial(scenario).outcome == "reached"
 
 
-@pytest.mark.filterwarnings("ignore:world m. m..plane reaches")
 @pytest.mark.parametrize("pose", ["1.5 0 0 0 0 0", "0.5 0 0 0 0 1", "0 0 0.2 0 1.5707963 0"])
 @pytest.mark.parametrize("normal", ["-1 0 0", "-3 0.5 0", "0 0 1"])
 def test_a_plane_is_a_wall_where_it_stands(tmp_path: Path, normal: str, pose: str) -> None:
@@ -217,33 +215,6 @@ def test_a_mesh_without_dents_bars_what_its_convex_hull_does(tmp_path: Path) -> 
     (polygon,) = world.polygons
     assert {tuple(corner) for corner in polygon.round(9)} == {(1.0, 1.0), (2.0, 1.0), (1.0, 2.0)}
     assert world.model.surfaces == ()
-
-
-def test_what_is_wider_below_the_lidar_is_warned_of(tmp_path: Path) -> None:
-    cone = '<sdf version="1.7"><model name="m"><static>1</static><link name="l"><pose>2 0 0.5 0 0 0</pose>'
-    cone += '<collision name="c"><geometry><cone><radius>0.4</radius><length>1</length></cone></geometry></collision>'
-    (tmp_path / "cone.sdf").write_text(f"{cone}</link></model></sdf>")
-    with pytest.warns(UserWarning, match="world cone: m::c reaches (47|48) mm farther near the floor .* may hit it"):
-        world_of(tmp_path / "cone.sdf", goal=[4.0, 0.0])
-
-
-@pytest.mark.parametrize(
-    ("shape", "z", "warned"),
-    [
-        ('<box size="1 1 0.3"/>', 0.0, False),
-        ('<box size="1 1 0.2"/>', 0.0, True),
-        ('<cylinder radius="0.3" length="0.3"/>', 0.0, False),
-        ('<cylinder radius="0.3" length="0.2"/>', 0.0, True),
-        ('<sphere radius="0.1"/>', 0.1, False),
-        ('<sphere radius="0.05"/>', 0.05, True),
-        ('<sphere radius="0.3"/>', -0.18, True),
-    ],
-)
-def test_what_ends_below_the_lidar_is_warned_of(tmp_path: Path, shape: str, z: float, warned: bool) -> None:
-    """Whatever its shape: no lidar there sees it."""
-    path = urdf(tmp_path, f'<collision name="c"><origin xyz="2 0 {z}"/><geometry>{shape}</geometry></collision>')
-    with pytest.warns(UserWarning, match="m::c reaches") if warned else contextlib.nullcontext():
-        world_of(path, goal=[4.0, 0.0])
 
 
 def ring(inner: float = 1.0, outer: float = 1.2, height: float = 1.0) -> str:

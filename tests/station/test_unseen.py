@@ -1,0 +1,127 @@
+"""What a robot may hit of a world and its lidars do not see."""
+
+import warnings
+from pathlib import Path
+
+import pytest
+
+from drake_starnav.loading import parse_scenario
+from drake_starnav.scenario.schema import Scenario
+from drake_starnav.simulation.run import run_trial
+from drake_starnav.station.model_world import make_world_with_footprints
+from drake_starnav.station.navigation_station import NavigationStation
+from drake_starnav.worlds.world import World
+
+
+def cart(folder: Path, *, lidar: float = 0.2, mast: float = 0.0) -> Path:
+    """A small robot with a lidar at a height, m, and with a post on it of a height, if any."""
+
+    def link(name: str, mass: float, shape: str, z: float = 0.0) -> str:
+        inertia = 'ixx="0.05" iyy="0.05" izz="0.05" ixy="0" ixz="0" iyz="0"'
+        solid = f'<collision><origin xyz="0 0 {z}"/><geometry>{shape}</geometry></collision>' if shape else ""
+        heavy = f'<inertial><mass value="{mass}"/><inertia {inertia}/></inertial>' if mass else ""
+        return f'<link name="{name}">{heavy}{solid}</link>'
+
+    def joint(child: str, kind: str, xyz: str) -> str:
+        axis = '<axis xyz="0 1 0"/>' if kind == "continuous" else ""
+        return (
+            f'<joint name="{child}_joint" type="{kind}"><parent link="base_link"/><child link="{child}"/>'
+            f'<origin xyz="{xyz}"/>{axis}</joint>'
+        )
+
+    parts = [
+        link("base_link", 8.0, '<box size="0.3 0.26 0.08"/>', 0.02),
+        *(link(f"wheel_{side}", 0.4, '<sphere radius="0.07"/>') for side in ("left", "right")),
+        *(joint(f"wheel_{side}", "continuous", f"0 {y} 0") for side, y in (("left", 0.14), ("right", -0.14))),
+        *(link(f"caster_{k}", 0.1, '<sphere radius="0.02"/>') for k in range(2)),
+        *(joint(f"caster_{k}", "fixed", f"{x} 0 -0.05") for k, x in enumerate((-0.1, 0.1))),
+        link("laser", 0.0, ""),
+        joint("laser", "fixed", f"0 0 {lidar - 0.07}"),
+    ]
+    if mast:
+        post = link("mast", 0.1, f'<cylinder radius="0.02" length="{mast}"/>', 0.5 * mast - 0.07)
+        parts += [post, joint("mast", "fixed", "0 0 0")]
+    path = folder / "cart.urdf"
+    path.write_text(f'<robot name="cart">{"".join(parts)}</robot>')
+    return path
+
+
+def driven(robot: Path, world: str) -> Scenario:
+    text = f"world: {world}\nrobot: {{model: {robot}, radius: 0}}\nlidar: {{frame: laser}}"
+    return parse_scenario(text, name="heights")
+
+
+def sdf(folder: Path, shape: str, z: float) -> str:
+    """A world with one shape, and in SDF a model of the name m."""
+    path = folder / "m.sdf"
+    path.write_text(
+        f'<sdf version="1.7"><model name="m"><static>1</static><link name="l"><pose>2 0 {z} 0 0 0</pose>'
+        f'<collision name="c"><geometry>{shape}</geometry></collision></link></model></sdf>'
+    )
+    return f"!Model {{directives: {path}, start: [0, 0, 0], goal: [5, 0]}}"
+
+
+def said(folder: Path, world: str, **heights: float) -> list[str]:
+    """Warnings of a station of the world."""
+    scenario = driven(cart(folder, **heights), world)
+    with warnings.catch_warnings(record=True) as raised:
+        warnings.simplefilter("always")
+        made = make_world_with_footprints(scenario.world, 0, scenario.robot.radius)
+        NavigationStation(made, scenario)
+    return [str(each.message) for each in raised]
+
+
+@pytest.mark.parametrize(
+    ("shape", "z", "lidar", "mast", "unseen"),
+    [
+        ("<box><size>1 1 0.3</size></box>", 0.15, 0.2, 0.0, 0),
+        ("<box><size>1 1 0.3</size></box>", 0.15, 0.4, 0.0, 1000),  # a crate below the lidar
+        ("<cylinder><radius>0.3</radius><length>0.1</length></cylinder>", 0.05, 0.2, 0.0, 600),
+        ("<box><size>1 1 0.04</size></box>", 0.75, 0.2, 1.2, 1000),  # a table top above the lidar, at the mast
+        ("<box><size>1 1 0.04</size></box>", 0.75, 0.2, 0.0, 0),  # it drives below it
+        ("<box><size>1 1 0.04</size></box>", 0.75, 0.75, 1.2, 0),
+        ("<box><size>1 1 0.04</size></box>", 1.5, 0.75, 1.2, 0),
+        ("<cone><radius>0.4</radius><length>1</length></cone>", 0.5, 0.2, 0.0, 75),
+        ("<sphere><radius>0.05</radius></sphere>", 0.05, 0.2, 0.0, 100),
+        ("<sphere><radius>0.3</radius></sphere>", 0.3, 0.2, 0.0, 0),
+    ],
+)
+def test_what_the_lidar_does_not_see_is_named(tmp_path: Path, shape, z, lidar, mast, unseen) -> None:
+    texts = said(tmp_path, sdf(tmp_path, shape, z), lidar=lidar, mast=mast)
+    assert len(texts) == bool(unseen)
+    if unseen:
+        (text,) = texts
+        assert text.startswith("world m: the robot, ") and f"at a height of {lidar:g} m does not see: m::c (by " in text
+        assert float(text.split("(by ")[1].split(" mm")[0]) == pytest.approx(unseen, rel=0.15)
+
+
+def test_of_many_things_the_widest_are_named_and_the_rest_is_counted(tmp_path: Path) -> None:
+    (tmp_path / "racks.sdf").write_text(
+        '<sdf version="1.7"><model name="m"><static>1</static><link name="l"><pose>2 2 0.1 0 0 0</pose>'
+        + "".join(
+            f'<collision name="rack_{k}"><pose>{k} 0 0 0 0 0</pose><geometry><box><size>{0.1 + 0.1 * k} 0.1 0.2</size>'
+            "</box></geometry></collision>"
+            for k in range(6)
+        )
+        + "</link></model></sdf>"
+    )
+    world = f"!Model {{directives: {tmp_path / 'racks.sdf'}, start: [0, 0, 0], goal: [5, 0]}}"
+    (text,) = said(tmp_path, world, lidar=0.5)
+    assert "m::rack_5 (by 600 mm), m::rack_4 (by 500 mm), m::rack_3 (by 400 mm) and 3 more" in text
+
+
+def test_spheres_that_a_lidar_looks_over_are_named(tmp_path: Path) -> None:
+    scenario = driven(cart(tmp_path, lidar=0.6), "!Obstacles {}")
+    world = World("balls", (0, 0, 0), (5, 0), spheres=[(2.0, 0.0, 0.2), (3.0, 0.0, 0.5)])
+    with pytest.warns(UserWarning, match=r"at a height of 0\.6 m does not see: .*sphere_0 \(by "):
+        NavigationStation(world, scenario)
+
+
+@pytest.mark.parametrize("lidar", [0.45, 0.55, 1.2, 2.5])
+@pytest.mark.parametrize(
+    "world",
+    ["!Obstacles {bounds: [-1.5, -2, 7, 2], cylinders: [[2.5, 0.1, 0.3]], start: [0, 0, 0], goal: [5, 0]}", "!Room {}"],
+)
+def test_what_is_generated_is_as_high_as_the_lidar_needs(tmp_path: Path, lidar: float, world: str) -> None:
+    outcome = run_trial(driven(cart(tmp_path, lidar=lidar), world), seed=1)
+    assert outcome.outcome == "reached" and outcome.min_clearance_m > 0.0
