@@ -24,7 +24,7 @@ from drake_starnav.visualization.live_page import LivePage, LiveState, SliderGoa
 from drake_starnav.visualization.meshcat_stage import MeshcatStage, add_scene, quiet_meshcat
 from drake_starnav.visualization.meshes import LAYERS, Layer, goal_star, layers_of_run, with_scene
 from drake_starnav.visualization.page import ROOT, Cameras, Caption
-from drake_starnav.visualization.recorder import add_visualizers, finish_recording, robot_frames, robot_path
+from drake_starnav.visualization.recorder import add_visualizers, finish_recording, robot_frames, robot_path, zones
 from drake_starnav.visualization.tracks import trail_layer
 from drake_starnav.worlds.world import World
 
@@ -119,7 +119,8 @@ class LiveRun:
         self._navigation = add_navigation(builder, scenario, Parts(world, self._followed, goal), seed)
         add_collision_monitor(builder, self._navigation)
         add_visualizers(builder, self._navigation, scenario, self.meshcat, keep=self._html is not None)
-        return world, layers_of_run(scenario.robot.max_speed, world), "a click sets the goal, arrow keys move it"
+        layers = layers_of_run(scenario.robot.max_speed, world, zones(self._navigation))
+        return world, layers, "a click sets the goal, arrow keys move it"
 
     @property
     def time(self) -> float:

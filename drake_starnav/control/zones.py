@@ -25,14 +25,14 @@ class KeepOut:
         Raises:
             StarnavError: the polygon has another shape or is not finite, or the margin is negative.
         """
-        self._polygon, self._margin = _corners(polygon, "KeepOut"), margin
+        self.polygon, self._margin = _corners(polygon, "KeepOut"), margin
         if not (math.isfinite(margin) and margin >= 0.0):
             raise StarnavError(f"KeepOut: margin is {margin}; allowed: 0 m or more")
 
     def accepts(self, motion: Motion) -> bool:
         """Whether the robot keeps its distance, or the one that it has."""
         narrow, cover = motion.footprint.narrow, motion.footprint.cover
-        distance = signed_distance(self._polygon, places(motion.pose, cover)).reshape(-1, len(cover)).min(axis=1)
+        distance = signed_distance(self.polygon, places(motion.pose, cover)).reshape(-1, len(cover)).min(axis=1)
         return bool(distance.min() >= min(narrow + self._margin, distance[0]) - 1e-9)
 
 
@@ -51,17 +51,17 @@ class SpeedZone:
         Raises:
             StarnavError: the polygon has another shape or is not finite, or the speed is not above 0.
         """
-        self._polygon, self._max_speed = _corners(polygon, "SpeedZone"), max_speed
+        self.polygon, self.max_speed = _corners(polygon, "SpeedZone"), max_speed
         if not (math.isfinite(max_speed) and max_speed > 0.0):
             raise StarnavError(f"SpeedZone: max_speed is {max_speed}; allowed: more than 0 m/s")
 
     def accepts(self, motion: Motion) -> bool:
         """Whether the robot is slow wherever the zone says so."""
-        fast = np.abs(motion.twist[:, 0]) > self._max_speed + 1e-9
+        fast = np.abs(motion.twist[:, 0]) > self.max_speed + 1e-9
         if not fast.any():
             return True
         fast[1:] |= fast[:-1]  # where it is slow enough, it has just slowed down
-        return bool((signed_distance(self._polygon, motion.position[fast]) > 0.0).all())
+        return bool((signed_distance(self.polygon, motion.position[fast]) > 0.0).all())
 
 
 def signed_distance(polygon: np.ndarray, points: np.ndarray) -> np.ndarray:

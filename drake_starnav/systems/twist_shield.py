@@ -139,7 +139,7 @@ class TwistShield(Unshielded):
             stopwatch: notes `command` times, the controller's included, if given.
         """
         super().__init__(robot, controller, stopwatch=stopwatch)
-        self._own, self._obstacles, self._state_lead = certificates, obstacles, state_lead
+        self.own_certificates, self._obstacles, self._state_lead = certificates, obstacles, state_lead
         self._certified_region = self.DeclareAbstractInputPort("certified_region", Value(CertifiedRegion.none()))
         self._footprint = FootprintInput(self, robot, margins)
         if obstacles is not None:
@@ -154,4 +154,4 @@ class TwistShield(Unshielded):
             tracks = self._tracks.Eval(context)
             tracked = TrackedObstacles(tracks, context.get_time() + self._state_lead - tracks.time, self._obstacles)
         actuation = self._actuation.carrying(shape)
-        return standard_certificates(star, margin, actuation, position, tracked) + self._own, actuation
+        return standard_certificates(star, margin, actuation, position, tracked) + self.own_certificates, actuation

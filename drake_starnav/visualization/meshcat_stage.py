@@ -25,6 +25,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.perception import PointCloud
 from pydrake.systems.framework import DiagramBuilder, OutputPort
 
+from drake_starnav.station.robot_geometry import floor_contact
 from drake_starnav.station.scene_slices import seen_geometries
 from drake_starnav.station.world_geometry import OBSTACLE_COLOR
 from drake_starnav.visualization.meshes import LAYERS, SHELL_COLOR, Layer, Mesh
@@ -88,6 +89,9 @@ def show_collision_shapes(
     """
     inspector = scene_graph.model_inspector()
     seen, unseen = seen_geometries(inspector), set(floor)
+    unseen |= {
+        geometry for geometry in seen if floor_contact(inspector, geometry)
+    }  # others of the same wheel are drawn
     for frame in inspector.GetAllFrameIds():
         boxes = [_box(inspector, geometry) for geometry in inspector.GetGeometries(frame, Role.kIllustration)]
         for geometry in sorted(seen & set(inspector.GetGeometries(frame)), key=GeometryId.get_value):

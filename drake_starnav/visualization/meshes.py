@@ -7,6 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import shapely
 
+from drake_starnav.control import KeepOut, SpeedZone
+from drake_starnav.control.certificates import Certificate
 from drake_starnav.errors import shown
 from drake_starnav.geometry.footprint import Footprint, covered
 from drake_starnav.parameters import unknown_name
@@ -22,6 +24,8 @@ SAME_POINT = 1e-6
 
 
 Color = tuple[float, float, float]
+ZONES = KeepOut, SpeedZone
+"""Certificates that are areas."""
 
 
 @dataclass(frozen=True)
@@ -56,11 +60,13 @@ HEADING_COLOR: Color = (0.98, 0.60, 0.10)
 LIDAR_COLOR: Color = (0.12, 0.12, 0.14)
 # Colours after those for colour-blind readers (Okabe and Ito, 2008), most of them darker; symbols differ as well.
 LAYERS = {
+    "zones/slow": Layer("area to be slow in", (0.90, 0.75, 0.10), "area", 0.01),
+    "zones/keep_out": Layer("area to stay out of", (0.80, 0.10, 0.10), "area", 0.015),
     "regions": Layer("star-shaped region (newest bright)", (0.27, 0.65, 0.88), "area", 0.02),
     "certificate": Layer("certified braking motion", (0.00, 0.62, 0.45), "area", 0.03),
-    "roadmap/edges": Layer("roadmap edge", (0.72, 0.72, 0.72), "line", 0.04),
-    "roadmap/nodes": Layer("roadmap node", (0.15, 0.15, 0.15), "disc", 0.05),
-    "trail": Layer("trail", (0.50, 0.01, 0.66), "gradient", 0.06),
+    "trail": Layer("trail", (0.50, 0.01, 0.66), "gradient", 0.04),
+    "roadmap/edges": Layer("roadmap edge", (0.60, 0.60, 0.60), "line", 0.05),
+    "roadmap/nodes": Layer("roadmap node", (0.15, 0.15, 0.15), "disc", 0.06),
     "path": Layer("path", (0.00, 0.32, 0.75), "line", 0.07),
     "frontiers/extendable": Layer("frontier, may lead on", (0.90, 0.60, 0.00), "line", 0.09),
     "frontiers/stuck": Layer("frontier, led nowhere", (0.65, 0.20, 0.50), "cross", 0.10),
@@ -69,7 +75,7 @@ LAYERS = {
     "goal": Layer("goal", (0.00, 0.50, 0.36), "star", 0.13),
     "scan": Layer("laser scan", (0.84, 0.25, 0.00), "dot", 0.14, 4.0, on_top=True),
     "velocities": Layer("way of an obstacle in 1 s", (0.55, 0.10, 0.40), "arrow", 0.15, on_top=True),
-    "footprint": Layer("robot's footprint", SHELL_COLOR, "outline", 0.16, on_top=True),
+    "footprint": Layer("robot's footprint", (0.04, 0.06, 0.16), "outline", 0.16, on_top=True),
     "front": Layer("robot's front", HEADING_COLOR, "front", 0.17, on_top=True),
 }
 """By name in Meshcat's panel, lowest first."""
@@ -82,13 +88,18 @@ SPEED_COLORS = np.array([(0.05, 0.03, 0.53), (0.49, 0.01, 0.66), (0.80, 0.28, 0.
 """Colours of the trail from standing to full speed (the lower four fifths of the map "plasma")."""
 
 
-def layers_of_run(max_speed: float, world: World) -> dict[str, Layer]:
-    """The layers of a run's legend, whose trail names its speeds, in m/s."""
+def zone_layer(zone: KeepOut | SpeedZone) -> str:
+    """The layer of an area."""
+    return "zones/keep_out" if isinstance(zone, KeepOut) else "zones/slow"
+
+
+def layers_of_run(max_speed: float, world: World, zones: Iterable[Certificate] = ()) -> dict[str, Layer]:
+    """The layers of a run's legend, whose trail names its speeds, in m/s; `zones`: certificates that may be areas."""
     trail = replace(LAYERS["trail"], label=f"trail, 0 to {max_speed:g} m/s")
-    layers = {**LAYERS, "trail": trail}
-    if not len(world.moving_obstacles):
-        del layers["velocities"]
-    return with_scene(layers, world)
+    absent = {"zones/keep_out", "zones/slow"} - {zone_layer(zone) for zone in zones if isinstance(zone, ZONES)}
+    absent |= set() if len(world.moving_obstacles) else {"velocities"}
+    layers = {name: layer for name, layer in LAYERS.items() if name not in absent}
+    return with_scene({**layers, "trail": trail}, world)
 
 
 def mark_scale(extent: Sequence[float]) -> float:

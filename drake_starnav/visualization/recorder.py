@@ -8,6 +8,7 @@ import numpy as np
 from pydrake.geometry import FrameId, Meshcat
 from pydrake.systems.framework import DiagramBuilder
 
+from drake_starnav.control.certificates import Certificate
 from drake_starnav.errors import StarnavError, check_kind
 from drake_starnav.geometry.trajectory import Motion
 from drake_starnav.navigation import Navigation
@@ -90,7 +91,7 @@ class Recorder:
             motion: of the robot; None for the one that was recorded.
         """
         world, station = self._navigation.world, self._navigation.station
-        layers = layers_of_run(self._scenario.robot.max_speed, world)
+        layers = layers_of_run(self._scenario.robot.max_speed, world, zones(self._navigation))
         caption = Caption(self._scenario.name, lines, layers, self._shown)
         cameras = Cameras(world.extent, self._view, robot_path(station), world.start[:2])
         finish_recording(self._meshcat, self._html, caption, cameras)
@@ -154,7 +155,9 @@ def add_visualizers(
     mounts = station.robot_interface.mounts
     visualizer = builder.AddNamedSystem(
         "star_roadmap_visualizer",
-        StarRoadmapVisualizer(meshcat, scenario.recording, scenario.robot, keep, mounts, navigation.world),
+        StarRoadmapVisualizer(
+            meshcat, scenario.recording, scenario.robot, keep, mounts, navigation.world, zones(navigation)
+        ),
     )
     names = zip(lidar_names("lidar", len(mounts)), lidar_names("scan", len(mounts)), strict=True)
     for port, name in (
@@ -170,6 +173,11 @@ def add_visualizers(
         if port is not None:
             builder.Connect(port, visualizer.GetInputPort(name))
     return visualizer
+
+
+def zones(navigation: Navigation) -> tuple[Certificate, ...]:
+    """The certificates of the user's own that hold the robot, among them areas."""
+    return getattr(navigation.shield, "own_certificates", ())
 
 
 def robot_frames(station: StationInterface) -> list[FrameId]:

@@ -7,10 +7,12 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+import shapely
 from pydrake.common.value import Value
 from pydrake.geometry import Meshcat
 from pydrake.systems.framework import Context, EventStatus, InputPort, LeafSystem
 
+from drake_starnav.control.certificates import Certificate
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import ON_AXIS, Mount, unturned
 from drake_starnav.planning.parameters import PlannerParameters
@@ -40,7 +42,7 @@ FRAME_SLACK = 1e-6
 """Meshcat's frame at time t is floor(t * frames_per_second): this keeps rounding from losing a frame, s."""
 OLD_REGIONS = 3
 """At most so many old regions are shown: on top of one another they are still fainter than the newest."""
-CERTIFICATE_OPACITY = 0.55
+CERTIFICATE_OPACITY, ZONE_OPACITY = 0.55, 0.3
 CERTIFICATE_POINTS = 8
 """A certificate's path is reduced to about this many points."""
 
@@ -85,6 +87,7 @@ class StarRoadmapVisualizer(LeafSystem):
         keep: bool = True,
         mounts: Sequence[Mount] = (ON_AXIS,),
         world: World | None = None,
+        zones: Sequence[Certificate] = (),
     ) -> None:
         """
         Args:
@@ -93,6 +96,7 @@ class StarRoadmapVisualizer(LeafSystem):
         keep: whether hidden objects stay in Meshcat, as a recording needs them.
         mounts: where each lidar is on the robot; there are as many ports for scans.
         world: whose size scales the marks, and whose obstacles that move get arrows; None for one of usual size.
+        zones: certificates, of which `KeepOut` and `SpeedZone` are drawn.
         """
         super().__init__()
         self._parameters = parameters
@@ -108,6 +112,7 @@ class StarRoadmapVisualizer(LeafSystem):
             "short_term_goal": meshes.ring(here, 1.2 * node, 2.0 * node, LAYERS["short_term_goal"].height),
             "frontiers/target": meshes.ring(here, 2.4 * node, 3.1 * node, LAYERS["frontiers/target"].height),
         }
+        self._zones = [zone for zone in zones if isinstance(zone, meshes.ZONES)]
         self._nothing = state.roadmap
         self._drawn = _Drawn(self._nothing)
         self.DeclareVectorInputPort("pose", 3)
@@ -133,6 +138,12 @@ class StarRoadmapVisualizer(LeafSystem):
         time = context.get_time() + FRAME_SLACK
         pose, goal, twist = self._input("pose", context), self._input("goal", context), self._input("twist", context)
         state = self._input("planner_state", context)
+        if not self._drawn.zoned:
+            self._drawn.zoned = True
+            for zone in self._zones:
+                layer = meshes.zone_layer(zone)
+                area = meshes.area(shapely.Polygon(zone.polygon), LAYERS[layer].height)
+                self.stage.add(layer, area, time, ZONE_OPACITY)
         self._mark("goal", goal, time)
         if state is not None:
             self._draw_roadmap(state.roadmap, time)
@@ -284,4 +295,5 @@ class _Drawn:
     marked: dict[str, np.ndarray | None] = field(default_factory=dict)
     growing: list[str] = field(default_factory=list)
     regions: list[tuple[StarRegion, list[str]]] = field(default_factory=list)
+    zoned: bool = False
     next_scan_time: float = 0.0

@@ -53,7 +53,7 @@ def looks(
 
 
 def _look(world: World, lidar: Lidar, pose: np.ndarray, range_max: float) -> LaserScan:
-    (x, y, yaw, upside_down), span, beams = lidar
+    (x, y, yaw, upside_down, *_), span, beams = lidar
     full = span > 6.28
     step = span / beams if full else span / (beams - 1)
     first = -math.pi if full else -0.5 * span

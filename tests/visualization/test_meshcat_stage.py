@@ -1,5 +1,6 @@
 """What a model describes for collision only is seen, once, and the floor is not."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -8,11 +9,18 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.framework import DiagramBuilder
 
+from drake_starnav.robot import RobotParameters
+from drake_starnav.scenario.schema import Scenario
+from drake_starnav.station.navigation_station import NavigationStation
+from drake_starnav.station.robot_geometry import floor_contact
 from drake_starnav.station.world_geometry import add_ground, add_world
 from drake_starnav.visualization.meshcat_stage import show_collision_shapes
-from drake_starnav.worlds import make_world
+from drake_starnav.visualization.meshes import SHELL_COLOR
+from drake_starnav.visualization.recorder import robot_frames
+from drake_starnav.worlds import World, make_world
 from drake_starnav.worlds.generators.forest import Forest
 from tests.helpers.browser import BrowserCamera, browser_missing
+from tests.station.test_robot_file import EDITED, JOINTS
 
 POST = """<sdf version="1.7"><model name="posts"><static>true</static><link name="l">
 <visual name="seen"><pose>0 0 0.5 0 0 0</pose><geometry><box><size>0.5 0.5 1</size></box></geometry></visual>
@@ -36,6 +44,21 @@ def shown(add) -> list[str]:
 def test_only_what_no_visual_shape_stands_for_is_added() -> None:
     names = shown(lambda plant: Parser(plant).AddModelsFromString(POST, "sdf"))
     assert names == ["posts::seen", "posts::unseen"]
+
+
+def test_a_bare_robot_has_its_colour_and_no_shapes_that_are_for_the_floor_alone(tmp_path: Path) -> None:
+    text = re.sub("<visual.*?</visual>", "", EDITED, flags=re.DOTALL)
+    (tmp_path / "bare.urdf").write_text(text)
+    robot = RobotParameters(model=str(tmp_path / "bare.urdf"), wheel_joints=JOINTS)
+    station = NavigationStation(World("open", (0.0, 0.0, 0.0), (5.0, 0.0)), Scenario("test", None, robot))
+    frames = robot_frames(station)
+    show_collision_shapes(station.plant, station.scene_graph, station.floor, frames)
+    inspector = station.scene_graph.model_inspector()
+    drawn = [g for frame in frames for g in inspector.GetGeometries(frame, Role.kIllustration)]
+    colors = [inspector.GetIllustrationProperties(g).GetProperty("phong", "diffuse") for g in drawn]
+    assert len(drawn) >= 3 and {(c.r(), c.g(), c.b()) for c in colors} == {SHELL_COLOR}
+    assert not any(floor_contact(inspector, g) for g in drawn)
+    assert any(floor_contact(inspector, g) for g in station.robot_geometries)
 
 
 def test_our_own_worlds_have_a_look_for_each_shape() -> None:

@@ -216,7 +216,7 @@ def test_the_robot_is_where_it_was(page, time):
 def test_each_layer_shows_and_hides(page):
     time = 1.5
     shown = picture(page, time)
-    for layer in set(LAYERS) - {"frontiers/stuck", "velocities"}:
+    for layer in set(LAYERS) - {"frontiers/stuck", "velocities", "zones/slow", "zones/keep_out"}:
         switch = f"viewer.set_property(['starnav', ...'{layer}'.split('/')], 'visible', %s)"
         page.evaluate(switch % "false")
         hidden = picture(page, time)

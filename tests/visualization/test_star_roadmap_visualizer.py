@@ -11,6 +11,7 @@ from pydrake.geometry import Meshcat
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
+from drake_starnav.control import KeepOut, SpeedZone
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, plan_step
 from drake_starnav.planning.roadmap import rebuilt
@@ -240,7 +241,21 @@ def test_every_object_belongs_to_a_layer(script):
     for path in script.objects(""):
         layer = next(name for name in LAYERS if path.startswith(f"/starnav/{name}"))
         count[layer] += 1
-    assert set(count) >= set(LAYERS) - {"frontiers/stuck", "velocities"}
+    assert set(count) >= set(LAYERS) - {"frontiers/stuck", "velocities", "zones/slow", "zones/keep_out"}
+
+
+def test_areas_of_certificates_are_drawn_and_explained():
+    square = np.array([(0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (0.0, 2.0)])
+    zones = (KeepOut(square), SpeedZone(square + 3.0, 0.2), SpeedZone(square + 6.0, 0.1))
+    script, builder = Script(), DiagramBuilder()
+    builder.AddSystem(StarRoadmapVisualizer(script, RecordingParameters(), ROBOT, zones=zones))
+    Simulator(builder.Build()).AdvanceTo(0.2)
+    areas = {call[1]: call[2][:2].min(axis=1).tolist() for call in script if call[0] == "SetTriangleMesh"}
+    drawn = [(name, areas[path]) for name in ("keep_out", "slow") for path in script.visible(f"zones/{name}", 4)]
+    assert drawn == [("keep_out", [0.0, 0.0]), ("slow", [3.0, 3.0]), ("slow", [6.0, 6.0])]
+    world = World("posts", (0, 0, 0), (0, 0), cylinders=POSTS)
+    legends = [meshes.layers_of_run(1.0, world, each) for each in ((), zones[:1], zones)]
+    assert [sum(name.startswith("zones") for name in legend) for legend in legends] == [0, 1, 2]
 
 
 def test_hits_of_every_lidar_are_drawn_where_they_are():
