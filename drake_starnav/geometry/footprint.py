@@ -21,6 +21,8 @@ LEAST_SIZE = 0.01
 """A footprint is at least so wide, m."""
 MOST_PARTS = 8
 """Joined footprints of more parts become one rectangle, or what is joined again and again would grow without bound."""
+IN_LINE = 1e-3
+"""A corner so near to the hull of the others counts as in line with its neighbours, m; the hull is the footprint."""
 ROUNDING = 1e-6
 """A footprint that sticks out no farther still lies inside another one, m."""
 
@@ -196,13 +198,15 @@ def _convex(corners: Sequence) -> np.ndarray:
     if points.ndim != 2 or points.shape[1:] != (2,) or len(points) < 3 or not np.isfinite(points).all():
         raise StarnavError(f"footprint has corners of shape {points.shape}; allowed: (n, 2), n >= 3, finite x and y, m")
     hull = _hull(points)
-    area, polygon = shapely.Polygon(hull).area, shapely.Polygon(points)
-    if not polygon.is_valid or polygon.area < (1.0 - 1e-6) * area:
-        raise StarnavError(
-            f"footprint {points.tolist()} is not convex; allowed: a convex polygon, or a list of convex polygons"
-        )
     if _box(hull)[3] < LEAST_SIZE:
         raise StarnavError(f"footprint {points.tolist()} is too narrow; allowed: at least {LEAST_SIZE:g} m wide")
+    depth = shapely.distance(shapely.points(points), shapely.LinearRing(hull))
+    if depth.max() > IN_LINE or not shapely.Polygon(points).is_valid:
+        inside = f": {points[depth.argmax()].tolist()} lies {1e3 * depth.max():.3g} mm inside its hull"
+        raise StarnavError(
+            f"footprint {points.tolist()} is not convex{inside if depth.max() > IN_LINE else ''}; allowed: a convex "
+            "polygon, or a list of convex polygons"
+        )
     return hull
 
 

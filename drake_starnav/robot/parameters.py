@@ -15,7 +15,7 @@ from drake_starnav.robot.omnidirectional import Omnidirectional
 
 BASES: dict[str, Base] = {"differential": Differential(), "omnidirectional": Omnidirectional(), "car": Car()}
 """By the value of `robot.base`."""
-LEAST_RADIUS = 0.01
+LEAST_RADIUS, LARGEST_RADIUS = 0.01, 5.0
 """m"""
 MODEL_FILES = (".urdf", ".xacro")
 """What the name of a robot's own file ends with."""
@@ -41,7 +41,7 @@ class RobotParameters(Checked, place="robot"):
         "radius of the disc that it covers; 0: what the collision shapes of a model of your own cover",
         unit="m",
         low=0.0,
-        high=5.0,
+        high=LARGEST_RADIUS,
         when="a round robot of another size",
     )
     footprint: list[Any] = field(
@@ -90,6 +90,11 @@ class RobotParameters(Checked, place="robot"):
                 raise StarnavError(f"robot.radius is {self.radius:g} m; allowed: 0, or at least {LEAST_RADIUS:g} m")
             return
         circumscribed = self.shape.radius
+        if circumscribed > LARGEST_RADIUS:
+            raise StarnavError(
+                f"robot.footprint is {shown(self.footprint)} and reaches {circumscribed:.4g} m from the robot's axis; "
+                f"allowed: up to {LARGEST_RADIUS:g} m, with corners in metres"
+            )
         if self.radius not in (RobotParameters.radius, circumscribed):
             raise StarnavError(
                 f"robot.radius is {self.radius:g} m beside robot.footprint; allowed: one of them, as the radius of a "

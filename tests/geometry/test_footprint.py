@@ -15,6 +15,13 @@ SQUARE = ((0.2, 0.2), (-0.2, 0.2), (-0.2, -0.2), (0.2, -0.2))
 corner = st.tuples(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0))
 
 
+@pytest.mark.parametrize("middle", [(0.0, 0.2), (0.0, 0.2000001), (0.1, 0.1999), (0.0, 0.1991), (0.3, 0.2)])
+def test_corners_in_line_with_others_count_for_nothing(middle: tuple[float, float]) -> None:
+    plain = footprint(((0.3, 0.2), (-0.3, 0.2), (-0.3, -0.2), (0.3, -0.2)))
+    shape = footprint(((0.3, 0.2), middle, (-0.3, 0.2), (-0.3, -0.2), (0.3, -0.2)))
+    assert contains(shape, plain) and shape.radius == pytest.approx(plain.radius)
+
+
 @given(st.lists(corner, min_size=3, max_size=8))
 def test_discs_cover_every_convex_polygon(points):
     hull = shapely.MultiPoint(points).convex_hull
@@ -56,6 +63,11 @@ def test_a_union_covers_what_its_parts_do():
         (((0.0, 0.0), (1.0, 1.0), (1.0, 0.0), (0.0, 1.0)), "not convex"),
         (((0.0, 0.0), (1.0, 0.0), (math.nan, 1.0)), "finite"),
         (((0.0, 0.0), (1.0, 0.0), (1.0, 0.001), (0.0, 0.001)), "narrow"),
+        (((-0.3, 0.0), (0.0, 0.0), (0.3, 0.0)), "narrow"),
+        (
+            ((0.3, 0.2), (0.0, 0.19), (-0.3, 0.2), (-0.3, -0.2), (0.3, -0.2)),
+            r"0.19\] lies 10 mm inside its hull",
+        ),
     ],
 )
 def test_what_is_no_footprint_is_refused(corners, reason):
