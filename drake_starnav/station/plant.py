@@ -1,6 +1,7 @@
 """The plant that robots drive in, and the simulator that steps it."""
 
-from collections.abc import Mapping
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
 
@@ -9,7 +10,7 @@ from pydrake.geometry import GeometryId, SceneGraph
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant, MultibodyPlantConfig
 from pydrake.multibody.tree import ModelInstanceIndex
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig, SimulatorStatus
-from pydrake.systems.framework import Context, Diagram, DiagramBuilder, EventStatus, OutputPort
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder, EventStatus, OutputPort, System
 
 from drake_starnav.errors import StarnavError, said_by, shown
 from drake_starnav.parameters import unknown_name
@@ -49,8 +50,9 @@ def make_simulator(
     """A simulator that steps a continuous plant by Drake's CENIC integrator, and a discrete one as any does.
 
     Steps end at events and are no longer than `LONGEST_STEP`; their size is not adapted to the error, so that a run
-    follows from its context alone: a clone of it goes the same way. Updates see the geometry where it is; publish
-    events see it where the last step began, for CENIC in Drake 1.51 leaves the poses of then in the cache.
+    follows from its context alone: a clone of it goes the same way. A plant's state that is not finite ends it with a
+    `StarnavError`. Updates see the geometry where it is; publish events see it where the last step began, for CENIC in
+    Drake 1.51 leaves the poses of then in the cache.
 
     Args:
         diagram: the integrator finds a continuous plant under the name "plant" directly in it.
@@ -67,9 +69,9 @@ def make_simulator(
             start_time=simulator.get_context().get_time(),
         )
         ApplySimulatorConfig(scenario_simulator_config(settings, ours), simulator)
-        simulator.set_monitor(_forget_old_poses)
     elif settings:
         ApplySimulatorConfig(scenario_simulator_config(settings), simulator)
+    simulator.set_monitor(_monitor(list(_plants(diagram))))
     return simulator
 
 
@@ -83,6 +85,7 @@ def advance(simulator: Simulator, time: float) -> SimulatorStatus:
     try:
         return simulator.AdvanceTo(time)
     except RuntimeError as error:
+        _check_finite(_plants(simulator.get_system()), simulator.get_context())
         if error.__traceback__ is not None and error.__traceback__.tb_next is not None:
             raise  # from a system in Python
         now = simulator.get_context().get_time()
@@ -96,10 +99,40 @@ def value_of(port: OutputPort, root: Context) -> Any:
     return port.Eval(port.get_system().GetMyContextFromRoot(root))
 
 
-def _forget_old_poses(context: Context) -> EventStatus:
-    """Let the poses of geometries be computed anew; the simulator calls it between publish events and updates."""
-    context.get_mutable_continuous_state_vector()
-    return EventStatus.DidNothing()
+def _plants(system: System) -> Iterator[MultibodyPlant]:
+    """The plants in a system, at any depth."""
+    if isinstance(system, MultibodyPlant):
+        yield system
+    elif isinstance(system, Diagram):
+        for part in system.GetSystems():
+            yield from _plants(part)
+
+
+def _check_finite(plants: Iterable[MultibodyPlant], context: Context) -> None:
+    """Raise a `StarnavError` where the state of a plant is not finite."""
+    for plant in plants:
+        state = plant.GetPositionsAndVelocities(plant.GetMyContextFromRoot(context))
+        if math.isfinite(state.sum()):
+            continue
+        names = (*plant.GetPositionNames(), *plant.GetVelocityNames())
+        found = next(f"{name} is {x:g}" for name, x in zip(names, state, strict=True) if not math.isfinite(x))
+        raise StarnavError(
+            f"simulation failed at {context.get_time():.3f} s: in the plant {found}; allowed: robots and worlds that "
+            "Drake can simulate"
+        )
+
+
+def _monitor(plants: Sequence[MultibodyPlant]) -> Callable[[Context], EventStatus]:
+    """What the simulator calls after each step, between publish events and updates."""
+    continuous = any(plant.time_step() == 0.0 for plant in plants)
+
+    def monitor(context: Context) -> EventStatus:
+        _check_finite(plants, context)
+        if continuous:
+            context.get_mutable_continuous_state_vector()  # lets the poses of geometries be computed anew
+        return EventStatus.DidNothing()
+
+    return monitor
 
 
 def add_plant(

@@ -205,6 +205,20 @@ def test_what_drake_cannot_simulate_is_said_in_one_sentence(continuous: bool) ->
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+@pytest.mark.parametrize("continuous", [True, False])
+def test_a_state_that_is_not_finite_ends_the_run_where_it_arises(continuous: bool, value: float) -> None:
+    run = Drive(continuous=continuous)
+    advance(run.simulator, 0.1)
+    plant = run.station.plant
+    context = plant.GetMyMutableContextFromRoot(run.simulator.get_mutable_context())
+    state = context.get_mutable_continuous_state_vector() if continuous else context.get_mutable_discrete_state(0)
+    state.SetAtIndex(plant.num_positions() - 1, value)  # a wheel's angle, on which no force depends
+    with pytest.raises(StarnavError, match=r"simulation failed at 0\.1[0-9]* s: .*; allowed: ") as caught:
+        advance(run.simulator, 1.0)
+    assert "\n" not in str(caught.value)
+
+
 class Broken(LeafSystem):
     """A user's system that has a defect."""
 
