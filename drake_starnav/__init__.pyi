@@ -37,7 +37,6 @@ from drake_starnav.systems.fixed_goal import FixedGoal as FixedGoal
 from drake_starnav.systems.fixed_path import FixedPath as FixedPath
 from drake_starnav.planning.guidance import Guidance as Guidance
 from drake_starnav.systems.dsm_controller import DsmController as DsmController
-from drake_starnav.systems.dsm_controller import PredictiveController as PredictiveController
 from drake_starnav.systems.twist_shield import TwistShield as TwistShield
 from drake_starnav.systems.twist_shield import Unshielded as Unshielded
 from drake_starnav.control.certificates import Certificate as Certificate

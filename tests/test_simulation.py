@@ -31,6 +31,8 @@ from tests.helpers.head_on import head_on
 
 SMALL = "world: !Obstacles {bounds: [-1, -2, 5, 2], cylinders: [[1.7, 0.1, 0.4]], goal: [3.5, 0.0]}\n"
 TIMES = ("wall_s", "command", "scan", "plan")
+BLIND = "controller: {kind: foa}\nlidar: {range_max: 0.2}\n"
+"""A robot whose lidar sees no farther than its own hull, behind no shield."""
 
 
 @pytest.fixture(scope="module")
@@ -241,7 +243,7 @@ def test_a_goal_that_something_stands_on_is_said_to_be_occupied(beside: float, o
 
 def test_collision_is_noticed() -> None:
     """A robot that ignores what it sees drives into the cylinder ahead, and the trial says so."""
-    text = SMALL + ("controller: {kind: apf}\napf: {repulsive_gain: 0}\n")
+    text = SMALL + BLIND
     text = text.replace("[1.7, 0.1, 0.4]", "[1.7, 0.0, 0.05]")
     trial = run_trial(parse_scenario(text, name="blind"), seed=0)
     assert trial.outcome == "collision"
@@ -257,9 +259,8 @@ def test_contact_and_clearance_are_each_enough_for_a_collision(judge: str, monke
     }
     module, substitute = blind[judge]
     monkeypatch.setattr(module, judge, substitute)
-    text = "world: !Obstacles {cylinders: [[0.6, 0.0, 0.1]], goal: [2.0, 0.0]}\n" + (
-        "controller: {kind: apf}\napf: {repulsive_gain: 0}\nsimulation: {timeout: 3.0}\n"
-    )
+    text = "world: !Obstacles {cylinders: [[0.6, 0.0, 0.1]], goal: [2.0, 0.0]}\nsimulation: {timeout: 3.0}\n"
+    text += BLIND
     trial = run_trial(parse_scenario(text, name="blind"), seed=0)
     assert trial.outcome == "collision"
     assert (trial.min_clearance_m < 0.0) == (judge != "body_clearance") == (trial.time_s == 3.0)
@@ -305,7 +306,7 @@ def test_baselines_drive_around_an_obstacle(method: str) -> None:
     assert trial.outcome == "reached"
     assert trial.min_clearance_m > 0.0
     assert trial.command["count"] > 0
-    planned = method in ("foa_roadmap", "mpc")
+    planned = method == "foa_roadmap"
     assert (trial.nodes > 0) == (trial.plan["count"] > 0) == planned
     assert trial.state_hash == run_trial(scenario, method=method, seed=3).state_hash
 
@@ -439,7 +440,7 @@ def test_a_robot_visits_its_goals_in_order_and_turns_to_the_last_heading() -> No
     ("override", "said"),
     [
         ("robot.model=carbot", "robot.base car, which makes no turns on the spot"),
-        ("controller.kind=mpc", "controller.kind mpc, which follows no turns on the spot"),
+        ("controller.kind=star_paper", "controller.kind star_paper, which follows no turns on the spot"),
         ("goals=[[1.7, 0.1]]", r"goals\[0\] is \[1.7, 0.1\], -0.4 m from cylinders"),
     ],
 )

@@ -1,6 +1,6 @@
 """What a baseline controller is: from the robot's state and surroundings to a desired twist.
 
-DSM, FOA and the potential field give velocities of a robot that moves in any direction; a differential drive follows
+DSM and FOA give velocities of a robot that moves in any direction; a differential drive follows
 them by the turning law of the star controller, at their speed. The dynamic window gives a twist at once.
 """
 

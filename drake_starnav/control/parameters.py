@@ -17,9 +17,9 @@ class ControllerParameters(Checked, place="controller"):
 
     kind: str = parameter(
         "star",
-        "star (follow the guiding vector), mpc (choose among sampled twists), star_paper, or a baseline "
+        "star (follow the guiding vector), star_paper, or a baseline "
         "(docs/baselines.md), which also reads the section of its own name",
-        choices=("star", "mpc", "star_paper", "dsm", "foa", "dwa", "apf"),
+        choices=("star", "star_paper", "dsm", "foa", "dwa"),
     )
     target: str = parameter(
         "goal",

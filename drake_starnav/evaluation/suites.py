@@ -59,7 +59,7 @@ SUITES: dict[str, Suite] = {
     "table1": Suite(
         meaning="Table I of arXiv 2403.11484: all methods in forests and mazes",
         scenarios=("forest", "maze", "paper_forest"),
-        methods=("star", "star_paper", "dsm", "foa", "foa_cluster", "foa_roadmap", "dwa", "apf"),
+        methods=("star", "star_paper", "dsm", "foa", "foa_cluster", "foa_roadmap", "dwa"),
         published={
             (scenario, method): row
             for scenario, rows in (("forest", _FOREST), ("paper_forest", _FOREST), ("maze", _MAZE))

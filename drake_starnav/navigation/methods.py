@@ -13,7 +13,7 @@ from drake_starnav.regions.perception import Perceive, perceive
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.robot_interface import delay_steps
 from drake_starnav.systems.baseline_controller import BaselineController, PaperController
-from drake_starnav.systems.dsm_controller import DsmController, PredictiveController
+from drake_starnav.systems.dsm_controller import DsmController
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.utils.stopwatch import Stopwatch
 
@@ -79,8 +79,8 @@ class Method(NamedTuple):
     tracks: bool = True
 
 
-def _guided(kind: type[DsmController]) -> Callable[[Needs], System]:
-    return lambda needs: kind(
+def _guided(needs: Needs) -> System:
+    return DsmController(
         needs.scenario.robot,
         needs.scenario.controller,
         needs.margins,
@@ -100,10 +100,9 @@ def _baseline(needs: Needs) -> System:
 
 
 BY_KIND = {
-    "star": Method(_guided(DsmController)),
-    "mpc": Method(_guided(PredictiveController)),
+    "star": Method(_guided),
     "star_paper": Method(_paper, paper.perceive, paper.plan_step, shielded=False, tracks=False),
-    **dict.fromkeys(("dsm", "foa", "dwa", "apf"), Method(_baseline, guided=False, shielded=False)),
+    **dict.fromkeys(("dsm", "foa", "dwa"), Method(_baseline, guided=False, shielded=False)),
 }
 """The methods by `controller.kind`."""
 SHIELDED = ", ".join(kind for kind, method in BY_KIND.items() if method.shielded)

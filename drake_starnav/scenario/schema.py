@@ -18,7 +18,6 @@ from typing import Any
 from drake_starnav.baselines.dsm_circles import DsmParameters
 from drake_starnav.baselines.dwa import DwaParameters
 from drake_starnav.baselines.foa import FoaParameters
-from drake_starnav.baselines.potential_field import PotentialFieldParameters
 from drake_starnav.control import ControllerParameters
 from drake_starnav.errors import StarnavError, check_kind, shown
 from drake_starnav.lidar.sensor_model import LidarParameters
@@ -124,7 +123,6 @@ class Scenario:
     dsm: DsmParameters = field(default_factory=DsmParameters)
     foa: FoaParameters = field(default_factory=FoaParameters)
     dwa: DwaParameters = field(default_factory=DwaParameters)
-    apf: PotentialFieldParameters = field(default_factory=PotentialFieldParameters)
     simulation: SimulationParameters = field(default_factory=SimulationParameters)
     recording: RecordingParameters = field(default_factory=RecordingParameters)
     plant_config: dict[str, Any] = field(default_factory=dict)

@@ -6,14 +6,12 @@ from drake_starnav.utils.resources import model_path
 
 METHODS: dict[str, dict[str, dict[str, Any]]] = {
     "star": {},
-    "mpc": {"controller": {"kind": "mpc"}},
     "star_paper": {"controller": {"kind": "star_paper", "rate": 40.0}},
     "dsm": {"controller": {"kind": "dsm"}},
     "foa": {"controller": {"kind": "foa"}},
     "foa_cluster": {"controller": {"kind": "foa"}, "foa": {"clusters": True}},
     "foa_roadmap": {"controller": {"kind": "foa", "target": "short_term_goal"}},
     "dwa": {"controller": {"kind": "dwa"}},
-    "apf": {"controller": {"kind": "apf"}},
 }
 """A method is settings: which controller drives, and what else it sets before the scenario's own keys do."""
 

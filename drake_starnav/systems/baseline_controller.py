@@ -21,7 +21,7 @@ NO_HITS, NO_POSE = np.zeros((0, 2)), np.zeros(3)
 
 
 class BaselineController(Controller):
-    """Proposes twists by a method to compare with: DSM with known circles, FOA, DWA or a potential field.
+    """Proposes twists by a method to compare with: DSM with known circles, FOA or DWA.
 
     ```
                        ┌────────────────────┐

@@ -1,14 +1,11 @@
-"""Guidance becomes a desired twist, by dynamical system modulation or by predictive control, as Drake systems."""
-
-from typing import Any
+"""Guidance becomes a desired twist by dynamical system modulation, as a Drake system."""
 
 from pydrake.common.value import Value
 from pydrake.systems.framework import Context, InputPort
 
-from drake_starnav.baselines.sampling_mpc import predictive_twist
 from drake_starnav.control import ControllerInputs, ControllerParameters, Proposal, followed
 from drake_starnav.control.avoidance import avoid_collision
-from drake_starnav.control.certificates import Certificate, standard_certificates
+from drake_starnav.control.certificates import standard_certificates
 from drake_starnav.control.inputs import TrackedObstacles
 from drake_starnav.control.motion import Actuation
 from drake_starnav.planning.guidance import Guidance
@@ -52,9 +49,6 @@ class DsmController(Controller):
     `control.avoidance`.
     """
 
-    SEARCHES = False
-    """Whether the law itself looks for a twist that the certificates accept, for which it needs `twist_command`."""
-
     def __init__(
         self,
         robot: RobotParameters,
@@ -82,7 +76,6 @@ class DsmController(Controller):
         self._twist: InputPort | None = None
         if obstacles is not None:
             self._tracks = self.DeclareAbstractInputPort("tracks", Value(Tracks()))
-        if obstacles is not None or self.SEARCHES:
             self._twist = self.DeclareVectorInputPort("twist_command", 2)
         self._declare_outputs(len(robot.drive.components))
 
@@ -97,40 +90,10 @@ class DsmController(Controller):
 
     def _propose(self, read: tuple[ControllerInputs, TrackedObstacles | None, FootprintInForce]) -> Proposal:
         inputs, tracked, now = read
+        proposal = followed(inputs, now.margins, now.robot)
+        if tracked is None:
+            return proposal
         actuation = self._actuation.carrying(now.robot.shape)
-        certificates: tuple[Certificate, ...] = ()
-        if self._twist is not None:  # else nobody asks them
-            certificates = standard_certificates(inputs.star, now.margins.safety, actuation, inputs.pose[:2], tracked)
-        proposal = self._law(inputs, now, certificates, actuation)
-        if tracked is not None:
-            way = avoid_collision(inputs, tracked, certificates, actuation, now.robot).twist
-            proposal = proposal if way is None else proposal._replace(twist=way)
-        return proposal
-
-    def _law(self, inputs: ControllerInputs, now: FootprintInForce, *_: Any) -> Proposal:
-        """What is proposed where nothing that moves comes near; a law that searches gets certificates and actuation."""
-        return followed(inputs, now.margins, now.robot)
-
-
-class PredictiveController(DsmController):
-    """Proposes, of many twists that the certificates accept, the one with the best predicted motion.
-
-    ```
-                        ┌──────────────────────┐
-    guidance ──────────>│                      │
-    certified_region ──>│                      ├──> desired_twist
-    state ─────────────>│ PredictiveController ├──> guiding_vector
-    footprint ─────────>│                      │
-    tracks ────────────>│                      │
-    twist_command ─────>│                      │
-                        └──────────────────────┘
-    ```
-
-    Its ports are those of `DsmController`, but `twist_command` is there also in a static world.
-    """
-
-    SEARCHES = True
-
-    def _law(self, inputs: ControllerInputs, now: FootprintInForce, *search: Any) -> Proposal:
-        certificates, actuation = search
-        return predictive_twist(inputs, certificates, actuation, now.margins, now.robot)
+        certificates = standard_certificates(inputs.star, now.margins.safety, actuation, inputs.pose[:2], tracked)
+        way = avoid_collision(inputs, tracked, certificates, actuation, now.robot).twist
+        return proposal if way is None else proposal._replace(twist=way)

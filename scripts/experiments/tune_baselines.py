@@ -19,7 +19,7 @@ from unittest import mock
 import numpy as np
 from tqdm import tqdm
 
-from drake_starnav.baselines import dwa, paper, potential_field
+from drake_starnav.baselines import dwa, paper
 from drake_starnav.baselines.baseline_step import Situation, baseline_step
 from drake_starnav.baselines.known_obstacles import KnownObstacles, known_obstacles
 from drake_starnav.cli.options import check_numbers, exit_code
@@ -63,11 +63,6 @@ GRIDS: dict[str, Grid] = {
         "dwa.CLEARANCE_WEIGHT": ("0.5", "1.0"),
         "dwa.SPEED_WEIGHT": ("0.1", "0.5"),
     },
-    "apf": {
-        "apf.repulsive_gain": ("0.0003", "0.001", "0.003", "0.01"),
-        "apf.INFLUENCE_DISTANCE": ("0.3", "0.6", "1.0"),
-        "apf.max_speed": ("0.6", "0.8"),
-    },
     "star_paper": {
         "star_paper.RHO": ("0.02", "0.035", "0.05", "0.1", "0.2"),
         "star_paper.EPS": ("0.3", "0.4", "0.5", "0.6"),
@@ -82,7 +77,7 @@ GRIDS: dict[str, Grid] = {
 """By method, the tried values of its parameters and constants. The other FOA methods use the values chosen for FOA."""
 ONE_BY_ONE = ("star_paper",)
 """Methods whose grid is too large for all combinations."""
-MODULES = {"dwa": dwa, "apf": potential_field, "star_paper": paper.constants}
+MODULES = {"dwa": dwa, "star_paper": paper.constants}
 """Those whose constants are tuned, by method."""
 
 

@@ -26,7 +26,7 @@ FAULTS = (
     ("drive.slip=0.1",),
     ("lidar.outliers=0.02",),
 )
-METHODS = ("mpc", "star_paper", "dsm", "foa", "foa_cluster", "foa_roadmap", "dwa", "apf")
+METHODS = ("star_paper", "dsm", "foa", "foa_cluster", "foa_roadmap", "dwa")
 
 
 class Run(NamedTuple):

@@ -42,7 +42,7 @@ from drake_starnav.station.robot_geometry import Drive, RobotModel
 from drake_starnav.station.wheel_drive import WheelServo, WheelSlip, WheelSpeedCommand
 from drake_starnav.systems.baseline_controller import BaselineController, PaperController
 from drake_starnav.systems.controller import Controller
-from drake_starnav.systems.dsm_controller import DsmController, PredictiveController
+from drake_starnav.systems.dsm_controller import DsmController
 from drake_starnav.systems.fixed_goal import FixedGoal
 from drake_starnav.systems.fixed_path import FixedPath
 from drake_starnav.systems.footprint_hold import FootprintHold
@@ -95,7 +95,6 @@ def all_systems() -> list[System]:
         GoalSequence([(1.0, 0.0)], tolerance=0.3, period=0.02),
         FixedPath(np.zeros((1, 2))),
         DsmController(robot, controller, margins, obstacles=defaults.obstacles),
-        PredictiveController(robot, controller, margins, obstacles=defaults.obstacles),
         PaperController(robot),
         BaselineController(robot, defaults.foa),
         TwistShield(robot, controller, margins, obstacles=defaults.obstacles),

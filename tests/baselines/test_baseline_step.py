@@ -10,7 +10,6 @@ from drake_starnav.baselines.dsm_circles import DsmParameters
 from drake_starnav.baselines.dwa import DwaParameters
 from drake_starnav.baselines.foa import FoaParameters
 from drake_starnav.baselines.known_obstacles import KnownObstacles, known_obstacles
-from drake_starnav.baselines.potential_field import PotentialFieldParameters
 from drake_starnav.robot import RobotParameters
 from tests.helpers.motions import PERIOD, limited_twist
 
@@ -20,7 +19,6 @@ SETTINGS = {
     "foa": FoaParameters(),
     "foa_cluster": FoaParameters(clusters=True),
     "dwa": DwaParameters(),
-    "apf": PotentialFieldParameters(),
 }
 POST = np.array([(2.0, 0.05, 0.3)])
 EVERY = pytest.mark.parametrize("settings", SETTINGS.values(), ids=list(SETTINGS))

@@ -112,5 +112,5 @@ def test_one_that_never_changes_drives_as_none_does() -> None:
 
 def test_methods_without_a_certificate_are_refused() -> None:
     made = parse_scenario(POSTS, name="posts", method="dwa")
-    with pytest.raises(StarnavError, match="controller.kind is dwa with a footprint of your own; allowed: star, mpc"):
+    with pytest.raises(StarnavError, match="controller.kind is dwa with a footprint of your own; allowed: star"):
         add_navigation(DiagramBuilder(), made, Parts(footprint=ToldFootprint((0.0, ROUND))))

@@ -137,7 +137,7 @@ def test_a_clone_of_a_context_goes_the_same_way() -> None:
             for time in (0.0, 0.0031, AT_EVENTS, OFF_GRID)
         ),
         *(("posts", method, time) for method in METHODS if method != "star" for time in (0.0, OFF_GRID)),
-        *(("obstacles", method, OFF_GRID) for method in ("mpc", "dwa")),
+        ("obstacles", "dwa", OFF_GRID),
     ],
 )
 def test_a_clone_under_a_new_simulator_goes_on_with_every_fault(scenario: str, method: str, time: float) -> None:

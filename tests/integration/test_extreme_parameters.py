@@ -24,7 +24,7 @@ TEXT = "world: !Obstacles {cylinders: [[1.0, 0.9, 0.3]], goal: [1.5, 0.0], bound
 MODES = {
     "localization": ["localization.drift=0.01"],
     "obstacles": ["obstacles.max_speed=0.5"],
-    **{kind: [f"controller.kind={kind}"] for kind in ("dsm", "foa", "dwa", "apf")},
+    **{kind: [f"controller.kind={kind}"] for kind in ("dsm", "foa", "dwa")},
 }
 """What a section is in use with."""
 HUGE = 1e300

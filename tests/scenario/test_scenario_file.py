@@ -55,7 +55,7 @@ def test_precedence_is_method_then_file_then_override() -> None:
         ("world: !Forest {}\nlidar: {range_min: 6}", ["range_min", "6"]),
         (
             "world: !Forest {}\ncontroller: {kind: dwb}",
-            ["controller.kind", "dwb", "star, mpc, star_paper, dsm"],
+            ["controller.kind", "dwb", "star, star_paper, dsm"],
         ),
         ("world: !Forest {}\ndwa: {margin: -1}", ["dwa.margin", "0 <= x"]),
         ("world: !Forest {}\nlocalization: {matching: 3}", ["localization.matching", "true or false"]),

@@ -9,7 +9,6 @@ from drake_starnav.baselines.dsm_circles import DsmParameters
 from drake_starnav.baselines.dwa import DwaParameters
 from drake_starnav.baselines.foa import FoaParameters
 from drake_starnav.baselines.known_obstacles import known_obstacles
-from drake_starnav.baselines.potential_field import PotentialFieldParameters
 from drake_starnav.control import ControllerParameters
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.robot import RobotParameters
@@ -23,13 +22,13 @@ from tests.helpers.scans import MARGINS
 ROBOT, CONTROLLER = RobotParameters(), ControllerParameters()
 SCANNING = pytest.mark.parametrize(
     "settings",
-    [FoaParameters(), FoaParameters(clusters=True), DwaParameters(), PotentialFieldParameters()],
-    ids=["foa", "foa_cluster", "dwa", "apf"],
+    [FoaParameters(), FoaParameters(clusters=True), DwaParameters()],
+    ids=["foa", "foa_cluster", "dwa"],
 )
 EVERY = pytest.mark.parametrize(
     "settings",
-    [DsmParameters(), FoaParameters(), FoaParameters(clusters=True), DwaParameters(), PotentialFieldParameters()],
-    ids=["dsm", "foa", "foa_cluster", "dwa", "apf"],
+    [DsmParameters(), FoaParameters(), FoaParameters(clusters=True), DwaParameters()],
+    ids=["dsm", "foa", "foa_cluster", "dwa"],
 )
 
 

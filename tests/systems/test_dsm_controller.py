@@ -16,7 +16,7 @@ from drake_starnav.regions.region_union import RegionUnion
 from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.regions.star_region import united
 from drake_starnav.robot import RobotParameters
-from drake_starnav.systems.dsm_controller import DsmController, PredictiveController
+from drake_starnav.systems.dsm_controller import DsmController
 from drake_starnav.systems.twist_shield import TwistShield
 from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
@@ -175,26 +175,3 @@ def test_each_period_is_one_command() -> None:
     controller = DsmController(ROBOT, PARAMETERS, MARGINS, stopwatch=stopwatch)
     Controlling(controller, TwistShield(ROBOT, PARAMETERS, MARGINS, stopwatch=stopwatch), inputs()).update(7)
     assert len(stopwatch.seconds["command"]) == 7
-
-
-def predicted(star: CertifiedRegion = WIDE, twist: tuple[float, float] = (0.0, 0.0), count: int = 60) -> np.ndarray:
-    """The commands of some periods with fixed inputs."""
-    inputs = {"guidance": Value(SEEN), "certified_region": Value(star), "state": [0.0, 0.0, 0.0, *twist]}
-    systems = PredictiveController(ROBOT, PARAMETERS, MARGINS), TwistShield(ROBOT, PARAMETERS, MARGINS)
-    controlling = Controlling(*systems, inputs, twist)
-    return np.array([twist, *(controlling.update() for _ in range(count))])
-
-
-def test_predictive_control_drives_within_the_limits_and_the_same_way_each_time() -> None:
-    driven = predicted()
-    steps = np.abs(np.diff(driven, axis=0))
-    assert steps[:, 0].max() <= ROBOT.max_acceleration * PERIOD + 1e-12
-    assert steps[:, 1].max() <= ROBOT.max_yaw_acceleration * PERIOD + 1e-12
-    assert driven[-1, 0] > 0.5
-    np.testing.assert_array_equal(predicted(), driven)
-
-
-def test_without_a_certified_region_predictive_control_brakes_as_hard_as_it_may() -> None:
-    braked = predicted(CertifiedRegion.none(), twist=(0.5, 0.4), count=40)
-    assert braked[1] == pytest.approx((0.5 - PERIOD * ROBOT.max_acceleration, 0.4 - PERIOD * 4.0))
-    assert braked[-1, 0] == 0.0

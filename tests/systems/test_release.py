@@ -74,7 +74,7 @@ def test_a_diagram_that_ran_is_freed(uncollected) -> None:
 
 @pytest.mark.parametrize(
     ("scenario", "method"),
-    [*(("posts", method) for method in METHODS), ("faults", "star"), ("crowd_room", "star"), ("crowd_room", "mpc")],
+    [*(("posts", method) for method in METHODS), ("faults", "star"), ("crowd_room", "star")],
 )
 def test_a_trial_leaves_no_system_behind(scenario: str, method: str, monkeypatch, uncollected) -> None:
     made = posts(method=method, overrides=FAULTS if scenario == "faults" else ())

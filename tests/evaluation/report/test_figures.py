@@ -13,7 +13,7 @@ from drake_starnav.evaluation.summary import cost_table, summarise, wilson_inter
 from drake_starnav.evaluation.trial_file import make_header
 from tests.helpers.trials import made_up, record
 
-METHODS = ("star", "dsm", "foa", "foa_cluster", "foa_roadmap", "dwa", "apf", "star_paper", "mpc", "other", "another")
+METHODS = ("star", "dsm", "foa", "foa_cluster", "foa_roadmap", "dwa", "star_paper", "other", "another")
 
 
 def test_each_panel_has_the_rates_and_intervals_of_its_scenario() -> None:

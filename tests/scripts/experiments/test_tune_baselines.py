@@ -19,17 +19,17 @@ FAIL = ("timeout", 75.0)
 
 def test_most_trials_reached_come_first_then_least_time(monkeypatch) -> None:
     def drive(scenario: Scenario, seed: int) -> tuple[str, float]:
-        return ENDS[scenario.apf.max_speed][seeds.index(seed)] or FAIL
+        return ENDS[scenario.foa.max_speed][seeds.index(seed)] or FAIL
 
     seeds = [SCRIPT["trial_seed"](SCRIPT["SEED"], k) for k in range(2)]
     monkeypatch.setitem(NAMES, "drive", drive)
-    monkeypatch.setitem(NAMES, "GRIDS", {"apf": {"apf.max_speed": ("0.8", "0.6", "0.4")}})
-    rows = [row.split("|")[1:-1] for row in SCRIPT["tune"]("apf", 2).splitlines()[2:]]
+    monkeypatch.setitem(NAMES, "GRIDS", {"foa": {"foa.max_speed": ("0.8", "0.6", "0.4")}})
+    rows = [row.split("|")[1:-1] for row in SCRIPT["tune"]("foa", 2).splitlines()[2:]]
     cells = [[cell.strip() for cell in row] for row in rows]
     assert cells == [
-        ["apf.max_speed=0.4", "2", "0", "0", "2", "0", "0", "21.0"],
-        ["apf.max_speed=0.6", "2", "0", "0", "2", "0", "0", "30.0"],
-        ["apf.max_speed=0.8", "1", "0", "1", "1", "0", "1", "5.0"],
+        ["foa.max_speed=0.4", "2", "0", "0", "2", "0", "0", "21.0"],
+        ["foa.max_speed=0.6", "2", "0", "0", "2", "0", "0", "30.0"],
+        ["foa.max_speed=0.8", "1", "0", "1", "1", "0", "1", "5.0"],
     ]
 
 
@@ -52,7 +52,7 @@ def test_a_trial_without_dynamics_ends_as_one_with_them(cylinders, speed, outcom
     world = World("straight", (0.0, 0.0, 0.0), (3.0, 0.0), cylinders=cylinders)
     monkeypatch.setitem(NAMES, "cached_world", lambda scenario, seed: world)
     monkeypatch.setitem(NAMES, "baseline_step", lambda *now: Proposal(np.array((speed, 0.0)), np.zeros(2)))
-    scenario = load_scenario("forest", method="apf", overrides=["simulation.goal_tolerance=0.3"])
+    scenario = load_scenario("forest", method="foa", overrides=["simulation.goal_tolerance=0.3"])
     assert scenario.robot.radius == 0.25
     ended, time = SCRIPT["drive"](scenario, 0)
     ramp = 0.0 if outcome == "timeout" else 0.5 * 0.5 / scenario.robot.max_acceleration  # lost by accelerating
