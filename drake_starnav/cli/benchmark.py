@@ -19,7 +19,6 @@ from drake_starnav.cli.options import (
     print_written,
 )
 from drake_starnav.errors import StarnavError, shown
-from drake_starnav.scenario.scenario_file import scenario_path
 from drake_starnav.scenario.shipped import METHODS, scenario_names
 from drake_starnav.utils.files import check_outputs, check_writable, write_text
 from drake_starnav.utils.progress import Progress
@@ -100,8 +99,9 @@ def _benchmark(options: argparse.Namespace) -> int:
     from drake_starnav.evaluation.jobs import check_worlds, make_cases
     from drake_starnav.evaluation.report.results import make_results
     from drake_starnav.evaluation.suites import find_suite
-    from drake_starnav.evaluation.trial_file import TrialFile, case_files, make_header
+    from drake_starnav.evaluation.trial_file import TrialFile, make_header
     from drake_starnav.evaluation.workers import BatchInterrupted, run_batch
+    from drake_starnav.scenario.source_files import input_files
 
     suite = find_suite(options.suite) if options.suite else None
     methods = options.method or (suite.methods if suite else ["star"])
@@ -109,7 +109,7 @@ def _benchmark(options: argparse.Namespace) -> int:
     cases = make_cases(sources, methods, options.overrides)
     if worlds is not None:
         check_worlds(cases, worlds)
-    read = {*map(scenario_path, sources), *(file for case in cases for file in case_files(case))}
+    read = {file for case in cases for file in input_files(case.source, case.read())}
     _check_report_outputs(options, read, options.json)
     header = make_header(
         cases, options.seed, options.overrides, suite=options.suite, in_worlds=worlds is not None, command=options.typed
@@ -135,7 +135,7 @@ def _benchmark(options: argparse.Namespace) -> int:
 
 
 def _add_file_options(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("file", nargs="+", type=Path, help="files by `benchmark --json`, as they are or as .xz")
+    parser.add_argument("file", nargs="+", type=Path, help="files by `benchmark --json`")
     _add_report_options(parser)
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="processes that record (default: cores)")
     parser.add_argument("--quiet", action="store_true", help="no progress bar and no tables")

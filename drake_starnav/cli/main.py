@@ -1,15 +1,11 @@
 """`starnav`: its commands, by name, and what it lists without one."""
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
-
-from drake_starnav.utils.interrupts import run_interruptibly
 
 if TYPE_CHECKING:
     from drake_starnav.cli.options import Command
-
-# All else is imported later: from here on, Ctrl-C is heard.
 
 MODULES = {
     "demo": "simulate", "simulate": "simulate", "record": "record", "benchmark": "benchmark", "report": "benchmark",
@@ -27,19 +23,27 @@ def find_command(name: str) -> "Command":
 
 def script(name: str) -> int:
     """The program of a script: the command of this name with the arguments of the process; returns its exit code."""
-    return run_interruptibly(f"{name}.py", lambda: find_command(name)())
+    return _interruptible(f"{name}.py", lambda: find_command(name)())
+
+
+def _interruptible(name: str, work: Callable[[], int]) -> int:
+    """Do the work of a program; Ctrl-C before a command can say what was kept is reported here."""
+    try:
+        return work()
+    except KeyboardInterrupt:
+        print(f"{name}: interrupted", file=sys.stderr)
+        return 130
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """The program `starnav [COMMAND ...]`; returns its exit code.
 
     Args:
-        arguments: None for those of the process, which then ends in order on Ctrl-C.
+        arguments: None for those of the process.
     """
-    if arguments is None:
-        return run_interruptibly("starnav", lambda: main(sys.argv[1:]))
+    arguments = sys.argv[1:] if arguments is None else arguments
     if arguments and arguments[0] in MODULES:
-        return find_command(arguments[0])(arguments[1:])
+        return _interruptible("starnav", lambda: find_command(arguments[0])(arguments[1:]))
     from drake_starnav.cli.options import exit_code, program_name
 
     return exit_code(program_name(), lambda: _list(arguments))
@@ -53,7 +57,7 @@ def _list(arguments: Sequence[str]) -> int:
         from drake_starnav.evaluation.trial_file import versions
 
         found = versions()
-        print(f"drake_starnav {found['drake_starnav']} (source {found['source']}), Drake {found['drake']}")
+        print(f"drake_starnav {found['drake_starnav']} ({found['git'] or 'no checkout'}), Drake {found['drake']}")
         return 0
     if arguments and arguments[0] not in ("-h", "--help"):
         raise unknown_name(f"command {shown(arguments[0])}", arguments[0], MODULES)

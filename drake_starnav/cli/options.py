@@ -5,7 +5,6 @@ import math
 import os
 import shlex
 import sys
-import traceback
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
@@ -15,10 +14,9 @@ from typing import NoReturn, TextIO
 
 from drake_starnav.errors import StarnavError, one_line, said_by, shown
 from drake_starnav.scenario.shipped import scenario_names
-from drake_starnav.utils.interrupts import INTERRUPTED, end_quietly
 from drake_starnav.utils.progress import Progress, silence
 
-REACHED, NOT_REACHED, BAD_INPUT, DEFECT, BROKEN_PIPE = 0, 1, 2, 70, 141
+REACHED, NOT_REACHED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 """Exit codes."""
 ENTRY_POINT = "starnav"
 """The installed command; `python -m drake_starnav` does the same."""
@@ -126,34 +124,22 @@ def exit_code(prog: str, work: Callable[[], int]) -> int:
         finally:
             if sys.stdout is not None:
                 sys.stdout.flush()  # or the interpreter flushes at exit, where an error can no longer be reported
-    except BaseException as error:
-        interrupted = isinstance(error, KeyboardInterrupt)
-        if end_quietly() or interrupted:
-            kept = f"; {error}" if interrupted and str(error) else ""
-            return _reported(f"{prog}: interrupted{kept}", INTERRUPTED)
-        return _reported_error(prog, error)
-
-
-def _reported_error(prog: str, error: BaseException) -> int:
-    """Report an error, in one line if the user can mend it, and return the exit code; raise `SystemExit`."""
-    if isinstance(error, StarnavError):
+    except KeyboardInterrupt as interruption:
+        return _reported(f"{prog}: {'; '.join(filter(None, ('interrupted', str(interruption))))}", INTERRUPTED)
+    except StarnavError as error:
         return _reported(f"{prog}: {error}", BAD_INPUT)
-    if isinstance(error, BrokenPipeError):  # the reader of the output has exited, as `head` does
+    except MemoryError as error:
+        return _reported(f"{prog}: {said_by(error) or 'the memory is full'}; allowed: what fits into memory", BAD_INPUT)
+    except BrokenPipeError:  # the reader of the output has gone, as `head` does
         _drop_output(sys.stdout)
-        return BROKEN_PIPE
-    if isinstance(error, OSError):
+        return NOT_REACHED
+    except OSError as error:
         _drop_output(sys.stdout)
         what = "the output" if error.filename is None else shown(str(error.filename))
         reason = error.strerror or said_by(error)
         return _reported(
             f"{prog}: cannot read or write {what}: {reason}; allowed: what can be, with room for it", BAD_INPUT
         )
-    if isinstance(error, MemoryError):
-        return _reported(f"{prog}: {said_by(error) or 'the memory is full'}; allowed: what fits into memory", BAD_INPUT)
-    if isinstance(error, Exception):  # a defect of the program, or of a system of the user's: not Python's exit code 1
-        traceback.print_exception(error)
-        return DEFECT
-    raise error
 
 
 @contextmanager
@@ -168,8 +154,8 @@ def progress_bar(label: str) -> Iterator[Callable[[float, float], None]]:
         def progress(now: float, limit: float) -> None:
             nonlocal first, last
             if now <= last:  # a run begins
-                bar.restart()
                 first = now
+                bar.restart()
             last = now
             share = (now - first) / max(limit - first, 1e-9)
             bar.show(share, f"{now:.1f} s of at most {limit:g} s", at_most=True)

@@ -30,7 +30,7 @@ from drake_starnav.utils.files import check_outputs, file_name
 if TYPE_CHECKING:
     from drake_starnav.visualization.timeline import RecordedRun
 
-TRIAL_SUFFIXES = (".json", ".jsonl", ".jsonl.xz")
+TRIAL_SUFFIXES = (".json", ".jsonl")
 """Suffixes of files with trials; every other argument is a scenario."""
 STILLS = {
     "png": "stills as pixels", "svg": "vector graphics with axes in metres", "pdf": "the same as PDF",

@@ -8,7 +8,7 @@ from typing import Any
 from drake_starnav.errors import StarnavError
 from drake_starnav.evaluation.trial_file import versions
 from drake_starnav.evaluation.workers import Pool
-from drake_starnav.utils.interrupts import kept_from_children
+from drake_starnav.utils.interrupts import deaf_children
 
 LOCAL = "local"
 """In place of an address: a cluster is started on this machine and stopped afterwards."""
@@ -39,7 +39,7 @@ def dask_pool(address: str, count: int) -> Iterator[Pool]:
     with ExitStack() as stack:
         target: Any = address
         if address == LOCAL:
-            with kept_from_children():
+            with deaf_children():
                 cluster = LocalCluster(
                     n_workers=count,
                     threads_per_worker=1,

@@ -9,7 +9,7 @@ import numpy as np
 from drake_starnav.errors import StarnavError, UnsupportedError
 from drake_starnav.loading import load_scenario, parse_scenario
 from drake_starnav.scenario.scenario_file import scenario_text
-from drake_starnav.scenario.schema import in_world
+from drake_starnav.scenario.schema import Scenario, in_world
 
 Record = dict[str, Any]
 """A finished trial as stored in a file: the fields of a `Trial` and its number."""
@@ -34,6 +34,10 @@ class Case:
     method: str
     text: str
     source: str = ""
+
+    def read(self) -> Scenario:
+        """The scenario."""
+        return parse_scenario(self.text, name=self.scenario, method=self.method)
 
 
 @dataclass(frozen=True)
@@ -80,7 +84,7 @@ def make_cases(scenarios: Sequence[str], methods: Sequence[str], overrides: Sequ
 def check_worlds(cases: Sequence[Case], worlds: Sequence[int]) -> None:
     """Raise `StarnavError` unless every case can be driven in each of the numbered worlds."""
     for case in cases:
-        kind = parse_scenario(case.text, name=case.scenario, method=case.method).world
+        kind = case.read().world
         if not hasattr(kind, "check_numbers"):
             raise StarnavError(
                 f"--worlds with scenario {case.scenario}, whose world !{type(kind).__name__} has no number; "
@@ -111,8 +115,7 @@ def run_job(job: Job) -> Record:
     from drake_starnav.simulation.records import driven_record  # late: only workers need Drake
 
     try:
-        scenario = parse_scenario(job.case.text, name=job.case.scenario, method=job.case.method)
-        scenario = in_world(scenario, job.trial if job.in_world else None)
+        scenario = in_world(job.case.read(), job.trial if job.in_world else None)
         record = driven_record(scenario, method=job.case.method, seed=job.seed)
     except UnsupportedError as error:
         return {**error_record(job, str(error)), "outcome": "unsupported"}

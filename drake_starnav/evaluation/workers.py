@@ -2,28 +2,22 @@
 
 import multiprocessing
 import os
-import threading
-from collections import Counter, deque
+from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
-from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
 from contextlib import AbstractContextManager, closing, contextmanager
 from dataclasses import dataclass
-from multiprocessing.connection import Connection
-from multiprocessing.synchronize import Semaphore
-from queue import SimpleQueue
 from typing import Any
 
 from drake_starnav.errors import StarnavError, one_line
 from drake_starnav.evaluation.jobs import Case, Job, Record, error_record, make_jobs, run_job
 from drake_starnav.evaluation.summary import UNSUPPORTED
 from drake_starnav.evaluation.trial_file import TrialFile, record_key
-from drake_starnav.utils.interrupts import held, kept_from_children
+from drake_starnav.utils.interrupts import deaf_children
 from drake_starnav.utils.progress import Progress
 
 THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 """Each worker has one core: these variables keep its libraries from starting threads of their own."""
-LONE_CRASHES = 2
-"""A trial is given up after it has killed its worker this many times while running alone."""
 
 
 @dataclass(frozen=True)
@@ -47,60 +41,42 @@ def local_pool(count: int) -> Pool:
 
 
 def run_jobs(jobs: Iterable[Job], pool: Pool) -> Generator[Record, None, None]:
-    """Run trials in a pool and yield the record of each as it ends; trials of a lost worker are retried.
+    """Run trials in a pool and yield the record of each as it ends.
 
-    Trials that were running when a worker was lost run again one at a time, which identifies the culprit. If its worker
-    is lost again, it yields a record with the outcome `error`.
+    Trials whose worker was lost, or that ran beside one that was, run once more, each alone; one whose worker is lost
+    again yields a record with the outcome `error`.
 
     Raises:
         StarnavError: the workers cannot be started, or can no longer be reached.
     """
     waiting = deque(jobs)
-    suspects: deque[Job] = deque()
-    crashes: Counter[Job] = Counter()
-    while waiting or suspects:
-        queue, limit = (suspects, 1) if suspects else (waiting, pool.in_flight)
-        with pool.make_executor() as executor:
-            _check(executor)
-            lost = yield from _run(queue, executor, limit)
-        if queue is waiting:
-            suspects.extend(lost)
-            continue
-        for job in lost:
-            crashes[job] += 1
-            if crashes[job] < LONE_CRASHES:
-                suspects.append(job)
-            else:
-                yield error_record(job, f"its worker process died, {LONE_CRASHES} times with no other trial under way")
+    while waiting:
+        for job in (yield from _run(waiting, pool, pool.in_flight)):
+            for again in (yield from _run(deque((job,)), pool, 1)):
+                yield error_record(again, "its worker process died, twice")
 
 
-def _run(queue: deque[Job], executor: Executor, limit: int) -> Generator[Record, None, list[Job]]:
-    """Run jobs from the queue until it is empty or the executor breaks; returns those with a lost worker."""
+def _run(queue: deque[Job], pool: Pool, limit: int) -> Generator[Record, None, list[Job]]:
+    """Run jobs from the queue, at most `limit` at a time, until it is empty or a worker is lost; returns those lost."""
     running: dict[Future[Record], Job] = {}
-    ended: SimpleQueue[Future[Record]] = SimpleQueue()
     lost: list[Job] = []
-    broken = False
-    while running or (queue and not broken):
-        while queue and len(running) < limit and not broken:
-            try:
-                future = executor.submit(run_job, queue[0])
-            except BrokenExecutor:
-                broken = True
-            else:
-                running[future] = queue.popleft()
-                future.add_done_callback(ended.put)
-        if not running:
-            break
-        future = ended.get()
-        job = running.pop(future)
-        if future.cancelled():
-            raise StarnavError("the workers cannot be reached any more; allowed: --resume once they can, for the rest")
-        error = future.exception()  # never the trial's own: run_job turns that into a record
-        if error is None:
-            yield future.result()
-        else:
-            lost.append(job)
-            broken = broken or isinstance(error, BrokenExecutor)
+    with pool.make_executor() as executor:
+        _check(executor)
+        while running or (queue and not lost):
+            while queue and not lost and len(running) < limit:
+                job = queue.popleft()
+                try:
+                    running[executor.submit(run_job, job)] = job
+                except BrokenExecutor:
+                    lost.append(job)
+            for future in wait(running, return_when=FIRST_COMPLETED).done:
+                job = running.pop(future)
+                if future.cancelled():
+                    raise StarnavError("the workers cannot be reached any more; allowed: --resume once they can")
+                if future.exception() is None:  # never the trial's own: run_job turns that into a record
+                    yield future.result()
+                else:
+                    lost.append(job)
     return lost
 
 
@@ -117,49 +93,31 @@ def _load() -> None:
 
 
 class _Processes(ProcessPoolExecutor):
-    """Starts its processes as they are needed, and leaves Ctrl-C to this one."""
+    """Starts its processes as they are needed, deaf to Ctrl-C."""
 
     def submit(self, function: Callable, /, *args: Any, **kwargs: Any) -> Future:
-        with kept_from_children():
+        with deaf_children():
             return super().submit(function, *args, **kwargs)
 
 
 @contextmanager
 def local_processes(count: int) -> Iterator[Executor]:
-    """So many spawned processes of this machine, with one thread each.
+    """An executor of `count` processes of this machine, with one thread each.
 
-    They end at once if the context is left by an exception or this process is killed. They are spawned, not forked:
-    forking with Drake's threads deadlocks. The first of them shows what it compiles, if this process may.
+    They are spawned, not forked: forking with Drake's threads deadlocks. If the context is left by an exception, as by
+    Ctrl-C, which they themselves do not hear, they end at once.
     """
-    before = {name: os.environ.get(name) for name in THREAD_VARIABLES}
-    os.environ.update(dict.fromkeys(THREAD_VARIABLES, "1"))  # children read them before they import NumPy
-    context = multiprocessing.get_context("spawn")
-    listener, lifeline = context.Pipe(duplex=False)
-    voice = context.Semaphore(0 if Progress.silent else 1)
-    executor = _Processes(count, mp_context=context, initializer=_hold, initargs=(listener, voice))
+    for name in THREAD_VARIABLES:
+        os.environ.setdefault(name, "1")  # children read them before they import NumPy
+    executor = _Processes(count, mp_context=multiprocessing.get_context("spawn"))
     try:
         yield executor
         executor.shutdown()
-    finally:
-        lifeline.close()
-        executor.shutdown(cancel_futures=True)
-        listener.close()
-        for name, value in before.items():
-            if value is None:
-                os.environ.pop(name, None)
-            else:
-                os.environ[name] = value
-
-
-def _hold(lifeline: Connection, voice: Semaphore) -> None:
-    """Tie the worker to its parent process: it exits when the other end of the pipe is closed."""
-
-    def end_with_parent() -> None:
-        lifeline.poll(None)
-        os._exit(1)
-
-    threading.Thread(target=end_with_parent, daemon=True).start()
-    Progress.silent = not voice.acquire(block=False)
+    except BaseException:
+        executor.shutdown(wait=False, cancel_futures=True)
+        for worker in multiprocessing.active_children():
+            worker.terminate()
+        raise
 
 
 def announcement(jobs: Sequence[Job], workers: int) -> str:
@@ -199,10 +157,9 @@ def run_batch(
         with Progress(title or "trials") as bar, closing(run_jobs(jobs, pool)) as results:
             bar.say(one_line(f"{title} {announcement(jobs, pool.workers)}".lstrip()))
             for ended, record in enumerate(results, start=1):
-                with held():
-                    if file and record != records.get(record_key(record)):
-                        file.append(record)
-                    records[record_key(record)] = record
+                if file and record != records.get(record_key(record)):
+                    file.append(record)
+                records[record_key(record)] = record
                 case = record["scenario"], record["method"]
                 known = record["outcome"] == "reached" or (record["outcome"] == UNSUPPORTED and case in untried)
                 if not known:

@@ -188,6 +188,8 @@ def advance_until(
         try:
             status = advance(simulator, min(now + PROGRESS_PERIOD, timeout))
         except KeyboardInterrupt:
+            if simulator.get_context().get_time() == 0.0:  # nothing was driven
+                raise
             return INTERRUPTED
         if status.reason() == SimulatorStatus.ReturnReason.kReachedTerminationCondition:
             return status.message()

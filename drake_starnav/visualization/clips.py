@@ -11,7 +11,7 @@ from PIL import Image
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.utils.files import replacing
-from drake_starnav.utils.interrupts import kept_from_children
+from drake_starnav.utils.interrupts import deaf_children
 
 GIF_COLORS, PALETTE_PICTURES, KMEANS = 128, 5, 3
 """Of the palette that all pictures of a GIF share, so that none shimmers: its size, the pictures it is made from, and
@@ -67,7 +67,7 @@ def write_mp4(path: Path, pictures: Sequence[Image.Image], rate: int, progress: 
         command = [find_ffmpeg(), "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s", size]
         command += ["-r", str(rate), "-i", "-", "-vf", "crop=trunc(iw/2)*2:trunc(ih/2)*2", "-c:v", "libx264"]
         command += ["-pix_fmt", "yuv420p", "-crf", "20", "-movflags", "+faststart", "-f", "mp4", str(temporary)]
-        with kept_from_children():
+        with deaf_children():
             encoder = subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE)
         assert encoder.stdin is not None and encoder.stderr is not None
         try:

@@ -7,7 +7,6 @@ Without a file only the texts are written again, from what benchmarks/results ho
 
 import argparse
 import json
-import lzma
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -56,31 +55,30 @@ def record(options: argparse.Namespace) -> int:
 
 
 def store(files: Sequence[Path]) -> None:
-    """Compress files of trials into the folder of results, in place of those that are there.
+    """Copy files of trials into the folder of results, in place of those that are there.
 
     Raises:
         StarnavError: they do not belong together, see `read_results`, or share a name.
     """
     read_results(files)
-    packed = {}
+    copies: dict[str, bytes] = {}
     for path in files:
-        name = path.name.removesuffix(".xz") + ".xz"
-        if name in packed:
-            raise StarnavError(f"two files are called {name}; allowed: different names")
-        data = lzma.decompress(path.read_bytes()) if path.suffix == ".xz" else path.read_bytes()
-        packed[name] = lzma.compress(data[: data.rfind(b"\n") + 1], preset=9)
+        if path.name in copies:
+            raise StarnavError(f"two files are called {path.name}; allowed: different names")
+        data = path.read_bytes()
+        copies[path.name] = data[: data.rfind(b"\n") + 1]
     FOLDER.mkdir(parents=True, exist_ok=True)
-    for name, data in packed.items():
+    for name, data in copies.items():
         with replacing(FOLDER / name) as temporary:
             temporary.write_bytes(data)
     for path in stored():
-        if path.name not in packed:
+        if path.name not in copies:
             path.unlink()
 
 
 def stored() -> list[Path]:
     """The files of trials in the folder of results."""
-    return sorted(FOLDER.glob("*.jsonl.xz"))
+    return sorted(FOLDER.glob("*.jsonl"))
 
 
 def texts() -> dict[Path, str]:

@@ -6,7 +6,6 @@ change, on the same machine.
 
 import argparse
 import json
-import lzma
 import sys
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
@@ -16,7 +15,7 @@ from typing import NamedTuple
 
 from drake_starnav import load_scenario, run_trial
 
-RECORDS = Path(__file__).resolve().parents[2] / "benchmarks" / "results" / "star.jsonl.xz"
+RECORDS = Path(__file__).resolve().parents[2] / "benchmarks" / "results" / "star.jsonl"
 RECORDED, FEW = 20, 5
 """Trials of each recorded scenario, and of each other one."""
 FAULTS = (
@@ -44,7 +43,7 @@ class Run(NamedTuple):
 
 def runs() -> Iterator[Run]:
     """The list of trials."""
-    with lzma.open(RECORDS, "rt", encoding="utf-8") as file:
+    with RECORDS.open(encoding="utf-8") as file:
         records = [json.loads(line) for line in list(file)[1:]]
     for scenario in ("forest", "maze", "room"):
         seeds = [record["seed"] for record in records if record["scenario"] == scenario]

@@ -68,7 +68,7 @@ def write_page(
         "trajectories": {name: image for name, image in trajectories.items() if image},
         "trials": [(chosen, results.trial_command(chosen.record)) for chosen in recordings],
     }
-    made_by = "drake_starnav {drake_starnav} (source {source}), Drake {drake}"
+    made_by = "drake_starnav {drake_starnav} ({git}), Drake {drake}"
     return template.render(
         content,
         sections={name: title for name, title in SECTIONS.items() if content.get(name, True)},

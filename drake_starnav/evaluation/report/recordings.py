@@ -11,7 +11,7 @@ from typing import Any
 from drake_starnav.errors import StarnavError, shown
 from drake_starnav.evaluation.jobs import NEVER_RAN, Record
 from drake_starnav.evaluation.report.results import Results
-from drake_starnav.evaluation.trial_file import PACKED, read_trials, record_key
+from drake_starnav.evaluation.trial_file import read_trials, record_key
 from drake_starnav.evaluation.workers import local_processes
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.utils.files import read_bytes, reason_of
@@ -58,7 +58,7 @@ def read_trial(path: Path, line: int | None = None) -> dict[str, Any]:
         StarnavError: the file cannot be read, has no trial in this line, from 1, or has several and no line is given.
     """
     try:
-        data = b"" if path.name.endswith(PACKED) else read_bytes(path)
+        data = read_bytes(path)
     except OSError as error:
         raise StarnavError(f"cannot read {path}: {reason_of(error)}; allowed: a file with a trial") from None
     try:

@@ -115,7 +115,7 @@ def make_results(headers: Sequence[Header], records: Sequence[Record]) -> Result
 
 
 def read_results(paths: Sequence[Path]) -> Results:
-    """Read the trials of files, which may be compressed.
+    """Read the trials of files.
 
     Raises:
         StarnavError: a file is not a file of trials, its seed differs from the first one's, it repeats a trial of

@@ -139,9 +139,9 @@ def test_the_page_is_the_same_each_time(report, text) -> None:
 def test_files_of_different_versions_are_told_apart(report) -> None:
     first = report.results.headers[0]
     assert "different versions" not in write_page(*report)
-    other = {**first, "versions": {**first["versions"], "source": "0123456789ab"}}
+    other = {**first, "versions": {**first["versions"], "git": "0123456789ab"}}
     text = write_page(*report._replace(results=replace(report.results, headers=(first, other))))
-    assert f"(source {first['versions']['source']})" in text and "(source 0123456789ab)" in text
+    assert f"({first['versions']['git']})" in text and "(0123456789ab)" in text
     assert "files of different versions" in text
 
 

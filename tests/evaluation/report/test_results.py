@@ -1,7 +1,5 @@
 """Results from several files: what belongs together, and what would be compared wrongly."""
 
-import json
-import lzma
 import re
 from pathlib import Path
 
@@ -32,16 +30,6 @@ def test_files_of_methods_are_put_together_in_order(tmp_path: Path) -> None:
     assert [(r["method"], r["trial"]) for r in results.records] == [
         ("star", 0), ("star", 1), ("star_paper", 0), ("star_paper", 1),
     ]  # fmt: skip
-
-
-def test_a_compressed_file_is_the_same(tmp_path: Path) -> None:
-    plain = written(tmp_path / "a.jsonl")
-    packed = tmp_path / "a.jsonl.xz"
-    packed.write_bytes(lzma.compress(plain.read_bytes()))
-    assert read_results([packed]) == read_results([plain])
-    packed.write_bytes(plain.read_bytes())
-    with pytest.raises(StarnavError, match="cannot read .*a.jsonl.xz"):
-        read_results([packed])
 
 
 def test_the_command_of_a_trial_says_all_that_it_depends_on(tmp_path: Path) -> None:
@@ -125,14 +113,6 @@ def test_methods_may_have_other_settings_and_files_lie_elsewhere(tmp_path: Path)
         file.parent.mkdir()
         paths.append(written(file.with_name("t.jsonl"), method, f"world.file={file}", override, scenario="barn"))
     assert read_results(paths).methods == ["star", "dsm"]
-
-
-def test_a_file_of_another_format_is_refused(tmp_path: Path) -> None:
-    path = written(tmp_path / "a.jsonl")
-    header, *lines = path.read_text().splitlines()
-    path.write_text("\n".join([json.dumps({**json.loads(header), "format": 0}), *lines]) + "\n")
-    with pytest.raises(StarnavError, match="has format 0; allowed: 1"):
-        read_results([path])
 
 
 def test_a_recording_is_called_after_its_trial_and_stays_in_its_folder() -> None:
