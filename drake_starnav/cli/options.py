@@ -126,6 +126,10 @@ def exit_code(prog: str, work: Callable[[], int]) -> int:
                 sys.stdout.flush()  # or the interpreter flushes at exit, where an error can no longer be reported
     except KeyboardInterrupt as interruption:
         return _reported(f"{prog}: {'; '.join(filter(None, ('interrupted', str(interruption))))}", INTERRUPTED)
+    except ImportError as error:
+        if not isinstance(error.__cause__, KeyboardInterrupt):  # as Drake's modules raise it
+            raise
+        return _reported(f"{prog}: interrupted", INTERRUPTED)
     except StarnavError as error:
         return _reported(f"{prog}: {error}", BAD_INPUT)
     except MemoryError as error:
