@@ -486,7 +486,11 @@ def test_a_planner_and_a_controller_of_ones_own_agree_on_their_ports() -> None:
         ("star_paper", {"controller": Pursuit()}, "controller.kind is star_paper with a controller of your own"),
         ("foa", {"controller": Pursuit()}, "controller.kind is foa with a controller of your own; allowed: star"),
         ("foa", {"planner": Beeline()}, "controller.kind is foa, which heads for the goal, with a planner"),
-        ("foa_roadmap", {"planner": Beeline()}, "output port guidance is abstract; allowed: a vector of size 2"),
+        (
+            "foa_roadmap",
+            {"planner": Beeline()},
+            "planner has the output ports guidance; allowed: one named short_term_goal",
+        ),
     ],
 )
 def test_a_system_that_does_not_fit_is_refused(method: str, own: dict, words: str) -> None:

@@ -34,7 +34,7 @@ MOST_TRIALS, MOST_JOBS = 100_000, 1000
 def _add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scenario", nargs="*", help=f"shipped scenarios ({', '.join(scenario_names())}) or YAML files")
     parser.add_argument("--suite", metavar="NAME", help="a named set of scenarios and methods with its table: table1")
-    parser.add_argument("--method", nargs="+", help=f"of {', '.join(METHODS)} (default: star, or the suite's)")
+    parser.add_argument("--method", nargs="+", help=f"of {', '.join(METHODS)}, or module:function (default: star)")
     add_overrides(parser)
     parser.add_argument(
         "--worlds",
@@ -90,9 +90,9 @@ def _benchmark(options: argparse.Namespace) -> int:
     check_batch_options(options)
     if options.resume and options.json is None:
         raise StarnavError("--resume without --json; allowed: --resume --json FILE, the file to continue")
-    if bool(options.scenario) == bool(options.suite):
+    if not options.scenario and not options.suite:
         raise StarnavError(
-            f"{'both scenarios and' if options.suite else 'neither a scenario nor'} --suite; allowed: one of the two"
+            "neither a scenario nor --suite; allowed: one of the two, or scenarios in place of a suite's"
         )
     _check_report_options(options)
     worlds = None if options.worlds is None else world_numbers(options.worlds)
@@ -105,7 +105,7 @@ def _benchmark(options: argparse.Namespace) -> int:
 
     suite = find_suite(options.suite) if options.suite else None
     methods = options.method or (suite.methods if suite else ["star"])
-    sources = suite.scenarios if suite else options.scenario
+    sources = options.scenario or (suite.scenarios if suite else ())
     cases = make_cases(sources, methods, options.overrides)
     if worlds is not None:
         check_worlds(cases, worlds)

@@ -67,7 +67,7 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
         f"{', '.join(scenario_names())}, or a YAML file",
     )
     parser.add_argument("--line", type=int, metavar="N", help="line of the trial in a file of several, from 1")
-    parser.add_argument("--method", help=f"one of {', '.join(METHODS)} (default: star)")
+    parser.add_argument("--method", help=f"one of {', '.join(METHODS)}, or module:function (default: star)")
     parser.add_argument("--seed", type=int, help="of the world and the sensor's noise (default: 0)")
     add_overrides(parser)
     parser.add_argument("--compare", nargs="+", metavar="METHOD", help="methods whose robots drive in one scene")

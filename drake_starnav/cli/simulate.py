@@ -50,7 +50,9 @@ def _add_demo_options(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_run_options(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--method", default="star", help=f"one of {', '.join(METHODS)} (default: star)")
+    parser.add_argument(
+        "--method", default="star", help=f"one of {', '.join(METHODS)}, or module:function (default: star)"
+    )
     parser.add_argument("--seed", type=int, default=0, help="of the world and the sensor's noise (default: 0)")
     add_overrides(parser)
     parser.add_argument("--quiet", action="store_true", help="no progress bar and no table")

@@ -116,7 +116,7 @@ def run_job(job: Job) -> Record:
 
     try:
         scenario = in_world(job.case.read(), job.trial if job.in_world else None)
-        record = driven_record(scenario, method=job.case.method, seed=job.seed)
+        record = driven_record(scenario, seed=job.seed)
     except UnsupportedError as error:
         return {**error_record(job, str(error)), "outcome": "unsupported"}
     except StarnavError as error:

@@ -109,7 +109,10 @@ def local_processes(count: int) -> Iterator[Executor]:
     """
     for name in THREAD_VARIABLES:
         os.environ.setdefault(name, "1")  # children read them before they import NumPy
-    executor = _Processes(count, mp_context=multiprocessing.get_context("spawn"))
+    try:
+        executor = _Processes(count, mp_context=multiprocessing.get_context("spawn"))
+    except OSError as error:  # without /dev/shm there are no semaphores
+        raise StarnavError(f"processes cannot share memory: {error}; allowed: a /dev/shm to write to") from None
     try:
         yield executor
         executor.shutdown()

@@ -19,6 +19,8 @@ MOST_DISCS = 12
 """Of each part; one that is longer is covered by wider discs."""
 LEAST_SIZE = 0.01
 """A footprint is at least so wide, m."""
+LARGEST_SIZE = 5.0
+"""No corner of a footprint is farther from the axis, m."""
 MOST_PARTS = 8
 """Joined footprints of more parts become one rectangle, or what is joined again and again would grow without bound."""
 IN_LINE = 1e-3
@@ -197,6 +199,14 @@ def _convex(corners: Sequence) -> np.ndarray:
     points = np.array(corners, dtype=float)
     if points.ndim != 2 or points.shape[1:] != (2,) or len(points) < 3 or not np.isfinite(points).all():
         raise StarnavError(f"footprint has corners of shape {points.shape}; allowed: (n, 2), n >= 3, finite x and y, m")
+    reach = float(np.hypot(*points.T).max())
+    if reach > LARGEST_SIZE:
+        raise StarnavError(
+            f"footprint {points.tolist()} reaches {reach:g} m from the axis; allowed: at most {LARGEST_SIZE:g} m, of "
+            "corners in metres"
+        )
+    if not shapely.MultiPoint(points).convex_hull.area > 0.0:
+        raise StarnavError(f"footprint {points.tolist()} has all corners in line; allowed: corners of an area")
     hull = _hull(points)
     if _box(hull)[3] < LEAST_SIZE:
         raise StarnavError(f"footprint {points.tolist()} is too narrow; allowed: at least {LEAST_SIZE:g} m wide")

@@ -1,11 +1,14 @@
 """What a navigation loop consists of, and what of it may be the user's own."""
 
+import dataclasses
 from dataclasses import dataclass
 
 from pydrake.systems.framework import OutputPort, System
 
 from drake_starnav.control.certificates import Certificate
 from drake_starnav.errors import StarnavError, check_kind
+from drake_starnav.scenario.schema import Scenario
+from drake_starnav.scenario.shipped import own_method
 from drake_starnav.station.navigation_station import StationInterface
 from drake_starnav.station.robot_interface import RobotInterface
 from drake_starnav.systems.connecting import output_port, outputs
@@ -52,6 +55,17 @@ class Parts:
     def __post_init__(self) -> None:
         if self.world is not None:
             check_kind(self.world, World, "world", "as from make_world")
+
+    def of_method(self, scenario: Scenario) -> "Parts":
+        """These, and else those of the scenario's method, if it is one of the user's own; see `METHODS`."""
+        make = own_method(scenario.method)
+        if make is None:
+            return self
+        made = make(scenario)
+        made = Parts(controller=made) if isinstance(made, System) else made
+        check_kind(made, Parts, f"what method {scenario.method} returns", "or a controller")
+        given = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
+        return dataclasses.replace(made, **{name: value for name, value in given.items() if value not in (None, ())})
 
 
 AS_DECLARED = Parts()

@@ -65,6 +65,7 @@ def add_navigation(
     """
     check_kind(scenario, Scenario, "scenario", "as from load_scenario")
     check_kind(parts, Parts, "parts", "of your own")
+    parts = parts.of_method(scenario)
     _check_parts(scenario, parts)
     _check_names(builder, parts)
     world = _checked_world(scenario, parts, seed)

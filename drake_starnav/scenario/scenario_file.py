@@ -15,8 +15,8 @@ from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.parameters import build, declared, unknown_name
 from drake_starnav.robot import MODEL_FILES, RobotParameters
 from drake_starnav.scenario import directives
-from drake_starnav.scenario.schema import DRAKE_CONFIGS, KEYS, LISTS, SECTIONS, Scenario, check_known
-from drake_starnav.scenario.shipped import METHODS, scenario_names
+from drake_starnav.scenario.schema import DRAKE_CONFIGS, KEYS, LISTS, SECTIONS, Scenario
+from drake_starnav.scenario.shipped import method_settings, own_method, scenario_names
 from drake_starnav.utils.files import read_text, write_text
 from drake_starnav.utils.resources import model_path
 from drake_starnav.utils.yaml_text import LARGEST_TEXT, Loader, SectionDumper, Tagged, load_yaml, read_mapping, section
@@ -46,6 +46,7 @@ def load_scenario(name_or_path: str | Path, *, method: str = "star", overrides: 
     What the scenario does not say is taken from the YAML file beside the robot's model, see `directives.of_model`.
     """
     path = scenario_path(name_or_path)
+    own_method(method)  # a module that is missing is told before anything runs
     text = read_text(path, f"scenario file {path}", LARGEST_TEXT)
     name = os.fsencode(path.stem).decode("utf-8", errors="replace")
     return parse_scenario(
@@ -75,7 +76,7 @@ def parse_scenario(
     for override in overrides:
         _override(sections, override)
     directives.make_paths_absolute(sections, Path.cwd())
-    check_known(method)
+    method_settings(method)
     for key in sections:
         if key not in KEYS:
             raise unknown_name(f"key {key} in {place}", str(key), (*KEYS, "directives"))
@@ -96,13 +97,14 @@ def _scenario(sections: dict[str, Any], name: str, place: str, method: str) -> S
     said = {**limits.get("robot", {}), **(robot if isinstance(robot, dict) else {})}
     if model.endswith(MODEL_FILES) and not said.keys() & set(directives.EXCLUSIVE):
         sections["robot"]["radius"] = 0.0  # as of the model
+    settings = method_settings(method)
     for key, cls in SECTIONS.items():
         base = build(cls, limits.get(key), f"{directives.limits_file(model)}: {key}" if key in limits else key)
-        parts[key] = build(cls, sections.get(key), key, base=build(cls, METHODS[method].get(key), key, base=base))
+        parts[key] = build(cls, sections.get(key), key, base=build(cls, settings.get(key), key, base=base))
     parts |= _lidars(sections.get("lidars", limits.get("lidars")), parts["lidar"])
     configs: dict[str, Any] = {key: _drake_config(sections.get(key), key) for key in DRAKE_CONFIGS}
     parts["goals"] = _goals(sections.get("goals"))
-    return Scenario(name=name, world=_world(sections.get("world"), place), **parts, **configs)
+    return Scenario(name=name, world=_world(sections.get("world"), place), method=method, **parts, **configs)
 
 
 def _robots(sections: dict[str, Any], name: str, place: str, method: str) -> list[Scenario]:
@@ -135,13 +137,19 @@ def _robots(sections: dict[str, Any], name: str, place: str, method: str) -> lis
         robots.append(dataclasses.replace(robot, start=(float(x), float(y), float(yaw))))
     if len({robot.name for robot in robots}) < len(robots):
         raise StarnavError(f"robots are named {', '.join(robot.name for robot in robots)}; allowed: each name once")
-    return [_among(robot, [other for other in robots if other is not robot]) for robot in robots]
+    return among_each_other(robots)
 
 
-def _among(robot: Scenario, others: list[Scenario]) -> Scenario:
-    """The scenario of a robot to which others are obstacles that move."""
-    fastest = max(robot.obstacles.max_speed, *(other.robot.max_speed for other in others))
-    return dataclasses.replace(robot, obstacles=dataclasses.replace(robot.obstacles, max_speed=fastest))
+def among_each_other(robots: Sequence[Scenario]) -> list[Scenario]:
+    """The scenarios of robots to each of which the others are obstacles that move, as fast and as large as they are."""
+    return [_among(robot, [other.robot for other in robots if other is not robot]) for robot in robots]
+
+
+def _among(robot: Scenario, others: list[RobotParameters]) -> Scenario:
+    obstacles = robot.obstacles
+    fastest = max(obstacles.max_speed, *(other.max_speed for other in others))
+    largest = max(obstacles.max_radius, *(other.radius for other in others))
+    return dataclasses.replace(robot, obstacles=dataclasses.replace(obstacles, max_speed=fastest, max_radius=largest))
 
 
 def save_scenario(scenario: Scenario, path: str | Path) -> None:

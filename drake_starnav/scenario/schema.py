@@ -21,11 +21,12 @@ from drake_starnav.baselines.foa import FoaParameters
 from drake_starnav.control import ControllerParameters
 from drake_starnav.errors import StarnavError, check_kind, shown
 from drake_starnav.lidar.sensor_model import LidarParameters
-from drake_starnav.parameters import Checked, is_number, parameter, unknown_name
+from drake_starnav.parameters import Checked, is_number, parameter
 from drake_starnav.planning import PlannerParameters
 from drake_starnav.robot import RobotParameters
-from drake_starnav.scenario.shipped import METHODS
+from drake_starnav.scenario.shipped import method_settings
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
+from drake_starnav.worlds.world import check_numbers
 
 
 @dataclass(frozen=True)
@@ -108,7 +109,8 @@ class Scenario:
 
     Its fields are the sections of docs/parameters.md. `lidars` are those of a robot that has several; the first of
     them is `lidar`. `goals` are (x, y) or (x, y, yaw), W, m and rad; without any, the robot drives to the goal of its
-    world. `robots` are scenarios of one robot each, which share a world and have a `start`, (x, y, yaw).
+    world. `robots` are scenarios of one robot each, which share a world and have a `start`, (x, y, yaw). `method` is
+    the name of the one that it was loaded with, as reports show it.
     """
 
     name: str
@@ -131,11 +133,13 @@ class Scenario:
     goals: tuple[tuple[float, ...], ...] = ()
     start: tuple[float, float, float] | None = None
     robots: tuple["Scenario", ...] = ()
+    method: str = field(default="star", compare=False)
 
     def __post_init__(self) -> None:
         for k, goal in enumerate(self.goals):
             if len(goal) not in (2, 3) or not all(map(is_number, goal)):
                 raise StarnavError(f"goals[{k}] is {shown(list(goal))}; allowed: finite [x, y] or [x, y, yaw]")
+            check_numbers(goal, f"goals[{k}]", ("x", "y", "yaw")[: len(goal)])
         if self.lidars and self.lidar != self.lidars[0]:
             raise StarnavError("lidar differs from lidars[0]; allowed: the same, or lidars alone")
         first, others = self.all_lidars[0], self.all_lidars[1:]
@@ -159,23 +163,16 @@ LISTS = ("lidars", "goals", "robots")
 SECTIONS: dict[str, Any] = {
     part.name: part.default_factory
     for part in dataclasses.fields(Scenario)
-    if part.name not in ("name", "world", "start", *LISTS, *DRAKE_CONFIGS)
+    if part.name not in ("name", "world", "start", "method", *LISTS, *DRAKE_CONFIGS)
 }
 KEYS = ("world", *SECTIONS, *LISTS, *DRAKE_CONFIGS)
 """Of a scenario's mapping, where they may be overridden; it may also hold `directives`."""
 
 
-def check_known(method: str) -> None:
-    """Raise a `StarnavError` unless there is a method of that name."""
-    if method not in METHODS:
-        raise unknown_name(f"method {shown(method)}", method, METHODS)
-
-
 def check_method(scenario: Scenario, method: str) -> None:
     """Raise a `StarnavError` unless a scenario may be one of a method; one of `star` may have any controller."""
     check_kind(scenario, Scenario, "scenario", "as from load_scenario")
-    check_known(method)
-    kind = METHODS[method].get("controller", {}).get("kind", "star")
+    kind = method_settings(method).get("controller", {}).get("kind", "star")
     if scenario.controller.kind != kind and method != "star":
         raise StarnavError(
             f"method is {method}, and the scenario's controller.kind {scenario.controller.kind}; allowed: {kind}, as "

@@ -1,10 +1,15 @@
-"""Names of what is shipped: methods and scenarios. Help texts show them before anything heavy is imported."""
+"""Names of methods and of shipped scenarios. Help texts show them before anything heavy is imported."""
 
+import importlib
+import os
+import sys
+from collections.abc import Callable
 from typing import Any
 
+from drake_starnav.errors import StarnavError, said_by, shown
 from drake_starnav.utils.resources import model_path
 
-METHODS: dict[str, dict[str, dict[str, Any]]] = {
+METHODS: dict[str, dict[str, dict[str, Any]] | Callable[[Any], Any]] = {
     "star": {},
     "star_paper": {"controller": {"kind": "star_paper", "rate": 40.0}},
     "dsm": {"controller": {"kind": "dsm"}},
@@ -13,7 +18,46 @@ METHODS: dict[str, dict[str, dict[str, Any]]] = {
     "foa_roadmap": {"controller": {"kind": "foa", "target": "short_term_goal"}},
     "dwa": {"controller": {"kind": "dwa"}},
 }
-"""A method is settings: which controller drives, and what else it sets before the scenario's own keys do."""
+"""A method is settings: which controller drives, and what else it sets before the scenario's own keys do.
+
+One of your own is a function from a `Scenario` to the `Parts` that drive it, or to the controller alone. Enter it here
+by a name, or name it as module:function wherever a method is named.
+"""
+
+
+def method_settings(name: str) -> dict[str, dict[str, Any]]:
+    """What a method sets in a scenario; a `StarnavError` if there is none of that name. Imports nothing."""
+    found = METHODS.get(name, {})
+    if name not in METHODS and ":" not in name:
+        from drake_starnav.parameters import unknown_name  # late: it takes NumPy
+
+        raise unknown_name(f"method {shown(name)}", name, (*METHODS, "module:function"))
+    return found if isinstance(found, dict) else {}
+
+
+def own_method(name: str) -> Callable[[Any], Any] | None:
+    """The function of a method of the user's own, from a scenario to its parts; None of a shipped one.
+
+    A module is imported from where Python finds modules, or from the folder in which the program runs.
+
+    Raises:
+        StarnavError: there is no such method.
+    """
+    if name in METHODS or ":" not in name:
+        found = METHODS[name] if name in METHODS else method_settings(name)
+        return None if isinstance(found, dict) else found
+    module, _, function = name.partition(":")
+    if os.getcwd() not in sys.path:
+        sys.path.append(os.getcwd())
+    try:
+        made = getattr(importlib.import_module(module), function)
+    except (ImportError, AttributeError, ValueError) as error:
+        raise StarnavError(
+            f"method {shown(name)}: {said_by(error)}; allowed: module:function, of a module that Python finds"
+        ) from None
+    if not callable(made):
+        raise StarnavError(f"method {shown(name)} is {shown(made)}; allowed: a function from a scenario to its parts")
+    return made
 
 
 def scenario_names() -> list[str]:

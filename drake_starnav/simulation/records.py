@@ -25,7 +25,7 @@ DECIDES = "collision", "struck", "unreachable", "blocked", "occupied", "timeout"
 def driven_record(
     scenario: Scenario,
     *,
-    method: str = "star",
+    method: str | None = None,
     seed: int = 0,
     html: Path | None = None,
     progress: Callable[[float, float], None] | None = None,

@@ -121,7 +121,7 @@ class DrivenRobot:
 def run_robots(
     scenario: Scenario,
     *,
-    method: str = "star",
+    method: str | None = None,
     seed: int = 0,
     progress: Callable[[float, float], None] | None = None,
 ) -> list[RobotTrial]:
@@ -141,6 +141,7 @@ def run_robots(
         KeyboardInterrupt: Ctrl-C.
     """
     robots = scenario.robots
+    method = scenario.method if method is None else method
     for each in robots:
         check_method(each, method)
     scenario_simulator_config(scenario.simulator_config)

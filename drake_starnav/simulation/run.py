@@ -52,7 +52,7 @@ def run_trial(
     scenario: Scenario,
     parts: Parts = AS_DECLARED,
     *,
-    method: str = "star",
+    method: str | None = None,
     seed: int = 0,
     html: str | Path | None = None,
     csv: str | Path | None = None,
@@ -65,7 +65,8 @@ def run_trial(
         scenario: the parameters; those of the method are already in them.
         parts: of your own, in the place of the scenario's, but no station. Systems serve for one trial, and are not to
             be used after it.
-        method, seed: its name, the one that the scenario was loaded with; of the world and of the sensor's noise.
+        method: its name in reports; the one that the scenario was loaded with, unless given.
+        seed: of the world and of the sensor's noise.
         html, csv: files for a recording and for the robot's states at each step of the plant, if any.
         observer: follows the run, if any; it must not change it.
         progress: called regularly with the simulated time and the time limit, s.
@@ -76,6 +77,7 @@ def run_trial(
             obstacle), a file not written, a system of yours not wired, or the robot does not follow its commands.
         KeyboardInterrupt: Ctrl-C; what was driven until then is in the files.
     """
+    method = scenario.method if method is None else method
     check_method(scenario, method)
     scenario_simulator_config(scenario.simulator_config)  # refused before the run
     check_outputs([None if path is None else Path(path) for path in (html, csv)])

@@ -8,6 +8,8 @@ from pydrake.systems.framework import DiagramBuilder, InputPort, OutputPort, Por
 from drake_starnav.errors import StarnavError
 from drake_starnav.systems.release import RELEASED
 
+UNNAMED = "y0"
+"""The name that Drake gives the first output port if its system does not."""
 ALIKE = 0.8
 """An unconnected port whose name is this similar to a known one is taken for a slip of the pen."""
 
@@ -64,15 +66,15 @@ def connect(builder: DiagramBuilder, source: OutputPort, port: InputPort, role: 
 
 
 def output_port(system: System, name: str, size: int | None, role: str) -> OutputPort:
-    """The vector output port of that name and size, or the abstract one (None), or the only one that a system has.
+    """The vector output port of that name and size, or the abstract one (None), or the only one, if it has no name.
 
     Raises:
         StarnavError: there is none, or it has another size or type.
     """
     ports = outputs(system)
-    if name not in ports and len(ports) != 1:
+    if name not in ports and list(ports) != [UNNAMED]:
         raise StarnavError(f"{role} has the output ports {', '.join(ports) or 'none'}; allowed: one named {name}")
-    port = ports[name] if name in ports else next(iter(ports.values()))
+    port = ports.get(name) or ports[UNNAMED]
     wanted = "abstract" if size is None else f"a vector of size {size}"
     if _kind(port) != wanted:
         raise StarnavError(f"{role}: output port {port.get_name()} is {_kind(port)}; allowed: {wanted}")

@@ -13,7 +13,7 @@ from drake_starnav.control.certificates import Certificate, standard_certificate
 from drake_starnav.control.inputs import TrackedObstacles
 from drake_starnav.control.motion import Actuation, BrakingMotion, roll_out
 from drake_starnav.control.shield import braking_twist, ramped_twist, shielded
-from drake_starnav.errors import StarnavError
+from drake_starnav.errors import StarnavError, shown
 from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.robot import RobotParameters
@@ -140,6 +140,7 @@ class TwistShield(Unshielded):
         """
         super().__init__(robot, controller, stopwatch=stopwatch)
         self.own_certificates, self._obstacles, self._state_lead = certificates, obstacles, state_lead
+        _check_certificates(certificates, self._actuation)
         self._certified_region = self.DeclareAbstractInputPort("certified_region", Value(CertifiedRegion.none()))
         self._footprint = FootprintInput(self, robot, margins)
         if obstacles is not None:
@@ -155,3 +156,15 @@ class TwistShield(Unshielded):
             tracked = TrackedObstacles(tracks, context.get_time() + self._state_lead - tracks.time, self._obstacles)
         actuation = self._actuation.carrying(shape)
         return standard_certificates(star, margin, actuation, position, tracked) + self.own_certificates, actuation
+
+
+def _check_certificates(certificates: tuple[Certificate, ...], actuation: Actuation) -> None:
+    """Raise a `StarnavError` unless each certificate decides about the motion of a robot that stands."""
+    stands = np.zeros(len(actuation.base.components))
+    for k, each in enumerate(certificates):
+        name = f"certificates[{k}] is a {type(each).__name__}"
+        if not callable(getattr(each, "accepts", None)):
+            raise StarnavError(f"{name} without a method accepts; allowed: one with accepts(motion) -> bool")
+        said = each.accepts(roll_out(np.zeros(3), stands, stands, actuation))
+        if not isinstance(said, (bool, np.bool_)):
+            raise StarnavError(f"{name} whose accepts(motion) is {shown(said)}; allowed: True or False")

@@ -1,5 +1,6 @@
 """A planar world to drive through: its obstacles, the start and the goal."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -35,6 +36,12 @@ def check_numbers(value: Any, name: str, entries: tuple[str, ...]) -> tuple[floa
     if len(numbers) != len(entries) or not all(is_number(x) and abs(x) <= FARTHEST for x in numbers):
         allowed = f"finite [{', '.join(entries)}], each at most {FARTHEST:g}"
         raise StarnavError(f"{name} is {shown(numbers)}; allowed: {allowed}")
+    for entry, number in zip(entries, numbers, strict=True):
+        if entry == "yaw" and abs(number) > 2.0 * math.pi:
+            raise StarnavError(
+                f"{name} is {shown(numbers)}: a yaw of {number:g} rad is more than a turn; allowed: -6.28 <= yaw "
+                f"<= 6.28 rad, e.g. {math.radians(number):.4g} for {number:g} degrees"
+            )
     return tuple(map(float, numbers))
 
 

@@ -31,7 +31,7 @@ from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.error_budget import SYMBOLS, TERMS
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.scenario.schema import SECTIONS, Scenario
-from drake_starnav.scenario.shipped import METHODS
+from drake_starnav.scenario.shipped import METHODS, method_settings
 from drake_starnav.station.lidar_sensor import LidarMount, LidarSensor
 from drake_starnav.station.monitors import ArrivalMonitor, CollisionMonitor
 from drake_starnav.station.moving_bodies import MovingObstacleDrive
@@ -200,11 +200,19 @@ def yaml_text(value: Any) -> str:
 
 def method_rows() -> list[Row]:
     """One row (parameter, default, value by method...) for each parameter that some method sets; else it is empty."""
-    keys = [(section, key) for sections in METHODS.values() for section, values in sections.items() for key in values]
+    keys = [
+        (section, key)
+        for sections in map(method_settings, METHODS)
+        for section, values in sections.items()
+        for key in values
+    ]
     rows: list[Row] = []
     for section, key in dict.fromkeys(keys):
         default = getattr(SECTIONS[section](), key)
-        own = [f"`{yaml_text(s[section][key])}`" if key in s.get(section, {}) else "" for s in METHODS.values()]
+        own = [
+            f"`{yaml_text(s[section][key])}`" if key in s.get(section, {}) else ""
+            for s in map(method_settings, METHODS)
+        ]
         rows.append((f"`{section}.{key}`", f"`{yaml_text(default)}`", *own))
     return rows
 

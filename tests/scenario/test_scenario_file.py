@@ -1,6 +1,7 @@
 """Scenario files: what they may hold, and that they read back equal."""
 
 import dataclasses
+import re
 from pathlib import Path
 
 import pytest
@@ -245,3 +246,31 @@ def test_the_first_of_several_lidars_is_the_lidar() -> None:
     scenario = parse_scenario("world: !Room {}\nlidars: [{}, {}]", name="two")
     with pytest.raises(StarnavError, match="lidar differs from lidars"):
         dataclasses.replace(scenario, lidar=LidarParameters(beams=90))
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("goals: [[5, 0, 90]]", r"goals[0] is [5, 0, 90]: a yaw of 90 rad is more than a turn; allowed: -6.28 <= yaw"),
+        ("robot: {footprint: [[-250, -200], [250, -200], [250, 200]]}", "footprint [[-250.0, -200.0], [250.0, -200.0]"),
+        ("robot: {footprint: [[-250, -200], [250, -200], [250, 200]]}", "reaches 320.156 m from the axis; allowed: at"),
+        ("robot: {footprint: [[0, 0], [0.2, 0], [0.4, 0]]}", "has all corners in line; allowed: corners of an area"),
+        (
+            "robots: [{start: [0, 0, -180], goal: [2, 0]}, {start: [2, 0, 0], goal: [0, 0]}]",
+            "a yaw of -180 rad is more",
+        ),
+    ],
+)
+def test_a_message_names_what_was_written_and_the_true_cause(text: str, words: str) -> None:
+    with pytest.raises(StarnavError, match=re.escape(words)):
+        parse_scenario(f"world: !Room {{}}\n{text}", name="units")
+
+
+def test_robots_know_how_fast_and_how_large_the_others_are() -> None:
+    text = "world: !Room {}\nobstacles: {max_radius: 0.1, max_speed: 0.1}\nrobots:\n"
+    text += (
+        "  - {start: [0, 0, 0], goal: [2, 0], model: carrier, max_speed: 0.7}\n  - {start: [2, 0, 0], goal: [0, 0]}\n"
+    )
+    small, large = parse_scenario(text, name="two").robots[::-1]
+    assert (small.obstacles.max_speed, small.obstacles.max_radius) == (0.7, large.robot.radius)
+    assert (large.obstacles.max_speed, large.obstacles.max_radius) == (small.robot.max_speed, small.robot.radius)
