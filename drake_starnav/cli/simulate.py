@@ -87,7 +87,7 @@ def _simulate(options: argparse.Namespace) -> int:
 
 
 def _robot_line(record: dict) -> str:
-    why = record["contact"] or (record["outcome"] == "blocked" and record["blocked_by"]) or ""
+    why = record["contact"] or (record["outcome"] in ("blocked", "unreachable") and record["blocked_by"]) or ""
     return (
         f"{record['robot']:>16}  {record['outcome']}{f' ({why})' if why else ''}, {record['time_s']:.1f} s, "
         f"{record['path_length_m']:.2f} m, at least {record['min_gap_m']:.2f} m from the others"

@@ -1,59 +1,81 @@
 """Certificates for rules of a place: areas that the robot must stay out of, and areas in which it must be slow."""
 
-import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from drake_starnav.control.motion import Motion
-from drake_starnav.errors import StarnavError
+from drake_starnav.errors import StarnavError, shown
 from drake_starnav.geometry.se2 import places
+from drake_starnav.parameters import is_number
 
 
+@dataclass(frozen=True)
 class KeepOut:
     """Accepts motions on which the robot, as the discs that cover its footprint, stays out of a polygon.
 
-    A robot that begins nearer may move, but not nearer to the polygon. The planner does not know the
-    area: a robot whose way leads through it stops at its edge, and tries another way once it has stalled.
+    A robot that begins nearer may move, but not nearer to the polygon.
+
+    Attributes:
+        polygon: corners, shape (n, 2), n >= 3, W, m; simple, in either order.
+        margin: kept beyond those discs, m: half the distance between two samples, and the base's error.
+        name: of the place, in messages.
+
+    Raises:
+        StarnavError: the polygon has another shape or is not finite, or the margin is negative.
     """
 
-    def __init__(self, polygon: np.ndarray, *, margin: float = 0.02) -> None:
-        """
-        Args:
-            polygon: corners, shape (n, 2), n >= 3, W, m; simple, in either order.
-            margin: kept beyond those discs, m: half the distance between two samples, and the base's error.
+    polygon: Any
+    margin: float = 0.02
+    name: str = ""
 
-        Raises:
-            StarnavError: the polygon has another shape or is not finite, or the margin is negative.
-        """
-        self.polygon, self._margin = _corners(polygon, "KeepOut"), margin
-        if not (math.isfinite(margin) and margin >= 0.0):
-            raise StarnavError(f"KeepOut: margin is {margin}; allowed: 0 m or more")
+    def __post_init__(self) -> None:
+        _keep_corners(self)
+        if not (is_number(self.margin) and self.margin >= 0.0):
+            raise StarnavError(f"KeepOut.margin is {shown(self.margin)}; allowed: 0 m or more")
+
+    @cached_property
+    def corners(self) -> np.ndarray:
+        """Of the polygon, shape (n, 2), W, m."""
+        return np.array(self.polygon)
 
     def accepts(self, motion: Motion) -> bool:
         """Whether the robot keeps its distance, or the one that it has."""
         narrow, cover = motion.footprint.narrow, motion.footprint.cover
-        distance = signed_distance(self.polygon, places(motion.pose, cover)).reshape(-1, len(cover)).min(axis=1)
-        return bool(distance.min() >= min(narrow + self._margin, distance[0]) - 1e-9)
+        distance = signed_distance(self.corners, places(motion.pose, cover)).reshape(-1, len(cover)).min(axis=1)
+        return bool(distance.min() >= min(narrow + self.margin, distance[0]) - 1e-9)
 
 
+@dataclass(frozen=True)
 class SpeedZone:
     """Accepts motions on which the robot is no faster than a limit while its centre is in a polygon.
 
     A robot that is too fast already brakes.
+
+    Attributes:
+        polygon: corners, shape (n, 2), n >= 3, W, m; simple, in either order.
+        max_speed: m/s.
+        name: of the place, in messages.
+
+    Raises:
+        StarnavError: the polygon has another shape or is not finite, or the speed is not above 0.
     """
 
-    def __init__(self, polygon: np.ndarray, max_speed: float) -> None:
-        """
-        Args:
-            polygon: corners, shape (n, 2), n >= 3, W, m; simple, in either order.
-            max_speed: m/s.
+    polygon: Any
+    max_speed: float
+    name: str = ""
 
-        Raises:
-            StarnavError: the polygon has another shape or is not finite, or the speed is not above 0.
-        """
-        self.polygon, self.max_speed = _corners(polygon, "SpeedZone"), max_speed
-        if not (math.isfinite(max_speed) and max_speed > 0.0):
-            raise StarnavError(f"SpeedZone: max_speed is {max_speed}; allowed: more than 0 m/s")
+    def __post_init__(self) -> None:
+        _keep_corners(self)
+        if not (is_number(self.max_speed) and self.max_speed > 0.0):
+            raise StarnavError(f"SpeedZone.max_speed is {shown(self.max_speed)}; allowed: more than 0 m/s")
+
+    @cached_property
+    def corners(self) -> np.ndarray:
+        """Of the polygon, shape (n, 2), W, m."""
+        return np.array(self.polygon)
 
     def accepts(self, motion: Motion) -> bool:
         """Whether the robot is slow wherever the zone says so."""
@@ -61,7 +83,7 @@ class SpeedZone:
         if not fast.any():
             return True
         fast[1:] |= fast[:-1]  # where it is slow enough, it has just slowed down
-        return bool((signed_distance(self.polygon, motion.position[fast]) > 0.0).all())
+        return bool((signed_distance(self.corners, motion.position[fast]) > 0.0).all())
 
 
 def signed_distance(polygon: np.ndarray, points: np.ndarray) -> np.ndarray:
@@ -78,8 +100,19 @@ def signed_distance(polygon: np.ndarray, points: np.ndarray) -> np.ndarray:
     return np.where((crosses & left).sum(axis=1) % 2 == 1, -distance, distance)
 
 
-def _corners(polygon: np.ndarray, name: str) -> np.ndarray:
-    corners = np.array(polygon, dtype=float)
-    if corners.ndim != 2 or corners.shape[1:] != (2,) or len(corners) < 3 or not np.isfinite(corners).all():
-        raise StarnavError(f"{name}: polygon has shape {corners.shape}; allowed: (n, 2), n >= 3, finite x and y")
-    return corners
+def _keep_corners(zone: KeepOut | SpeedZone) -> None:
+    """Replace the polygon of a zone by a tuple of (x, y), or raise a `StarnavError`."""
+    kind, polygon = type(zone).__name__, zone.polygon
+    rows = polygon.tolist() if isinstance(polygon, np.ndarray) else polygon
+    if not isinstance(rows, (list, tuple)) or len(rows) < 3:
+        raise StarnavError(f"{kind}.polygon is {shown(rows)}; allowed: three or more [x, y], W, m")
+    for k, row in enumerate(rows):
+        if not isinstance(row, (list, tuple, np.ndarray)) or len(row) != 2 or not all(map(is_number, row)):
+            raise StarnavError(f"{kind}.polygon[{k}] is {shown(row)}; allowed: finite [x, y], W, m")
+    object.__setattr__(zone, "polygon", tuple((float(x), float(y)) for x, y in rows))
+    if not isinstance(zone.name, str):
+        raise StarnavError(f"{kind}.name is {shown(zone.name)}; allowed: a text")
+
+
+ZONE_KINDS: dict[str, type] = {kind.__name__: kind for kind in (KeepOut, SpeedZone)}
+"""Kinds of zones by the tag that a scenario has."""

@@ -4,6 +4,8 @@ import dataclasses
 
 from pydrake.systems.framework import DiagramBuilder, System
 
+from drake_starnav.control.certificates import Certificate
+from drake_starnav.control.zones import KeepOut
 from drake_starnav.errors import StarnavError, check_kind
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.localization.scan_matching import OdometryError
@@ -11,6 +13,7 @@ from drake_starnav.navigation.methods import BY_KIND, SHIELDED, Needs
 from drake_starnav.navigation.parts import AS_DECLARED, Navigation, Parts
 from drake_starnav.navigation.sources import control_sources, footprint_sources, own_sources
 from drake_starnav.navigation.validation import check_interface, validated_margins
+from drake_starnav.planning.closed_areas import ClosedArea, closed_area
 from drake_starnav.regions.margins import Margins
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.schema import Scenario
@@ -76,7 +79,7 @@ def add_navigation(
     goal = add_system(builder, "goal", parts.goal or _goal(scenario, world), "goal")
     navigation = Navigation(world, station, goal, footprint=_footprint(builder, needs, parts.footprint, station))
     if needs.plans:
-        navigation = _add_planning(builder, needs, parts.planner, _add_perception(builder, needs, navigation))
+        navigation = _add_planning(builder, needs, parts, _add_perception(builder, needs, navigation))
     if isinstance(goal, GoalSequence):
         connect_inputs(builder, goal, {"state": navigation.localization("state")}, "goal")
     shield = parts.shield or _shield(needs, parts)
@@ -131,6 +134,9 @@ def _check_parts(scenario: Scenario, parts: Parts) -> None:
     settings, method = scenario.controller, BY_KIND[scenario.controller.kind]
     certificates = parts.certificates if parts.shield is None else ()
     own = {"a controller": parts.controller is not None, "certificates": certificates, "a footprint": parts.footprint}
+    if scenario.zones and (parts.shield is not None or not method.shielded):
+        by = "a shield of your own" if method.shielded else f"controller.kind {settings.kind}"
+        raise StarnavError(f"zones with {by}, which does not keep them; allowed: {SHIELDED}, behind its own shield")
     if any(own.values()) and not method.shielded:
         what = next(name for name in own if own[name])
         raise StarnavError(f"controller.kind is {settings.kind} with {what} of your own; allowed: {SHIELDED}")
@@ -171,11 +177,22 @@ def _shield(needs: Needs, parts: Parts) -> System:
         robot,
         controller,
         needs.margins,
-        certificates=parts.certificates,
+        certificates=_zones(needs, parts) + parts.certificates,
         obstacles=needs.obstacles,
         state_lead=needs.state_lead,
         stopwatch=needs.stopwatch,
     )
+
+
+def _zones(needs: Needs, parts: Parts) -> tuple[Certificate, ...]:
+    """The scenario's zones that are not among the user's certificates."""
+    return tuple(zone for zone in needs.scenario.zones if zone not in parts.certificates)
+
+
+def _closed_areas(needs: Needs, parts: Parts) -> list[ClosedArea]:
+    """What the planner knows of the places that certificates close."""
+    areas = [each for each in (*_zones(needs, parts), *parts.certificates) if isinstance(each, KeepOut)]
+    return [closed_area(each.name or "a KeepOut", each.corners, each.margin) for each in areas]
 
 
 def _add_perception(builder: DiagramBuilder, needs: Needs, navigation: Navigation) -> Navigation:
@@ -223,14 +240,15 @@ def _doubtful(scenario: Scenario) -> LidarParameters:
     return dataclasses.replace(lidars[0], rate=min(lidar.rate for lidar in lidars), noise=noise, outliers=outliers)
 
 
-def _add_planning(builder: DiagramBuilder, needs: Needs, own: System | None, navigation: Navigation) -> Navigation:
+def _add_planning(builder: DiagramBuilder, needs: Needs, parts: Parts, navigation: Navigation) -> Navigation:
     scenario, matcher = needs.scenario, navigation.matcher
-    planner = own or StarRoadmapPlanner(
+    planner = parts.planner or StarRoadmapPlanner(
         scenario.robot,
         scenario.planner,
         needs.margins,
         goal_tolerance=scenario.simulation.goal_tolerance,
         step=needs.method.step,
+        closed_areas=_closed_areas(needs, parts),
         stopwatch=needs.stopwatch,
     )
     planner = add_system(builder, "planner", planner, "planner")

@@ -10,6 +10,7 @@ from typing import Any
 
 import yaml
 
+from drake_starnav.control.zones import ZONE_KINDS
 from drake_starnav.errors import StarnavError, shown
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.parameters import build, declared, unknown_name
@@ -104,6 +105,7 @@ def _scenario(sections: dict[str, Any], name: str, place: str, method: str) -> S
     parts |= _lidars(sections.get("lidars", limits.get("lidars")), parts["lidar"])
     configs: dict[str, Any] = {key: _drake_config(sections.get(key), key) for key in DRAKE_CONFIGS}
     parts["goals"] = _goals(sections.get("goals"))
+    parts["zones"] = _zones(sections.get("zones"))
     return Scenario(name=name, world=_world(sections.get("world"), place), method=method, **parts, **configs)
 
 
@@ -165,6 +167,8 @@ def scenario_text(scenario: Scenario) -> str:
         sections["lidars"] = [section(_declared(each)) for each in scenario.lidars]
     if scenario.goals:
         sections["goals"] = [list(goal) for goal in scenario.goals]
+    if scenario.zones:
+        sections["zones"] = [section(_zone(zone), type(zone).__name__) for zone in scenario.zones]
     if scenario.robots:
         sections["robots"] = [_robot_section(robot) for robot in scenario.robots]
     sections |= {key: section(getattr(scenario, key)) for key in DRAKE_CONFIGS if getattr(scenario, key)}
@@ -215,6 +219,35 @@ def _goals(listed: Any) -> tuple[tuple[float, ...], ...]:
     if not isinstance(listed, list) or not listed or not all(isinstance(goal, list) for goal in listed):
         raise StarnavError(f"goals is {shown(listed)}; allowed: a list of [x, y] or [x, y, yaw]")
     return tuple(map(tuple, listed))
+
+
+def _zones(listed: Any) -> tuple[Any, ...]:
+    if listed is None:
+        return ()
+    tags = ", ".join(f"!{name}" for name in ZONE_KINDS)
+    if not isinstance(listed, list):
+        raise StarnavError(f"zones is {shown(listed)}; allowed: a list of mappings tagged {tags}")
+    zones = []
+    for k, entry in enumerate(listed):
+        kind = ZONE_KINDS.get(getattr(entry, "tag", ""))
+        if kind is None:
+            raise StarnavError(f"zones[{k}] is {shown(entry)}; allowed: a mapping tagged {tags}")
+        names = [field.name for field in dataclasses.fields(kind)]
+        for key in entry:
+            if key not in names:
+                raise unknown_name(f"key {key} in zones[{k}]", str(key), names)
+        needed = [each.name for each in dataclasses.fields(kind) if each.default is dataclasses.MISSING]
+        if missing := [name for name in needed if name not in entry]:
+            raise StarnavError(f"zones[{k}] has no {missing[0]}; allowed: {', '.join(names)}")
+        try:
+            zones.append(kind(**{"name": f"zones[{k}]", **entry}))
+        except StarnavError as error:
+            raise StarnavError(f"zones[{k}]: {error}") from None
+    return tuple(zones)
+
+
+def _zone(zone: Any) -> dict[str, Any]:
+    return {**dataclasses.asdict(zone), "polygon": [list(corner) for corner in zone.polygon]}
 
 
 def _drake_config(mapping: Any, key: str) -> dict[str, Any]:

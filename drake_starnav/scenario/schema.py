@@ -18,7 +18,7 @@ from typing import Any
 from drake_starnav.baselines.dsm_circles import DsmParameters
 from drake_starnav.baselines.dwa import DwaParameters
 from drake_starnav.baselines.foa import FoaParameters
-from drake_starnav.control import ControllerParameters
+from drake_starnav.control import ControllerParameters, KeepOut, SpeedZone
 from drake_starnav.errors import StarnavError, check_kind, shown
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.parameters import Checked, is_number, parameter
@@ -109,8 +109,9 @@ class Scenario:
 
     Its fields are the sections of docs/parameters.md. `lidars` are those of a robot that has several; the first of
     them is `lidar`. `goals` are (x, y) or (x, y, yaw), W, m and rad; without any, the robot drives to the goal of its
-    world. `robots` are scenarios of one robot each, which share a world and have a `start`, (x, y, yaw). `method` is
-    the name of the one that it was loaded with, as reports show it.
+    world. `robots` are scenarios of one robot each, which share a world and have a `start`, (x, y, yaw). `zones` are
+    the areas that it must stay out of, and those in which it must be slow. `method` is the name of the one that it was
+    loaded with, as reports show it.
     """
 
     name: str
@@ -133,6 +134,7 @@ class Scenario:
     goals: tuple[tuple[float, ...], ...] = ()
     start: tuple[float, float, float] | None = None
     robots: tuple["Scenario", ...] = ()
+    zones: tuple[KeepOut | SpeedZone, ...] = ()
     method: str = field(default="star", compare=False)
 
     def __post_init__(self) -> None:
@@ -158,7 +160,7 @@ class Scenario:
 
 DRAKE_CONFIGS = ("plant_config", "simulator_config")
 """Sections with the keys of Drake's `MultibodyPlantConfig` and `SimulatorConfig`; see `station.plant`."""
-LISTS = ("lidars", "goals", "robots")
+LISTS = ("lidars", "goals", "robots", "zones")
 """Keys that hold lists."""
 SECTIONS: dict[str, Any] = {
     part.name: part.default_factory

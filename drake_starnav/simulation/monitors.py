@@ -90,6 +90,13 @@ def watcher(
     return watch
 
 
+def closed_by(simulator: Simulator, navigation: Navigation) -> list[tuple[float, str]]:
+    """When, s, a planner gave up, and for which closed area; empty if not for one."""
+    context, port = simulator.get_context(), navigation.planned("blocked_by")
+    reason = "" if port is None else value_of(port, context)
+    return [(context.get_time(), reason)] if reason else []
+
+
 def add_collision_monitor(builder: DiagramBuilder, navigation: Navigation, *, period: float = 0.02) -> None:
     """End the simulation at the first contact of a robot in the builder with anything but the ground.
 

@@ -19,7 +19,7 @@ from drake_starnav.geometry.trajectory import Motion
 from drake_starnav.navigation import Navigation, Parts, add_navigation
 from drake_starnav.navigation.parts import AS_DECLARED
 from drake_starnav.scenario.schema import Scenario, check_method
-from drake_starnav.simulation.monitors import FOOTPRINT_LOG, add_monitors, watcher
+from drake_starnav.simulation.monitors import FOOTPRINT_LOG, add_monitors, closed_by, watcher
 from drake_starnav.simulation.trial import INTERRUPTED, TIMEOUT, Run, Trial, caption_lines, figures, omniscient_path
 from drake_starnav.station.model_world import make_world_with_footprints
 from drake_starnav.station.navigation_station import add_station
@@ -115,6 +115,8 @@ def run_trial(
         watch = watcher(simulator, navigation, logs, scenario.drive.slip, reports, progress)
         start = time.perf_counter()
         message = advance_until(simulator, scenario.simulation.timeout or world.timeout, watch)
+        if message.startswith("unreachable"):
+            reports += closed_by(simulator, navigation)
         run = left_by(simulator, navigation, logs[0], message, time.perf_counter() - start)
         run = dataclasses.replace(run, blocked=tuple(reports))
         steps: dict[str, Any] = {name: stopwatch.summary(name) for name in STEPS}

@@ -49,7 +49,8 @@ class Trial:
             (out of time while the robot stood still, or had never moved), timeout or, instead of these three, occupied
             (in the end a moving obstacle covered all places within the goal's tolerance).
         contact: the bodies that touched, the robot's first: `base_link with crate`; None without a contact.
-        blocked_s: when the planner first reported that the robot stood still, to a second; None if it never did.
+        blocked_s: when the planner first reported that the robot stood still, to a second, or gave up; None if it
+            never did.
         blocked_by: why, as its port `blocked_by` said then.
         goals_s: when each of the scenario's goals was reached, in order, s, or the only one, the world's.
         time_s: simulated time until the outcome.
@@ -139,7 +140,7 @@ def figures(scenario: Scenario, world: World, shortest: tuple[float, np.ndarray]
     standing, clearances = _clearances(world, run, scenario.robot.shape)
     outcome = COLLISION if standing.min() < 0.0 else run.message.split()[0]
     length = float(np.hypot(*np.diff(path.T, axis=1)).sum())
-    blocked_s, blocked_by = run.blocked[0] if run.blocked else (None, None)
+    blocked_s, blocked_by = run.blocked[-1 if outcome == "unreachable" else 0] if run.blocked else (None, None)
     still = length < NEVER_MOVED and run.elapsed > STANDSTILL
     if outcome == TIMEOUT and (still or (run.blocked and run.blocked[-1][1])):
         outcome = "blocked"

@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from collections.abc import Sequence
 from dataclasses import field
 from time import perf_counter
 
@@ -11,6 +12,7 @@ from pydrake.systems.framework import Context, LeafSystem
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, plan_step
+from drake_starnav.planning.closed_areas import ClosedArea, closing, kept_clear, mapped
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.planning.manoeuvre import Body
 from drake_starnav.planning.monitoring import distance_to
@@ -81,8 +83,8 @@ class StarRoadmapPlanner(LeafSystem):
         short_term_goal: vector (x, y) in W, m; the robot's own position while there is none.
         planner_state: abstract, `PlannerState`: the roadmap and what the planner is about to do.
         status: abstract, `PlannerStatus`; BLOCKED while `blocked_by` says something.
-        blocked_by: abstract, `str`: why the robot has stood still for STANDSTILL seconds away from its goal, though the
-            planner has not given up; empty while it moves.
+        blocked_by: abstract, `str`: why the robot has stood still for STANDSTILL seconds away from its goal, or which
+            closed area left no way; empty while it moves.
 
     Discrete update: x[n+1] = f(x[n], u[n]) with each scan n, where x is the planner's state, u the observation of the
     scan and the goal, and f the pure function `step`. The state is abstract, an immutable snapshot; Drake's event for
@@ -101,16 +103,19 @@ class StarRoadmapPlanner(LeafSystem):
         *,
         goal_tolerance: float = 0.0,
         step: PlanStep = plan_step,
+        closed_areas: Sequence[ClosedArea] = (),
         stopwatch: Stopwatch | None = None,
     ) -> None:
         """
         Args:
             goal_tolerance: a robot this near to the goal has reached it, m.
             step: one update as a pure function.
+            closed_areas: that the robot must stay out of, though nothing is to be seen there.
             stopwatch: notes `plan` times, of updates in which the roadmap was searched, if given.
         """
         super().__init__()
         self._planner, self._goal_tolerance, self._step = planner, goal_tolerance, step
+        self._closed_areas = tuple(closed_areas)
         self._stopwatch = stopwatch or Stopwatch()
         self._observation = self.DeclareAbstractInputPort("observation", Value(Observation.none()))
         self._pose = self.DeclareVectorInputPort("pose", 3)
@@ -149,6 +154,7 @@ class StarRoadmapPlanner(LeafSystem):
         if changed:  # the region may be from before it did
             state = state.with_new_footprint(margins, narrow, robot.radius)
             seen = seen.refitted(narrow, margins)
+        state, seen = mapped(state, self._closed_areas), kept_clear(seen, self._closed_areas, narrow)
         now = PlannerInput(
             seen,
             seen.pose[:2],
@@ -192,13 +198,19 @@ class StarRoadmapPlanner(LeafSystem):
         return path[0] if len(path) else self._pose.Eval(context)[:2]
 
     def _status(self, context: Context) -> PlannerStatus:
-        return PlannerStatus.BLOCKED if self._blocked_by(context) else self._state(context).status
+        status = self._state(context).status
+        blocked = status is not PlannerStatus.UNREACHABLE and self._blocked_by(context)
+        return PlannerStatus.BLOCKED if blocked else status
 
     def _blocked_by(self, context: Context) -> str:
         plan = self._plans.Eval(context)
         robot, margins = plan.footprint.robot, plan.footprint.margins
         patience = max(STANDSTILL, HALF_TURNS * math.pi / robot.max_yaw_rate)
-        if context.get_time() - plan.since < patience - EARLY or plan.state.status is PlannerStatus.UNREACHABLE:
+        if plan.state.status is PlannerStatus.UNREACHABLE:
+            ends = np.vstack((self._pose.Eval(context)[:2], self._goal.Eval(context)))
+            area = closing(plan.state, self._closed_areas, ends, margins, robot.shape.narrow)
+            return f"no way is left but through {area}" if area else ""
+        if context.get_time() - plan.since < patience - EARLY:
             return ""
         silent = context.get_time() - plan.time
         if silent > patience - EARLY:

@@ -78,11 +78,14 @@ def test_one_that_is_too_near_already_may_only_go_away() -> None:
 @pytest.mark.parametrize(
     ("make", "words"),
     [
-        (lambda: KeepOut(np.zeros((2, 2))), r"KeepOut: polygon has shape \(2, 2\); allowed: \(n, 2\), n >= 3"),
-        (lambda: KeepOut(SQUARE * np.nan), "KeepOut: polygon .* finite x and y"),
-        (lambda: KeepOut(SQUARE, margin=-1.0), "KeepOut: margin is -1.0; allowed: 0 m or more"),
-        (lambda: SpeedZone(SQUARE, 0.0), "SpeedZone: max_speed is 0.0; allowed: more than 0 m/s"),
-        (lambda: SpeedZone(SQUARE[:, :1], 1.0), "SpeedZone: polygon has shape"),
+        (
+            lambda: KeepOut(np.zeros((2, 2))),
+            r"KeepOut.polygon is \[\[0.0, 0.0\], \[0.0, 0.0\]\]; allowed: three or more \[x, y\]",
+        ),
+        (lambda: KeepOut(SQUARE * np.nan), r"KeepOut.polygon\[0\] is \[nan, nan\]; allowed: finite \[x, y\]"),
+        (lambda: KeepOut(SQUARE, margin=-1.0), "KeepOut.margin is -1.0; allowed: 0 m or more"),
+        (lambda: SpeedZone(SQUARE, 0.0), "SpeedZone.max_speed is 0.0; allowed: more than 0 m/s"),
+        (lambda: SpeedZone(SQUARE[:, :1], 1.0), r"SpeedZone.polygon\[0\] is \[1.0\]; allowed"),
     ],
 )
 def test_what_makes_no_zone_is_refused(make, words) -> None:

@@ -1,21 +1,93 @@
-"""An area that only a certificate closes: the planner does not know it, but finds another way."""
+"""Areas that a rule closes: robots drive round them, or give up early and say why."""
 
 import numpy as np
 import pytest
 
 from drake_starnav.control import KeepOut
+from drake_starnav.control.zones import signed_distance
+from drake_starnav.errors import StarnavError
+from drake_starnav.loading import parse_scenario
 from drake_starnav.navigation import Parts
-from drake_starnav.scenario.scenario_file import load_scenario
+from drake_starnav.scenario.scenario_file import load_scenario, scenario_text
 from drake_starnav.simulation.run import run_trial
 
 pytestmark = pytest.mark.slow
 
 
-def test_a_robot_that_the_shield_keeps_out_of_an_area_drives_round_it() -> None:
+class Unnamed:
+    """A certificate of which the planner knows nothing."""
+
+    def __init__(self, zone: KeepOut) -> None:
+        """Closes a zone."""
+        self.accepts = zone.accepts
+
+
+@pytest.mark.parametrize("rule", [lambda zone: zone, Unnamed], ids=["known", "unknown"])
+def test_a_robot_that_the_shield_keeps_out_of_an_area_drives_round_it(rule) -> None:
     scenario = load_scenario("forest", overrides=["simulation.timeout=90"])
     world = scenario.world.make(np.random.default_rng(1), scenario.robot.radius)
     start, goal = np.array(world.start[:2]), np.array(world.goal)
     ahead = (goal - start) / np.hypot(*(goal - start))
     sides = np.array(((0.3, 0.9), (-0.3, 0.9), (-0.3, -0.9), (0.3, -0.9)))
     area = 0.5 * (start + goal) + sides @ np.array((ahead, (-ahead[1], ahead[0])))
-    assert run_trial(scenario, Parts(world, certificates=(KeepOut(area),)), seed=1).outcome == "reached"
+    assert run_trial(scenario, Parts(world, certificates=(rule(KeepOut(area)),)), seed=1).outcome == "reached"
+
+
+HALL = "world: !Obstacles {bounds: [0, -3, 9, 3], cylinders: [[2, 1.4, 0.3]], start: [0.6, 0, 0], goal: [8.2, 0]}\n"
+
+
+@pytest.mark.parametrize("model", ["starbot", "carrier"])
+def test_a_declared_zone_is_driven_round_and_kept(model: str, tmp_path) -> None:
+    text = f"{HALL}robot: {{model: {model}}}\nzones:\n"
+    text += "- !KeepOut {name: dock, polygon: [[3, -1.2], [5, -1.2], [5, 3], [3, 3]]}\n"
+    text += "- !SpeedZone {polygon: [[5, -3], [7, -3], [7, 3], [5, 3]], max_speed: 0.3}\n"
+    scenario = parse_scenario(text, name="zones")
+    assert parse_scenario(scenario_text(scenario), name="zones") == scenario
+    trial = run_trial(scenario, csv=tmp_path / "states.csv")
+    assert trial.outcome == "reached"
+    states = np.genfromtxt(tmp_path / "states.csv", delimiter=",", names=True)
+    places = np.column_stack((states["x"], states["y"]))
+    dock, slow = scenario.zones
+    assert signed_distance(dock.corners, places).min() > scenario.robot.shape.narrow
+    assert states["v"][signed_distance(slow.corners, places) < 0.0].max() < 0.3 + 0.01
+
+
+@pytest.mark.parametrize(
+    ("zones", "names"),
+    [
+        ("- !KeepOut {name: dock, polygon: [[3, -3], [5, -3], [5, 3], [3, 3]]}", "dock"),
+        ("- !KeepOut {polygon: [[7.5, -1], [9, -1], [9, 1], [7.5, 1]]}", "zones[0]"),
+        (
+            "- !KeepOut {name: left, polygon: [[3, 0], [5, 0], [5, 3], [3, 3]]}\n"
+            "- !KeepOut {name: right, polygon: [[3, -3], [5, -3], [5, 0], [3, 0]]}",
+            "left and right",
+        ),
+    ],
+)
+def test_where_zones_leave_no_way_the_goal_is_given_up_early_and_they_are_named(zones: str, names: str) -> None:
+    trial = run_trial(parse_scenario(f"{HALL}zones:\n{zones}", name="closed"))
+    assert (trial.outcome, trial.blocked_by) == ("unreachable", f"no way is left but through {names}")
+    assert trial.time_s < 30.0 and trial.min_clearance_m > 0.0
+
+
+@pytest.mark.parametrize(
+    ("zones", "words"),
+    [
+        ("{a: 1}", r"zones is {'a': 1}; allowed: a list of mappings tagged !KeepOut, !SpeedZone"),
+        ("[!KeepOt {polygon: []}]", r"zones\[0\] is .*; allowed: a mapping tagged !KeepOut, !SpeedZone"),
+        ("[!KeepOut {polygn: []}]", r"key polygn in zones\[0\].*did you mean polygon"),
+        ("[!KeepOut {}]", r"zones\[0\] has no polygon; allowed: polygon, margin, name"),
+        ("[!KeepOut {polygon: [[0, 0], [1, 0], [1]]}]", r"zones\[0\]: KeepOut.polygon\[2\] is \[1\]; allowed"),
+        ("[!KeepOut {polygon: [[0, 0], [1, 0], [1, x]]}]", r"KeepOut.polygon\[2\] is \[1, 'x'\]; allowed"),
+        ("[!SpeedZone {polygon: [[0, 0], [1, 0], [1, 1]], max_speed: 0}]", r"SpeedZone.max_speed is 0; allowed: more"),
+    ],
+)
+def test_zones_that_are_none_are_refused(zones: str, words: str) -> None:
+    with pytest.raises(StarnavError, match=words):
+        parse_scenario(f"{HALL}zones: {zones}", name="wrong")
+
+
+def test_a_method_that_keeps_no_zones_is_refused() -> None:
+    text = f"{HALL}controller: {{kind: dwa}}\nzones: [!KeepOut {{polygon: [[3, -3], [5, -3], [5, 3]]}}]"
+    with pytest.raises(StarnavError, match="zones with controller.kind dwa, which does not keep them; allowed: star"):
+        run_trial(parse_scenario(text, name="dwa"))
