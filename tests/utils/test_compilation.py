@@ -73,7 +73,11 @@ def test_ctrl_c_waits_until_a_function_is_compiled(listener) -> None:
         def on_end(self, event) -> None:
             steps.append("compiled")
 
-    with event.install_listener("numba:compile", Pressing()), pytest.raises(KeyboardInterrupt):
-        compile_in(f"{PACKAGE}.room.module")
-    assert steps[0] == "compiling"
-    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # workers of pytest ignore it
+    try:
+        with event.install_listener("numba:compile", Pressing()), pytest.raises(KeyboardInterrupt):
+            compile_in(f"{PACKAGE}.room.module")
+        assert steps[0] == "compiling"
+        assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    finally:
+        signal.signal(signal.SIGINT, before)
