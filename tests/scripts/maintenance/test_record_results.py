@@ -5,7 +5,6 @@ from pathlib import Path
 
 import pytest
 
-from drake_starnav.errors import StarnavError
 from drake_starnav.evaluation.trial_file import TrialFile
 from scripts.maintenance import record_results
 from tests.helpers.trials import made_up
@@ -60,25 +59,3 @@ def test_one_command_keeps_a_run_and_writes_what_is_said_of_it(place: Path, caps
 
     record_results.main([str(file_of_trials(place / "next.jsonl", nodes=3))])
     assert [path.name for path in record_results.stored()] == ["next.jsonl"]
-
-
-def test_an_outdated_text_is_reported_and_not_touched(place: Path, capsys) -> None:
-    record_results.main([str(file_of_trials(place / "run.jsonl"))])
-    summary = record_results.FOLDER / "summary.md"
-    summary.write_text("better\n")
-    capsys.readouterr()
-    assert record_results.main(["--check"]) == 1
-    assert "summary.md is out of date" in capsys.readouterr().err
-    assert summary.read_text() == "better\n"
-
-
-def test_what_is_no_file_of_trials_replaces_nothing(place: Path, capsys) -> None:
-    record_results.main([str(file_of_trials(place / "run.jsonl"))])
-    assert record_results.main([str(place / "README.md")]) == 2
-    assert "README.md line 1 is not the header" in capsys.readouterr().err
-    assert [path.name for path in record_results.stored()] == ["run.jsonl"]
-
-
-def test_a_text_without_the_section_is_reported() -> None:
-    with pytest.raises(StarnavError, match="there is no section between <!-- results"):
-        record_results.with_section("text", *record_results.SECTION, "content")

@@ -1,17 +1,16 @@
 """The written tables agree with the code, and the code documents all that they show."""
 
-import dataclasses
 from xml.etree import ElementTree
 
 import pytest
 from pydrake.systems.framework import PortDataType
 
-from drake_starnav.parameters import build, declared, parameter
+from drake_starnav.parameters import build, declared
 from drake_starnav.scenario.scenario_file import load_scenario
 from drake_starnav.scenario.schema import SECTIONS
 from drake_starnav.scenario.shipped import METHODS
 from drake_starnav.worlds import WORLD_KINDS
-from scripts.maintenance import draw_diagrams, write_tables
+from scripts.maintenance import write_tables
 
 SYSTEMS = {type(system).__name__: system for system in write_tables.all_systems()}
 
@@ -61,13 +60,6 @@ def test_the_drawn_diagram_shows_the_ports_there_are(name: str) -> None:
     )
 
 
-def test_diagrams_are_drawn_alike_in_each_process() -> None:
-    first, again = draw_diagrams.graphs(), draw_diagrams.graphs()
-    assert first == again
-    assert {path.stem for path in write_tables.DIAGRAMS.glob("*.svg")} == set(first)
-    assert "drake_starnav." not in "".join(first.values())
-
-
 @pytest.mark.parametrize("name", [name for name in SYSTEMS if name not in ("NavigationStation", "RobotInterface")])
 def test_the_documented_kind_is_the_port_s(name: str) -> None:
     system = SYSTEMS[name]
@@ -112,39 +104,3 @@ def test_what_methods_set_is_shown_beside_the_default() -> None:
                 assert rows[f"{section}.{key}"][method] == f"`{write_tables.yaml_text(value)}`"
                 assert rows[f"{section}.{key}"][method] != rows[f"{section}.{key}"]["default"]
         assert own[method] == {f"{section}.{key}" for section, values in sections.items() for key in values}
-
-
-def test_cells_keep_their_bars_out_of_the_table() -> None:
-    @dataclasses.dataclass(frozen=True)
-    class Sample:
-        size: float = parameter(1.0, "a | b", unit="m", above=0.0, when="seldom")
-        label: str = parameter("x", "a name")
-        on: bool = parameter(True, "whether")
-
-    rows = write_tables.parameter_rows(Sample, "sample")
-    assert rows == [
-        ("`sample.size`", "m", "`1`", "0 < x m", "a | b", "seldom"),
-        ("`sample.label`", "", "`x`", "a text", "a name", ""),
-        ("`sample.on`", "", "`true`", "true or false", "whether", ""),
-    ]
-    text = write_tables.table(write_tables.PARAMETER_HEAD, rows).splitlines()
-    assert text[0] == "| parameter | unit | default | allowed | meaning | when to change it |"
-    assert text[1] == "| --- | --- | --- | --- | --- | --- |"
-    assert text[2].endswith("| a \\| b | seldom |")
-
-
-def test_a_last_column_without_a_word_is_left_out() -> None:
-    assert write_tables.table(("name", "note"), [("a", ""), ("b", "")]).splitlines()[0] == "| name |"
-    assert write_tables.table(("name", "note"), [("a", ""), ("b", "x")]).splitlines()[0] == "| name | note |"
-
-
-def test_check_mode_reports_an_outdated_page_and_writes_nothing(tmp_path, monkeypatch, capsys) -> None:
-    monkeypatch.setattr(write_tables, "ROOT", tmp_path)
-    monkeypatch.setattr("sys.argv", ["write_tables.py", "--check"])
-    assert write_tables.main() == 1
-    assert "docs/ports.md is out of date" in capsys.readouterr().err
-    assert list(tmp_path.iterdir()) == []
-    monkeypatch.setattr("sys.argv", ["write_tables.py"])
-    assert write_tables.main() == 0
-    monkeypatch.setattr("sys.argv", ["write_tables.py", "--check"])
-    assert write_tables.main() == 0
