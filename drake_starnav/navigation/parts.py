@@ -2,11 +2,13 @@
 
 import dataclasses
 from dataclasses import dataclass
+from typing import Any
 
-from pydrake.systems.framework import OutputPort, System
+from pydrake.systems.framework import Context, OutputPort, System
 
 from drake_starnav.control.certificates import Certificate
-from drake_starnav.errors import StarnavError, check_kind
+from drake_starnav.errors import StarnavError, check_kind, shown
+from drake_starnav.parameters import unknown_name
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.scenario.shipped import own_method
 from drake_starnav.station.navigation_station import StationInterface
@@ -102,6 +104,43 @@ class Navigation:
     tracker: ObstacleTracker | None = None
     matcher: ScanMatcher | None = None
     shield: System | None = None
+
+    def read(self, name: str, root: Context) -> Any:
+        """What is sent now under a name of `signals`, or as `twist_command` or `certificate`.
+
+        Args:
+            name: e.g. "state", "goal", "scan", "guidance", "status"; docs/ports.md has what each holds.
+            root: the context of the whole diagram, as `simulator.get_context()`.
+
+        Raises:
+            StarnavError: there is none of that name here.
+        """
+        ports = self.signals | {"twist_command": self.twist_command, "certificate": self.certificate}
+        ports = {known: port for known, port in ports.items() if port is not None}
+        if name not in ports:
+            raise unknown_name(f"signal {shown(name)}", name, ports)
+        return ports[name].Eval(ports[name].get_system().GetMyContextFromRoot(root))
+
+    @property
+    def signals(self) -> dict[str, OutputPort]:
+        """What a planner or controller of the user's may read, by the name of its input port, all in one frame."""
+        signals = {name: self.localization(name) for name in ("pose", "state", "scan_pose")}
+        signals |= {name: self.station.GetOutputPort(f"lidar.{name}") for name in ("scan", "ranges")}
+        signals |= self.footprint_in_force
+        if self.goal is not None:
+            signals["goal"] = self.goal_position
+            signals |= {name: port for name, port in outputs(self.goal).items() if name == "heading"}
+        if self.perception is not None:
+            seen = self.matcher or self.perception
+            signals |= {name: seen.GetOutputPort(name) for name in ("observation", "certified_region")}
+        if self.matcher is None and self.tracker is not None:  # else they are in the frame of the odometry
+            signals["tracks"] = self.tracker.GetOutputPort("tracks")
+        return signals if self.planner is None else outputs(self.planner) | signals
+
+    @property
+    def footprint_in_force(self) -> dict[str, OutputPort]:
+        """The port of what is in force, as `footprint`, where it changes."""
+        return {} if self.footprint is None else {"footprint": self.footprint.get_output_port()}
 
     @property
     def robot(self) -> RobotInterface:

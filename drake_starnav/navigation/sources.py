@@ -9,29 +9,9 @@ from drake_starnav.errors import UnsupportedError
 from drake_starnav.localization.scan_matching import UNSEEN_JUMP
 from drake_starnav.navigation.methods import Needs
 from drake_starnav.navigation.parts import Navigation
-from drake_starnav.systems.connecting import output_port, outputs
+from drake_starnav.systems.connecting import output_port
 from drake_starnav.systems.jump_guard import JumpGuard
 from drake_starnav.systems.state_predictor import StatePredictor
-
-
-def footprint_sources(navigation: Navigation) -> dict[str, OutputPort]:
-    """The port `footprint` of what is in force, where it changes."""
-    return {} if navigation.footprint is None else {"footprint": navigation.footprint.get_output_port()}
-
-
-def own_sources(navigation: Navigation) -> dict[str, OutputPort]:
-    """What a planner or controller of the user's may read, by the name of its input port, all in one frame."""
-    assert navigation.perception is not None and navigation.goal is not None
-    sources = {name: navigation.localization(name) for name in ("pose", "state", "scan_pose")}
-    sources |= {name: navigation.station.GetOutputPort(f"lidar.{name}") for name in ("scan", "ranges")}
-    sources |= {"goal": navigation.goal_position} | footprint_sources(navigation)
-    if "heading" in (goal := outputs(navigation.goal)):
-        sources["heading"] = goal["heading"]
-    seen = navigation.matcher or navigation.perception
-    sources |= {name: seen.GetOutputPort(name) for name in ("observation", "certified_region")}
-    if navigation.matcher is None and navigation.tracker is not None:  # else they are in the frame of the odometry
-        sources["tracks"] = navigation.tracker.GetOutputPort("tracks")
-    return sources if navigation.planner is None else outputs(navigation.planner) | sources
 
 
 def control_sources(builder: DiagramBuilder, needs: Needs, navigation: Navigation) -> dict[str, OutputPort]:
@@ -50,7 +30,7 @@ def _guided_sources(builder: DiagramBuilder, needs: Needs, navigation: Navigatio
     scenario, rate = needs.scenario, needs.scenario.controller.rate
     star = navigation.perception.GetOutputPort("certified_region")
     state = navigation.station.GetOutputPort("localization.state")
-    sources = footprint_sources(navigation)
+    sources = navigation.footprint_in_force
     guidance = navigation.planned("guidance")
     if guidance is not None:
         matcher = navigation.matcher

@@ -11,7 +11,7 @@ from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.localization.scan_matching import OdometryError
 from drake_starnav.navigation.methods import BY_KIND, SHIELDED, Needs
 from drake_starnav.navigation.parts import AS_DECLARED, Navigation, Parts
-from drake_starnav.navigation.sources import control_sources, footprint_sources, own_sources
+from drake_starnav.navigation.sources import control_sources
 from drake_starnav.navigation.validation import check_interface, validated_margins
 from drake_starnav.planning.closed_areas import ClosedArea, closed_area
 from drake_starnav.regions.margins import Margins
@@ -222,7 +222,7 @@ def _add_perception(builder: DiagramBuilder, needs: Needs, navigation: Navigatio
     for name, scan in zip(names, scans, strict=True):
         builder.Connect(scan, perception.GetInputPort(name))
     builder.Connect(scan_pose, perception.GetInputPort("pose"))
-    connect_inputs(builder, perception, footprint_sources(navigation), "perception")
+    connect_inputs(builder, perception, navigation.footprint_in_force, "perception")
     if needs.matches:
         error = OdometryError(localization.drift, localization.jump, _doubtful(scenario).noise)
         matcher = builder.AddNamedSystem("matcher", ScanMatcher(error))
@@ -252,7 +252,7 @@ def _add_planning(builder: DiagramBuilder, needs: Needs, parts: Parts, navigatio
         stopwatch=needs.stopwatch,
     )
     planner = add_system(builder, "planner", planner, "planner")
-    connect_inputs(builder, planner, own_sources(navigation), "planner")
+    connect_inputs(builder, planner, navigation.signals, "planner")
     if matcher is not None and "guidance" in outputs(planner):
         connect(builder, planner.GetOutputPort("guidance"), matcher.GetInputPort("guidance"), "planner")
     return dataclasses.replace(navigation, planner=planner)
@@ -267,6 +267,6 @@ def _connect_control(builder: DiagramBuilder, needs: Needs, parts: Parts, naviga
     if not own and needs.method.guided and "guidance" not in sources:
         names = ", ".join(outputs(navigation.planner)) or "none"
         raise StarnavError(f"planner has the output ports {names}; allowed: one named guidance, or your own controller")
-    connect_inputs(builder, navigation.controller, own_sources(navigation) | driven if own else sources, "controller")
+    connect_inputs(builder, navigation.controller, navigation.signals | driven if own else sources, "controller")
     sources["desired_twist"] = output_port(navigation.controller, "desired_twist", navigation.twist_size, "controller")
     connect_inputs(builder, navigation.shield, sources, "shield")

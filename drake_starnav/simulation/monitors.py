@@ -9,7 +9,6 @@ from pydrake.systems.primitives import LogVectorOutput, VectorLogSink
 
 from drake_starnav.geometry.footprint import disc
 from drake_starnav.navigation import Navigation
-from drake_starnav.navigation.sources import footprint_sources
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.drive_check import check_drive
 from drake_starnav.station.monitors import ArrivalMonitor, CollisionMonitor, Hull
@@ -120,4 +119,4 @@ def add_collision_monitor(builder: DiagramBuilder, navigation: Navigation, *, pe
         ),
     )
     sources = {"geometry_query": station.geometry_query, "state": station.GetOutputPort("localization.state")}
-    connect_inputs(builder, collision, sources | footprint_sources(navigation), "collision_monitor")
+    connect_inputs(builder, collision, sources | navigation.footprint_in_force, "collision_monitor")

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
-from drake_starnav import Parts, add_navigation, parse_scenario, run_trial
+from drake_starnav import Parts, add_navigation, make_simulator, parse_scenario, run_trial
 from drake_starnav.cli.benchmark import benchmark
 from drake_starnav.errors import StarnavError
 from drake_starnav.scenario.shipped import METHODS
@@ -97,3 +97,20 @@ def test_a_method_of_one_s_own_is_benchmarked_beside_others(tmp_path: Path, caps
     suite = ["--suite", "table1", str(scenario), "--method", own, "--trials", "1", "--jobs", "1"]
     assert benchmark(suite) == 0
     assert f"| near     | {own} |" in capsys.readouterr().out
+
+
+def test_what_is_sent_now_is_read_by_its_name() -> None:
+    builder = DiagramBuilder()
+    navigation = add_navigation(builder, parse_scenario(NEAR, name="near"))
+    simulator = make_simulator(builder.Build())
+    simulator.AdvanceTo(1.0)
+    context = simulator.get_context()
+    x, y, _, v, _ = navigation.read("state", context)
+    assert (x, v) > (0.05, 0.05) and abs(y) < 0.2
+    assert navigation.read("goal", context).tolist() == [1.5, 0.0]
+    assert navigation.read("twist_command", context)[0] > 0.05
+    assert navigation.read("certificate", context).certified
+    assert len(navigation.read("scan", context).ranges) == len(navigation.read("ranges", context))
+    assert navigation.read("guidance", context).arrives
+    with pytest.raises(StarnavError, match="unknown signal 'sate': did you mean state"):
+        navigation.read("sate", context)
