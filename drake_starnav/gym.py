@@ -166,7 +166,7 @@ class PlantMotion:
         navigation = add_navigation(builder, scenario, parts, seed)
         add_collision_monitor(builder, navigation)
         builder.ExportInput(action.get_input_port(), "action")
-        self._station, self._diagram = navigation.station, builder.Build()
+        self._station, self._diagram = station, builder.Build()
         self._simulator = make_simulator(self._diagram, settings=scenario.simulator_config)
         self.touched, self._action = False, self._diagram.GetInputPort("action")
         self._action.FixValue(self._simulator.get_mutable_context(), np.zeros(2))

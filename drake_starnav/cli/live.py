@@ -18,7 +18,7 @@ from drake_starnav.simulation.monitors import add_collision_monitor
 from drake_starnav.simulation.robots import add_robots, worlds_of_robots
 from drake_starnav.station.lidar_mounts import collar_geometries
 from drake_starnav.station.model_world import make_world_with_footprints
-from drake_starnav.station.navigation_station import add_station
+from drake_starnav.station.navigation_station import add_station, simulated
 from drake_starnav.station.plant import advance, make_simulator, value_of
 from drake_starnav.visualization.live_page import LivePage, LiveState, SliderGoal, add_goal_sliders
 from drake_starnav.visualization.meshcat_stage import MeshcatStage, add_scene, quiet_meshcat
@@ -196,7 +196,7 @@ class LiveRobots(LiveRun):
         scenario = self._scenario
         worlds = worlds_of_robots(scenario, self._seed)
         self._driven = add_robots(builder, scenario, worlds, self._seed)
-        stations = [each.navigation.station for each in self._driven]
+        stations = [simulated(each.navigation.station) for each in self._driven]
         self._followed = stations[0]
         plant, scene_graph = self._followed.plant, self._followed.scene_graph
         hidden = [*self._followed.floor, *collar_geometries(scene_graph)]

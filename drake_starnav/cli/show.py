@@ -64,7 +64,7 @@ def _print_margins(options: argparse.Namespace) -> int:
     from drake_starnav.worlds import World
 
     scenario = load_scenario(options.scenario, overrides=options.overrides)
-    mounts = NavigationStation(World("empty", (0.0, 0.0, 0.0), (1.0, 0.0)), scenario).robot_interface.mounts
+    mounts = NavigationStation(World("empty", (0.0, 0.0, 0.0), (1.0, 0.0)), scenario).mounts
     budgets = [error_budget(scenario, *each) for each in zip(mounts, scenario.all_lidars, strict=True)]
     budget = max(budgets, key=lambda each: each.total)
     for term, value in zip(TERMS, budget.terms, strict=True):

@@ -30,7 +30,7 @@ class NavigationDiagram(Diagram):
             for port_name, port in ({} if system is None else outputs(system)).items():
                 builder.ExportOutput(port, f"{name}.{port_name}")
         station = self.navigation.station
-        for name in station_outputs(station.robot_interface):
+        for name in station_outputs(len(station.mounts)):
             builder.ExportOutput(station.GetOutputPort(name), name)
         builder.BuildInto(self)
         self.set_name(scenario.name)

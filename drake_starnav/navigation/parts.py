@@ -8,11 +8,11 @@ from pydrake.systems.framework import Context, OutputPort, System
 
 from drake_starnav.control.certificates import Certificate
 from drake_starnav.errors import StarnavError, check_kind, shown
+from drake_starnav.navigation.robot import Robot
 from drake_starnav.parameters import unknown_name
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.scenario.shipped import own_method
 from drake_starnav.station.navigation_station import StationInterface
-from drake_starnav.station.robot_interface import RobotInterface
 from drake_starnav.systems.connecting import output_port, outputs
 from drake_starnav.systems.footprint_hold import FootprintHold
 from drake_starnav.systems.obstacle_tracker import ObstacleTracker
@@ -33,8 +33,8 @@ class Parts:
 
     Attributes:
         world: in which to drive.
-        station: already in the builder, as by `add_station`, instead of a `NavigationStation`; or the `RobotInterface`
-            of one of several robots in a plant.
+        station: already in the builder, instead of a `NavigationStation`: any `Robot`, as by `add_station`, the
+            `RobotInterface` of one of several robots in a plant, or one without a plant.
         goal: whose output `goal`, or only one, is (x, y) in W, m, instead of the scenario's goals and the world's; in
             the builder already, or not.
         footprint: whose output `footprint`, or only one, is the `Footprint` that the robot has from then on, where it
@@ -46,7 +46,7 @@ class Parts:
     """
 
     world: World | None = None
-    station: StationInterface | None = None
+    station: Robot | None = None
     goal: System | None = None
     footprint: System | None = None
     planner: System | None = None
@@ -95,7 +95,7 @@ class Navigation:
     """
 
     world: World
-    station: StationInterface
+    station: Robot
     goal: System | None = None
     perception: StarPerception | None = None
     planner: System | None = None
@@ -125,7 +125,9 @@ class Navigation:
     def signals(self) -> dict[str, OutputPort]:
         """What a planner or controller of the user's may read, by the name of its input port, all in one frame."""
         signals = {name: self.localization(name) for name in ("pose", "state", "scan_pose")}
-        signals |= {name: self.station.GetOutputPort(f"lidar.{name}") for name in ("scan", "ranges")}
+        signals["scan"] = self.station.GetOutputPort("lidar.scan")
+        if isinstance(self.station, StationInterface):
+            signals["ranges"] = self.station.GetOutputPort("lidar.ranges")
         signals |= self.footprint_in_force
         if self.goal is not None:
             signals["goal"] = self.goal_position
@@ -141,11 +143,6 @@ class Navigation:
     def footprint_in_force(self) -> dict[str, OutputPort]:
         """The port of what is in force, as `footprint`, where it changes."""
         return {} if self.footprint is None else {"footprint": self.footprint.get_output_port()}
-
-    @property
-    def robot(self) -> RobotInterface:
-        """The robot's lidar, localization and wheels."""
-        return self.station.robot_interface
 
     def localization(self, name: str) -> OutputPort:
         """The port `pose`, `state` or `scan_pose` in the world frame of planner and goal."""
@@ -179,4 +176,4 @@ class Navigation:
     @property
     def twist_size(self) -> int:
         """Number of components of the robot's twists."""
-        return len(self.station.robot_interface.robot.drive.components)
+        return len(self.station.scenario.robot.drive.components)

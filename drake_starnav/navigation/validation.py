@@ -10,6 +10,7 @@ from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import ON_AXIS, Mount
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.navigation.methods import BY_KIND, SHIELDED
+from drake_starnav.navigation.robot import DECLARED, Robot
 from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.perception import check_views
 from drake_starnav.robot import Limits, RobotParameters
@@ -18,6 +19,7 @@ from drake_starnav.scenario.margins import AVERAGED_NOISE, derive_margins
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.navigation_station import StationInterface
 from drake_starnav.station.robot_geometry import TOLERANCE
+from drake_starnav.station.robot_interface import RobotInterface
 
 HARDEST_BRAKING = 6.0
 """Deceleration up to which the shipped robots' wheels do not slide, m/s^2; braking unloads them."""
@@ -26,29 +28,35 @@ TIGHTEST_CIRCLE, QUICKEST_LOCK = 0.2, 0.5
 wheels to the other, s: what samples of a motion miss is bounded for no others (docs/proof.md)."""
 
 
-def check_interface(scenario: Scenario, station: StationInterface) -> None:
+def check_interface(scenario: Scenario, station: Robot) -> None:
     """Raise a `StarnavError` where a station was made with parameters that navigation does not expect."""
-    robot = station.robot_interface
-    if len(robot.lidars) != len(scenario.all_lidars):
+    robot = station.scenario
+    counts = len(robot.all_lidars), len(scenario.all_lidars), len(station.mounts)
+    if len(set(counts)) > 1:
         raise StarnavError(
-            f"the station has {len(robot.lidars)} lidars, the scenario {len(scenario.all_lidars)}; allowed: the same"
+            f"the station has {counts[0]} lidars, the scenario {counts[1]}, and mounts are given of {counts[2]}; "
+            "allowed: the same"
         )
-    pairs = [("lidar", *each) for each in zip(robot.lidars, scenario.all_lidars, strict=True)]
-    pairs += [(name, getattr(robot, name), getattr(scenario, name)) for name in ("localization", "drive", "robot")]
-    for section, has, declared in pairs:
+    pairs = [("lidar", *each) for each in zip(robot.all_lidars, scenario.all_lidars, strict=True)]
+    pairs += [(name, getattr(robot, name), getattr(scenario, name)) for name in DECLARED]
+    for section, made, declared in pairs:
         for field in dataclasses.fields(declared):
-            value, wanted = getattr(has, field.name), getattr(declared, field.name)
+            value, wanted = getattr(made, field.name), getattr(declared, field.name)
             if value != wanted and (section != "robot" or field.name in Limits._fields):
                 raise StarnavError(
                     f"the station has {section}.{field.name} {value}, the scenario {wanted}; allowed: the same, as "
                     "margins and predictions follow from it"
                 )
-    step, radius = scenario.simulation.time_step, scenario.robot.radius
-    if robot.time_step != step:
+    step, has = scenario.simulation.time_step, robot.simulation.time_step
+    if has != step:
         raise StarnavError(
-            f"the station has time_step {robot.time_step:g} s, the scenario's simulation.time_step is {step:g} s; "
-            "allowed: the same"
+            f"the station has time_step {has:g} s, the scenario's simulation.time_step is {step:g} s; allowed: the same"
         )
+    if isinstance(station, StationInterface):
+        _check_reach(scenario.robot.radius, station.robot_interface)
+
+
+def _check_reach(radius: float, robot: RobotInterface) -> None:
     if robot.reach > radius + TOLERANCE:
         raise StarnavError(
             f"robot.radius is {radius:g} m, and link {robot.farthest} of the station's robot reaches {robot.reach:.3f} "

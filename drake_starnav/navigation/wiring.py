@@ -11,6 +11,7 @@ from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.localization.scan_matching import OdometryError
 from drake_starnav.navigation.methods import BY_KIND, SHIELDED, Needs
 from drake_starnav.navigation.parts import AS_DECLARED, Navigation, Parts
+from drake_starnav.navigation.robot import Robot, scan_ports
 from drake_starnav.navigation.sources import control_sources
 from drake_starnav.navigation.validation import check_interface, validated_margins
 from drake_starnav.planning.closed_areas import ClosedArea, closed_area
@@ -18,7 +19,7 @@ from drake_starnav.regions.margins import Margins
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.model_world import make_world_with_footprints
-from drake_starnav.station.navigation_station import NavigationStation, StationInterface
+from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.systems.connecting import add_system, connect, connect_inputs, output_port, outputs
 from drake_starnav.systems.fixed_goal import FixedGoal
 from drake_starnav.systems.footprint_hold import FootprintHold
@@ -75,7 +76,7 @@ def add_navigation(
     station = parts.station
     if station is None:
         station = builder.AddNamedSystem("station", NavigationStation(world, scenario, seed=seed))
-    needs = Needs(scenario, validated_margins(scenario, station.robot_interface.mounts), stopwatch)
+    needs = Needs(scenario, validated_margins(scenario, station.mounts), stopwatch)
     goal = add_system(builder, "goal", parts.goal or _goal(scenario, world), "goal")
     navigation = Navigation(world, station, goal, footprint=_footprint(builder, needs, parts.footprint, station))
     if needs.plans:
@@ -95,13 +96,11 @@ def add_navigation(
     return navigation
 
 
-def _footprint(
-    builder: DiagramBuilder, needs: Needs, given: System | None, station: StationInterface
-) -> FootprintHold | None:
+def _footprint(builder: DiagramBuilder, needs: Needs, given: System | None, station: Robot) -> FootprintHold | None:
     """What decides which footprint is in force, if a system of the user's says that it changes."""
     if given is None:
         return None
-    scenario, mounts = needs.scenario, station.robot_interface.mounts
+    scenario, mounts = needs.scenario, station.mounts
 
     def margins(robot: RobotParameters) -> Margins:
         return validated_margins(dataclasses.replace(scenario, robot=robot), mounts)
@@ -162,6 +161,8 @@ def _checked_world(scenario: Scenario, parts: Parts, seed: int) -> World:
     """The world to drive in, of the scenario or the user's own; the user's station is checked too."""
     if parts.station is not None:
         check_interface(scenario, parts.station)
+    if parts.world is None and parts.station is not None and scenario.world is None:
+        return World(scenario.name, (0.0, 0.0, 0.0), (1.0, 0.0))
     if parts.world is None:
         return make_world_with_footprints(scenario.world, seed, scenario.robot.radius)
     if parts.station is None:
@@ -199,9 +200,9 @@ def _add_perception(builder: DiagramBuilder, needs: Needs, navigation: Navigatio
     """The navigation with what processes scans: tracker, perception and matcher."""
     scenario, station = needs.scenario, navigation.station
     lidar, localization = scenario.lidar, scenario.localization
-    mounts, tracker, matcher = station.robot_interface.mounts, None, None
+    mounts, tracker, matcher = station.mounts, None, None
     names = lidar_names("scan", len(mounts))
-    scans = [station.GetOutputPort(f"{lidar}.scan") for lidar in lidar_names("lidar", len(mounts))]
+    scans = scan_ports(station)
     scan_pose = station.GetOutputPort("localization.scan_pose")
     if needs.obstacles is not None:
         tracker = ObstacleTracker(needs.obstacles, lidar, stopwatch=needs.stopwatch)

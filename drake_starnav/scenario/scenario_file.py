@@ -161,7 +161,9 @@ def save_scenario(scenario: Scenario, path: str | Path) -> None:
 
 def scenario_text(scenario: Scenario) -> str:
     """The scenario as YAML text that `parse_scenario` reads back to an equal one; every key is written out."""
-    sections: dict[str, Any] = {"world": section(_declared(scenario.world), type(scenario.world).__name__)}
+    sections: dict[str, Any] = {}
+    if scenario.world is not None:
+        sections["world"] = section(_declared(scenario.world), type(scenario.world).__name__)
     sections |= {key: section(_declared(getattr(scenario, key))) for key in SECTIONS}
     if scenario.lidars:
         sections["lidars"] = [section(_declared(each)) for each in scenario.lidars]
@@ -297,6 +299,8 @@ def _override(sections: dict[str, Any], text: str) -> None:
 
 
 def _world(mapping: Any, place: str) -> Any:
+    if mapping is None:  # of a robot that is not simulated
+        return None
     if not isinstance(mapping, Tagged):
         tags = ", ".join(f"!{name}" for name in WORLD_KINDS)
         raise StarnavError(f"world in {place} is {shown(mapping)}; allowed: a mapping tagged {tags}")

@@ -12,6 +12,7 @@ from drake_starnav.navigation import Navigation
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.drive_check import check_drive
 from drake_starnav.station.monitors import ArrivalMonitor, CollisionMonitor, Hull
+from drake_starnav.station.navigation_station import simulated
 from drake_starnav.station.plant import value_of
 from drake_starnav.systems.connecting import connect_inputs
 from drake_starnav.systems.footprint_hold import FootprintInForce
@@ -81,7 +82,7 @@ def watcher(
             progress(now, limit)
         context = simulator.get_context()
         states, commands = (log.FindLog(context) for log in logs)
-        check_drive(navigation.station, states.sample_times(), states.data().T, commands.data().T, slip=slip)
+        check_drive(simulated(navigation.station), states.sample_times(), states.data().T, commands.data().T, slip=slip)
         reason = "" if port is None else value_of(port, context)
         if reason != (reports[-1][1] if reports else ""):
             reports.append((now, reason))
@@ -101,12 +102,13 @@ def add_collision_monitor(builder: DiagramBuilder, navigation: Navigation, *, pe
 
     It is checked at this period, s; where obstacles move, at every step of the plant.
     """
-    station, moving = navigation.station, navigation.station.moving_obstacle_geometries
+    station = simulated(navigation.station)
+    moving = station.moving_obstacle_geometries
     hull, robot = station.hull, station.robot_interface
     if navigation.footprint is not None:  # the plant knows nothing of it
         hull = Hull(robot.base_frame, navigation.world)
     if moving:
-        period = station.robot_interface.time_step
+        period = station.scenario.simulation.time_step
     collision = builder.AddNamedSystem(
         "collision_monitor",
         CollisionMonitor(

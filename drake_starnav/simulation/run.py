@@ -22,7 +22,7 @@ from drake_starnav.scenario.schema import Scenario, check_method
 from drake_starnav.simulation.monitors import FOOTPRINT_LOG, add_monitors, closed_by, watcher
 from drake_starnav.simulation.trial import INTERRUPTED, TIMEOUT, Run, Trial, caption_lines, figures, omniscient_path
 from drake_starnav.station.model_world import make_world_with_footprints
-from drake_starnav.station.navigation_station import add_station
+from drake_starnav.station.navigation_station import add_station, simulated
 from drake_starnav.station.planar_localization import planar_states
 from drake_starnav.station.plant import advance, make_simulator, scenario_simulator_config, value_of
 from drake_starnav.systems.goal_sequence import GoalSequence
@@ -140,7 +140,7 @@ def run_trial(
 def left_by(simulator: Simulator, navigation: Navigation, log: VectorLogSink, message: str, wall: float) -> Run:
     """What a simulation leaves of a robot, by the log of its states, why the run ended and how long it took, s."""
     context = simulator.get_context()
-    record, station = log.FindLog(context), navigation.station
+    record, station = log.FindLog(context), simulated(navigation.station)
     times, states = record.sample_times(), record.data()
     if times[-1] < context.get_time():
         end = value_of(station.plant.get_state_output_port(station.robot_model), context)

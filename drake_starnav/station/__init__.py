@@ -1,6 +1,6 @@
 """The simulated robot and its world; on a real robot, its drivers take their place."""
 
-from drake_starnav.station.navigation_station import Station, StationInterface, add_station
+from drake_starnav.station.navigation_station import Station, StationInterface, add_station, simulated
 from drake_starnav.station.plant import plant_config
 from drake_starnav.station.robot_interface import connect_robot
 from drake_starnav.station.robot_model import add_robot
@@ -17,4 +17,5 @@ __all__ = [
     "add_world",
     "connect_robot",
     "plant_config",
+    "simulated",
 ]

@@ -1,5 +1,6 @@
 """The robot in its world: plant, scene, sensor and wheel servo, in a builder or as one diagram with dotted ports."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from pydrake.geometry import GeometryId, SceneGraph
@@ -8,6 +9,7 @@ from pydrake.multibody.tree import ModelInstanceIndex
 from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort, OutputPort
 
 from drake_starnav.errors import StarnavError
+from drake_starnav.lidar.mounts import Mount
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.monitors import Hull
 from drake_starnav.station.moving_bodies import add_moving_obstacle_drive
@@ -21,11 +23,11 @@ from drake_starnav.worlds.world import World
 CHEAT_PORTS = ("cheat.robot_state", "cheat.contact_results", "cheat.geometry_query")
 
 
-def station_outputs(robot: RobotInterface) -> list[str]:
-    """Names of the output ports of a station with that robot; see `NavigationStation`."""
-    lidars = lidar_names("lidar", len(robot.lidars))
+def station_outputs(lidars: int) -> list[str]:
+    """Names of the output ports of a station whose robot has so many lidars; see `NavigationStation`."""
+    names = lidar_names("lidar", lidars)
     return [
-        *(f"{lidar}.{port}" for lidar in lidars for port in LIDAR_PORTS),
+        *(f"{lidar}.{port}" for lidar in names for port in LIDAR_PORTS),
         *(f"localization.{port}" for port in POSE_PORTS),
         *CHEAT_PORTS,
     ]
@@ -44,6 +46,16 @@ class Station:
     ground: GeometryId
     moving_obstacle_geometries: list[GeometryId]
     hull: Hull | None
+
+    @property
+    def scenario(self) -> Scenario:
+        """What is declared of the robot."""
+        return self.robot_interface.scenario
+
+    @property
+    def mounts(self) -> Sequence[Mount]:
+        """Of the lidars."""
+        return self.robot_interface.mounts
 
     @property
     def robot_model(self) -> ModelInstanceIndex:
@@ -145,11 +157,20 @@ class NavigationStation(Diagram, Station):
         parts = add_station(builder, world, scenario, seed=seed)
         Station.__init__(self, **vars(parts))
         builder.ExportInput(parts.GetInputPort("drive.twist_command"), "drive.twist_command")
-        for name in station_outputs(self.robot_interface):
+        for name in station_outputs(len(self.mounts)):
             builder.ExportOutput(parts.GetOutputPort(name), name)
         builder.BuildInto(self)
         self.set_name("station")
 
 
 StationInterface = Station | RobotInterface
-"""What navigation drives in; the last is one of several robots."""
+"""A robot of a plant; the last is one of several."""
+
+
+def simulated(robot: object) -> StationInterface:
+    """The robot as one of a plant; a `StarnavError` for any other, which has no scene."""
+    if not isinstance(robot, StationInterface):
+        raise StarnavError(
+            f"the robot is {type(robot).__name__}, without a plant; allowed here: a station, whose scene is drawn"
+        )
+    return robot

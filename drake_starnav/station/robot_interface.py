@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cached_property
 
 from pydrake.geometry import CollisionFilterDeclaration, GeometryId, GeometrySet, Role, SceneGraph
@@ -48,6 +49,7 @@ class RobotInterface(Diagram):
     A robot with several lidars has the ports of the others under lidar_2, lidar_3, ...
 
     Attributes:
+        scenario: what is declared of the robot, with the time step of a discrete plant.
         mounts: of the lidars.
         heights: of the lidars above the floor z = 0, with all joints at their defaults, m.
         top: height of its highest collision shape, with all joints at zero, m.
@@ -77,11 +79,12 @@ class RobotInterface(Diagram):
         """
         super().__init__()
         self.plant, self.scene_graph = plant, scene_graph
-        self.robot, self.lidars = scenario.robot, scenario.all_lidars
-        self.localization, self.drive = scenario.localization, scenario.drive
+        time_step = plant.time_step() or scenario.simulation.time_step
+        self.scenario = replace(scenario, simulation=replace(scenario.simulation, time_step=time_step))
+        self.robot, self.lidars, self.drive = scenario.robot, scenario.all_lidars, scenario.drive
         self.model = self.robot_model = model
         self.moving_obstacle_geometries, self.hull = (), None  # nobody knows of them here
-        self.time_step, self.continuous = plant.time_step() or scenario.simulation.time_step, plant.time_step() == 0.0
+        self.continuous = plant.time_step() == 0.0
         base, context = plant.GetBodyByName("base_link", model).body_frame(), plant.CreateDefaultContext()
         bodies = joined_bodies(plant, model)
         poses = {i: plant.CalcRelativeTransform(context, base, plant.get_body(i).body_frame()) for i in bodies}
@@ -109,7 +112,7 @@ class RobotInterface(Diagram):
                 num_positions=plant.num_positions(model),
                 num_velocities=plant.num_velocities(model),
                 lidars=self.lidars,
-                error=self.localization,
+                error=scenario.localization,
                 seed=seed,
             ),
         )
@@ -177,7 +180,8 @@ class RobotInterface(Diagram):
             turning = slipping.get_output_port()
         if self.drive.delay > 0.0:
             size = len(self.robot.drive.components)
-            delay = DiscreteTimeDelay(self.time_step, delay_steps(self.drive, self.time_step), size)
+            time_step = self.scenario.simulation.time_step
+            delay = DiscreteTimeDelay(time_step, delay_steps(self.drive, time_step), size)
             late = builder.AddNamedSystem("drive_delay", delay)
             builder.Connect(late.get_output_port(), command)
             command = late.get_input_port()

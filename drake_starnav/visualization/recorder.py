@@ -13,7 +13,7 @@ from drake_starnav.errors import StarnavError, check_kind
 from drake_starnav.geometry.trajectory import Motion
 from drake_starnav.navigation import Navigation
 from drake_starnav.scenario.schema import Scenario
-from drake_starnav.station.navigation_station import StationInterface
+from drake_starnav.station.navigation_station import StationInterface, simulated
 from drake_starnav.systems.star_perception import lidar_names
 from drake_starnav.utils.files import write_text
 from drake_starnav.visualization.meshcat_stage import WORLD_PREFIX, add_scene, quiet_meshcat
@@ -71,11 +71,11 @@ class Recorder:
         self._meshcat = quiet_meshcat()
         self._navigation, self._scenario = navigation, scenario
         self._shapes = add_visualizers(builder, navigation, scenario, self._meshcat).stage.shapes
-        station = navigation.station
+        station = simulated(navigation.station)
         self._scene = SceneTimeline(station.scene_graph, robot_frames(station))
         notes = SceneRecorder(self._scene, period=1.0 / scenario.recording.frames_per_second)
         notes = builder.AddNamedSystem("scene_recorder", notes)
-        builder.Connect(navigation.station.geometry_query, notes.get_input_port())
+        builder.Connect(station.geometry_query, notes.get_input_port())
 
     def start(self) -> None:
         """Start to record; call it before the simulator is initialized."""
@@ -90,7 +90,7 @@ class Recorder:
             lines: of the caption, below the scenario's name.
             motion: of the robot; None for the one that was recorded.
         """
-        world, station = self._navigation.world, self._navigation.station
+        world, station = self._navigation.world, simulated(self._navigation.station)
         layers = layers_of_run(self._scenario.robot.max_speed, world, zones(self._navigation))
         caption = Caption(self._scenario.name, lines, layers, self._shown)
         cameras = Cameras(world.extent, self._view, robot_path(station), world.start[:2])
@@ -148,11 +148,11 @@ def add_visualizers(
     `keep`: whether what is no longer shown stays in Meshcat, as a recording needs it; the rest is as of
     `Recorder.add_to`.
     """
-    station = navigation.station
+    station = simulated(navigation.station)
     period = 1.0 / scenario.recording.frames_per_second
     scene = station.plant, station.scene_graph, meshcat, station.floor, station.geometry_query
     add_scene(builder, *scene, robot_frames(station), publish_period=period)
-    mounts = station.robot_interface.mounts
+    mounts = station.mounts
     visualizer = builder.AddNamedSystem(
         "star_roadmap_visualizer",
         StarRoadmapVisualizer(

@@ -19,6 +19,7 @@ from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput, Mu
 
 from drake_starnav import ArrivalMonitor, CollisionMonitor, Parts, add_navigation, parse_scenario
 from drake_starnav.plotting import draw_goal, draw_robot, save_figure, world_axes
+from drake_starnav.station import simulated
 
 BLUE, ORANGE = "#0072B2", "#D55E00"
 MAX_SPEED = 0.5  # m/s
@@ -81,7 +82,7 @@ def main(png: Path | None) -> None:
     """Drive to the goal, and say how many short-term goals it took."""
     builder = DiagramBuilder()
     navigation = add_navigation(builder, SCENARIO, Parts(controller=pid_follower()))
-    station = navigation.station
+    station = simulated(navigation.station)
 
     arrival = builder.AddSystem(ArrivalMonitor(tolerance=0.15, period=0.02))
     builder.Connect(station.GetOutputPort("localization.state"), arrival.GetInputPort("state"))

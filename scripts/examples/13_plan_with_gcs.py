@@ -33,6 +33,7 @@ from drake_starnav import (
 )
 from drake_starnav.plotting import Motion, draw_goal, draw_robot, save_figure, world_axes
 from drake_starnav.regions import StarRegion
+from drake_starnav.station import simulated
 from drake_starnav.systems import convex_cover
 
 BLUE, ORANGE, GREY = "#0072B2", "#D55E00", "#999999"
@@ -88,7 +89,7 @@ def main(html: Path, png: Path | None) -> None:
     back = dataclasses.replace(world, start=tuple(pose), goal=tuple(path[-1]))
     builder = DiagramBuilder()
     navigation = add_navigation(builder, scenario, Parts(back, planner=FixedPath(path)))
-    station = navigation.station
+    station = simulated(navigation.station)
     arrival = builder.AddSystem(ArrivalMonitor(tolerance=0.1, period=0.02))
     collision = builder.AddSystem(CollisionMonitor(robot=station.robot_geometries, ground=station.floor))
     builder.Connect(navigation.goal_position, arrival.GetInputPort("goal"))

@@ -1,0 +1,46 @@
+"""What navigation needs of a robot: ports by name, where its lidars are, and what is declared of it."""
+
+from collections.abc import Sequence
+from typing import Protocol
+
+from pydrake.systems.framework import InputPort, OutputPort
+
+from drake_starnav.lidar.mounts import Mount
+from drake_starnav.scenario.schema import Scenario
+from drake_starnav.systems.star_perception import lidar_names
+
+DECLARED = "localization", "drive", "robot"
+"""Sections of a scenario that say what a robot is, beside its lidars and the time step of a plant."""
+
+
+class Robot(Protocol):
+    """A robot, simulated or real: a system with these ports, and two attributes.
+
+    `NavigationStation`, `RobotInterface` and `runtime.station.DriverStation` are robots; docs/extend.md has another.
+
+    Ports:
+        lidar.scan: abstract output, the last `LaserScan`; further lidars are lidar_2, lidar_3, ...
+        localization.pose: vector output (x, y, yaw) of the robot's frame in W, m and rad.
+        localization.state: vector output (x, y, yaw, v, omega); v is along the robot's x axis.
+        localization.scan_pose: vector output (x, y, yaw), the pose at the time of the last scan.
+        drive.twist_command: vector input, as the base's twists are; see `robot.base`.
+
+    Attributes:
+        scenario: what is declared of it: robot, lidars, localization, drive and `simulation.time_step`.
+        mounts: of its lidars, in their order.
+    """
+
+    @property
+    def scenario(self) -> Scenario: ...
+
+    @property
+    def mounts(self) -> Sequence[Mount]: ...
+
+    def GetInputPort(self, port_name: str) -> InputPort: ...
+
+    def GetOutputPort(self, port_name: str) -> OutputPort: ...
+
+
+def scan_ports(robot: Robot) -> list[OutputPort]:
+    """The ports of the scans of a robot's lidars, in their order."""
+    return [robot.GetOutputPort(f"{lidar}.scan") for lidar in lidar_names("lidar", len(robot.mounts))]

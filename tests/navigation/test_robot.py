@@ -1,0 +1,111 @@
+"""A robot is what has the ports, the mounts and the declarations: a plant is not asked for."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from pydrake.common.value import Value
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import BasicVector, DiagramBuilder, EventStatus, LeafSystem
+
+from drake_starnav import LaserScan, Parts, StarnavError, add_navigation, load_scenario, make_world, parse_scenario
+from drake_starnav.lidar.mounts import ON_AXIS
+from drake_starnav.station import simulated
+from drake_starnav.systems import release
+from drake_starnav.visualization.recorder import Recorder
+from drake_starnav.worlds.view import scan_from, visible_shapes
+
+FOREST = load_scenario("forest")
+WORLD = make_world(FOREST.world, 0, FOREST.robot.radius)
+
+
+class Puck(LeafSystem):
+    """Follows its twists exactly."""
+
+    def __init__(self, scenario, world) -> None:
+        super().__init__()
+        self.scenario, self.mounts, self.shapes = scenario, (ON_AXIS,), visible_shapes(world)
+        self.twist = self.DeclareVectorInputPort("drive.twist_command", 2)
+        seen = scan_from(self.shapes, world.start, scenario.lidar, 0, 0), np.array(world.start)
+        pose, self.seen = self.DeclareContinuousState(BasicVector(world.start)), self.DeclareAbstractState(Value(seen))
+        self.DeclareStateOutputPort("localization.pose", pose)
+        self.DeclareVectorOutputPort("localization.state", 5, self.calc_state)
+        once = {self.abstract_state_ticket(self.seen)}
+        self.DeclareAbstractOutputPort("lidar.scan", lambda: Value(seen[0]), self.calc_scan, once)
+        self.DeclareVectorOutputPort("localization.scan_pose", 3, self.calc_scan_pose, once)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(1.0 / scenario.lidar.rate, 0.0, self.look)
+
+    def look(self, context, state):
+        pose = context.get_continuous_state_vector().CopyToVector()
+        scan = scan_from(
+            self.shapes, pose, self.scenario.lidar, 0, round(context.get_time() * self.scenario.lidar.rate)
+        )
+        state.get_mutable_abstract_state(self.seen).set_value((scan, pose))
+        return EventStatus.Succeeded()
+
+    def calc_scan(self, context, output):
+        output.set_value(context.get_abstract_state(self.seen).get_value()[0])
+
+    def calc_scan_pose(self, context, output):
+        output.SetFromVector(context.get_abstract_state(self.seen).get_value()[1])
+
+    def calc_state(self, context, output):
+        pose = context.get_continuous_state_vector().CopyToVector()
+        output.SetFromVector(np.append(pose, self.twist.Eval(context)))
+
+    def DoCalcTimeDerivatives(self, context, derivatives):
+        (_, _, yaw), (v, omega) = context.get_continuous_state_vector().CopyToVector(), self.twist.Eval(context)
+        derivatives.get_mutable_vector().SetFromVector((v * math.cos(yaw), v * math.sin(yaw), omega))
+
+
+def driven(scenario, world, seconds: float) -> float:
+    """How far a robot without a plant comes."""
+    builder = DiagramBuilder()
+    puck = builder.AddSystem(Puck(scenario, world))
+    navigation = add_navigation(builder, scenario, Parts(None if world is EMPTY else world, puck))
+    diagram = builder.Build()
+    simulator = Simulator(diagram)
+    simulator.AdvanceTo(seconds)
+    pose = navigation.localization("pose").Eval(puck.GetMyContextFromRoot(simulator.get_context())).copy()
+    release(diagram)
+    return math.dist(pose[:2], world.start[:2])
+
+
+EMPTY = dataclasses.replace(WORLD, cylinders=np.zeros((0, 3)), start=(0.0, 0.0, 0.0), goal=(1.0, 0.0), bounds=None)
+
+
+def test_a_system_of_thirty_lines_drives() -> None:
+    assert driven(FOREST, WORLD, 4.0) > 1.5
+
+
+def test_a_scenario_of_a_robot_that_is_not_simulated_needs_no_world() -> None:
+    scenario = parse_scenario("robot: {max_speed: 0.5}", name="mine")
+    assert scenario.world is None
+    assert driven(scenario, EMPTY, 2.0) > 0.2
+
+
+def test_its_declarations_must_be_the_scenario_s() -> None:
+    builder = DiagramBuilder()
+    puck = builder.AddSystem(Puck(FOREST, WORLD))
+    other = load_scenario("forest", overrides=["drive.delay=0.1"])
+    with pytest.raises(StarnavError, match=r"drive\.delay 0\.0, the scenario 0\.1"):
+        add_navigation(builder, other, Parts(WORLD, puck))
+
+
+def test_its_mounts_are_as_many_as_its_lidars() -> None:
+    builder = DiagramBuilder()
+    puck = builder.AddSystem(Puck(FOREST, WORLD))
+    puck.mounts = ()
+    with pytest.raises(StarnavError, match="mounts are given of 0"):
+        add_navigation(builder, FOREST, Parts(WORLD, puck))
+
+
+def test_a_recorder_says_that_it_has_no_scene(tmp_path) -> None:
+    builder = DiagramBuilder()
+    puck = builder.AddSystem(Puck(FOREST, WORLD))
+    navigation = add_navigation(builder, FOREST, Parts(WORLD, puck))
+    with pytest.raises(StarnavError, match="without a plant"):
+        Recorder(tmp_path / "run.html").add_to(builder, navigation, FOREST)
+    with pytest.raises(StarnavError, match="Puck"):
+        simulated(puck)
