@@ -39,7 +39,7 @@ class ScanState(Generic[T]):
 
     A scan is processed when something asks for it first, and the result is cached. The state takes it over when the
     simulator takes its next step. Hence each scan that is shown for at least one step is processed, whatever the rate
-    and the jitter, and so is each that something asked for.
+    and the jitter, and so is each that something asked for, or that a forced update follows.
 
     A scan that is older than one before it is dropped, with a warning that counts them. When the context's time is set
     back, another run begins: with the initial value, and the first scan that is not the one shown until then.
@@ -73,6 +73,7 @@ class ScanState(Generic[T]):
         )
         self.ticket = self._known.ticket()
         system.DeclarePerStepUnrestrictedUpdateEvent(weakly(self._update))
+        system.DeclareForcedUnrestrictedUpdateEvent(weakly(self._update))
 
     def Eval(self, context: Context) -> T:
         """What is known, the latest scan included."""
