@@ -58,13 +58,12 @@ show_world = Command(
 
 def _print_margins(options: argparse.Namespace) -> int:
     from drake_starnav.loading import load_scenario
+    from drake_starnav.navigation.robot import robot_mounts
     from drake_starnav.scenario.error_budget import SYMBOLS, TERMS, error_budget
     from drake_starnav.scenario.margins import derive_margins
-    from drake_starnav.station.navigation_station import NavigationStation
-    from drake_starnav.worlds import World
 
     scenario = load_scenario(options.scenario, overrides=options.overrides)
-    mounts = NavigationStation(World("empty", (0.0, 0.0, 0.0), (1.0, 0.0)), scenario).mounts
+    mounts = robot_mounts(scenario)
     budgets = [error_budget(scenario, *each) for each in zip(mounts, scenario.all_lidars, strict=True)]
     budget = max(budgets, key=lambda each: each.total)
     for term, value in zip(TERMS, budget.terms, strict=True):

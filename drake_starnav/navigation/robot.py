@@ -7,7 +7,10 @@ from pydrake.systems.framework import InputPort, OutputPort
 
 from drake_starnav.lidar.mounts import Mount
 from drake_starnav.scenario.schema import Scenario
+from drake_starnav.station.navigation_station import NavigationStation
+from drake_starnav.systems.release import release
 from drake_starnav.systems.star_perception import lidar_names
+from drake_starnav.worlds.world import World
 
 DECLARED = "localization", "drive", "robot"
 """Sections of a scenario that say what a robot is, beside its lidars and the time step of a plant."""
@@ -39,6 +42,14 @@ class Robot(Protocol):
     def GetInputPort(self, port_name: str) -> InputPort: ...
 
     def GetOutputPort(self, port_name: str) -> OutputPort: ...
+
+
+def robot_mounts(scenario: Scenario) -> tuple[Mount, ...]:
+    """Where a robot's lidars are by its model."""
+    station = NavigationStation(World("empty", (0.0, 0.0, 0.0), (1.0, 0.0)), scenario)
+    mounts = tuple(station.mounts)
+    release(station)
+    return mounts
 
 
 def scan_ports(robot: Robot) -> list[OutputPort]:
