@@ -1,0 +1,309 @@
+"""What drivers deliver -> scans with the pose at their own stamp, and the robot's state now. Pure functions."""
+
+import dataclasses
+import math
+from collections.abc import Iterable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.geometry.se2 import composed, now_in, placed
+from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.lidar.mounts import Mount
+from drake_starnav.lidar.sensor_model import LidarParameters
+from drake_starnav.robot import RobotParameters
+from drake_starnav.scenario.schema import Scenario
+from drake_starnav.utils.snapshot import snapshot
+
+PATIENCE = 0.1
+"""Odometry older than this is stale, s: the pose now follows from the last one by its twist."""
+AHEAD = 0.03
+"""The pose at the stamp of a scan is extrapolated by this at most, s; else the scan waits for odometry."""
+OLDEST, KEPT = 1.0, 3.0
+"""Scans that have waited longer are dropped, odometry is kept for so long, s."""
+CLOCK = 0.1
+"""A stamp is at most this far ahead of the clock, s."""
+JUMP, JUMP_SHARE, TURN_JUMP = 0.05, 0.3, 0.1
+"""A pose jumps if it differs from what the twist predicts by more than this, m and rad, and this share of what the
+robot could have driven since."""
+FROZEN = 0.02
+"""Ranges that stay equal to the bit while the robot moves by more than this, m or rad, are frozen."""
+
+
+class Odometry(NamedTuple):
+    """Where a robot believes to be, and its twist in its own frame.
+
+    Attributes:
+        time: when, s, on the clock of all stamps and of `now`.
+        x, y, yaw: of the robot's frame in the odometry's, m and rad.
+        v, omega: along its x axis, m/s, and turning, rad/s.
+        aside: along its y axis, m/s; of omnidirectional bases.
+    """
+
+    time: float
+    x: float
+    y: float
+    yaw: float
+    v: float
+    omega: float
+    aside: float = 0.0
+
+
+class Declared(NamedTuple):
+    """What inputs are held against."""
+
+    lidars: tuple[LidarParameters, ...]
+    mounts: tuple[Mount, ...]
+    robot: RobotParameters
+    jumps: bool
+
+    @staticmethod
+    def of(scenario: Scenario, mounts: Sequence[Mount]) -> "Declared":
+        """By a scenario, and where its lidars are."""
+        return Declared(scenario.all_lidars, tuple(mounts), scenario.robot, scenario.localization.jump > 0.0)
+
+
+class Look(NamedTuple):
+    """Scans of all lidars as of one time, s, and the robot's pose (x, y, yaw) then, m and rad."""
+
+    time: float
+    scans: tuple[LaserScan, ...]
+    pose: np.ndarray
+
+
+@snapshot
+class Intake:
+    """What has come in and is not used up. Immutable.
+
+    Attributes:
+        rows: odometry, oldest first.
+        waiting: scans, each with the number of its lidar, oldest first.
+        newest: stamp of the last scan taken of each lidar, s.
+        jumped: stamp of the last jump of the pose that is not declared, s.
+        bad_odometry, bad_scan: what was wrong with the last one; empty: nothing.
+        frozen: ranges and place of the first of equal scans, of each lidar.
+        dropped: why scans and odometry were dropped, in the order in which it first happened, and how often.
+    """
+
+    rows: tuple[Odometry, ...] = ()
+    waiting: tuple[tuple[int, LaserScan], ...] = ()
+    newest: tuple[float, ...] = ()
+    jumped: float = -math.inf
+    bad_odometry: str = ""
+    bad_scan: str = ""
+    frozen: tuple[tuple[np.ndarray, np.ndarray] | None, ...] = ()
+    dropped: tuple[tuple[str, int], ...] = ()
+
+    @staticmethod
+    def empty(lidars: int) -> "Intake":
+        """Of a robot with so many lidars, before anything has come."""
+        return Intake(newest=(-math.inf,) * lidars, frozen=(None,) * lidars)
+
+    def without(self, why: str, **changes: Any) -> "Intake":
+        """One thing more was dropped."""
+        counts = dict(self.dropped)
+        counts[why] = counts.get(why, 0) + 1
+        return dataclasses.replace(self, dropped=tuple(counts.items()), **changes)
+
+
+def canonical(scan: LaserScan) -> LaserScan:
+    """The scan with numbers of 32 bits, as a ROS message holds them: a log then repeats it to the bit."""
+    single: dict[str, Any] = {
+        name: float(np.float32(getattr(scan, name)))
+        for name in ("angle_min", "angle_increment", "range_min", "range_max", "time_increment", "scan_time")
+    }
+    ranges = scan.ranges.astype(np.float32).astype(float)
+    return LaserScan(scan.time, ranges=ranges, lost_beams=True, **single)
+
+
+def taken(intake: Intake, now: float, scans: Iterable[Any], odometry: Iterable[Any], declared: Declared) -> Intake:
+    """What is known with messages that came until `now`, s, whatever they hold; none is taken twice."""
+    for row in odometry:
+        intake = _with_row(intake, now, row, declared)
+    for item in scans:
+        k, scan = item if isinstance(item, tuple) else (0, item)
+        intake = _with_scan(intake, now, k, scan, declared)
+    recent = tuple(row for row in intake.rows if row.time > now - KEPT) or intake.rows[-1:]
+    return dataclasses.replace(intake, rows=recent)
+
+
+def _with_row(intake: Intake, now: float, row: Any, declared: Declared) -> Intake:
+    try:
+        row = Odometry(*map(float, row))
+    except (TypeError, ValueError):
+        return intake.without("no odometry", bad_odometry=f"odometry is {type(row).__name__}, not an Odometry")
+    if not all(map(math.isfinite, row)):
+        return intake.without("odometry that is not finite", bad_odometry="odometry is not finite")
+    if row.time > now + CLOCK:
+        text = f"odometry is stamped {row.time - now:.3g} s ahead of the clock"
+        return intake.without("odometry from the future", bad_odometry=text)
+    last = intake.rows[-1] if intake.rows else None
+    if last is not None and row.time <= last.time:
+        return intake.without("odometry twice or out of order")
+    if last is not None and not declared.jumps and (far := _jump(last, row, declared.robot)):
+        return intake.without("jump of the odometry", rows=(row,), waiting=(), jumped=row.time, bad_odometry=far)
+    return dataclasses.replace(intake, rows=(*intake.rows, row), bad_odometry="")
+
+
+def _jump(last: Odometry, row: Odometry, robot: RobotParameters) -> str:
+    """How far a pose is from where the twist before it leads, if that is a jump."""
+    dt = row.time - last.time
+    x, y, yaw = extrapolated(last, row.time)
+    off, turned = math.hypot(row.x - x, row.y - y), abs(math.remainder(row.yaw - yaw, 2.0 * math.pi))
+    if off > JUMP + JUMP_SHARE * robot.max_speed * dt:
+        return f"the pose jumps by {off:.2g} m, and localization.jump is 0"
+    if turned > TURN_JUMP + JUMP_SHARE * robot.max_yaw_rate * dt:
+        return f"the heading jumps by {turned:.2g} rad"
+    return ""
+
+
+def _with_scan(intake: Intake, now: float, k: Any, scan: Any, declared: Declared) -> Intake:
+    if not isinstance(scan, LaserScan) or k not in range(len(declared.lidars)):
+        return intake.without("no scan of a lidar", bad_scan=f"a scan is {type(scan).__name__} of lidar {k}")
+    scan = canonical(scan)
+    if scan.time > now + CLOCK:
+        text = f"a scan is stamped {scan.time - now:.3g} s ahead of the clock"
+        return intake.without("scan from the future", bad_scan=text)
+    if scan.time <= max([intake.newest[k], *(each.time for j, each in intake.waiting if j == k)]):
+        return intake.without("scan twice or out of order")
+    if wrong := false_scan(scan, declared.lidars[k]):
+        return intake.without("false scan", bad_scan=wrong)
+    return dataclasses.replace(intake, waiting=(*intake.waiting, (k, scan)), bad_scan="")
+
+
+def false_scan(scan: LaserScan, lidar: LidarParameters) -> str:
+    """What a scan has less of than its lidar is declared to; empty if nothing."""
+    view = lidar.field_of_view
+    if bool(scan.lost.all()):
+        return "a scan measures nothing: all beams are lost"
+    if scan.angle_increment > 1.05 * view.angle_increment:
+        return f"a scan has {len(scan.ranges)} beams over {scan.field_of_view.span:.3g} rad; declared: {lidar.beams}"
+    if scan.field_of_view.span + scan.angle_increment < 0.97 * (view.span + view.angle_increment):
+        return f"a scan spans {scan.field_of_view.span:.3g} rad; declared: {view.span:.3g} rad"
+    if scan.range_max < 0.97 * lidar.range_max:
+        return f"a scan has range_max {scan.range_max:.3g} m; declared: {lidar.range_max:.3g} m"
+    return ""
+
+
+def extrapolated(row: Odometry, time: float) -> np.ndarray:
+    """The pose (x, y, yaw) that follows from one by its twist, m and rad."""
+    dt = time - row.time
+    half = 0.5 * row.omega * dt  # along the chord of the arc
+    along = complex(row.v, row.aside) * dt * complex(math.cos(row.yaw + half), math.sin(row.yaw + half))
+    return np.array((row.x + along.real, row.y + along.imag, row.yaw + 2.0 * half))
+
+
+def pose_at(rows: Sequence[Odometry], time: float, ahead: float) -> np.ndarray | None:
+    """The pose (x, y, yaw) at a time, s, interpolated, or extrapolated by `ahead` at most, s; None where unknown."""
+    if not rows or not rows[0].time <= time <= rows[-1].time + ahead:
+        return None
+    after = next((k for k, row in enumerate(rows) if row.time >= time), None)
+    if not after:
+        return extrapolated(rows[-1] if after is None else rows[0], time)
+    a, b = rows[after - 1], rows[after]
+    share, turn = (time - a.time) / (b.time - a.time), math.remainder(b.yaw - a.yaw, 2.0 * math.pi)
+    return np.array((a.x + share * (b.x - a.x), a.y + share * (b.y - a.y), a.yaw + share * turn))
+
+
+def state_at(rows: Sequence[Odometry], now: float) -> np.ndarray | None:
+    """(x, y, yaw, v, omega) now, as of `Robot`; None where the odometry is stale."""
+    pose = pose_at(rows[-1:], max(now, rows[-1].time), PATIENCE) if rows else None
+    if pose is None:
+        return None
+    last = rows[-1]
+    speed = math.copysign(math.hypot(last.v, last.aside), last.v) if last.aside else last.v
+    return np.array((*pose, speed, last.omega))
+
+
+def next_look(intake: Intake, now: float, declared: Declared) -> tuple[Intake, Look | None]:
+    """The oldest scan that waits, or scans of all lidars, with the pose at its stamp; None: not yet, or not any more.
+
+    Scans of other lidars are taken as if measured where the robot was at the stamp of the first lidar's, which is at
+    most half a period away.
+    """
+    while (first := next((scan for k, scan in intake.waiting if k == 0), None)) is not None:
+        time, half = first.time, 0.5 / declared.lidars[0].rate
+        chosen: list[LaserScan] = [first]
+        for k in range(1, len(declared.lidars)):
+            near = [scan for j, scan in intake.waiting if j == k and abs(scan.time - time) <= half]
+            chosen += sorted(near, key=lambda scan: abs(scan.time - time))[:1]
+        poses = [pose_at(intake.rows, scan.time, AHEAD) for scan in chosen]
+        missing = len(chosen) < len(declared.lidars) or any(pose is None for pose in poses)
+        if missing and now - time < min(OLDEST, 4.0 * half if len(chosen) < len(declared.lidars) else OLDEST):
+            known = not intake.rows or time >= intake.rows[0].time
+            if known:
+                return intake, None
+        intake = _without_until(intake, chosen)
+        if missing:
+            intake = intake.without("scan without a pose, or without those of the other lidars")
+            continue
+        pose = poses[0]
+        assert pose is not None
+        intake, still = _frozen(intake, chosen, pose)
+        if still:
+            intake = intake.without("frozen scan", bad_scan=still)
+            continue
+        others = [
+            moved(scan, mount, where, pose, time)
+            for scan, mount, where in zip(chosen, declared.mounts, poses, strict=True)
+            if where is not None
+        ]
+        return intake, Look(time, tuple(others), pose)
+    return intake, None
+
+
+def _without_until(intake: Intake, chosen: Sequence[LaserScan]) -> Intake:
+    """Without scans of each lidar up to the chosen one."""
+    newest = tuple(scan.time for scan in chosen) + intake.newest[len(chosen) :]
+    waiting = tuple((k, scan) for k, scan in intake.waiting if scan.time > newest[k])
+    return dataclasses.replace(intake, waiting=waiting, newest=newest)
+
+
+def _frozen(intake: Intake, scans: Sequence[LaserScan], pose: np.ndarray) -> tuple[Intake, str]:
+    """Which scans began to repeat themselves where, and what is said of one that does so though the robot moved."""
+    known, still = list(intake.frozen), ""
+    for k, scan in enumerate(scans):
+        before = known[k]
+        if before is None or not np.array_equal(before[0], scan.ranges) or not np.isfinite(scan.ranges).any():
+            known[k] = scan.ranges, pose
+            continue
+        forward, aside, turn = now_in(before[1], pose)
+        if max(math.hypot(forward, aside), abs(math.remainder(turn, 2.0 * math.pi))) > FROZEN:
+            still = "scans are frozen: the robot moves, and they stay the same"
+    return dataclasses.replace(intake, frozen=tuple(known)), still
+
+
+def moved(scan: LaserScan, mount: Mount, pose: np.ndarray, to: np.ndarray, time: float) -> LaserScan:
+    """A scan as if taken at another time, s, and pose of the robot near to its own; hits are put to the nearest beams.
+
+    Args:
+        mount: of the lidar.
+        pose, to: of the robot when it was measured, and at that time, (x, y, yaw).
+    """
+    if scan.time == time:
+        return scan
+    x, y, turn = now_in(composed(to, mount[:3]), composed(pose, mount[:3]))
+    side = -1.0 if mount.upside_down else 1.0
+    reach = np.where(np.isfinite(scan.ranges), scan.ranges, scan.range_max)
+    points = placed(np.array((x, side * y, side * turn)), scan.directions * reach[:, None])
+    distance, beam = scan.polar(points, np.zeros(3))
+    beam = np.rint(beam).astype(int)
+    beam = np.where(scan.full_circle, beam % len(reach), beam)
+    inside = (beam < len(reach)) & ~scan.lost
+    ranges = np.full(len(reach), math.nan)
+    np.fmin.at(ranges, beam[inside], np.where(np.isfinite(scan.ranges), distance, scan.ranges)[inside])
+    return dataclasses.replace(scan, ranges=ranges, time=time)
+
+
+def goal_of(goal: Any) -> tuple[float, ...] | None:
+    """A goal as (x, y) or (x, y, yaw); None for none, or a `StarnavError` for what is no goal."""
+    if goal is None:
+        return None
+    try:
+        values = tuple(map(float, goal))
+    except (TypeError, ValueError):
+        values = ()
+    if len(values) not in (2, 3) or not all(map(math.isfinite, values)):
+        raise StarnavError(f"goal is {goal}; allowed: finite (x, y) or (x, y, yaw), or None")
+    return values

@@ -1,0 +1,338 @@
+"""The navigation of a robot whose loop is not ours: scans, odometry and goal in, a twist out."""
+
+import dataclasses
+import math
+from collections.abc import Iterable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from pydrake.common.value import Value
+from pydrake.systems.analysis import InitializeParams, Simulator
+from pydrake.systems.framework import Context, DiagramBuilder, OutputPort
+
+from drake_starnav.control.motion import Actuation, velocity_of
+from drake_starnav.control.shield import braking_twist, ramped_twist
+from drake_starnav.errors import StarnavError, check_kind
+from drake_starnav.lidar.mounts import Mount
+from drake_starnav.navigation import Parts, add_navigation
+from drake_starnav.navigation.parts import AS_DECLARED
+from drake_starnav.navigation.robot import robot_mounts
+from drake_starnav.planning import PlannerStatus
+from drake_starnav.regions.safe_region import SCAN_PATIENCE
+from drake_starnav.runtime import intake as take
+from drake_starnav.runtime.execution import WINDOW, Told, not_executed
+from drake_starnav.runtime.intake import Declared, Intake, Look
+from drake_starnav.runtime.station import AskedGoal, DriverStation, no_scan
+from drake_starnav.scenario.schema import Scenario
+from drake_starnav.systems.goal_sequence import HEADING_TOLERANCE
+from drake_starnav.systems.star_perception import lidar_names
+from drake_starnav.systems.twist_shield import Unshielded
+
+GAP = 0.1
+"""After so long without a step the twist that is driven is the measured one, s; the watchdog has braked by then."""
+STANDS = 0.02
+"""m/s and rad/s"""
+
+
+class Command(NamedTuple):
+    """What a robot is to do until the next command.
+
+    Attributes:
+        twist: finite, within the robot's limits; as many numbers as the base has, see `robot.base`.
+        certified: whether the certificates accept the motion; otherwise it brakes.
+        status: driving, reached, unreachable, blocked, braking or standing; the last two for a reason in `why`.
+        why: it does not drive; empty while it does.
+    """
+
+    twist: np.ndarray
+    certified: bool
+    status: str
+    why: str
+
+
+class Navigator:
+    """Drives a robot by its scans and its odometry; nothing of it knows a plant or a world.
+
+    The diagram is that of `add_navigation`, about a `DriverStation`. Its updates keep their raster, whatever the jitter
+    of the calls: a call within a period repeats the last command, a call after more than GAP begins at the measured
+    twist. The diagram exports the inputs of station and goal, and the outputs `twist_command` and, if it has them,
+    `planner.*`: add it to a builder of your own, and do not call `step` then.
+
+    Attributes:
+        scenario: without a world.
+        mounts: of the lidars.
+        navigation: the systems.
+        diagram: of them.
+        intake: what came in and is not used up, and what was dropped.
+        late: how many periods passed without a step.
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        parts: Parts = AS_DECLARED,
+        *,
+        mounts: Sequence[Mount] | None = None,
+        warm: bool = True,
+    ) -> None:
+        """
+        Args:
+            scenario: of which the robot, its lidars, faults and methods count; not its world, nor its goals.
+            parts: of your own; no station and no goal.
+            mounts: of the lidars; None: as the robot's model has them.
+            warm: whether everything is compiled before the first step, by a drive among made-up obstacles.
+
+        Raises:
+            StarnavError: as of `add_navigation`, or parts hold a station or a goal.
+        """
+        check_kind(scenario, Scenario, "scenario", "as from load_scenario")
+        if parts.station is not None or parts.goal is not None:
+            raise StarnavError("parts has a station or a goal; allowed: none, as they come in by step")
+        self.scenario = dataclasses.replace(scenario, world=None, goals=())
+        mounts = robot_mounts(scenario) if mounts is None else tuple(mounts)
+        builder = DiagramBuilder()
+        self._station = builder.AddNamedSystem("station", DriverStation(self.scenario, mounts))
+        self._goal_system = AskedGoal()
+        parts = dataclasses.replace(parts, station=self._station, goal=self._goal_system)
+        self.navigation = add_navigation(builder, self.scenario, parts)
+        self._names = lidar_names("scan", len(mounts))
+        for name in (*self._names, "scan_pose", "state"):
+            builder.ExportInput(self._station.GetInputPort(name), name)
+        for name in ("goal", "heading"):
+            builder.ExportInput(self._goal_system.GetInputPort(name), name)
+        builder.ExportOutput(self._twist_port, "twist_command")
+        for name in ("guidance", "planner_state", "status", "blocked_by"):
+            if (port := self.navigation.planned(name)) is not None:
+                builder.ExportOutput(port, f"planner.{name}")
+        self.diagram = builder.Build()
+        self.diagram.set_name(scenario.name)
+        robot, controller = scenario.robot, scenario.controller
+        self.mounts = tuple(mounts)
+        self._declared = Declared.of(self.scenario, mounts)
+        self._act = Actuation(robot.limits, robot.shape, 1.0 / controller.rate, controller.delay, robot.drive)
+        self._expiry = scenario.lidar.delay + SCAN_PATIENCE / scenario.lidar.rate
+        self._simulator = Simulator(self.diagram)
+        self.reset()
+        if warm:
+            from drake_starnav.runtime.warm import warm_up  # late: it drives a navigator
+
+            warm_up(self)
+            self.reset()
+
+    @property
+    def _twist_port(self) -> OutputPort:
+        port = self.navigation.twist_command
+        assert port is not None
+        return port
+
+    @property
+    def actuation(self) -> Actuation:
+        """What a command does to the robot; it holds the period of the commands."""
+        return self._act
+
+    def reset(self) -> None:
+        """Forget everything, as if nothing had come in yet."""
+        size = len(self._act.base.components)
+        self.intake, self.late = Intake.empty(len(self._declared.lidars)), 0
+        self._now, self._origin, self._tick = math.nan, 0.0, 0
+        self._command = Command(np.zeros(size), False, "standing", "nothing has come in")
+        self._told: tuple[Told, ...] = ()
+        self._goal: tuple[float, ...] | None = None
+        self._reached, self._latched = False, ""
+        self._begin()
+
+    def _begin(self) -> None:
+        """Another run of the diagram, in which nothing has been seen."""
+        self._simulator.reset_context(self.diagram.CreateDefaultContext())
+        for name, lidar in zip(self._names, self._declared.lidars, strict=True):
+            self._fix(name, Value(no_scan(lidar)))
+        self._fix("scan_pose", np.zeros(3))
+        self._fix("state", np.zeros(5))
+        self._fix("goal", np.zeros(2))
+        self._fix("heading", np.array([math.nan]))
+        self._seen, self._forgotten = -math.inf, self.intake.jumped
+        self._broken, self._begun, self._fixed = True, False, False
+
+    def step(
+        self,
+        now: float,
+        scans: Iterable[Any] = (),
+        odometry: Iterable[Any] = (),
+        goal: Sequence[float] | None = None,
+    ) -> Command:
+        """The command for the next period; to be called once a control period.
+
+        It does not raise: what is wrong brakes the robot, lets it stand, and is said in `why`.
+
+        Args:
+            now: s, on the clock of all stamps.
+            scans: that came since the last call, `LaserScan`s; of a robot with several lidars pairs of the lidar's
+                number, from 0, and the scan.
+            odometry: that came since then, `Odometry`.
+            goal: (x, y) or (x, y, yaw) in the odometry's frame, m and rad; None: to stand. A goal that is given anew
+                also ends what `why` says to last until then.
+        """
+        try:
+            command = self._stepped(now, scans, odometry, goal)
+        except Exception as error:  # whatever it is: a robot that moves must be braked
+            self._broken = True
+            command = self._braking(f"the step failed: {type(error).__name__}: {error}")
+        if not np.isfinite(command.twist).all():
+            command = self._braking("the twist is not finite")
+        self._drive(command)
+        return command
+
+    def brake(self, why: str) -> Command:
+        """A command of the ramp to zero, whatever came in; `why` is what it will say."""
+        command = self._braking(why)
+        self._drive(command)
+        return command
+
+    def _stepped(self, now: float, scans: Iterable[Any], odometry: Iterable[Any], goal: Any) -> Command:
+        if not math.isfinite(now):
+            return self._braking(f"now is {now}; allowed: finite, s")
+        period = self._act.hold
+        if now < self._now - take.CLOCK:  # the clock begins again
+            self.intake, self._now = Intake.empty(len(self._declared.lidars)), math.nan
+            self._begin()
+        elapsed = now - self._now
+        self.intake = take.taken(self.intake, now, scans, odometry, self._declared)
+        if math.isnan(elapsed):
+            self._origin = now - (self._tick + 0.5) * period
+        due = math.floor((now - self._origin) / period) + 1
+        if due <= self._tick:
+            return self._command  # the period has not passed
+        self._now = now
+        late, self._tick = due - self._tick - 1, due
+        if late > 0 and not math.isnan(elapsed):
+            self.late += late
+            self._broken = True
+        wrong, told_goal = "", None
+        try:
+            told_goal = take.goal_of(goal)
+        except StarnavError as error:
+            wrong = str(error)
+        if told_goal != self._goal:
+            self._goal, self._reached, self._latched = told_goal, False, ""
+        state = take.state_at(self.intake.rows, now)
+        if not elapsed < GAP:  # the first step, or after a gap
+            self._told = ()
+            if state is not None:
+                self._command = self._command._replace(twist=self._measured())
+        why = self._why_not(now, state, wrong)
+        if state is None:
+            return self._braking(why)
+        if self.intake.jumped > self._forgotten and not self._command.twist.any():
+            self._begin()  # what was seen before lies elsewhere now
+        self._feed(now, state)
+        twist, certified, status, blocked = self._advanced()
+        if not why and self._seen < now - self._expiry:
+            why = self.intake.bad_scan or f"no scan for {min(now - self._seen, 999.0):.2f} s"
+        if why:
+            return self._braking(why)
+        if self._reached:
+            return self._braking("")._replace(status="reached")
+        return Command(twist, certified, status, blocked)
+
+    def _why_not(self, now: float, state: np.ndarray | None, wrong: str) -> str:
+        """The first reason for which the robot must not drive; empty: none."""
+        rows = self.intake.rows
+        if state is None:
+            stale = f"no odometry for {now - rows[-1].time:.2f} s" if rows else "no odometry"
+            return self.intake.bad_odometry or stale
+        if self.intake.jumped > self._forgotten:
+            return self.intake.bad_odometry or "the pose has jumped"
+        self._latched = self._latched or not_executed(self._told, rows, self.scenario)
+        if self._latched:
+            return f"{self._latched}; until the goal is given anew"
+        return wrong or ("no goal" if self._goal is None else "")
+
+    def _feed(self, now: float, state: np.ndarray) -> None:
+        """Put goal and state into the diagram, and let it process all scans that have a pose, one after the other."""
+        context = self._simulator.get_mutable_context()
+        if self._broken:
+            context.SetTime(self._tick * self._act.hold)
+            self._set_twist(context, self._command.twist)
+            self._simulator.Initialize(InitializeParams(suppress_initialization_events=self._begun))
+            self._broken, self._begun = False, True
+        self._fix("state", state)
+        x, y, *yaw = self._goal or tuple(state[:2])
+        there = math.dist((x, y), state[:2]) < self.scenario.simulation.goal_tolerance and self._goal is not None
+        turn = [math.remainder(each - state[2], 2.0 * math.pi) for each in yaw]
+        self._reached = self._reached or (there and all(abs(each) < HEADING_TOLERANCE for each in turn))
+        self._fix("heading", np.array(yaw if there and yaw else [math.nan]))
+        if self._goal is not None or not self._fixed:  # without a goal the last one stays: nothing drives there
+            self._fix("goal", np.array((x, y)))
+            self._fixed = True
+        while True:
+            self.intake, look = take.next_look(self.intake, now, self._declared)
+            if look is None:
+                break
+            self._process(context, look)
+
+    def _process(self, context: Context, look: Look) -> None:
+        for name, scan in zip(self._names, look.scans, strict=True):
+            self._fix(name, Value(dataclasses.replace(scan, time=look.time - self._origin)))
+        self._fix("scan_pose", look.pose)
+        self._seen = look.time
+        after = context.Clone()
+        self.diagram.CalcForcedUnrestrictedUpdate(context, after.get_mutable_state())
+        context.SetTimeStateAndParametersFrom(after)
+
+    def _advanced(self) -> tuple[np.ndarray, bool, str, str]:
+        """Twist, whether it is certified, status and what blocks the robot, after the updates of this instant."""
+        context = self._simulator.get_mutable_context()
+        self._simulator.AdvancePendingEvents()
+        twist = self._eval(self._twist_port).copy()
+        certificate, status = self.navigation.certificate, self.navigation.planned("status")
+        certified = certificate is not None and self._eval(certificate).certified
+        said = PlannerStatus.EXPLORING if status is None else self._eval(status)
+        blocked = self.navigation.planned("blocked_by")
+        why = "" if blocked is None else self._eval(blocked)
+        self._simulator.AdvanceTo(max((self._tick + 1) * self._act.hold, context.get_time()))
+        if said is PlannerStatus.UNREACHABLE:
+            return twist, certified, "unreachable", "no way to the goal is left"
+        return twist, certified, "blocked" if said is PlannerStatus.BLOCKED else "driving", why
+
+    def _braking(self, why: str) -> Command:
+        """The ramp to zero that the last certified motion ends with."""
+        twist = self._command.twist
+        target = braking_twist(twist, np.zeros(len(twist)), self._act.limits, False)
+        after = ramped_twist(twist, target, self._act)
+        stands = not after[:-1].any() and (self._act.limits.steers > 0.0 or not after[-1])
+        return Command(np.zeros(len(after)) if stands else after, False, "standing" if stands else "braking", why)
+
+    def _drive(self, command: Command) -> None:
+        """Keep what is driven: it is what the next command is ramped from, and what the base is held to."""
+        self._command = command
+        ahead, aside, turning = velocity_of(command.twist)
+        turning *= ahead if self._act.limits.steers > 0.0 else 1.0
+        if math.isfinite(self._now):
+            told = tuple(
+                each for each in self._told if each.time > self._now - 2.0 * WINDOW - self.scenario.drive.delay
+            )
+            self._told = (*told, Told(self._now, ahead, aside, turning))
+        self._set_twist(self._simulator.get_mutable_context(), command.twist)
+
+    def _set_twist(self, context: Context, twist: np.ndarray) -> None:
+        shield = self.navigation.shield
+        if isinstance(shield, Unshielded):
+            shield.GetMyMutableContextFromRoot(context).SetDiscreteState(0, twist)
+
+    def _measured(self) -> np.ndarray:
+        """The base's twist by its odometry, within its limits."""
+        last, limits = self.intake.rows[-1], self._act.limits
+        if limits.steers > 0.0:
+            curvature = last.omega / last.v if abs(last.v) > STANDS else self._command.twist[-1]
+            twist = np.array((last.v, curvature))
+        elif len(self._act.base.components) == 3:
+            twist = np.array((last.v, last.aside, last.omega))
+        else:
+            twist = np.array((last.v, last.omega))
+        return self._act.base.saturated(twist, limits)
+
+    def _fix(self, name: str, value: Any) -> None:
+        self.diagram.GetInputPort(name).FixValue(self._simulator.get_mutable_context(), value)
+
+    def _eval(self, port: OutputPort) -> Any:
+        return port.Eval(port.get_system().GetMyContextFromRoot(self._simulator.get_context()))

@@ -1,0 +1,91 @@
+"""Everything is compiled and loaded before the robot moves: a short drive among made-up obstacles."""
+
+import math
+import sys
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numba.core.dispatcher import Dispatcher
+
+from drake_starnav.control.motion import Pose, advanced, velocity_of
+from drake_starnav.geometry.raycast import Fan, Shapes, cast_groups, circle_rows, segment_rows
+from drake_starnav.geometry.se2 import composed
+from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.lidar.mounts import Mount
+from drake_starnav.lidar.sensor_model import LidarParameters
+from drake_starnav.runtime.intake import Odometry
+
+if TYPE_CHECKING:
+    from drake_starnav.runtime.navigator import Navigator
+
+POSTS = np.array(
+    [(2.0, 0.9, 0.3), (2.2, -1.2, 0.3), (3.0, 2.6, 0.4), (-1.5, 1.0, 0.3), (5.0, -2.6, 0.3), (7.5, 1.5, 0.4)]
+)
+WALLS = np.array(
+    [
+        (4.0, -1.4, 6.0, -1.4),
+        (6.0, -1.4, 6.0, 1.4),
+        (6.0, 1.4, 4.0, 1.4),
+        (-3.0, -5.0, 11.0, -5.0),
+        (11.0, -5.0, 11.0, 5.0),
+    ]
+)
+"""Discs (x, y, radius) and walls (x1, y1, x2, y2), in widths of twice a robot: posts, a dead end, a corner."""
+GOALS = (8.0, 0.0), (0.0, 0.0, 1.0), (6.5, 0.0), (14.0, 8.0)
+"""Behind the dead end, back with a heading, in a wall, and outside."""
+STEPS, LOST = 400, 7
+"""Steps to each goal; one of so many scans loses beams."""
+
+
+def warm_up(navigator: "Navigator") -> None:
+    """Let a navigator drive a robot that does exactly what it is told; then it is to be reset."""
+    act, lidars, mounts = navigator.actuation, navigator.scenario.all_lidars, navigator.mounts
+    unit = 4.0 * navigator.scenario.robot.radius
+    moving = navigator.scenario.obstacles.max_speed
+    pose, twist, taken = np.zeros(3), np.zeros(len(act.base.components)), 0
+    for k in range(len(GOALS) * STEPS):
+        now = (k + 1) * act.hold
+        goal_x, goal_y, *heading = GOALS[k // STEPS]
+        goal = unit * goal_x, unit * goal_y, *(heading if act.base.turns_on_the_spot else ())
+        scans = []
+        while taken / lidars[0].rate <= now:
+            aside = np.array([(unit * 3.5 - moving * now, -unit, 0.2)]) if moving > 0.0 else np.zeros((0, 3))
+            rows = np.vstack((circle_rows(np.vstack((unit * POSTS, aside))), segment_rows(unit * WALLS)))
+            for number, (lidar, mount) in enumerate(zip(lidars, mounts, strict=True)):
+                scans.append((number, _scan(rows, pose, lidar, mount, now, taken % LOST == LOST - 1)))
+            taken += 1
+        velocity = velocity_of(twist)
+        turning = velocity.turning * (velocity.ahead if act.limits.steers > 0.0 else 1.0)
+        x, y, yaw = pose.tolist()
+        row = Odometry(now, x, y, yaw, velocity.ahead, turning, velocity.aside)
+        command = navigator.step(now, scans, [row], goal)
+        moved, _, _ = advanced(Pose(*pose), velocity, velocity_of(command.twist), act.hold, act.limits)
+        pose, twist = np.array(moved), command.twist
+    load_uncalled()
+
+
+def load_uncalled() -> None:
+    """Load from Numba's cache, with the signatures there, what of the package's functions was not called."""
+    modules = [module for name, module in list(sys.modules.items()) if name.startswith("drake_starnav.")]
+    for function in {value for module in modules for value in vars(module).values() if isinstance(value, Dispatcher)}:
+        file = None if function.overloads else getattr(function._cache, "_cache_file", None)
+        for signature, *_ in {} if file is None else file._load_index():
+            function.compile(signature)
+
+
+def _scan(
+    rows: np.ndarray, pose: np.ndarray, lidar: LidarParameters, mount: Mount, now: float, lost: bool
+) -> LaserScan:
+    """What a lidar sees of shapes, with a little noise."""
+    view = mount.view(lidar.field_of_view)
+    ranges = np.full(view.beams, math.inf)
+    place = composed(pose, (mount.x, mount.y, 0.0))
+    cast_groups(Shapes.of([rows]), np.array([place]), Fan.regular(*view), ranges, lidar.range_max)
+    ranges += 0.001 * np.sin(np.arange(view.beams) * (1.0 + now))
+    ranges[(ranges >= lidar.range_max)] = math.inf
+    ranges[ranges < lidar.range_min] = -math.inf
+    ranges = ranges[::-1] if mount.upside_down else ranges
+    if lost:
+        ranges[::9] = math.nan
+    fields = lidar.scan_fields
+    return LaserScan(now, ranges=ranges, **fields)

@@ -1,0 +1,68 @@
+"""What is told against what is done."""
+
+import math
+
+import numpy as np
+import pytest
+
+from drake_starnav import Scenario, parse_scenario
+from drake_starnav.runtime import Odometry
+from drake_starnav.runtime.execution import Told, compared, not_executed
+
+PLAIN = Scenario("plain", None)
+
+
+def run(speed=1.0, turning=1.0, delay=0.0, lag=0.0, seconds=4.0, v=0.8, omega=0.3):
+    """Commands and odometry of a base that drives these shares of what it is told, late, and with a lag, s."""
+    told, rows, pose, now = [], [], np.zeros(3), np.zeros(2)
+    for k in range(int(seconds / 0.02)):
+        t = 0.02 * k
+        told.append(Told(t, min(v, t), 0.0, omega * math.sin(2.0 * t)))
+        late = told[max(k - round(delay / 0.02), 0)]
+        wanted = np.array((speed * late.ahead, turning * late.turning)) if t >= delay else np.zeros(2)
+        now = wanted if lag == 0.0 else now + (wanted - now) * 0.02 / lag
+        rows.append(Odometry(t, *pose, *now))
+        pose = pose + 0.02 * np.array((now[0] * math.cos(pose[2]), now[0] * math.sin(pose[2]), now[1]))
+    return told, rows
+
+
+@pytest.mark.parametrize("base", [{}, {"delay": 0.1}, {"lag": 0.1}, {"speed": 1.08}, {"turning": 0.9}])
+def test_a_base_that_does_what_it_is_told(base) -> None:
+    told, rows = run(**base)
+    scenario = parse_scenario(f"drive: {{delay: {base.get('delay', 0.0)}}}", name="late")
+    for k in range(3, len(rows)):
+        assert not_executed(told[:k], rows[:k], scenario) == ""
+
+
+@pytest.mark.parametrize(
+    ("base", "text"),
+    [({"speed": 0.0}, "driven"), ({"speed": 0.5}, "driven"), ({"speed": 1.4}, "driven"), ({"turning": -1.0}, "turned")],
+)
+def test_one_that_does_not(base, text) -> None:
+    told, rows = run(**base, omega=1.0)
+    found = [not_executed(told[:k], rows[:k], PLAIN) for k in range(len(rows))]
+    assert any(text in each for each in found)
+
+
+def test_one_that_moves_though_told_to_stand() -> None:
+    told = [Told(0.02 * k, 0.0, 0.0, 0.0) for k in range(60)]
+    rows = [Odometry(0.02 * k, 0.004 * k, 0.0, 0.0, 0.2, 0.0) for k in range(60)]
+    assert "0.00 m commanded" in not_executed(told, rows, PLAIN)
+
+
+def test_declared_slip_and_error_allow_for_more() -> None:
+    told, rows = run(speed=0.8)
+    assert not_executed(told, rows, PLAIN)
+    assert not_executed(told, rows, parse_scenario("drive: {slip: 0.2}", name="slippery")) == ""
+
+
+def test_a_car_that_drives_backwards_and_aside() -> None:
+    told = [Told(0.02 * k, -0.4, 0.2, 0.1) for k in range(60)]
+    yaw = 0.1 * 0.02
+    rows, pose = [], np.zeros(3)
+    for k in range(60):
+        rows.append(Odometry(0.02 * k, *pose, -0.4, 0.1, 0.2))
+        c, s = math.cos(pose[2]), math.sin(pose[2])
+        pose = pose + np.array(((-0.4 * c - 0.2 * s) * 0.02, (-0.4 * s + 0.2 * c) * 0.02, yaw))
+    asked, driven, time = compared(told, rows, 0.0)
+    assert driven == pytest.approx(asked, abs=5e-3) and time == pytest.approx(1.18)

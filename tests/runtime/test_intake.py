@@ -1,0 +1,181 @@
+"""Messages as drivers send them: poses at the stamps of scans, and what is dropped."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from drake_starnav import LaserScan, Scenario, StarnavError
+from drake_starnav.geometry.raycast import Fan, Shapes, cast_groups, segment_rows
+from drake_starnav.lidar.mounts import ON_AXIS, Mount
+from drake_starnav.lidar.sensor_model import LidarParameters
+from drake_starnav.runtime import Odometry
+from drake_starnav.runtime.intake import (
+    AHEAD,
+    PATIENCE,
+    Declared,
+    Intake,
+    canonical,
+    extrapolated,
+    false_scan,
+    goal_of,
+    moved,
+    next_look,
+    pose_at,
+    state_at,
+    taken,
+)
+
+LIDAR = LidarParameters(noise=0.0)
+ONE = Declared.of(Scenario("one", None, lidar=LIDAR), (ON_AXIS,))
+MOUNTS = Mount(0.2, 0.1, 0.0, False), Mount(-0.2, -0.1, math.pi, False)
+TWO = Declared.of(Scenario("two", None, lidar=LIDAR, lidars=(LIDAR, LIDAR)), MOUNTS)
+BOX = Shapes.of(
+    [segment_rows(np.array([(-2, -2, 3, -2), (3, -2, 3, 2.5), (3, 2.5, -2, 2.5), (-2, 2.5, -2, -2)], float))]
+)
+
+
+def scan_at(pose, time=0.0, lidar=LIDAR) -> LaserScan:
+    ranges = np.full(lidar.beams, math.inf)
+    cast_groups(BOX, np.array([pose], float), Fan.regular(*lidar.field_of_view), ranges, lidar.range_max)
+    return LaserScan(time, ranges=ranges, **lidar.scan_fields)
+
+
+def arc(time: float, v: float = 0.8, omega: float = 0.5) -> Odometry:
+    return Odometry(
+        time, v / omega * math.sin(omega * time), v / omega * (1 - math.cos(omega * time)), omega * time, v, omega
+    )
+
+
+ARC = tuple(arc(0.02 * k) for k in range(51))
+
+
+@pytest.mark.parametrize("time", [0.0, 0.005, 0.49, 0.999])
+def test_poses_between_are_interpolated(time) -> None:
+    assert pose_at(ARC, time, 0.0) == pytest.approx(arc(time)[1:4], abs=1e-4)
+
+
+def test_poses_after_are_extrapolated_for_a_short_time() -> None:
+    assert pose_at(ARC, 1.02, AHEAD) == pytest.approx(arc(1.02)[1:4], abs=1e-6)
+    assert pose_at(ARC, 1.04, AHEAD) is None
+    assert pose_at(ARC, -0.01, AHEAD) is None
+    assert pose_at((), 0.0, AHEAD) is None
+
+
+def test_yaws_are_interpolated_across_the_turn() -> None:
+    rows = Odometry(0.0, 0, 0, math.pi - 0.1, 0, 0), Odometry(1.0, 0, 0, -math.pi + 0.1, 0, 0)
+    assert math.remainder(pose_at(rows, 0.5, 0.0)[2] - math.pi, math.tau) == pytest.approx(0.0)
+
+
+def test_an_omnidirectional_base_is_extrapolated_aside() -> None:
+    assert extrapolated(Odometry(0.0, 1.0, 2.0, math.pi / 2, 0.0, 0.0, 0.5), 0.1) == pytest.approx(
+        (0.95, 2.0, math.pi / 2)
+    )
+
+
+def test_the_state_is_stale_after_patience() -> None:
+    assert state_at(ARC, 1.0 + PATIENCE - 1e-6) == pytest.approx((*arc(1.1)[1:4], 0.8, 0.5), abs=1e-5)
+    assert state_at(ARC, 1.0 + PATIENCE + 1e-3) is None
+    assert state_at((), 0.0) is None
+
+
+def test_a_scan_waits_for_its_pose() -> None:
+    intake = taken(Intake.empty(1), 0.5, [scan_at((0, 0, 0), 0.49)], [arc(0.4)], ONE)
+    intake, look = next_look(intake, 0.5, ONE)
+    assert look is None and len(intake.waiting) == 1
+    intake = taken(intake, 0.52, [], [arc(0.5)], ONE)
+    intake, look = next_look(intake, 0.52, ONE)
+    assert look.time == 0.49 and look.pose == pytest.approx(arc(0.49)[1:4], abs=1e-3)
+    assert next_look(intake, 0.52, ONE)[1] is None
+
+
+def test_a_scan_without_a_pose_is_dropped_in_the_end() -> None:
+    intake = taken(Intake.empty(1), 0.5, [scan_at((0, 0, 0), 0.49)], [arc(0.4)], ONE)
+    intake, look = next_look(intake, 2.0, ONE)
+    assert look is None and not intake.waiting and dict(intake.dropped)
+
+
+def test_scans_of_two_lidars_are_taken_as_of_one_time() -> None:
+    intake = taken(Intake.empty(2), 0.5, [(0, scan_at((0, 0, 0), 0.45))], ARC[:24], TWO)
+    intake, look = next_look(intake, 0.46, TWO)
+    assert look is None
+    intake = taken(intake, 0.5, [(1, scan_at((0, 0, 0), 0.46))], [], TWO)
+    intake, look = next_look(intake, 0.5, TWO)
+    assert [scan.time for scan in look.scans] == [0.45, 0.45] and look.time == 0.45
+
+
+@pytest.mark.parametrize("upside_down", [False, True])
+def test_a_scan_is_moved_to_where_the_robot_was_before(upside_down) -> None:
+    mount = Mount(0.2, 0.1, 0.3, upside_down)
+    before, after = np.array((0.1, 0.2, 0.3)), np.array((0.14, 0.21, 0.33))
+
+    def seen(pose, time):
+        c, s = math.cos(pose[2]), math.sin(pose[2])
+        place = (pose[0] + 0.2 * c - 0.1 * s, pose[1] + 0.2 * s + 0.1 * c, pose[2] + 0.3)
+        scan = scan_at(place, time)
+        if not upside_down:
+            return scan
+        order = -np.arange(LIDAR.beams) % LIDAR.beams  # bearings turn the other way
+        return dataclasses.replace(scan, ranges=scan.ranges[order])
+
+    out = moved(seen(after, 0.02), mount, after, before, 0.0)
+    wanted = seen(before, 0.0).ranges
+    known = np.isfinite(out.ranges)
+    assert known.mean() > 0.9 and out.time == 0.0
+    assert np.quantile(np.abs(out.ranges - wanted)[known], 0.95) < 0.03
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"ranges": np.full(360, np.nan), "lost_beams": True}, "all beams are lost"),
+        ({"ranges": np.full(180, 1.0), "angle_increment": 2.0 * LIDAR.angle_increment}, "180 beams"),
+        ({"ranges": np.full(180, 1.0)}, "spans 3.12 rad"),
+        ({"range_max": 2.5}, "range_max 2.5 m"),
+    ],
+)
+def test_what_a_scan_has_less_of_than_declared(change, said) -> None:
+    assert said in false_scan(dataclasses.replace(scan_at((0, 0, 0)), **change), LIDAR)
+    assert false_scan(scan_at((0, 0, 0)), LIDAR) == ""
+
+
+def test_a_ros_message_s_numbers_change_nothing_twice() -> None:
+    once = canonical(scan_at((0.1, 0.2, 0.3), 1.7e9 + 0.123456789))
+    twice = canonical(once)
+    assert once.ranges.tobytes() == twice.ranges.tobytes() and once.full_circle
+    assert once.angle_increment == twice.angle_increment and once.time == 1.7e9 + 0.123456789
+
+
+@pytest.mark.parametrize(
+    ("rows", "why"),
+    [
+        ([arc(0.0), arc(0.0)], "odometry twice or out of order"),
+        ([arc(0.02), arc(0.0)], "odometry twice or out of order"),
+        ([arc(0.0)._replace(v=math.inf)], "odometry that is not finite"),
+        ([arc(5.0)], "odometry from the future"),
+        (["pose"], "no odometry"),
+        ([arc(0.0), arc(0.02)._replace(x=0.5)], "jump of the odometry"),
+        ([arc(0.0), arc(0.02)._replace(yaw=1.0)], "jump of the odometry"),
+    ],
+)
+def test_odometry_that_is_dropped_is_counted(rows, why) -> None:
+    assert dict(taken(Intake.empty(1), 0.1, [], rows, ONE).dropped) == {why: 1}
+
+
+def test_declared_jumps_are_no_fault() -> None:
+    rows = [arc(0.0), arc(0.02)._replace(x=0.5)]
+    intake = taken(Intake.empty(1), 0.1, [], rows, ONE._replace(jumps=True))
+    assert not intake.dropped and len(intake.rows) == 2
+
+
+@pytest.mark.parametrize("goal", [(1, 2), [1.0, 2.0, 3.0], np.array((1.0, 2.0))])
+def test_goals(goal) -> None:
+    assert goal_of(goal) == tuple(map(float, goal))
+
+
+@pytest.mark.parametrize("goal", ["here", (1.0,), (1.0, math.nan), 5.0, (1, 2, 3, 4)])
+def test_no_goals(goal) -> None:
+    assert goal_of(None) is None
+    with pytest.raises(StarnavError, match="goal is"):
+        goal_of(goal)

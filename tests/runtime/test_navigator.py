@@ -1,0 +1,325 @@
+"""What a navigator makes of drivers: it drives to the goal, and whatever goes wrong, the robot soon stands."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from pydrake.systems.framework import DiagramBuilder, LeafSystem
+
+from drake_starnav import Parts, StarnavError, load_scenario, parse_scenario
+from drake_starnav.runtime import Navigator, Odometry
+from drake_starnav.runtime.loop import Reading
+from drake_starnav.worlds.view import scan_from
+from drake_starnav.worlds.world import World
+from tests.helpers.bare_robot import EPOCH, BareRobot
+
+FOREST = load_scenario("forest")
+BEGIN = 1.6
+"""When things go wrong, s: the robot is at full speed."""
+BRAKING = 0.5 * FOREST.robot.max_speed**2 / FOREST.robot.max_acceleration
+replace = dataclasses.replace
+
+
+@pytest.fixture(scope="module")
+def forest() -> Navigator:
+    return Navigator(FOREST, warm=False)
+
+
+def driven(navigator, robot, seconds, fault=None, begin=BEGIN):
+    """Commands during a time, s, with a fault from `begin` on."""
+    commands = []
+    while robot.time < seconds - 1e-9:
+        reading = robot.read()
+        if fault is not None and robot.time >= begin - 1e-9:
+            reading = fault(reading, robot.time - begin)
+        commands.append(navigator.step(*reading))
+        robot.drive(commands[-1])
+        if commands[-1].status == "reached" and robot.stands:
+            break
+    return commands
+
+
+class Faults:
+    """What drivers do wrong: each a function of a reading and the time since it began."""
+
+    def __init__(self) -> None:
+        self.kept: list = []
+
+    def scans_stop(self, r, t):
+        return r._replace(scans=[])
+
+    def scans_freeze(self, r, t):
+        self.kept = self.kept or r.scans
+        return r._replace(scans=[replace(self.kept[0], time=scan.time) for scan in r.scans])
+
+    def scans_are_lost(self, r, t):
+        nothing = np.full(FOREST.lidar.beams, math.nan)
+        return r._replace(scans=[replace(scan, ranges=nothing, lost_beams=True) for scan in r.scans])
+
+    def scans_of_half_the_beams(self, r, t):
+        return r._replace(
+            scans=[replace(s, ranges=s.ranges[::2], angle_increment=2.0 * s.angle_increment) for s in r.scans]
+        )
+
+    def scans_late(self, r, t):
+        self.kept += r.scans
+        return r._replace(scans=[self.kept.pop(0)] if self.kept and self.kept[0].time < r.now - 0.3 else [])
+
+    def scans_of_the_future(self, r, t):
+        return r._replace(scans=[replace(scan, time=scan.time + 100.0) for scan in r.scans])
+
+    def scans_of_the_past(self, r, t):
+        return r._replace(scans=[replace(scan, time=scan.time - 100.0) for scan in r.scans])
+
+    def scans_are_none(self, r, t):
+        return r._replace(scans=[None, "scan"])
+
+    def odometry_stops(self, r, t):
+        return r._replace(odometry=[])
+
+    def odometry_freezes(self, r, t):
+        self.kept = self.kept or r.odometry
+        return r._replace(odometry=[self.kept[0]._replace(time=r.now)])
+
+    def odometry_stands(self, r, t):
+        self.kept = self.kept or r.odometry
+        return r._replace(odometry=[self.kept[0]._replace(time=r.now, v=0.0, omega=0.0)])
+
+    def odometry_is_nan(self, r, t):
+        return r._replace(odometry=[r.odometry[0]._replace(x=math.nan)])
+
+    def odometry_late(self, r, t):
+        self.kept += r.odometry
+        return r._replace(odometry=[self.kept.pop(0)] if self.kept[0].time < r.now - 0.3 else [])
+
+    def odometry_of_the_past(self, r, t):
+        return r._replace(odometry=[row._replace(time=row.time - 100.0) for row in r.odometry])
+
+    def odometry_is_none(self, r, t):
+        return r._replace(odometry=[None, (1.0,)])
+
+    def clock_alone_ahead(self, r, t):
+        return r._replace(now=r.now + 100.0)
+
+    def clock_alone_back(self, r, t):
+        return r._replace(now=r.now - 100.0)
+
+    def clock_is_nan(self, r, t):
+        return r._replace(now=math.nan)
+
+    def goal_is_cleared(self, r, t):
+        return r._replace(goal=None)
+
+    def goal_is_nan(self, r, t):
+        return r._replace(goal=(math.nan, 0.0))
+
+    def goal_is_text(self, r, t):
+        return r._replace(goal="kitchen")
+
+    def nothing_comes(self, r, t):
+        return Reading(r.now)
+
+
+SLOWER = {"odometry_freezes": 3.0, "odometry_stands": 3.0}
+
+
+@pytest.mark.parametrize("kind", [name for name in vars(Faults) if not name.startswith("_")])
+def test_what_goes_wrong_stops_the_robot(forest, kind) -> None:
+    forest.reset()
+    robot, within = BareRobot(FOREST), SLOWER.get(kind, 1.0)
+    fault = getattr(Faults(), kind)
+    driven(forest, robot, BEGIN)
+    assert robot.speed > 0.7
+    way = robot.way
+    commands = driven(forest, robot, BEGIN + within + 0.02, fault)
+    assert robot.stands
+    assert commands[-1].status == "standing"
+    assert commands[-1].why
+    assert robot.way - way < BRAKING + FOREST.robot.max_speed * (within - 0.8 + 0.02)
+    commands = driven(forest, robot, BEGIN + within + 1.0, fault)  # and stays so
+    assert robot.stands
+    assert robot.clearance > 0.0
+
+
+class Harmless:
+    """What drivers do that is none of the robot's business."""
+
+    def scans_twice(self, r, t):
+        return r._replace(scans=[*r.scans, *r.scans])
+
+    def odometry_twice(self, r, t):
+        return r._replace(odometry=[*r.odometry, *r.odometry])
+
+    def scans_out_of_order(self, r, t):
+        return r._replace(scans=[*r.scans, *(replace(scan, time=scan.time - 0.04) for scan in r.scans)])
+
+    def odometry_out_of_order(self, r, t):
+        return r._replace(odometry=[*r.odometry, *(row._replace(time=row.time - 0.01) for row in r.odometry)])
+
+    def clock_and_stamps_jump_ahead(self, r, t):
+        scans = [replace(scan, time=scan.time + 100.0) for scan in r.scans]
+        return Reading(r.now + 100.0, scans, [row._replace(time=r.now + 100.0) for row in r.odometry], r.goal)
+
+    def clock_and_stamps_jump_back(self, r, t):
+        scans = [replace(scan, time=scan.time - 100.0) for scan in r.scans]
+        return Reading(r.now - 100.0, scans, [row._replace(time=r.now - 100.0) for row in r.odometry], r.goal)
+
+    def jitter(self, r, t):
+        return r._replace(now=r.now + 0.009 * math.sin(1e3 * t))
+
+
+@pytest.mark.parametrize("kind", [name for name in vars(Harmless) if not name.startswith("_")])
+def test_what_does_no_harm_does_not_stop_it(forest, kind) -> None:
+    forest.reset()
+    robot = BareRobot(FOREST)
+    commands = driven(forest, robot, BEGIN + 2.0, getattr(Harmless(), kind))
+    assert commands[-1].status == "driving"
+    assert robot.way > 1.5
+    assert robot.clearance > 0.0
+
+
+def test_silence_that_ends_is_forgiven(forest) -> None:
+    forest.reset()
+    robot = BareRobot(FOREST)
+    commands = driven(forest, robot, 5.0, lambda r, t: r._replace(scans=[]) if t < 0.6 else r)
+    assert "braking" in {command.status for command in commands}
+    assert commands[-1].status == "driving"
+    assert robot.speed > 0.5
+
+
+def test_a_base_that_does_not_do_what_it_is_told_stands_until_the_goal_is_given_anew(forest) -> None:
+    forest.reset()
+    robot, faults = BareRobot(FOREST), Faults()
+    driven(forest, robot, 3.0, faults.odometry_freezes)
+    commands = driven(forest, robot, 4.0)  # it is well again, but nobody has said so
+    assert commands[-1].status == "standing" and "not executed" in commands[-1].why
+    forest.step(*robot.read()._replace(goal=None))
+    robot.ticks += 1
+    commands = driven(forest, robot, 6.0)
+    assert commands[-1].status == "driving"
+
+
+def test_a_pose_that_jumps_begins_again_when_the_robot_stands(forest) -> None:
+    forest.reset()
+    robot = BareRobot(FOREST)
+
+    def jump(r, t):
+        return r._replace(odometry=[row._replace(x=row.x + 0.5) for row in r.odometry])
+
+    commands = driven(forest, robot, 5.0, jump)
+    assert any("jumps by 0.5" in command.why for command in commands)
+    assert min(np.abs(command.twist).max() for command in commands[85:]) == 0.0
+    assert commands[-1].status == "driving" and robot.clearance > 0.0
+
+
+def test_after_a_gap_the_ramp_begins_at_the_measured_twist(forest) -> None:
+    forest.reset()
+    robot = BareRobot(FOREST)
+    driven(forest, robot, BEGIN)
+    robot.ticks += 25
+    slowed = robot.read()
+    slow = slowed.odometry[0]._replace(v=0.3, omega=0.0)
+    command = forest.step(*slowed._replace(odometry=[slow]))
+    assert abs(command.twist[0] - 0.3) <= FOREST.robot.max_acceleration * robot.period + 1e-9
+    assert forest.late == 25
+
+
+def test_it_reaches_the_goal_and_stands(forest) -> None:
+    forest.reset()
+    robot = BareRobot(FOREST, World("open", (0.0, 0.0, 0.0), (2.5, 0.5), cylinders=np.array([(1.2, -0.6, 0.2)])))
+    commands = driven(forest, robot, 10.0)
+    assert commands[-1].status == "reached" and robot.stands
+    assert math.dist(robot.pose[:2], robot.world.goal) < FOREST.simulation.goal_tolerance
+
+
+def test_a_goal_with_a_heading(forest) -> None:
+    forest.reset()
+    robot = BareRobot(FOREST, World("open", (0.0, 0.0, 0.0), (1.5, 0.0), cylinders=np.array([(0.8, -1.0, 0.2)])))
+    commands = driven(forest, robot, 12.0, lambda r, t: r._replace(goal=(*robot.world.goal, 2.0)), begin=0.0)
+    assert commands[-1].status == "reached"
+    assert abs(math.remainder(robot.pose[2] - 2.0, math.tau)) < 0.1
+
+
+POSTS = np.array([(1.5, 0.3, 0.25), (3.0, -0.6, 0.3), (4.0, 0.9, 0.3)])
+
+
+@pytest.mark.parametrize("base", ["differential", "omnidirectional", "car"])
+@pytest.mark.parametrize("shape", ["", ", footprint: [[-0.2, -0.15], [0.3, -0.15], [0.3, 0.15], [-0.2, 0.15]]"])
+def test_every_base_drives_and_brakes(base, shape) -> None:
+    scenario = parse_scenario(f"robot: {{base: {base}, max_yaw_rate: 1.6{shape}}}", name=base)
+    robot = BareRobot(scenario, World("posts", (0.0, 0.0, 0.0), (6.0, 0.0), cylinders=POSTS))
+    navigator = Navigator(scenario, warm=False)
+    driven(navigator, robot, 3.0)
+    assert robot.way > 1.0
+    commands = driven(navigator, robot, 4.2, Faults().odometry_stops, begin=3.0)
+    assert robot.stands and commands[-1].why.startswith("no odometry")
+    assert robot.clearance > 0.0
+
+
+class Failing(LeafSystem):
+    """Raises after a while."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.calls, self.value = 0, np.array((0.8, 0.0))
+        self.DeclareVectorOutputPort("desired_twist", 2, self.calc, {self.time_ticket()})
+
+    def calc(self, context, output) -> None:
+        self.calls += 1
+        if self.calls == 60:
+            self.value = np.full(2, math.nan)
+        if self.calls > 90:
+            raise ValueError("my controller is broken")
+        output.SetFromVector(self.value)
+
+
+def test_a_part_that_fails_stops_the_robot() -> None:
+    robot = BareRobot(FOREST)
+    navigator = Navigator(FOREST, Parts(controller=Failing()), warm=False)
+    commands = driven(navigator, robot, 3.5)
+    assert robot.stands and robot.clearance > 0.0
+    assert "my controller is broken" in commands[-1].why
+    assert any("desired_twist is [nan" in command.why for command in commands)
+
+
+def test_nothing_has_come_in_yet(forest) -> None:
+    forest.reset()
+    command = forest.step(EPOCH)
+    assert command.twist.tolist() == [0.0, 0.0] and command.why == "no odometry"
+    command = forest.step(EPOCH + 0.02, [], [Odometry(EPOCH + 0.02, 0.0, 0.0, 0.0, 0.0, 0.0)], (1.0, 0.0))
+    assert command.why.startswith("no scan")
+
+
+def test_every_scan_is_processed_whatever_the_rates(forest) -> None:
+    forest.reset()
+    robot = BareRobot(FOREST)
+    seen = []
+    for _ in range(40):
+        now, _, rows, goal = robot.read()
+        lidar = replace(FOREST.lidar, rate=100.0)  # two scans each period
+        scans = [
+            replace(scan_from(robot.shapes, robot.pose, lidar, 0, robot.ticks), time=now - late) for late in (0.01, 0.0)
+        ]
+        robot.drive(forest.step(now, scans, rows, goal))
+        seen.append(forest.intake.newest[0])
+    assert seen[-1] == pytest.approx(EPOCH + 39 * 0.02)
+    assert sum(count for _, count in forest.intake.dropped) == 1  # the one from before the first odometry
+    assert robot.speed > 0.5
+    perception = forest.navigation.perception
+    held = perception.GetMyContextFromRoot(forest._simulator.get_context()).get_abstract_state(0).get_value()
+    assert held.safety.time == pytest.approx(EPOCH + 39 * 0.02 - forest._origin)  # none is forgotten by the next
+
+
+def test_the_diagram_can_be_part_of_a_larger_one() -> None:
+    navigator = Navigator(FOREST, warm=False)
+    builder = DiagramBuilder()
+    inner = builder.AddSystem(navigator.diagram)
+    names = {inner.get_input_port(k).get_name() for k in range(inner.num_input_ports())}
+    assert names == {"scan", "scan_pose", "state", "goal", "heading"}
+    assert inner.HasOutputPort("twist_command") and inner.HasOutputPort("planner.status")
+
+
+def test_parts_of_the_loop_come_in_by_step() -> None:
+    with pytest.raises(StarnavError, match="a station or a goal"):
+        Navigator(FOREST, Parts(goal=LeafSystem()), warm=False)
