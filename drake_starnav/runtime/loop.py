@@ -1,0 +1,173 @@
+"""The loop of a robot: read, step, drive, once a control period, and a ramp to zero however it ends."""
+
+import contextlib
+import gc
+import math
+import signal
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+
+from drake_starnav.runtime.navigator import Command, Navigator
+
+ZEROS = 5
+"""So often a base that stands is told to, at the end."""
+LONGEST_RAMP = 10.0
+"""The ramp at the end takes this long at most, s."""
+
+
+class Reading(NamedTuple):
+    """What came since the last reading, as of `Navigator.step`."""
+
+    now: float
+    scans: Any = ()
+    odometry: Any = ()
+    goal: Any = None
+
+
+class DrivenRobot(Protocol):
+    """What `drive` needs of a robot; see `drake_starnav.runtime`."""
+
+    def read(self) -> Reading: ...
+
+    def drive(self, command: Command) -> None: ...
+
+    def close(self) -> None: ...
+
+
+class Driven(NamedTuple):
+    """What a drive was like.
+
+    Attributes:
+        end: reached, stopped (by a signal) or over (the time).
+        ticks: how many commands were given, without the last ramp.
+        late: periods that passed without a command.
+        step: p50, p99 and longest time of read, step and drive together, s.
+        dropped: why inputs were dropped, and how often.
+    """
+
+    end: str
+    ticks: int
+    late: int
+    step: tuple[float, float, float]
+    dropped: dict[str, int]
+
+    def __str__(self) -> str:
+        p50, p99, worst = (1e3 * each for each in self.step)
+        said = f"{self.end} after {self.ticks} commands, {self.late} periods late; a command takes {p50:.1f} ms "
+        said += f"(p99 {p99:.1f}, longest {worst:.1f})"
+        return said + "".join(f"; {count} x {why}" for why, count in self.dropped.items())
+
+
+def drive(
+    navigator: Navigator,
+    robot: DrivenRobot,
+    *,
+    log: str | Path | None = None,
+    seconds: float = math.inf,
+    until_reached: bool = False,
+    quiet: bool = True,
+) -> Driven:
+    """Drive a robot until a signal, SIGTERM or SIGINT, ends it.
+
+    The schedule is absolute: a late command does not delay those after it, and is counted. Whatever ends the loop, an
+    exception included, the base is ramped to zero and told so several times, then the robot is closed.
+
+    Args:
+        log: the MCAP file to write, as of `replay`.
+        seconds: after which it ends, too.
+        until_reached: whether it ends when the goal is reached and the robot stands.
+        quiet: no line with the status.
+    """
+    from drake_starnav.runtime.log import RunLog  # late: an extra
+
+    period, took, ticks, late = navigator.actuation.hold, [0.0], 0, 0
+    noted = None if log is None else RunLog(Path(log), navigator)
+    navigator.reset()
+    gc.collect()
+    gc.freeze()  # what is there stays: the collector need not look at it again while the robot moves
+    end, command = "over", None
+    try:
+        with _signals() as stopped:
+            begin = time.monotonic()
+            for tick in _ticks(begin, period, begin + seconds):
+                late += tick - ticks - 1 if ticks else 0
+                ticks, since = tick, time.perf_counter()
+                reading = robot.read()
+                command = navigator.step(*reading)
+                robot.drive(command)
+                took.append(time.perf_counter() - since)
+                if noted is not None:
+                    noted.note(reading, command)
+                if not quiet and len(took) % max(round(0.5 / period), 1) == 0:
+                    _say(command)
+                if stopped.is_set():
+                    end = "stopped"
+                    break
+                if until_reached and command.status == "reached" and not command.twist.any():
+                    end = "reached"
+                    break
+    finally:
+        _ramped(navigator, robot)
+        if noted is not None:
+            noted.close()
+        gc.unfreeze()
+    p50, p99, worst = np.percentile(took[1:] or [0.0], (50.0, 99.0, 100.0)).tolist()
+    return Driven(end, len(took) - 1, late, (p50, p99, worst), dict(navigator.intake.dropped))
+
+
+def _ticks(begin: float, period: float, end: float) -> Iterator[int]:
+    """Numbers of the periods, from 1, each when it begins; those that are over are left out."""
+    tick = 1
+    while (now := time.monotonic()) < end:
+        due = begin + (tick - 1) * period
+        if now < due:
+            time.sleep(due - now)
+        else:
+            tick = max(tick, int((now - begin) / period) + 1)
+        yield tick
+        tick += 1
+
+
+def _ramped(navigator: Navigator, robot: DrivenRobot) -> None:
+    """Ramp to zero, say so several times, and close; what fails on the way is raised at the end."""
+    failed: BaseException | None = None
+    period, zeros, until = navigator.actuation.hold, 0, time.monotonic() + LONGEST_RAMP
+    with _signals():
+        while zeros < ZEROS and time.monotonic() < until:
+            command = navigator.brake("the loop has ended")
+            zeros += command.status == "standing"
+            try:
+                robot.drive(command)
+            except Exception as error:
+                failed, zeros = error, zeros + 1
+            time.sleep(period)
+        robot.close()
+    if failed is not None and sys.exception() is None:
+        raise failed
+
+
+@contextlib.contextmanager
+def _signals() -> Iterator[threading.Event]:
+    """SIGTERM and SIGINT set an event instead of ending the process; in the main thread, where alone they come."""
+    asked, before = threading.Event(), {}
+    if threading.current_thread() is threading.main_thread():
+        for each in (signal.SIGTERM, signal.SIGINT):
+            before[each] = signal.signal(each, lambda *_: asked.set())
+    try:
+        yield asked
+    finally:
+        for each, handler in before.items():
+            signal.signal(each, handler)
+
+
+def _say(command: Command) -> None:
+    """Status on one line."""
+    twist = ", ".join(f"{each:+.2f}" for each in command.twist)
+    line = f"{command.status}  {twist}  {command.why}"
+    print(f"\r{line[:118]:<118}", end="", file=sys.stderr, flush=True)

@@ -1,0 +1,125 @@
+"""A second process between the loop and the base: when the loop falls silent, it ramps the base to zero.
+
+It is told twists on its standard input, one JSON list a line, and passes them on. When none comes for DEADLINE seconds,
+or the input ends, it brakes along the ramp that the last certified motion ends with. It is armed by the first twist,
+loads neither Drake nor NumPy, and does not hear Ctrl-C, which is the loop's to end in order.
+"""
+
+import contextlib
+import importlib
+import json
+import math
+import select
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+DEADLINE, PERIOD = 0.1, 0.02
+"""s"""
+ZEROS = 5
+"""So often a base that stands is told to."""
+
+
+class Ramp(NamedTuple):
+    """How a base brakes: its accelerations, m/s^2 and rad/s^2, and whether it steers, and then keeps its curvature."""
+
+    acceleration: float
+    yaw_acceleration: float
+    steers: bool = False
+
+    def after(self, twist: Sequence[float], dt: float) -> list[float]:
+        """The twist after a time, s, of braking."""
+        speed = math.hypot(*twist[:-1])
+        share = max(speed - self.acceleration * dt, 0.0) / speed if speed > 0.0 else 0.0
+        turning = twist[-1]
+        if not self.steers:
+            turning = math.copysign(max(abs(turning) - self.yaw_acceleration * dt, 0.0), turning)
+        elif share == 0.0:
+            turning = 0.0
+        return [*(share * each for each in twist[:-1]), turning]
+
+
+class Watched:
+    """A base in a process of its own, for a robot's `drive`: what is sent here, it gets there, or a ramp.
+
+    The base is an object with `drive(twist)` and `close()`, made there by a function that can be imported.
+    """
+
+    def __init__(self, base: str, arguments: dict[str, Any], ramp: Ramp) -> None:
+        """
+        Args:
+            base: the function, as `module:name`.
+            arguments: by name, as JSON can hold them.
+            ramp: of the robot.
+        """
+        command = [sys.executable, "-m", __name__, base, json.dumps(arguments), json.dumps(ramp)]
+        self.process = subprocess.Popen(command, stdin=subprocess.PIPE, start_new_session=True)
+
+    def drive(self, twist: Sequence[float]) -> None:
+        """Send a twist; raises an `OSError` when the process has ended."""
+        assert self.process.stdin is not None
+        self.process.stdin.write(json.dumps([float(each) for each in twist]).encode() + b"\n")
+        self.process.stdin.flush()
+
+    def close(self) -> None:
+        """End it: a base that still moves is ramped to zero first."""
+        with contextlib.suppress(OSError):
+            assert self.process.stdin is not None
+            self.process.stdin.close()
+        self.process.wait(timeout=10.0)
+
+
+def watch(base: Any, ramp: Ramp, lines: Any = None) -> None:
+    """Pass on to a base what comes as lines until they end, and ramp it to zero where they stop to come.
+
+    Args:
+        base: with `drive(twist)` and `close()`.
+        ramp: of the robot.
+        lines: a binary file that can be waited for; None for the standard input.
+    """
+    stream = sys.stdin.buffer.raw if lines is None else lines  # type: ignore[union-attr]
+    twist: list[float] = []
+    rest, heard, zeros, open_ = b"", time.monotonic(), 0, True
+    while open_ or (twist and zeros < ZEROS):
+        wait = DEADLINE - (time.monotonic() - heard) if open_ and twist else 1.0
+        if open_ and select.select([stream], [], [], max(wait, 0.0))[0]:
+            data = stream.read(65536)
+            open_ = bool(data)
+            *whole, rest = (rest + data).split(b"\n")
+            if whole:
+                twist, heard, zeros = json.loads(whole[-1]), time.monotonic(), 0
+                base.drive(twist)
+            continue
+        if twist and zeros < ZEROS:
+            twist = ramp.after(twist, PERIOD)
+            zeros += not any(twist)
+            base.drive(twist)
+            _pause(stream if open_ else None, PERIOD)
+        elif open_:
+            _pause(stream, 1.0)
+    base.close()
+
+
+def _pause(stream: Any, seconds: float) -> None:
+    """Wait, or until a twist comes."""
+    if stream is None:
+        time.sleep(seconds)
+    else:
+        select.select([stream], [], [], seconds)
+
+
+def main(arguments: Sequence[str]) -> int:
+    """`python -m drake_starnav.runtime.watchdog MODULE:BASE ARGUMENTS RAMP`, the last two as JSON."""
+    for each in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(each, signal.SIG_IGN)
+    base, settings, ramp = arguments
+    module, _, name = base.partition(":")
+    watch(getattr(importlib.import_module(module), name)(**json.loads(settings)), Ramp(*json.loads(ramp)))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

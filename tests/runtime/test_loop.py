@@ -1,0 +1,117 @@
+"""However a drive ends, the base has been ramped to zero."""
+
+import os
+import signal
+import threading
+import time
+
+import numpy as np
+import pytest
+
+from drake_starnav import load_scenario
+from drake_starnav.runtime import Navigator, drive
+from tests.helpers.bare_robot import BareRobot
+
+FOREST = load_scenario("forest")
+STEP = FOREST.robot.max_acceleration / FOREST.controller.rate
+
+
+@pytest.fixture(scope="module")
+def navigator() -> Navigator:
+    made = Navigator(FOREST, warm=False)
+    robot = BareRobot(FOREST)
+    for _ in range(100):  # so that nothing is loaded later
+        robot.drive(made.step(*robot.read()))
+    return made
+
+
+class Base(BareRobot):
+    """Keeps what it was told; `at` is called with the number of each reading."""
+
+    def __init__(self, at=lambda tick: None) -> None:
+        super().__init__(FOREST)
+        self.at, self.told, self.closed, self.readings = at, [], False, 0
+
+    def read(self):
+        self.readings += 1
+        self.at(self.readings)
+        return super().read()
+
+    def drive(self, command) -> None:
+        self.told.append(command.twist.copy())
+        super().drive(command)
+
+    def close(self) -> None:
+        self.closed = True
+
+
+def ramped(base: Base) -> None:
+    """It was ramped to zero, told so, and closed."""
+    speeds = np.array(base.told)[:, 0]
+    assert speeds.max() > 0.4 and base.closed
+    assert (np.abs(np.array(base.told[-5:])) == 0.0).all()
+    assert np.abs(np.diff(speeds)).max() <= STEP + 1e-9
+
+
+def test_it_ends_after_its_time(navigator) -> None:
+    base = Base()
+    driven = drive(navigator, base, seconds=1.0)
+    ramped(base)
+    assert driven.end == "over" and abs(driven.ticks + driven.late - 50) <= 2
+    assert "periods late" in str(driven)
+
+
+@pytest.mark.parametrize("sent", [signal.SIGTERM, signal.SIGINT])
+def test_a_signal_ends_it(navigator, sent) -> None:
+    before = signal.getsignal(sent)
+    base = Base(lambda tick: os.kill(os.getpid(), sent) if tick == 45 else None)
+    assert drive(navigator, base, seconds=20.0).end == "stopped"
+    ramped(base)
+    assert signal.getsignal(sent) is before
+
+
+def test_an_exception_ends_it(navigator) -> None:
+    def fail(tick):
+        if tick == 45:
+            raise OSError("the lidar was unplugged")
+
+    base = Base(fail)
+    with pytest.raises(OSError, match="unplugged"):
+        drive(navigator, base, seconds=20.0)
+    ramped(base)
+
+
+def test_a_base_that_cannot_be_told_is_tried_again(navigator) -> None:
+    class Loose(Base):
+        def drive(self, command) -> None:
+            super().drive(command)
+            if len(self.told) == 46:
+                raise OSError("cable")
+
+    base = Loose()
+    with pytest.raises(OSError, match="cable"):
+        drive(navigator, base, seconds=20.0)
+    ramped(base)
+
+
+def test_late_commands_are_counted_and_do_not_delay_others(navigator) -> None:
+    base = Base(lambda tick: time.sleep(0.09) if tick == 20 else None)
+    driven = drive(navigator, base, seconds=1.0)
+    assert driven.late >= 3 and driven.step[2] > 0.09
+    assert abs(driven.ticks + driven.late - 50) <= 2
+    assert base.closed
+
+
+def test_it_ends_at_the_goal_on_request(navigator) -> None:
+    base = Base()
+    base.world = type(base.world)("near", tuple(base.pose), (base.pose[0] + 0.7, base.pose[1]))
+    assert drive(navigator, base, seconds=20.0, until_reached=True).end == "reached"
+    assert base.stands
+
+
+def test_another_thread_may_drive(navigator) -> None:
+    base, results = Base(), []
+    thread = threading.Thread(target=lambda: results.append(drive(navigator, base, seconds=0.8)))
+    thread.start()
+    thread.join(20.0)
+    assert results and base.closed
