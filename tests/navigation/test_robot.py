@@ -9,7 +9,7 @@ from pydrake.common.value import Value
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import BasicVector, DiagramBuilder, EventStatus, LeafSystem
 
-from drake_starnav import LaserScan, Parts, StarnavError, add_navigation, load_scenario, make_world, parse_scenario
+from drake_starnav import Parts, StarnavError, add_navigation, load_scenario, make_world, parse_scenario
 from drake_starnav.lidar.mounts import ON_AXIS
 from drake_starnav.station import simulated
 from drake_starnav.systems import release

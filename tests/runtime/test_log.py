@@ -1,0 +1,108 @@
+"""A log repeats a run to the bit."""
+
+import math
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from drake_starnav import StarnavError, load_scenario, parse_scenario
+from drake_starnav.runtime import Navigator, read_log, replay
+from drake_starnav.runtime.log import RunLog, scan_message, scan_of
+from drake_starnav.runtime.loop import Reading
+from drake_starnav.worlds.world import World
+from tests.helpers.bare_robot import BareRobot
+
+pytest.importorskip("mcap")
+FOREST = load_scenario("forest")
+POSTS = World("posts", (0.0, 0.0, 0.0), (6.0, 0.0), cylinders=np.array([(1.5, 0.3, 0.25), (3.0, -0.6, 0.3)]))
+RUNS = {
+    "static": ("", ""),
+    "drift": ("localization: {drift: 0.02}", ""),
+    "movers": ("obstacles: {max_speed: 0.5}", ""),
+    "polygon": ("robot: {footprint: [[-0.2, -0.15], [0.3, -0.15], [0.3, 0.15], [-0.2, 0.15]]}", ""),
+    "car": ("robot: {base: car}", ""),
+    "faults": ("", "faults"),
+}
+
+
+def logged(path, scenario, kind="", seconds=3.0):
+    """Write the log of a run; returns its robot."""
+    navigator, robot = Navigator(scenario, warm=False), BareRobot(scenario, POSTS)
+    log, chance = RunLog(path, navigator), np.random.default_rng(0)
+    while robot.time < seconds:
+        reading = robot.read()
+        if kind == "faults" and robot.time > 1.0:
+            odometry = [reading.odometry[0]._replace(x=math.nan), None, reading.odometry[0]]
+            scans = [*reading.scans, *reading.scans, None]
+            goal = (None, (math.nan, 1.0), reading.goal)[int(chance.integers(3))]
+            reading = Reading(reading.now, scans, odometry[: int(chance.integers(4))], goal)
+        command = navigator.step(*reading)
+        log.note(reading, command)
+        robot.drive(command)
+    log.close()
+    return robot
+
+
+@pytest.mark.parametrize("kind", RUNS)
+def test_every_command_is_repeated(tmp_path, kind) -> None:
+    text, faults = RUNS[kind]
+    scenario = parse_scenario(text or "{}", name=kind)
+    robot = logged(tmp_path / "run.mcap", scenario, faults)
+    assert robot.way > 0.5
+    replayed = replay(tmp_path / "run.mcap")
+    assert replayed.ticks == 150 and replayed.differs is None, str(replayed)
+
+
+def test_the_first_that_differs_is_named(tmp_path) -> None:
+    path = tmp_path / "run.mcap"
+    logged(path, FOREST, seconds=1.0)
+    other = load_scenario("forest", overrides=["robot.max_speed=0.3"])
+    log = read_log(path)
+    assert log.mounts and log.navigator().scenario.robot == FOREST.robot
+    slower = tmp_path / "slower.mcap"
+    mixed = RunLog(slower, Navigator(other, warm=False))
+    for tick in log.ticks:
+        mixed.note(Reading(*tick.inputs), tick.command)
+    mixed.close()
+    replayed = replay(slower)
+    assert replayed.differs is not None and 5 < replayed.differs < 50
+    assert "differs" in str(replayed)
+
+
+def test_a_log_that_was_cut_off_is_read_up_to_there(tmp_path) -> None:
+    path, cut = tmp_path / "run.mcap", tmp_path / "cut.mcap"
+    logged(path, FOREST, seconds=8.0)
+    data = path.read_bytes()
+    cut.write_bytes(data[: int(0.8 * len(data))])
+    replayed = replay(cut)
+    assert 50 < replayed.ticks < 400 and replayed.differs is None
+
+
+def test_another_process_repeats_it(tmp_path) -> None:
+    path = tmp_path / "run.mcap"
+    logged(path, FOREST, seconds=2.0)
+    code = f"from drake_starnav.runtime import replay; print(replay({str(path)!r}))"
+    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=300, check=True)
+    assert out.stdout.strip() == "all 100 commands are equal to the bit"
+
+
+def test_what_is_no_log_is_refused(tmp_path) -> None:
+    path = tmp_path / "no.mcap"
+    path.write_bytes(b"nothing")
+    with pytest.raises(StarnavError, match="not the log of a run"):
+        read_log(path)
+
+
+def test_messages_are_ros_s(tmp_path) -> None:
+    rosbags = pytest.importorskip("rosbags.typesys")
+    store = rosbags.get_typestore(rosbags.Stores.ROS2_JAZZY)
+    scan = BareRobot(FOREST).read().scans[0]
+    message = store.deserialize_cdr(scan_message(scan, "lidar"), "sensor_msgs/msg/LaserScan")
+    assert message.header.frame_id == "lidar" and message.header.stamp.sec == int(scan.time)
+    assert (
+        message.angle_max == np.float32(scan.angle_max) and message.ranges.tolist() == scan.ranges.astype("f4").tolist()
+    )
+    assert bytes(store.serialize_cdr(message, "sensor_msgs/msg/LaserScan")) == scan_message(scan, "lidar")
+    assert scan_of(scan_message(scan, "lidar"), scan.time).ranges.tolist() == message.ranges.tolist()
