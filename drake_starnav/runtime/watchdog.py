@@ -42,6 +42,11 @@ class Ramp(NamedTuple):
         return [*(share * each for each in twist[:-1]), turning]
 
 
+def ramp_of(limits: Any) -> Ramp:
+    """By the `Limits` of a robot."""
+    return Ramp(limits.max_acceleration, limits.max_yaw_acceleration, limits.steers > 0.0)
+
+
 class Watched:
     """A base in a process of its own, for a robot's `drive`: what is sent here, it gets there, or a ramp.
 

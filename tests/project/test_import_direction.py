@@ -59,7 +59,7 @@ TABLE = {
     "simulation": Room(f"{LOOP} visualization", DRAKE),
     "gym": Room(f"{LOOP} visualization simulation", f"{DRAKE} gymnasium"),
     "evaluation": Room(f"{LOOP} visualization simulation", "numpy scipy dask distributed jinja2 matplotlib"),
-    "cli": Room(f"{LOOP} visualization simulation evaluation", DRAKE),
+    "cli": Room(f"{LOOP} runtime visualization simulation evaluation", DRAKE),
     "plotting": Room("errors utils geometry visualization"),
     "__init__": Room(f"{LOOP} visualization simulation"),
     "__main__": Room("cli"),

@@ -13,7 +13,7 @@ import pytest
 from drake_starnav import parse_scenario
 from drake_starnav.control.motion import Actuation
 from drake_starnav.control.shield import braking_twist, ramped_twist
-from drake_starnav.runtime.watchdog import DEADLINE, PERIOD, Ramp, Watched
+from drake_starnav.runtime.watchdog import DEADLINE, PERIOD, Ramp, Watched, ramp_of
 
 RAMP = Ramp(1.0, 4.0)
 
@@ -109,7 +109,7 @@ def test_its_ramp_is_the_shield_s(base) -> None:
     robot = parse_scenario(f"robot: {{base: {base}}}", name=base).robot
     act = Actuation(robot.limits, robot.shape, PERIOD, 0.0, robot.drive)
     limits = robot.limits
-    ramp = Ramp(limits.max_acceleration, limits.max_yaw_acceleration, limits.steers > 0.0)
+    ramp = ramp_of(limits)
     twist = np.array({"differential": (0.8, -1.5), "omnidirectional": (0.5, -0.3, 1.0), "car": (0.7, 1.2)}[base])
     mine = twist.tolist()
     for _ in range(50):

@@ -1,0 +1,209 @@
+"""The commands `drive`, `replay`, `watchdog`, `warm` and `calibrate`: a robot that is not simulated."""
+
+import argparse
+import importlib
+import json
+import math
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+from drake_starnav.cli.options import NOT_REACHED, REACHED, Command, add_overrides, add_scenario
+from drake_starnav.errors import StarnavError, shown
+from drake_starnav.utils.files import check_outputs, write_text
+
+ROBOTS = {"ros2": "drake_starnav.runtime.ros2:Ros2"}
+"""Robots by name."""
+
+
+def made(kind: str, options: Sequence[str], *arguments: Any) -> Any:
+    """What a function that can be imported makes.
+
+    Args:
+        kind: of ROBOTS, or `module:name`.
+        options: its arguments by name, as NAME=VALUE; a value is JSON, or a text.
+        arguments: before these.
+    """
+    module, _, name = ROBOTS.get(kind, kind).partition(":")
+    settings = {}
+    for option in options:
+        key, is_given, value = option.partition("=")
+        if not is_given:
+            raise StarnavError(f"option {shown(option)} has no value; allowed: NAME=VALUE")
+        try:
+            settings[key] = json.loads(value)
+        except json.JSONDecodeError:
+            settings[key] = value
+    try:
+        factory = getattr(importlib.import_module(module), name)
+    except (ImportError, AttributeError, ValueError) as error:
+        raise StarnavError(
+            f"robot {shown(kind)} cannot be imported: {error}; allowed: {', '.join(ROBOTS)}, or MODULE:NAME"
+        ) from None
+    try:
+        return factory(*arguments, **settings)
+    except TypeError as error:
+        raise StarnavError(f"robot {shown(kind)}: {error}; allowed: the arguments of {name}") from None
+
+
+def _add_robot(parser: argparse.ArgumentParser, what: str) -> None:
+    parser.add_argument("--option", action="append", default=[], metavar="NAME=VALUE", help=f"of the {what}; repeated")
+
+
+def _add_drive_options(parser: argparse.ArgumentParser) -> None:
+    add_scenario(parser)
+    add_overrides(parser)
+    parser.add_argument(
+        "--robot", default="ros2", metavar="KIND", help="ros2, or MODULE:NAME of what makes a robot (default: ros2)"
+    )
+    _add_robot(parser, "robot")
+    parser.add_argument("--goal", type=float, nargs="+", metavar="X", help="X Y [YAW], m and rad, where none comes in")
+    parser.add_argument("--log", type=Path, metavar="FILE.mcap", help="write what comes in and is commanded")
+    parser.add_argument("--seconds", type=float, default=math.inf, help="drive for so long (default: until Ctrl-C)")
+    parser.add_argument("--until-reached", action="store_true", help="end when the goal is reached")
+    parser.add_argument("--quiet", action="store_true", help="no status")
+
+
+class _Towards:
+    """A robot with a goal that is given from the start."""
+
+    def __init__(self, robot: Any, goal: Sequence[float]) -> None:
+        self._robot, self._goal = robot, tuple(goal)
+        self.drive, self.close = robot.drive, robot.close
+
+    def read(self) -> Any:
+        """As the robot's, with that goal where it has none."""
+        now, scans, odometry, goal = self._robot.read()
+        return now, scans, odometry, self._goal if goal is None else goal
+
+
+def _drive(options: argparse.Namespace) -> int:
+    from drake_starnav.loading import load_scenario
+    from drake_starnav.runtime import Navigator, drive
+
+    if options.goal is not None and len(options.goal) not in (2, 3):
+        raise StarnavError(f"--goal has {len(options.goal)} numbers; allowed: X Y or X Y YAW")
+    check_outputs([options.log])
+    scenario = load_scenario(options.scenario, overrides=options.overrides)
+    robot = made(options.robot, options.option, scenario)
+    try:
+        navigator = Navigator(scenario, mounts=getattr(robot, "mounts", None))
+        reader = robot if options.goal is None else _Towards(robot, options.goal)
+        ends = {"seconds": options.seconds, "until_reached": options.until_reached, "quiet": options.quiet}
+        driven = drive(navigator, reader, log=options.log, **ends)
+    except StarnavError:
+        robot.close()
+        raise
+    print(driven)
+    return REACHED if driven.end == "reached" or not options.until_reached else NOT_REACHED
+
+
+drive = Command(
+    "drive",
+    "Drive a robot that is not simulated, with its own scans and odometry.",
+    _add_drive_options,
+    _drive,
+    "0 driven, 1 not reached with --until-reached",
+)
+
+
+def _add_log(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("log", type=Path, metavar="LOG.mcap", help="as written by `drive --log`")
+
+
+def _replay(options: argparse.Namespace) -> int:
+    from drake_starnav.runtime import replay as repeat
+
+    replayed = repeat(options.log)
+    print(replayed)
+    return REACHED if replayed.differs is None else NOT_REACHED
+
+
+replay = Command(
+    "replay",
+    "Navigate again by the log of a drive, and name the first command that differs.",
+    _add_log,
+    _replay,
+    "0 all commands equal to the bit, 1 one differs",
+)
+
+
+def _add_watchdog_options(parser: argparse.ArgumentParser) -> None:
+    add_scenario(parser)
+    add_overrides(parser)
+    parser.add_argument(
+        "--base", required=True, metavar="MODULE:NAME", help="what makes the base: drive(twist), close()"
+    )
+    _add_robot(parser, "base")
+
+
+def _watch(options: argparse.Namespace) -> int:
+    from drake_starnav.loading import load_scenario
+    from drake_starnav.runtime.watchdog import ramp_of, watch
+
+    scenario = load_scenario(options.scenario, overrides=options.overrides)
+    watch(made(options.base, options.option), ramp_of(scenario.robot.limits))
+    return REACHED
+
+
+watchdog = Command(
+    "watchdog",
+    "Pass twists from the standard input, a JSON list a line, on to a base, and brake it where they stop.",
+    _add_watchdog_options,
+    _watch,
+)
+
+
+def _add_warm_options(parser: argparse.ArgumentParser) -> None:
+    add_scenario(parser)
+    add_overrides(parser)
+
+
+def _warm(options: argparse.Namespace) -> int:
+    from drake_starnav.loading import load_scenario
+    from drake_starnav.runtime import Navigator
+
+    scenario = load_scenario(options.scenario, overrides=options.overrides)
+    for _ in range(2):
+        begin = perf_counter()
+        Navigator(scenario)
+        print(f"ready after {perf_counter() - begin:.1f} s")
+    return REACHED
+
+
+warm = Command(
+    "warm",
+    "Compile all that a robot's declarations can use, and say how long that takes then and once compiled.",
+    _add_warm_options,
+    _warm,
+)
+
+
+def _add_calibrate_options(parser: argparse.ArgumentParser) -> None:
+    _add_log(parser)
+    parser.add_argument("--out", type=Path, metavar="FILE", help="a YAML file (default: the standard output)")
+
+
+def _calibrate(options: argparse.Namespace) -> int:
+    from drake_starnav.loading import parse_scenario
+    from drake_starnav.runtime import read_log
+    from drake_starnav.runtime.calibration import calibration
+
+    check_outputs([options.out], [options.log])
+    log = read_log(options.log)
+    text = calibration(log, parse_scenario(log.scenario, name=log.name))
+    if options.out is None:
+        sys.stdout.write(text)
+    else:
+        write_text(options.out, text)
+    return REACHED
+
+
+calibrate = Command(
+    "calibrate",
+    "Say what a robot is like by the log of a drive, as YAML to declare.",
+    _add_calibrate_options,
+    _calibrate,
+)

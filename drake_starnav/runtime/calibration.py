@@ -1,0 +1,191 @@
+"""What a robot is like, from the log of a drive: as YAML to declare. Pure functions."""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from drake_starnav.control.motion import velocity_of
+from drake_starnav.errors import StarnavError
+from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.runtime.execution import Told, compared
+from drake_starnav.runtime.intake import Odometry
+from drake_starnav.runtime.log import Log
+from drake_starnav.scenario.schema import Scenario
+
+LONGEST_DELAY, DELAY_STEP = 0.5, 0.01
+"""Delays of the drive that are tried, s."""
+STILL, ENOUGH = 0.005, 10
+"""A robot slower than this stands, m/s and rad/s; noise is that of so many scans at least."""
+OWN_NOISE = 5.0
+"""A hit that stays equal, within so many standard deviations, while the robot moves is on the robot itself."""
+SHIPPED = 0.003
+"""What the shipped bases deviate until they stand, m; only more is to be declared."""
+
+
+class Observed(NamedTuple):
+    """What a log holds, for these functions.
+
+    Attributes:
+        scenario: that drove.
+        scans: of the first lidar, with the time at which each came, s.
+        rows: odometry, in order.
+        told: commands.
+    """
+
+    scenario: Scenario
+    scans: tuple[tuple[float, LaserScan], ...]
+    rows: tuple[Odometry, ...]
+    told: tuple[Told, ...]
+
+
+def observed(log: Log, scenario: Scenario) -> Observed:
+    """What came in and was commanded; a `StarnavError` where that is too little."""
+    scans: list[tuple[float, LaserScan]] = []
+    rows: list[Odometry] = []
+    told: list[Told] = []
+    steers = scenario.robot.limits.steers > 0.0
+    for (now, came, odometry, _), command in log.ticks:
+        scans += [(now, scan) for k, scan in filter(None, came) if k == 0]
+        for row in filter(None, odometry):
+            if all(map(math.isfinite, row)) and (not rows or row.time > rows[-1].time):
+                rows.append(row)
+        ahead, aside, turning = velocity_of(command.twist)
+        told.append(Told(now, ahead, aside, turning * ahead if steers else turning))
+    if len(scans) < ENOUGH or len(rows) < ENOUGH:
+        raise StarnavError(f"the log has {len(scans)} scans and {len(rows)} poses; allowed: at least {ENOUGH} of each")
+    return Observed(scenario, tuple(scans), tuple(rows), tuple(told))
+
+
+def lidar_of(seen: Observed) -> dict[str, float]:
+    """Beams, limits, rate, noise, lost beams and delay of the lidar, by the keys of `lidar`."""
+    times = np.array([scan.time for _, scan in seen.scans])
+    several = min(len(times) - 1, ENOUGH)  # as they may come by the raster of something else
+    late = np.array([came - scan.time for came, scan in seen.scans])
+    last = seen.scans[-1][1]
+    ranges = np.array([scan.ranges for _, scan in seen.scans if len(scan.ranges) == len(last.ranges)])
+    period = 1.0 / seen.scenario.controller.rate  # a scan waits for a step for so long, which is no delay of its own
+    turn = last.angle_min + len(last.ranges) * last.angle_increment if last.full_circle else last.angle_max
+    return {
+        "beams": len(last.ranges),
+        "angle_min": round(last.angle_min, 6),
+        "angle_max": round(min(turn, last.angle_min + 2.0 * math.pi), 6),
+        "range_min": round(last.range_min, 4),
+        "range_max": round(last.range_max, 4),
+        "rate": _rounded(several / float(np.median(times[several:] - times[:-several])), 3),
+        "noise": _up(range_noise(seen)),
+        "dropout": _up(float(np.isnan(ranges).mean())),
+        "delay": _up(max(float(np.quantile(late, 0.99)) - period, 0.0)),
+    }
+
+
+def range_noise(seen: Observed) -> float:
+    """Standard deviation of ranges while the robot stands, m, the median of all beams; NaN where it never does."""
+    times = np.array([row.time for row in seen.rows])
+    moves = np.array([max(abs(row.v), abs(row.aside), abs(row.omega)) > STILL for row in seen.rows])
+    still: list[np.ndarray] = []
+    best = math.nan
+    for _, scan in (*seen.scans, (0.0, None)):
+        around = slice(0, 0) if scan is None else slice(*np.searchsorted(times, (scan.time - 0.2, scan.time + 0.2)))
+        if scan is not None and not moves[around].any() and len(times[around]):
+            still.append(scan.ranges)
+            continue
+        if len(still) >= ENOUGH and len({len(each) for each in still}) == 1:
+            hits = np.array(still)[:, np.isfinite(still).all(axis=0)]
+            if hits.shape[1]:
+                best = float(np.nanmin((best, np.median(hits.std(axis=0, ddof=1)))))
+        still = []
+    return best
+
+
+def seen_of_itself(seen: Observed) -> list[tuple[float, float]]:
+    """Sectors in which the lidar sees the robot, pairs of bearings in S, rad, as `LaserScan.masked` takes them."""
+    last = seen.scans[-1][1]
+    ranges = np.array([scan.ranges for _, scan in seen.scans if len(scan.ranges) == len(last.ranges)])
+    xy = np.array([row[1:3] for row in seen.rows])
+    if np.ptp(xy, axis=0).max() < 2.0 * seen.scenario.robot.radius:
+        return []  # what stands about it looks the same
+    near = np.isfinite(ranges).mean(axis=0) > 0.9
+    known = np.where(np.isfinite(ranges), ranges, np.nan)
+    with np.errstate(invalid="ignore"):
+        middle = np.nanmedian(np.where(near, known, 0.0), axis=0)
+        spread = np.nanmax(np.abs(np.where(near, known - middle, 0.0)), axis=0)
+    noise = range_noise(seen)
+    noise = 0.01 if math.isnan(noise) else noise
+    own = near & (middle < 1.5 * seen.scenario.robot.radius) & (spread < OWN_NOISE * noise + 1e-6)
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], own.astype(int), [0]))))
+    half = 0.5 * last.angle_increment
+    return [(float(last.bearings[a] - half), float(last.bearings[b - 1] + half)) for a, b in edges.reshape(-1, 2)]
+
+
+def drive_of(seen: Observed) -> dict[str, float]:
+    """Delay, slip and error of the drive, by the keys of `drive`: least values that this log allows."""
+    rows, delay = np.array(seen.rows), drive_delay(seen)
+    robot = seen.scenario.robot
+    braking = max(robot.max_speed / robot.max_acceleration, 0.5)
+    lost, strayed = [0.0], [0.0]
+    for end in np.arange(rows[0, 0] + braking, rows[-1, 0], 0.5 * braking):
+        inside = seen.rows[np.searchsorted(rows[:, 0], end - braking) : np.searchsorted(rows[:, 0], end)]
+        asked, driven, time = compared(seen.told, inside, delay)
+        way = math.hypot(*asked[:2])
+        if time < 0.5 * braking:
+            continue
+        off = driven - asked
+        strayed.append(math.hypot(off[0], off[1]))
+        if way > robot.radius:
+            lost.append(1.0 - math.hypot(*driven[:2]) / way)
+    slip = max(float(np.quantile(lost, 0.98)), 0.0)
+    error = max(float(np.quantile(strayed, 0.98)) - SHIPPED, 0.0)
+    explained = slip * robot.max_speed * braking
+    delay = delay if delay > 1.0 / seen.scenario.controller.rate else 0.0  # a command is reached within its period
+    return {"delay": _up(delay), "slip": _up(slip, 0.01), "error": _up(max(error - explained, 0.0), 0.005)}
+
+
+def drive_delay(seen: Observed) -> float:
+    """The delay with which the twist of the odometry follows the commanded one best, s."""
+    rows, told = np.array(seen.rows), np.array(seen.told)
+    measured = np.column_stack((rows[:, 4], rows[:, 6], rows[:, 5]))
+    scale = np.maximum(np.abs(told[:, 1:]).max(axis=0), 0.05)
+    tried = np.arange(0.0, LONGEST_DELAY + 1e-9, DELAY_STEP)
+    misfit = []
+    for delay in tried:
+        at = np.searchsorted(told[:, 0], rows[:, 0] - delay, side="right") - 1
+        off = (measured - told[np.maximum(at, 0), 1:])[at >= 0] / scale
+        misfit.append(float((off**2).mean()))
+    best = float(tried[int(np.argmin(misfit))])
+    return best if misfit[0] - min(misfit) > 1e-4 else 0.0  # a command that never changes tells nothing
+
+
+def calibration(log: Log, scenario: Scenario) -> str:
+    """YAML to declare, with what it rests on.
+
+    Args:
+        log: of a drive with turns, and with some seconds of standing.
+        scenario: that drove.
+    """
+    seen = observed(log, scenario)
+    lidar, drive, own = lidar_of(seen), drive_of(seen), seen_of_itself(seen)
+    seconds = seen.rows[-1].time - seen.rows[0].time
+    way = float(np.hypot(*np.diff(np.array(seen.rows)[:, 1:3].T, axis=1)).sum())
+    lines = [f"# {seconds:.0f} s, {way:.1f} m, {len(seen.scans)} scans, {len(seen.rows) / seconds:.0f} poses a second"]
+    if math.isnan(lidar["noise"]):
+        del lidar["noise"]
+        lines.append("# lidar.noise: unknown, as the robot never stood for half a second")
+    lines += ["lidar:", *(f"  {name}: {value:g}" for name, value in lidar.items())]
+    lines += ["drive:", *(f"  {name}: {value:g}" for name, value in drive.items())]
+    sectors = ", ".join(f"[{a:.3f}, {b:.3f}]" for a, b in own)
+    lines.append(
+        f"# the lidar sees the robot at bearings {sectors}: mask them" if own else "# it does not see the robot"
+    )
+    if drive["slip"] > 0.2 or drive["error"] > 0.1:
+        lines.append("# the base does not do what it is told: look for the cause before this is declared")
+    return "\n".join(lines) + "\n"
+
+
+def _up(value: float, least: float = 0.001) -> float:
+    """A value to declare: rounded up to a multiple of `least`; what is below half of that is nothing."""
+    return value if math.isnan(value) else round(math.ceil(max(value / least - 0.5, 0.0)) * least, 6)
+
+
+def _rounded(value: Any, digits: int) -> float:
+    return float(f"{value:.{digits}g}")

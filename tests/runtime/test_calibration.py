@@ -1,0 +1,113 @@
+"""What a robot is like is found in its log, and declared it is enough."""
+
+import math
+
+import numpy as np
+import pytest
+
+from drake_starnav import StarnavError, parse_scenario
+from drake_starnav.runtime import Navigator, read_log
+from drake_starnav.runtime.calibration import calibration, drive_of, lidar_of, observed, seen_of_itself
+from drake_starnav.runtime.log import RunLog
+from drake_starnav.runtime.navigator import Command
+from drake_starnav.worlds.world import World
+from tests.helpers.bare_robot import BareRobot
+
+pytest.importorskip("mcap")
+ROOM = World("room", (0.0, 0.0, 0.0), (3.0, 1.0), bounds=(-2.0, -2.0, 5.0, 3.0), cylinders=np.array([(1.6, 1.4, 0.3)]))
+
+
+class Flawed(BareRobot):
+    """Commands take effect late, wheels lose a share of their speed, scans come late, and the lidar sees two posts."""
+
+    def __init__(self, scenario, late=0, slip=0.0, scans_late=0, own=()) -> None:
+        super().__init__(scenario, ROOM)
+        self.pending, self.share, self.own = [np.zeros(2)] * late, 1.0 - slip, own
+        self.scans_late, self.on_the_way = scans_late, []
+
+    def _ranges(self, index):
+        ranges = super()._ranges(index)
+        for beam in self.own:
+            ranges[beam] = 0.2 + 0.002 * math.sin(37.0 * index + beam)
+        return ranges
+
+    def read(self):
+        reading = super().read()
+        self.on_the_way.append(reading.scans)
+        arrived = self.on_the_way.pop(0) if len(self.on_the_way) > self.scans_late else []
+        return reading._replace(scans=arrived)
+
+    def drive(self, command) -> None:
+        self.pending.append(command.twist * self.share)
+        super().drive(Command(self.pending.pop(0), True, "driving", ""))
+
+
+def logged(tmp_path, text="", seconds=14.0, **flaws):
+    """The log of a robot that stands, drives a curve there and back, and stands."""
+    scenario = parse_scenario(text or "{}", name="robot")
+    navigator, robot = Navigator(scenario, warm=False), Flawed(scenario, **flaws)
+    log = RunLog(tmp_path / "run.mcap", navigator)
+    while robot.time < seconds:
+        reading, t = robot.read(), robot.time
+        v = 0.0 if t < 1.5 or t > seconds - 1.5 else 0.5 * math.sin(1.1 * (t - 1.5))
+        command = Command(np.array((v, 1.2 * v)), True, "driving", "")
+        log.note(reading, command)
+        robot.drive(command)
+    log.close()
+    read = read_log(tmp_path / "run.mcap")
+    return read, scenario
+
+
+def test_a_good_robot_needs_no_faults_declared(tmp_path) -> None:
+    seen = observed(*logged(tmp_path))
+    drive = drive_of(seen)
+    assert drive["delay"] == drive["error"] == 0.0 and drive["slip"] <= 0.01
+    lidar = lidar_of(seen)
+    assert lidar["beams"] == 360 and lidar["rate"] == 20.0 and lidar["delay"] == 0.0
+    assert lidar["noise"] == pytest.approx(0.01, abs=0.0021)
+    assert seen_of_itself(seen) == []
+
+
+@pytest.mark.parametrize("late", [0, 3, 10])
+def test_the_delay_of_commands(tmp_path, late) -> None:
+    assert drive_of(observed(*logged(tmp_path, late=late)))["delay"] == pytest.approx(0.02 * late, abs=0.0101)
+
+
+@pytest.mark.parametrize("slip", [0.05, 0.15])
+def test_slip(tmp_path, slip) -> None:
+    assert slip <= drive_of(observed(*logged(tmp_path, slip=slip)))["slip"] <= slip + 0.03
+
+
+@pytest.mark.parametrize("noise", [0.002, 0.03])
+def test_noise(tmp_path, noise) -> None:
+    found = lidar_of(observed(*logged(tmp_path, f"lidar: {{noise: {noise}}}")))["noise"]
+    assert noise * 0.85 <= found <= noise * 1.25 + 0.001
+
+
+def test_lost_beams_and_delay_of_scans(tmp_path) -> None:
+    lidar = lidar_of(observed(*logged(tmp_path, "lidar: {dropout: 0.1}", scans_late=4)))
+    assert lidar["dropout"] == pytest.approx(0.1, abs=0.01)
+    assert lidar["delay"] == pytest.approx(0.06, abs=0.021)
+
+
+def test_what_the_lidar_sees_of_the_robot(tmp_path) -> None:
+    seen = observed(*logged(tmp_path, own=(40, 41, 42, 300)))
+    step = 2.0 * math.pi / 360
+    wanted = [(-math.pi + (a - 0.5) * step, -math.pi + (b + 0.5) * step) for a, b in ((40, 42), (300, 300))]
+    assert np.allclose(seen_of_itself(seen), wanted, atol=1e-5)
+    scan = seen.scans[-1][1].masked(seen_of_itself(seen))
+    assert np.flatnonzero(np.isnan(scan.ranges)).tolist() == [40, 41, 42, 300]
+
+
+def test_its_yaml_is_a_scenario_s(tmp_path) -> None:
+    log, scenario = logged(tmp_path, late=5, slip=0.05, own=(40,))
+    text = calibration(log, scenario)
+    declared = parse_scenario(text, name="calibrated")
+    assert declared.drive.delay == pytest.approx(0.1, abs=0.011) and declared.drive.slip >= 0.05
+    assert declared.lidar.field_of_view.full_circle and "mask them" in text
+
+
+def test_a_log_of_nothing_is_refused(tmp_path) -> None:
+    log, scenario = logged(tmp_path, seconds=0.1)
+    with pytest.raises(StarnavError, match="at least 10 of each"):
+        calibration(log, scenario)
