@@ -9,14 +9,12 @@ from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
 from drake_starnav import Parts, StarnavError, load_scenario, parse_scenario
 from drake_starnav.runtime import Navigator, Odometry
-from drake_starnav.runtime.loop import Reading
 from drake_starnav.worlds.view import scan_from
 from drake_starnav.worlds.world import World
 from tests.helpers.bare_robot import EPOCH, BareRobot
+from tests.helpers.driver_faults import BEGIN, FAULTS, HARMLESS, SLOWER, Faults, Harmless, driven
 
 FOREST = load_scenario("forest")
-BEGIN = 1.6
-"""When things go wrong, s: the robot is at full speed."""
 BRAKING = 0.5 * FOREST.robot.max_speed**2 / FOREST.robot.max_acceleration
 replace = dataclasses.replace
 
@@ -26,105 +24,7 @@ def forest() -> Navigator:
     return Navigator(FOREST, warm=False)
 
 
-def driven(navigator, robot, seconds, fault=None, begin=BEGIN):
-    """Commands during a time, s, with a fault from `begin` on."""
-    commands = []
-    while robot.time < seconds - 1e-9:
-        reading = robot.read()
-        if fault is not None and robot.time >= begin - 1e-9:
-            reading = fault(reading, robot.time - begin)
-        commands.append(navigator.step(*reading))
-        robot.drive(commands[-1])
-        if commands[-1].status == "reached" and robot.stands:
-            break
-    return commands
-
-
-class Faults:
-    """What drivers do wrong: each a function of a reading and the time since it began."""
-
-    def __init__(self) -> None:
-        self.kept: list = []
-
-    def scans_stop(self, r, t):
-        return r._replace(scans=[])
-
-    def scans_freeze(self, r, t):
-        self.kept = self.kept or r.scans
-        return r._replace(scans=[replace(self.kept[0], time=scan.time) for scan in r.scans])
-
-    def scans_are_lost(self, r, t):
-        nothing = np.full(FOREST.lidar.beams, math.nan)
-        return r._replace(scans=[replace(scan, ranges=nothing, lost_beams=True) for scan in r.scans])
-
-    def scans_of_half_the_beams(self, r, t):
-        return r._replace(
-            scans=[replace(s, ranges=s.ranges[::2], angle_increment=2.0 * s.angle_increment) for s in r.scans]
-        )
-
-    def scans_late(self, r, t):
-        self.kept += r.scans
-        return r._replace(scans=[self.kept.pop(0)] if self.kept and self.kept[0].time < r.now - 0.3 else [])
-
-    def scans_of_the_future(self, r, t):
-        return r._replace(scans=[replace(scan, time=scan.time + 100.0) for scan in r.scans])
-
-    def scans_of_the_past(self, r, t):
-        return r._replace(scans=[replace(scan, time=scan.time - 100.0) for scan in r.scans])
-
-    def scans_are_none(self, r, t):
-        return r._replace(scans=[None, "scan"])
-
-    def odometry_stops(self, r, t):
-        return r._replace(odometry=[])
-
-    def odometry_freezes(self, r, t):
-        self.kept = self.kept or r.odometry
-        return r._replace(odometry=[self.kept[0]._replace(time=r.now)])
-
-    def odometry_stands(self, r, t):
-        self.kept = self.kept or r.odometry
-        return r._replace(odometry=[self.kept[0]._replace(time=r.now, v=0.0, omega=0.0)])
-
-    def odometry_is_nan(self, r, t):
-        return r._replace(odometry=[r.odometry[0]._replace(x=math.nan)])
-
-    def odometry_late(self, r, t):
-        self.kept += r.odometry
-        return r._replace(odometry=[self.kept.pop(0)] if self.kept[0].time < r.now - 0.3 else [])
-
-    def odometry_of_the_past(self, r, t):
-        return r._replace(odometry=[row._replace(time=row.time - 100.0) for row in r.odometry])
-
-    def odometry_is_none(self, r, t):
-        return r._replace(odometry=[None, (1.0,)])
-
-    def clock_alone_ahead(self, r, t):
-        return r._replace(now=r.now + 100.0)
-
-    def clock_alone_back(self, r, t):
-        return r._replace(now=r.now - 100.0)
-
-    def clock_is_nan(self, r, t):
-        return r._replace(now=math.nan)
-
-    def goal_is_cleared(self, r, t):
-        return r._replace(goal=None)
-
-    def goal_is_nan(self, r, t):
-        return r._replace(goal=(math.nan, 0.0))
-
-    def goal_is_text(self, r, t):
-        return r._replace(goal="kitchen")
-
-    def nothing_comes(self, r, t):
-        return Reading(r.now)
-
-
-SLOWER = {"odometry_freezes": 3.0, "odometry_stands": 3.0}
-
-
-@pytest.mark.parametrize("kind", [name for name in vars(Faults) if not name.startswith("_")])
+@pytest.mark.parametrize("kind", FAULTS)
 def test_what_goes_wrong_stops_the_robot(forest, kind) -> None:
     forest.reset()
     robot, within = BareRobot(FOREST), SLOWER.get(kind, 1.0)
@@ -142,34 +42,7 @@ def test_what_goes_wrong_stops_the_robot(forest, kind) -> None:
     assert robot.clearance > 0.0
 
 
-class Harmless:
-    """What drivers do that is none of the robot's business."""
-
-    def scans_twice(self, r, t):
-        return r._replace(scans=[*r.scans, *r.scans])
-
-    def odometry_twice(self, r, t):
-        return r._replace(odometry=[*r.odometry, *r.odometry])
-
-    def scans_out_of_order(self, r, t):
-        return r._replace(scans=[*r.scans, *(replace(scan, time=scan.time - 0.04) for scan in r.scans)])
-
-    def odometry_out_of_order(self, r, t):
-        return r._replace(odometry=[*r.odometry, *(row._replace(time=row.time - 0.01) for row in r.odometry)])
-
-    def clock_and_stamps_jump_ahead(self, r, t):
-        scans = [replace(scan, time=scan.time + 100.0) for scan in r.scans]
-        return Reading(r.now + 100.0, scans, [row._replace(time=r.now + 100.0) for row in r.odometry], r.goal)
-
-    def clock_and_stamps_jump_back(self, r, t):
-        scans = [replace(scan, time=scan.time - 100.0) for scan in r.scans]
-        return Reading(r.now - 100.0, scans, [row._replace(time=r.now - 100.0) for row in r.odometry], r.goal)
-
-    def jitter(self, r, t):
-        return r._replace(now=r.now + 0.009 * math.sin(1e3 * t))
-
-
-@pytest.mark.parametrize("kind", [name for name in vars(Harmless) if not name.startswith("_")])
+@pytest.mark.parametrize("kind", HARMLESS)
 def test_what_does_no_harm_does_not_stop_it(forest, kind) -> None:
     forest.reset()
     robot = BareRobot(FOREST)
