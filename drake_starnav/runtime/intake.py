@@ -8,9 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.geometry.se2 import composed, now_in, placed
+from drake_starnav.geometry.se2 import now_in
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.lidar.mounts import Mount
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.schema import Scenario
@@ -51,24 +50,23 @@ class Odometry(NamedTuple):
 
 
 class Declared(NamedTuple):
-    """What inputs are held against."""
+    """What inputs are held against; `jumps`: whether the pose may."""
 
     lidars: tuple[LidarParameters, ...]
-    mounts: tuple[Mount, ...]
     robot: RobotParameters
     jumps: bool
 
     @staticmethod
-    def of(scenario: Scenario, mounts: Sequence[Mount]) -> "Declared":
-        """By a scenario, and where its lidars are."""
-        return Declared(scenario.all_lidars, tuple(mounts), scenario.robot, scenario.localization.jump > 0.0)
+    def of(scenario: Scenario) -> "Declared":
+        """By a scenario."""
+        return Declared(scenario.all_lidars, scenario.robot, scenario.localization.jump > 0.0)
 
 
 class Look(NamedTuple):
-    """Scans of all lidars as of one time, s, and the robot's pose (x, y, yaw) then, m and rad."""
+    """The scan of a lidar, by its number, and the robot's pose (x, y, yaw) at its stamp, m and rad."""
 
-    time: float
-    scans: tuple[LaserScan, ...]
+    lidar: int
+    scan: LaserScan
     pose: np.ndarray
 
 
@@ -216,84 +214,36 @@ def state_at(rows: Sequence[Odometry], now: float) -> np.ndarray | None:
     return np.array((*pose, speed, last.omega))
 
 
-def next_look(intake: Intake, now: float, declared: Declared) -> tuple[Intake, Look | None]:
-    """The oldest scan that waits, or scans of all lidars, with the pose at its stamp; None: not yet, or not any more.
-
-    Scans of other lidars are taken as if measured where the robot was at the stamp of the first lidar's, which is at
-    most half a period away.
-    """
-    while (first := next((scan for k, scan in intake.waiting if k == 0), None)) is not None:
-        time, half = first.time, 0.5 / declared.lidars[0].rate
-        chosen: list[LaserScan] = [first]
-        for k in range(1, len(declared.lidars)):
-            near = [scan for j, scan in intake.waiting if j == k and abs(scan.time - time) <= half]
-            chosen += sorted(near, key=lambda scan: abs(scan.time - time))[:1]
-        poses = [pose_at(intake.rows, scan.time, AHEAD) for scan in chosen]
-        missing = len(chosen) < len(declared.lidars) or any(pose is None for pose in poses)
-        if missing and now - time < min(OLDEST, 4.0 * half if len(chosen) < len(declared.lidars) else OLDEST):
-            known = not intake.rows or time >= intake.rows[0].time
-            if known:
-                return intake, None
-        intake = _without_until(intake, chosen)
-        if missing:
-            intake = intake.without("scan without a pose, or without those of the other lidars")
+def next_look(intake: Intake, now: float) -> tuple[Intake, Look | None]:
+    """The scan that waits longest, with the pose at its stamp; None: not yet, or there is none."""
+    while intake.waiting:
+        k, scan = first = min(intake.waiting, key=lambda each: each[1].time)
+        pose = pose_at(intake.rows, scan.time, AHEAD)
+        coming = not intake.rows or scan.time >= intake.rows[0].time
+        if pose is None and coming and now - scan.time < OLDEST:
+            break
+        waiting = tuple(each for each in intake.waiting if each is not first)
+        newest = (*intake.newest[:k], scan.time, *intake.newest[k + 1 :])
+        intake = dataclasses.replace(intake, waiting=waiting, newest=newest)
+        if pose is None:
+            intake = intake.without("scan without a pose")
             continue
-        pose = poses[0]
-        assert pose is not None
-        intake, still = _frozen(intake, chosen, pose)
-        if still:
-            intake = intake.without("frozen scan", bad_scan=still)
-            continue
-        others = [
-            moved(scan, mount, where, pose, time)
-            for scan, mount, where in zip(chosen, declared.mounts, poses, strict=True)
-            if where is not None
-        ]
-        return intake, Look(time, tuple(others), pose)
+        intake, still = _frozen(intake, k, scan, pose)
+        if not still:
+            return intake, Look(k, scan, pose)
+        intake = intake.without("frozen scan", bad_scan=still)
     return intake, None
 
 
-def _without_until(intake: Intake, chosen: Sequence[LaserScan]) -> Intake:
-    """Without scans of each lidar up to the chosen one."""
-    newest = tuple(scan.time for scan in chosen) + intake.newest[len(chosen) :]
-    waiting = tuple((k, scan) for k, scan in intake.waiting if scan.time > newest[k])
-    return dataclasses.replace(intake, waiting=waiting, newest=newest)
-
-
-def _frozen(intake: Intake, scans: Sequence[LaserScan], pose: np.ndarray) -> tuple[Intake, str]:
+def _frozen(intake: Intake, k: int, scan: LaserScan, pose: np.ndarray) -> tuple[Intake, str]:
     """Which scans began to repeat themselves where, and what is said of one that does so though the robot moved."""
-    known, still = list(intake.frozen), ""
-    for k, scan in enumerate(scans):
-        before = known[k]
-        if before is None or not np.array_equal(before[0], scan.ranges) or not np.isfinite(scan.ranges).any():
-            known[k] = scan.ranges, pose
-            continue
-        forward, aside, turn = now_in(before[1], pose)
-        if max(math.hypot(forward, aside), abs(math.remainder(turn, 2.0 * math.pi))) > FROZEN:
-            still = "scans are frozen: the robot moves, and they stay the same"
-    return dataclasses.replace(intake, frozen=tuple(known)), still
-
-
-def moved(scan: LaserScan, mount: Mount, pose: np.ndarray, to: np.ndarray, time: float) -> LaserScan:
-    """A scan as if taken at another time, s, and pose of the robot near to its own; hits are put to the nearest beams.
-
-    Args:
-        mount: of the lidar.
-        pose, to: of the robot when it was measured, and at that time, (x, y, yaw).
-    """
-    if scan.time == time:
-        return scan
-    x, y, turn = now_in(composed(to, mount[:3]), composed(pose, mount[:3]))
-    side = -1.0 if mount.upside_down else 1.0
-    reach = np.where(np.isfinite(scan.ranges), scan.ranges, scan.range_max)
-    points = placed(np.array((x, side * y, side * turn)), scan.directions * reach[:, None])
-    distance, beam = scan.polar(points, np.zeros(3))
-    beam = np.rint(beam).astype(int)
-    beam = np.where(scan.full_circle, beam % len(reach), beam)
-    inside = (beam < len(reach)) & ~scan.lost
-    ranges = np.full(len(reach), math.nan)
-    np.fmin.at(ranges, beam[inside], np.where(np.isfinite(scan.ranges), distance, scan.ranges)[inside])
-    return dataclasses.replace(scan, ranges=ranges, time=time)
+    before = intake.frozen[k]
+    if before is None or not np.array_equal(before[0], scan.ranges) or not np.isfinite(scan.ranges).any():
+        known = (*intake.frozen[:k], (scan.ranges, pose), *intake.frozen[k + 1 :])
+        return dataclasses.replace(intake, frozen=known), ""
+    forward, aside, turn = now_in(before[1], pose)
+    moved = max(math.hypot(forward, aside), abs(math.remainder(turn, 2.0 * math.pi))) > FROZEN
+    return intake, "scans are frozen: the robot moves, and they stay the same" if moved else ""
 
 
 def goal_of(goal: Any) -> tuple[float, ...] | None:

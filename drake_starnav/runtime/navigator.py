@@ -108,9 +108,9 @@ class Navigator:
         self.diagram.set_name(scenario.name)
         robot, controller = scenario.robot, scenario.controller
         self.mounts = tuple(mounts)
-        self._declared = Declared.of(self.scenario, mounts)
+        self._declared = Declared.of(self.scenario)
         self._act = Actuation(robot.limits, robot.shape, 1.0 / controller.rate, controller.delay, robot.drive)
-        self._expiry = scenario.lidar.delay + SCAN_PATIENCE / scenario.lidar.rate
+        self._expiry = scenario.lidar.delay + SCAN_PATIENCE / min(lidar.rate for lidar in scenario.all_lidars)
         self._simulator = Simulator(self.diagram)
         self.reset()
         if warm:
@@ -150,7 +150,7 @@ class Navigator:
         self._fix("state", np.zeros(5))
         self._fix("goal", np.zeros(2))
         self._fix("heading", np.array([math.nan]))
-        self._seen, self._forgotten = -math.inf, self.intake.jumped
+        self._seen, self._forgotten = [-math.inf] * len(self._names), self.intake.jumped
         self._broken, self._begun, self._fixed = True, False, False
 
     def step(
@@ -226,8 +226,8 @@ class Navigator:
             self._begin()  # what was seen before lies elsewhere now
         self._feed(now, state)
         twist, certified, status, blocked = self._advanced()
-        if not why and self._seen < now - self._expiry:
-            why = self.intake.bad_scan or f"no scan for {min(now - self._seen, 999.0):.2f} s"
+        if not why and (last := min(self._seen)) < now - self._expiry:
+            why = self.intake.bad_scan or f"no scan for {min(now - last, 999.0):.2f} s"
         if why:
             return self._braking(why)
         if self._reached:
@@ -265,16 +265,16 @@ class Navigator:
             self._fix("goal", np.array((x, y)))
             self._fixed = True
         while True:
-            self.intake, look = take.next_look(self.intake, now, self._declared)
+            self.intake, look = take.next_look(self.intake, now)
             if look is None:
                 break
             self._process(context, look)
 
     def _process(self, context: Context, look: Look) -> None:
-        for name, scan in zip(self._names, look.scans, strict=True):
-            self._fix(name, Value(dataclasses.replace(scan, time=look.time - self._origin)))
+        scan = dataclasses.replace(look.scan, time=look.scan.time - self._origin)
+        self._fix(self._names[look.lidar], Value(scan))
         self._fix("scan_pose", look.pose)
-        self._seen = look.time
+        self._seen[look.lidar] = look.scan.time
         after = context.Clone()
         self.diagram.CalcForcedUnrestrictedUpdate(context, after.get_mutable_state())
         context.SetTimeStateAndParametersFrom(after)

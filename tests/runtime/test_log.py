@@ -22,7 +22,7 @@ RUNS = {
     "drift": ("localization: {drift: 0.02}", ""),
     "movers": ("obstacles: {max_speed: 0.5}", ""),
     "polygon": ("robot: {footprint: [[-0.2, -0.15], [0.3, -0.15], [0.3, 0.15], [-0.2, 0.15]]}", ""),
-    "car": ("robot: {base: car}", ""),
+    "car": ("robot: {base: car, model: carbot}", ""),
     "faults": ("", "faults"),
 }
 

@@ -117,10 +117,17 @@ def test_a_goal_with_a_heading(forest) -> None:
 POSTS = np.array([(1.5, 0.3, 0.25), (3.0, -0.6, 0.3), (4.0, 0.9, 0.3)])
 
 
-@pytest.mark.parametrize("base", ["differential", "omnidirectional", "car"])
-@pytest.mark.parametrize("shape", ["", ", footprint: [[-0.2, -0.15], [0.3, -0.15], [0.3, 0.15], [-0.2, 0.15]]"])
-def test_every_base_drives_and_brakes(base, shape) -> None:
-    scenario = parse_scenario(f"robot: {{base: {base}, max_yaw_rate: 1.6{shape}}}", name=base)
+@pytest.mark.parametrize(
+    "robot",
+    [
+        "",
+        "footprint: [[-0.25, -0.25], [0.35, -0.25], [0.35, 0.25], [-0.25, 0.25]]",
+        "base: omnidirectional, model: omnibot",
+        "base: car, model: carbot",
+    ],
+)
+def test_every_base_drives_and_brakes(robot) -> None:
+    scenario = parse_scenario(f"robot: {{{robot}}}", name="robot")
     robot = BareRobot(scenario, World("posts", (0.0, 0.0, 0.0), (6.0, 0.0), cylinders=POSTS))
     navigator = Navigator(scenario, warm=False)
     driven(navigator, robot, 3.0)
@@ -181,7 +188,7 @@ def test_every_scan_is_processed_whatever_the_rates(forest) -> None:
     assert robot.speed > 0.5
     perception = forest.navigation.perception
     held = perception.GetMyContextFromRoot(forest._simulator.get_context()).get_abstract_state(0).get_value()
-    assert held.safety.time == pytest.approx(EPOCH + 39 * 0.02 - forest._origin)  # none is forgotten by the next
+    assert held.value.safety.time == pytest.approx(EPOCH + 39 * 0.02 - forest._origin)  # none is forgotten by the next
 
 
 def test_the_diagram_can_be_part_of_a_larger_one() -> None:

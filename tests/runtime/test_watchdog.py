@@ -64,6 +64,7 @@ def loop(tmp_path):
         time.sleep(0.05)
     yield process, path
     process.kill()
+    process.wait()
 
 
 @pytest.mark.parametrize("sent", [signal.SIGKILL, signal.SIGSTOP, signal.SIGTERM])
