@@ -46,15 +46,19 @@ class Run:
         scenarios: method -> scenario, in the order given.
         seed: of the world and the sensor's noise.
         state_hash: of the run to repeat; None for a new run.
+        log: of a drive on a robot, instead.
     """
 
     scenarios: dict[str, Scenario]
     seed: int
     state_hash: str | None = None
+    log: Path | None = None
 
     @property
     def name(self) -> str:
-        """Scenario, methods and seed, for file names."""
+        """Scenario, methods and seed, or the log, for file names."""
+        if self.log is not None:
+            return file_name(self.log.stem)
         scenario = next(iter(self.scenarios.values()))
         return "-".join((file_name(scenario.name), *self.scenarios, str(self.seed)))
 
@@ -62,10 +66,12 @@ class Run:
 def _add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "run",
+        nargs="?",
         metavar="TRIAL.json|SCENARIO",
         help="a trial by `simulate --json` or `benchmark --json`, which is repeated; or a scenario to drive: "
         f"{', '.join(scenario_names())}, or a YAML file",
     )
+    parser.add_argument("--log", type=Path, metavar="LOG.mcap", help="instead: a drive on a robot, by `drive --log`")
     parser.add_argument("--line", type=int, metavar="N", help="line of the trial in a file of several, from 1")
     parser.add_argument("--method", help=f"one of {', '.join(METHODS)}, or module:function (default: star)")
     parser.add_argument("--seed", type=int, help="of the world and the sensor's noise (default: 0)")
@@ -98,8 +104,8 @@ def _record(options: argparse.Namespace) -> int:
     clips = {kind: path if path.name else html.with_suffix(f".{kind}") for kind, path in _clips(options).items()}
     _check_numbers(options)
     stills = _stills(html, options)
-    read = {Path(options.run), *(file for scenario in run.scenarios.values() for file in source_files(scenario))}
-    if not Path(options.run).name.endswith(TRIAL_SUFFIXES):
+    read = {run.log or Path(options.run), *(file for each in run.scenarios.values() for file in source_files(each))}
+    if run.log is None and not Path(options.run).name.endswith(TRIAL_SUFFIXES):
         read.add(scenario_path(options.run))
     check_outputs([html, *clips.values(), *(path for path, _ in stills)], read)
 
@@ -140,6 +146,10 @@ def chosen_run(options: argparse.Namespace) -> Run:
         StarnavError: no such trial, scenario, method or parameter, or options that do not go together.
     """
     check_seed(options.seed)
+    if (options.run is None) == (options.log is None):
+        raise StarnavError("a run and --log: both or none are given; allowed: one of them")
+    if options.log is not None:
+        return Run({}, 0, log=options.log)
     if options.compare and options.method:
         raise StarnavError("--compare and --method do not go together; allowed: one of them")
     if options.compare and len(set(options.compare)) < len(options.compare):
@@ -197,6 +207,10 @@ def _shoot(
 ) -> tuple["RecordedRun", bool]:
     """Simulate and record; returns what was recorded, and whether the run repeats the given trial."""
     with progress_bar("driving") as progress:
+        if run.log is not None:
+            from drake_starnav.simulation.log_recording import record_log
+
+            return record_log(run.log, html, view=options.view, shown=shown), True
         if options.compare:
             from drake_starnav.simulation.records import record_comparison
 

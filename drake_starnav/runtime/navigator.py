@@ -283,12 +283,12 @@ class Navigator:
         """Twist, whether it is certified, status and what blocks the robot, after the updates of this instant."""
         context = self._simulator.get_mutable_context()
         self._simulator.AdvancePendingEvents()
-        twist = self._eval(self._twist_port).copy()
+        twist = self.value(self._twist_port).copy()
         certificate, status = self.navigation.certificate, self.navigation.planned("status")
-        certified = certificate is not None and self._eval(certificate).certified
-        said = PlannerStatus.EXPLORING if status is None else self._eval(status)
+        certified = certificate is not None and self.value(certificate).certified
+        said = PlannerStatus.EXPLORING if status is None else self.value(status)
         blocked = self.navigation.planned("blocked_by")
-        why = "" if blocked is None else self._eval(blocked)
+        why = "" if blocked is None else self.value(blocked)
         self._simulator.AdvanceTo(max((self._tick + 1) * self._act.hold, context.get_time()))
         if said is PlannerStatus.UNREACHABLE:
             return twist, certified, "unreachable", "no way to the goal is left"
@@ -334,5 +334,6 @@ class Navigator:
     def _fix(self, name: str, value: Any) -> None:
         self.diagram.GetInputPort(name).FixValue(self._simulator.get_mutable_context(), value)
 
-    def _eval(self, port: OutputPort) -> Any:
+    def value(self, port: OutputPort) -> Any:
+        """What an output port of the diagram holds."""
         return port.Eval(port.get_system().GetMyContextFromRoot(self._simulator.get_context()))

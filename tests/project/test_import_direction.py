@@ -56,7 +56,7 @@ TABLE = {
     "navigation": Room(f"{METHOD} scenario systems station", DRAKE),
     "runtime": Room(f"{METHOD} scenario systems loading navigation", f"{DRAKE} mcap"),
     "visualization": Room(LOOP, f"{DRAKE} shapely matplotlib PIL imageio_ffmpeg"),
-    "simulation": Room(f"{LOOP} visualization", DRAKE),
+    "simulation": Room(f"{LOOP} runtime visualization", DRAKE),
     "gym": Room(f"{LOOP} visualization simulation", f"{DRAKE} gymnasium"),
     "evaluation": Room(f"{LOOP} visualization simulation", "numpy scipy dask distributed jinja2 matplotlib"),
     "cli": Room(f"{LOOP} runtime visualization simulation evaluation", DRAKE),

@@ -1,0 +1,186 @@
+"""The log of a drive on a robot -> the same recording as of a simulated run: its scene is the robot alone."""
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from pydrake.common.value import Value
+from pydrake.geometry import GeometryId, SceneGraph
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import ModelInstanceIndex
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder, LeafSystem, OutputPort
+from pydrake.systems.rendering import MultibodyPositionToGeometryPose
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.lidar.mounts import Mount
+from drake_starnav.navigation import Navigation, Parts
+from drake_starnav.navigation.parts import AS_DECLARED
+from drake_starnav.runtime import Navigator, read_log
+from drake_starnav.runtime.log import Tick
+from drake_starnav.scenario.schema import Scenario
+from drake_starnav.station.navigation_station import Station
+from drake_starnav.station.planar_localization import PLANAR
+from drake_starnav.station.robot_model import add_robot
+from drake_starnav.station.world_geometry import add_ground
+from drake_starnav.systems.release import declare_value, declare_vector, release
+from drake_starnav.systems.star_perception import lidar_names
+from drake_starnav.worlds.world import World
+
+if TYPE_CHECKING:
+    from drake_starnav.visualization.timeline import RecordedRun
+
+BORDER = 2.5
+"""Around the places where the robot was, m."""
+
+
+class Shown(LeafSystem):
+    """What a navigator knows and commands, as ports of a system that is drawn; `note` takes what they show."""
+
+    def __init__(self, navigator: Navigator, positions: "Positions") -> None:
+        super().__init__()
+        self._navigator, self._positions = navigator, positions
+        navigation = navigator.navigation
+        self.sources: dict[str, OutputPort | None] = {
+            "localization.pose": navigation.localization("pose"),
+            "localization.scan_pose": navigation.localization("scan_pose"),
+            "goal": navigation.goal_position,
+            "twist_command": navigation.twist_command,
+            "certificate": navigation.certificate,
+            "planner_state": navigation.planned("planner_state"),
+        }
+        for lidar in lidar_names("lidar", len(navigator.mounts)):
+            self.sources[f"{lidar}.scan"] = navigation.station.GetOutputPort(f"{lidar}.scan")
+        self.sources = {name: port for name, port in self.sources.items() if port is not None}
+        self.values: dict[str, Any] = {}
+        self.note()
+        for name, value in self.values.items():
+            show = lambda own, context, name=name: own.values[name]  # noqa: E731
+            if isinstance(value, np.ndarray):
+                declare_vector(self, name, len(value), show)
+            else:
+                declare_value(self, name, Value[object](value).get_value(), show)
+
+    def note(self) -> None:
+        """Show what the navigator knows now."""
+        for name, port in self.sources.items():
+            value = self._navigator.value(port)
+            self.values[name] = np.array(value) if isinstance(value, np.ndarray) else value
+        self.values["positions"] = self._positions.at(self.values["localization.pose"])
+
+
+class Positions:
+    """Positions of a plant that holds a robot alone, the base's first: quaternion and place, or those of a plane."""
+
+    def __init__(self, plant: MultibodyPlant, model: ModelInstanceIndex) -> None:
+        context = plant.CreateDefaultContext()
+        height = plant.EvalBodyPoseInWorld(context, plant.GetBodyByName("base_link", model)).translation()[2]
+        self._default, self._height = plant.GetPositions(context).copy(), height
+
+    def at(self, pose: np.ndarray) -> np.ndarray:
+        """With the robot at (x, y, yaw), m and rad."""
+        (x, y, yaw), out = pose, self._default.copy()
+        if len(out) == PLANAR:
+            return np.array(pose)
+        out[:7] = math.cos(0.5 * yaw), 0.0, 0.0, math.sin(0.5 * yaw), x, y, self._height
+        return out
+
+
+class LogStation(Station):
+    """A robot whose scene shows where it was."""
+
+    def __init__(
+        self,
+        scene: tuple[MultibodyPlant, SceneGraph, ModelInstanceIndex, GeometryId],
+        navigator: Navigator,
+        shown: Shown,
+    ) -> None:
+        self.plant, self.scene_graph, self._model, self.ground = scene
+        self._navigator, self._shown, self.moving_obstacle_geometries, self.hull = navigator, shown, [], None
+
+    @property
+    def scenario(self) -> Scenario:
+        return self._navigator.scenario
+
+    @property
+    def mounts(self) -> Sequence[Mount]:
+        return self._navigator.mounts
+
+    @property
+    def robot_model(self) -> ModelInstanceIndex:
+        return self._model
+
+    @property
+    def floor(self) -> list[GeometryId]:
+        return [self.ground]
+
+    def GetOutputPort(self, name: str) -> OutputPort:
+        if name == "cheat.geometry_query":
+            return self.scene_graph.get_query_output_port()
+        return self._shown.GetOutputPort(name)
+
+
+def record_log(
+    path: Path, html: Path, parts: Parts = AS_DECLARED, *, view: str = "top", shown: frozenset[str] | None = None
+) -> "RecordedRun":
+    """Navigate again by a log, and record what the robot saw, knew and decided; arguments as of `Recorder`.
+
+    Raises:
+        StarnavError: the file is no log, or the robot was nowhere.
+    """
+    from drake_starnav.visualization.recorder import Recorder  # late: it loads Meshcat
+
+    world = _world(path)
+    log = read_log(path)
+    navigator, ticks = log.navigator(parts), log.ticks
+    builder = DiagramBuilder()
+    scene_graph, plant = builder.AddNamedSystem("scene_graph", SceneGraph()), MultibodyPlant(0.01)
+    plant.RegisterAsSourceForSceneGraph(scene_graph)
+    model = add_robot(plant, scene_graph, navigator.scenario.robot, world.start)
+    ground = add_ground(plant, world.extent)
+    plant.Finalize()
+    drawn = builder.AddNamedSystem("shown", Shown(navigator, Positions(plant, model)))
+    posed = builder.AddSystem(MultibodyPositionToGeometryPose(plant))
+    builder.Connect(drawn.GetOutputPort("positions"), posed.get_input_port())
+    builder.Connect(posed.get_output_port(), scene_graph.get_source_pose_port(plant.get_source_id()))
+    station = LogStation((plant, scene_graph, model, ground), navigator, drawn)
+    recorder = Recorder(html, view, shown)
+    recorder.add_to(builder, Navigation(world, station, drawn, None, drawn, shield=drawn), navigator.scenario)
+    diagram = builder.Build()
+    recorder.start()
+    simulator, begin, command = Simulator(diagram), math.nan, None
+    for inputs, _ in ticks:
+        command = navigator.step(*inputs)
+        begin = inputs[0] if math.isnan(begin) else begin
+        drawn.note()
+        if inputs[0] - begin > simulator.get_context().get_time():
+            simulator.AdvanceTo(inputs[0] - begin)
+    assert command is not None
+    recorder.finish((f"log {path.name}", f"{command.status} after {simulator.get_context().get_time():.1f} s"))
+    release(diagram)
+    assert recorder.recorded is not None
+    return recorder.recorded
+
+
+def _world(path: Path) -> World:
+    """An empty world about where a robot was, from its first pose to its last goal."""
+    rows: list[tuple[float, float, float]] = []
+    goal = None
+    for tick in read_log(path).ticks:
+        rows += _poses(tick)
+        goal = tick.inputs[3] or goal
+    if not rows:
+        raise StarnavError(f"{path} has no pose of the robot; allowed: the log of a drive")
+    goal = rows[-1][:2] if goal is None or not all(map(math.isfinite, goal)) else goal[:2]
+    places = np.array([*(row[:2] for row in rows), goal])
+    (x0, y0), (x1, y1) = places.min(axis=0) - BORDER, places.max(axis=0) + BORDER
+    return World(
+        path.stem, rows[0], (float(goal[0]), float(goal[1])), bounds=(float(x0), float(y0), float(x1), float(y1))
+    )
+
+
+def _poses(tick: Tick) -> list[tuple[float, float, float]]:
+    rows = [row for row in tick.inputs[2] if row is not None and all(map(math.isfinite, row))]
+    return [(row.x, row.y, row.yaw) for row in rows]
