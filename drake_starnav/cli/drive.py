@@ -88,6 +88,9 @@ def _drive(options: argparse.Namespace) -> int:
     check_outputs([options.log])
     scenario = load_scenario(options.scenario, overrides=options.overrides)
     robot = made(options.robot, options.option, scenario)
+    if scenario.drive.timeout == 0.0 and not getattr(robot, "watched", False):
+        what = "drive.timeout is 0, and no watchdog sends the base its commands: it keeps the last if this process dies"
+        print(f"warning: {what}", file=sys.stderr)
     try:
         navigator = Navigator(scenario, mounts=getattr(robot, "mounts", None))
         reader = robot if options.goal is None else _Towards(robot, options.goal)

@@ -11,7 +11,8 @@ All times are seconds on one clock, that of the stamps. `scans` are `LaserScan`s
 of the lidar's number, from 0, and the scan; `odometry` are `Odometry`; `goal` is (x, y), (x, y, yaw) or None. `read`
 and `drive` may raise: the loop then ramps to zero, closes and ends.
 
-A base that does not stand by itself when its commands end is sent them through a second process, `Watched`.
+A base that does not stand by itself when its commands end (`drive.timeout`) is sent them through a second process,
+`Watched`; the robot then says `watched = True`. One that knows where its lidars are has `mounts`.
 A name is imported when first used: the watchdog needs neither Drake nor NumPy.
 """
 

@@ -72,6 +72,14 @@ class DriveParameters(Checked, place="drive"):
     slip: float = parameter(
         0.0, "largest share of its speed that a wheel loses; drawn again for each wheel every second", low=0.0, high=0.5
     )
+    timeout: float = parameter(
+        0.0,
+        "after which a real base stops by itself when no command comes; 0: it does not, and a watchdog must",
+        unit="s",
+        low=0.0,
+        high=10.0,
+        when="it is driven by `drake_starnav.runtime`; not simulated",
+    )
 
 
 @dataclass(frozen=True)
