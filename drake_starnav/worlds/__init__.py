@@ -64,7 +64,9 @@ def make_world(kind: Any, seed: int, robot_radius: float) -> World:
         StarnavError: a parameter is out of its limits, or no solvable world was found.
     """
     if type(kind) not in WORLD_KINDS.values():
-        raise StarnavError(f"world is {shown(kind)}; allowed: an instance of {', '.join(WORLD_KINDS)}")
+        raise StarnavError(
+            f"world is {'missing' if kind is None else shown(kind)}; allowed: an instance of {', '.join(WORLD_KINDS)}"
+        )
     given: Any = seed  # whatever a caller passes
     if isinstance(given, bool) or not isinstance(given, int | np.integer) or given < 0:
         raise StarnavError(f"seed is {shown(seed)}; allowed: a whole number 0 <= x")

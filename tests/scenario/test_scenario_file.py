@@ -48,7 +48,6 @@ def test_precedence_is_method_then_file_then_override() -> None:
         ("world: !Forrest {}", ["Forrest", "Forest"]),
         ("world: !Forest {widht: 3}", ["world.widht", "width"]),
         ("world: {}", ["world", "!Forest"]),
-        ("robot: {radius: 0.3}", ["world", "!Forest"]),
         ("world: !Forest {}\nrobot: {radius: -1}", ["robot.radius", "-1", "0 <= x"]),
         ("world: !Forest {}\nrobot: {radius: .nan}", ["robot.radius", "nan"]),
         ("world: !Forest {}\nrobot: {radius: big}", ["robot.radius", "big", "number"]),
