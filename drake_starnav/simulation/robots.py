@@ -37,6 +37,7 @@ from drake_starnav.station.plant import (
 )
 from drake_starnav.station.robot_interface import RobotInterface, connect_robot
 from drake_starnav.station.robot_model import add_robot
+from drake_starnav.station.unseen import warn_of_unseen
 from drake_starnav.station.world_geometry import add_ground, add_world
 from drake_starnav.systems.goal_sequence import GoalSequence
 from drake_starnav.systems.release import release
@@ -242,6 +243,8 @@ def _add_navigators(
         RobotInterface(plant, scene_graph, model, each, seed=own)
         for each, model, own in zip(robots, models, seeds, strict=True)
     ]
+    for robot, world in zip(interfaces, worlds, strict=True):
+        warn_of_unseen(plant, scene_graph, world, robot)
     shapes: list[list[GeometryId]] = [robot.robot_geometries for robot in interfaces]
     driven = []
     for k, (each, robot, world) in enumerate(zip(robots, interfaces, worlds, strict=True)):

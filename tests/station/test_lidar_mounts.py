@@ -202,9 +202,22 @@ def test_a_polygon_drives_with_two_lidars_at_its_corners(tmp_path: Path, seed: i
     assert trial.outcome == "reached" and trial.min_clearance_m > 0.0
 
 
-def test_a_robot_drives_with_two_lidars_at_its_corners(model: str) -> None:
+@pytest.mark.parametrize(
+    "other",
+    [
+        "",
+        "range_max: 3.5",
+        "rate: 7",
+        "rate: 33",
+        "rate: 10, range_max: 4",
+        "rate: 15, scan_loss: 0.2",
+        "rolling: true",
+    ],
+)
+def test_a_robot_drives_with_two_lidars_at_its_corners_whatever_their_rates_and_ranges(model: str, other: str) -> None:
     world = "!Obstacles {cylinders: [[1.5, 0.1, 0.3]], goal: [3.0, 0.0]}"
-    trial = run_trial(scenario(model, *CORNERS, world=world))
+    lidars = f"lidars=[{{frame: right}}, {{frame: left, {other}}}]"
+    trial = run_trial(scenario(model, *LIMITED, lidars, world=world))
     assert trial.outcome == "reached" and trial.min_clearance_m > 0.0
 
 
