@@ -189,6 +189,11 @@ def covered(shape: Footprint, pose: np.ndarray) -> shapely.Geometry:
     return shapely.union_all([shapely.Polygon(part @ turn + (x, y)) for part in shape.parts or (shape.outline,)])
 
 
+def least_width(shape: shapely.Geometry) -> float:
+    """The width of the least rectangle around a geometry, m."""
+    return _box(shapely.get_coordinates(shape))[3]
+
+
 def _around(radius: float) -> np.ndarray:
     """A polygon that contains a disc about the origin."""
     rim = disc(radius).outline

@@ -4,8 +4,9 @@ import numpy as np
 import shapely
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.geometry.footprint import Footprint, covered
+from drake_starnav.geometry.footprint import Footprint, least_width
 from drake_starnav.geometry.se2 import places
+from drake_starnav.worlds.moving_obstacles import disc_clearance
 from drake_starnav.worlds.world import World
 
 
@@ -21,25 +22,23 @@ def clearance(world: World, points: np.ndarray) -> np.ndarray:
 def body_clearance(world: World, poses: np.ndarray, footprint: Footprint) -> np.ndarray:
     """Signed distance from a robot to the nearest obstacle surface; negative if and only if they overlap.
 
-    Of poses (x, y, yaw), shape (n, 3), m and rad, W: shape (n,), m. Where polygons overlap an obstacle, it is how deep
-    the discs that cover them do.
+    Of poses (x, y, yaw), shape (n, 3), m and rad, W: shape (n,), m. It is exact, but where a robot that is no disc
+    overlaps a polygon: there it is the least width of what they share.
     """
-    count = len(footprint.cover)
-    least = clearance(world, places(poses, footprint.cover)).reshape(-1, count).min(axis=1) - footprint.narrow
     if footprint.is_disc:
-        return least
-    near = np.flatnonzero(least < 0.1)  # m; farther away the discs tell too little by their excess at most
-    bodies = np.array([covered(footprint, pose) for pose in poses[near]])
-    exact = np.full(len(near), np.inf)
-    if world.polygons and len(near):
-        (_, _), exact = world.tree.query_nearest(bodies, return_distance=True, all_matches=False)
-    if world.bounds is not None and len(near):
-        inside = shapely.box(*world.bounds)
-        walls = shapely.get_exterior_ring(inside)
-        exact = np.minimum(exact, np.where(shapely.within(bodies, inside), shapely.distance(bodies, walls), 0.0))
-    for x, y, radius in world.discs:
-        exact = np.minimum(exact, np.maximum(shapely.distance(bodies, shapely.Point(x, y)) - radius, 0.0))
-    least[near] = np.where(exact > 0.0, exact, -np.abs(least[near]))
+        return clearance(world, poses[:, :2]) - footprint.radius
+    centres = np.broadcast_to(world.discs[:, :2], (len(poses), len(world.discs), 2))
+    least = disc_clearance(centres, world.discs[:, 2], poses, footprint.body)
+    if world.bounds is not None:
+        corners = places(poses, footprint.polygons.vertices).reshape(len(poses), -1, 2)
+        low, high = np.reshape(world.bounds, (2, 2))
+        least = np.minimum(least, np.minimum(corners - low, high - corners).min(axis=(1, 2)))
+    for part in footprint.parts if world.polygons and len(poses) else ():
+        bodies = shapely.polygons(places(poses, part).reshape(len(poses), -1, 2))
+        (_, nearest), gaps = world.tree.query_nearest(bodies, return_distance=True, all_matches=False)
+        for k in np.flatnonzero(gaps == 0.0):
+            gaps[k] = -least_width(shapely.intersection(bodies[k], world.tree.geometries[nearest[k]]))
+        least = np.minimum(least, gaps)
     return least
 
 

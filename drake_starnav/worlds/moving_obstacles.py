@@ -95,11 +95,12 @@ def moving_obstacle_clearance(
     """
     positions, _ = moving_obstacle_states(moving_obstacles, times)
     poses = np.ascontiguousarray(poses, dtype=float)
-    return _clearance(positions, moving_obstacles.radii, poses, footprint.body)
+    return disc_clearance(positions, moving_obstacles.radii, poses, footprint.body)
 
 
 @njit(cache=True)
-def _clearance(positions, radii, poses, body):
+def disc_clearance(positions, radii, poses, body):
+    """The same of a `Body` to discs of some radii (n,), m, at positions (m, n, 2), W, one row for each pose."""
     least = np.full(len(poses), np.inf)
     for k in range(len(poses)):
         cosine, sine = math.cos(poses[k, 2]), math.sin(poses[k, 2])

@@ -4,11 +4,13 @@ import math
 
 import numpy as np
 import pytest
+import shapely
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.geometry.footprint import footprint
+from drake_starnav.geometry.footprint import covered, footprint
 from drake_starnav.worlds import World, clearance
 from drake_starnav.worlds.clearance import body_clearance, nearest_obstacle
+from drake_starnav.worlds.moving_obstacles import MovingObstacles, moving_obstacle_clearance, moving_obstacle_states
 from drake_starnav.worlds.world import ROBOT_HEIGHT
 
 U_SHAPE = np.array([(1.0, 1.0), (3.0, 1.0), (3.0, 2.5), (2.7, 2.5), (2.7, 1.3), (1.3, 1.3), (1.3, 2.5), (1.0, 2.5)])
@@ -91,3 +93,37 @@ def test_a_polygon_keeps_its_own_distance_and_not_that_of_the_disc_around_it():
     assert turned < 0.0
     assert beside == pytest.approx(0.06)
     assert outside < 0.0
+
+
+FORK = footprint(  # a body with two thin tines, which no discs of one radius cover tightly
+    (
+        ((-0.5, -0.3), (0.0, -0.3), (0.0, 0.3), (-0.5, 0.3)),
+        ((-0.1, -0.3), (0.6, -0.3), (0.6, -0.28), (-0.1, -0.28)),
+        ((-0.1, 0.28), (0.6, 0.28), (0.6, 0.3), (-0.1, 0.3)),
+    )
+)
+
+
+@pytest.mark.parametrize("shape", [FORK, footprint(((0.4, -0.25), (0.4, 0.25), (-0.4, 0.25), (-0.4, -0.25)))])
+def test_a_body_keeps_the_distance_that_shapely_finds_from_what_stands_and_what_moves(shape):
+    rng = np.random.default_rng(3)
+    poses = np.column_stack((rng.uniform(-1.0, 5.0, (400, 2)), rng.uniform(-4.0, 4.0, 400)))
+    times = rng.uniform(0.0, 20.0, len(poses))
+    path = np.array([(0.0, 0.0, 0.0), (5.0, 4.0, 1.0), (12.0, 1.0, 4.0), (14.0, 0.0, 0.0)])
+    moving = MovingObstacles(np.array([0.3, 0.2]), (path, path[:2]))
+    placed, w = [covered(shape, pose) for pose in poses], world()
+    shapes = [shapely.Polygon(U_SHAPE), *(shapely.Point(x, y).buffer(r, 512) for x, y, r in w.discs)]
+    walls = shapely.box(*w.bounds)
+    positions, _ = moving_obstacle_states(moving, times)
+    for k, (body, stands) in enumerate(zip(placed, body_clearance(w, poses, shape), strict=True)):
+        inside = walls.covers(body)
+        gap = min(min(map(body.distance, shapes)), body.distance(walls.exterior)) if inside else 0.0
+        assert max(stands, 0.0) == pytest.approx(gap, abs=1e-5)
+        assert (stands < 0.0) == (not inside or any(body.intersection(each).area > 1e-9 for each in shapes))
+        points = [shapely.Point(position) for position in positions[k]]
+        away = [body.distance(point) - radius for point, radius in zip(points, moving.radii, strict=True)]
+        moves = moving_obstacle_clearance(moving, poses[k : k + 1], times[k : k + 1], shape)[0]
+        if any(map(body.contains, points)):
+            assert moves < min(away)
+        else:
+            assert moves == pytest.approx(min(away), abs=1e-9)
