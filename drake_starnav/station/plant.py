@@ -11,9 +11,10 @@ from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant, Multibody
 from pydrake.multibody.tree import ModelInstanceIndex
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig, SimulatorStatus
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, EventStatus, OutputPort, System
+from pydrake.systems.primitives import ZeroOrderHold
 
 from drake_starnav.errors import StarnavError, said_by, shown
-from drake_starnav.parameters import unknown_name
+from drake_starnav.parameters import is_number, unknown_name
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.schema import SimulationParameters
 from drake_starnav.station.model_world import drop_floors
@@ -27,6 +28,9 @@ DISCRETE_ONLY = frozenset(("discrete_contact_approximation", "sap_near_rigid_thr
 LONGEST_STEP = 0.02
 """Of a continuous plant, s; events end steps earlier. Driven by recorded twists for 20 m, a robot ends 5 mm from where
 half of it takes it."""
+
+LEAST = {"max_step_size": 1e-5, "accuracy": 1e-9, "penetration_allowance": 1e-9, "stiction_tolerance": 1e-9}
+"""Of numbers of Drake's structs that may not be zero; steps of less, s, would never end."""
 
 
 def plant_config(time_step: float = SimulationParameters.time_step) -> MultibodyPlantConfig:
@@ -165,22 +169,37 @@ def scenario_plant_config(settings: Mapping[str, Any], defaults: MultibodyPlantC
             f"plant_config.time_step is {shown(settings['time_step'])}; allowed: simulation.time_step, "
             "as the schedule of the loop follows from it"
         )
-    return _laid_over(settings, defaults, "plant_config")
+    return _laid_over(settings, defaults, "plant_config", lambda config: AddMultibodyPlant(config, DiagramBuilder()))
 
 
 def scenario_simulator_config(settings: Mapping[str, Any], defaults: SimulatorConfig | None = None) -> SimulatorConfig:
     """Defaults, and over them the scenario's `simulator_config`; errors as of `scenario_plant_config`."""
-    return _laid_over(settings, defaults or SimulatorConfig(), "simulator_config")
+    if settings.get("start_time", 0) != 0:
+        raise StarnavError(
+            f"simulator_config.start_time is {shown(settings['start_time'])}; allowed: 0, when the first scan is taken"
+        )
+
+    def tried(config: SimulatorConfig) -> None:
+        ApplySimulatorConfig(config, Simulator(ZeroOrderHold(1.0, 1)))
+
+    return _laid_over(settings, defaults or SimulatorConfig(), "simulator_config", tried)
 
 
-def _laid_over(mapping: Mapping[str, Any], defaults: Any, place: str) -> Any:
+def _laid_over(mapping: Mapping[str, Any], defaults: Any, place: str, tried: Callable[[Any], Any]) -> Any:
+    """A struct of Drake's with some values over its defaults; each is tried where nothing comes to harm."""
     if not mapping:
         return defaults
     known = yaml_load(data=yaml_dump_typed(defaults))
-    for key in mapping:
+    for key, value in mapping.items():
         if key not in known:
             raise unknown_name(f"key {place}.{key}", key, known)
-    try:
-        return yaml_load_typed(data=yaml_dump(dict(mapping)), defaults=defaults)
-    except (RuntimeError, ValueError, TypeError) as error:
-        raise StarnavError(f"{place} is {shown(dict(mapping))}: {said_by(error)}; allowed: what Drake reads") from None
+        if is_number(known[key]) and not (is_number(value) and LEAST.get(key, 0.0) <= value < math.inf):
+            raise StarnavError(f"{place}.{key} is {shown(value)}; allowed: {LEAST.get(key, 0.0):g} <= x")
+        try:
+            tried(yaml_load_typed(data=yaml_dump({key: value}), defaults=defaults))
+        except (RuntimeError, ValueError, TypeError, SystemExit) as error:  # the last is a failed assertion of Drake's
+            raise StarnavError(
+                f"{place}.{key} is {shown(value)}; allowed: what Drake takes, which says: "
+                f"{said_by(error).removeprefix('Failure at ')}"
+            ) from None
+    return yaml_load_typed(data=yaml_dump(dict(mapping)), defaults=defaults)
