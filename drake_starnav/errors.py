@@ -75,7 +75,7 @@ def one_line(text: str) -> str:
     return "".join(c if c.isprintable() or c == "\u00a0" else repr(c)[1:-1] for c in text)
 
 
-def said_by(error: Exception) -> str:
+def said_by(error: BaseException) -> str:
     """The message of another library's error, in one line and shortened."""
     text = " ".join(str(error).split())
     return text if len(text) <= 5 * LONGEST_VALUE else f"{text[: 5 * LONGEST_VALUE - 3]}..."

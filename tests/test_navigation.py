@@ -154,7 +154,7 @@ def test_a_station_of_a_larger_robot_or_with_another_step_is_refused() -> None:
         (
             large,
             0.005,
-            "robot.radius is 0.25 m, and link base_link of the station's robot reaches 0.350 m from its axis; ",
+            "link base_link of the station's robot sticks out of robot.radius 0.25 m by 100 mm; allowed: ",
         ),
         (scenario.robot, 0.004, "the station has time_step 0.004 s, the scenario's simulation.time_step is 0.005 s"),
     ):

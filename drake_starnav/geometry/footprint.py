@@ -27,6 +27,7 @@ IN_LINE = 1e-3
 """A corner so near to the hull of the others counts as in line with its neighbours, m; the hull is the footprint."""
 ROUNDING = 1e-6
 """A footprint that sticks out no farther still lies inside another one, m."""
+_ROUND = 64  # segments of a quarter of a circle
 
 
 class Polygons(NamedTuple):
@@ -159,14 +160,19 @@ def footprint(corners: tuple) -> Footprint:
 
 
 def contains(outer: Footprint, inner: Footprint) -> bool:
-    """Whether a footprint lies inside another one; False also of a disc that only several parts together cover."""
-    if outer.is_disc:
-        return inner.radius <= outer.radius + ROUNDING
+    """Whether a footprint lies inside another one."""
     if inner.is_disc:
-        _, _, offsets, ends = outer.polygons
-        return any(part.min() >= inner.radius - ROUNDING for part in np.split(offsets, ends[:-1]))
-    whole = covered(outer, np.zeros(3)).buffer(ROUNDING)
-    return all(whole.covers(shapely.Polygon(part)) for part in inner.parts)
+        return protrusion(outer, np.zeros((1, 2)), inner.radius) <= ROUNDING
+    return all(protrusion(outer, part) <= ROUNDING for part in inner.parts)
+
+
+def protrusion(shape: Footprint, points: np.ndarray, grown: float = 0.0) -> float:
+    """By how much all that is nearer than `grown` to the hull of points (n, 2) sticks out of a footprint, m."""
+    if shape.is_disc:
+        return max(float(np.hypot(*points.T).max()) + grown - shape.radius, 0.0)
+    body, hull = covered(shape, np.zeros(3)), shapely.MultiPoint(points).convex_hull
+    rest = shapely.difference(hull.buffer(grown, quad_segs=_ROUND), body)
+    return float(shapely.distance(shapely.points(shapely.get_coordinates(rest)), body).max(initial=0.0))
 
 
 def joined(one: Footprint, other: Footprint) -> Footprint:

@@ -18,6 +18,7 @@ from drake_starnav.scenario.error_budget import error_budget
 from drake_starnav.scenario.margins import AVERAGED_NOISE, derive_margins
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.navigation_station import StationInterface
+from drake_starnav.station.robot_body import HOLDS_ALL
 from drake_starnav.station.robot_geometry import TOLERANCE
 from drake_starnav.station.robot_interface import RobotInterface
 
@@ -53,14 +54,15 @@ def check_interface(scenario: Scenario, station: Robot) -> None:
             f"the station has time_step {has:g} s, the scenario's simulation.time_step is {step:g} s; allowed: the same"
         )
     if isinstance(station, StationInterface):
-        _check_reach(scenario.robot.radius, station.robot_interface)
+        _check_body(scenario.robot, station.robot_interface)
 
 
-def _check_reach(radius: float, robot: RobotInterface) -> None:
-    if robot.reach > radius + TOLERANCE:
+def _check_body(declared: RobotParameters, robot: RobotInterface) -> None:
+    by, link = robot.sticking_out(declared)
+    if by > TOLERANCE:
         raise StarnavError(
-            f"robot.radius is {radius:g} m, and link {robot.farthest} of the station's robot reaches {robot.reach:.3f} "
-            "m from its axis; allowed: a radius that holds all of it, folded as the joints' default positions say"
+            f"link {link} of the station's robot sticks out of {declared.said_of_shape} by {1e3 * by:.0f} mm; "
+            f"allowed: {HOLDS_ALL}"
         )
 
 

@@ -36,9 +36,15 @@ class RobotParameters(Checked, place="robot"):
     wheel_joints: tuple[str, str] = parameter(
         ("", ""), "joints of the left and the right wheel, several separated by spaces; empty: found by their axes"
     )
+    overhangs: str = parameter(
+        "",
+        "links, separated by spaces, that may stick out of what it covers, as they swing above all that stands there",
+        when="an arm or a mast above all obstacles",
+    )
     radius: float = parameter(
         0.25,
-        "radius of the disc that it covers; 0: what the collision shapes of a model of your own cover",
+        "radius of the disc that it covers; 0: what a shipped robot, or the collision shapes of a model of your own, "
+        "cover",
         unit="m",
         low=0.0,
         high=LARGEST_RADIUS,
@@ -126,6 +132,11 @@ class RobotParameters(Checked, place="robot"):
             raise StarnavError(
                 f"robot.footprint is {shown(self.footprint)}; allowed: [[x, y], ...], or a list of such lists, m"
             ) from None
+
+    @property
+    def said_of_shape(self) -> str:
+        """What declares its shape, for messages."""
+        return "robot.footprint" if self.footprint else f"robot.radius {self.radius:g} m"
 
     def body(self, shape: Footprint) -> Footprint:
         """A footprint as this robot is driven with it: of a base that cannot turn on the spot a polygon."""

@@ -7,7 +7,6 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, DiagramBuilder, EventStatus, LeafSystem, State, TriggerType
 from pydrake.systems.primitives import LogVectorOutput, VectorLogSink
 
-from drake_starnav.geometry.footprint import disc
 from drake_starnav.navigation import Navigation
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.drive_check import check_drive
@@ -116,7 +115,7 @@ def add_collision_monitor(builder: DiagramBuilder, navigation: Navigation, *, pe
             ground=station.floor,
             moving_obstacles=moving,
             hull=hull,
-            footprint=disc(robot.reach) if robot.robot.shape.is_disc else robot.robot.shape,
+            footprint=robot.robot.shape,
             period=period,
         ),
     )

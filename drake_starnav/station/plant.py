@@ -196,7 +196,7 @@ def _laid_over(mapping: Mapping[str, Any], defaults: Any, place: str, tried: Cal
         if is_number(known[key]) and not (is_number(value) and LEAST.get(key, 0.0) <= value < math.inf):
             raise StarnavError(f"{place}.{key} is {shown(value)}; allowed: {LEAST.get(key, 0.0):g} <= x")
         try:
-            tried(yaml_load_typed(data=yaml_dump({key: value}), defaults=defaults))
+            tried(yaml_load_typed(data=yaml_dump({key: value}), defaults=type(defaults)()))
         except (RuntimeError, ValueError, TypeError, SystemExit) as error:  # the last is a failed assertion of Drake's
             raise StarnavError(
                 f"{place}.{key} is {shown(value)}; allowed: what Drake takes, which says: "

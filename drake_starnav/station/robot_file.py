@@ -7,28 +7,43 @@ import warnings
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Collection, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
-from pydrake.math import RigidTransform, RollPitchYaw
+from pydrake.math import RigidTransform
 
 from drake_starnav.errors import StarnavError, said_by, shown
 from drake_starnav.parameters import unknown_name
 from drake_starnav.robot import MODEL_FILES, RobotParameters
+from drake_starnav.station.robot_body import link_at, pose_of, set_pose, undressed
 from drake_starnav.utils.resources import model_path
 from drake_starnav.worlds.formats.model_files import Models, parsed_xml
 from drake_starnav.worlds.formats.model_folders import find
 
-HULL = "hull"
-"""Geometries of the shipped robots whose name begins so get the radius of `robot.radius`; wheels stay inside it."""
 KEPT = ("link", "joint", "material", "frame")
 """Of a robot's parts; sensors, transmissions, `ros2_control`, `gazebo` and the like are left out."""
 
 
-def robot_urdf(robot: RobotParameters) -> tuple[str, ElementTree.Element]:
-    """The robot's model file and its content, with `base_link` as the root of all links, without motors.
+class ModelText(NamedTuple):
+    """A robot's model file, and its content with `base_link` as the root of all links, without motors.
+
+    `body`: of a shipped robot, heights in base_link between which it gets its footprint as its body, m; else None.
+    `changed`: whether that is another one than its model's.
+    """
+
+    path: str
+    root: ElementTree.Element
+    body: tuple[float, float] | None = None
+    changed: bool = False
+
+
+def robot_urdf(robot: RobotParameters) -> ModelText:
+    """The robot's model. A shipped robot is without the shapes of its base, its wheels are inside its footprint.
 
     What it calls its base is called `base_link`: the link whose name ends so, prefixed or not, or else the root of all.
-    The hull of a shipped robot gets the radius `robot.radius`; the base's mass and inertia grow by `robot.mass_error`.
+    The base's mass and inertia grow by `robot.mass_error`.
+
+    Raises:
+        StarnavError: there is no such model, it cannot be read, or the footprint has no room for the wheels.
     """
     path = model_path("robots", f"{robot.model}.urdf")
     shipped = os.path.isfile(path)
@@ -57,12 +72,9 @@ def robot_urdf(robot: RobotParameters) -> tuple[str, ElementTree.Element]:
             root.remove(part)
     _name_base(root)
     _hang_on_base(root)
+    body, changed = None, False
     if shipped:
-        for element in (*root.iter("collision"), *root.iter("visual")):
-            cylinder = element.find("geometry/cylinder")
-            if element.get("name", "").startswith(HULL) and cylinder is not None:
-                cylinder.set("radius", repr(robot.radius))
-        _pull_in(root, robot.radius)
+        body, changed = undressed(root, robot)
     inertial = root.find("link[@name='base_link']/inertial")
     if robot.mass_error != 0.0 and inertial is not None:
         for element in (*inertial.iter("mass"), *inertial.iter("inertia")):
@@ -76,7 +88,7 @@ def robot_urdf(robot: RobotParameters) -> tuple[str, ElementTree.Element]:
     models.urdf(root, path.resolve())
     if models.unseen:
         warnings.warn(f"robot model {path}: not shown: {', '.join(sorted(models.unseen))}", stacklevel=2)
-    return str(path), root
+    return ModelText(str(path), root, body, changed)
 
 
 def hold(root: ElementTree.Element, wheels: Collection[str]) -> list[str]:
@@ -104,10 +116,10 @@ def center(root: ElementTree.Element, x: float, y: float) -> None:
     base = root.find("link[@name='base_link']")
     parts = [] if base is None else [part for part in base if part.tag in ("inertial", "visual", "collision")]
     parts += [frame for frame in root.iterfind("frame") if frame.get("link") == "base_link"]
-    parts += [joint for joint in root.iterfind("joint[parent]") if _link(joint, "parent") == "base_link"]
+    parts += [joint for joint in root.iterfind("joint[parent]") if link_at(joint, "parent") == "base_link"]
     for part in parts:
-        X = _pose(part)
-        _set_pose(part, RigidTransform(X.rotation(), X.translation() - (x, y, 0.0)))
+        X = pose_of(part)
+        set_pose(part, RigidTransform(X.rotation(), X.translation() - (x, y, 0.0)))
 
 
 def effort(root: ElementTree.Element, joint: str) -> float:
@@ -177,7 +189,7 @@ def _expanded(path: Path, arguments: Mapping[str, Any]) -> bytes:
 
 def _name_base(root: ElementTree.Element) -> None:
     """Call the robot's base `base_link`; a frame keeps the name that it had."""
-    above = {_link(joint, "child"): _link(joint, "parent") for joint in root.iterfind("joint[child]")}
+    above = {link_at(joint, "child"): link_at(joint, "parent") for joint in root.iterfind("joint[child]")}
     links = [link.get("name", "") for link in root.iterfind("link")]
 
     def depth(link: str) -> int:
@@ -201,7 +213,7 @@ def _name_base(root: ElementTree.Element) -> None:
 
 def _hang_on_base(root: ElementTree.Element) -> None:
     """Turn round the joints above `base_link`, which become fixed, and leave out the link `world`."""
-    on = {_link(joint, "child"): joint for joint in root.iterfind("joint[child]")}
+    on = {link_at(joint, "child"): joint for joint in root.iterfind("joint[child]")}
     link: str | None = "base_link"
     while (joint := on.pop(link, None)) is not None:
         parent, child = joint.find("parent"), joint.find("child")
@@ -211,48 +223,10 @@ def _hang_on_base(root: ElementTree.Element) -> None:
             break
         parent.set("link", child.get("link", ""))  # type: ignore[union-attr]
         child.set("link", link)  # type: ignore[union-attr]
-        _set_pose(joint, _pose(joint).inverse())
+        set_pose(joint, pose_of(joint).inverse())
         joint.set("type", "fixed")
     world = root.find("link[@name='world']")
-    if world is not None and not any("world" in (_link(j, "parent"), _link(j, "child")) for j in root.iter("joint")):
+    if world is not None and not any(
+        "world" in (link_at(j, "parent"), link_at(j, "child")) for j in root.iter("joint")
+    ):
         root.remove(world)
-
-
-def _link(joint: ElementTree.Element, end: str) -> str | None:
-    element = joint.find(end)
-    return None if element is None else element.get("link")
-
-
-def _pose(element: ElementTree.Element) -> RigidTransform:
-    """Of a frame in its link, or of what has an `<origin>`."""
-    origin = element if element.tag == "frame" else element.find("origin")
-    xyz, rpy = (("0 0 0" if origin is None else origin.get(key, "0 0 0")).split() for key in ("xyz", "rpy"))
-    return RigidTransform(RollPitchYaw([float(angle) for angle in rpy]), [float(value) for value in xyz])
-
-
-def _set_pose(element: ElementTree.Element, X: RigidTransform) -> None:
-    origin = element if element.tag == "frame" else element.find("origin")
-    if origin is None:
-        origin = ElementTree.SubElement(element, "origin")
-    for key, values in (("xyz", X.translation()), ("rpy", RollPitchYaw(X.rotation()).vector())):
-        origin.set(key, " ".join(repr(float(value)) for value in values))
-
-
-def _pull_in(root: ElementTree.Element, radius: float) -> None:
-    """Move wheels and casters towards the axis where they would reach out of a hull of this radius."""
-    joints = {joint.find("child").get("link"): joint for joint in root.findall("joint")}  # type: ignore[union-attr]
-    for link in root.iter("link"):
-        for element in (*link.iter("collision"), *link.iter("visual")):
-            sphere = element.find("geometry/sphere")
-            moved = joints.get(link.get("name"), element)
-            origin = moved.find("origin")
-            if sphere is None or origin is None:
-                continue
-            x, y, z = (float(value) for value in origin.get("xyz", "0 0 0").split())
-            far = radius - float(sphere.get("radius", "0"))
-            if far <= 0.0:
-                raise StarnavError(
-                    f"robot.radius is {radius:g}; allowed: more than the model's wheels have, {radius - far:g} m"
-                )
-            share = min(1.0, far / max(math.hypot(x, y), 1e-9))
-            origin.set("xyz", f"{x * share!r} {y * share!r} {z!r}")

@@ -1,7 +1,7 @@
 """Where the parts of a robot's model are, and how far they reach."""
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -144,19 +144,13 @@ class Extent(NamedTuple):
         return float(self.points[2].max()) + self.grown
 
 
-def robot_reach(robot: RobotModel, poses: Mapping[BodyIndex, RigidTransform]) -> tuple[float, str]:
-    """How far from base_link's z axis a robot's links at their poses in base_link collide, m, and which of them."""
-    shapes = (each for each in robot.extents(poses) if each.floor is not True)
-    reaches = [(float(np.hypot(*each.points[:2]).max()) + each.grown, each.link.name()) for each in shapes]
-    return max(reaches, default=(0.0, "base_link"))
-
-
-def robot_outline(robot: RobotModel) -> np.ndarray | None:
-    """The convex hull of what a robot collides with, with all joints at zero, seen from above.
+def robot_outline(robot: RobotModel, left_out: Collection[str] = ()) -> np.ndarray | None:
+    """The convex hull of what a robot collides with, with all joints at zero, seen from above, without some links.
 
     Counter-clockwise, shape (n, 2), about base_link's z axis, m; round shapes lie within. None if they enclose nothing.
     """
-    shapes = (each for each in robot.extents(robot.poses()) if each.floor is not True)
+    parts = robot.extents(robot.poses())
+    shapes = (each for each in parts if each.floor is not True and each.link.name() not in left_out)
     corners = [swollen(each.points.T, each.grown) for each in shapes]
     return convex_footprint(np.vstack([*corners, np.zeros((0, 3))]), -math.inf, math.inf)
 

@@ -1,5 +1,6 @@
 """What makes a model of a plant a robot, as one diagram."""
 
+import functools
 import math
 from collections.abc import Sequence
 from dataclasses import replace
@@ -17,7 +18,8 @@ from drake_starnav.station.lidar_sensor import LidarMount, LidarSensor
 from drake_starnav.station.model_world import floor_geometries
 from drake_starnav.station.planar_drive import PlanarVelocityCommand
 from drake_starnav.station.planar_localization import PlanarLocalization, lidar_seed
-from drake_starnav.station.robot_geometry import RobotModel, drive_geometry, floor_contact, robot_reach
+from drake_starnav.station.robot_body import sticking_out
+from drake_starnav.station.robot_geometry import RobotModel, drive_geometry, floor_contact
 from drake_starnav.station.wheel_drive import WheelServo, WheelSlip, WheelSpeedCommand
 from drake_starnav.systems.star_perception import lidar_names
 
@@ -54,8 +56,8 @@ class RobotInterface(Diagram):
         heights: of the lidars above the floor z = 0, with all joints at their defaults, m.
         top: height of its highest collision shape, with all joints at zero, m.
         robot_geometries: collision shapes of all that.
-        reach: how far from the robot's axis it collides, with all joints at their defaults, m, without what it carries.
-        farthest: the link that reaches so far.
+        sticking_out: tells of a robot's parameters by how much what collides, with all joints at their defaults and
+            without what it carries, sticks out of their footprint, m, and which link.
     """
 
     def __init__(
@@ -90,7 +92,7 @@ class RobotInterface(Diagram):
         poses = {i: plant.CalcRelativeTransform(context, base, plant.get_body(i).body_frame()) for i in bodies}
         placed = RobotModel(plant, scene_graph, model)
         self._drive = None if self.robot.drive.holonomic else drive_geometry(placed)
-        self.reach, self.farthest = robot_reach(placed, poses)
+        self.sticking_out = functools.partial(sticking_out, placed, poses)
         builder = DiagramBuilder()
         inspector = scene_graph.model_inspector()
         frames = [plant.GetBodyFrameIdOrThrow(index) for index in (*bodies, *carried)]

@@ -20,6 +20,7 @@ from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.parser_warnings import parsing
 from drake_starnav.station.planar_drive import put_on_joints
+from drake_starnav.station.robot_body import HOLDS_ALL, add_body, add_looks, overhang_faults, own_body, sticking_out
 from drake_starnav.station.robot_file import center, effort, hold, robot_urdf
 from drake_starnav.station.robot_geometry import (
     TOLERANCE,
@@ -27,9 +28,9 @@ from drake_starnav.station.robot_geometry import (
     drive_geometry,
     massless_links,
     robot_outline,
-    robot_reach,
 )
 from drake_starnav.station.robot_wheels import found_wheels, stand_on_wheels
+from drake_starnav.utils.resources import model_path
 
 WHEEL_GAIN = 10.0
 """Velocity servo of the wheels, N m s/rad, if those of `SERVO_LAG` do not need more."""
@@ -56,9 +57,9 @@ def add_robot(
 
     Raises:
         StarnavError: there is no such model, Drake cannot read it, it lacks what a robot must have, it has no wheels on
-            both sides, or it is larger than `robot.radius`.
+            both sides, or it sticks out of its footprint.
     """
-    path, root = robot_urdf(robot)
+    path, root, body, changed = robot_urdf(robot)
     sketch, scene, wheels = *_empty_plant(), None
     read = RobotModel(sketch, scene, _parsed(Parser(sketch), root, path))
     faults, based = [], sketch.HasBodyNamed("base_link", read.index)  # else there is nothing from which to measure
@@ -75,12 +76,16 @@ def add_robot(
     if held and (planar or wheels is not None):
         warnings.warn(f"robot model {path}: joints held still: {', '.join(held)}", stacklevel=2)
     placed = RobotModel(plant, scene_graph, _parsed(Parser(plant, model_name_prefix=name), root, path))
+    if body is not None:
+        add_body(placed, robot.shape, body)
+        if changed:
+            add_looks(placed, robot.shape, body, root)
     floor = None
     if planar:
-        put_on_joints(placed, max(0.0, -read.lowest(read.poses())), start)
+        put_on_joints(placed, max(0.0, -placed.lowest(placed.poses())), start)
     elif wheels is not None:
         floor = stand_on_wheels(placed, wheels, [effort(root, joint) for joint in names])
-    faults += model_faults(placed, robot.radius, floor)
+    faults += model_faults(placed, robot, floor)
     if faults:
         counted = faults if len(faults) == 1 else [f"({k}) {fault}" for k, fault in enumerate(faults, start=1)]
         raise StarnavError(f"robot model {path}: {'; '.join(counted)}")
@@ -128,10 +133,12 @@ def with_own_shape(scenario: Scenario) -> Scenario:
 
 
 def own_shape(robot: RobotParameters) -> dict[str, Any]:
-    """`radius`, and `footprint` unless it is round, from a model's collision shapes with all joints at zero."""
+    """`radius`, and `footprint` unless it is round, of a shipped robot; of another one that of its collision shapes."""
+    if model_path("robots", f"{robot.model}.urdf").is_file():
+        return own_body(robot.model)
     plant, scene_graph = _empty_plant()
     model = add_robot(plant, scene_graph, robot, (0.0, 0.0, 0.0))
-    outline = robot_outline(RobotModel(plant, scene_graph, model))
+    outline = robot_outline(RobotModel(plant, scene_graph, model), robot.overhangs.split())
     if outline is None:
         raise StarnavError(
             f"robot model {robot.model} has no collision shapes that enclose anything; allowed: robot.radius or "
@@ -145,8 +152,8 @@ def own_shape(robot: RobotParameters) -> dict[str, Any]:
     return {"radius": RobotParameters.radius, "footprint": corners}
 
 
-def model_faults(robot: RobotModel, radius: float, floor: float | None) -> Iterator[str]:
-    """What is wrong with a model in a plant not yet finalized, of a `robot.radius`, m.
+def model_faults(robot: RobotModel, declared: RobotParameters, floor: float | None) -> Iterator[str]:
+    """What is wrong with a model in a plant not yet finalized, of the parameters that were declared.
 
     `floor`: its height in base_link, m; None if the model has no wheels.
     """
@@ -157,9 +164,10 @@ def model_faults(robot: RobotModel, radius: float, floor: float | None) -> Itera
         yield f"link {name} has no mass; allowed: <inertial> with a mass and an inertia"
     if not based:
         return
-    reach, link = robot_reach(robot, robot.poses())
-    if reach > radius + TOLERANCE:
-        yield f"link {link} reaches {reach:.3f} m from the robot's axis; allowed: up to robot.radius, {radius:g} m"
+    by, link = sticking_out(robot, robot.poses(), declared)
+    if by > TOLERANCE:
+        yield f"link {link} sticks out of {declared.said_of_shape} by {1e3 * by:.0f} mm; allowed: {HOLDS_ALL}"
+    yield from overhang_faults(robot, declared, 0.0 if floor is None else floor)
     if floor is None:
         return
     for each in robot.extents(robot.poses()):

@@ -90,11 +90,11 @@ def test_an_arm_and_a_load_are_part_of_the_robot_and_not_seen_by_it() -> None:
 def test_the_arm_must_fit_into_the_robot_s_radius_as_it_is_folded(posture, fits: bool) -> None:
     own = OwnPlant(posture)
     robot, world = own.robot(), World("own", (0.0, 0.0, 0.0), (2.0, 0.0))
-    assert (robot.reach <= SCENARIO.robot.radius) == fits
+    assert (robot.sticking_out(SCENARIO.robot)[0] == 0.0) == fits
     if fits:
         add_navigation(own.builder, SCENARIO, Parts(world, robot))
         return
-    with pytest.raises(StarnavError, match=r"robot.radius is 0.25 m, and link forearm of .* reaches 0\.[45]\d+ m from"):
+    with pytest.raises(StarnavError, match="link forearm of the station.s robot sticks out of robot.radius 0.25 m"):
         add_navigation(own.builder, SCENARIO, Parts(world, robot))
 
 

@@ -34,9 +34,7 @@ def standing(robot: RobotParameters) -> NavigationStation:
 
 @pytest.mark.parametrize("radius", [0.05, 0.04])
 def test_a_hull_without_room_for_its_wheels_is_refused(radius: float) -> None:
-    with pytest.raises(
-        StarnavError, match=rf"robot.radius is {radius}; allowed: more than the model's wheels have, 0.05 m"
-    ):
+    with pytest.raises(StarnavError, match=rf"robot.radius is {radius} m, which has no room for link .* of starbot; "):
         standing(RobotParameters(radius=radius))
 
 
@@ -57,7 +55,6 @@ def changed_starbot(folder: Path, old: str, new: str) -> str:
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ('"base_link"', '"chassis"', "has no link base_link"),
         ("</robot>", "", "cannot be read"),
         (
             '<origin xyz="0 0.16 0"/>',
@@ -96,23 +93,52 @@ def test_wheels_of_two_sizes_are_refused(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("shape", "reach"),
+    ("shape", "beyond"),
     [
-        ('<box size="0.5 0.4 0.1"/>', "0.320"),
-        ('<cylinder radius="0.28" length="0.1"/>', "0.280"),
-        ('<sphere radius="0.27"/>', "0.270"),
-        ('<drake:capsule radius="0.26" length="0.1"/>', "0.260"),
-        ('<drake:ellipsoid a="0.3" b="0.1" c="0.1"/>', "0.30."),
-        ('<mesh filename="shell.obj"/>', "0.500"),
+        ('<box size="0.5 0.4 0.1"/>', "70"),
+        ('<cylinder radius="0.28" length="0.1"/>', "30"),
+        ('<sphere radius="0.27"/>', "20"),
+        ('<drake:capsule radius="0.26" length="0.1"/>', "10"),
+        ('<drake:ellipsoid a="0.3" b="0.1" c="0.1"/>', "5[01]"),
+        ('<mesh filename="shell.obj"/>', "250"),
     ],
 )
-def test_a_robot_larger_than_its_radius_is_refused(tmp_path: Path, shape: str, reach: str) -> None:
+def test_a_robot_larger_than_its_radius_is_refused(tmp_path: Path, shape: str, beyond: str) -> None:
     (tmp_path / "shell.obj").write_text(SHELL.replace("v 0.1 0 0", "v 0.5 0 0"))
     path = changed_starbot(tmp_path, '<cylinder radius="0.25" length="0.1"/>', shape)
-    with pytest.raises(
-        StarnavError, match=f"link base_link reaches {reach} m from the robot.s axis; .* robot.radius, 0.25 m"
-    ):
+    with pytest.raises(StarnavError, match=f"base_link sticks out of robot.radius 0.25 m by {beyond} mm; allowed"):
         standing(RobotParameters(model=path))
+
+
+MAST = """
+  <link name="mast">
+    <inertial><mass value="0.1"/><inertia ixx="1e-3" iyy="1e-3" izz="1e-3" ixy="0" ixz="0" iyz="0"/></inertial>
+    <collision><origin xyz="0.3 0 {height}"/><geometry><box size="0.6 0.1 0.1"/></geometry></collision>
+  </link>
+  <joint name="mast" type="fixed"><parent link="base_link"/><child link="mast"/></joint>
+</robot>"""
+
+
+@pytest.mark.parametrize(
+    ("height", "said", "words"),
+    [
+        (0.5, {}, "link mast sticks out of robot.radius 0.25 m by 35[0-9] mm; allowed: .*robot.overhangs"),
+        (0.5, {"footprint": [[0.7, -0.3], [0.7, 0.3], [-0.3, 0.3], [-0.3, -0.3]]}, None),
+        (0.5, {"footprint": [[0.5, -0.3], [0.5, 0.3], [-0.3, 0.3], [-0.3, -0.3]]}, "robot.footprint by 100 mm"),
+        (0.5, {"overhangs": "mast"}, None),
+        (0.05, {"overhangs": "mast"}, "link mast of robot.overhangs reaches down to 0.0[0-9]* m above the floor"),
+        (0.5, {"overhangs": "mast boom"}, "no link boom; allowed in robot.overhangs: base_link.*mast"),
+    ],
+)
+def test_a_model_lies_within_its_footprint_but_for_what_swings_above(
+    tmp_path: Path, height: float, said: dict, words: str | None
+) -> None:
+    path = changed_starbot(tmp_path, "</robot>", MAST.format(height=height))
+    if words is None:
+        standing(RobotParameters(model=path, **said))
+        return
+    with pytest.raises(StarnavError, match=words):
+        standing(RobotParameters(model=path, **said))
 
 
 def test_a_robot_without_an_end_is_refused(tmp_path: Path) -> None:
@@ -159,7 +185,7 @@ def test_what_is_missing_hides_nothing_else(tmp_path: Path) -> None:
     Path(path).write_text(text, encoding="utf-8")
     with pytest.raises(StarnavError) as caught:
         standing(RobotParameters(model=path))
-    for said in ("no two joints about y", "reaches 0.280 m"):
+    for said in ("no two joints about y", "sticks out of robot.radius 0.25 m by 30 mm"):
         assert said in str(caught.value)
 
 
@@ -173,7 +199,7 @@ def test_all_that_a_model_lacks_is_said_at_once(tmp_path: Path) -> None:
     said = str(caught.value)
     for words in (
         "(1) link base_link has no mass",
-        "base_link reaches 0.280 m",
+        "base_link sticks out of robot.radius 0.25 m by 30 mm",
         "mm lower than the wheels",
     ):
         assert words in said

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from drake_starnav.errors import StarnavError
+from drake_starnav.robot import RobotParameters
 from drake_starnav.station.robot_geometry import RobotModel, robot_outline
 from tests.helpers.robots import WHEEL, casters, driven, joint, link, robot, standing, wheel
 
@@ -122,9 +123,11 @@ def test_what_wheels_roll_on_is_no_part_of_the_robot(tmp_path: Path) -> None:
     """The spheres reach to y = 0.19."""
     narrow = '<box size="0.1 0.1 0.08"/>'
     cylinders, spheres = (robot(pair(shape), body=narrow) for shape in (WHEEL, '<sphere radius="0.06"/>'))
-    reach = standing(tmp_path, cylinders).robot_interface.reach
-    assert reach == pytest.approx(math.hypot(0.06, 0.15), abs=1e-4)
-    assert standing(tmp_path, spheres).robot_interface.reach == pytest.approx(math.hypot(0.06, 0.13), abs=1e-3)
+    small = RobotParameters(radius=0.1)
+    by, _ = standing(tmp_path, cylinders).robot_interface.sticking_out(small)
+    assert 0.1 + by == pytest.approx(math.hypot(0.06, 0.15), abs=1e-4)
+    by, _ = standing(tmp_path, spheres).robot_interface.sticking_out(small)
+    assert 0.1 + by == pytest.approx(math.hypot(0.06, 0.13), abs=1e-3)
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,218 @@
+"""The body of a robot in a plant: the footprint of a shipped robot, and what of a model sticks out of it."""
+
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from pydrake.geometry import Cylinder, Shape
+from pydrake.math import RigidTransform, RollPitchYaw
+from pydrake.multibody.plant import CoulombFriction
+from pydrake.multibody.tree import BodyIndex
+
+from drake_starnav.errors import StarnavError, shown
+from drake_starnav.geometry.footprint import ROUNDING, Footprint, protrusion
+from drake_starnav.robot import RobotParameters
+from drake_starnav.scenario.directives import EXCLUSIVE, of_model
+from drake_starnav.station.robot_geometry import TOLERANCE, RobotModel
+from drake_starnav.station.world_geometry import upright_prism
+from drake_starnav.worlds.world import ROBOT_HEIGHT
+
+FRICTION = CoulombFriction(0.3, 0.3)
+DECK = 0.86
+"""Size of the lighter deck, as a share of the body's."""
+DECK_HEIGHT = 0.004
+"""m"""
+MARKS = ("lidar_puck", "heading")
+"""Visuals of the shipped robots that stay when they get another body."""
+HOLDS_ALL = (
+    "a footprint that holds all of it, folded as its joints' default positions say, or its name in robot.overhangs"
+)
+
+
+def add_body(robot: RobotModel, shape: Footprint, heights: tuple[float, float]) -> None:
+    """Give the base of a shipped robot, in a plant not yet finalized, its footprint as its body.
+
+    Args:
+        robot: without the shapes of its base.
+        shape: what it covers.
+        heights: of the body's bottom and top in base_link, m.
+    """
+    for name, solid, X_BG in _solids(shape, "hull", *heights):
+        robot.plant.RegisterCollisionGeometry(robot.base, X_BG, solid, name, FRICTION)
+
+
+def add_looks(robot: RobotModel, shape: Footprint, heights: tuple[float, float], root: ElementTree.Element) -> None:
+    """The same for its looks, in the colours of its model."""
+    top = heights[1]
+    deck = shape._replace(parts=tuple(DECK * part for part in shape.parts), radius=DECK * shape.radius)
+    layers = (("hull", shape, heights, "shell"), ("deck", deck, (top, top + DECK_HEIGHT), "deck"))
+    for layer, each, (low, high), material in layers:
+        color = root.find(f"material[@name='{material}']/color")
+        rgba = np.array([float(value) for value in color.get("rgba", "").split()])  # type: ignore[union-attr]
+        for name, solid, X_BG in _solids(each, layer, low, high):
+            robot.plant.RegisterVisualGeometry(robot.base, X_BG, solid, f"{name}_visual", rgba)
+
+
+def _solids(shape: Footprint, name: str, low: float, high: float) -> list[tuple[str, Shape, RigidTransform]]:
+    X_BG = RigidTransform([0.0, 0.0, 0.5 * (low + high)])
+    if shape.is_disc:
+        return [(name, Cylinder(shape.radius, high - low), X_BG)]
+    return [
+        (f"{name}_{k}" if k else name, upright_prism(part, high - low, f"{name}_{k}"), X_BG)
+        for k, part in enumerate(shape.parts)
+    ]
+
+
+def sticking_out(
+    robot: RobotModel, poses: Mapping[BodyIndex, RigidTransform], declared: RobotParameters
+) -> tuple[float, str]:
+    """By how much a robot's links at their poses in base_link stick out of its footprint, m, and which of them.
+
+    Links of `robot.overhangs` do not count.
+    """
+    found = [
+        (protrusion(declared.shape, each.points[:2].T, each.grown), each.link.name())
+        for each in robot.extents(poses)
+        if each.floor is not True and each.link.name() not in declared.overhangs.split()
+    ]
+    return max(found, default=(0.0, "base_link"))
+
+
+def overhang_faults(robot: RobotModel, declared: RobotParameters, floor: float) -> list[str]:
+    """What is wrong with `robot.overhangs`; `floor`: its height in base_link, m."""
+    names, faults = [link.name() for link in robot.links], []
+    lowest: dict[str, float] = {}
+    for each in robot.extents(robot.poses()):
+        lowest[each.link.name()] = min(lowest.get(each.link.name(), np.inf), each.low - floor)
+    for name in declared.overhangs.split():
+        if name not in names:
+            faults.append(f"it has no link {name}; allowed in robot.overhangs: {', '.join(names)}")
+        elif lowest.get(name, np.inf) < ROBOT_HEIGHT - TOLERANCE:
+            faults.append(
+                f"link {name} of robot.overhangs reaches down to {lowest[name]:.3f} m above the floor; allowed: links "
+                f"above {ROBOT_HEIGHT:g} m"
+            )
+    return faults
+
+
+def undressed(root: ElementTree.Element, robot: RobotParameters) -> tuple[tuple[float, float], bool]:
+    """Take its body from the base of a shipped robot, and draw all else into the robot's footprint.
+
+    Returns from where to where the body reached, m, and whether the footprint is another than the model's.
+    """
+    own = RobotParameters(**own_body(robot.model))
+    changed = (robot.footprint, robot.radius) != (own.footprint, own.radius)
+    heights = _without_body(root, keeps_looks=not changed)
+    _pull_in(root, robot)
+    return heights, changed
+
+
+def own_body(model: str) -> dict[str, Any]:
+    """`radius` or `footprint` of a shipped robot, as its file says."""
+    said = of_model(model, {}).get("robot", {})
+    return {key: said[key] for key in EXCLUSIVE if key in said}
+
+
+def _without_body(root: ElementTree.Element, *, keeps_looks: bool) -> tuple[float, float]:
+    """Take its body from the base of a shipped robot, but for casters; returns from where to where it reached, m."""
+    base = root.find("link[@name='base_link']")
+    assert base is not None
+    reach = []
+    for element in [each for each in base if each.tag in ("collision", "visual")]:
+        if element.find("geometry/sphere") is not None or element.get("name") in MARKS:
+            continue
+        if element.tag == "collision":
+            box, cylinder = (element.find(f"geometry/{kind}") for kind in ("box", "cylinder"))
+            height = float(box.get("size", "").split()[2] if box is not None else cylinder.get("length", "0"))  # type: ignore[union-attr]
+            reach.append(pose_of(element).translation()[2] + 0.5 * height * np.array((-1.0, 1.0)))
+        if element.tag == "collision" or not keeps_looks:
+            base.remove(element)
+    low, high = np.array(reach).T
+    return float(low.min()), float(high.max())
+
+
+def _pull_in(root: ElementTree.Element, robot: RobotParameters) -> None:
+    """Move wheels, casters and marks of a shipped robot towards its axis where they would reach out of its footprint.
+
+    The wheels stay opposite each other, and are as wide as they look, as they roll on the planes of spheres; marks for
+    which there is no room are left out.
+    """
+    base = root.find("link[@name='base_link']")
+    assert base is not None
+    wheels = list(root.iterfind("joint"))
+    for element in [each for each in base if each.tag in ("collision", "visual")]:
+        share = _share(robot.shape, element, [element])
+        if element.find("geometry/sphere") is None and element.get("name") not in MARKS:
+            continue
+        if share is None and element.get("name") not in MARKS:
+            _refuse_size(robot, "base_link")
+        elif share is None:
+            base.remove(element)
+        else:
+            _scale_place(element, share)
+    shares = []
+    for joint in wheels:
+        link = link_at(joint, "child") or ""
+        share = _share(robot.shape, joint, [*root.iterfind(f"link[@name='{link}']/visual")])
+        if not share:
+            _refuse_size(robot, link)
+        else:
+            shares.append(share)
+    for joint in wheels:
+        _scale_place(joint, min(shares))
+
+
+def _refuse_size(robot: RobotParameters, link: str) -> None:
+    said = f"robot.footprint is {shown(robot.footprint)}" if robot.footprint else f"robot.radius is {robot.radius:g} m"
+    raise StarnavError(
+        f"{said}, which has no room for link {link} of {robot.model}; allowed: a body that holds wheels and "
+        "casters, drawn in towards its origin"
+    )
+
+
+def _share(shape: Footprint, placed: ElementTree.Element, parts: list[ElementTree.Element]) -> float | None:
+    """To which share of its distance from the axis an element is to be moved, that its parts lie in a footprint."""
+    x, y, _ = pose_of(placed).translation()
+    prints = [_print(part) for part in parts]
+    for share in np.linspace(1.0, 0.0, 101):
+        if all(protrusion(shape, points + (share * x, share * y), grown) <= ROUNDING for points, grown in prints):
+            return float(share)
+    return None
+
+
+def _print(element: ElementTree.Element) -> tuple[np.ndarray, float]:
+    """What a shape of a shipped robot covers about its place: all that is so near, m, to the hull of points (n, 2)."""
+    shape = element.find("geometry")[0]  # type: ignore[index]
+    radius, length = (float(shape.get(key, "0")) for key in ("radius", "length"))
+    if shape.tag == "sphere" or (shape.tag == "cylinder" and pose_of(element).rotation().IsNearlyIdentity()):
+        return np.zeros((1, 2)), radius
+    size = shape.get("size", f"{2.0 * radius} {length}").split()  # of a wheel's cylinder, about y
+    x, y = 0.5 * float(size[0]), 0.5 * float(size[1])
+    return np.array(((x, y), (-x, y), (-x, -y), (x, -y))), 0.0
+
+
+def _scale_place(element: ElementTree.Element, share: float) -> None:
+    X = pose_of(element)
+    if share < 1.0:
+        set_pose(element, RigidTransform(X.rotation(), X.translation() * (share, share, 1.0)))
+
+
+def link_at(joint: ElementTree.Element, end: str) -> str | None:
+    element = joint.find(end)
+    return None if element is None else element.get("link")
+
+
+def pose_of(element: ElementTree.Element) -> RigidTransform:
+    """Of a frame in its link, or of what has an `<origin>`."""
+    origin = element if element.tag == "frame" else element.find("origin")
+    xyz, rpy = (("0 0 0" if origin is None else origin.get(key, "0 0 0")).split() for key in ("xyz", "rpy"))
+    return RigidTransform(RollPitchYaw([float(angle) for angle in rpy]), [float(value) for value in xyz])
+
+
+def set_pose(element: ElementTree.Element, X: RigidTransform) -> None:
+    origin = element if element.tag == "frame" else element.find("origin")
+    if origin is None:
+        origin = ElementTree.SubElement(element, "origin")
+    for key, values in (("xyz", X.translation()), ("rpy", RollPitchYaw(X.rotation()).vector())):
+        origin.set(key, " ".join(repr(float(value)) for value in values))

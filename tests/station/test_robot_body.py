@@ -1,0 +1,138 @@
+"""A robot's plant covers its footprint, and nothing beyond it: for any shipped robot, radius and polygons."""
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+import shapely
+from pydrake.geometry import Box, Convex, Cylinder, Role, Sphere
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.robot import RobotParameters
+from drake_starnav.scenario.schema import Scenario
+from drake_starnav.station.navigation_station import NavigationStation
+from drake_starnav.worlds.world import World
+
+START = (1.0, -2.0, 0.6)
+WORLD = World("post", START, (5.0, 0.0), cylinders=[(30.0, 0.0, 0.1)])
+ROBOTS = {
+    "starbot": "differential",
+    "carrier": "differential",
+    "jackal": "differential",
+    "omnibot": "omnidirectional",
+    "carbot": "car",
+}
+BOX = [[0.4, -0.25], [0.4, 0.25], [-0.4, 0.25], [-0.4, -0.25]]
+
+
+def covered_by_plant(robot: RobotParameters) -> shapely.Geometry:
+    """The shadow of all shapes of a robot that touch the post, from what Drake says of them."""
+    station = NavigationStation(WORLD, Scenario("test", None, robot))
+    context = station.CreateDefaultContext()
+    query = station.GetOutputPort("cheat.geometry_query").Eval(context)
+    inspector = query.inspector()
+    (post,) = (g for g in inspector.GetAllGeometryIds(Role.kProximity) if inspector.GetName(g).endswith("cylinder_0"))
+    shadows = []
+    for geometry in station.robot_geometries:
+        if inspector.CollisionFiltered(geometry, post):
+            continue
+        shape, X_WG = inspector.GetShape(geometry), query.GetPoseInWorld(geometry)
+        if isinstance(shape, Sphere):
+            shadows.append(shapely.Point(*X_WG.translation()[:2]).buffer(shape.radius(), 128))
+            continue
+        if isinstance(shape, Box):
+            corners = 0.5 * shape.size() * np.array(np.meshgrid(*3 * [(-1, 1)])).reshape(3, -1).T
+        elif isinstance(shape, Cylinder):
+            angle = np.linspace(0.0, 2.0 * math.pi, 400)
+            rim = shape.radius() * np.column_stack((np.cos(angle), np.sin(angle)))
+            corners = np.vstack([np.column_stack((rim, np.full(400, z * shape.length()))) for z in (-0.5, 0.5)])
+        else:
+            assert isinstance(shape, Convex)
+            hull = shape.GetConvexHull()
+            corners = np.array([hull.vertex(k) for k in range(hull.num_vertices())])
+        points = corners @ X_WG.rotation().matrix().T + X_WG.translation()
+        shadows.append(shapely.MultiPoint(points[:, :2]).convex_hull)
+    return shapely.union_all(shadows)
+
+
+def declared_area(robot: RobotParameters) -> shapely.Geometry:
+    """What a robot's parameters say that it covers at the start, from nothing but their numbers."""
+    x, y, yaw = START
+    if not robot.footprint:
+        return shapely.Point(x, y).buffer(robot.radius, 128)
+    parts = robot.footprint if isinstance(robot.footprint[0][0], list) else [robot.footprint]
+    whole = shapely.union_all([shapely.Polygon(part) for part in parts])
+    turned = shapely.affinity.rotate(whole, yaw, origin=(0, 0), use_radians=True)
+    return shapely.affinity.translate(turned, x, y)
+
+
+def random_robots(count: int, seed: int) -> Iterator[RobotParameters]:
+    """Shipped robots with radii, convex polygons and unions of them, about their axis or beside it."""
+    rng = np.random.default_rng(seed)
+    for k in range(count):
+        model, base = list(ROBOTS.items())[k % len(ROBOTS)]
+        if rng.uniform() < 0.3:
+            yield RobotParameters(model=model, base=base, radius=float(np.exp(rng.uniform(np.log(0.05), np.log(3.0)))))
+            continue
+        parts = []
+        for _ in range(int(rng.integers(1, 4))):
+            size, middle = np.exp(rng.uniform(np.log(0.05), np.log(1.5), 2)), rng.normal(0.0, 0.15, 2)
+            if rng.uniform() < 0.5:
+                corners = size * np.array(((1, 1), (-1, 1), (-1, -1), (1, -1))) + middle
+            else:
+                angle = np.sort(rng.uniform(-math.pi, math.pi, int(rng.integers(3, 9))))
+                corners = size * np.column_stack((np.cos(angle), np.sin(angle))) + middle
+            parts.append(corners.round(4).tolist())
+        try:
+            robot = RobotParameters(model=model, base=base, footprint=parts if len(parts) > 1 else parts[0])
+        except StarnavError:  # a sliver
+            continue
+        yield robot
+
+
+def check_bodies(count: int, seed: int) -> int:
+    """How many random robots are accepted; each covers its footprint and no more."""
+    accepted = 0
+    for robot in random_robots(count, seed):
+        try:
+            plant = covered_by_plant(robot)
+        except StarnavError as error:
+            assert "has no room for link" in str(error)
+            continue
+        declared, accepted = declared_area(robot), accepted + 1
+        assert shapely.hausdorff_distance(plant, declared) < 2e-3, robot
+        assert declared.buffer(1e-3).covers(plant), robot
+    return accepted
+
+
+def test_a_shipped_robot_gets_the_body_that_is_declared() -> None:
+    assert check_bodies(25, seed=1) > 10
+
+
+@pytest.mark.slow
+def test_two_hundred_bodies_are_what_is_declared() -> None:
+    assert check_bodies(300, seed=2) > 150
+
+
+@pytest.mark.parametrize("model", ROBOTS)
+def test_a_body_of_ones_own_is_given_to_every_shipped_robot(model: str) -> None:
+    robot = RobotParameters(model=model, base=ROBOTS[model], footprint=BOX)
+    assert covered_by_plant(robot).symmetric_difference(declared_area(robot)).area < 1e-3
+
+
+@pytest.mark.parametrize(
+    ("said", "words"),
+    [
+        ({"radius": 0.04}, "robot.radius is 0.04 m, which has no room for link .* of starbot; allowed: a body that"),
+        ({"footprint": [[1, 1], [2, 1], [2, 2], [1, 2]]}, r"robot.footprint is .* has no room for link .*"),
+    ],
+)
+def test_a_body_without_room_for_the_wheels_is_refused(said: dict, words: str) -> None:
+    with pytest.raises(StarnavError, match=words):
+        NavigationStation(WORLD, Scenario("test", None, RobotParameters(**said)))
+
+
+def test_a_footprint_in_millimetres_is_refused() -> None:
+    with pytest.raises(StarnavError, match=r"reaches 471.* m from the robot.s axis; allowed: up to 5 m"):
+        RobotParameters(footprint=[[1000 * x, 1000 * y] for x, y in BOX])
