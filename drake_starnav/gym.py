@@ -94,7 +94,7 @@ class NavigationEnv(gymnasium.Env):
         super().reset(seed=seed)
         self.close()
         number = int(self.np_random.integers(2**31))
-        self.world = make_world_with_footprints(self._scenario.world, number, self._scenario.robot.radius)
+        self.world = make_world_with_footprints(self._scenario.world, number, self._scenario.robot.shape)
         self._motion = self._motion_kind(self._scenario, self.world, number, self._shield)
         self._time = 0.0
         return self._observed(), self._info("")

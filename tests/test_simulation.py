@@ -327,13 +327,10 @@ def test_walls_are_known_to_dsm_and_polygons_are_not() -> None:
 
 
 def test_robot_radius_is_that_of_the_hull() -> None:
-    from drake_starnav.robot import RobotParameters
     from drake_starnav.station.navigation_station import NavigationStation
-    from drake_starnav.station.robot_file import robot_urdf
 
-    assert "0.31" in {shape.get("radius") for shape in robot_urdf(RobotParameters(radius=0.31))[1].iter("cylinder")}
     scenario = parse_scenario(SMALL + "robot: {radius: 0.31}", name="small")
-    world = scenario.world.make(np.random.default_rng(0), 0.31)
+    world = make_world(scenario.world, 0, 0.31)
     station = NavigationStation(world, scenario)
     inspector = station.scene_graph.model_inspector()
     radii = [inspector.GetShape(g).radius() for g in station.robot_geometries if "hull" in inspector.GetName(g)]

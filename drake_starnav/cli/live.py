@@ -113,7 +113,7 @@ class LiveRun:
     def _add_to(self, builder: DiagramBuilder) -> tuple[World, dict[str, Layer], str]:
         """Add all systems to a diagram, and return the world, the layers that are drawn, and what the user may do."""
         scenario, seed = self._scenario, self._seed
-        world = make_world_with_footprints(scenario.world, seed, scenario.robot.radius)
+        world = make_world_with_footprints(scenario.world, seed, scenario.robot.shape, scenario.goals)
         goal = SliderGoal(world.goal, add_goal_sliders(self.meshcat, world))
         self._followed = add_station(builder, world, scenario, continuous=True, seed=seed)
         self._navigation = add_navigation(builder, scenario, Parts(world, self._followed, goal), seed)

@@ -31,14 +31,16 @@ def _work(options: argparse.Namespace) -> int:
         raise StarnavError(f"--out is {file}; allowed: a file whose name ends in .png or .html")
     check_outputs([file], input_files(options.scenario, scenario))
     with progress_bar(f"{scenario.name} seed {options.seed}"):
-        make_world(scenario.world, options.seed, scenario.robot.radius)  # bad input is reported before Drake is loaded
+        make_world(
+            scenario.world, options.seed, scenario.robot.shape, scenario.goals
+        )  # bad input is reported before Drake is loaded
         from drake_starnav.simulation.trial import omniscient_path
         from drake_starnav.station.model_world import make_world_with_footprints
         from drake_starnav.visualization.world_figure import write_png
         from drake_starnav.visualization.world_page import write_world_page
 
-        world = make_world_with_footprints(scenario.world, options.seed, scenario.robot.radius)
-        found = omniscient_path(world, scenario.robot.radius)
+        world = make_world_with_footprints(scenario.world, options.seed, scenario.robot.shape, scenario.goals)
+        found = omniscient_path(world, scenario.robot.shape)
         length = "no shortest path" if found is None else f"shortest path {found[0]:.2f} m"
         title = f"{scenario.name} · seed {options.seed} · {length}"
         write = write_png if file.suffix == ".png" else write_world_page

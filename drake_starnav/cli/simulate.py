@@ -72,7 +72,7 @@ def _simulate(options: argparse.Namespace) -> int:
         return _simulate_live(scenario, options)
     with progress_bar(f"{scenario.name} seed {options.seed}") as progress:
         if not scenario.robots:  # a bad world is reported before Drake is loaded
-            make_world(scenario.world, options.seed, scenario.robot.radius)
+            make_world(scenario.world, options.seed, scenario.robot.shape, scenario.goals)
         from drake_starnav.simulation.records import driven_record
 
         record = driven_record(scenario, method=options.method, seed=options.seed, html=options.html, progress=progress)

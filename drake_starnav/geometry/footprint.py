@@ -86,6 +86,11 @@ class Footprint(NamedTuple):
         return 0.0 if self.is_disc else self.radius
 
     @property
+    def inscribed(self) -> float:
+        """Radius of the largest disc about the origin inside one of its parts, m; 0 if the origin is in none."""
+        return max(-float(distance_to_point(0.0, 0.0, self.body)), 0.0)
+
+    @property
     def polygons(self) -> Polygons:
         """The parts for compiled functions; of a disc none."""
         return _polygons(tuple(part.tobytes() for part in self.parts))
@@ -130,6 +135,11 @@ def distance_to_point(x, y, body):
             depth = math.sqrt(squared)
         least, start = min(least, depth), end
     return least
+
+
+def shaped(robot: Footprint | float) -> Footprint:
+    """A footprint; of a number the disc of that radius, m."""
+    return robot if isinstance(robot, Footprint) else disc(robot)
 
 
 def disc(radius: float) -> Footprint:
@@ -193,6 +203,11 @@ def covered(shape: Footprint, pose: np.ndarray) -> shapely.Geometry:
     x, y, yaw = pose
     turn = np.array(((math.cos(yaw), math.sin(yaw)), (-math.sin(yaw), math.cos(yaw))))
     return shapely.union_all([shapely.Polygon(part @ turn + (x, y)) for part in shape.parts or (shape.outline,)])
+
+
+def overlap(one: Footprint, pose: np.ndarray, other: Footprint, other_pose: np.ndarray) -> bool:
+    """Whether two robots at poses (x, y, yaw) touch."""
+    return bool(covered(one, pose).intersects(covered(other, other_pose)))
 
 
 def least_width(shape: shapely.Geometry) -> float:

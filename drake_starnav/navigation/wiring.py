@@ -117,8 +117,8 @@ def _footprint(builder: DiagramBuilder, needs: Needs, given: System | None, stat
 def _goal(scenario: Scenario, world: World) -> System:
     if not scenario.goals:
         return FixedGoal(world.goal)
-    for k, (x, y, *_) in enumerate(scenario.goals):
-        check_free(world, (x, y), scenario.robot.radius, f"goals[{k}]")
+    for k, goal in enumerate(scenario.goals):
+        check_free(world, goal, scenario.robot.shape, f"goals[{k}]")
     tolerance, rate = scenario.simulation.goal_tolerance, scenario.controller.rate
     return GoalSequence(scenario.goals, tolerance=tolerance, period=1.0 / rate)
 
@@ -164,9 +164,9 @@ def _checked_world(scenario: Scenario, parts: Parts, seed: int) -> World:
     if parts.world is None and parts.station is not None and scenario.world is None:
         return World(scenario.name, (0.0, 0.0, 0.0), (1.0, 0.0))
     if parts.world is None:
-        return make_world_with_footprints(scenario.world, seed, scenario.robot.radius)
+        return make_world_with_footprints(scenario.world, seed, scenario.robot.shape, scenario.goals)
     if parts.station is None:
-        check_free(parts.world, parts.world.start[:2], scenario.robot.radius, f"world {parts.world.name}.start")
+        check_free(parts.world, parts.world.start, scenario.robot.shape, f"world {parts.world.name}.start")
     return parts.world
 
 

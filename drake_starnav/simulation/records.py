@@ -10,7 +10,7 @@ from pydrake.systems.framework import DiagramBuilder
 from drake_starnav.geometry.trajectory import Motion
 from drake_starnav.navigation import Navigation
 from drake_starnav.scenario.schema import Scenario
-from drake_starnav.simulation.robots import RobotTrial, run_robots
+from drake_starnav.simulation.robots import RobotTrial, run_robots, worlds_of_robots
 from drake_starnav.simulation.run import run_trial
 from drake_starnav.simulation.trial import caption_lines, trial_record
 from drake_starnav.station.model_world import make_world_with_footprints
@@ -76,7 +76,7 @@ def record_robots(
         Driven(each.robot, robot.robot, each.motion, caption_lines(each.trial)[-1], robot.goals)
         for each, robot in zip(trials, scenario.robots, strict=True)
     ]
-    world = make_world_with_footprints(scenario.world, seed, max(each.robot.radius for each in scenario.robots))
+    world = worlds_of_robots(scenario, seed)[0]
     line = f"{len(driven)} robots, method {trials[0].trial.method}, seed {seed}"
     return record_tracks(scenario, driven, world, line, html, view, shown)
 
@@ -119,6 +119,6 @@ def record_comparison(
         witness = _Witness()
         run_trial(scenario, method=method, seed=seed, observer=witness, progress=progress)
         driven.append(Driven(method, scenario.robot, witness.motion, witness.outcome))
-    world = make_world_with_footprints(scenario.world, seed, scenario.robot.radius)
+    world = make_world_with_footprints(scenario.world, seed, scenario.robot.shape, scenario.goals)
     line = f"{len(driven)} method{'s' * (len(driven) > 1)}, seed {seed}"
     return record_tracks(scenario, driven, world, line, html, view, shown)

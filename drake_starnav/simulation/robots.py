@@ -17,6 +17,7 @@ from pydrake.systems.framework import Context, Diagram, DiagramBuilder, TriggerT
 from pydrake.systems.primitives import LogVectorOutput, VectorLogSink
 
 from drake_starnav.errors import StarnavError
+from drake_starnav.geometry.footprint import Footprint, disc, overlap
 from drake_starnav.geometry.trajectory import Motion, least_gaps
 from drake_starnav.navigation import Navigation, Parts, add_navigation
 from drake_starnav.planning import PlannerStatus
@@ -42,6 +43,7 @@ from drake_starnav.station.world_geometry import add_ground, add_world
 from drake_starnav.systems.goal_sequence import GoalSequence
 from drake_starnav.systems.release import release
 from drake_starnav.utils.stopwatch import STEPS, Stopwatch
+from drake_starnav.worlds import GIVEN
 from drake_starnav.worlds.solvable import check_free
 from drake_starnav.worlds.world import World
 
@@ -147,7 +149,7 @@ def run_robots(
         check_method(each, method)
     scenario_simulator_config(scenario.simulator_config)
     worlds = worlds_of_robots(scenario, seed)
-    shortest = [omniscient_path(w, each.robot.radius, each.goals) for each, w in zip(robots, worlds, strict=True)]
+    shortest = [omniscient_path(w, each.robot.shape, each.goals) for each, w in zip(robots, worlds, strict=True)]
     builder = DiagramBuilder()
     holder: Diagram | DiagramBuilder = builder
     try:
@@ -185,7 +187,10 @@ def worlds_of_robots(scenario: Scenario, seed: int) -> list[World]:
     robots = scenario.robots
     if not robots:
         raise StarnavError(f"scenario {scenario.name} has no robots; allowed: a list of them, or run_trial")
-    made = make_world_with_footprints(scenario.world, seed, max(each.robot.radius for each in robots))
+    if isinstance(scenario.world, GIVEN):  # with the start and the goal of the first
+        made = make_world_with_footprints(scenario.world, seed, robots[0].robot.shape, robots[0].goals)
+    else:
+        made = make_world_with_footprints(scenario.world, seed, max(each.robot.radius for each in robots))
     _check_ends(robots, made)
     ends = [(each.start or made.start, each.goals[-1]) for each in robots]
     return [dataclasses.replace(made, start=start, goal=(x, y)) for start, (x, y, *_) in ends]
@@ -199,16 +204,21 @@ def _check_ends(robots: Sequence[Scenario], world: World) -> None:
                 f"robot {each.name}: robot.base is {each.robot.base}, which does not avoid what moves; allowed among "
                 "other robots: differential"
             )
-        (x, y, _), radius = each.start or (0.0, 0.0, 0.0), each.robot.radius
-        check_free(world, (x, y), radius, f"robot {each.name}: start")
+        check_free(world, each.start or (0.0, 0.0, 0.0), each.robot.shape, f"robot {each.name}: start")
     for a, b in itertools.combinations(robots, 2):
         for what, one, other in (("starts", a.start, b.start), ("last goals", a.goals[-1], b.goals[-1])):
-            apart, needed = math.dist((one or ())[:2], (other or ())[:2]), a.robot.radius + b.robot.radius
-            if apart <= needed:
+            if overlap(*_standing(a, one or ()), *_standing(b, other or ())):
+                apart = math.dist((one or ())[:2], (other or ())[:2])
                 raise StarnavError(
-                    f"{what} of {a.name} and {b.name} are {apart:.3g} m apart; allowed: more than {needed:.3g} m, the "
-                    "sum of their radii"
+                    f"{what} of {a.name} and {b.name} are {apart:.3g} m apart; allowed: where their footprints do not "
+                    "touch"
                 )
+
+
+def _standing(robot: Scenario, place: Sequence[float]) -> tuple[Footprint, np.ndarray]:
+    """What a robot covers at a place (x, y, yaw), or may cover at one (x, y), and its pose."""
+    x, y, *yaw = place
+    return robot.robot.shape if yaw else disc(robot.robot.radius), np.array((x, y, *(yaw or (0.0,))))
 
 
 def add_robots(builder: DiagramBuilder, scenario: Scenario, worlds: Sequence[World], seed: int) -> list[DrivenRobot]:

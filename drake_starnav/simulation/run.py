@@ -86,12 +86,12 @@ def run_trial(
         raise StarnavError("parts has a station; allowed: none, as a trial makes its own")
     world = parts.world
     if world is None:
-        world = make_world_with_footprints(scenario.world, seed, scenario.robot.radius)
+        world = make_world_with_footprints(scenario.world, seed, scenario.robot.shape, scenario.goals)
     if scenario.goals:
         x, y, *_ = scenario.goals[-1]
         world = dataclasses.replace(world, goal=(x, y))
     # first: a world too large for it is refused at once
-    shortest = omniscient_path(world, scenario.robot.radius, scenario.goals)
+    shortest = omniscient_path(world, scenario.robot.shape, scenario.goals)
     observers: list[Observer] = [] if observer is None else [observer]
     if html is not None:
         from drake_starnav.visualization.recorder import Recorder  # Meshcat is only started when it is wanted

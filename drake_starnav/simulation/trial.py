@@ -1,6 +1,5 @@
 """The result of a run: its outcome, its metrics, and how they are written."""
 
-import dataclasses
 import itertools
 import math
 from collections.abc import Sequence
@@ -9,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from drake_starnav.geometry.footprint import Footprint
+from drake_starnav.geometry.footprint import Footprint, shaped
 from drake_starnav.geometry.polyline import simplified
 from drake_starnav.geometry.trajectory import evenly_sampled, motion_metrics
 from drake_starnav.scenario.margins import derive_margins
@@ -18,7 +17,7 @@ from drake_starnav.station.monitors import COLLISION, contact_in
 from drake_starnav.systems.star_roadmap_planner import STANDSTILL
 from drake_starnav.worlds.clearance import body_clearance
 from drake_starnav.worlds.moving_obstacles import moving_obstacle_clearance
-from drake_starnav.worlds.shortest_path import shortest_path
+from drake_starnav.worlds.solvable import leg_through
 from drake_starnav.worlds.view import tightest_gap
 from drake_starnav.worlds.world import World
 
@@ -56,7 +55,8 @@ class Trial:
         time_s: simulated time until the outcome.
         path_length_m: driven by the robot's centre.
         shortest_path_m: shortest path of the same radius given the full map, from goal to goal among the static
-            obstacles; None if there is none, or a model file's obstacles move.
+            obstacles; None if there is none, or a model file's obstacles move. Of a robot that is no disc it is that of
+            the disc around it; where that has no way, but the robot has, that of the largest disc inside it.
         straight_line_m: from the start to the goal, by way of the others.
         tightest_gap_m: least width of the free space along the shortest path; None where nothing narrows it.
         score: of the benchmark that the world is from, 0 to 0.5; None for other worlds. See `benchmark_score`.
@@ -223,19 +223,20 @@ def legs(world: World, goals: Goals) -> list[tuple[tuple[float, ...], tuple[floa
     return list(itertools.pairwise(places))
 
 
-def omniscient_path(world: World, radius: float, goals: Goals = ()) -> tuple[float, np.ndarray] | None:
-    """The shortest path of a radius, m, given the full map, to the goals of a scenario or else the world's.
+def omniscient_path(world: World, robot: Footprint | float, goals: Goals = ()) -> tuple[float, np.ndarray] | None:
+    """The shortest path of a footprint, or a radius, m, given the full map, to a scenario's goals or else the world's.
 
-    As `shortest_path`, which may miss passages with less than 2 to 4 cm to spare; None also where obstacles move.
+    As `way_through`, which may miss passages with less than 2 to 4 cm to spare; None also where obstacles move.
     """
     if world.model is not None and world.model.moving:
         return None
     x0, y0, x1, y1 = world.extent
     resolution = min(max(math.sqrt((x1 - x0) * (y1 - y0) / CELLS), FINE), COARSE)
-    found = []
-    for (x, y), (goal_x, goal_y) in legs(world, goals):
-        leg = dataclasses.replace(world, start=(x, y, 0.0), goal=(goal_x, goal_y)) if goals else world
-        found.append(shortest_path(leg, radius + SHORTEST_PATH_SLACK, resolution))
+    places = [world.start, *(goals or (world.goal,))]
+    found = [
+        leg_through(world, shaped(robot), begin, end, SHORTEST_PATH_SLACK, resolution)
+        for begin, end in itertools.pairwise(places)
+    ]
     ways = [way for way in found if way is not None]
     if len(ways) < len(found):
         return None

@@ -6,6 +6,7 @@ convex hull, with which Drake collides; one that is hollow that of its surface.
 """
 
 import dataclasses
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -29,15 +30,15 @@ from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_starnav.errors import StarnavError
+from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.station.mesh_files import is_hollow, mesh_triangles
 from drake_starnav.station.parser_warnings import parsing
 from drake_starnav.station.robot_geometry import massless_links, outline, swollen
 from drake_starnav.station.scene_slices import SURFACE, read_solids
 from drake_starnav.utils.resources import model_path
-from drake_starnav.worlds import make_world
+from drake_starnav.worlds import check_world, make_world
 from drake_starnav.worlds.footprints import convex_footprint, cylinder_vertices, sphere_footprint
 from drake_starnav.worlds.formats.model_files import Models
-from drake_starnav.worlds.solvable import check_free_ends, check_reachable
 from drake_starnav.worlds.world import ROBOT_HEIGHT, ModelFile, World
 
 FLOOR_TOLERANCE = 0.001
@@ -46,15 +47,15 @@ SHEET = 0.001
 """Thickness that a footprint takes the surface of a hollow mesh to have, m."""
 
 
-def make_world_with_footprints(kind: Any, seed: int, robot_radius: float) -> World:
+def make_world_with_footprints(
+    kind: Any, seed: int, robot: Footprint | float, goals: Sequence[Sequence[float]] = ()
+) -> World:
     """The same as `make_world`, and the world of a model file has its footprints; arguments and errors as there."""
-    world = make_world(kind, seed, robot_radius)
+    world = make_world(kind, seed, robot, goals)
     if world.model is None:
         return world
     world = with_footprints(world)
-    check_free_ends(world, robot_radius, type(kind).__name__)
-    if world.model is not None and not world.model.moving:
-        check_reachable(world, robot_radius, type(kind).__name__)
+    check_world(world, kind, robot, goals)
     return world
 
 

@@ -1,13 +1,16 @@
 """Worlds to drive through: generators by name, their reference paths, and the obstacles as data."""
 
+import dataclasses
 import math
 import zlib
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 import drake_starnav.utils.compilation  # noqa: F401  (shows what is compiled)
 from drake_starnav.errors import StarnavError, shown
+from drake_starnav.geometry.footprint import Footprint, shaped
 from drake_starnav.parameters import check_parameters
 from drake_starnav.worlds.clearance import clearance
 from drake_starnav.worlds.convex_parts import convex_parts
@@ -23,6 +26,7 @@ from drake_starnav.worlds.generators.room import Room
 from drake_starnav.worlds.generators.rooms import Rooms
 from drake_starnav.worlds.moving_obstacles import MovingObstacles, moving_obstacle_states
 from drake_starnav.worlds.shortest_path import shortest_path
+from drake_starnav.worlds.solvable import check_ends, check_reachable
 from drake_starnav.worlds.world import World
 
 WORLD_KINDS: dict[str, type] = {
@@ -45,6 +49,9 @@ WORLD_KINDS: dict[str, type] = {
     )
 }
 
+GIVEN = (Obstacles, RosMap, Model)
+"""Kinds whose goal is given."""
+
 __all__ = [
     "WORLD_KINDS", "MovingObstacles", "World", "clearance", "convex_parts", "make_world", "moving_obstacle_states",
     "shortest_path",
@@ -52,16 +59,18 @@ __all__ = [
 ]  # fmt: skip
 
 
-def make_world(kind: Any, seed: int, robot_radius: float) -> World:
+def make_world(kind: Any, seed: int, robot: Footprint | float, goals: Sequence[Sequence[float]] = ()) -> World:
     """The world of one kind and seed, the same on every machine.
 
     Args:
         kind: an instance of one of `WORLD_KINDS`: the generator with its sizes.
         seed: 0 or a positive whole number; different kinds with the same seed are unrelated.
-        robot_radius: the radius of the robot for which the world must be solvable, m.
+        robot: the robot for which the world must be solvable: what it covers, or its radius, m.
+        goals: (x, y) or (x, y, yaw), W, m and rad, which it visits instead of the world's, which is then the last.
 
     Raises:
-        StarnavError: a parameter is out of its limits, or no solvable world was found.
+        StarnavError: a parameter is out of its limits, no solvable world was found, or the robot touches an obstacle
+            at the start or a goal, or has no way to it in a map.
     """
     if type(kind) not in WORLD_KINDS.values():
         raise StarnavError(
@@ -70,9 +79,26 @@ def make_world(kind: Any, seed: int, robot_radius: float) -> World:
     given: Any = seed  # whatever a caller passes
     if isinstance(given, bool) or not isinstance(given, int | np.integer) or given < 0:
         raise StarnavError(f"seed is {shown(seed)}; allowed: a whole number 0 <= x")
-    if not (math.isfinite(robot_radius) and robot_radius > 0.0):
-        raise StarnavError(f"robot_radius is {robot_radius}; allowed: 0 < x m")
+    robot = shaped(robot)
+    if not (math.isfinite(robot.radius) and robot.radius > 0.0):
+        raise StarnavError(f"robot_radius is {robot.radius}; allowed: 0 < x m")
+    if goals and isinstance(kind, GIVEN):
+        kind = dataclasses.replace(kind, goal=[float(value) for value in goals[-1][:2]])
     check_parameters(kind, type(kind).__name__)
     # the checksum of the name numbers a kind for good, whatever kinds are added
     number = zlib.crc32(type(kind).__name__.encode())
-    return kind.make(np.random.default_rng(np.random.SeedSequence([int(seed), number])), robot_radius)
+    world = kind.make(np.random.default_rng(np.random.SeedSequence([int(seed), number])), robot)
+    if goals:
+        world = dataclasses.replace(world, goal=tuple(goals[-1][:2]))
+    if world.model is None:  # else its obstacles are not known yet
+        check_world(world, kind, robot, goals)
+    return world
+
+
+def check_world(world: World, kind: Any, robot: Footprint | float, goals: Sequence[Sequence[float]] = ()) -> None:
+    """Raise a `StarnavError` where the robot touches an obstacle of a made world at an end, or has no way in a map."""
+    place = getattr(kind, "place", type(kind).__name__)
+    check_ends(world, robot, place, goals)
+    moves = world.model is not None and world.model.moving
+    if (isinstance(kind, Model) and not moves) or (isinstance(kind, RosMap) and (kind.start or kind.goal or goals)):
+        check_reachable(world, robot, place, goals)

@@ -1,15 +1,24 @@
 """Worlds that the robot can solve: drawn until it can, or checked."""
 
+import dataclasses
 import math
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.worlds.clearance import clearance, nearest_obstacle
+from drake_starnav.geometry.footprint import Footprint, shaped
+from drake_starnav.geometry.se2 import places
+from drake_starnav.worlds.clearance import body_clearance, nearest_obstacle
+from drake_starnav.worlds.passable import passable
 from drake_starnav.worlds.shortest_path import shortest_path
 from drake_starnav.worlds.world import World
 
 SPARE = 0.05  # m, every generated world is solvable by a robot this much larger
+HEADINGS = 72
+"""So many are tried at a place without one, for a robot that is no disc."""
+LEAST_DISC = 0.001
+"""Radius of the disc that a footprint beside its origin holds there, m."""
 _TRIES = 500
 
 
@@ -20,20 +29,21 @@ class Drawn:
         """Any world."""
         raise NotImplementedError
 
-    def make(self, rng: np.random.Generator, robot_radius: float) -> World:
+    def make(self, rng: np.random.Generator, robot: Footprint) -> World:
         """The first world drawn whose goal the robot can reach with `SPARE` to all sides.
+
+        Of a robot that is no disc the first where the disc around it can; if there is none, where it can itself.
 
         Raises:
             StarnavError: no solvable world was found.
         """
-        size = robot_radius + SPARE
-        for _ in range(_TRIES):
-            world = self.draw(rng)
-            ends = np.array([world.start[:2], world.goal])
-            if (clearance(world, ends) >= size).all() and shortest_path(world, size) is not None:
-                return world
+        for body in (shaped(robot.radius),) if robot.is_disc else (shaped(robot.radius), robot):
+            for _ in range(_TRIES):
+                world = self.draw(rng)
+                if is_solvable(world, body, SPARE):
+                    return world
         raise StarnavError(
-            f"{type(self).__name__}: none of {_TRIES} worlds was solvable for robot_radius {robot_radius:g} m; "
+            f"{type(self).__name__}: none of {_TRIES} worlds was solvable for {said_of(robot)}; "
             "allowed: a robot that fits through the passages (take a smaller robot, fewer obstacles or wider passages)"
         )
 
@@ -43,27 +53,99 @@ def random_yaw(rng: np.random.Generator) -> float:
     return float(rng.uniform(-math.pi, math.pi))
 
 
-def check_free_ends(world: World, robot_radius: float, place: str) -> None:
-    """Raise `StarnavError` if the robot (radius in m) touches an obstacle at one of the ends, which `place` has."""
-    check_free(world, world.start[:2], robot_radius, f"{place}.start")
-    check_free(world, world.goal, robot_radius, f"{place}.goal")
+def said_of(robot: Footprint) -> str:
+    """A robot's size, for messages."""
+    return f"robot_radius {robot.radius:g} m" if robot.is_disc else f"a footprint that reaches {robot.radius:g} m"
 
 
-def check_free(world: World, point: tuple[float, float], robot_radius: float, name: str) -> None:
-    """Raise `StarnavError` if the robot touches an obstacle at a point (x, y), W, m, of that name."""
-    obstacle, distance = nearest_obstacle(world, point)
-    if distance <= robot_radius:
+def poses_at(place: Sequence[float], robot: Footprint) -> np.ndarray:
+    """The poses of a robot at a place (x, y) or (x, y, yaw): all headings that are tried, or the one, shape (n, 3)."""
+    yaws = place[2:] or ([0.0] if robot.is_disc else np.linspace(-math.pi, math.pi, HEADINGS, endpoint=False))
+    return np.column_stack((np.tile(place[:2], (len(yaws), 1)), yaws))
+
+
+def is_free(world: World, place: Sequence[float], robot: Footprint, spare: float = 0.0) -> bool:
+    """Whether a robot at a place (x, y), at any heading, or (x, y, yaw) is farther than `spare`, m, from obstacles."""
+    return bool((body_clearance(world, poses_at(tuple(place), robot), robot) > spare).any())
+
+
+def way_through(
+    world: World, robot: Footprint, spare: float = 0.0, resolution: float = 0.05, yaw: float | None = None
+) -> tuple[float, np.ndarray] | None:
+    """The shortest way from the start to the goal of a world, as `shortest_path`, with `spare` to all sides, m.
+
+    It is that of the disc around a robot. Where that disc has none, and the robot is none, it is that of the largest
+    disc about its origin inside its footprint, if the robot itself has a way: it has none that is shorter. `yaw`: its
+    heading at the goal then, rad, if it shall have one.
+    """
+    found = shortest_path(world, robot.radius + spare, resolution)
+    if found is not None or robot.is_disc:
+        return found
+    found = shortest_path(world, max(robot.inscribed, LEAST_DISC) + spare, resolution)
+    return found if found is not None and passable(world, robot, spare, yaw) else None
+
+
+def is_solvable(world: World, robot: Footprint, spare: float) -> bool:
+    """Whether a robot has a way from the start to the goal of a world with so much to all sides, m."""
+    ends = (world.start, world.goal)
+    return all(is_free(world, end, robot, spare) for end in ends) and way_through(world, robot, spare) is not None
+
+
+def check_ends(world: World, robot: Footprint | float, place: str, goals: Sequence[Sequence[float]] = ()) -> None:
+    """Raise `StarnavError` if the robot touches an obstacle at the start or at a goal of the world, which `place` has.
+
+    `goals`, (x, y) or (x, y, yaw), are in the place of the world's.
+    """
+    check_free(world, world.start, robot, f"{place}.start")
+    for name, goal in _named(world, place, goals):
+        check_free(world, goal, robot, name)
+
+
+def check_free(world: World, place: Sequence[float], robot: Footprint | float, name: str) -> None:
+    """Raise `StarnavError` if the robot touches an obstacle at a place (x, y), whatever its heading, or (x, y, yaw)."""
+    robot, place = shaped(robot), tuple(place[:2] if shaped(robot).is_disc else place)
+    if is_free(world, place, robot):
+        return
+    poses = poses_at(place, robot)
+    best = poses[[body_clearance(world, poses, robot).argmax()]]
+    if robot.is_disc:
+        obstacle, distance = nearest_obstacle(world, (place[0], place[1]))
         raise StarnavError(
-            f"{name} is [{point[0]:g}, {point[1]:g}], {distance:g} m from {obstacle}; "
-            f"allowed: more than robot_radius {robot_radius:g} m from every obstacle"
+            f"{name} is [{place[0]:g}, {place[1]:g}], {distance:g} m from {obstacle}; "
+            f"allowed: more than robot_radius {robot.radius:g} m from every obstacle"
         )
+    found = [nearest_obstacle(world, (x, y)) for x, y in places(best, robot.cover).tolist()]
+    obstacle = min(found, key=lambda each: each[1])[0]
+    raise StarnavError(
+        f"{name} is [{', '.join(f'{value:g}' for value in place)}], where the robot touches {obstacle}"
+        f"{'' if len(place) == 3 else ' at every heading'}; allowed: where its footprint is free of obstacles"
+    )
 
 
-def check_reachable(world: World, robot_radius: float, place: str) -> None:
-    """Raise `StarnavError` if there is no way for the robot; arguments as of `check_free_ends`."""
-    if shortest_path(world, robot_radius) is None:
-        raise StarnavError(
-            f"{place}.goal [{world.goal[0]:g}, {world.goal[1]:g}] is out of reach from the start "
-            f"[{world.start[0]:g}, {world.start[1]:g}] for robot_radius {robot_radius:g} m; "
-            "allowed: a goal to which the robot has a way"
-        )
+def check_reachable(world: World, robot: Footprint | float, place: str, goals: Sequence[Sequence[float]] = ()) -> None:
+    """Raise `StarnavError` if there is no way for the robot; arguments as of `check_ends`."""
+    robot, begin = shaped(robot), list(world.start)
+    for name, goal in _named(world, place, goals):
+        if leg_through(world, robot, begin, goal) is None:
+            raise StarnavError(
+                f"{name} [{goal[0]:g}, {goal[1]:g}] is out of reach from the start "
+                f"[{begin[0]:g}, {begin[1]:g}] for {said_of(robot)}; "
+                "allowed: a goal to which the robot has a way"
+            )
+        begin = list(goal)
+
+
+def leg_through(
+    world: World, robot: Footprint, begin: Sequence[float], end: Sequence[float], spare: float = 0.0, step: float = 0.05
+) -> tuple[float, np.ndarray] | None:
+    """The way of `way_through` between two places (x, y) or (x, y, yaw) of a world; None, too, if one is not free."""
+    poses = poses_at(tuple(begin), robot)
+    free = poses[body_clearance(world, poses, robot) > 0.0]
+    if not len(free) or not is_free(world, end, robot):
+        return None
+    leg = dataclasses.replace(world, start=tuple(free[0]), goal=(end[0], end[1]))
+    return way_through(leg, robot, spare, step, *end[2:])
+
+
+def _named(world: World, place: str, goals: Sequence[Sequence[float]]) -> Iterable[tuple[str, Sequence[float]]]:
+    return [(f"goals[{k}]", goal) for k, goal in enumerate(goals)] or [(f"{place}.goal", world.goal)]

@@ -80,7 +80,7 @@ def main(html: Path, png: Path | None) -> None:
     """Explore, plan, drive home, and say how it came out."""
     logging.getLogger("drake").setLevel(logging.WARNING)  # Meshcat would name its port
     scenario = load_scenario("room")
-    world = make_world(scenario.world, seed=SEED, robot_radius=scenario.robot.radius)
+    world = make_world(scenario.world, seed=SEED, robot=scenario.robot.radius)
     regions, pose = explored(scenario, world)
     path, sets = planned(regions, scenario.robot.max_speed)
     length = np.hypot(*np.diff(path, axis=0).T).sum()

@@ -18,6 +18,7 @@ import numpy as np
 from scipy.ndimage import label
 from tqdm import tqdm
 
+from drake_starnav.geometry.footprint import disc
 from drake_starnav.geometry.raycast import Fan, cast_groups
 from drake_starnav.navigation import Parts
 from drake_starnav.scenario.margins import derive_margins
@@ -87,7 +88,7 @@ def solvable_world(kind: str, seed: int) -> World:
     while True:
         spare = rng.uniform(LEAST - RADIUS, 0.035)
         if kind == "channel":
-            world = Channel(clearance=spare).make(rng, RADIUS)
+            world = Channel(clearance=spare).make(rng, disc(RADIUS))
         else:
             width, height, thick = rng.uniform(6.0, 9.0), rng.uniform(4.0, 6.0), rng.uniform(0.05, 0.3)
             doors = 2.0 * RADIUS * rng.uniform(0.6, 0.97, int(rng.integers(2, 5)))

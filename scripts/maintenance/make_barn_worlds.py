@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from scipy.ndimage import convolve
 
+from drake_starnav.geometry.footprint import disc
 from drake_starnav.scenario.scenario_file import load_scenario
 from drake_starnav.utils.files import check_writable, write_text
 from drake_starnav.worlds.shortest_path import shortest_path
@@ -47,7 +48,7 @@ def barn_like(number: int, seed: int, robot_radius: float) -> dict[str, Any]:
         seed: of the file.
         robot_radius: m.
     """
-    world = _Cave().make(np.random.default_rng([seed, number]), robot_radius)
+    world = _Cave().make(np.random.default_rng([seed, number]), disc(robot_radius))
     shortest = shortest_path(world, robot_radius)
     assert shortest is not None  # solvable with more to spare
     return {

@@ -8,8 +8,17 @@ import numpy as np
 import pytest
 
 from drake_starnav.errors import StarnavError
+from drake_starnav.geometry.footprint import disc, footprint
 from drake_starnav.worlds.outlines import rectangle
-from drake_starnav.worlds.solvable import Drawn, check_free_ends, check_reachable, random_yaw
+from drake_starnav.worlds.solvable import (
+    Drawn,
+    check_ends,
+    check_free,
+    check_reachable,
+    is_free,
+    leg_through,
+    random_yaw,
+)
 from drake_starnav.worlds.world import World
 
 
@@ -27,14 +36,14 @@ class Gate(Drawn):
 
 def test_the_first_world_with_room_to_spare_is_taken() -> None:
     gate = Gate((0.3, 0.55, 0.7, 0.9))
-    world = gate.make(np.random.default_rng(0), 0.25)
+    world = gate.make(np.random.default_rng(0), disc(0.25))
     assert next(gate.gaps) == 0.9  # 0.55 m is enough for the robot, but not with 5 cm to each side
     assert world.polygons[0][:, 1].max() == pytest.approx(1.3)
 
 
 def test_where_no_world_is_solvable_the_generator_is_named() -> None:
     with pytest.raises(StarnavError, match=r"Gate: none of \d+ worlds was solvable for robot_radius 0.25 m"):
-        Gate(itertools.repeat(0.1)).make(np.random.default_rng(0), 0.25)
+        Gate(itertools.repeat(0.1)).make(np.random.default_rng(0), disc(0.25))
 
 
 def test_headings_are_in_one_turn() -> None:
@@ -55,16 +64,58 @@ def world(post: float, wall: float) -> World:
 
 
 def test_free_ends_with_a_way_between_them_pass() -> None:
-    check_free_ends(world(1.2, 1.2), 0.25, "Here")
+    check_ends(world(1.2, 1.2), 0.25, "Here")
     check_reachable(world(1.2, 1.2), 0.25, "Here")
 
 
 @pytest.mark.parametrize("end, post", [("start", 0.7), ("goal", 3.3)])
 def test_an_end_that_touches_is_refused(end: str, post: float) -> None:
     with pytest.raises(StarnavError, match=rf"Here.{end} is .* allowed: more than robot_radius 0.25 m"):
-        check_free_ends(world(post, 1.2), 0.25, "Here")
+        check_ends(world(post, 1.2), 0.25, "Here")
 
 
 def test_a_goal_behind_a_gap_too_narrow_is_refused() -> None:
     with pytest.raises(StarnavError, match="Here.goal .* is out of reach"):
         check_reachable(world(1.2, 1.6), 0.25, "Here")
+
+
+CARRIER = footprint(((0.4, -0.25), (0.4, 0.25), (-0.4, 0.25), (-0.4, -0.25)))
+CAR = footprint(((0.48, -0.15), (0.48, 0.15), (-0.12, 0.15), (-0.12, -0.15)))
+
+
+def lane(width: float, yaw: float = 0.0, turn: float = 0.0) -> World:
+    """A straight corridor of that width, turned about its start; the robot stands in it along `yaw`."""
+    walls = [
+        rectangle(-1.5, side * (0.5 * width + 0.1) - 0.1, 4.5, side * (0.5 * width + 0.1) + 0.1) for side in (-1, 1)
+    ]
+    return World(
+        "lane", (0.0, 0.0, turn + yaw), tuple(placed((3.0, 0.0), turn)), polygons=tuple(placed(w, turn) for w in walls)
+    )
+
+
+def placed(points, turn: float) -> np.ndarray:
+    cosine, sine = math.cos(turn), math.sin(turn)
+    return np.asarray(points) @ np.array(((cosine, sine), (-sine, cosine)))
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.37, 1.1])
+@pytest.mark.parametrize(
+    ("body", "width", "passes"), [(CARRIER, 0.62, True), (CARRIER, 0.45, False), (CAR, 0.42, True), (CAR, 0.25, False)]
+)
+def test_a_body_passes_lengthwise_what_the_disc_around_it_does_not(
+    body, width: float, passes: bool, turn: float
+) -> None:
+    ahead = lane(width, 0.0, turn)
+    assert width < 2.0 * body.radius and is_free(ahead, ahead.start, body) == passes
+    assert is_free(ahead, ahead.goal, body) == passes  # at some heading
+    found = leg_through(ahead, body, ahead.start, ahead.goal)
+    assert (found is not None) == passes
+    if found is not None:
+        assert found[0] == pytest.approx(3.0, abs=0.01)
+        check_ends(ahead, body, "Here")
+        check_reachable(ahead, body, "Here", [(*ahead.goal, turn)])
+    across = lane(width, 0.5 * math.pi, turn)
+    with pytest.raises(StarnavError, match=r"Here.start is \[0, 0, .*\], where the robot touches polygons\[[01]\]; "):
+        check_ends(across, body, "Here")
+    with pytest.raises(StarnavError, match=r"goals\[0\] is .*, where the robot touches polygons"):
+        check_free(ahead, (*ahead.goal, turn + 0.5 * math.pi), body, "goals[0]")

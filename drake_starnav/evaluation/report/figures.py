@@ -270,7 +270,7 @@ def _world(results: Results, record: Record) -> World:
     from drake_starnav.station.model_world import make_world_with_footprints  # late: it loads Drake
 
     scenario = results.scenario(record)
-    return make_world_with_footprints(scenario.world, record["seed"], scenario.robot.radius)
+    return make_world_with_footprints(scenario.world, record["seed"], scenario.robot.shape, scenario.goals)
 
 
 def _draw_task(axes: "Axes", world: World) -> None:

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from drake_starnav.errors import StarnavError, shown
+from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.parameters import parameter
 from drake_starnav.utils.resources import resolve_path
 from drake_starnav.worlds.convex_parts import convex_parts, evened
-from drake_starnav.worlds.solvable import check_free_ends
 from drake_starnav.worlds.world import MOST_SHAPES, ModelFile, World
 
 FORMATS = (".dmd.yaml", ".sdf", ".world", ".urdf")
@@ -28,11 +28,11 @@ class Obstacles:
     goal: list[float] = parameter([5.0, 0.0], "[x, y], m")
     timeout: float = parameter(180.0, "time a trial may take", unit="s", above=0.0)
 
-    def make(self, rng: np.random.Generator, robot_radius: float) -> World:
+    def make(self, rng: np.random.Generator, robot: Footprint) -> World:
         """The world as given; nothing in it is random.
 
         Raises:
-            StarnavError: as of `World`, a polygon is not simple, or the robot touches an obstacle at an end.
+            StarnavError: as of `World`, or a polygon is not simple.
         """
         world = World(name="obstacles", **vars(self))
         parts = len(world.cylinders)
@@ -45,9 +45,7 @@ class Obstacles:
             raise StarnavError(
                 f"Obstacles has {parts} cylinders and convex parts of polygons; allowed: at most {MOST_SHAPES}"
             )
-        world = dataclasses.replace(world, polygons=tuple(map(evened, world.polygons)))
-        check_free_ends(world, robot_radius, "Obstacles")
-        return world
+        return dataclasses.replace(world, polygons=tuple(map(evened, world.polygons)))
 
 
 @dataclass(frozen=True)
@@ -61,7 +59,7 @@ class Model:
     goal: list[float] = parameter([], "[x, y], m; it must be given")
     weld: bool = parameter(True, "weld bodies that no joint holds where they stand; false lets them move")
 
-    def make(self, rng: np.random.Generator, robot_radius: float) -> World:
+    def make(self, rng: np.random.Generator, robot: Footprint) -> World:
         """The world without its obstacles' footprints: only Drake can read them from the file.
 
         See `drake_starnav.station.model_world.make_world_with_footprints`.

@@ -8,13 +8,15 @@ import numpy as np
 from scipy import ndimage
 
 from drake_starnav.errors import StarnavError
+from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.parameters import parameter
 from drake_starnav.utils.resources import resolve_path
 from drake_starnav.worlds.formats.map_file import FREE, OCCUPIED, OccupancyMap, read_map
 from drake_starnav.worlds.outlines import solid_rectangles
-from drake_starnav.worlds.solvable import check_free_ends, check_reachable, random_yaw
+from drake_starnav.worlds.solvable import is_solvable, random_yaw, said_of
 from drake_starnav.worlds.world import World, check_numbers
 
+_TRIES = 20  # of ends for a footprint
 _SPARE = 0.1  # m, random places, and the way between them, are this much wider than the robot
 
 
@@ -34,7 +36,7 @@ class RosMap:
     goal: list[float] = parameter([], "[x, y] in the map's frame, m; empty for a random one")
     min_distance: float = parameter(2.0, "least distance of random start and goal", unit="m", low=0.0, high=1000.0)
 
-    def make(self, rng: np.random.Generator, robot_radius: float) -> World:
+    def make(self, rng: np.random.Generator, robot: Footprint) -> World:
         """The map's walls, with a start and a goal between which there is a way for the robot.
 
         Raises:
@@ -55,26 +57,41 @@ class RosMap:
         solid = grid.cells != FREE if closed else grid.cells == OCCUPIED
         start, goal = list(self.start), list(self.goal)
         if not (start and goal):
-            places = _Places(grid, solid, closed, robot_radius + _SPARE)
-            ends = self._draw(places, start, goal, rng) if len(places.centers) else None
+            ends = self._random_ends(path, grid, solid, robot, rng)
             if ends is None:
                 raise StarnavError(
-                    f"map {path}: no start and goal {self.min_distance:g} m apart with a way for robot_radius "
-                    f"{robot_radius:g} m and {_SPARE:g} m to spare; allowed: more free space, or a smaller robot or "
+                    f"map {path}: no start and goal {self.min_distance:g} m apart with a way for "
+                    f"{said_of(robot)} and {_SPARE:g} m to spare; allowed: more free space, or a smaller robot or "
                     "world.min_distance"
                 )
             start, goal = ends
-        world = World(
+        return self._world(path, grid, solid, start, goal)
+
+    def _world(self, path: Path, grid: OccupancyMap, solid: np.ndarray, start: list[float], goal: list[float]) -> World:
+        return World(
             name=path.stem,
             start=(start[0], start[1], start[2]),
             goal=(goal[0], goal[1]),
-            polygons=_polygons(grid, solid, closed, (start[:2], goal)),
+            polygons=_polygons(grid, solid, self.unknown == "occupied", (start[:2], goal)),
             timeout=600.0,  # a map may be of a whole floor of a building
         )
-        if self.start or self.goal:
-            check_free_ends(world, robot_radius, "RosMap")
-            check_reachable(world, robot_radius, "RosMap")
-        return world
+
+    def _random_ends(
+        self, path: Path, grid: OccupancyMap, solid: np.ndarray, robot: Footprint, rng: np.random.Generator
+    ) -> tuple[list[float], list[float]] | None:
+        """The start (x, y, yaw) and the goal (x, y), what is empty at random; None if there are no two such places.
+
+        Of a robot that is no disc they are for the disc around it; where there are none, for its footprint.
+        """
+        for radius in (robot.radius,) if robot.is_disc else (robot.radius, robot.inscribed):
+            places = _Places(grid, solid, self.unknown == "occupied", radius + _SPARE)
+            for _ in range(1 if radius == robot.radius else _TRIES):
+                ends = self._draw(places, list(self.start), list(self.goal), rng) if len(places.centers) else None
+                if ends is None:
+                    break
+                if radius == robot.radius or is_solvable(self._world(path, grid, solid, *ends), robot, 0.0):
+                    return ends
+        return None
 
     def _check_cell(self, name: str, place: list[float], grid: OccupancyMap, path: Path) -> None:
         """Raise `StarnavError` unless a place (x, y, ...) is empty or free in the map."""

@@ -10,12 +10,12 @@ from typing import Any, ClassVar
 import numpy as np
 
 from drake_starnav.errors import StarnavError, said_by, shown
+from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.parameters import parameter
 from drake_starnav.utils.files import read_bytes, reason_of
 from drake_starnav.utils.resources import model_path
 from drake_starnav.worlds.moving_obstacles import MovingObstacles
 from drake_starnav.worlds.outlines import place, rectangle
-from drake_starnav.worlds.solvable import check_free_ends
 from drake_starnav.worlds.world import MOST_SHAPES, World, check_keys, check_numbers
 
 _POSE = ("x", "y", "z", "roll", "pitch", "yaw")
@@ -93,21 +93,23 @@ class NumberedWorld:
     KEYS: ClassVar[tuple[str, ...]] = ()
     """Of an entry."""
 
-    def make(self, rng: np.random.Generator, robot_radius: float) -> World:
+    def make(self, rng: np.random.Generator, robot: Footprint) -> World:
         """The world as in the file; nothing in it is random.
 
         Raises:
-            StarnavError: the file is missing or holds no worlds, it has no world of that number or an incomplete one,
-                or the robot touches an obstacle at the start or the goal.
+            StarnavError: the file is missing or holds no worlds, it has no world of that number or an incomplete one.
         """
         file = WorldFile.read(type(self).__name__, self.file)
         place, entry = file.world(self.id, self.KEYS)
         try:
-            world = self._world(entry, file.content)
+            return self._world(entry, file.content)
         except StarnavError as error:
             raise StarnavError(f"{place}: {error}") from None
-        check_free_ends(world, robot_radius, place)
-        return world
+
+    @property
+    def place(self) -> str:
+        """Its name in messages."""
+        return f"{self.file}: world {self.id}"
 
     def check_numbers(self, numbers: Iterable[int]) -> None:
         """Raise `StarnavError` unless the file has a world of each number."""

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.parameters import parameter
 from drake_starnav.worlds.outlines import place, rectangle, solid_rectangles
 from drake_starnav.worlds.solvable import random_yaw
@@ -29,13 +30,13 @@ class Channel:
     )
     clearance: float = parameter(0.05, "free space on each side of the robot", unit="m", above=0.0, high=2.0)
 
-    def make(self, rng: np.random.Generator, robot_radius: float) -> World:
-        """The channel for a robot of this radius (m); it is passable by construction."""
+    def make(self, rng: np.random.Generator, robot: Footprint) -> World:
+        """The channel for the disc around a robot; it is passable by construction."""
         shape = str(rng.choice(_SHAPES)) if self.shape == "any" else self.shape
         length = rng.uniform(*_LENGTHS)
         lanes = int(rng.integers(*_LANES, endpoint=True))
         wall = rng.uniform(*_WALLS)
-        width = 2.0 * (robot_radius + self.clearance)
+        width = 2.0 * (robot.radius + self.clearance)
         line = _middle_line(shape, length, lanes, width + wall)
         angle = rng.uniform(-math.pi, math.pi)
         ends = place(line[[0, -1]], (0.0, 0.0), angle)

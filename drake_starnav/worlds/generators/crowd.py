@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from drake_starnav.errors import StarnavError
+from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.parameters import parameter
 from drake_starnav.worlds.clearance import clearance
 from drake_starnav.worlds.moving_obstacles import MovingObstacles, moving_obstacle_clearance, there_and_back
@@ -40,16 +41,16 @@ class Crowd(Drawn):
         (0.3, 0.8), "of the slowest and the fastest; each disc keeps its speed", unit="m/s", low=0.01, high=5.0
     )
 
-    def make(self, rng: np.random.Generator, robot_radius: float) -> World:
+    def make(self, rng: np.random.Generator, robot: Footprint) -> World:
         """A room that the robot could cross if nothing moved, and its moving obstacles.
 
         Half of them go straight until an obstacle blocks them, the others wander. None touches a static obstacle, is
         near the robot at the start, or stays on the goal for long; they pass through each other.
         """
-        world = super().make(rng, robot_radius)
+        world = super().make(rng, robot)
         count = int(rng.integers(*self.moving_obstacles, endpoint=True))
         radii = rng.uniform(*_RADII, count)
-        paths = tuple(self._draw_path(world, radius, robot_radius, rng) for radius in radii)
+        paths = tuple(self._draw_path(world, radius, robot.radius, rng) for radius in radii)
         return dataclasses.replace(world, moving_obstacles=MovingObstacles(radii, paths))
 
     def draw(self, rng: np.random.Generator) -> World:
@@ -160,11 +161,11 @@ class StopAndGo:
         (0.5, 1.5), "of the slowest and the fastest; each disc walks at its speed", unit="m/s", low=0.01, high=5.0
     )
 
-    def make(self, rng: np.random.Generator, robot_radius: float) -> World:
+    def make(self, rng: np.random.Generator, robot: Footprint) -> World:
         """A bare room and its moving obstacles; they stand at first, avoid its walls, and pass through each other."""
-        if robot_radius >= _INSET:
+        if robot.radius >= _INSET:
             raise StarnavError(
-                f"StopAndGo: robot_radius {robot_radius:g} m does not fit at the start; allowed: below {_INSET:g} m"
+                f"StopAndGo: robot_radius {robot.radius:g} m does not fit at the start; allowed: below {_INSET:g} m"
             )
         start = np.array((_INSET, 0.5 * _ROOM[1]))
         radii = rng.uniform(*_STOPPING_RADII, self.moving_obstacles)

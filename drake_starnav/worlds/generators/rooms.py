@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from drake_starnav.errors import StarnavError
+from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.parameters import parameter
 from drake_starnav.worlds.outlines import WALL, rectangle
 from drake_starnav.worlds.solvable import random_yaw
@@ -34,13 +35,13 @@ class Rooms:
         0.1, "free space between a robot at the goal and the nearest walls", unit="m", above=0.0, high=2.0
     )
 
-    def make(self, rng: np.random.Generator, robot_radius: float) -> World:
-        """The rooms for a robot of this radius (m).
+    def make(self, rng: np.random.Generator, robot: Footprint) -> World:
+        """The rooms for a robot that passes their doors, and the disc around it beside the goal.
 
         Raises:
             StarnavError: the robot does not fit through a door or beside the goal.
         """
-        self._check_sizes(robot_radius)
+        self._check_sizes(robot.radius, robot.narrow)
         n, side = self.count, self.count * _SIZE
         joined = _joined_rooms(n, _SHUT, rng)
         polygons = []
@@ -52,7 +53,7 @@ class Rooms:
                 for first, last in pieces or [(along, along + _SIZE)]:
                     low, high = (wall - WALL / 2.0, first), (wall + WALL / 2.0, last)
                     polygons.append(rectangle(*low, *high) if axis == 0 else rectangle(*low[::-1], *high[::-1]))
-        goal, niche = self._goal(rng, robot_radius, side)
+        goal, niche = self._goal(rng, robot.radius, side)
         return World(
             name="rooms",
             start=(0.5 * _SIZE, 0.5 * _SIZE, random_yaw(rng)),
@@ -61,13 +62,13 @@ class Rooms:
             bounds=(0.0, 0.0, side, side),
         )
 
-    def _check_sizes(self, robot_radius: float) -> None:
+    def _check_sizes(self, robot_radius: float, narrow: float) -> None:
         """Raise `StarnavError` unless the robot fits through the doors and, in the last room, beside the goal."""
         width, widest = 2.0 * robot_radius, _SIZE - 2.0 * _DOOR_POST
-        if not width < self.door <= widest + 1e-9:
+        if not 2.0 * narrow < self.door <= widest + 1e-9:
             raise StarnavError(
                 f"Rooms.door is {self.door:g} m with robot_radius {robot_radius:g} m and rooms of {_SIZE:g} m; "
-                f"allowed: wider than the robot, {width:g} m, and at most {widest:g} m, as its wall has two ends"
+                f"allowed: wider than the robot, {2.0 * narrow:g} m, and at most {widest:g} m, as its wall has two ends"
             )
         taken = width if self.goal in ("wall", "corner") else 2.0 * width  # the robot passes in front of a niche
         most = _SIZE - 0.5 * WALL - taken

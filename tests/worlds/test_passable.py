@@ -1,0 +1,33 @@
+"""Ways of a body that is no disc, where the disc inside it has one."""
+
+import pytest
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.geometry.footprint import disc, footprint
+from drake_starnav.worlds.outlines import rectangle
+from drake_starnav.worlds.passable import passable
+from drake_starnav.worlds.solvable import check_reachable, leg_through
+from drake_starnav.worlds.world import World
+
+CARRIER = footprint(((0.4, -0.25), (0.4, 0.25), (-0.4, 0.25), (-0.4, -0.25)))
+
+
+def test_a_body_does_not_turn_where_only_its_disc_inside_does() -> None:
+    """A corridor of 0.6 m with a corner, in which a carrier cannot turn; a goal that its heading keeps it from."""
+    walls = [rectangle(-1.0, 0.3, 2.3, 0.4), rectangle(-1.0, -0.4, 1.7, -0.3), rectangle(2.3, -4.0, 2.4, 0.4)]
+    ends = rectangle(1.6, -4.0, 1.7, -0.3), rectangle(-1.1, -0.4, -1.0, 0.4)
+    corner = World("corner", (0.0, 0.0, 0.0), (2.0, -2.5), polygons=(*walls, *ends))
+    assert leg_through(corner, disc(0.25), corner.start, corner.goal) is not None
+    assert leg_through(corner, CARRIER, corner.start, corner.goal) is None
+    with pytest.raises(StarnavError, match="Here.goal .* is out of reach .* for a footprint that reaches 0.47"):
+        check_reachable(corner, CARRIER, "Here")
+
+
+@pytest.mark.parametrize(("door", "passes"), [(0.6, True), (0.49, False)])
+def test_a_door_is_passed_lengthwise_and_a_heading_behind_it_turned_to(door: float, passes: bool) -> None:
+    half = 0.5 * door
+    walls = [rectangle(1.9, -2.0, 2.1, -half), rectangle(1.9, half, 2.1, 2.0)]
+    world = World("door", (0.0, 0.0, 1.0), (4.0, 0.5), polygons=tuple(walls), bounds=(-2.0, -2.0, 6.0, 2.0))
+    assert passable(world, CARRIER) == passes
+    assert passable(world, CARRIER, yaw=1.6) == passes
+    assert not passable(world, CARRIER, spare=0.06)
