@@ -31,6 +31,8 @@ STUCK = 0.3
 """A robot that has not moved for so long is stuck, s."""
 MOVED, TURNED = 0.01, 0.05
 """It has moved if it did so by more than this, m or rad."""
+CIRCLED = 2.5 * math.pi
+"""A robot that turned one way by so much, rad, and came no nearer to the end of its path is stuck, too: it circles."""
 SAME_PLACE = 0.6
 """Extent of a place, m: a manoeuvre ends where the robot may turn as it likes for so long on its path."""
 TRIES, REMEMBERED = 3, 8
@@ -69,6 +71,9 @@ class Manoeuvring(NamedTuple):
         since: when one of them was last reached, s.
         pose: where the robot last moved to, shape (3,).
         still: since when it has been there, s.
+        nearest: how much of its path was left where least was, m.
+        wound: by how much it has turned since then, to the left, rad.
+        end: x, y of the path's end, W, m, and the robot's heading at the last scan, rad.
         begun: where the last ones began, or were searched in vain, since the way was last given up, shape (n, 2), W, m.
         gives_up: whether no more is tried on this way.
     """
@@ -77,6 +82,9 @@ class Manoeuvring(NamedTuple):
     since: float = 0.0
     pose: np.ndarray = np.full(3, np.inf)
     still: float = 0.0
+    nearest: float = math.inf
+    wound: float = 0.0
+    end: tuple[float, float, float] = (math.inf, math.inf, 0.0)
     begun: np.ndarray = np.zeros((0, 2))
     gives_up: bool = False
 
@@ -96,6 +104,7 @@ def manoeuvring(
     """
     now = before._replace(begun=before.begun[:0], gives_up=False) if before.gives_up else before
     turned = abs(math.remainder(pose[2] - before.pose[2], 2.0 * math.pi)) if np.isfinite(before.pose[2]) else math.inf
+    now = _wound(now, path, pose)
     if not len(path) or not math.dist(pose[:2], before.pose[:2]) < MOVED or turned > TURNED:
         now = now._replace(pose=pose.copy(), still=time)
     if len(now.poses):
@@ -107,14 +116,25 @@ def manoeuvring(
         if time - now.since < patience and time - now.still < 2.0 * STUCK:
             return now
         now = now._replace(poses=NO_POSES)
-    if time - now.still < STUCK:
+    if time - now.still < STUCK and abs(now.wound) < CIRCLED:
         return now
+    now = now._replace(wound=0.0)
     tries = int((np.hypot(*(now.begun - pose[:2]).T) < SAME_PLACE).sum())
     if tries >= TRIES:
         return now._replace(still=time, gives_up=True)
     begun = np.vstack((now.begun[1 - REMEMBERED :], pose[:2]))
     poses = found_manoeuvre(pose, path, body, tries)
     return now._replace(poses=poses, since=time, still=time, begun=begun)
+
+
+def _wound(now: Manoeuvring, path: np.ndarray, pose: np.ndarray) -> Manoeuvring:
+    """With what is left of the path (k, 2), and the turns since it was least; a path to elsewhere begins anew."""
+    if not len(path):
+        return now._replace(nearest=math.inf, wound=0.0)
+    left, end = float(arc_lengths(np.vstack((pose[:2], path)))[-1]), (*path[-1], pose[2])
+    if left < now.nearest - MOVED or not math.dist(path[-1], now.end[:2]) < SAME_PLACE:
+        return now._replace(nearest=left, wound=0.0, end=end)
+    return now._replace(wound=now.wound + math.remainder(pose[2] - now.end[2], 2.0 * math.pi), end=end)
 
 
 def is_roomy(pose: np.ndarray, path: np.ndarray, body: Body) -> bool:
