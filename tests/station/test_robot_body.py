@@ -131,8 +131,3 @@ def test_a_body_of_ones_own_is_given_to_every_shipped_robot(model: str) -> None:
 def test_a_body_without_room_for_the_wheels_is_refused(said: dict, words: str) -> None:
     with pytest.raises(StarnavError, match=words):
         NavigationStation(WORLD, Scenario("test", None, RobotParameters(**said)))
-
-
-def test_a_footprint_in_millimetres_is_refused() -> None:
-    with pytest.raises(StarnavError, match=r"reaches 471.* m from the robot.s axis; allowed: up to 5 m"):
-        RobotParameters(footprint=[[1000 * x, 1000 * y] for x, y in BOX])
