@@ -105,14 +105,14 @@ class Intake:
         return dataclasses.replace(self, dropped=tuple(counts.items()), **changes)
 
 
-def canonical(scan: LaserScan) -> LaserScan:
-    """The scan with numbers of 32 bits, as a ROS message holds them: a log then repeats it to the bit."""
+def canonical(scan: LaserScan, **changes: float) -> LaserScan:
+    """The scan with numbers of 32 bits, as a ROS message has them, and changed fields: a log repeats it to the bit."""
     single: dict[str, Any] = {
         name: float(np.float32(getattr(scan, name)))
         for name in ("angle_min", "angle_increment", "range_min", "range_max", "time_increment", "scan_time")
     }
     ranges = scan.ranges.astype(np.float32).astype(float)
-    return LaserScan(scan.time, ranges=ranges, lost_beams=True, **single)
+    return LaserScan(scan.time, ranges=ranges, lost_beams=True, **(single | changes))
 
 
 def taken(intake: Intake, now: float, scans: Iterable[Any], odometry: Iterable[Any], declared: Declared) -> Intake:
@@ -159,7 +159,7 @@ def _jump(last: Odometry, row: Odometry, robot: RobotParameters) -> str:
 def _with_scan(intake: Intake, now: float, k: Any, scan: Any, declared: Declared) -> Intake:
     if not isinstance(scan, LaserScan) or k not in range(len(declared.lidars)):
         return intake.without("no scan of a lidar", bad_scan=f"a scan is {type(scan).__name__} of lidar {k}")
-    scan = canonical(scan)
+    scan = canonical(scan, scan_time=1.0 / declared.lidars[k].rate)  # of drivers it may be 0, or anything
     if scan.time > now + CLOCK:
         text = f"a scan is stamped {scan.time - now:.3g} s ahead of the clock"
         return intake.without("scan from the future", bad_scan=text)

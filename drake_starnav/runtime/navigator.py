@@ -24,6 +24,7 @@ from drake_starnav.runtime.execution import WINDOW, Told, not_executed
 from drake_starnav.runtime.intake import Declared, Intake, Look
 from drake_starnav.runtime.station import AskedGoal, DriverStation, no_scan
 from drake_starnav.scenario.schema import Scenario
+from drake_starnav.systems.connecting import output_port
 from drake_starnav.systems.goal_sequence import HEADING_TOLERANCE
 from drake_starnav.systems.star_perception import lidar_names
 from drake_starnav.systems.twist_shield import Unshielded
@@ -65,6 +66,7 @@ class Navigator:
         diagram: of them.
         intake: what came in and is not used up, and what was dropped.
         late: how many periods passed without a step.
+        actuation: what a command does to the robot; it holds the period of the commands.
     """
 
     def __init__(
@@ -100,6 +102,7 @@ class Navigator:
             builder.ExportInput(self._station.GetInputPort(name), name)
         for name in ("goal", "heading"):
             builder.ExportInput(self._goal_system.GetInputPort(name), name)
+        self._twist_port = output_port(self.navigation.shield, "twist_command", self.navigation.twist_size, "shield")
         builder.ExportOutput(self._twist_port, "twist_command")
         for name in ("guidance", "planner_state", "status", "blocked_by"):
             if (port := self.navigation.planned(name)) is not None:
@@ -109,7 +112,7 @@ class Navigator:
         robot, controller = scenario.robot, scenario.controller
         self.mounts = tuple(mounts)
         self._declared = Declared.of(self.scenario)
-        self._act = Actuation(robot.limits, robot.shape, 1.0 / controller.rate, controller.delay, robot.drive)
+        self.actuation = Actuation(robot.limits, robot.shape, 1.0 / controller.rate, controller.delay, robot.drive)
         self._expiry = scenario.lidar.delay + SCAN_PATIENCE / min(lidar.rate for lidar in scenario.all_lidars)
         self._simulator = Simulator(self.diagram)
         self.reset()
@@ -119,20 +122,9 @@ class Navigator:
             warm_up(self)
             self.reset()
 
-    @property
-    def _twist_port(self) -> OutputPort:
-        port = self.navigation.twist_command
-        assert port is not None
-        return port
-
-    @property
-    def actuation(self) -> Actuation:
-        """What a command does to the robot; it holds the period of the commands."""
-        return self._act
-
     def reset(self) -> None:
         """Forget everything, as if nothing had come in yet."""
-        size = len(self._act.base.components)
+        size = len(self.actuation.base.components)
         self.intake, self.late = Intake.empty(len(self._declared.lidars)), 0
         self._now, self._origin, self._tick = math.nan, 0.0, 0
         self._command = Command(np.zeros(size), False, "standing", "nothing has come in")
@@ -146,9 +138,8 @@ class Navigator:
         self._simulator.reset_context(self.diagram.CreateDefaultContext())
         for name, lidar in zip(self._names, self._declared.lidars, strict=True):
             self._fix(name, Value(no_scan(lidar)))
-        self._fix("scan_pose", np.zeros(3))
-        self._fix("state", np.zeros(5))
-        self._fix("goal", np.zeros(2))
+        for name, size in (("scan_pose", 3), ("state", 5), ("goal", 2)):
+            self._fix(name, np.zeros(size))
         self._fix("heading", np.array([math.nan]))
         self._seen, self._forgotten = [-math.inf] * len(self._names), self.intake.jumped
         self._broken, self._begun, self._fixed = True, False, False
@@ -191,7 +182,7 @@ class Navigator:
     def _stepped(self, now: float, scans: Iterable[Any], odometry: Iterable[Any], goal: Any) -> Command:
         if not math.isfinite(now):
             return self._braking(f"now is {now}; allowed: finite, s")
-        period = self._act.hold
+        period = self.actuation.hold
         if now < self._now - take.CLOCK:  # the clock begins again
             self.intake, self._now = Intake.empty(len(self._declared.lidars)), math.nan
             self._begin()
@@ -251,7 +242,7 @@ class Navigator:
         """Put goal and state into the diagram, and let it process all scans that have a pose, one after the other."""
         context = self._simulator.get_mutable_context()
         if self._broken:
-            context.SetTime(self._tick * self._act.hold)
+            context.SetTime(self._tick * self.actuation.hold)
             self._set_twist(context, self._command.twist)
             self._simulator.Initialize(InitializeParams(suppress_initialization_events=self._begun))
             self._broken, self._begun = False, True
@@ -289,7 +280,7 @@ class Navigator:
         said = PlannerStatus.EXPLORING if status is None else self.value(status)
         blocked = self.navigation.planned("blocked_by")
         why = "" if blocked is None else self.value(blocked)
-        self._simulator.AdvanceTo(max((self._tick + 1) * self._act.hold, context.get_time()))
+        self._simulator.AdvanceTo(max((self._tick + 1) * self.actuation.hold, context.get_time()))
         if said is PlannerStatus.UNREACHABLE:
             return twist, certified, "unreachable", "no way to the goal is left"
         return twist, certified, "blocked" if said is PlannerStatus.BLOCKED else "driving", why
@@ -297,16 +288,16 @@ class Navigator:
     def _braking(self, why: str) -> Command:
         """The ramp to zero that the last certified motion ends with."""
         twist = self._command.twist
-        target = braking_twist(twist, np.zeros(len(twist)), self._act.limits, False)
-        after = ramped_twist(twist, target, self._act)
-        stands = not after[:-1].any() and (self._act.limits.steers > 0.0 or not after[-1])
+        target = braking_twist(twist, np.zeros(len(twist)), self.actuation.limits, False)
+        after = ramped_twist(twist, target, self.actuation)
+        stands = not after[:-1].any() and (self.actuation.limits.steers > 0.0 or not after[-1])
         return Command(np.zeros(len(after)) if stands else after, False, "standing" if stands else "braking", why)
 
     def _drive(self, command: Command) -> None:
         """Keep what is driven: it is what the next command is ramped from, and what the base is held to."""
         self._command = command
         ahead, aside, turning = velocity_of(command.twist)
-        turning *= ahead if self._act.limits.steers > 0.0 else 1.0
+        turning *= ahead if self.actuation.limits.steers > 0.0 else 1.0
         if math.isfinite(self._now):
             told = tuple(
                 each for each in self._told if each.time > self._now - 2.0 * WINDOW - self.scenario.drive.delay
@@ -321,15 +312,15 @@ class Navigator:
 
     def _measured(self) -> np.ndarray:
         """The base's twist by its odometry, within its limits."""
-        last, limits = self.intake.rows[-1], self._act.limits
+        last, limits = self.intake.rows[-1], self.actuation.limits
         if limits.steers > 0.0:
             curvature = last.omega / last.v if abs(last.v) > STANDS else self._command.twist[-1]
             twist = np.array((last.v, curvature))
-        elif len(self._act.base.components) == 3:
+        elif len(self.actuation.base.components) == 3:
             twist = np.array((last.v, last.aside, last.omega))
         else:
             twist = np.array((last.v, last.omega))
-        return self._act.base.saturated(twist, limits)
+        return self.actuation.base.saturated(twist, limits)
 
     def _fix(self, name: str, value: Any) -> None:
         self.diagram.GetInputPort(name).FixValue(self._simulator.get_mutable_context(), value)
