@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from drake_starnav.control.path_following import GOAL_REACHED
 from drake_starnav.errors import StarnavError, shown
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import ON_AXIS, Mount
@@ -73,6 +74,7 @@ def validated_margins(scenario: Scenario, mounts: Sequence[Mount] = (ON_AXIS,)) 
     _check_mounts(scenario, margins, mounts)
     _check_base(scenario)
     _check_headings(scenario)
+    _check_tolerance(scenario)
     if not BY_KIND[controller.kind].shielded:
         return margins
     reach, backwards = scenario.robot.radius + margins.preferred, scenario.obstacles.max_speed > 0.0
@@ -120,6 +122,16 @@ def _check_headings(scenario: Scenario) -> None:
         if len(goal) == 3 and not (robot.drive.turns_on_the_spot and kind == "star"):
             by = f"controller.kind {kind}, which follows" if kind != "star" else f"robot.base {robot.base}, which makes"
             raise StarnavError(f"goals[{k}] has a yaw with {by} no turns on the spot; allowed: [x, y]")
+
+
+def _check_tolerance(scenario: Scenario) -> None:
+    """A robot that follows guidance stops near its goal, as it believes, and must be within the tolerance there."""
+    tolerance, least = scenario.simulation.goal_tolerance, GOAL_REACHED + scenario.localization.jump
+    if BY_KIND[scenario.controller.kind].guided and tolerance <= least:
+        raise StarnavError(
+            f"simulation.goal_tolerance is {tolerance:g} m; allowed: more than {least:g} m, as the robot stops where "
+            f"it believes to be {GOAL_REACHED:g} m from the goal, localization.jump aside"
+        )
 
 
 def _check_mounts(scenario: Scenario, margins: Margins, mounts: Sequence[Mount]) -> None:

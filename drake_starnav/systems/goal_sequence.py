@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 from pydrake.systems.framework import Context, DiscreteValues, EventStatus, LeafSystem
 
+from drake_starnav.geometry.trajectory import STANDING
 from drake_starnav.utils.timing import checked_period
 
 HEADING_TOLERANCE = 0.05
@@ -30,7 +31,7 @@ class GoalSequence(LeafSystem):
         reached: vector, when each goal was reached, s; NaN for those that were not.
 
     A goal (x, y) is reached within `tolerance`; one with a yaw when the robot has then turned to it, too, within
-    HEADING_TOLERANCE. All outputs are discrete state.
+    HEADING_TOLERANCE, and stands. All outputs are discrete state.
     """
 
     def __init__(self, goals: Sequence[Sequence[float]], *, tolerance: float, period: float) -> None:
@@ -56,9 +57,11 @@ class GoalSequence(LeafSystem):
         k = int(np.isfinite(times).sum())
         if k == len(times):
             return EventStatus.DidNothing()
-        (x, y, yaw, _, _), (goal_x, goal_y, *turn) = self._state.Eval(context).tolist(), self._goals[k]
+        (x, y, yaw, v, omega), (goal_x, goal_y, *turn) = self._state.Eval(context).tolist(), self._goals[k]
         there = math.hypot(x - goal_x, y - goal_y) < self._tolerance
-        if there and all(abs(math.remainder(wanted - yaw, 2.0 * math.pi)) < HEADING_TOLERANCE for wanted in turn):
+        stands = not turn or max(abs(v), abs(omega)) < STANDING
+        turned = all(abs(math.remainder(wanted - yaw, 2.0 * math.pi)) < HEADING_TOLERANCE for wanted in turn)
+        if there and stands and turned:
             times[k] = context.get_time()
             values.set_value(reached, times)
             values.set_value(goal, self._goals[min(k + 1, len(times) - 1)][:2])

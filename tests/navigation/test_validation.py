@@ -58,7 +58,7 @@ def test_all_of_the_robot_is_within_its_radius(larger: float, fits: bool) -> Non
     if fits:
         check_interface(ROOM, station)
     else:
-        with pytest.raises(StarnavError, match="allowed: a radius that holds all of it, folded as"):
+        with pytest.raises(StarnavError, match="allowed: a footprint that holds all of it, folded as"):
             check_interface(ROOM, station)
 
 
@@ -115,3 +115,14 @@ def test_cars_that_steer_quicker_from_lock_to_lock_than_the_rollout_is_proved_fo
     validated_margins(load_scenario("room", overrides=[*common, f"robot.max_yaw_acceleration={most - 1e-9}"]))
     with pytest.raises(StarnavError, match=rf"robot.max_yaw_acceleration is {most + 0.1:.3g} .*at most {most:.3g} "):
         validated_margins(load_scenario("room", overrides=[*common, f"robot.max_yaw_acceleration={most + 0.1}"]))
+
+
+@pytest.mark.parametrize(("tolerance", "jump", "least"), [(0.01, 0.0, "0.02"), (0.021, 0.0, ""), (0.1, 0.2, "0.22")])
+def test_a_tolerance_within_which_the_robot_does_not_come_is_refused(tolerance: float, jump: float, least: str) -> None:
+    changes = [f"simulation.goal_tolerance={tolerance}", f"localization.jump={jump}"]
+    scenario = load_scenario("room", overrides=changes)
+    if not least:
+        validated_margins(scenario)
+        return
+    with pytest.raises(StarnavError, match=f"goal_tolerance is {tolerance:g} m; allowed: more than {least} m"):
+        validated_margins(scenario)

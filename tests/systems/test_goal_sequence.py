@@ -18,9 +18,9 @@ class Visited:
         self.simulator = Simulator(self.system)
         self.context = self.simulator.get_mutable_context()
 
-    def at(self, x: float, y: float, yaw: float = 0.0) -> tuple[list[float], float, list[float]]:
+    def at(self, x: float, y: float, yaw: float = 0.0, omega: float = 0.0) -> tuple[list[float], float, list[float]]:
         """Goal, heading and times one period after the robot came to a pose."""
-        self.system.GetInputPort("state").FixValue(self.context, [x, y, yaw, 0.0, 0.0])
+        self.system.GetInputPort("state").FixValue(self.context, [x, y, yaw, 0.0, omega])
         self.simulator.AdvanceTo(self.context.get_time() + PERIOD)
         goal, heading, reached = (
             self.system.GetOutputPort(name).Eval(self.context) for name in ("goal", "heading", "reached")
@@ -47,3 +47,9 @@ def test_a_heading_is_asked_for_at_its_goal_only_and_must_be_taken() -> None:
     assert visited.at(0.9, 0.0, 3.0 - 2.0 * HEADING_TOLERANCE)[1:] == (3.0, [])
     goal, heading, times = visited.at(0.9, 0.0, 3.0 - 0.5 * HEADING_TOLERANCE - 2.0 * math.pi)
     assert goal == [4.0, 0.0] and math.isnan(heading) and len(times) == 1
+
+
+def test_a_heading_is_taken_when_the_robot_stands() -> None:
+    visited = Visited((1.0, 0.0, 3.0))
+    assert visited.at(1.0, 0.0, 3.0, 0.5)[1:] == (3.0, [])
+    assert len(visited.at(1.0, 0.0, 3.0)[2]) == 1
