@@ -19,9 +19,9 @@ from drake_starnav.control.path_following import (
     MODULATION_DISTANCE,
     NEAR_WALL_ZONE,
     TURNING_TIMES,
-    near_wall_radius,
+    Clearances,
 )
-from drake_starnav.control.rollout import CREEP_SPEED, GOAL_SLOWDOWN
+from drake_starnav.control.rollout import CREEP, GOAL_SLOWDOWN
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.planning import StarRoadmap
 from drake_starnav.planning.cost_field import BLOCKED_SLACK, NEAR_WALL_COST, SOFT_ZONE
@@ -202,16 +202,17 @@ def command(
     ahead = int(np.argmax(away > PASSED_DISTANCE)) if (away > PASSED_DISTANCE).any() else len(path) - 1
     distance = away[ahead]
     direction = offset[ahead] / distance
-    if distance > MODULATION_DISTANCE:
-        modulated = _modulated(pose[:2], direction, guidance.regions)
+    if distance > MODULATION_DISTANCE * robot.radius:
+        modulated = _modulated(pose[:2], direction, guidance.regions, robot.radius)
         direction = _turned_less(pose[:2], direction, modulated, path[ahead], guidance.regions, MAX_BEND)
-    radius = near_wall_radius(margins.safety, robot.radius)
-    push = NEAR_WALL_ZONE / max(TURNING_TIMES / HEADING_GAIN * robot.max_speed, NEAR_WALL_ZONE)
-    direction = _off_walls(pose[:2], direction, star.near_hits, radius, push)
-    direction = _free_heading(pose[:2], direction, star, FREE_HEADING_RANGE)
+    radius = Clearances.of(robot.radius, margins.safety).near_wall
+    zone = NEAR_WALL_ZONE * robot.radius
+    push = zone / max(TURNING_TIMES / HEADING_GAIN * robot.max_speed, zone)
+    direction = _off_walls(pose[:2], direction, star.near_hits, (radius, zone), push)
+    direction = _free_heading(pose[:2], direction, star, OPEN_WAY * robot.radius)
     heading = (math.atan2(direction[1], direction[0]) - pose[2] + math.pi) % (2.0 * math.pi) - math.pi
     stop_at = distance if guidance.arrives and len(path) == 1 else math.inf
-    v = min(robot.max_speed * max(math.cos(heading), 0.0) ** 3, GOAL_SLOWDOWN * stop_at + CREEP_SPEED)
+    v = min(robot.max_speed * max(math.cos(heading), 0.0) ** 3, GOAL_SLOWDOWN * stop_at + robot.max_speed / CREEP)
     omega = min(max(HEADING_GAIN * heading, -robot.max_yaw_rate), robot.max_yaw_rate)
     v, omega = _certified_twist(pose, twist, v, omega, 1.0 / parameters.rate + parameters.delay, star, robot)
     limits = np.array((robot.max_speed, robot.max_yaw_rate))
@@ -229,10 +230,10 @@ def _turned_less(
     return np.array((turned.real, turned.imag))
 
 
-def _modulated(position: np.ndarray, direction: np.ndarray, regions: RegionUnion) -> np.ndarray:
+def _modulated(position: np.ndarray, direction: np.ndarray, regions: RegionUnion, radius: float) -> np.ndarray:
     offset = position - regions.center
     distance = np.hypot(offset[:, 0], offset[:, 1])
-    if (distance < CENTER).any():
+    if (distance < CENTER * radius).any():
         return direction
     samples = regions.values.shape[1]
     place = (np.arctan2(offset[:, 1], offset[:, 0]) - regions.bearing_0) * samples / (2.0 * math.pi)
@@ -242,7 +243,7 @@ def _modulated(position: np.ndarray, direction: np.ndarray, regions: RegionUnion
     phi = (1.0 - share) * regions.values[row, left] + share * regions.values[row, right]
     slope = (1.0 - share) * regions.slopes[row, left] + share * regions.slopes[row, right]
     gamma = (phi / distance) ** SIGMA
-    inside = (gamma > 1.0) & (distance <= FARTHEST)
+    inside = (gamma > 1.0) & (distance <= FARTHEST * radius)
     normal, phi, slope, gamma = (offset / distance[:, None])[inside], phi[inside], slope[inside], gamma[inside]
     cosine, sine = normal.T
     tangent = np.column_stack((slope * cosine - phi * sine, slope * sine + phi * cosine))
@@ -258,14 +259,17 @@ def _modulated(position: np.ndarray, direction: np.ndarray, regions: RegionUnion
     return direction if most <= 0.0 or length < 1e-3 * most else total / length
 
 
-def _off_walls(position: np.ndarray, direction: np.ndarray, hits: np.ndarray, radius: float, most: float) -> np.ndarray:
+def _off_walls(
+    position: np.ndarray, direction: np.ndarray, hits: np.ndarray, sizes: tuple[float, float], most: float
+) -> np.ndarray:
+    radius, zone = sizes
     offset = position - hits
     distance = np.hypot(offset[:, 0], offset[:, 1])
     nearest = distance.min(initial=np.inf)
-    share = min(max((NEAR_WALL_ZONE - (nearest - radius)) / NEAR_WALL_ZONE, 0.0), 1.0)
+    share = min(max((zone - (nearest - radius)) / zone, 0.0), 1.0)
     if share <= 0.0:
         return direction
-    beyond = (distance - nearest) / NEAR_WALL_SCALE
+    beyond = (distance - nearest) / (NEAR_WALL_SCALE * zone)
     weight = np.where(beyond < 4.6, np.exp(-beyond), 0.0)
     push = (weight / distance) @ offset / weight.sum()
     direction = direction - share * min(float(direction @ push), 0.0) * push + min(share, most) * push
@@ -273,9 +277,9 @@ def _off_walls(position: np.ndarray, direction: np.ndarray, hits: np.ndarray, ra
     return push if length < 1e-6 else direction / length
 
 
-def _free_heading(position: np.ndarray, direction: np.ndarray, star: CertifiedRegion, limit: float) -> np.ndarray:
-    way = OPEN_WAY * np.arange(1, SAMPLES + 1) / SAMPLES
-    steps = STEP * np.arange(1, int(limit / STEP) + 1)
+def _free_heading(position: np.ndarray, direction: np.ndarray, star: CertifiedRegion, most: float) -> np.ndarray:
+    way = most * np.arange(1, SAMPLES + 1) / SAMPLES
+    steps = STEP * np.arange(1, int(FREE_HEADING_RANGE / STEP) + 1)
     bearing = math.atan2(direction[1], direction[0])
 
     def is_open(angle: float) -> bool:

@@ -12,7 +12,7 @@ import numpy as np
 
 from drake_starnav.baselines.known_obstacles import KnownObstacles
 from drake_starnav.control.inputs import Proposal
-from drake_starnav.control.rollout import CREEP_SPEED, GOAL_SLOWDOWN
+from drake_starnav.control.rollout import CREEP, GOAL_SLOWDOWN
 from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.limits import wrapped_angle
 
@@ -54,7 +54,8 @@ class Situation:
         if distance < STANDING:
             return np.zeros(2)
         left = math.hypot(self.goal[0] - self.pose[0], self.goal[1] - self.pose[1])
-        return min(speed, self.robot.max_speed, GOAL_SLOWDOWN * left + CREEP_SPEED) / distance * offset
+        most = self.robot.max_speed
+        return min(speed, most, GOAL_SLOWDOWN * left + most / CREEP) / distance * offset
 
     def followed(self, velocity: np.ndarray, max_speed: float) -> Proposal:
         """The twist that turns towards a velocity (2,), W, and drives as fast, up to a speed, m/s."""

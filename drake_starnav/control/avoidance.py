@@ -53,8 +53,8 @@ BEAM = 16
 """Rollouts that are continued."""
 HEADINGS = 8
 """Directions that are tried."""
-SAME_PLACE, SAME_HEADING, SAME_SPEED = 0.15, 0.5, 0.3
-"""Rollouts that end nearer to each other than this do not differ, m, rad, m/s."""
+SAME_PLACE, SAME_HEADING, SAME_SPEED = 0.6, 0.5, 0.375
+"""Rollouts that end nearer to each other than this do not differ: radii of the robot, rad, share of its speed."""
 CHANGE_WEIGHT = 0.15
 """What a change of speed or turning rate by its whole range costs, s."""
 
@@ -62,8 +62,8 @@ CHANGE_WEIGHT = 0.15
 CREEPING_COMFORT = 0.1
 COMFORT_TIME = 2.0
 """The robot gives way to what creeps at this distance, m, and as far as that comes in this time, s."""
-STANDING_SPACING = 0.1
-"""Hits on static objects that are nearer to each other than this, m, are treated as one."""
+STANDING_SPACING = 0.4
+"""Hits on static objects that are nearer to each other than this, in radii of the robot, are treated as one."""
 
 
 @dataclass(frozen=True)
@@ -147,7 +147,7 @@ def avoid_collision(
     limits, path = robot.limits, guidance.path
     line = np.vstack((pose[:2], path)) if len(path) else np.vstack((pose[:2], pose[:2]))
     known = FreeSpace.of(guidance.regions, star)
-    standing = thinned(tracks.standing, pose[:2], HORIZON * robot.max_speed)
+    standing = thinned(tracks.standing, pose[:2], HORIZON * robot.max_speed, STANDING_SPACING * robot.radius)
     trajectories, near = tracks.predicted_trajectories[foreseen], comfort(tracks, obstacles.guarded)[foreseen]
     discs = Discs(trajectories, tracks.radius[foreseen], near, standing, age)
     settings = Settings(
@@ -173,15 +173,15 @@ def avoid_collision(
 
 
 @njit(cache=True)
-def thinned(places, position, reach):
-    """The places (n, 2) within `reach` (m) of a position, thinned to the spacing."""
+def thinned(places, position, reach, spacing):
+    """The places (n, 2) within `reach` (m) of a position, no two of them nearer to each other than `spacing` (m)."""
     kept = np.empty((len(places), 2))
     n = 0
     for k in range(len(places)):
         x, y = places[k]
         apart = math.hypot(x - position[0], y - position[1]) < reach
         for q in range(n):
-            apart = apart and (x - kept[q, 0]) ** 2 + (y - kept[q, 1]) ** 2 >= STANDING_SPACING**2
+            apart = apart and (x - kept[q, 0]) ** 2 + (y - kept[q, 1]) ** 2 >= spacing**2
         if apart:
             kept[n] = x, y
             n += 1
@@ -191,9 +191,9 @@ def thinned(places, position, reach):
 @njit(cache=True)
 def _first_twists(ways, start, scene):
     """The twists (n, 2) with which manoeuvres begin, within the robot's limits."""
-    firsts, limits, slowdown = np.empty((len(ways), 2)), scene.limits, scene.settings.slowdown
+    firsts, limits = np.empty((len(ways), 2)), scene.limits
     for m in range(len(ways)):
-        v, omega = wanted_twist((ways[m, 0], ways[m, 1], ways[m, 2]), start, scene.line, limits, slowdown)
+        v, omega = wanted_twist((ways[m, 0], ways[m, 1], ways[m, 2]), start, scene.line, limits, scene.settings)
         firsts[m, 0], firsts[m, 1] = limited(v, limits.max_speed), limited(omega, limits.max_yaw_rate)
     return firsts
 
@@ -220,7 +220,7 @@ def _searched(ways, firsts, allowed, start, scene):
                 best = row
         if depth == segments:
             break
-        kept = _continued(generation)
+        kept = _continued(generation, SAME_PLACE * scene.settings.radius, SAME_SPEED * limits.max_speed)
         following = np.empty((len(kept), count, COLUMNS))
         held = np.empty((len(kept), count, 3))
         for i in range(len(kept)):
@@ -236,8 +236,8 @@ def _searched(ways, firsts, allowed, start, scene):
 
 
 @njit(cache=True)
-def _continued(generation):
-    """Indices of the BEAM best rollouts that have not ended and differ, the best first."""
+def _continued(generation, same_place, same_speed):
+    """Indices of the BEAM best rollouts that have not ended and differ by so much, m or m/s, the best first."""
     kept = np.empty(BEAM, np.int64)
     n = 0
     for i in np.argsort(generation[:, COST], kind="mergesort"):
@@ -248,9 +248,9 @@ def _continued(generation):
             k = kept[q]
             differs = not (
                 (generation[i, X] - generation[k, X]) ** 2 + (generation[i, Y] - generation[k, Y]) ** 2
-                < SAME_PLACE * SAME_PLACE
+                < same_place * same_place
                 and abs(wrapped_angle(generation[i, YAW] - generation[k, YAW])) < SAME_HEADING
-                and abs(generation[i, V] - generation[k, V]) < SAME_SPEED
+                and abs(generation[i, V] - generation[k, V]) < same_speed
             )
             if not differs:
                 break

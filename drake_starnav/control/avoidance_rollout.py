@@ -23,7 +23,7 @@ from drake_starnav.control.motion import Pose, Velocity, advanced
 from drake_starnav.control.moving_certificate import STANDING_SPEED
 from drake_starnav.control.rollout import (
     ARRIVED,
-    CREEP_SPEED,
+    CREEP,
     FreeSpace,
     clearance_within,
     next_way_point,
@@ -49,9 +49,9 @@ UNCERTAINTY = 0.15
 """A predicted distance counts for less with time, by this share per second."""
 ROLLOUT_MARGIN = 0.03
 """The simulated robot adds this to the certificate's margin, m: tracks are less exact than hits."""
-WALL_ZONE = 0.1
+WALL_ZONE = 0.4
 WALL_COST = 0.6
-"""Cost of the least clearance to static obstacles, s, if less than the zone, m: a wall leaves no room to evade."""
+"""Cost of the least clearance to static obstacles, s, if less than the zone, in radii: walls leave no room to evade."""
 X, Y, YAW, V, OMEGA, WAY_POINT, REGION, CLEARANCE, CLOSEST, LOST, LEAST, SPENT, ARRIVAL, ENDED, HELD, FIRST, COST = (
     range(17)
 )
@@ -117,13 +117,13 @@ def start_row(pose: np.ndarray, twist: np.ndarray, hits: np.ndarray, radius: flo
     row = np.zeros(COLUMNS)
     row[[X, Y, YAW]], row[[V, OMEGA]] = pose, twist
     row[WAY_POINT], row[REGION], row[LEAST], row[ARRIVAL] = 1, -1, np.inf, np.inf
-    row[CLEARANCE] = clearance_within(pose[0], pose[1], hits, radius, WALL_ZONE)
+    row[CLEARANCE] = clearance_within(pose[0], pose[1], hits, radius, WALL_ZONE * radius)
     row[CLOSEST] = row[CLEARANCE]
     return row
 
 
 @leaf
-def wanted_twist(way, row, line, limits, slowdown):
+def wanted_twist(way, row, line, limits, settings):
     """The twist (v, omega) that a manoeuvre `way`, a row of `manoeuvres`, wants where the robot is."""
     kind, a, b = way
     if kind == TWIST:
@@ -133,12 +133,13 @@ def wanted_twist(way, row, line, limits, slowdown):
         return turning_twist(error, b, limits)
     k, last = int(row[WAY_POINT]), len(line) - 1
     dx, dy = line[k, 0] - row[X], line[k, 1] - row[Y]
-    if dx * dx + dy * dy < (ARRIVED * ARRIVED if k == last else 1e-12):
+    arrived = ARRIVED * settings.radius
+    if dx * dx + dy * dy < (arrived * arrived if k == last else 1e-12):
         return 0.0, 0.0
     error = wrapped_angle(math.atan2(dy, dx) - row[YAW])
     want_v, want_omega = turning_twist(error, a * limits.max_speed, limits)
     if k == last:
-        want_v = min(want_v, slowdown * math.hypot(dx, dy) + CREEP_SPEED)
+        want_v = min(want_v, settings.slowdown * math.hypot(dx, dy) + limits.max_speed / CREEP)
     return want_v, want_omega
 
 
@@ -211,13 +212,13 @@ def drive(rows, ways, steps, scene):
     hits, star = known.hits, known.star
     center, bearing_0, values = star.center, star.bearing_0, star.values
     trajectories, radius, comfort, standing, age = discs
-    last = len(line) - 1
+    last, arrived, zone = len(line) - 1, ARRIVED * settings.radius, WALL_ZONE * settings.radius
     for r in range(len(rows)):
         row, way = rows[r], (ways[r, 0], ways[r, 1], ways[r, 2])
         for _ in range(steps):
             time = age + row[SPENT]
             x, y, yaw, v, omega = row[X], row[Y], row[YAW], row[V], row[OMEGA]
-            want_v, want_omega = wanted_twist(way, row, line, limits, settings.slowdown)
+            want_v, want_omega = wanted_twist(way, row, line, limits, settings)
             if _must_brake(row, time, trajectories, radius, limits, settings):
                 want_v = 0.0
             if _held(row, standing, limits, settings):
@@ -230,7 +231,7 @@ def drive(rows, ways, steps, scene):
             if not free:
                 row[REGION] = region_around(known, int(row[REGION]), x, y)
                 free = row[REGION] >= 0
-            clearance = clearance_within(x, y, hits, settings.radius, WALL_ZONE)
+            clearance = clearance_within(x, y, hits, settings.radius, zone)
             if free or clearance > row[CLEARANCE]:
                 row[X], row[Y], row[CLEARANCE] = x, y, clearance
                 row[CLOSEST] = min(row[CLOSEST], clearance)
@@ -239,14 +240,14 @@ def drive(rows, ways, steps, scene):
                 row[V] = 0.0
             row[SPENT] += STEP
             _meet(row, age + row[SPENT], trajectories, radius, comfort, settings)
-            at_end = (line[-1, 0] - row[X]) ** 2 + (line[-1, 1] - row[Y]) ** 2 < ARRIVED * ARRIVED
+            at_end = (line[-1, 0] - row[X]) ** 2 + (line[-1, 1] - row[Y]) ** 2 < arrived * arrived
             if row[ENDED] == 0.0 and int(row[WAY_POINT]) == last and at_end:
                 row[ARRIVAL] = min(row[ARRIVAL], row[SPENT])
                 if settings.slowdown == np.inf:  # at a frontier, where exploration continues
                     row[ENDED] = 1.0
             if row[ENDED] > 0.0:
                 break
-        row[COST] = row[LOST] + WALL_COST * (1.0 - row[CLOSEST] / WALL_ZONE) ** 2
+        row[COST] = row[LOST] + WALL_COST * (1.0 - row[CLOSEST] / zone) ** 2
         if row[ARRIVAL] < np.inf:  # it has been at the goal, wherever it goes to make way
             row[COST] += row[ARRIVAL]
         else:

@@ -17,12 +17,12 @@ from drake_starnav.geometry.compiled import leaf
 
 SIGMA = 2.0
 """Exponent of Gamma, as of the paper: what is damped grows with the square of the way to the boundary."""
-CENTER = 0.02
-"""Nearer than this to its reference point a region does not modulate, m."""
-FARTHEST = 3.0
-"""Farther than this from its reference point a region does not modulate, m."""
-NEAR_WALL_SCALE = 0.03
-"""Width of the soft minimum over the nearest hits, m."""
+CENTER = 0.08
+"""Nearer than this to its reference point a region does not modulate, in radii of the robot."""
+FARTHEST = 12.0
+"""Farther than this from its reference point a region does not modulate, in radii of the robot."""
+NEAR_WALL_SCALE = 0.6
+"""Width of the soft minimum over the nearest hits, as a share of the near-wall zone."""
 
 
 @leaf
@@ -39,20 +39,21 @@ def boundary_at(values, slopes, bearing_0, theta):
 
 
 @njit(cache=True)
-def modulated_direction(x, y, ux, uy, regions):
+def modulated_direction(x, y, ux, uy, regions, radius):
     """The mean direction of the unit vector (ux, uy), modulated by each region that contains (x, y).
 
-    `regions` is a union. The weights Gamma - 1 are continuous where the position enters or leaves a
-    region. A unit vector; (ux, uy) itself where no region contains the position.
+    `regions` is a union, `radius` the robot's, m. The weights Gamma - 1 are continuous where the position enters or
+    leaves a region. A unit vector; (ux, uy) itself where no region contains the position.
     """
     sum_x = sum_y = total = 0.0
+    nearest, farthest = CENTER * radius, FARTHEST * radius
     center, bearing_0, values, slopes = regions.center, regions.bearing_0, regions.values, regions.slopes
     for k in range(len(center)):
         dx, dy = x - center[k, 0], y - center[k, 1]
         distance = math.sqrt(dx * dx + dy * dy)
-        if distance > FARTHEST:
+        if distance > farthest:
             continue
-        if distance < CENTER:
+        if distance < nearest:
             return ux, uy
         phi, slope = boundary_at(values[k], slopes[k], bearing_0[k], math.atan2(dy, dx))
         gamma = (phi / distance) ** SIGMA
@@ -87,9 +88,9 @@ def near_wall_direction(x, y, ux, uy, hits, radius, zone, push):
     """The direction (ux, uy) with its part towards close hits (n, 2) removed and a push away from them added.
 
     With the clearance c to the nearest hit beyond `radius`, the share is a = clip((zone - c)/zone, 0, 1), and q the
-    soft mean of the unit vectors away from the nearest hits, weights exp(-(d - d_min)/NEAR_WALL_SCALE): remove a share
-    a of (u q) q if it is against q, add min(a, push) q, normalise. Between two walls q is short, and the term hardly
-    affects the path through the gap.
+    soft mean of the unit vectors away from the nearest hits, weights exp(-(d - d_min)/(NEAR_WALL_SCALE zone)): remove
+    a share a of (u q) q if it is against q, add min(a, push) q, normalise. Between two walls q is short, and the term
+    hardly affects the path through the gap.
     """
     nearest = np.inf
     for i in range(len(hits)):
@@ -99,11 +100,12 @@ def near_wall_direction(x, y, ux, uy, hits, radius, zone, push):
     share = min(max((zone - (nearest - radius)) / zone, 0.0), 1.0)
     if share <= 0.0:
         return ux, uy
+    scale = NEAR_WALL_SCALE * zone
     qx = qy = total = 0.0
     for i in range(len(hits)):
         dx, dy = x - hits[i, 0], y - hits[i, 1]
         distance = math.sqrt(dx * dx + dy * dy)
-        beyond = (distance - nearest) / NEAR_WALL_SCALE
+        beyond = (distance - nearest) / scale
         if beyond < 4.6 and distance > 0.0:
             weight = math.exp(-beyond)
             qx += weight * dx / distance

@@ -1,6 +1,7 @@
 """From guidance to a twist of the differential drive, by dynamical system modulation."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -9,7 +10,7 @@ from drake_starnav.control.free_heading import free_heading
 from drake_starnav.control.inputs import ControllerInputs, Proposal
 from drake_starnav.control.manoeuvre_following import aligned_direction, followed_manoeuvre
 from drake_starnav.control.modulation import modulated_direction, near_wall_direction
-from drake_starnav.control.rollout import CREEP_SPEED, GOAL_SLOWDOWN
+from drake_starnav.control.rollout import CREEP, GOAL_SLOWDOWN
 from drake_starnav.planning.guidance import PASSED_DISTANCE
 from drake_starnav.planning.passage import tight_passage
 from drake_starnav.regions.margins import Margins
@@ -17,8 +18,8 @@ from drake_starnav.regions.region_union import RegionUnion, first_gap
 from drake_starnav.robot import Limits, RobotParameters
 from drake_starnav.robot.limits import HEADING_GAIN, turning_twist, wrapped_angle
 
-GOAL_REACHED = 0.02
-"""A robot this near to its final goal stops, m."""
+GOAL_REACHED = 0.08
+"""A robot this near to its final goal stops, in its radii."""
 LEAST_SHARE = 0.8
 """At the certificate's boundary the near-wall term has at least this share: every guiding vector leads off the wall."""
 TURNING_TIMES = 2.0
@@ -26,10 +27,32 @@ TURNING_TIMES = 2.0
 otherwise it would oscillate between the walls of a narrow passage."""
 MAX_BEND = 0.8
 """Largest turn of the guiding vector by modulation where the robot sees the way point inside the regions, rad."""
-MODULATION_DISTANCE = 0.25
-"""Nearer than this to the way point the guiding vector is used as it is, m: the robot would circle about it."""
-NEAR_WALL_ZONE = 0.05
-"""Clearance at which the push off a wall begins, m. With 0.1 m the robot is slower in narrow places."""
+MODULATION_DISTANCE = 1.0
+"""Nearer to the way point than this, in radii, the guiding vector is used as it is: the robot would circle about it."""
+NEAR_WALL_ZONE = 0.2
+"""Clearance at which the push off a wall begins, in radii. With twice as much the robot is slower in narrow places."""
+
+
+class Clearances(NamedTuple):
+    """What the guiding vector's lengths are measured by, m.
+
+    Attributes:
+        radius: the robot's narrow radius.
+        near_wall: from which on clearance in the near-wall zone is measured.
+    """
+
+    radius: float
+    near_wall: float
+
+    @staticmethod
+    def of(radius: float, safety_margin: float) -> "Clearances":
+        """Of a robot with this narrow radius and safety margin, m.
+
+        Without the excess, a safety margin as wide as the zone would stop the robot before the near-wall term leads it
+        away.
+        """
+        zone = NEAR_WALL_ZONE * radius
+        return Clearances(radius, radius + max(safety_margin - (1.0 - LEAST_SHARE) * zone, 0.0))
 
 
 def followed(inputs: ControllerInputs, margins: Margins, robot: RobotParameters) -> Proposal:
@@ -45,8 +68,8 @@ def followed(inputs: ControllerInputs, margins: Margins, robot: RobotParameters)
     if len(guidance.poses):
         return Proposal(*followed_manoeuvre(pose, guidance.poses, robot.drive, limits))
     known = guidance.path, guidance.arrives, tuple(guidance.regions), star.near_hits
-    near_wall, found = near_wall_radius(margins.safety, robot.shape.narrow), np.zeros(4)
-    most = _followed(pose, known, star.alone[:3], near_wall, tuple(limits), found)
+    sizes, found = Clearances.of(robot.shape.narrow, margins.safety), np.zeros(4)
+    most = _followed(pose, known, star.alone[:3], tuple(sizes), tuple(limits), found)
     direction = found[:2]
     if robot.shape.is_disc and robot.base == "differential":
         return Proposal(found[2:], direction)
@@ -79,55 +102,51 @@ def guiding_vector(
         robot_radius: m.
         speed: of the robot, m/s.
     """
-    near_wall = near_wall_radius(margins.safety, robot_radius)
-    ux, uy, distance = guided(*position, path, regions, hits, near_wall, speed)
+    ux, uy, distance = guided(*position, path, regions, hits, Clearances.of(robot_radius, margins.safety), speed)
     return np.array((ux, uy)), distance
 
 
-def near_wall_radius(safety_margin: float, robot_radius: float) -> float:
-    """The radius that clearance in the near-wall zone is measured from, m.
-
-    Without the excess, a safety margin as wide as the zone would stop the robot before the term leads it away.
-    """
-    return robot_radius + max(safety_margin - (1.0 - LEAST_SHARE) * NEAR_WALL_ZONE, 0.0)
-
-
 @njit(cache=True)
-def _followed(pose, known, star, near_wall, limits, found):
+def _followed(pose, known, star, sizes, limits, found):
     """The most speed, m/s; where it shall not stand, guiding vector (x, y) and twist (v, omega) are written (4,)."""
     x, y, yaw = pose
     path, arrives, regions, hits = known
     regions, limits = RegionUnion(*regions), Limits(*limits)  # plain tuples are handed over faster than named ones
+    sizes = Clearances(*sizes)
     count = len(path)
-    if count == 0 or (arrives and math.hypot(path[-1, 0] - x, path[-1, 1] - y) <= GOAL_REACHED):
+    if count == 0 or (arrives and math.hypot(path[-1, 0] - x, path[-1, 1] - y) <= GOAL_REACHED * sizes.radius):
         return 0.0
-    ux, uy, distance = guided(x, y, path, regions, hits, near_wall, limits.max_speed)
+    ux, uy, distance = guided(x, y, path, regions, hits, sizes, limits.max_speed)
     if ux == 0.0 and uy == 0.0:
         return 0.0
-    ux, uy = free_heading(x, y, ux, uy, star)
+    ux, uy = free_heading(x, y, ux, uy, star, sizes.radius)
     v, omega = turning_twist(wrapped_angle(math.atan2(uy, ux) - yaw), limits.max_speed, limits)
-    most = GOAL_SLOWDOWN * distance + CREEP_SPEED if arrives and count == 1 else np.inf
+    most = GOAL_SLOWDOWN * distance + limits.max_speed / CREEP if arrives and count == 1 else np.inf
     found[:] = ux, uy, min(v, most), omega
     return most
 
 
 @njit(cache=True)
-def guided(x, y, path, regions, hits, near_wall, speed):
-    """`guiding_vector` as numbers: (x, y), and the distance to the way point; zero at the last one."""
+def guided(x, y, path, regions, hits, sizes, speed):
+    """`guiding_vector` as numbers: (x, y), and the distance to the way point; zero at the last one.
+
+    `sizes` are `Clearances`.
+    """
     ahead_x, ahead_y, gx, gy, distance = way_point(x, y, path)
     if distance == 0.0:
         return 0.0, 0.0, 0.0
     ux, uy = gx, gy
-    if distance > MODULATION_DISTANCE:
-        ux, uy = modulated_direction(x, y, gx, gy, regions)
+    if distance > MODULATION_DISTANCE * sizes.radius:
+        ux, uy = modulated_direction(x, y, gx, gy, regions, sizes.radius)
         # Where a boundary is steep, r_hat and t are nearly parallel, E is nearly singular, and what M makes of a
         # guiding vector may lead to the wrong side of an obstacle.
         turn = math.atan2(gx * uy - gy * ux, gx * ux + gy * uy)
         if abs(turn) > MAX_BEND and first_gap(regions, (x, y), (ahead_x, ahead_y), 0.0) < 0.0:
             cosine, sine = math.cos(MAX_BEND), math.copysign(math.sin(MAX_BEND), turn)
             ux, uy = cosine * gx - sine * gy, sine * gx + cosine * gy
-    push = NEAR_WALL_ZONE / max(TURNING_TIMES / HEADING_GAIN * abs(speed), NEAR_WALL_ZONE)
-    ux, uy = near_wall_direction(x, y, ux, uy, hits, near_wall, NEAR_WALL_ZONE, push)
+    zone = NEAR_WALL_ZONE * sizes.radius
+    push = zone / max(TURNING_TIMES / HEADING_GAIN * abs(speed), zone)
+    ux, uy = near_wall_direction(x, y, ux, uy, hits, sizes.near_wall, zone, push)
     return ux, uy, distance
 
 

@@ -14,10 +14,10 @@ from drake_starnav.robot.limits import wrapped_angle
 
 GOAL_SLOWDOWN = 1.2
 """Speed per metre of distance to the goal on arrival, 1/s."""
-CREEP_SPEED = 0.08
-"""Speed that remains on arrival, so that the robot does arrive, m/s."""
-ARRIVED = 0.12
-"""A predicted motion this near to the end of the path has arrived; a robot this near to its goal follows the law, m."""
+CREEP = 10.0
+"""On arrival a robot slows down to its largest speed divided by this, so that it does arrive."""
+ARRIVED = 0.48
+"""A predicted motion this near to the end of the path has arrived, in radii of the robot."""
 
 
 class FreeSpace(NamedTuple):

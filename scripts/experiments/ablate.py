@@ -206,9 +206,9 @@ ABLATIONS = (
     ),
     Ablation(
         "wide_near_wall_zone",
-        "near-wall zone of 0.10 m",
+        "near-wall zone twice as wide",
         "method 7",
-        replaced={**INTERPRETED, f"{FOLLOWING}.NEAR_WALL_ZONE": 0.1},
+        replaced={**INTERPRETED, f"{FOLLOWING}.NEAR_WALL_ZONE": 0.4},
     ),
     Ablation(
         "no_free_heading",

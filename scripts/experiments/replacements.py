@@ -187,7 +187,7 @@ def along_nodes(state: PlannerState, check: Any, position: np.ndarray) -> Planne
     return dataclasses.replace(state, path=nodes_ahead(state.roadmap, state.path, position))
 
 
-def paper_direction(x: float, y: float, ux: float, uy: float, regions: RegionUnion) -> np.ndarray:
+def paper_direction(x: float, y: float, ux: float, uy: float, regions: RegionUnion, _radius: float) -> np.ndarray:
     """For `modulated_direction`: the paper's sum, normalised."""
     vector = modulated_vector(np.array((x, y)), np.array((ux, uy)), regions, SIGMA)
     length = np.hypot(*vector)

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from drake_starnav.control import ControllerInputs, ControllerParameters
-from drake_starnav.control.avoidance import STANDING_SPACING, Avoidance, around, avoid_collision, manoeuvres, thinned
+from drake_starnav.control.avoidance import Avoidance, around, avoid_collision, manoeuvres, thinned
 from drake_starnav.control.certificates import accepted, standard_certificates
 from drake_starnav.control.inputs import TrackedObstacles
 from drake_starnav.control.motion import roll_out
@@ -132,9 +132,9 @@ def test_where_the_path_leads_too_near_by_what_might_start_another_way_is_found(
 
 def test_what_stands_is_foreseen_as_few_places() -> None:
     places = standing(1.0, 0.0).standing
-    kept = thinned(places, np.zeros(2), 1.1)
+    kept = thinned(places, np.zeros(2), 1.1, 0.1)
     assert 3 < len(kept) < 20
     apart = np.hypot(*(kept[:, None] - kept).transpose(2, 0, 1)) + np.eye(len(kept))
-    assert apart.min() >= STANDING_SPACING
+    assert apart.min() >= 0.1
     near = places[np.hypot(*places.T) < 1.1]
-    assert np.hypot(*(near[:, None] - kept).transpose(2, 0, 1)).min(axis=1).max() < STANDING_SPACING
+    assert np.hypot(*(near[:, None] - kept).transpose(2, 0, 1)).min(axis=1).max() < 0.1

@@ -64,7 +64,7 @@ def driven(row: np.ndarray, way: tuple[float, float, float], steps: int, among: 
 
 
 def test_each_manoeuvre_wants_its_twist() -> None:
-    wants = begun(), LINE, LIMITS, SETTINGS.slowdown
+    wants = begun(), LINE, LIMITS, SETTINGS
     assert wanted_twist((TWIST, 0.3, -0.5), *wants) == (0.3, -0.5)
     assert wanted_twist((PATH, 1.0, 0.0), *wants) == pytest.approx((0.8, 0.0))
     v, omega = wanted_twist((HEADING, 0.5 * math.pi, 0.8), *wants)

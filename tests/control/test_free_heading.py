@@ -35,7 +35,7 @@ def way_is_open(star: CertifiedRegion, position: np.ndarray, angle: float) -> bo
     """Whether the star contains the way along a bearing, by the smaller of the samples beside each place of it."""
     samples = len(star.values)
     for share in np.arange(1, SAMPLES + 1) / SAMPLES:
-        offset = position + share * OPEN_WAY * np.array((math.cos(angle), math.sin(angle))) - star.center
+        offset = position + share * OPEN_WAY * RADIUS * np.array((math.cos(angle), math.sin(angle))) - star.center
         place = (math.atan2(offset[1], offset[0]) - star.bearing_0) / (2.0 * math.pi / samples)
         beside = [int(np.floor(place)) % samples, int(np.floor(place) + 1) % samples]
         if np.hypot(*offset) > star.values[beside].min():
@@ -44,7 +44,7 @@ def way_is_open(star: CertifiedRegion, position: np.ndarray, angle: float) -> bo
 
 
 def free_direction(position: np.ndarray, direction: np.ndarray, star: CertifiedRegion) -> np.ndarray:
-    return np.array(free_heading(*position, *direction, star.alone[:3]))
+    return np.array(free_heading(*position, *direction, star.alone[:3], RADIUS))
 
 
 @settings(max_examples=200)

@@ -46,7 +46,7 @@ def expected(point: np.ndarray, direction: np.ndarray, regions: list[StarRegion]
 
 
 def modulated(point: np.ndarray, direction: np.ndarray, regions: list[StarRegion]) -> np.ndarray:
-    return np.array(modulated_direction(*point, *direction, united(regions)))
+    return np.array(modulated_direction(*point, *direction, united(regions), RADIUS))
 
 
 def led_off_walls(direction: np.ndarray, hits: np.ndarray) -> np.ndarray:
@@ -64,7 +64,7 @@ def test_regions_seen_from_far_away_and_those_without_the_position_have_no_effec
     rng = np.random.default_rng(seed)
     near = smooth_region(rng, np.zeros(2))
     point, direction = inside(rng, near), unit(rng.uniform(-math.pi, math.pi))
-    wide = smooth_region(rng, point + (FARTHEST + 0.01) * unit(rng.uniform(-math.pi, math.pi)), mean=10.0)
+    wide = smooth_region(rng, point + (FARTHEST * RADIUS + 0.01) * unit(rng.uniform(-math.pi, math.pi)), mean=10.0)
     elsewhere = smooth_region(rng, point + 2.9 * unit(rng.uniform(-math.pi, math.pi)), mean=1.5)
     assert wide.contains(point) and not elsewhere.contains(point)
     alone = modulated(point, direction, [near])
@@ -123,7 +123,7 @@ def test_at_the_reference_point_and_outside_of_all_regions_nothing_changes(seed)
     rng = np.random.default_rng(seed)
     region, direction = smooth_region(rng, rng.uniform(-3.0, 3.0, 2)), unit(rng.uniform(-math.pi, math.pi))
     np.testing.assert_allclose(modulated(region.center, direction, [region]), direction)
-    near = region.center + 1.01 * CENTER * unit(rng.uniform(-math.pi, math.pi))
+    near = region.center + 1.01 * CENTER * RADIUS * unit(rng.uniform(-math.pi, math.pi))
     np.testing.assert_allclose(modulated(near, direction, [region]), direction, atol=0.01)
     np.testing.assert_array_equal(modulated(region.center + (20.0, 0.0), direction, [region]), direction)
     np.testing.assert_array_equal(modulated(region.center, direction, []), direction)
@@ -137,7 +137,7 @@ def test_towards_a_reference_point_its_own_region_outweighs_the_others(seed):
     other = smooth_region(rng, 0.5 * unit(rng.uniform(-math.pi, math.pi)))
     side = unit(rng.uniform(-math.pi, math.pi))
     for distance in (0.99, 1.01):
-        near = modulated(distance * CENTER * side, direction, [region, other])
+        near = modulated(distance * CENTER * RADIUS * side, direction, [region, other])
         np.testing.assert_allclose(near, direction, atol=0.01)
 
 
@@ -159,7 +159,7 @@ def test_the_blended_field_is_continuous_along_paths_through_overlapping_regions
 
     times = np.linspace(0.0, 1.0, 400)
     assume(min(held(t) for t in times) > 0.05)  # leaving all regions ends the modulation, which is a jump
-    assume(min(np.hypot(*(a + t * (b - a) - r.center)) for t in times for r in regions) > 2.0 * CENTER)
+    assume(min(np.hypot(*(a + t * (b - a) - r.center)) for t in times for r in regions) > 2.0 * CENTER * RADIUS)
     change = np.abs((np.diff([heading(t) for t in times]) + math.pi) % (2.0 * math.pi) - math.pi)
     worst = int(np.argmax(change))
     low, high = times[worst], times[worst + 1]

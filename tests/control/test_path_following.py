@@ -12,7 +12,7 @@ from drake_starnav.baselines import paper
 from drake_starnav.control import ControllerInputs, path_following
 from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.control.path_following import (
-    CREEP_SPEED,
+    CREEP,
     GOAL_REACHED,
     MAX_BEND,
     MODULATION_DISTANCE,
@@ -82,7 +82,7 @@ def test_the_compiled_step_is_the_plain_one(seed):
     star = CertifiedRegion(pose[:2] + rng.uniform(-0.05, 0.05, 2), rng.uniform(-3.0, 3.0), values, pose[:2] + hits)
     twist = rng.uniform((0.0, -2.0), (0.8, 2.0))
     guidance = Guidance(path, bool(rng.random() < 0.5), regions)
-    if guidance.distance_to_goal(pose[:2]) < 2.0 * GOAL_REACHED:
+    if guidance.distance_to_goal(pose[:2]) < 2.0 * GOAL_REACHED * RADIUS:
         return
     command, _ = stepped(ControllerInputs(pose, twist, guidance, star), PARAMETERS, ROBOT)
     plain = numpy_pipeline.command(pose, twist, guidance, star, PARAMETERS, MARGINS, ROBOT)
@@ -103,13 +103,15 @@ def test_an_empty_path_stops_the_robot_as_fast_as_it_can(twist):
 def test_it_slows_down_at_the_goal_only():
     near = ((0.3, 0.0),)
     assert settled(path=near)[0] == pytest.approx(ROBOT.max_speed)
-    slow = GOAL_SLOWDOWN * 0.3 + CREEP_SPEED
+    slow = GOAL_SLOWDOWN * 0.3 + ROBOT.max_speed / CREEP
     assert settled(path=near, arrives=True)[0] == pytest.approx(slow)
     assert settled(path=(*near, (5.0, 0.0)), arrives=True)[0] == pytest.approx(ROBOT.max_speed)
     assert settled(path=((5.0, 0.0),), arrives=True)[0] == pytest.approx(ROBOT.max_speed)
-    assert settled(path=((1.5 * GOAL_REACHED, 0.0),), arrives=True)[0] > 0.0  # it does arrive
-    assert settled(path=((0.5 * GOAL_REACHED, 0.0),), arrives=True) == pytest.approx([0.0, 0.0])
-    assert settled(path=((0.0, 0.5 * GOAL_REACHED),), arrives=True) == pytest.approx([0.0, 0.0])  # it need not turn
+    assert settled(path=((1.5 * GOAL_REACHED * RADIUS, 0.0),), arrives=True)[0] > 0.0  # it does arrive
+    assert settled(path=((0.5 * GOAL_REACHED * RADIUS, 0.0),), arrives=True) == pytest.approx([0.0, 0.0])
+    assert settled(path=((0.0, 0.5 * GOAL_REACHED * RADIUS),), arrives=True) == pytest.approx(
+        [0.0, 0.0]
+    )  # it need not turn
 
 
 @settings(max_examples=40)
@@ -174,7 +176,7 @@ def test_at_the_last_way_point_there_is_nowhere_to_go():
 def test_modulation_ends_near_the_short_term_goal():
     region = smooth_region(np.random.default_rng(2), np.array((-1.0, 0.2)))
     regions = united((region,))
-    for away, bent in ((MODULATION_DISTANCE - 0.01, False), (MODULATION_DISTANCE + 0.01, True)):
+    for away, bent in ((MODULATION_DISTANCE * RADIUS - 0.01, False), (MODULATION_DISTANCE * RADIUS + 0.01, True)):
         path = away * np.array(((0.6, 0.8),))
         direction, _ = guiding_vector(np.zeros(2), path, regions, NO_HITS, MARGINS, RADIUS)
         assert (np.abs(direction - (0.6, 0.8)).max() > 1e-3) == bent
