@@ -17,6 +17,7 @@ from drake_starnav.scenario.scenario_file import load_scenario, parse_scenario
 from drake_starnav.scenario.shipped import METHODS
 from drake_starnav.simulation import monitors
 from drake_starnav.simulation import trial as trial_module
+from drake_starnav.simulation.robots import run_robots
 from drake_starnav.simulation.run import run_trial
 from drake_starnav.simulation.trial import benchmark_score, omniscient_path, trial_record
 from drake_starnav.station.model_world import make_world_with_footprints
@@ -398,6 +399,7 @@ def test_a_large_world_is_searched_on_a_coarser_grid():
     ("wrong", "said"),
     [
         (lambda room: run_trial("room"), "scenario is 'room'; allowed: a Scenario, as from load_scenario"),
+        (lambda room: run_robots("room"), "scenario is 'room'; allowed: a Scenario"),
         (lambda room: add_navigation(DiagramBuilder(), "room"), "scenario is 'room'; allowed: a Scenario"),
         (lambda room: run_trial(room, Parts(world="room")), "world is 'room'; allowed: a World, as from make_world"),
         (lambda room: make_diagram(room, Parts(room)), "world is Scenario.*; allowed: a World"),

@@ -1,5 +1,6 @@
 """Files of trials: a header line that describes the run, then one JSON line for each finished trial."""
 
+import contextlib
 import json
 import os
 import platform
@@ -71,7 +72,17 @@ def versions() -> dict[str, str]:
 def git_commit() -> str:
     """The commit of the checkout, with `-dirty` where files differ from it; empty for an installed wheel."""
     root = Path(__file__).parents[2]
-    command = ["git", "-C", str(root), "describe", "--always", "--dirty", "--abbrev=12", "--exclude=*"]
+    command = [
+        "git",
+        "-C",
+        str(root),
+        "--no-optional-locks",
+        "describe",
+        "--always",
+        "--dirty",
+        "--abbrev=12",
+        "--exclude=*",
+    ]
     try:
         return (
             subprocess.run(command, capture_output=True, text=True, check=False).stdout.strip()
@@ -168,6 +179,8 @@ class TrialFile:
             self._file.write(json.dumps(entry, allow_nan=False).encode() + b"\n")
             self._file.flush()
         except OSError as error:
+            with contextlib.suppress(OSError):  # what is still in its buffer has no room either
+                self._file.close()
             raise unwritable(self.path, error) from None
 
 

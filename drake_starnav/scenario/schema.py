@@ -179,15 +179,21 @@ KEYS = ("world", *SECTIONS, *LISTS, *DRAKE_CONFIGS)
 """Of a scenario's mapping, where they may be overridden; it may also hold `directives`."""
 
 
-def check_method(scenario: Scenario, method: str) -> None:
-    """Raise a `StarnavError` unless a scenario may be one of a method; one of `star` may have any controller."""
+def check_method(scenario: Scenario, method: str | None) -> str:
+    """The method, or where it is None that of the scenario.
+
+    Raises:
+        StarnavError: the scenario is not one of this method; one of `star` may have any controller.
+    """
     check_kind(scenario, Scenario, "scenario", "as from load_scenario")
+    method = scenario.method if method is None else method
     kind = method_settings(method).get("controller", {}).get("kind", "star")
     if scenario.controller.kind != kind and method != "star":
         raise StarnavError(
             f"method is {method}, and the scenario's controller.kind {scenario.controller.kind}; allowed: {kind}, as "
             f"of load_scenario(..., method={method!r})"
         )
+    return method
 
 
 def in_world(scenario: Scenario, number: int | None) -> Scenario:

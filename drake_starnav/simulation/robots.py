@@ -143,8 +143,8 @@ def run_robots(
             robot cannot avoid what moves; or as of `run_trial`.
         KeyboardInterrupt: Ctrl-C.
     """
+    method = check_method(scenario, method)
     robots = scenario.robots
-    method = scenario.method if method is None else method
     for each in robots:
         check_method(each, method)
     scenario_simulator_config(scenario.simulator_config)

@@ -77,8 +77,7 @@ def run_trial(
             obstacle), a file not written, a system of yours not wired, or the robot does not follow its commands.
         KeyboardInterrupt: Ctrl-C; what was driven until then is in the files.
     """
-    method = scenario.method if method is None else method
-    check_method(scenario, method)
+    method = check_method(scenario, method)
     scenario_simulator_config(scenario.simulator_config)  # refused before the run
     check_outputs([None if path is None else Path(path) for path in (html, csv)])
     check_kind(parts, Parts, "parts", "of your own")

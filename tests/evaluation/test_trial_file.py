@@ -9,6 +9,7 @@ import pytest
 from drake_starnav.errors import StarnavError
 from drake_starnav.evaluation.jobs import Case, error_record, make_jobs
 from drake_starnav.evaluation.trial_file import TrialFile, make_header, read_trials
+from tests.helpers.full_disk import largest_file
 from tests.helpers.trials import record
 
 CASES = [Case("forest", "star", "world: !Forest {}\nrobot: {radius: 0.25}\n")]
@@ -116,3 +117,13 @@ def test_a_place_that_cannot_be_written_is_reported(tmp_path: Path) -> None:
             TrialFile(place, HEADER)
     with pytest.raises(StarnavError, match="cannot read"):
         read_trials(tmp_path / "missing.jsonl")
+
+
+def test_a_trial_without_room_leaves_whole_lines_and_no_open_file(path: Path) -> None:
+    before = path.read_bytes()
+    file = TrialFile(path, HEADER, resume=True)
+    with pytest.raises(StarnavError, match=r"cannot write .*File too large"), file, largest_file(len(before) + 9):
+        file.append(record(trial=1, seed=RECORDS[1]["seed"]))
+    assert read_trials(path) == (HEADER, RECORDS)
+    with TrialFile(path, HEADER, resume=True) as again:
+        assert again.repaired and path.read_bytes() == before

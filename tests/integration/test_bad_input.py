@@ -2,11 +2,9 @@
 
 import json
 import os
-import resource
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -16,6 +14,7 @@ from drake_starnav.cli.main import find_command, main
 from drake_starnav.cli.record import record
 from drake_starnav.cli.show import show_world
 from drake_starnav.cli.simulate import simulate
+from tests.helpers.full_disk import largest_file
 
 WORLD = "world: !Obstacles {cylinders: [[0.9, 0.8, 0.3]], goal: [0.2, 0.0]}\n"
 LAUGHS = "[&x0 [l,l,l,l,l,l,l,l,l,l]" + "".join(f", &x{k} [{','.join([f'*x{k - 1}'] * 10)}]" for k in range(1, 9)) + "]"
@@ -333,17 +332,6 @@ def test_the_interpreter_has_nothing_to_add(redirection: str, code: int, folder:
     done = subprocess.run(["bash", "-c", call, sys.executable], capture_output=True, text=True, env=environment)  # noqa: PLW1510
     assert done.returncode == code
     assert done.stderr.count("\n") == (redirection == ">/dev/full")
-
-
-@contextmanager
-def largest_file(size: int) -> Iterator[None]:
-    """No file may become larger, as on a disk that is nearly full."""
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
 
 @pytest.mark.parametrize(
