@@ -93,6 +93,8 @@ def _drive(options: argparse.Namespace) -> int:
         print(f"warning: {what}", file=sys.stderr)
     try:
         navigator = Navigator(scenario, mounts=getattr(robot, "mounts", None))
+        if hasattr(robot, "navigator"):
+            robot.navigator = navigator  # whose plan it shows
         reader = robot if options.goal is None else _Towards(robot, options.goal)
         ends = {"seconds": options.seconds, "until_reached": options.until_reached, "quiet": options.quiet}
         driven = drive(navigator, reader, log=options.log, **ends)

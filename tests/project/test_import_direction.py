@@ -54,7 +54,7 @@ TABLE = {
     "station": Room(f"{SENSING} worlds planning scenario systems", f"{DRAKE} shapely xacro"),
     "loading": Room("scenario station"),
     "navigation": Room(f"{METHOD} scenario systems station", DRAKE),
-    "runtime": Room(f"{METHOD} scenario systems loading navigation", f"{DRAKE} mcap"),
+    "runtime": Room(LOOP, f"{DRAKE} mcap cyclonedds rclpy"),
     "visualization": Room(LOOP, f"{DRAKE} shapely matplotlib PIL imageio_ffmpeg"),
     "simulation": Room(f"{LOOP} runtime visualization", DRAKE),
     "gym": Room(f"{LOOP} visualization simulation", f"{DRAKE} gymnasium"),

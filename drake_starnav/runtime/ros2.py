@@ -1,0 +1,298 @@
+"""A ROS 2 robot for `drive`: scans, odometry, mounts and goal come from its topics, twists go to `cmd_vel`."""
+
+import dataclasses
+import math
+import time
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from pydrake.common.eigen_geometry import Quaternion
+from pydrake.math import RigidTransform
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.lidar.mounts import Mount
+from drake_starnav.runtime.intake import CLOCK, Odometry
+from drake_starnav.runtime.loop import Reading
+from drake_starnav.runtime.navigator import Command, Navigator
+from drake_starnav.runtime.ros2_base import STAMPED, TWIST, header, middleware
+from drake_starnav.runtime.watchdog import Watched, ramp_of
+from drake_starnav.scenario.schema import Scenario
+from drake_starnav.station.lidar_mounts import mount_of
+
+SCAN, ODOMETRY, TRANSFORMS, POSE = (
+    "sensor_msgs/LaserScan", "nav_msgs/Odometry", "tf2_msgs/TFMessage", "geometry_msgs/PoseStamped"
+)  # fmt: skip
+PATH, MARKERS = "nav_msgs/Path", "visualization_msgs/MarkerArray"
+DEPTH = {SCAN: 10, ODOMETRY: 100, TRANSFORMS: 100, POSE: 1}
+"""So many messages wait."""
+POLL, SHOWN = 0.05, 0.5
+"""Between two looks at what is there, and between two pictures, s."""
+OLDEST = 1.0
+"""A first stamp that is older than this is of another clock, s."""
+LINE_LIST, MOST, EACH = 5, 20, 8
+"""Type of the marker; so many regions are shown, of each every eighth sample."""
+
+
+@dataclass
+class Ros2:
+    """A robot as of `drake_starnav.runtime`; names of topics that begin without a slash are in the namespace.
+
+    It waits until scans and odometry come and a base listens. Commands go through the watchdog's process. A goal is a
+    `PoseStamped` in the odometry's frame; one with an orientation of zeros asks for no heading.
+
+    Attributes:
+        scenario: what is declared of the robot.
+        scan: topic of each lidar, in the order of the declared ones.
+        odom, cmd_vel, goal: topics. `cmd_vel` has a header if the base expects one.
+        tf_static: topic of the transforms that say where the lidars are; if nobody publishes it, the model does.
+        namespace: as `/robot_1`.
+        domain, interface: as of `ros2_base.middleware`.
+        wait: so long it waits for what is missing, s.
+        mounts: of the lidars; None: as the model says.
+        watched: whether a watchdog sends the commands: always.
+        navigator: whose path and newest regions are published as `plan` and `markers`; None: nothing is.
+
+    Raises:
+        StarnavError: what is missing in the end.
+    """
+
+    scenario: Scenario
+    scan: str | Sequence[str] = "scan"
+    odom: str = "odom"
+    cmd_vel: str = "cmd_vel"
+    goal: str = "goal_pose"
+    tf_static: str = "/tf_static"
+    namespace: str = ""
+    domain: int | None = None
+    interface: str = ""
+    wait: float = 10.0
+    mounts: tuple[Mount, ...] | None = dataclasses.field(default=None, init=False)
+    navigator: Navigator | None = dataclasses.field(default=None, init=False)
+    watched: bool = dataclasses.field(default=True, init=False)
+
+    def __post_init__(self) -> None:
+        scans = [self.scan] if isinstance(self.scan, str) else list(self.scan)
+        self._lidars = self.scenario.all_lidars
+        if len(scans) != len(self._lidars):
+            raise StarnavError(f"scan names {len(scans)} topics; allowed: {len(self._lidars)}, one of each lidar")
+        self._ros = middleware(self.domain, self.interface)
+        self._scans = {self.absolute(each): self._subscribe(each, SCAN) for each in scans}
+        self._odometry, self._goals = self._subscribe(self.odom, ODOMETRY), self._subscribe(self.goal, POSE)
+        self._transforms = self._ros.subscribe(self.absolute(self.tf_static), TRANSFORMS, DEPTH[TRANSFORMS], True)
+        self._goal: Any = None
+        self._first: dict[str, Any] = {}
+        self._links: dict[str, tuple[str, RigidTransform]] = {}
+        self._frame, self._shown, self._base = "odom", -math.inf, None
+        try:
+            self._until(self._missing)
+            self._base = self._watched()
+            self._until(self._silent)
+        except StarnavError:
+            self.close()
+            raise
+        self._plan, self._markers = (
+            (self.absolute(name), self._ros.publish(self.absolute(name), kind))
+            for name, kind in (("plan", PATH), ("markers", MARKERS))
+        )
+
+    def absolute(self, name: str) -> str:
+        """The topic of a name."""
+        return name if name.startswith("/") else f"/{self.namespace.strip('/')}/{name}".replace("//", "/")
+
+    def _subscribe(self, name: str, kind: str) -> Callable[[], list[Any]]:
+        return self._ros.subscribe(self.absolute(name), kind, DEPTH[kind])
+
+    def _until(self, missing: Callable[[], str]) -> None:
+        """Wait until nothing is missing."""
+        end = time.monotonic() + self.wait
+        while why := missing():
+            if time.monotonic() > end:
+                raise StarnavError(f"ROS 2, after {self.wait:g} s: {why}")
+            time.sleep(POLL)
+
+    def _missing(self) -> str:
+        """The first reason for which the robot cannot be driven; empty: none."""
+        takes = {**self._scans, self.absolute(self.odom): self._odometry}
+        for topic, take in takes.items():
+            kind = SCAN if topic in self._scans else ODOMETRY
+            for message in take():
+                self._first[topic] = message
+            if why := self._not_offered(topic, kind) or self._not_timely(topic):
+                return why
+        return self._not_heard() or self._not_mounted()
+
+    def _not_offered(self, topic: str, kind: str) -> str:
+        found = self._ros.endpoints(topic, True)
+        kinds = sorted({each.kind for each in found})
+        if not kinds:
+            seen = ", ".join(self._ros.topics()) or "nothing"
+            return f"nobody publishes {topic}; published is {seen}"
+        if kinds != [kind]:
+            return f"{topic} is published as {' and as '.join(kinds)}; allowed: {kind}"
+        return "" if topic in self._first else f"{topic} is published, but no message arrives"
+
+    def _not_timely(self, topic: str) -> str:
+        age = time.time() - seconds(self._first[topic].header.stamp)
+        if -CLOCK <= age <= OLDEST:
+            return ""
+        side = f"{age:.3g} s behind" if age > 0.0 else f"{-age:.3g} s ahead of"
+        return f"stamps of {topic} are {side} this computer's clock; allowed: clocks that agree within {CLOCK:g} s"
+
+    def _not_heard(self) -> str:
+        """Why the base would not, or should not, be sent twists."""
+        topic = self.absolute(self.cmd_vel)
+        if self._ros.endpoints(topic, True):
+            return f"another node publishes {topic}; allowed: none, as the certificate holds only for its own commands"
+        found = self._ros.endpoints(topic, False)
+        kinds = sorted({each.kind for each in found})
+        if not kinds:
+            return f"nobody listens to {topic}"
+        if kinds not in ([TWIST], [STAMPED]):
+            return f"{topic} is listened to as {' and as '.join(kinds)}; allowed: {TWIST}, or {STAMPED}"
+        if any(each.latched for each in found):
+            return f"{topic} is listened to with durability transient local; allowed: volatile, as an old twist is none"
+        return ""
+
+    def _not_mounted(self) -> str:
+        """Find the mounts, if transforms say where lidars are; else why they cannot be."""
+        for message in self._transforms():
+            for each in message.transforms:
+                p, q = each.transform.translation, each.transform.rotation
+                rotation = Quaternion(_unit(np.array((q.w, q.x, q.y, q.z))))
+                X = RigidTransform(rotation, np.array((p.x, p.y, p.z)))
+                self._links[_name(each.child_frame_id)] = _name(each.header.frame_id), X
+        odometry = self._first[self.absolute(self.odom)]
+        self._frame, base = odometry.header.frame_id, _name(odometry.child_frame_id)
+        if not self._ros.endpoints(self.absolute(self.tf_static), True):
+            return ""
+        mounts = []
+        for topic, lidar in zip(self._scans, self._lidars, strict=True):
+            frame = _name(self._first[topic].header.frame_id)
+            X_BS = between(self._links, base, frame)
+            if X_BS is None:
+                tree = self.absolute(self.tf_static)
+                return f"no transform of {tree} leads from {base} to {frame}, the frame of {topic}"
+            mounts.append(mount_of(X_BS, dataclasses.replace(lidar, frame=frame), float(X_BS.translation()[2])))
+        self.mounts = tuple(mounts)
+        return ""
+
+    def _watched(self) -> Watched:
+        topic, limits = self.absolute(self.cmd_vel), self.scenario.robot.limits
+        (kind,) = {each.kind for each in self._ros.endpoints(topic, False)}
+        arguments = {"topic": topic, "stamped": kind == STAMPED, "steers": limits.steers > 0.0, "domain": self.domain}
+        arguments |= {"interface": self.interface, "frame": self._first[self.absolute(self.odom)].child_frame_id}
+        return Watched("drake_starnav.runtime.ros2_base:Base", arguments, ramp_of(limits))
+
+    def _silent(self) -> str:
+        heard = self._ros.endpoints(self.absolute(self.cmd_vel), True)
+        return "" if heard else f"the watchdog's process does not publish {self.absolute(self.cmd_vel)}"
+
+    def read(self) -> Reading:
+        """What came since the last call; what is no scan, odometry or goal is passed on, for it brakes the robot."""
+        scans = [(k, scan_of(each)) for k, take in enumerate(self._scans.values()) for each in take()]
+        odometry = [odometry_of(each) for each in self._odometry()]
+        for message in self._goals():
+            self._goal = goal_of(message, self._frame)
+        return Reading(time.time(), scans, odometry, self._goal)
+
+    def drive(self, command: Command) -> None:
+        """Send a twist; now and then publish what is planned."""
+        assert self._base is not None
+        self._base.drive(command.twist.tolist())
+        if self.navigator is not None and time.monotonic() > self._shown + SHOWN:
+            self._shown = time.monotonic()
+            self._show(self.navigator)
+
+    def _show(self, navigator: Navigator) -> None:
+        port = navigator.navigation.planned("guidance")
+        (plan, send), (markers, mark) = self._plan, self._markers
+        if port is None or not (self._ros.endpoints(plan, False) or self._ros.endpoints(markers, False)):
+            return
+        make, guidance = self._ros.types, navigator.value(port)
+        head = header(make, time.time(), self._frame)
+        places = [make.Pose(position=each) for each in self._points(guidance.path)]
+        send(make.Path(header=head, poses=[make.PoseStamped(header=head, pose=each) for each in places]))
+        lines = []
+        for center, bearing, values in list(zip(*guidance.regions[:3], strict=True))[-MOST:]:
+            angles = bearing + 2.0 * math.pi * np.arange(len(values) + 1)[::EACH] / len(values)
+            reach = np.append(values, values[:1])[::EACH]
+            outline = center + reach[:, None] * np.column_stack((np.cos(angles), np.sin(angles)))
+            lines += self._points(np.repeat(outline, 2, axis=0)[1:-1])
+        look = {"scale": make.Vector3(x=0.02), "color": make.ColorRGBA(g=0.6, a=1.0), "points": lines}
+        mark(make.MarkerArray(markers=[make.Marker(header=head, ns="regions", type=LINE_LIST, **look)]))
+
+    def _points(self, places: Iterable[Any]) -> list[Any]:
+        return [self._ros.types.Point(x=float(x), y=float(y)) for x, y in places]
+
+    def close(self) -> None:
+        """Let the watchdog's process end, and leave the network."""
+        if self._base is not None:
+            self._base.close()
+        self._ros.close()
+
+
+def seconds(stamp: Any) -> float:
+    """A stamp in seconds."""
+    return float(stamp.sec + 1e-9 * stamp.nanosec)
+
+
+def scan_of(message: Any) -> Any:
+    """The scan of a message, as of its last beam; the message itself if it is none."""
+    names = "angle_min", "angle_increment", "range_min", "range_max", "time_increment", "scan_time"
+    fields: dict[str, Any] = {name: float(getattr(message, name)) for name in names}
+    last = seconds(message.header.stamp) + max(fields["time_increment"], 0.0) * max(len(message.ranges) - 1, 0)
+    try:
+        return LaserScan(last, ranges=np.array(message.ranges, float), lost_beams=True, **fields)
+    except StarnavError:
+        return message
+
+
+def odometry_of(message: Any) -> Odometry:
+    """The odometry of a message, whose twist is in the robot's frame."""
+    p, twist = message.pose.pose.position, message.twist.twist
+    yaw = yaw_of(message.pose.pose.orientation)
+    return Odometry(seconds(message.header.stamp), p.x, p.y, yaw, twist.linear.x, twist.angular.z, twist.linear.y)
+
+
+def goal_of(message: Any, frame: str) -> Any:
+    """(x, y) or (x, y, yaw) of a goal in a frame; a text that says what it is if it is in another."""
+    asked, p, q = message.header.frame_id, message.pose.position, message.pose.orientation
+    if _name(asked) != _name(frame):
+        return f"in frame {asked}, and odometry in {frame}"
+    return (p.x, p.y, yaw_of(q)) if any((q.x, q.y, q.z, q.w)) else (p.x, p.y)
+
+
+def yaw_of(q: Any) -> float:
+    """The turn of a quaternion about z, rad."""
+    return math.atan2(2.0 * (q.w * q.z + q.x * q.y), q.w * q.w + q.x * q.x - q.y * q.y - q.z * q.z)
+
+
+def between(links: dict[str, tuple[str, RigidTransform]], base: str, frame: str) -> RigidTransform | None:
+    """The pose of a frame in another, by the pose of each child in its parent; None: they are not joined."""
+    above = _poses(links, base)
+    for ancestor, X_AS in _poses(links, frame).items():
+        if ancestor in above:
+            return above[ancestor].inverse() @ X_AS
+    return None
+
+
+def _poses(links: dict[str, tuple[str, RigidTransform]], frame: str) -> dict[str, RigidTransform]:
+    """The pose of a frame in itself and in each frame above it, the nearest first."""
+    found, at = {frame: RigidTransform()}, frame
+    while at in links and links[at][0] not in found:
+        parent, X = links[at]
+        found[parent] = X @ found[at]
+        at = parent
+    return found
+
+
+def _unit(q: np.ndarray) -> np.ndarray:
+    size = float(np.linalg.norm(q))
+    return q / size if size > 0.0 else np.array((1.0, 0.0, 0.0, 0.0))
+
+
+def _name(frame: str) -> str:
+    return frame.removeprefix("/")

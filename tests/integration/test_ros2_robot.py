@@ -1,0 +1,149 @@
+"""A ROS 2 robot that knows nothing of this package is driven: rclpy, Fast DDS and MuJoCo, from PyPI, on this machine.
+
+They need Python 3.12 and have an environment of their own, which is made once: 400 MB in the user's cache.
+"""
+
+import collections
+import json
+import math
+import os
+import shutil
+import signal
+import subprocess
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("cyclonedds")
+pytest.importorskip("mcap")
+
+from benchmarks.simulators import mjcf
+from drake_starnav.loading import load_scenario
+from drake_starnav.runtime import Navigator, drive, read_log, replay
+from drake_starnav.runtime.ros2 import Ros2
+from drake_starnav.runtime.ros2_cyclone import Cyclone
+from drake_starnav.runtime.ros2_messages import MESSAGES
+from drake_starnav.worlds import make_world
+
+PACKAGES = (
+    "ros-rclpy==9.1.2", "ros-rmw-fastrtps-cpp==9.3.3", "ros-geometry-msgs==5.5.1", "ros-nav-msgs==5.5.1",
+    "ros-sensor-msgs==5.5.1", "mujoco==4.0.0", "numpy==2.5.5",
+)  # fmt: skip
+FOLDER = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "drake_starnav" / "ros-9.1.2"
+ROOT = Path(__file__).parents[2]
+ROBOT = ROOT / "tests" / "helpers" / "rclpy_robot.py"
+DOMAIN = iter(range(61, 101))
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="session")
+def ros_python() -> Path:
+    """An interpreter that has rclpy; skips where it cannot be had."""
+    python = FOLDER / "bin" / "python"
+    probe = [str(python), "-c", "import rclpy, mujoco, sensor_msgs.msg, nav_msgs.msg"]
+    if python.exists() and subprocess.run(probe, capture_output=True, check=False).returncode == 0:
+        return python
+    known = [shutil.which("python3.12"), *Path.home().glob(".pyenv/versions/3.12.*/bin/python3.12")]
+    works = (
+        each
+        for each in known
+        if each and subprocess.run([each, "-V"], capture_output=True, check=False).returncode == 0
+    )
+    if (base := next(works, None)) is None:
+        pytest.skip("needs Python 3.12, for which rclpy's wheels are")
+    for command in (
+        [str(base), "-m", "venv", str(FOLDER)],
+        [str(python), "-m", "pip", "install", "-q", *PACKAGES],
+        probe,
+    ):
+        try:
+            done = subprocess.run(command, capture_output=True, text=True, timeout=600.0, check=False)
+        except subprocess.TimeoutExpired:
+            pytest.skip(f"rclpy could not be installed: {command[1:4]} takes too long")
+        if done.returncode != 0:
+            pytest.skip(f"rclpy could not be installed: {done.stderr[-200:]}")
+    return python
+
+
+def environment_of(domain: int) -> dict[str, str]:
+    """Of a process in a domain of ROS on this machine alone."""
+    kept = {key: value for key, value in os.environ.items() if not key.startswith(("ROS_", "PYTHON", "CYCLONE"))}
+    return kept | {"ROS_DOMAIN_ID": str(domain), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+
+
+def robot(python: Path, folder: Path, name: str, domain: int, *options: str) -> subprocess.Popen:
+    """The process of a robot in a scenario's world."""
+    scenario = load_scenario(name)
+    world, lidar = make_world(scenario.world, 0, scenario.robot.radius), scenario.lidar
+    path = folder / "model.xml"
+    path.write_text(mjcf(scenario, world))
+    fields = {"beams": lidar.beams, "range_max": lidar.range_max, "rate": lidar.rate, "noise": lidar.noise}
+    command = [str(python), str(ROBOT), str(path), json.dumps(fields), "--goal", *map(str, world.goal), *options]
+    return subprocess.Popen(command, env=environment_of(domain), stdout=subprocess.PIPE, text=True)
+
+
+@pytest.mark.parametrize(("name", "seconds"), [("room", 60.0), ("forest", 90.0), ("maze", 180.0)])
+def test_a_robot_that_knows_nothing_of_us_is_driven(name: str, seconds: float, ros_python, tmp_path) -> None:
+    domain, log, scenario = next(DOMAIN), tmp_path / "run.mcap", load_scenario(name)
+    navigator = Navigator(scenario)
+    stamped = ["--stamped"] * (name == "room")
+    process = robot(ros_python, tmp_path, name, domain, "--seconds", str(seconds + 15.0), *stamped)
+    try:
+        base = Ros2(scenario, domain=domain, interface="lo", wait=30.0)
+        driven = drive(navigator, base, log=log, seconds=seconds, until_reached=True)
+        process.send_signal(signal.SIGINT)
+        said = json.loads(process.communicate(timeout=seconds + 60.0)[0])
+    finally:
+        process.kill()
+        process.communicate()
+    sent, ticks = np.array(said.pop("scans")), list(read_log(log).ticks)
+    came = [scan.time for tick in ticks for _, scan in tick.inputs[1]]
+    statuses = collections.Counter((tick.command.status, tick.command.why) for tick in ticks).most_common(8)
+    print(f"{name}: {driven}\n{said}\n{statuses}\nload {os.getloadavg()[0]:.1f}")
+    world = make_world(scenario.world, 0, scenario.robot.radius)
+    assert driven.end == "reached" and said["touched"] == 0 and said["twist"] == [0.0, 0.0]
+    assert math.dist(said["place"], world.goal) < 2.0 * scenario.simulation.goal_tolerance
+    assert len(came) == np.count_nonzero((sent > came[0] - 1e-3) & (sent < came[-1] + 1e-3))
+    assert not driven.dropped and replay(log).differs is None
+
+
+BY_RCLPY = """
+import json, sys, time
+from drake_starnav.runtime.ros2_base import Base, middleware
+base, ros = Base("/cmd_vel", True, False, frame="base"), middleware()
+take = ros.subscribe("/scan", "sensor_msgs/LaserScan", 5)
+came, found = [], []
+for _ in range(100):
+    base.drive([0.25, -0.5])
+    came += [[list(each.ranges), each.header.frame_id] for each in take()]
+    found = found or ros.endpoints("/scan", True)
+    time.sleep(0.05)
+print(json.dumps([type(ros).__name__, came[-1:], found, ros.topics()]))
+ros.close()
+base.close()
+"""
+
+
+def test_where_rclpy_is_installed_it_is_used(ros_python) -> None:
+    domain = next(DOMAIN)
+    ros, make, twists = Cyclone(domain, "lo"), MESSAGES, []
+    take = ros.subscribe("/cmd_vel", "geometry_msgs/TwistStamped", 5)
+    send = ros.publish("/scan", "sensor_msgs/LaserScan")
+    environment = {**environment_of(domain), "PYTHONPATH": str(ROOT)}
+    process = subprocess.Popen([str(ros_python), "-c", BY_RCLPY], env=environment, stdout=subprocess.PIPE, text=True)
+    begin, heard = time.monotonic(), []
+    while process.poll() is None and time.monotonic() < begin + 60.0:
+        send(make.LaserScan(header=make.Header(frame_id="laser"), ranges=[1.0, math.inf]))
+        twists += take()
+        heard = heard or ros.endpoints("/cmd_vel", True)
+        time.sleep(0.05)
+    name, came, found, topics = json.loads(process.communicate(timeout=60.0)[0])
+    assert name == "Rclpy" and came == [[[1.0, math.inf], "laser"]]
+    assert found == [["/scan", "sensor_msgs/LaserScan", True, False]] and "/scan" in topics
+    assert heard == [("/cmd_vel", "geometry_msgs/TwistStamped", True, False)]
+    last = twists[-1]
+    assert (last.twist.linear.x, last.twist.angular.z, last.header.frame_id) == (0.25, -0.5, "base")
+    assert abs(last.header.stamp.sec - time.time()) < 60.0
+    ros.close()
