@@ -10,7 +10,7 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from drake_starnav.control import ControllerParameters
-from drake_starnav.control.braking_certificate import STOPPED_DISTANCE
+from drake_starnav.control.clear import STOPPED_DISTANCE
 from drake_starnav.control.free_heading import FREE_HEADING_RANGE, OPEN_WAY, SAMPLES, STEP
 from drake_starnav.control.modulation import CENTER, FARTHEST, NEAR_WALL_SCALE, SIGMA
 from drake_starnav.control.motion import LONGEST_STEP, SAMPLE_SPACING

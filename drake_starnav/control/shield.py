@@ -6,8 +6,8 @@ import numpy as np
 from numba import njit
 from numba.extending import register_jitable
 
-from drake_starnav.control.braking_certificate import STOPPED_DISTANCE, StarCertificate, covered
-from drake_starnav.control.certificates import AnyOf, Certificate, accepted
+from drake_starnav.control.certificates import Certificate, accepted
+from drake_starnav.control.clear import STOPPED_DISTANCE, Clear, covered
 from drake_starnav.control.motion import (
     SAMPLES,
     Actuation,
@@ -33,10 +33,10 @@ def shielded(
     `certified_twist`.
     """
     asked = certificates[0] if len(certificates) == 1 else None
-    enough = asked.certificates[0] if isinstance(asked, AnyOf) else asked
-    if isinstance(enough, StarCertificate):
-        driven, star, places = np.empty(len(twist)), enough.star.alone[:3], actuation.footprint.cover
-        if _drives(pose, twist, desired, actuation.numbers, star, places, driven):
+    inside = asked.inside if isinstance(asked, Clear) else None
+    if inside is not None:
+        driven, places = np.empty(len(twist)), actuation.footprint.cover
+        if _drives(pose, twist, desired, actuation.numbers, inside, places, driven):
             return driven, True
     target, certified = certified_twist(pose, twist, desired, certificates, actuation)
     return ramped_twist(twist, target, actuation), certified

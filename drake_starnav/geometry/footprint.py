@@ -93,7 +93,7 @@ class Footprint(NamedTuple):
     @property
     def polygons(self) -> Polygons:
         """The parts for compiled functions; of a disc none."""
-        return _polygons(tuple(part.tobytes() for part in self.parts))
+        return polygons_of(tuple(part.tobytes() for part in self.parts))
 
     @property
     def body(self) -> Body:
@@ -274,7 +274,8 @@ def _discs(length: float, width: float) -> int:
 
 
 @functools.lru_cache(maxsize=64)
-def _polygons(parts: tuple[bytes, ...]) -> Polygons:
+def polygons_of(parts: tuple[bytes, ...]) -> Polygons:
+    """The parts of a footprint, from the bytes of their corners."""
     if not parts:
         return Polygons(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0), np.zeros(0, np.int64))
     corners = [np.frombuffer(part).reshape(-1, 2) for part in parts]

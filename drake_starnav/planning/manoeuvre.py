@@ -16,7 +16,8 @@ from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.geometry.polyline import arc_lengths, distance_to_segment, resampled
 from drake_starnav.planning.passage import Passage, tight_passage
 from drake_starnav.planning.pose_search import NEAR_GOAL, REACH, SPACING, found_way
-from drake_starnav.regions.chords import Chords, thinned
+from drake_starnav.regions.chords import thinned
+from drake_starnav.regions.looks import Chords
 from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.robot import Base
 from drake_starnav.robot.limits import wrapped_angle
@@ -172,7 +173,7 @@ def found_manoeuvre(pose: np.ndarray, path: np.ndarray, body: Body, tried: int) 
         body: the robot.
         tried: how many manoeuvres failed here; others are tried then.
     """
-    surfaces = _near_surfaces(body.star.chords, pose[:2])
+    surfaces = _near_surfaces(body.star.look.chords, pose[:2])
     margin = body.margin + EXTRA_MARGINS[tried % len(EXTRA_MARGINS)]
     goals = _goals(pose, path, body)
     away, turned = np.hypot(*(goals[:, :2] - pose[:2]).T), wrapped_angle(goals[:, 2] - pose[2])
@@ -180,7 +181,7 @@ def found_manoeuvre(pose: np.ndarray, path: np.ndarray, body: Body, tried: int) 
     costs = RANK_COST * np.roll(np.arange(len(goals)), first) + np.maximum(away[first] - away, 0.0)
     ahead = (away >= NEAR_GOAL) | (np.abs(turned) >= goals[:, 3])
     wanted = np.column_stack((goals, costs))[ahead]
-    return found_way(pose, wanted, body.base.moves, body.footprint, margin, surfaces)
+    return found_way(pose, wanted, body.base.moves, body.footprint, margin, (surfaces, body.star.looks))
 
 
 def _goals(pose: np.ndarray, path: np.ndarray, body: Body) -> np.ndarray:
@@ -203,9 +204,9 @@ def _goals(pose: np.ndarray, path: np.ndarray, body: Body) -> np.ndarray:
 
 
 def _near_surfaces(surfaces: Chords, place: np.ndarray) -> Chords:
-    """Surfaces within the search's reach, thinned out to the nearest ones; they hide nothing."""
+    """What is within the search's reach, thinned out to the nearest ones."""
     middle = 0.5 * (surfaces.ends[:, :2] + surfaces.ends[:, 2:])
     away = np.hypot(*(middle - place).T)
     near = np.argsort(away, kind="stable")[: int((away < REACH + 0.5).sum())]
-    ends = surfaces.ends[near[thinned(middle[near], SPACING)]]
-    return Chords(ends, np.zeros(len(ends), np.bool_), np.array(place, dtype=float))
+    kept = near[thinned(middle[near], SPACING)]
+    return Chords(surfaces.ends[kept], surfaces.solid[kept], surfaces.shades[kept], surfaces.center)

@@ -11,9 +11,9 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from drake_starnav.geometry.footprint import Footprint, Polygons
+from drake_starnav.geometry.footprint import Body, Footprint
 from drake_starnav.geometry.polyline import point_to_segment_squared
-from drake_starnav.regions.chords import Chords
+from drake_starnav.regions.looks import Chords, Looks
 from drake_starnav.regions.separation import keeps_clear
 from drake_starnav.robot.limits import wrapped_angle
 
@@ -45,27 +45,33 @@ class Space(NamedTuple):
     """Where the footprint may move, for compiled functions.
 
     Attributes:
-        surfaces: that it keeps clear of; they hide nothing.
-        polygons: the footprint.
+        surfaces, looks: what the certificate knows.
+        bare: the surfaces alone.
+        body: the robot.
         discs: shape (k, 4), that cover it: centre, radius, and that of the disc within the footprint; robot's frame, m.
         margin: that it keeps, m.
-        radius: of the disc that holds it, m.
         clear: distance from the centre of each cell to the nearest surface, up to what matters, shape (SIDE, SIDE), m;
             NaN out of reach.
         corner: centre of cell (0, 0), W, m.
     """
 
     surfaces: Chords
-    polygons: Polygons
+    looks: Looks
+    bare: Chords
+    body: Body
     discs: np.ndarray
     margin: float
-    radius: float
     clear: np.ndarray
     corner: tuple[float, float]
 
 
 def found_way(
-    start: np.ndarray, goals: np.ndarray, moves: np.ndarray, footprint: Footprint, margin: float, surfaces: Chords
+    start: np.ndarray,
+    goals: np.ndarray,
+    moves: np.ndarray,
+    footprint: Footprint,
+    margin: float,
+    seen: tuple[Chords, Looks],
 ) -> np.ndarray:
     """Poses (k, 4) of the cheapest way found to one of some goals: x, y, yaw in W, and the gear; none without a way.
 
@@ -75,7 +81,8 @@ def found_way(
         moves: of the base.
         footprint: of the robot.
         margin: that it keeps from the surfaces, m; where it starts nearer, it comes no nearer.
-        surfaces: W.
+        seen: what the last scan hit and hid, which the first move heeds, and the looks before it. What is hidden from
+            later moves will have been looked at by then.
     """
     corner, polygons = (float(start[0]) - REACH, float(start[1]) - REACH), footprint.polygons
     places = np.vstack((footprint.cover, np.zeros(2)))
@@ -83,8 +90,11 @@ def found_way(
     inner = np.max([part.min(axis=1) for part in within], axis=0)
     discs = np.column_stack((footprint.cover, np.full(len(footprint.cover), footprint.narrow), inner[:-1]))
     radii = footprint.narrow + margin + 2.0 * CELL, inner[-1] - OFF_CENTRE
-    clear, to_go = _costs_to_go(surfaces.ends, radii, goals, corner)
-    space = Space(surfaces, polygons, discs, margin, footprint.radius, clear, corner)
+    (surfaces, looks), none = seen, np.zeros(len(seen[0].ends), np.bool_)
+    solid = surfaces.solid
+    bare = Chords(surfaces.ends[solid], solid[solid], none[solid], surfaces.center)
+    clear, to_go = _costs_to_go(bare.ends, radii, goals, corner)
+    space = Space(surfaces, looks, bare, footprint.body, discs, margin, clear, corner)
     first = np.vstack([moves * (share, share, share, share, 1.0) for share in FIRST_SHARES])
     nodes, parents, last = _searched(np.asarray(start, dtype=float), goals, (moves, first), to_go, space)
     way = []
@@ -149,10 +159,13 @@ def _after(x, y, yaw, dx, dy, turn):
 
 
 @njit(cache=True)
-def _checked(x, y, yaw, move, space):
-    """Whether the footprint keeps its margin on a move (dx, dy, dyaw, ...) from a pose, and how many checks it took."""
-    margin, radius, discs = space.margin, space.radius, space.discs
-    count = int(math.ceil((math.hypot(move[0], move[1]) + radius * abs(move[2])) / SPACING)) + 1
+def _checked(x, y, yaw, move, space, begins):
+    """Whether the footprint keeps its margin on a move (dx, dy, dyaw, ...) from a pose, and how many checks it took.
+
+    A move that `begins` at the start keeps within what was seen, too.
+    """
+    margin, discs = space.margin, space.discs
+    count = int(math.ceil((math.hypot(move[0], move[1]) + space.body.radius * abs(move[2])) / SPACING)) + 1
     poses, roomy = np.empty((count + 1, 3)), True
     poses[0] = x, y, yaw
     dx, dy, turn = move[0] / count, move[1] / count, move[2] / count
@@ -167,14 +180,16 @@ def _checked(x, y, yaw, move, space):
             if clear < discs[m, 3] - OFF_CENTRE:
                 return False, 1
             roomy = roomy and clear > discs[m, 2] + margin + OFF_CENTRE + SPACING
-    if roomy:
+    if roomy and not begins:
         return True, 1
-    surfaces = Chords(space.surfaces.ends, space.surfaces.shades, poses[0, :2])
-    return keeps_clear(poses, surfaces, space.polygons, (margin, radius, np.inf)), EXACT
+    surfaces = space.surfaces
+    if not begins:
+        surfaces = Chords(space.bare.ends, space.bare.solid, space.bare.shades, poses[0, :2])
+    return keeps_clear(poses, surfaces, space.looks, space.body, (margin, np.inf)), EXACT
 
 
 @njit(cache=True)
-def _shot(x, y, yaw, goal, space):
+def _shot(x, y, yaw, goal, space, begins):
     """Gear and heading of a straight way to the goal between two turns on the spot, gear 0 if there is none; and the
     number of checks.
     """
@@ -183,13 +198,13 @@ def _shot(x, y, yaw, goal, space):
         heading = math.atan2(gear * (goal[1] - y), gear * (goal[0] - x)) if away > 1e-6 else yaw
         first = yaw + wrapped_angle(heading - yaw)
         last = wrapped_angle(goal[2] - heading)
-        free, more = _checked(x, y, yaw, np.array((0.0, 0.0, first - yaw)), space)
+        free, more = _checked(x, y, yaw, np.array((0.0, 0.0, first - yaw)), space, begins)
         checks += more
         if free:
-            free, more = _checked(x, y, first, np.array((gear * away, 0.0, 0.0)), space)
+            free, more = _checked(x, y, first, np.array((gear * away, 0.0, 0.0)), space, False)
             checks += more
         if free:
-            free, more = _checked(goal[0], goal[1], first, np.array((0.0, 0.0, last)), space)
+            free, more = _checked(goal[0], goal[1], first, np.array((0.0, 0.0, last)), space, False)
             checks += more
         if free:
             return gear, first, checks
@@ -227,7 +242,7 @@ def _searched(start, goals, moves, to_go, space):
                 and k == expanded // SHOOT_EVERY % len(goals)
                 and (away < SHOOT_NEAR or expanded % SHOOT_EVERY == 0)
             ):
-                shot, heading, more = _shot(x, y, yaw, goal, space)
+                shot, heading, more = _shot(x, y, yaw, goal, space, n == 0)
                 checks += more
                 if shot != 0.0:
                     nodes[count] = x, y, heading, 0.0
@@ -246,7 +261,7 @@ def _searched(start, goals, moves, to_go, space):
             cost = costs[n] + move[3] + (GEAR_COST if gear * move[4] < 0.0 else 0.0)
             if n > 0 and best[i, j, h] <= cost:
                 continue
-            free, more = _checked(x, y, yaw, move, space)
+            free, more = _checked(x, y, yaw, move, space, n == 0)
             checks += more
             if not free:
                 continue

@@ -1,49 +1,40 @@
-"""Hits as chords: the stretches of surface between neighbouring hits, and what they hide from the lidar."""
+"""Hits as chords: the stretches of surface between neighbouring hits, what hides space, and how far a lidar saw."""
 
 import math
 from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 
-from drake_starnav.lidar.field_of_view import FieldOfView
+from drake_starnav.geometry.polyline import point_to_segment_squared
+from drake_starnav.lidar.field_of_view import TURN, FieldOfView
+from drake_starnav.lidar.laser_scan import HIT, LOST, MOVING
 from drake_starnav.regions.bearing_hits import CONNECTED_CHORD
 
 FILLED = 0.003
-"""So near to each other are the places that stand for a surface behind a robot, and so large are their cells, m: a
-corner that keeps 7 mm, the least margin of polygons, from places at most 12 mm apart gets to no surface between."""
+"""So near to each other are the places that stand for a surface behind a robot, and so large are their cells, m."""
+BINS = 360
+"""Bearings of a look: it saw as far in each as in the worst direction within it."""
+BLIND_WEDGE, AT_LIDAR = math.radians(85.0), 0.001
+"""What a lidar does not look at is hidden by chords of at most this angle at this distance of it, m."""
+ROUNDING = 1e-6
+"""Far more than bins are rounded by."""
 
 
 class Chords(NamedTuple):
-    """Surfaces that scans have hit, and what the last one could not see behind them; W, m.
+    """Surfaces that scans have hit, and what the last one could not see; W, m.
 
     Attributes:
         ends: shape (k, 4): x, y of both ends; the same twice for a hit without a neighbour on its surface.
-        shades: shape (k,), whether all that lies behind the chord, as seen from `center`, counts as occupied, too.
-        center: of the last scan, shape (2,).
+        solid: shape (k,), whether there is a surface.
+        shades: shape (k,), whether it hid all that lies behind it, as seen from `center`.
+        center: place of the lidar at the last scan, shape (2,).
     """
 
     ends: np.ndarray
+    solid: np.ndarray
     shades: np.ndarray
     center: np.ndarray
-
-
-def chords(hits: np.ndarray, newest: int, behind: np.ndarray, center: np.ndarray) -> Chords:
-    """Hits of the last scans as chords.
-
-    Args:
-        hits: shape (n, 2), W, m; of each scan in the order of its beams, the last scan's at the end.
-        newest: index of the first hit of the last scan, which alone shades.
-        behind: hits of earlier scans, which no later one has looked for, shape (m, 2), W, m.
-        center: of the last scan, shape (2,), W, m.
-    """
-    latest = hits[newest:] - center
-    order = np.argsort(np.arctan2(latest[:, 1], latest[:, 0]), kind="stable")
-    earlier = _joined(hits[:newest], False)
-    last = _joined(hits[newest:][order], True)
-    lone = np.hstack((behind, behind))
-    shades = np.zeros(len(earlier) + len(lone) + len(last), np.bool_)
-    shades[len(earlier) + len(lone) :] = True
-    return Chords(np.vstack((earlier, lone, last)), shades, np.array(center, dtype=float))
 
 
 def hits_behind(behind: np.ndarray, ends: np.ndarray, view: FieldOfView, pose: np.ndarray, reach: float) -> np.ndarray:
@@ -81,10 +72,107 @@ def _filled(ends: np.ndarray) -> np.ndarray:
     return ends[chord, :2] + (step / np.maximum(steps[chord], 1))[:, None] * along[chord]
 
 
-def _joined(points: np.ndarray, circular: bool) -> np.ndarray:
-    """Chords between successive points (n, 2) on one surface, and points without such a neighbour; shape (k, 4)."""
-    after = np.roll(points, -1, axis=0)
-    linked = ((after - points) ** 2).sum(axis=1) < CONNECTED_CHORD * CONNECTED_CHORD
-    linked[-1:] &= circular
-    alone = ~(linked | np.roll(linked, 1))
-    return np.hstack((points, np.where(linked[:, None], after, points)))[linked | alone]
+@njit(cache=True)
+def surfaces(hits, own, place):
+    """Hits (n, 2) as chords (k, 4), and which of them shade: those between an own pair of the last scan's.
+
+    Neighbours on one surface are joined: the own ones in the order of their bearings, the others in their own order.
+    """
+    begin, end = own
+    n, count = len(hits), end - begin
+    order = np.empty(n, np.int64)
+    bearing = np.empty(count)
+    for k in range(count):
+        bearing[k] = math.atan2(hits[begin + k, 1] - place[1], hits[begin + k, 0] - place[0])
+    order[:count] = np.argsort(bearing, kind="mergesort") + begin
+    order[count : count + begin] = np.arange(begin)
+    order[count + begin :] = np.arange(end, n)
+    ends, shades, m = np.empty((n, 4)), np.zeros(n, np.bool_), 0
+    for group in range(2):
+        first, last = (0, count) if group == 0 else (count, n)
+        before = group == 0 and count > 1 and _joined(hits, order[count - 1], order[0])
+        for k in range(first, last):
+            i = order[k]
+            j = order[k + 1] if k + 1 < last else order[first]
+            joined = (k + 1 < last or (group == 0 and count > 1)) and _joined(hits, i, j)
+            if joined or not before:
+                j = j if joined else i
+                ends[m, 0], ends[m, 1], ends[m, 2], ends[m, 3] = hits[i, 0], hits[i, 1], hits[j, 0], hits[j, 1]
+                shades[m] = group == 0 and joined
+                m += 1
+            before = joined
+    return ends[:m], shades[:m]
+
+
+@njit(cache=True)
+def _joined(hits, i, j):
+    return (hits[j, 0] - hits[i, 0]) ** 2 + (hits[j, 1] - hits[i, 1]) ** 2 < CONNECTED_CHORD * CONNECTED_CHORD
+
+
+@njit(cache=True)
+def hides(beams, place):
+    """Chords (k, 4) behind which some `Beams` saw nothing, beside what joined hits of theirs hide; W, m.
+
+    A lost beam, and one that met what moves, from the beam before to the one after; a hit without a neighbour on its
+    surface, half way to them; and the bearings at which the lidar does not look.
+    """
+    distance, kinds, directions = beams.distances, beams.kinds, beams.directions
+    n, full = len(distance), beams.seam < np.inf
+    wedges = 0 if full else int(math.ceil((TURN - (n - 1) * beams.increment) / BLIND_WEDGE))
+    ends, m = np.empty((n + wedges, 4)), 0
+    for i in range(n):
+        if distance[i] >= beams.range_max or kinds[i] & (HIT | LOST | MOVING) == 0:
+            continue
+        h, j = (i - 1, (i + 1) % n) if full else (max(i - 1, 0), min(i + 1, n - 1))
+        d, share = max(distance[i], AT_LIDAR), 1.0
+        if kinds[i] & (LOST | MOVING) == 0:
+            if _neighbours(beams, h, i) or _neighbours(beams, i, j):
+                continue
+            share = 0.5
+        for k, side in ((0, h), (2, j)):
+            x = directions[i, 0] + share * (directions[side, 0] - directions[i, 0])
+            y = directions[i, 1] + share * (directions[side, 1] - directions[i, 1])
+            size = d / math.sqrt(x * x + y * y)
+            ends[m, k], ends[m, k + 1] = size * x, size * y
+        m += 1
+    if wedges > 0:
+        first = math.atan2(directions[n - 1, 1], directions[n - 1, 0])
+        wide = (TURN - (n - 1) * beams.increment) / wedges
+        for k in range(wedges):
+            a, b = first + k * wide, first + (k + 1) * wide
+            ends[m, 0], ends[m, 1] = AT_LIDAR * math.cos(a), AT_LIDAR * math.sin(a)
+            ends[m, 2], ends[m, 3] = AT_LIDAR * math.cos(b), AT_LIDAR * math.sin(b)
+            m += 1
+    cosine, sine = math.cos(place[2]), math.sin(place[2])
+    for k in range(m):
+        for c in (0, 2):
+            x, y = ends[k, c], ends[k, c + 1]
+            ends[k, c], ends[k, c + 1] = place[0] + cosine * x - sine * y, place[1] + sine * x + cosine * y
+    return ends[:m]
+
+
+@njit(cache=True)
+def _neighbours(beams, i, j):
+    """Whether two beams hit one surface."""
+    if i == j or beams.kinds[i] & HIT == 0 or beams.kinds[j] & HIT == 0:
+        return False
+    dx = beams.distances[i] * beams.directions[i, 0] - beams.distances[j] * beams.directions[j, 0]
+    dy = beams.distances[i] * beams.directions[i, 1] - beams.distances[j] * beams.directions[j, 1]
+    return dx * dx + dy * dy < CONNECTED_CHORD * CONNECTED_CHORD
+
+
+@njit(cache=True)
+def profile(ends, place, reach):
+    """`Look.free` of chords (k, 4), in W: the nearest place of any in a bin counts."""
+    out, step = np.full(BINS, reach), TURN / BINS
+    for k in range(len(ends)):
+        ax, ay, bx, by = ends[k, 0] - place[0], ends[k, 1] - place[1], ends[k, 2] - place[0], ends[k, 3] - place[1]
+        near = math.sqrt(point_to_segment_squared(0.0, 0.0, ax, ay, bx, by))
+        if near >= reach:
+            continue
+        first = math.atan2(ay, ax) - place[2]
+        turn = math.atan2(ax * by - ay * bx, ax * bx + ay * by)
+        low, high = min(first, first + turn), max(first, first + turn)
+        for b in range(int(math.floor(low / step - ROUNDING)), int(math.floor(high / step + ROUNDING)) + 1):
+            out[b % BINS] = min(out[b % BINS], near)
+    return out

@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from drake_starnav.regions.looks import Kept
+
 
 @dataclass(frozen=True)
 class Margins:
@@ -19,6 +21,7 @@ class Margins:
         average_scans: average the certificate's ranges over the remembered scans instead of using the nearest hit of
             all; not with moving obstacles.
         drop_seen_through: discard nodes whose hits a new scan sees through.
+        looks: which earlier looks the certificate counts with.
     """
 
     safety: float
@@ -29,3 +32,4 @@ class Margins:
     smoothed_beams: int
     average_scans: bool
     drop_seen_through: bool
+    looks: Kept

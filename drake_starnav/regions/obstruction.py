@@ -7,7 +7,7 @@ import numpy as np
 from drake_starnav.lidar.field_of_view import TURN
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.regions.erosion import field_of_view
-from drake_starnav.regions.safe_region import BLIND_SIDE, CertifiedRegion
+from drake_starnav.regions.safe_region import CertifiedRegion
 
 SHORTEST_WAY = 0.05
 """Nothing that stands obstructs a robot that is certified to drive farther than this, m."""
@@ -31,12 +31,12 @@ def obstruction(star: CertifiedRegion, scan: LaserScan, towards: float, robot_ra
     left = int(turned * samples / TURN) % samples
     if min(star.values[left], star.values[(left + 1) % samples]) > SHORTEST_WAY:
         return _moving(scan)
-    first, last = field_of_view(scan, BLIND_SIDE)
+    first, last = field_of_view(scan)
     if not first <= turned <= last:
         return (
             f"blind: the lidar looks from {math.degrees(scan.angle_min):.0f} to {math.degrees(scan.angle_max):.0f} "
-            f"degrees, and nothing is certified within {math.degrees(BLIND_SIDE):.0f} degrees of an edge of its view; "
-            f"the way leads towards {math.degrees(math.remainder(towards, TURN)):.0f} degrees"
+            f"degrees; the "
+            f"way leads towards {math.degrees(math.remainder(towards, TURN)):.0f} degrees"
         )
     offset = star.hits - star.center
     distance, bearing = np.hypot(*offset.T), np.arctan2(offset[:, 1], offset[:, 0]) - star.bearing_0

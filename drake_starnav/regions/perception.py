@@ -11,27 +11,27 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.geometry.se2 import now_in
 from drake_starnav.lidar.deskew import deskewed
-from drake_starnav.lidar.field_of_view import TURN
+from drake_starnav.lidar.field_of_view import ROUNDING, TURN
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import ON_AXIS, Mount, newest, unturned
 from drake_starnav.lidar.outlier_filter import HitHistory, without_outliers
 from drake_starnav.regions.chords import hits_behind
 from drake_starnav.regions.erosion import smoothed_distances
+from drake_starnav.regions.looks import KEPT_EVERY, Known, Look, Start, remembered
 from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.observation import Observation
 from drake_starnav.regions.safe_region import SCAN_PATIENCE, CertifiedRegion, ScanMemory, certified_region
 from drake_starnav.regions.scan_averaging import AVERAGED_WITHIN, averaged
 from drake_starnav.regions.star_region import NO_HITS, scan_region
-from drake_starnav.regions.views import hits_seen, merged, view_range
+from drake_starnav.regions.views import hit_points, hits_seen, merged, view_range
 from drake_starnav.utils.snapshot import snapshot
 from drake_starnav.utils.timing import EARLY
 
 SCAN_MEMORY = 5
 """Number of scans from which the certified region is made."""
-DISTINCT_PLACE, DISTINCT_TURN = 0.1, 0.3
-"""Regions of earlier scans are kept that differ by so much, m or rad."""
 FRONT_VIEW, WIDE_VIEW = math.pi, math.radians(260.0)
-"""Smallest fields of view with the certificate, rad; the wide one among moving obstacles, where it may reverse."""
+"""Smallest fields of view with the certificate, rad; the wide one off the axis, and among moving obstacles, where the
+robot may reverse."""
 FEWEST_BEAMS = 36
 """Beams that a lidar needs per turn: with fewer, hits on one wall are not recognised as connected."""
 
@@ -57,11 +57,16 @@ def check_views(scans: Sequence[LaserScan], mounts: Sequence[Mount], footprint: 
                 f"a lidar is mounted {mount.offset:g} m from the robot's axis; allowed: up to {footprint.radius:g} m, "
                 "the farthest point of the robot: a robot.radius or robot.footprint that reaches the lidar"
             )
-    if len(mounts) > 1 or mounts[0].offset > 0.0:
+    if len(mounts) > 1:
         _check_cover(scans, mounts, footprint)
         return
+    if mounts[0].offset > 0.0 and not views[0].full_circle and views[0].span < WIDE_VIEW - ROUNDING:
+        raise StarnavError(
+            f"a lidar off the robot's axis looks over {math.degrees(views[0].span):.0f} degrees; allowed: at least "
+            f"{math.degrees(WIDE_VIEW):.0f}, or one on the axis"
+        )
     (lone,), wanted = views, 0.5 * (WIDE_VIEW if backwards else FRONT_VIEW)
-    if min(lone.sides) < wanted - 1e-6:
+    if min(lone.sides) < wanted - ROUNDING:
         raise StarnavError(
             f"lidar.angle_min {lone.angle_min:g} and lidar.angle_max {lone.angle_max:g} with a certificate; "
             f"allowed: a view that reaches {math.degrees(wanted):.0f} degrees to each side of straight ahead, as "
@@ -80,13 +85,13 @@ def _check_cover(scans: Sequence[LaserScan], mounts: Sequence[Mount], footprint:
         raise StarnavError(
             f"the lidars' views end at the robot's own body for {360 * len(unseen) / len(around.lost):.0f} degrees, "
             f"around {math.degrees(math.atan2(middle.imag, middle.real)):.0f} degrees from straight ahead; allowed: "
-            "views that meet all around: a second lidar there, or the lidar on the robot's axis"
+            "views of several lidars that meet all around"
         )
 
 
 @snapshot
-class Look:
-    """What one lidar saw last. Immutable.
+class LastScan:
+    """The last scan of one lidar. Immutable.
 
     Attributes:
         near, sure: its scan as `unturned`, de-skewed, without doubted hits: for the certificate, and for the roadmap.
@@ -126,7 +131,7 @@ class Perceived:
     observation: Observation
     safety: CertifiedRegion
     memory: ScanMemory
-    looks: tuple[Look | None, ...]
+    looks: tuple[LastScan | None, ...]
 
     def lacks(self, scans: Sequence[LaserScan]) -> bool:
         """Whether some of the `newest` scans were not processed."""
@@ -195,14 +200,15 @@ def perceive(
     hits, around = hits_seen(near, mounts, smoothing), merged(near, mounts, footprint)
     scan = around if noise is None else merged(scans, mounts, footprint)
     safe_radius = robot_radius + margins.safety
-    remembered = margins.safety_range + 2.0 * safe_radius, SCAN_MEMORY
+    memorised = margins.safety_range + 2.0 * safe_radius, SCAN_MEMORY
     beside = NO_HITS
     if not scan.full_circle:
-        ends = before.safety.chords.ends
-        beside = hits_behind(before.observation.beside, ends, scan.field_of_view, pose, remembered[0])
+        chords = before.safety.look.chords
+        ends = chords.ends[chords.solid]
+        beside = hits_behind(before.observation.beside, ends, scan.field_of_view, pose, memorised[0])
     distance = smoothed_distances(scan, margins.smoothing_slack)
     region = scan_region(scan, pose, robot_radius, margins, samples, beside, distance)
-    arguments = distance, pose, safe_radius, margins.safety_range, remembered
+    arguments = distance, pose, safe_radius, margins.safety_range, memorised
     safety, memory = certified_region(before.memory, around, *arguments, hits)
     if margins.average_scans and around.motion is None:
         (lone,) = near  # more are refused
@@ -210,30 +216,59 @@ def perceive(
         lone = dataclasses.replace(lone, ranges=np.where(lone.hits, measured, lone.ranges))
         earlier, lone = averaged(before.memory, lone, pose, safe_radius + AVERAGED_WITHIN)
         safety, _ = certified_region(earlier, lone, *arguments)
-    if not scan.full_circle:
-        surfaces = NO_HITS if footprint.is_disc else beside
-        safety = dataclasses.replace(safety, behind=surfaces, earlier=_earlier(before.safety, pose, remembered[0]))
+    place = pose, memorised[0]
+    safety = _looking(before, safety, (near, mounts), place, settings, smoothing)
     return Perceived(Observation(region, scan, pose, beside), safety, memory, looks)
 
 
-def _earlier(last: CertifiedRegion, pose: np.ndarray, reach: float) -> tuple[CertifiedRegion, ...]:
-    """The regions of earlier scans within reach of a pose, m, of which no two successive ones are much the same."""
-    if not last.earlier or _apart(last, last.earlier[0]):
-        kept = dataclasses.replace(last, earlier=()), *last.earlier
-    else:
-        kept = last.earlier
-    return tuple(star for star in kept if star.seen and math.dist(star.center, pose[:2]) < reach)
+def _looking(
+    before: Perceived,
+    safety: CertifiedRegion,
+    lidars: tuple[Sequence[LaserScan], Sequence[Mount]],
+    place: tuple[np.ndarray, float],
+    settings: PerceptionSettings,
+    smoothing: tuple[int, float],
+) -> CertifiedRegion:
+    """The certified region with what each lidar sees now, and what was seen before.
+
+    `place` is the robot's pose, and within which distance of it looks are kept, m; `smoothing` as of `hits_seen`.
+    """
+    (scans, mounts), (pose, reach), look, last = lidars, place, safety.look, before.safety
+    earlier: tuple[Known, ...] = ()
+    driven = 0.0, 0.0
+    kept = settings.margins.looks._replace(reach=reach, apart=KEPT_EVERY * settings.footprint.radius)
+    if last.seen:
+        new = (Known(last.look, last.look.place, last.time, *last.driven), *last.others)
+        x, y, yaw = (pose - before.observation.pose).tolist()
+        driven = last.driven[0] + math.hypot(x, y), last.driven[1] + abs(math.remainder(yaw, TURN))
+        earlier = remembered(last.earlier, new, driven, (pose, safety.time), kept)
+    elif len(scans) > 1 or mounts[0].offset > 0.0 or not safety.sees_around:
+        start = Start.of(settings.footprint.radius + settings.margins.safety)
+        earlier = (Known(start, look.place, safety.time),)
+    begun = earlier[-1].look if earlier else None
+    if isinstance(begun, Start):
+        earlier = (*earlier[:-1], earlier[-1]._replace(look=begun.cut(earlier[-1].place, look)))
+    if len(scans) == 1 and mounts[0].offset == 0.0:
+        return dataclasses.replace(safety, earlier=earlier, driven=driven)
+    first, looks = look.own[0], []
+    for scan, mount in zip(scans, mounts, strict=True):
+        count = int((np.hypot(*hit_points(scan, mount, smoothing)[0].T) < look.reach).sum())
+        within = min(look.reach - mount.offset, scan.range_max)
+        looks.append(Look(look.hits, (first, first + count), scan.beams, _place(mount.unturned(pose)), within))
+        first += count
+    others = tuple(Known(each, each.place, safety.time, *driven) for each in looks[1:])
+    sight = safety.sight if safety.sees_around else (0.0, 0.0)  # its rays pass what no look has seen
+    return dataclasses.replace(safety, look=looks[0], others=others, earlier=earlier, driven=driven, sight=sight)
 
 
-def _apart(star: CertifiedRegion, other: CertifiedRegion) -> bool:
-    """Whether two regions of one lidar are of different places or directions."""
-    turned = math.remainder(star.bearing_0 - other.bearing_0, TURN)
-    return math.dist(star.center, other.center) > DISTINCT_PLACE or abs(turned) > DISTINCT_TURN
+def _place(pose: np.ndarray) -> tuple[float, float, float]:
+    x, y, yaw = pose.tolist()
+    return x, y, yaw
 
 
 def _looks(
-    before: tuple[Look | None, ...], scans: Sequence[LaserScan], pose: np.ndarray, settings: PerceptionSettings
-) -> tuple[Look | None, ...]:
+    before: tuple[LastScan | None, ...], scans: Sequence[LaserScan], pose: np.ndarray, settings: PerceptionSettings
+) -> tuple[LastScan | None, ...]:
     """The last look of each lidar, with its new scan if it has one."""
     time, looks = newest(scans), before or (None,) * len(scans)
     return tuple(
@@ -242,19 +277,21 @@ def _looks(
     )
 
 
-def _is_new(last: Look | None, scan: LaserScan, time: float) -> bool:
+def _is_new(last: LastScan | None, scan: LaserScan, time: float) -> bool:
     """Whether a lidar's scan is of a time and not its last look yet."""
     return newest([scan]) == time and (last is None or last.near.time != time)
 
 
-def _look(before: Look | None, scan: LaserScan, mount: Mount, pose: np.ndarray, settings: PerceptionSettings) -> Look:
+def _look(
+    before: LastScan | None, scan: LaserScan, mount: Mount, pose: np.ndarray, settings: PerceptionSettings
+) -> LastScan:
     """A new scan of a lidar whose last look is given."""
     scan, place = unturned(scan, mount), mount.unturned(pose)
     if before is not None and scan.time_increment:
         scan = deskewed(scan, mount.unturned(before.pose), before.near.time, place)
     history = HitHistory() if before is None else before.history
     if settings.outlier_noise is None:
-        return Look(scan, scan, pose, history)
+        return LastScan(scan, scan, pose, history)
     body = settings.footprint.narrow - mount.offset
     near, sure = without_outliers(scan, place, history, settings.outlier_noise, body)
-    return Look(near, sure, pose, history.remembered(scan.points(place)))
+    return LastScan(near, sure, pose, history.remembered(scan.points(place)))

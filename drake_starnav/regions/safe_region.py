@@ -17,7 +17,6 @@ from drake_starnav.lidar.field_of_view import TURN
 from drake_starnav.lidar.laser_scan import HIT, LOST, LaserScan, placed_ends
 from drake_starnav.lidar.mounts import ON_AXIS
 from drake_starnav.regions.bearing_hits import CONNECTED_CHORD, points_to_bearings
-from drake_starnav.regions.chords import Chords, chords
 from drake_starnav.regions.erosion import (
     bearing_count,
     bearing_tables,
@@ -26,6 +25,7 @@ from drake_starnav.regions.erosion import (
     free_limit,
     within_sight,
 )
+from drake_starnav.regions.looks import Known, Look, Looks
 from drake_starnav.regions.region_union import RegionUnion
 from drake_starnav.regions.views import NEAREST, hit_points
 from drake_starnav.utils.snapshot import snapshot
@@ -34,20 +34,17 @@ SCAN_PATIENCE = 3.0
 """A certified region lasts so many scan periods beyond the lidar's delay; without a new scan the robot then brakes."""
 NEAR_HIT_RANGE = 1.0
 """Hits nearer than this enter the near-wall term, m."""
-BLIND_SIDE = math.radians(60.0)
-"""No motion is certified towards bearings nearer than this to an edge of the field of view: there, the disc would sweep
-unobserved space by more than 0.155 of its radius from where it stood."""
-
-AS_FAR = 1e-9
-"""A place that is farther away by less is as far, m."""
+QUARTER = 0.25 * TURN
+"""A disc that drives straight on, so far from the edges of its view, rad, covers of what it does not see only where it
+stood."""
 
 
 @snapshot
 class CertifiedRegion:
-    """A star-shaped set of positions of the robot's centre that the last scans certify. Immutable; W, m.
+    """A star-shaped set of positions of the robot's centre that the last scans certify, and what they saw. Immutable.
 
     At every point inside, and along the straight segment from the centre to it, the distance to all hits exceeds the
-    robot's radius plus the safety margin.
+    robot's radius plus the safety margin. In W; m.
 
     Attributes:
         center: where the last scan was taken, shape (2,).
@@ -58,13 +55,13 @@ class CertifiedRegion:
         half_gaps: shape (n,), half the chord from each hit to its neighbour on the same surface, m.
         seen: whether `hits` come from scans; if not, they certify no motion.
         time: when the last scan was taken, s.
-        reach: `hits` is complete for the last scan within this distance of `center`, m; farther hits are unknown.
         previous: when the scan before the last was taken, s; its pose also serves to de-skew a rolling scan.
         radius: distance that is kept from the hits, the robot's narrow radius with the safety margin, m.
-        newest: index of the first of `hits` that is the last scan's.
-        sight: bearings, from `bearing_0` on, between which the last scan looked far enough to either side, rad.
-        behind: shape (m, 2), hits of earlier scans where the last one did not look; only for polygons.
-        earlier: regions of earlier scans nearby, the last one first; only where the lidar does not see all around.
+        sight: bearings, from `bearing_0` on, between which the last scan looked, rad.
+        look: what the first lidar saw at the last scan.
+        others: what the other lidars saw at it.
+        earlier: what was seen before, the newest first.
+        driven: how far the robot has come, m, and turned, rad.
     """
 
     center: np.ndarray
@@ -75,32 +72,43 @@ class CertifiedRegion:
     half_gaps: np.ndarray = field(default_factory=lambda: np.zeros(0))
     seen: bool = False
     time: float = -math.inf
-    reach: float = math.inf
     previous: float = -math.inf
     radius: float = 0.0
-    newest: int = 0
     sight: tuple[float, float] = (0.0, TURN)
-    behind: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
-    earlier: tuple["CertifiedRegion", ...] = ()
+    look: Look = field(default_factory=Look.none)
+    others: tuple[Known, ...] = ()
+    earlier: tuple[Known, ...] = ()
+    driven: tuple[float, float] = (0.0, 0.0)
 
     @cached_property
     def alone(self) -> RegionUnion:
         """Center and boundary as a union of one region."""
         return RegionUnion.alone(self.center, self.bearing_0, self.values, np.zeros(0))
 
-    @cached_property
-    def chords(self) -> Chords:
-        """Its hits as surfaces."""
-        return chords(self.hits, self.newest, self.behind, self.center)
+    @property
+    def sees_around(self) -> bool:
+        """Whether the last scan looked all around."""
+        first, last = self.sight
+        return last - first >= TURN
 
-    def looked_at(self, places: np.ndarray) -> bool:
-        """Whether scans looked at all places (n, 2), or the last one at none from which the first is farther away."""
-        unseen = out_of_sight(self.center, self.bearing_0, self.sight, places)
-        for other in self.earlier:
-            if not unseen.any():
-                break
-            unseen[unseen] = ~other.alone.contains(places[unseen])
-        return not unseen.any()
+    @cached_property
+    def enough(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Center, bearings of the first samples and values of the star in which a disc needs no other look."""
+        (first, last), values = self.sight, self.values
+        if not self.sees_around:
+            bearing = TURN / len(values) * np.arange(len(values))
+            values = np.where((first + QUARTER <= bearing) & (bearing <= last - QUARTER), values, 0.0)
+        return RegionUnion.alone(self.center, self.bearing_0, values, np.zeros(0))[:3]
+
+    @cached_property
+    def looks(self) -> Looks:
+        """All but `look`, for compiled functions."""
+        return Looks.of(self.others + self.earlier)
+
+    def since(self, time: float) -> "CertifiedRegion":
+        """It without what was seen before a time, s."""
+        earlier = tuple(known for known in self.earlier if known.time >= time)
+        return self if len(earlier) == len(self.earlier) else dataclasses.replace(self, earlier=earlier)
 
     def keeping(self, radius: float) -> "CertifiedRegion":
         """What it says to a robot that keeps `radius` from hits, m: no star if that is more than it was made for."""
@@ -116,8 +124,9 @@ class CertifiedRegion:
             bearing_0=self.bearing_0 + float(frame[2]),
             near_hits=placed(frame, self.near_hits),
             hits=placed(frame, self.hits),
-            behind=placed(frame, self.behind),
-            earlier=tuple(region.moved(frame) for region in self.earlier),
+            look=self.look.moved(frame),
+            others=tuple(known.moved(frame) for known in self.others),
+            earlier=tuple(known.moved(frame) for known in self.earlier),
         )
 
     @staticmethod
@@ -170,7 +179,7 @@ def certified_region(
     forgotten = max(len(memory.counts) + 1 - count, 0)
     first = sum(memory.counts[:forgotten])
     samples, bearing_0 = bearing_count(scan), float(pose[2]) + scan.angle_min
-    limit = free_limit(scan, samples, min(scan.range_max, reach + radius), radius, BLIND_SIDE)
+    limit = free_limit(scan, samples, min(scan.range_max, reach + radius), radius)
     place = float(pose[0]), float(pose[1]), math.cos(pose[2]), math.sin(pose[2])
     known, known_gaps, remembered_hits, values, near = _certified_region(
         (memory.points, memory.half_gaps, first),
@@ -184,10 +193,10 @@ def certified_region(
     )
     newest = len(memory.points) - first
     counts = *memory.counts[forgotten:], remembered_hits - newest
-    if scan.free is not None:
-        newest = remembered_hits  # what hides from the axis are the ends of its rays
     center = np.array(pose[:2], dtype=float)
-    times = scan.time, far, memory.time
+    look = Look(
+        known[:remembered_hits], (newest, remembered_hits), scan.beams, (place[0], place[1], float(pose[2])), far
+    )
     star = CertifiedRegion(
         center,
         bearing_0,
@@ -196,31 +205,13 @@ def certified_region(
         known,
         known_gaps,
         True,
-        *times,
+        scan.time,
+        memory.time,
         radius,
-        newest,
-        field_of_view(scan, BLIND_SIDE),
+        field_of_view(scan),
+        look,
     )
     return star, ScanMemory(known[:remembered_hits], known_gaps[:remembered_hits], counts, scan.time)
-
-
-@njit(cache=True)
-def out_of_sight(center, bearing_0, sight, places):
-    """Which places (n, 2) are farther than the first from all that a scan looked at, shape (n,), bool.
-
-    The scan's `center`, `bearing_0` and `sight` are those of a `CertifiedRegion`.
-    """
-    out, (first, last), begin = np.zeros(len(places), np.bool_), sight, 0.0
-    for k in range(len(places) if last - first < TURN else 0):
-        dx, dy = places[k, 0] - center[0], places[k, 1] - center[1]
-        bearing, off = (math.atan2(dy, dx) - bearing_0) % TURN, 0.0
-        if not first <= bearing <= last:
-            beside = min((first - bearing) % TURN, (bearing - last) % TURN)
-            off = math.hypot(dx, dy) * math.sin(min(beside, 0.25 * TURN))
-        if k == 0:
-            begin = off
-        out[k] = off > begin + AS_FAR
-    return out
 
 
 @njit(cache=True)

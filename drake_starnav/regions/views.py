@@ -9,12 +9,13 @@ Hence a ray that ends there is a lost beam with a bound of its own, which region
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
-from drake_starnav.geometry.footprint import Footprint
+from drake_starnav.geometry.footprint import Footprint, polygons_of
 from drake_starnav.lidar.field_of_view import TURN
 from drake_starnav.lidar.laser_scan import HIT, LaserScan, placed_ends, third_side
 from drake_starnav.lidar.mounts import Mount
@@ -27,6 +28,9 @@ ROUNDING = 1e-6
 """By which a merged scan's range falls short, m, so that no ray leaves a view by rounding before it ends."""
 NEAREST = 0.001
 """A hit that is too close to be measured is placed at this distance along its beam, to give it a direction, m."""
+UNSEEN_BESIDE = 0.5
+"""Rays of a robot whose views do not meet all around may be outside of them so far from its body, m: the planner takes
+that for free, the certificate does not."""
 BODY_SLACK = 0.001
 """Views may begin so far outside the robot, m: within the margin that is kept from everything."""
 PARALLEL = 1e-9
@@ -72,12 +76,35 @@ def _hit_points(beams, smoothing, x, y):
 def merged(scans: Sequence[LaserScan], mounts: Sequence[Mount], body: Footprint) -> LaserScan:
     """One scan about the robot's axis; that of a single lidar on the axis is as it is.
 
+    Where the view of a single one does not surround the robot, it has the rays around straight ahead that get into it.
+
     Args:
         scans, mounts: as of `hits_seen`.
         body: of the robot: what is inside it is the robot itself.
     """
     if len(scans) == 1 and mounts[0].offset == 0.0:
         return scans[0]
+    parts = tuple(part.tobytes() for part in body.parts)
+    outside, (first, last) = _reach(parts, body.radius) + BODY_SLACK, (0, BEARINGS)
+    if len(scans) == 1:
+        outside, (first, last) = _outside((*scans[0].field_of_view, scans[0].range_max), mounts[0], parts, body.radius)
+    distance, kind, far = _followed(scans, mounts, outside)
+    for scan, mount in zip(scans, mounts, strict=True):
+        _add_thin(distance, kind, *hit_points(scan, mount))
+    ranges = np.where(kind == SURFACE, distance, np.where(kind == OPEN, math.nan, math.inf))[first:last]
+    return LaserScan(
+        scans[0].time, first * (TURN / BEARINGS) - math.pi, TURN / BEARINGS, 0.0, far, ranges, lost_beams=True,
+        free=distance[first:last], scan_time=scans[0].scan_time,
+    )  # fmt: skip
+
+
+def _followed(
+    scans: Sequence[LaserScan], mounts: Sequence[Mount], outside: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, float]:
+    """How far each ray is free, shape (BEARINGS,), m, and where it ends; and how far any ray is followed, m.
+
+    Up to `outside`, of the same shape, m, it may be outside all views.
+    """
     crossings = _Crossings(
         np.empty((BEARINGS, CROSSINGS)),
         np.empty((BEARINGS, CROSSINGS), np.int64),
@@ -89,14 +116,7 @@ def merged(scans: Sequence[LaserScan], mounts: Sequence[Mount], body: Footprint)
     for bit, (scan, mount) in enumerate(zip(scans, mounts, strict=True)):
         _cross_view(crossings, scan.beams, mount.x, mount.y, 1 << bit)
         far = max(far, view_range(scan, mount))
-    distance, kind = _walked(crossings, _reach(body) + BODY_SLACK, far)
-    for scan, mount in zip(scans, mounts, strict=True):
-        _add_thin(distance, kind, *hit_points(scan, mount))
-    ranges = np.where(kind == SURFACE, distance, np.where(kind == OPEN, math.nan, math.inf))
-    return LaserScan(
-        scans[0].time, -math.pi, TURN / BEARINGS, 0.0, far, ranges, lost_beams=True, free=distance,
-        scan_time=scans[0].scan_time,
-    )  # fmt: skip
+    return *_walked(crossings, outside, far), far
 
 
 def view_range(scan: LaserScan, mount: Mount) -> float:
@@ -104,13 +124,33 @@ def view_range(scan: LaserScan, mount: Mount) -> float:
     return scan.range_max * math.cos(0.5 * scan.field_of_view.widest_gap) - mount.offset - ROUNDING
 
 
-def _reach(body: Footprint) -> np.ndarray:
-    """How far the robot reaches along each ray, shape (BEARINGS,), m."""
-    if body.is_disc:
-        return np.full(BEARINGS, body.radius)
+@lru_cache(maxsize=16)
+def _outside(
+    view: tuple[float, float, int, float], mount: Mount, parts: tuple[bytes, ...], radius: float
+) -> tuple[np.ndarray, tuple[int, int]]:
+    """Up to where rays may be outside a view, shape (BEARINGS,), m; the first and the end of those that are seen.
+
+    That is the robot's body; and farther, where the view does not meet it all around in an empty world. `view` has the
+    first bearing, the step, the number of beams and the range.
+    """
+    body, (first, step, beams, far) = _reach(parts, radius) + BODY_SLACK, view
+    blank = [LaserScan(0.0, first, step, 0.0, far, np.full(beams, math.inf))]
+    unseen = _followed(blank, [mount], body)[1] == OPEN
+    if not unseen.any():
+        return body, (0, BEARINGS)
+    wider = np.where(unseen, body + UNSEEN_BESIDE, body)
+    ends, ahead = np.flatnonzero(_followed(blank, [mount], wider)[1] == OPEN), BEARINGS // 2
+    before, after = ends[ends < ahead], ends[ends > ahead]
+    return wider, (int(before[-1]) + 1 if len(before) else 0, int(after[0]) if len(after) else BEARINGS)
+
+
+def _reach(parts: tuple[bytes, ...], radius: float) -> np.ndarray:
+    """How far the robot reaches along each ray, shape (BEARINGS,), m; `parts` as of `polygons_of`."""
+    if not parts:
+        return np.full(BEARINGS, radius)
     bearing = TURN / BEARINGS * np.arange(BEARINGS) - math.pi
     rays = np.column_stack((np.cos(bearing), np.sin(bearing)))
-    _, normals, offsets, ends = body.polygons
+    _, normals, offsets, ends = polygons_of(parts)
     reach, begin = np.zeros(BEARINGS), 0
     for end in ends.tolist():
         outward, off = rays @ normals[begin:end].T, offsets[begin:end]

@@ -52,9 +52,12 @@ SYMBOLS: dict[str, ErrorTerm] = {
     ),
     "R": ErrorTerm("L + T / 2", "time for which the heading drifts, s"),
     "M": ErrorTerm(
-        f"max(1, (1 + {SCAN_PATIENCE:g}) / lidar.rate + T)", "time from the oldest scan in use to standing still, s"
+        f"max(1, (1 + {SCAN_PATIENCE:g}) / lidar.rate + T)",
+        "time from the oldest scan or look in use to standing still, s",
     ),
-    "J": ErrorTerm("1 + floor((L + T) / localization.jump_interval)", "most jumps in the time L + T"),
+    "J": ErrorTerm(
+        "1 + floor(max(L + T, M) / localization.jump_interval)", "most jumps in the longer of the times L + T and M"
+    ),
     "C": ErrorTerm(
         f"{SAMPLED} + min(3/4 * lidar.noise, 0.006)", "what may stick out between beams without further margin, m"
     ),

@@ -1,10 +1,11 @@
 """Margins, ranges and smoothing that follow from what a scenario declares, narrower as well as wider."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.mounts import ON_AXIS, Mount
+from drake_starnav.regions.looks import Kept
 from drake_starnav.regions.margins import Margins
 from drake_starnav.scenario.error_budget import SAMPLED, error_budget
 from drake_starnav.scenario.schema import Scenario
@@ -51,4 +52,12 @@ def derive_margins(scenario: Scenario, mounts: Sequence[Mount] = ()) -> Margins:
         smoothed_beams=math.ceil(width - 1e-9) if width >= FINE_ENOUGH else 0,
         average_scans=noise >= AVERAGED_NOISE,
         drop_seen_through=not scenario.localization.exact,
+        looks=_looks(scenario, budgets[0].symbols),
     )
+
+
+def _looks(scenario: Scenario, symbols: Mapping[str, float]) -> Kept:
+    """Which looks count: those that the `error_budget` allows for, where the pose errs with the way or with time."""
+    lasts, exact = symbols["M"] - symbols["T"], scenario.localization
+    driven = lasts if exact.drift > 0.0 else math.inf
+    return Kept(way=symbols["v"] * driven, turn=symbols["w"] * driven, time=lasts if exact.jump > 0.0 else math.inf)

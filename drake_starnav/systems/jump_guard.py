@@ -21,7 +21,8 @@ class JumpGuard(LeafSystem):
     ```
 
     Ports:
-        certified_region: abstract, `CertifiedRegion`; as output, an empty one if it predates the last jump.
+        certified_region: abstract, `CertifiedRegion`; as output, an empty one if it predates the last jump, and without
+            what was seen before that.
         state: vector (x, y, yaw, v, omega) of the robot in the world frame W.
 
     The last position and the time of the last jump are discrete state, brought up to date before each command.
@@ -59,5 +60,5 @@ class JumpGuard(LeafSystem):
 
     def _guarded(self, context: Context) -> CertifiedRegion:
         star = self._star.Eval(context)
-        placed = star.previous if self._rolling else star.time
-        return star if placed >= self._watched(context)[2] else CertifiedRegion.none()
+        placed, jumped = star.previous if self._rolling else star.time, self._watched(context)[2]
+        return star.since(jumped) if placed >= jumped else CertifiedRegion.none()

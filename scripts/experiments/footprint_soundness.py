@@ -8,6 +8,7 @@ Run: python scripts/experiments/footprint_soundness.py [--cases N] [--robots ROB
 """
 
 import argparse
+import dataclasses
 import math
 import time
 from collections.abc import Mapping
@@ -18,10 +19,9 @@ import shapely
 from numba import njit
 from tqdm import tqdm
 
-from drake_starnav.control.braking_certificate import StarCertificate
 from drake_starnav.control.certificates import accepted, standard_certificates
 from drake_starnav.control.motion import Actuation, roll_out
-from drake_starnav.geometry.footprint import Footprint, covered, disc
+from drake_starnav.geometry.footprint import Footprint, covered
 from drake_starnav.geometry.polyline import point_to_segment_squared
 from drake_starnav.regions.perception import Perceived, PerceptionSettings, perceive
 from drake_starnav.regions.safe_region import CertifiedRegion
@@ -65,7 +65,6 @@ class Outcome(NamedTuple):
     safe: bool
     exact: bool
     seconds: float
-    disc_seconds: float
 
 
 def scenario_of(robot: str) -> Scenario:
@@ -114,8 +113,9 @@ def looked(
     settings = PerceptionSettings(derive_margins(scenario), scenario.robot.shape)
     state, turns = Perceived.nothing(), (2.1, -2.1) if front else ()
     back = np.array((math.cos(pose[2]), math.sin(pose[2]), 0.0))
-    for place in (*(pose + (0.0, 0.0, turn) for turn in turns), *(pose - step * back for step in (0.04, 0.02, 0.0))):
-        scan = cast(world, place, **view)
+    places = *(pose + (0.0, 0.0, turn) for turn in turns), *(pose - step * back for step in (0.04, 0.02, 0.0))
+    for k, place in enumerate(places):
+        scan = dataclasses.replace(cast(world, place, **view), time=0.1 * k)
         state = perceive(state, [scan if exact else noisy(scan, NOISE, rng)], place, settings)
     return state.safety
 
@@ -263,7 +263,6 @@ def tried(scenario: Scenario, seed: int, commands: int) -> list[Outcome]:
     star, out = looked(world, place, scenario, (exact, front), rng), []
     most = np.full(len(robot.drive.components), robot.max_speed)
     most[-1] = limits.max_yaw_rate
-    alone = disc(shape.narrow)
     for k in range(commands):
         twists = tuple(robot.drive.saturated(rng.uniform(-most, most), limits) for _ in range(2))
         twists = twists[0] * (rng.random() < 0.7), twists[1]
@@ -276,19 +275,16 @@ def tried(scenario: Scenario, seed: int, commands: int) -> list[Outcome]:
         if not motion.grips:
             continue
         certificates = standard_certificates(star, margin, actuation, pose[:2])
-        seconds = disc_seconds = math.nan
+        seconds = math.nan
         begin = time.perf_counter()
         accepts = accepted(motion, certificates)
         if k < TIMED:
             seconds = time.perf_counter() - begin
-            begin = time.perf_counter()
-            accepted(motion._replace(footprint=alone), (StarCertificate(star),))
-            disc_seconds = time.perf_counter() - begin
         poses = sweep(pose, twists, (delay, hold), limits)
         least = float(least_distance(poses, parts, shape.radius, *obstacles))
-        roomy = least > margin + SLACK and not (front and shape.is_disc)  # of which a disc knows only what it sees now
+        roomy = least > margin + SLACK and not front  # what it saw before is not known here
         safe = roomy and (accepts or is_seen(poses, shape, world, star.center))
-        out.append(Outcome(accepts, least, safe, exact, seconds, disc_seconds))
+        out.append(Outcome(accepts, least, safe, exact, seconds))
     return out
 
 
@@ -296,15 +292,14 @@ def line(robot: str, outcomes: list[Outcome]) -> str:
     """What was found of one robot."""
     passed = [o for o in outcomes if o.accepts]
     safe = [o.accepts for o in outcomes if o.safe and o.exact]
-    times = np.nanmedian([(o.seconds, o.disc_seconds) for o in outcomes], axis=0) if outcomes else np.full(2, np.nan)
+    seconds = np.nanmedian([o.seconds for o in outcomes]) if outcomes else math.nan
     least = [1e3 * min((o.least for o in passed if o.exact == exact), default=math.nan) for exact in (True, False)]
     margin = 1e3 * derive_margins(scenario_of(robot)).safety
     contacts, share = sum(o.least <= 0.0 for o in passed), np.mean(safe) if safe else math.nan
     return (
         f"{robot}, margin {margin:.1f} mm: {len(outcomes)} commands, {len(passed)} accepted, {contacts} contacts, "
         f"least clearance {least[0]:.1f} mm with exact scans, {least[1]:.1f} mm with noise; of {len(safe)} safe ones "
-        f"{100.0 * share:.2f} % accepted; certificate {1e6 * times[0]:.1f} us, "
-        f"of a disc {1e6 * times[1]:.1f} us"
+        f"{100.0 * share:.2f} % accepted; certificate {1e6 * seconds:.1f} us"
     )
 
 

@@ -47,24 +47,19 @@ EQUIVALENT = Path(__file__).with_name("equivalent_mutants.yaml")
 CONTROL = "tests/control/test_"
 GROUPS: dict[str, dict[str, tuple[str, ...]]] = {
     "certificate": {
-        "control/point_certificate": (f"{CONTROL}point_certificate.py", f"{CONTROL}certificates.py"),
-        "control/braking_certificate": (
-            f"{CONTROL}braking_certificate.py",
-            f"{CONTROL}certificates.py",
-            f"{CONTROL}footprint_certificate.py",
-        ),
-        "control/footprint_certificate": (f"{CONTROL}footprint_certificate.py",),
+        "control/clear": (f"{CONTROL}clear.py", f"{CONTROL}certificates.py"),
         "control/certificates": (f"{CONTROL}certificates.py",),
         "control/motion": (f"{CONTROL}motion.py",),
         "control/rollout": (f"{CONTROL}rollout.py",),
-        "regions/separation": ("tests/regions/test_separation.py",),
+        "regions/separation": ("tests/regions/test_separation.py", f"{CONTROL}clear.py"),
     },
     "safety region": {
         "regions/safe_region": ("tests/regions/test_safe_region.py", "tests/regions/test_views.py"),
         "regions/chords": ("tests/regions/test_chords.py",),
+        "regions/looks": ("tests/regions/test_looks.py",),
     },
     "shield": {
-        "control/shield": (f"{CONTROL}shield.py", f"{CONTROL}braking_certificate.py"),
+        "control/shield": (f"{CONTROL}shield.py", f"{CONTROL}clear.py"),
         "systems/twist_shield": ("tests/systems/test_twist_shield.py",),
     },
     "moving certificate": {"control/moving_certificate": (f"{CONTROL}moving_certificate.py",)},

@@ -1,19 +1,15 @@
 """The standard certificates: what one of them refuses is refused, and others may be added."""
 
-import math
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drake_starnav.control.braking_certificate import StarCertificate
 from drake_starnav.control.certificates import accepted, standard_certificates
-from drake_starnav.control.footprint_certificate import FootprintCertificate
+from drake_starnav.control.clear import Clear
 from drake_starnav.control.inputs import TrackedObstacles
 from drake_starnav.control.motion import Motion, roll_out
 from drake_starnav.control.moving_certificate import MOVING_MARGIN, MovingCertificate
-from drake_starnav.control.point_certificate import PointCertificate
 from drake_starnav.control.shield import certified_twist
 from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.regions.safe_region import CertifiedRegion, ScanMemory, certified_region
@@ -21,7 +17,7 @@ from drake_starnav.robot import RobotParameters
 from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from tests.helpers.motions import actuation
-from tests.helpers.scans import MARGINS, cast, seeds
+from tests.helpers.scans import MARGINS, cast, remembered_hits, seeds
 from tests.helpers.scenes import hall
 
 ROBOT = RobotParameters()
@@ -66,37 +62,19 @@ def test_all_certificates_are_asked_for_all_that_is_declared(seed: int, margin: 
     rng = np.random.default_rng(seed)
     hits, gaps = rng.uniform(-1.2, 1.2, (8, 2)), rng.uniform(0.0, 0.1, 8)
     hits = hits[np.hypot(*hits.T) > 0.3]
-    star = CertifiedRegion(np.zeros(2), 0.0, np.full(8, 0.5), hits, hits, gaps[: len(hits)], seen=True, reach=0.8)
+    look = remembered_hits(hits, reach=0.8)
+    star = CertifiedRegion(np.zeros(2), 0.0, np.full(8, 0.5), hits, hits, gaps[: len(hits)], seen=True, look=look)
     tracks = Tracks(time=0.0, hits=rng.uniform(-2.0, 2.0, (1, 2)), owner=np.array([-1]))
     tracked = TrackedObstacles(tracks, rng.uniform(0.0, 0.3), OBSTACLES)
     pose, twist = rng.uniform(-0.2, 0.2, 3), rng.uniform((0.0, -2.0), (0.8, 2.0))
     commands = actuation(ROBOT, hold=0.1, delay=delay)
     motion = roll_out(pose, twist, rng.uniform((-0.3, -2.0), (0.8, 2.0)), commands)
-    stands = StarCertificate(star).accepts(motion) or PointCertificate(star, margin, ROBOT.radius).accepts(motion)
+    clear = Clear(star, margin, ROBOT.shape)
     near_by = MovingCertificate.near(tracked, pose[:2], commands)
     assert near_by.distance == MOVING_MARGIN
     asked = standard_certificates(star, margin, commands, pose[:2], tracked)
-    assert accepted(motion, asked) == (stands and near_by.accepts(motion))
-    assert accepted(motion, standard_certificates(star, margin, commands, pose[:2])) == StarCertificate(star).accepts(
-        motion
-    )
-
-
-@settings(max_examples=100)
-@given(seeds)
-def test_of_polygons_the_discs_that_cover_them_may_leave_the_star_if_they_keep_clear_of_what_was_hit(seed: int) -> None:
-    rng, robot = (
-        np.random.default_rng(seed),
-        RobotParameters(footprint=[[0.2, 0.1], [-0.2, 0.1], [-0.2, -0.1], [0.2, -0.1]]),
-    )
-    hits = rng.uniform(-1.2, 1.2, (8, 2))
-    hits = hits[np.hypot(*hits.T) > 0.3]
-    values, gaps = np.full(8, rng.choice([0.1, 0.5])), np.zeros(len(hits))
-    star = CertifiedRegion(np.zeros(2), 0.0, values, hits, hits, gaps, seen=True, reach=0.8)
-    commands, pose = actuation(robot, hold=0.1), rng.uniform(-0.1, 0.1, 3)
-    motion = roll_out(pose, np.zeros(2), rng.uniform((-0.3, -2.0), (0.8, 2.0)), commands)
-    kept = StarCertificate(star).accepts(motion) or FootprintCertificate(star, 0.01, robot.shape).accepts(motion)
-    assert accepted(motion, standard_certificates(star, 0.01, commands, pose[:2])) == kept
+    assert accepted(motion, asked) == (clear.accepts(motion) and near_by.accepts(motion))
+    assert accepted(motion, standard_certificates(star, margin, commands, pose[:2])) == clear.accepts(motion)
 
 
 @pytest.mark.parametrize(("twist", "grips"), [((0.8, 2.0), True), ((2.0, 5.0), False)])
@@ -125,15 +103,15 @@ def test_the_first_proposal_that_all_accept_is_taken_and_later_ones_are_not_aske
 
 
 def beside(clearance: float) -> CertifiedRegion:
-    """A hit to the left of the robot, whose neighbour on the surface is 0.1 m away; known up to 2 m."""
+    """A hit to the left of the robot; known up to 2 m."""
     hits = np.array([(0.0, ROBOT.radius + clearance)])
-    return CertifiedRegion(np.zeros(2), 0.0, np.zeros(8), hits, hits, np.array([0.05]), seen=True, reach=2.0)
+    look = remembered_hits(hits, reach=2.0)
+    return CertifiedRegion(np.zeros(2), 0.0, np.zeros(8), hits, hits, np.zeros(1), seen=True, look=look)
 
 
 @pytest.mark.parametrize(("clearance", "passes"), [(0.0025, True), (0.0015, False)])
 def test_without_a_margin_two_millimetres_are_kept(clearance: float, passes: bool) -> None:
-    star = beside(math.hypot(ROBOT.radius, 0.05) - ROBOT.radius + clearance)
-    assert accepts(star, (0.3, 0.0), margin=0.0) == passes
+    assert accepts(beside(clearance), (0.3, 0.0), margin=0.0) == passes
 
 
 def test_outside_of_the_star_only_the_way_away_from_the_wall_is_accepted() -> None:

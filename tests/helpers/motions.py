@@ -5,8 +5,8 @@ import math
 import numpy as np
 
 from drake_starnav.control import ControllerInputs, ControllerParameters, followed
-from drake_starnav.control.braking_certificate import StarCertificate
 from drake_starnav.control.certificates import accepted
+from drake_starnav.control.clear import Clear
 from drake_starnav.control.motion import Actuation, roll_out
 from drake_starnav.control.shield import certified_twist, ramped_twist
 from drake_starnav.geometry.footprint import disc
@@ -22,6 +22,11 @@ FINE = 2e-4
 def actuation(robot: RobotParameters, hold: float = PERIOD, delay: float = 0.0) -> Actuation:
     """What commands do to a robot."""
     return Actuation(robot.limits, robot.shape, hold, delay, robot.drive)
+
+
+def clear(star: CertifiedRegion) -> Clear:
+    """The certificate of a disc of 0.25 m with the margin that a star was made for; none if it is no scan's."""
+    return Clear(star, max(star.radius - 0.25, 0.0), disc(0.25))
 
 
 def motion(
@@ -41,9 +46,9 @@ def certified(
     star: CertifiedRegion,
     delay: float = 0.0,
 ) -> bool:
-    """Whether that motion stays inside the certified region, as the package decides it."""
+    """Whether that motion is certified, as the package decides it."""
     target = BASES["differential"].saturated(desired, limits)
-    return accepted(roll_out(pose, twist, target, Actuation(limits, disc(0.25), hold, delay)), (StarCertificate(star),))
+    return accepted(roll_out(pose, twist, target, Actuation(limits, disc(0.25), hold, delay)), (clear(star),))
 
 
 def starred_twist(
@@ -58,7 +63,7 @@ def starred_twist(
     """What the shield makes of a twist in a static world: v, omega, and whether any motion was certified."""
     target = BASES["differential"].saturated(desired, limits)
     command = Actuation(limits, disc(0.25), hold, delay)
-    (v, omega), certain = certified_twist(pose, twist, target, (StarCertificate(star),), command)
+    (v, omega), certain = certified_twist(pose, twist, target, (clear(star),), command)
     return float(v), float(omega), certain
 
 

@@ -11,6 +11,7 @@ from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.roadmap import StarRoadmap, extended
 from drake_starnav.regions.erosion import FreeRange
+from drake_starnav.regions.looks import Kept, Look
 from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.observation import Observation
 from drake_starnav.regions.region_union import RegionUnion, first_gap
@@ -28,10 +29,17 @@ MARGINS = Margins(
     smoothed_beams=0,
     average_scans=False,
     drop_seen_through=False,
+    looks=Kept(),
 )
 """Of the default scenario, but the certificate's ranges are not smoothed."""
 ORIGIN = np.zeros(3)
 seeds = st.integers(0, 2**32 - 1)
+
+
+def remembered_hits(hits: np.ndarray, place: np.ndarray = ORIGIN, reach: float = 99.0) -> Look:
+    """Of hits (n, 2) of scans before the last one, which hide nothing; that saw nothing itself."""
+    count = len(hits)
+    return Look(hits, (count, count), LaserScan.nothing().beams, tuple(map(float, place)), reach)
 
 
 def silence() -> LaserScan:

@@ -9,11 +9,20 @@ import shapely
 from drake_starnav.geometry.footprint import covered, footprint
 from drake_starnav.planning.pose_search import FIRST_SHARES, NEAR_GOAL, found_way
 from drake_starnav.regions.chords import Chords
+from drake_starnav.regions.looks import Looks
 from drake_starnav.robot import BASES
 
 SHAPE = footprint(((0.4, -0.25), (0.4, 0.25), (-0.4, 0.25), (-0.4, -0.25)))
 MARGIN, SPARE, ALIGNED = 0.02, 0.008, 0.3
-OPEN = Chords(np.full((1, 4), 50.0), np.zeros(1, np.bool_), np.zeros(2))
+LOOKS = Looks.of(())
+
+
+def walls(ends: np.ndarray, place: np.ndarray) -> Chords:
+    """Surfaces that hide nothing."""
+    return Chords(ends, np.ones(len(ends), np.bool_), np.zeros(len(ends), np.bool_), place)
+
+
+OPEN = walls(np.full((1, 4), 50.0), np.zeros(2))
 
 
 def moved(pose: np.ndarray, move: np.ndarray, steps: int = 20) -> list[np.ndarray]:
@@ -31,7 +40,7 @@ def surfaces_around(poses: list[np.ndarray], spare: float) -> Chords:
     swept = shapely.union_all([covered(SHAPE, pose) for pose in poses]).buffer(MARGIN + spare, join_style="mitre")
     rings = [np.asarray(ring.segmentize(0.02).coords) for ring in (swept.exterior, *swept.interiors)]
     ends = np.vstack([np.hstack((ring[:-1], ring[1:])) for ring in rings])
-    return Chords(ends, np.zeros(len(ends), np.bool_), poses[0][:2])
+    return walls(ends, poses[0][:2])
 
 
 @pytest.mark.parametrize("base", BASES)
@@ -48,7 +57,7 @@ def test_a_robot_that_is_wedged_in_gets_out_as_it_came_in(base: str) -> None:
         if math.dist(start[:2], goal[:2]) < NEAR_GOAL and abs(start[2] - goal[2]) < ALIGNED:
             continue
         surfaces = surfaces_around(poses, SPARE)
-        found = found_way(start, np.array(((*goal, ALIGNED, 0.0),)), moves, SHAPE, MARGIN, surfaces)
+        found = found_way(start, np.array(((*goal, ALIGNED, 0.0),)), moves, SHAPE, MARGIN, (surfaces, LOOKS))
         outcomes.append(len(found) > 0)
         solid = shapely.union_all(shapely.linestrings(surfaces.ends.reshape(-1, 2, 2)))
         assert all(shapely.distance(covered(SHAPE, pose[:3]), solid) > MARGIN - 1e-6 for pose in found)
@@ -60,12 +69,12 @@ def test_what_it_costs_to_end_at_a_goal_decides_between_goals():
     start, moves = np.zeros(3), BASES["differential"].moves
     for costs, x in (((0.0, 0.0), 0.6), ((1.0, 0.0), -0.9), ((0.1, 0.0), 0.6)):
         goals = np.array(((0.6, 0.0, 0.0, 0.3, costs[0]), (-0.9, 0.0, 0.0, 0.3, costs[1])))
-        assert found_way(start, goals, moves, SHAPE, MARGIN, OPEN)[-1, 0] == pytest.approx(x, abs=0.121)
+        assert found_way(start, goals, moves, SHAPE, MARGIN, (OPEN, LOOKS))[-1, 0] == pytest.approx(x, abs=0.121)
 
 
 def test_there_is_no_way_to_where_no_disc_within_the_footprint_gets():
     wall = np.array([(0.7, y, 0.7, y + 0.05) for y in np.arange(-3.0, 3.0, 0.05)])
-    surfaces = Chords(wall, np.zeros(len(wall), np.bool_), np.zeros(2))
+    surfaces = walls(wall, np.zeros(2))
     for base in BASES.values():
         goals = np.array(((1.4, 0.0, 0.0, 7.0, 0.0),))
-        assert not len(found_way(np.zeros(3), goals, base.moves, SHAPE, MARGIN, surfaces))
+        assert not len(found_way(np.zeros(3), goals, base.moves, SHAPE, MARGIN, (surfaces, LOOKS)))

@@ -4,14 +4,22 @@ import math
 
 import numpy as np
 import pytest
+import shapely
 from hypothesis import given
 
 from drake_starnav.lidar.field_of_view import FieldOfView
+from drake_starnav.lidar.laser_scan import DYNAMIC, Beams, LaserScan
 from drake_starnav.regions.bearing_hits import CONNECTED_CHORD
-from drake_starnav.regions.chords import FILLED, chords, hits_behind
+from drake_starnav.regions.chords import BINS, FILLED, Chords, hides, hits_behind, profile, surfaces
 from tests.helpers.scans import seeds
 
 NOTHING = np.zeros((0, 2))
+
+
+def chords(hits: np.ndarray, newest: int, center: np.ndarray) -> Chords:
+    """Hits as surfaces, of which the last scan's begin at an index."""
+    ends, shades = surfaces(hits, (newest, len(hits)), (*map(float, center), 0.0))
+    return Chords(ends, np.ones(len(ends), bool), shades, center)
 
 
 def on_circle(*degrees: float) -> np.ndarray:
@@ -21,7 +29,7 @@ def on_circle(*degrees: float) -> np.ndarray:
 
 def test_neighbours_on_a_surface_are_joined_and_others_stay_alone():
     hits = on_circle(0.0, 4.0, 8.0, 90.0, 180.0)
-    ends = chords(hits, 0, NOTHING, np.zeros(2)).ends
+    ends = chords(hits, 0, np.zeros(2)).ends
     lengths = np.hypot(*(ends[:, 2:] - ends[:, :2]).T)
     assert sorted(lengths > 0.0) == [False, False, True, True]
     assert lengths.max() < CONNECTED_CHORD
@@ -31,11 +39,10 @@ def test_neighbours_on_a_surface_are_joined_and_others_stay_alone():
 
 def test_the_last_scan_shades_in_order_of_its_bearings_and_joins_over_its_seam():
     earlier, latest = on_circle(0.0, 90.0), on_circle(179.0, -179.0, 165.0)
-    surfaces = chords(np.vstack((earlier, latest)), 2, on_circle(45.0), np.zeros(2))
-    shading = surfaces.ends[surfaces.shades]
-    assert len(shading) == 2
-    assert sorted(np.hypot(*(shading[:, 2:] - shading[:, :2]).T) > 0.0) == [False, True]
-    assert (~surfaces.shades).sum() == 3
+    found = chords(np.vstack((earlier, latest)), 2, np.zeros(2))
+    ((ax, ay, bx, by),) = found.ends[found.shades]
+    assert math.dist((ax, ay), (bx, by)) == pytest.approx(2.0 * math.sin(math.radians(1.0)))
+    assert (~found.shades).sum() == 3  # a hit without a neighbour shades nothing by itself
 
 
 def expected(points: np.ndarray, closed: bool) -> list[tuple]:
@@ -58,16 +65,17 @@ def test_each_hit_is_joined_to_its_neighbours_on_the_surface_or_stands_alone(cou
     turns = turns[:, (turns - turns[:, :1]).max(axis=0) < 2.0 * math.pi]
     earlier, latest = (center + np.column_stack((np.cos(t), np.sin(t))) for t in turns)
     latest = latest[rng.permutation(len(latest))]  # as of several lidars
-    surfaces = chords(np.vstack((earlier, latest)), len(earlier), NOTHING, center)
-    found = {shades: sorted(map(tuple, surfaces.ends[surfaces.shades == shades].tolist())) for shades in (False, True)}
-    assert found[False] == expected(earlier, closed=False)
+    found = chords(np.vstack((earlier, latest)), len(earlier), center)
     bearings = np.arctan2(*(latest - center).T[::-1])
-    assert found[True] == expected(latest[np.argsort(bearings, kind="stable")], closed=True)
+    last = expected(latest[np.argsort(bearings, kind="stable")], closed=True)
+    assert sorted(map(tuple, found.ends.tolist())) == sorted(expected(earlier, closed=False) + last)
+    shading = [ends for ends in last if ends[:2] != ends[2:]]
+    assert sorted(map(tuple, found.ends[found.shades].tolist())) == shading
 
 
 def test_the_first_and_the_last_hit_of_earlier_scans_are_not_of_one_surface() -> None:
     hits = on_circle(0.0, 90.0, 359.0)
-    np.testing.assert_array_equal(chords(hits, 3, NOTHING, np.zeros(2)).ends, np.hstack((hits, hits)))
+    np.testing.assert_array_equal(chords(hits, 3, np.zeros(2)).ends, np.hstack((hits, hits)))
 
 
 @given(seeds)
@@ -76,8 +84,8 @@ def test_between_what_is_kept_of_a_surface_no_corner_fits(seed: int) -> None:
     rng = np.random.default_rng(seed)
     view, along = FieldOfView(-1.0, 2.0 / 99, 100), rng.uniform(0.0, math.pi)
     wall = (-0.6, 0.0) + np.outer(np.arange(-0.3, 0.3, rng.uniform(0.004, 0.1)), (math.cos(along), math.sin(along)))
-    surfaces = chords(wall, len(wall), NOTHING, np.zeros(2))
-    kept = hits_behind(NOTHING, surfaces.ends, view, np.zeros(3), 2.0)
+    found = chords(wall, len(wall), np.zeros(2))
+    kept = hits_behind(NOTHING, found.ends, view, np.zeros(3), 2.0)
     for _ in range(2):  # and of later scans
         kept = hits_behind(kept, np.zeros((0, 4)), view, np.zeros(3), 2.0)
     places = wall[0] + np.outer(np.linspace(0.0, 1.0, 400), wall[-1] - wall[0])
@@ -89,9 +97,9 @@ def test_surfaces_are_kept_from_end_to_end_and_nothing_beside_them(seed: int) ->
     """One place for each cell that they run through, of several surfaces along x."""
     rng = np.random.default_rng(seed)
     starts, lengths = np.cumsum(rng.uniform(0.06, 0.1, 4)), rng.choice([0.0, 0.002, 0.0031, 0.03, 0.05], 4)
-    surfaces = np.column_stack((starts, np.full(4, 0.001), starts + lengths, np.full(4, 0.001)))
-    kept = hits_behind(NOTHING, surfaces, FieldOfView(2.0, 0.01, 2), np.zeros(3), 2.0)
-    cells = [np.arange(math.floor(a / FILLED), math.floor(b / FILLED) + 1) for a, b in surfaces[:, ::2]]
+    walls = np.column_stack((starts, np.full(4, 0.001), starts + lengths, np.full(4, 0.001)))
+    kept = hits_behind(NOTHING, walls, FieldOfView(2.0, 0.01, 2), np.zeros(3), 2.0)
+    cells = [np.arange(math.floor(a / FILLED), math.floor(b / FILLED) + 1) for a, b in walls[:, ::2]]
     np.testing.assert_array_equal(np.floor(kept / FILLED)[:, 0], np.concatenate(cells))
     on_surfaces = (kept[:, :1] >= starts - 1e-12) & (kept[:, :1] <= starts + lengths + 1e-12)
     assert on_surfaces.any(axis=1).all()
@@ -123,5 +131,54 @@ def test_hits_are_remembered_only_where_the_lidar_does_not_look():
 
 def test_hits_as_far_apart_as_a_chord_may_be_long_stay_alone():
     for length, joined in ((CONNECTED_CHORD, False), (math.nextafter(CONNECTED_CHORD, 0.0), True)):
-        ends = chords(np.array(((0.0, 0.0), (length, 0.0))), 2, NOTHING, np.zeros(2)).ends
+        ends = chords(np.array(((0.0, 0.0), (length, 0.0))), 2, np.zeros(2)).ends
         assert (ends[:, :2] != ends[:, 2:]).any() == joined
+
+
+def blind(beams: Beams, place: tuple[float, float, float]) -> shapely.Geometry:
+    """What chords that hide without being surfaces hide, as far as 9 m."""
+    center, wedges = np.array(place[:2]), []
+    for ends in hides(beams, place).reshape(-1, 2, 2):
+        far = center + 9.0 / np.hypot(*(ends - center).T)[:, None] * (ends - center)
+        wedges.append(shapely.MultiPoint(np.vstack((ends, far))).convex_hull)
+    return shapely.union_all(wedges)
+
+
+@given(seeds)
+def test_lost_beams_what_moves_and_bearings_beside_the_view_hide(seed: int) -> None:
+    """Half a beam more to each side, and nothing else."""
+    rng, place = np.random.default_rng(seed), (0.3, -0.2, 1.0)
+    ranges = np.full(61, np.inf)
+    lost, moving, lone = rng.choice(np.arange(5, 56, 5), 3, replace=False)
+    ranges[lost], ranges[moving], ranges[lone] = np.nan, 1.0, 2.0
+    motion = np.where(np.arange(61) == moving, DYNAMIC, 0)
+    scan = LaserScan(0.0, -1.5, 0.05, 0.0, 5.0, ranges, lost_beams=True, motion=motion)
+    hidden = blind(scan.beams, place)
+    for beam, distance in ((lost, scan.distances[lost]), (moving, 1.0), (lone, 2.0)):
+        for beside in (-0.4, 0.0, 0.4):
+            bearing = place[2] - 1.5 + 0.05 * (beam + beside)
+            ray = np.array(place[:2]) + np.outer((distance - 0.05, distance + 0.05), (np.cos(bearing), np.sin(bearing)))
+            assert [hidden.contains(shapely.Point(p)) for p in ray] == [False, True]
+    for off in np.arange(1.6, 4.6, 0.2):
+        assert hidden.contains(shapely.Point(place[0] + 0.1 * np.cos(off + 1.0), place[1] + 0.1 * np.sin(off + 1.0)))
+    free = np.setdiff1d(np.arange(1, 60), [k for beam in (lost, moving, lone) for k in (beam - 1, beam, beam + 1)])
+    for bearing in place[2] - 1.5 + 0.05 * free:
+        assert not hidden.contains(shapely.Point(place[0] + 4.0 * np.cos(bearing), place[1] + 4.0 * np.sin(bearing)))
+
+
+def test_a_lidar_that_sees_all_around_and_hits_surfaces_hides_nothing_else() -> None:
+    scan = LaserScan(0.0, -np.pi, 2.0 * np.pi / 90, 0.0, 5.0, np.full(90, 2.0))
+    assert len(hides(scan.beams, (0.0, 0.0, 0.0))) == 0
+
+
+@given(seeds)
+def test_no_bin_says_free_where_a_chord_is(seed: int) -> None:
+    rng, place = np.random.default_rng(seed), (0.5, 0.5, 2.0)
+    ends = rng.uniform(-2.0, 2.0, (6, 4))
+    ends[:, 2:] = ends[:, :2] + rng.uniform(-0.3, 0.3, (6, 2)) * rng.integers(0, 2, (6, 1))
+    free = profile(ends, place, 3.0)
+    assert free.shape == (BINS,) and free.max() <= 3.0
+    for share in np.linspace(0.0, 1.0, 30):
+        away = ends[:, :2] + share * (ends[:, 2:] - ends[:, :2]) - place[:2]
+        bins = np.floor((np.arctan2(away[:, 1], away[:, 0]) - place[2]) / (2.0 * np.pi / BINS)).astype(int) % BINS
+        assert (free[bins] <= np.hypot(*away.T) + 1e-9).all()

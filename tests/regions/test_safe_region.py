@@ -10,6 +10,7 @@ from drake_starnav.geometry.se2 import placed
 from drake_starnav.lidar.laser_scan import DYNAMIC, LaserScan
 from drake_starnav.lidar.mounts import ON_AXIS
 from drake_starnav.regions.erosion import smoothed_distances
+from drake_starnav.regions.looks import Known, Look
 from drake_starnav.regions.safe_region import CertifiedRegion, ScanMemory, certified_region
 from drake_starnav.regions.views import hit_points
 from drake_starnav.worlds.world import World
@@ -69,14 +70,17 @@ def test_the_memory_keeps_the_last_scans_and_never_changes():
 
 def test_in_another_frame_it_certifies_the_same() -> None:
     frame, (star, _, _, pose) = np.array((1.0, -2.0, 2.5)), driven(3)
-    star = dataclasses.replace(star, behind=star.hits[:3], earlier=(driven(4)[0],))
+    known = Known(driven(4)[0].look, (0.5, 0.2, 1.0), 0.0)
+    star = dataclasses.replace(star, others=(known,), earlier=(known,))
     moved = star.moved(frame)
     points = pose[:2] + np.random.default_rng(0).uniform(-1.0, 1.0, (500, 2))
-    for there, here in zip((moved, *moved.earlier), (star, *star.earlier), strict=True):
-        assert 50 < here.alone.contains(points).sum() < 450
-        assert (there.alone.contains(placed(frame, points)) == here.alone.contains(points)).all()
-        for ends in ("near_hits", "hits", "behind"):
-            np.testing.assert_allclose(getattr(there, ends), placed(frame, getattr(here, ends)))
+    assert 50 < star.alone.contains(points).sum() < 450
+    assert (moved.alone.contains(placed(frame, points)) == star.alone.contains(points)).all()
+    for ends in ("near_hits", "hits"):
+        np.testing.assert_allclose(getattr(moved, ends), placed(frame, getattr(star, ends)))
+    np.testing.assert_allclose(moved.look.hits, placed(frame, star.look.hits))
+    for there in (*moved.others, *moved.earlier):
+        np.testing.assert_allclose(there.center, placed(frame, np.array([known.center]))[0])
 
 
 def test_the_latest_scan_is_kept_even_if_none_is_asked_for() -> None:
@@ -218,7 +222,7 @@ def test_behind_lost_beams_nothing_is_certified() -> None:
 @pytest.mark.parametrize(("range_max", "reach", "known"), [(0.9, 1.2, 0.9), (5.0, 1.2, 1.72), (5.0, 9.0, 5.0)])
 def test_no_more_is_certified_than_the_lidar_sees(range_max: float, reach: float, known: float) -> None:
     star = safe_star(all_around(range_max), reach)
-    assert star.reach == pytest.approx(known)
+    assert star.look.reach == pytest.approx(known)
     assert star.values == pytest.approx(np.full(len(star.values), min(range_max - SAFE, reach)))
 
 
@@ -230,53 +234,32 @@ def test_hits_know_how_far_apart_they_are() -> None:
 def test_no_scan_certifies_no_motion():
     star, memory = CertifiedRegion.none(), ScanMemory()
     assert not star.seen and star.time == star.previous == memory.time == -math.inf
-    assert star.hits.shape == star.near_hits.shape == star.behind.shape == memory.points.shape == (0, 2)
-    assert star.newest == 0 and len(star.chords.ends) == 0
+    assert star.hits.shape == star.near_hits.shape == memory.points.shape == (0, 2)
+    assert len(star.look.chords.ends) == len(star.looks.places) == 0
     assert star.half_gaps.shape == memory.half_gaps.shape == (0,) and memory.counts == ()
-    assert star.center.shape == (2,) and star.reach == math.inf and star.radius == 0.0
+    assert star.center.shape == (2,) and star.look.reach == 0.0 and star.radius == 0.0
     assert not star.alone.contains(np.array([(0.001, 0.0)]))[0]
 
 
-def test_the_star_ends_before_the_edges_of_a_view() -> None:
-    """Otherwise the disc would sweep unobserved space: here a post beside the field of view, 0.45 m ahead."""
+def test_a_disc_needs_no_other_look_only_where_it_drives_straight_out_of_what_it_covers() -> None:
+    """Elsewhere it would sweep unobserved space: here a post beside the field of view, 0.45 m ahead."""
     world = World("post", (0, 0, 0), (0, 0), cylinders=[(0.45, -0.2, 0.05)])
     view = {"beams": 270, "angle_min": -0.3, "angle_increment": math.radians(1.0)}
     scan, pose = cast(world, **view), np.zeros(3)
     assert not scan.hits.any()
     star, _ = certified_region(ScanMemory(), scan, scan.distances, pose, SAFE, REACH, KEPT)
-    bearing = star.bearing_0 + 2.0 * math.pi / len(star.values) * np.arange(len(star.values))
-    edge = scan.angle_min + np.array((math.radians(60.0), math.radians(209.0)))
+    _, (bearing_0,), (values,) = star.enough
+    bearing = bearing_0 + 2.0 * math.pi / len(values) * np.arange(len(values))
+    edge = scan.angle_min + np.array((math.radians(90.0), math.radians(179.0)))
     inside = (bearing >= edge[0]) & (bearing <= edge[1])
-    assert (star.values[~inside] == 0.0).all() and (star.values[inside] > 0.5).all()
+    assert (values[~inside] == 0.0).all() and (values[inside] > 0.5).all()
+    assert not star.sees_around
 
 
-@settings(max_examples=200)
-@given(seed=seeds)
-def test_looked_at_is_what_a_scan_looked_at_or_no_farther_from_there(seed):
-    rng = np.random.default_rng(seed)
-    center, ahead = rng.uniform(-1.0, 1.0, 2), rng.uniform(-4.0, 4.0)
-    sight = rng.uniform(0.1, 1.5), rng.uniform(2.0, 5.5)
-    before = [CertifiedRegion(p, 0.5, np.full(72, 0.3), np.zeros((0, 2))) for p in center + rng.uniform(-1, 1, (2, 2))]
-    star = CertifiedRegion(
-        center, ahead, np.zeros(4), np.zeros((0, 2)), seen=True, sight=sight, earlier=tuple(before[: rng.integers(3)])
-    )
-    places = rng.choice([0.1, 0.5]) * rng.standard_normal((rng.integers(2, 4), 2))
-    places = center + (places if rng.random() < 0.3 else places[0] + 0.2 * (places - places[0]))
-    rays = ahead + np.linspace(*sight, 4000)
-    from_there = places - center
-    along, beside = from_there @ (np.cos(rays), np.sin(rays)), from_there @ (-np.sin(rays), np.cos(rays))
-    away = np.hypot(along, beside)
-    off = np.where(along > 0.0, abs(beside), away).min(axis=1)
-    known = [np.hypot(*(places - other.center).T) < 0.3 for other in star.earlier]
-    expected = (off <= off[0] + 0.002 * away.max()) | np.any(known, axis=0)
-    assert star.looked_at(places) == expected.all()
-
-
-def test_a_place_beside_a_view_that_ends_late_is_not_looked_at() -> None:
-    nothing = np.zeros((0, 2))
-    star = CertifiedRegion(np.zeros(2), 0.0, np.zeros(4), nothing, seen=True, sight=(1.4, 5.4))
-    assert not star.looked_at(np.array(((-1.0, 0.0), (1.0, 0.0))))
-    assert star.looked_at(np.array(((-1.0, 0.0), (-1.0, 0.2))))
+def test_what_was_seen_before_a_time_can_be_left_out() -> None:
+    earlier = tuple(Known(Look.none(), (0.0, 0.0, 0.0), time) for time in (3.0, 2.0, 1.0))
+    star = dataclasses.replace(CertifiedRegion.none(), earlier=earlier)
+    assert star.since(0.5) is star and [known.time for known in star.since(1.5).earlier] == [3.0, 2.0]
 
 
 @given(seeds)
@@ -292,7 +275,7 @@ def test_the_ends_of_rays_that_several_lidars_share_bound_what_is_certified_and_
     assert segment_distance(hits[None], star.center, ends[star.values > 0.0][:, None]).min() > SAFE - 1e-9
     known = np.array(((1.0, 0.0), (1.0, 0.1))), np.zeros(2)
     star, _ = certified_region(ScanMemory(), merged, merged.distances, pose, SAFE, REACH, KEPT, hits=known)
-    assert star.newest == 2 and len(star.hits) == 2 + scan.hits.sum()
+    assert len(star.look.hits) == 2 and len(star.hits) == 2 + scan.hits.sum()
 
 
 def test_to_a_robot_that_has_grown_since_the_scan_it_has_no_star_but_its_hits() -> None:

@@ -97,7 +97,7 @@ def test_without_faults_it_is_samples_and_noise():
             0.04 * 2.0 * 0.5 * (0.5 * 0.8 * 0.5 + 0.32) - 0.003 + 0.87 * (0.57 + 0.8 * 0.57) * math.pi / 180 - 0.01,
         ),
         ("drive", {"slip": 0.05}, 0.05 * (0.8 / 0.25 * 0.8 * 0.64 / 6.0 + 0.65 * 0.25)),
-        ("localization", {"jump": 0.015, "jump_interval": 0.2}, 0.015 * (1 + 4)),
+        ("localization", {"jump": 0.015, "jump_interval": 0.2}, 0.015 * (1 + 5)),
         ("robot", {"mass_error": 0.2}, 0.0),
     ],
 )

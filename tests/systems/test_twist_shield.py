@@ -18,7 +18,7 @@ from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.utils.stopwatch import Stopwatch
 from tests.helpers.footprints import WIDE as WIDE_ARMS
-from tests.helpers.scans import MARGINS
+from tests.helpers.scans import MARGINS, remembered_hits
 
 WIDE = CertifiedRegion(np.zeros(2), 0.0, np.full(720, 5.0), np.zeros((0, 2)))
 
@@ -169,14 +169,15 @@ def with_footprint(shape: Footprint, star: CertifiedRegion) -> Simulator:
     [
         (disc(0.25), 0.25, np.zeros((0, 2)), True),
         (disc(0.3), 0.3, np.zeros((0, 2)), True),
-        (disc(0.3), 0.25, np.zeros((0, 2)), False),  # its star is of a scan before it grew
+        (disc(0.3), 0.25, np.array([(0.31, 0.0)]), False),  # its star is of a scan before it grew
         (WIDE_ARMS, 0.25, np.zeros((0, 2)), True),  # what was hit is known
         (WIDE_ARMS, 0.25, np.array([(0.26, 0.4)]), False),
         (WIDE_ARMS, 0.25, np.array([(0.26, 0.6)]), True),
     ],
 )
 def test_a_star_of_before_it_grew_certifies_nothing_but_hits_do(shape, kept, hits, drives) -> None:
-    star = dataclasses.replace(WIDE, radius=kept + MARGINS.safety, seen=True, hits=hits, half_gaps=np.zeros(len(hits)))
+    look = remembered_hits(hits)
+    star = dataclasses.replace(WIDE, radius=kept + MARGINS.safety, seen=True, hits=hits, look=look)
     assert (out(with_footprint(shape, star), "twist_command")[0] > 0.0) == drives
 
 

@@ -10,7 +10,7 @@ from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.outlier_filter import HitHistory
 from drake_starnav.regions.erosion import FreeRange, bearing_count, free_limit
 from drake_starnav.regions.observation import Observation
-from drake_starnav.regions.perception import Look, Perceived, PerceptionSettings
+from drake_starnav.regions.perception import LastScan, Perceived, PerceptionSettings
 from drake_starnav.regions.piecewise_cubic import PiecewiseCubic, fit_piecewise_cubic
 from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.regions.star_region import fit_region
@@ -40,7 +40,9 @@ def perceive(
         time=scan.time,
         previous=before.safety.time,
     )
-    return Perceived(Observation(region, scan, pose), safety, before.memory, (Look(scan, scan, pose, HitHistory()),))
+    return Perceived(
+        Observation(region, scan, pose), safety, before.memory, (LastScan(scan, scan, pose, HitHistory()),)
+    )
 
 
 def sight_range(scan: LaserScan, distance: np.ndarray, reach: float = math.inf, radius: float = 0.0) -> FreeRange:
