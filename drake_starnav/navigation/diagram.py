@@ -19,7 +19,7 @@ class NavigationDiagram(Diagram):
     """
 
     def __init__(self, scenario: Scenario, parts: Parts, seed: int) -> None:
-        """Arguments as of `make_diagram`."""
+        """Build it; the arguments are those of `make_diagram`."""
         super().__init__()
         scenario_simulator_config(scenario.simulator_config)  # refused before it is used
         self.simulator_config = scenario.simulator_config

@@ -38,7 +38,7 @@ class Parts:
         goal: whose output `goal`, or only one, is (x, y) in W, m, instead of the scenario's goals and the world's; in
             the builder already, or not.
         footprint: whose output `footprint`, or only one, is the `Footprint` that the robot has from then on, where it
-            changes; in the builder already, or not. What is in force of it decides a `FootprintHold`.
+            changes; in the builder already, or not. A `FootprintHold` decides when a change counts.
         planner: instead of the star roadmap; it outputs `guidance`, or what your controller reads.
         controller: instead of the scenario's; it outputs `desired_twist`, (v, omega), m/s and rad/s.
         shield: instead of a `TwistShield`, e.g. an `Unshielded`, for which no guarantee holds.
@@ -88,7 +88,7 @@ class Navigation:
         perception: None for a baseline that heads for the goal itself.
         planner: None for such a baseline.
         controller: proposes the twist.
-        footprint: if it changes; its output is the one in force.
+        footprint: if it changes; it outputs the current one.
         tracker: if the scenario declares obstacles that move.
         matcher: if it declares that the believed pose errs.
         shield: decides what of it is driven.
@@ -141,7 +141,7 @@ class Navigation:
 
     @property
     def footprint_in_force(self) -> dict[str, OutputPort]:
-        """The port of what is in force, as `footprint`, where it changes."""
+        """The port of the current footprint, as `footprint`; empty where it never changes."""
         return {} if self.footprint is None else {"footprint": self.footprint.get_output_port()}
 
     def localization(self, name: str) -> OutputPort:

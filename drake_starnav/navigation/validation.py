@@ -26,8 +26,8 @@ from drake_starnav.station.robot_interface import RobotInterface
 HARDEST_BRAKING = 6.0
 """Deceleration up to which the shipped robots' wheels do not slide, m/s^2; braking unloads them."""
 TIGHTEST_CIRCLE, QUICKEST_LOCK = 0.2, 0.5
-"""Of cars the least radius of circles, m, or half of the lever if that is more, and the least time from one lock of the
-wheels to the other, s: what samples of a motion miss is bounded for no others (docs/proof.md)."""
+"""Least radius of a car's circles, m, or half of its lever if that is more, and least time from one lock of its wheels
+to the other, s: what samples of a motion miss is bounded for no others (docs/proof.md)."""
 
 
 def check_interface(scenario: Scenario, station: Robot) -> None:

@@ -97,7 +97,7 @@ def add_navigation(
 
 
 def _footprint(builder: DiagramBuilder, needs: Needs, given: System | None, station: Robot) -> FootprintHold | None:
-    """What decides which footprint is in force, if a system of the user's says that it changes."""
+    """The system that decides which footprint counts, where a system of the user's changes it."""
     if given is None:
         return None
     scenario, mounts = needs.scenario, station.mounts

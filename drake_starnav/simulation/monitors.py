@@ -22,17 +22,17 @@ FOOTPRINT_LOG = "footprint_log"
 
 
 class FootprintLog(LeafSystem):
-    """Notes, as abstract state, which footprints were in force, and since when."""
+    """Notes each footprint of a run and since when it counts, as abstract state."""
 
     def __init__(self, period: float) -> None:
-        """Argument: between two looks, s."""
+        """Look at the footprint once in a period, s."""
         super().__init__()
         self._footprint = self.DeclareAbstractInputPort("footprint", Value[object](()))
         self._noted = self.DeclareAbstractState(Value[object](()))
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, weakly(self._note))
 
     def noted(self, context: Context) -> tuple[tuple[float, FootprintInForce], ...]:
-        """Since when, s, which was in force."""
+        """Since when, s, which footprint counted."""
         return context.get_abstract_state(self._noted).get_value()
 
     def _note(self, context: Context, state: State) -> EventStatus:

@@ -76,7 +76,7 @@ class RobotNavigator(Diagram):
     """
 
     def __init__(self, scenario: Scenario, robot: RobotInterface, world: World, seed: int, watch: Stopwatch) -> None:
-        """Of a robot's scenario, interface and seed; the world has its start and goal, the stopwatch notes times."""
+        """Navigate one robot of a scenario; the world has its start and goal, the stopwatch notes times."""
         super().__init__()
         builder = DiagramBuilder()
         builder.AddNamedSystem("robot", robot)

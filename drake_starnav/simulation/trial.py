@@ -36,7 +36,7 @@ PATH_TOLERANCE = 0.02
 """Largest deviation of the path in a trial's record from the driven one, m."""
 
 Goals = Sequence[tuple[float, ...]]
-"""As of `Scenario.goals`."""
+"""Goals (x, y) or (x, y, yaw), as `Scenario.goals`."""
 
 
 @dataclass(frozen=True)
@@ -116,7 +116,7 @@ class Run:
         nodes: in the roadmap.
         wall: wall-clock time, s.
         goals: when each of several goals was reached, s.
-        footprints: since when, s, which was in force; empty: the robot's own during the whole run.
+        footprints: since when, s, which footprint counted; empty: the robot's own during the whole run.
     """
 
     message: str
@@ -173,7 +173,7 @@ def figures(scenario: Scenario, world: World, shortest: tuple[float, np.ndarray]
 
 
 def _clearances(world: World, run: Run, own: Footprint) -> tuple[np.ndarray, np.ndarray]:
-    """Of the footprint in force: to what stands, and to what stands or moves; each of shape (n,), m."""
+    """Clearances of the current footprint to what stands, and to what stands or moves; each of shape (n,), m."""
     since, footprints = zip(*(run.footprints or ((0.0, own),)), strict=True)
     ends = np.append(np.searchsorted(run.times, since[1:]), len(run.times))
     standing, moving, first = np.empty(len(run.times)), np.empty(len(run.times)), 0

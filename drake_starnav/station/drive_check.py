@@ -10,7 +10,7 @@ from drake_starnav.station.robot_geometry import RobotModel, drive_geometry, whe
 SPAN = 2.0
 """Motion is compared with its command over two spans of this length, one after the other, s."""
 EVERY = 10
-"""One of so many moments is looked at, 0.1 to 0.2 s apart: means over a span need no more."""
+"""Every tenth moment is looked at, 0.1 to 0.2 s apart: means over a span need no more."""
 LEAST = np.array((0.005, 0.01))
 """Slower commands are not judged, m/s and rad/s."""
 

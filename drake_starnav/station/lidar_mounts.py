@@ -28,12 +28,12 @@ _Parameters: Any = plain_struct(LidarParameters)
 MOST_TILT = math.radians(2.0)
 """Tilt up to which a lidar's scans are taken for those of a level one, rad; `error_budget` has what that costs."""
 COLLAR = 0.03
-"""A collar reaches so far above and below the planes of all lidars, m."""
+"""How far a collar reaches above and below the planes of all lidars, m."""
 COLLAR_NAME = "collar"
 
 
 def lidar_poses(robot: RobotModel, lidars: Sequence[LidarParameters]) -> list[RigidTransform]:
-    """Of the frame of each lidar in base_link, with all joints at zero.
+    """The pose of each lidar's frame in base_link, with all joints at zero.
 
     Raises:
         StarnavError: the model has no such frame, or the frame is not joined to base_link.

@@ -112,7 +112,7 @@ class CollisionMonitor(LeafSystem):
         return bool(fastest_point(speed, turning, self._body(context).lever) <= STANDING)
 
     def _body(self, context: Context) -> Footprint:
-        """The footprint that is in force."""
+        """The current footprint."""
         return self._footprint.Eval(context).robot.shape if self._footprint.HasValue(context) else self._own
 
     def _check(self, context: Context, values: DiscreteValues) -> EventStatus:

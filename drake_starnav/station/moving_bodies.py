@@ -95,7 +95,7 @@ class MovingObstacleDrive(LeafSystem):
     """
 
     def __init__(self, moving_obstacles: MovingObstacles, *, time_step: float) -> None:
-        """Of the moving obstacles as for `add_moving_obstacles`, in a plant of that time step, s."""
+        """Move the obstacles given to `add_moving_obstacles`, in a plant of that time step, s."""
         super().__init__()
         self._moving_obstacles, self._time_step = moving_obstacles, time_step
         self._size = 2 * len(moving_obstacles)

@@ -24,7 +24,7 @@ CHEAT_PORTS = ("cheat.robot_state", "cheat.contact_results", "cheat.geometry_que
 
 
 def station_outputs(lidars: int) -> list[str]:
-    """Names of the output ports of a station whose robot has so many lidars; see `NavigationStation`."""
+    """Names of the output ports of a station by the number of its lidars; see `NavigationStation`."""
     names = lidar_names("lidar", lidars)
     return [
         *(f"{lidar}.{port}" for lidar in names for port in LIDAR_PORTS),
@@ -54,7 +54,7 @@ class Station:
 
     @property
     def mounts(self) -> Sequence[Mount]:
-        """Of the lidars."""
+        """Where the lidars are."""
         return self.robot_interface.mounts
 
     @property
@@ -151,7 +151,7 @@ class NavigationStation(Diagram, Station):
     """
 
     def __init__(self, world: World, scenario: Scenario, *, seed: int = 0) -> None:
-        """Arguments as of `add_station`."""
+        """Build it; the arguments are those of `add_station`."""
         Diagram.__init__(self)
         builder = DiagramBuilder()
         parts = add_station(builder, world, scenario, seed=seed)

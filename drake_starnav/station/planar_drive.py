@@ -46,7 +46,7 @@ class PlanarVelocityCommand(LeafSystem):
     """
 
     def __init__(self, *, robot: RobotParameters) -> None:
-        """Of a robot's base and limits."""
+        """Drive by a robot's base and limits."""
         super().__init__()
         self._robot = robot
         self._twist = self.DeclareVectorInputPort("twist_command", 3)

@@ -26,11 +26,11 @@ from drake_starnav.worlds.world import World
 DISCRETE_ONLY = frozenset(("discrete_contact_approximation", "sap_near_rigid_threshold", "use_sampled_output_ports"))
 """Settings of a plant that a continuous one ignores."""
 LONGEST_STEP = 0.02
-"""Of a continuous plant, s; events end steps earlier. Driven by recorded twists for 20 m, a robot ends 5 mm from where
-half of it takes it."""
+"""Longest step of a continuous plant, s; events end steps earlier. Over 20 m by recorded twists a robot ends 5 mm from
+where steps of half the length take it."""
 
 LEAST = {"max_step_size": 1e-5, "accuracy": 1e-9, "penetration_allowance": 1e-9, "stiction_tolerance": 1e-9}
-"""Of numbers of Drake's structs that may not be zero; steps of less, s, would never end."""
+"""Least values of Drake's settings that may not be zero; a run with shorter steps, s, would never end."""
 
 
 def plant_config(time_step: float = SimulationParameters.time_step) -> MultibodyPlantConfig:

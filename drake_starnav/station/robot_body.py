@@ -204,7 +204,7 @@ def link_at(joint: ElementTree.Element, end: str) -> str | None:
 
 
 def pose_of(element: ElementTree.Element) -> RigidTransform:
-    """Of a frame in its link, or of what has an `<origin>`."""
+    """The pose of a frame in its link, or of an element with an `<origin>`."""
     origin = element if element.tag == "frame" else element.find("origin")
     xyz, rpy = (("0 0 0" if origin is None else origin.get(key, "0 0 0")).split() for key in ("xyz", "rpy"))
     return RigidTransform(RollPitchYaw([float(angle) for angle in rpy]), [float(value) for value in xyz])

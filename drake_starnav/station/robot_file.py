@@ -20,7 +20,7 @@ from drake_starnav.worlds.formats.model_files import Models, parsed_xml
 from drake_starnav.worlds.formats.model_folders import find
 
 KEPT = ("link", "joint", "material", "frame")
-"""Of a robot's parts; sensors, transmissions, `ros2_control`, `gazebo` and the like are left out."""
+"""Parts of a robot that are read; sensors, transmissions, `ros2_control`, `gazebo` and the like are left out."""
 
 
 class ModelText(NamedTuple):

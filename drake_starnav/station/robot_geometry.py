@@ -25,7 +25,7 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.worlds.footprints import ball_vertices, box_vertices, convex_footprint
 
 TOLERANCE = 1e-3
-"""Of where a model has its wheels and lidars, how they are turned, radii and `robot.radius`, m and rad."""
+"""Tolerance of places and headings of a model's wheels and lidars, of its radii and of `robot.radius`, m and rad."""
 FLOOR_CONTACT = ("starnav", "floor")
 """Group and name of a property of a robot's collision shapes."""
 
@@ -39,17 +39,17 @@ class RobotModel(NamedTuple):
 
     @property
     def inspector(self) -> SceneGraphInspector:
-        """Of the scene."""
+        """The scene's inspector."""
         return self.scene_graph.model_inspector()
 
     @property
     def joints(self) -> list[Joint]:
-        """Of the robot."""
+        """The robot's joints."""
         return [self.plant.get_joint(index) for index in self.plant.GetJointIndices(self.index)]
 
     @property
     def links(self) -> list[RigidBody]:
-        """Of the robot."""
+        """The robot's links."""
         return [self.plant.get_body(index) for index in self.plant.GetBodyIndices(self.index)]
 
     @property
@@ -89,7 +89,7 @@ class RobotModel(NamedTuple):
         return poses
 
     def extents(self, poses: Mapping[BodyIndex, RigidTransform]) -> Iterator["Extent"]:
-        """Of what still collides of links at poses in a frame."""
+        """What the colliding shapes of links cover, with the links at poses in a frame."""
         for index, X_FL in poses.items():
             link = self.plant.get_body(index)
             for geometry in self.shapes(link):
@@ -229,12 +229,12 @@ class Drive(NamedTuple):
     arms: tuple[float, ...]
 
     def rates(self, v: float | np.ndarray, omega: float | np.ndarray) -> list:
-        """How fast the wheels turn where the robot drives at v, m/s, and omega, rad/s: rad/s."""
+        """Rates of the wheels, rad/s, of a robot that drives at v, m/s, and omega, rad/s."""
         return [(v + arm * omega) / radius for radius, arm in zip(*self, strict=True)]
 
 
 def drive_geometry(robot: RobotModel) -> Drive:
-    """Of a robot as from `add_robot`."""
+    """Where the wheels of a robot, as from `add_robot`, touch the floor."""
     poses, drive = robot.poses(), []
     for joint in robot.wheels:
         link = joint.child_body()

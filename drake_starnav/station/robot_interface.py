@@ -149,7 +149,7 @@ class RobotInterface(Diagram):
 
     @property
     def robot_interface(self) -> "RobotInterface":
-        """Itself."""
+        """This system; a diagram around it returns the one inside."""
         return self
 
     @property

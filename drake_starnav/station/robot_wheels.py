@@ -23,12 +23,12 @@ OPPOSITE = 0.005
 ALONG = 0.99
 """Least share of y in the axis of a wheel, and of z in that of a swivel."""
 CASTER_CLEARANCE = 0.005
-"""A shape this near to the floor, or nearer, is a caster, m; and a wheel stands on it."""
+"""A shape no farther from the floor than this, m, is a caster, and a wheel there stands on it."""
 CASTER_RADIUS = 0.02
 LIFTED = 5e-5
 """Casters clear the floor by this, m: the wheels carry the weight, and with it the grip."""
 STIFFNESS = 1e7
-"""Of a wheel of which nothing else is said, N/m: the radius that it rolls on is not shortened by the load."""
+"""Stiffness of a wheel whose file says none, N/m: the load does not shorten the radius that it rolls on."""
 ALONG_Z = np.array([0.0, 0.0, 1.0])
 
 
@@ -182,7 +182,7 @@ def _axle(joint: RevoluteJoint) -> RigidTransform:
 
 
 def _span(robot: RobotModel, joint: RevoluteJoint) -> _Span:
-    """Of a wheel's shapes; a sphere counts with its plane."""
+    """The span of a wheel's shapes; a sphere counts with its plane."""
     poses = robot.poses()
     X_AB = (poses[joint.child_body().index()] @ _axle(joint)).inverse()
     parts = {part.index(): X_AB @ poses[part.index()] for part in robot.carried(joint.child_body())}

@@ -81,7 +81,7 @@ class SceneSlices:
     """
 
     def __init__(self, role: Role, exclude: Collection[FrameId] = ()) -> None:
-        """Of shapes of a role, but for those of some frames."""
+        """Slice the shapes of a role, except those of some frames."""
         self._role = role
         self._exclude = frozenset(exclude)
         self._version = GeometryVersion()

@@ -13,9 +13,9 @@ from drake_starnav.worlds.footprints import convex_footprint
 from drake_starnav.worlds.world import World
 
 UNSEEN = 0.01
-"""What reaches farther than this beyond what a lidar sees of it is warned of, m."""
+"""A warning names what reaches farther than this beyond what a lidar sees of it, m."""
 MOST_NAMES = 3
-"""So many names are said."""
+"""The warning names at most this many."""
 
 
 def warn_of_unseen(plant: MultibodyPlant, scene_graph: SceneGraph, world: World, robot: RobotInterface) -> None:

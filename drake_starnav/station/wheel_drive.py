@@ -33,7 +33,7 @@ class WheelSpeedCommand(LeafSystem):
     """
 
     def __init__(self, *, robot: RobotParameters, drive: Drive) -> None:
-        """Of a robot's base and limits, and its n wheels."""
+        """Command n wheels by a robot's base and limits."""
         super().__init__()
         self._base, self._limits, self._drive = robot.drive, robot.limits, drive
         self._twist = self.DeclareVectorInputPort("twist_command", 2)
@@ -60,7 +60,7 @@ class WheelSlip(LeafSystem):
     """
 
     def __init__(self, *, sides: Sequence[int], slip: float, seed: int) -> None:
-        """Of n wheels on `sides`, 0 left and 1 right, that lose up to the share `slip` of their speed."""
+        """Let n wheels on `sides`, 0 left and 1 right, lose up to the share `slip` of their speed."""
         super().__init__()
         self._sides, self._slip, self._seed = list(sides), slip, seed
         self._desired = self.DeclareVectorInputPort("desired_state", 2 * len(sides))
@@ -94,7 +94,7 @@ class WheelServo(Diagram):
     """
 
     def __init__(self, robot: RobotModel) -> None:
-        """Of a robot as from `add_robot` in a finalized plant."""
+        """Drive the wheels of a robot, as from `add_robot`, in a finalized plant."""
         super().__init__()
         rates = wheel_rates(robot)
         n, size = rates.shape

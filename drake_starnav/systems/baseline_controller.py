@@ -48,7 +48,7 @@ class BaselineController(Controller):
     """
 
     def __init__(self, robot: RobotParameters, baseline: Baseline, *, stopwatch: Stopwatch | None = None) -> None:
-        """Of a robot and a method with its parameters; a stopwatch, if given, notes `command` times."""
+        """Drive a robot by a method with its parameters; a stopwatch, if given, notes `command` times."""
         super().__init__(stopwatch)
         self._robot, self._baseline = robot, baseline
         self._goal = self.DeclareVectorInputPort("goal", 2)
@@ -98,7 +98,7 @@ class PaperController(Controller):
     """
 
     def __init__(self, robot: RobotParameters, *, stopwatch: Stopwatch | None = None) -> None:
-        """Of a robot's radius and limits; a stopwatch, if given, notes `command` times."""
+        """Drive a robot by its radius and limits; a stopwatch, if given, notes `command` times."""
         super().__init__(stopwatch)
         self._robot = robot
         self._guidance = self.DeclareAbstractInputPort("guidance", Value(Guidance.none()))

@@ -26,7 +26,7 @@ class Controller(LeafSystem):
         self._stopwatch = stopwatch or Stopwatch()
 
     def _declare_outputs(self, size: int = 2) -> None:
-        """Declare the outputs, with so many components of a twist; called when inputs and states are declared."""
+        """Declare the outputs, with `size` components of a twist; call it after inputs and states are declared."""
         declare_vector(self, "desired_twist", size, Controller._desired_twist)
         declare_vector(self, "guiding_vector", 2, lambda own, context: own._propose(own._read(context)).guiding_vector)
 

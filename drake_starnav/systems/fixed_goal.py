@@ -20,6 +20,6 @@ class FixedGoal(LeafSystem):
     """
 
     def __init__(self, goal: Sequence[float] | np.ndarray) -> None:
-        """At (x, y) in W, m."""
+        """Hold the goal (x, y), W, m."""
         super().__init__()
         self.DeclareStateOutputPort("goal", self.DeclareDiscreteState(np.asarray(goal, dtype=float)))

@@ -11,11 +11,11 @@ from drake_starnav.regions.observation import Observation
 from drake_starnav.systems.release import declare_value, declare_vector
 
 SPACING = 0.05
-"""Of the way points, m."""
+"""Distance between way points, m."""
 NEAR, FAR = 0.7, 3.5
-"""How far ahead along the path the way point lies that it heads for, and at most, behind what stands in it, m."""
+"""How far ahead along the path its way point lies, m: at least, and at most, where something stands in the path."""
 PERIOD = 0.05
-"""Of the updates, s: a few centimetres at walking speed."""
+"""Period of the updates, s: a few centimetres at walking speed."""
 
 
 class FixedPath(LeafSystem):

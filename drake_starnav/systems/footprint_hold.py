@@ -18,7 +18,7 @@ from drake_starnav.utils.timing import checked_period
 
 @snapshot
 class FootprintInForce:
-    """By which footprint a robot is driven now. Immutable.
+    """The footprint by which a robot is driven now. Immutable.
 
     Attributes:
         robot: its parameters with this footprint.
@@ -33,17 +33,17 @@ class FootprintInput:
     """The input port `footprint` of a system, which need not be connected.
 
     Attributes:
-        own: what is in force where it is not.
+        own: the footprint where it is not connected.
         port: the port.
     """
 
     def __init__(self, system: LeafSystem, robot: RobotParameters, margins: Margins) -> None:
-        """Of a system in construction, whose robot has this footprint, and these margins, without the port."""
+        """Declare the port of a system in construction; robot and margins hold where it is not connected."""
         self.own = FootprintInForce(robot, margins)
         self.port = system.DeclareAbstractInputPort("footprint", Value[object](self.own))
 
     def Eval(self, context: Context) -> FootprintInForce:
-        """What is in force."""
+        """The current footprint."""
         if not self.port.HasValue(context):
             return self.own
         value = self.port.Eval(context)
@@ -52,7 +52,7 @@ class FootprintInput:
 
 
 class FootprintHold(LeafSystem):
-    """Decides which footprint of a robot is in force when the one that it is told changes.
+    """Decides which footprint a robot is driven by when the one that it is told changes.
 
     ```
                      ┌───────────────┐
@@ -62,8 +62,8 @@ class FootprintHold(LeafSystem):
                      └───────────────┘
     ```
 
-    What grows is in force at once: a footprint that does not lie inside the one in force is joined to it. What shrinks
-    is in force as soon as the robot stands.
+    Growth counts at once: a footprint that does not lie inside the current one is joined to it. Shrinking counts as
+    soon as the robot stands.
 
     Ports:
         footprint: abstract, `Footprint` that the robot has now; as output `FootprintInForce`, for the ports `footprint`
@@ -71,7 +71,7 @@ class FootprintHold(LeafSystem):
         state: vector (x, y, yaw, v, omega) of the robot; it stands if v and omega are below STANDING.
         twist_command: vector from the shield; it stands only if this is zero, too.
 
-    The footprint in force is abstract state, updated at the controller's rate before the commands of the same instant.
+    The current footprint is abstract state, updated at the controller's rate before the commands of the same instant.
     Anything else than a `Footprint`, and one for which the scenario would be refused, end the simulation with a
     `StarnavError`.
     """
@@ -79,7 +79,7 @@ class FootprintHold(LeafSystem):
     def __init__(self, robot: RobotParameters, margins: Callable[[RobotParameters], Margins], *, rate: float) -> None:
         """
         Args:
-            robot: with the footprint that is in force at first.
+            robot: with its first footprint.
             margins: of the robot with another footprint.
             rate: of the controller, Hz.
         """

@@ -38,7 +38,7 @@ class ObstacleTracker(LeafSystem):
     def __init__(
         self, obstacles: DynamicObstacleParameters, lidar: LidarParameters, *, stopwatch: Stopwatch | None = None
     ) -> None:
-        """Of what is declared, and the lidar's range error; a stopwatch, if given, notes `track` times."""
+        """Track what is declared, by a lidar with these errors; a stopwatch, if given, notes `track` times."""
         super().__init__()
         self._obstacles, self._range_deviation = obstacles, lidar.range_deviation
         self._stopwatch = stopwatch or Stopwatch()

@@ -48,7 +48,7 @@ def declare_value(
 def declare_vector(
     system: Any, name: str, size: int, value: Callable[[Any, Context], Any], depends: set | None = None
 ) -> OutputPort:
-    """The same for a vector of a size."""
+    """Declare a vector output port of a system, likewise."""
     owner = weakref.ref(system)
 
     def calc(context: Context, output: BasicVector) -> None:

@@ -46,7 +46,7 @@ class ScanMatcher(LeafSystem):
     """
 
     def __init__(self, error: OdometryError) -> None:
-        """Of errors of odometry and lidar."""
+        """Match scans, weighed by the errors of odometry and lidar."""
         super().__init__()
         self._error = error
         self._observation = self.DeclareAbstractInputPort("observation", Value(Observation.none()))

@@ -32,7 +32,7 @@ from drake_starnav.utils.timing import EARLY
 STANDSTILL, STAND = 4.0, 0.05
 """A robot stands still if it moves no farther than the second, m, in the first, s."""
 HALF_TURNS = 1.5
-"""One that takes long to turn round has the time for so many half turns instead."""
+"""Or in the time for this many half turns, if that is longer."""
 
 
 @snapshot

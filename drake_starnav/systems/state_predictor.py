@@ -27,7 +27,7 @@ class StatePredictor(LeafSystem):
     """
 
     def __init__(self, *, delay: float, rate: float) -> None:
-        """Of a delay from a command to its effect, s, more than 0, and the rate of the controller's updates, Hz."""
+        """Predict over a delay of more than 0 s from a command to its effect, at the controller's rate, Hz."""
         super().__init__()
         self._delay, self._period = delay, checked_period(self, rate=rate)
         self._count = commands_in_delay(delay, self._period)

@@ -50,7 +50,7 @@ class Unshielded(LeafSystem):
     def __init__(
         self, robot: RobotParameters, controller: ControllerParameters, *, stopwatch: Stopwatch | None = None
     ) -> None:
-        """Of a robot and its controller's rate; a stopwatch notes `command` times, those of both systems, if given."""
+        """Drive a robot at its controller's rate; a stopwatch, if given, notes `command` times of both systems."""
         super().__init__()
         self._actuation = Actuation(robot.limits, robot.shape, 1.0 / controller.rate, controller.delay, robot.drive)
         self._stopwatch = stopwatch or Stopwatch()
@@ -82,7 +82,7 @@ class Unshielded(LeafSystem):
         values.get_mutable_value(self._certified)[0] = certified
 
     def _certificates(self, context: Context, position: np.ndarray) -> tuple[tuple[Certificate, ...], Actuation] | None:
-        """That must accept what is driven, and what commands do; None: none is asked."""
+        """The certificates that must accept what is driven, and the effect of commands; None: there are none."""
         return None
 
     def _certificate(self, context: Context) -> BrakingMotion:
