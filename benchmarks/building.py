@@ -19,7 +19,7 @@ import numpy as np
 
 from benchmarks.building_world import LIDAR, building, tour, tour_log
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.planning import PlannerInput, PlannerState, plan_step, planner, search
+from drake_starnav.planning import PlannerInput, PlannerState, plan_step, planner, route
 from drake_starnav.planning.distance_grid import DistanceGrid
 from drake_starnav.regions.perception import Perceived, PerceptionSettings, perceive
 from drake_starnav.scenario.margins import derive_margins
@@ -32,11 +32,12 @@ SETTINGS = PerceptionSettings(MARGINS, ROBOT.shape)
 PHASES = {
     "contradictions": (planner, "remaining"),
     "revise": (planner, "revised"),
-    "extend": (planner, "extended"),
-    "rebuild": (planner, "rebuilt"),
+    "extend": (planner, "with_latest"),
+    "reopen": (planner, "reopened"),
     "search": (planner, "find_route"),
-    "cost-to-go": (search, "optimistic_cost"),
-    "string pulling": (search, "string_pulled"),
+    "cost-to-go": (route, "cost_field"),
+    "frontier": (route, "frontier_point"),
+    "string pulling": (route, "string_pulled"),
     "distance grid": (DistanceGrid, "stamped"),
 }
 """Functions that are timed inside an update; some call others."""
@@ -132,7 +133,7 @@ class Pipeline:
 def digest(before: str, state: PlannerState) -> str:
     """A hash of a state and of the hash before it."""
     roadmap = state.roadmap
-    arrays = (state.path, state.optimistic_path, roadmap.union.values, roadmap.edges, roadmap.frontiers.probe)
+    arrays = (state.path, state.optimistic_path, roadmap.union.values, roadmap.edges, state.closures)
     return hashlib.sha256(
         b"".join((before.encode(), state.status.value.encode(), *map(np.ndarray.tobytes, arrays)))
     ).hexdigest()

@@ -116,7 +116,7 @@ def drive(world: World, seed: int, seconds: float, nodes: float = math.inf) -> D
             spent = time.perf_counter() - begin
             if state.plans > before:
                 kept.plans.append((len(state.roadmap), spent))
-                if len(kept.plans) % SAMPLED == 1 and len(state.roadmap.frontiers):
+                if len(kept.plans) % SAMPLED == 1:
                     kept.roadmaps.append((state.roadmap, goal))
             kept.node_count = len(state.roadmap)
             guidance = state.guidance

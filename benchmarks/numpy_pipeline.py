@@ -353,7 +353,7 @@ def _covered(offset: np.ndarray, star: CertifiedRegion) -> bool:
 def cost_to_go(
     roadmap: StarRoadmap, goal: np.ndarray, low: np.ndarray, high: np.ndarray, robot_radius: float
 ) -> np.ndarray:
-    """As `planning.cost_field.cost_to_go` for the probes of all frontiers, by SciPy's Dijkstra over the whole box."""
+    """As `planning.cost_field.cost_to_go` for all cells, shape (nx, ny), m, by SciPy's Dijkstra over the whole box."""
     first, count = roadmap.hits.box(low, high)
     cell = roadmap.hits.resolution * STRIDE
     origin = (first + 0.5 * (STRIDE - 1)) * roadmap.hits.resolution
@@ -376,12 +376,4 @@ def cost_to_go(
     edges = (np.concatenate(costs).astype(float), (np.concatenate(sources), np.concatenate(targets)))
     i, j = np.clip(np.rint((goal - origin) / cell).astype(int), 0, np.array(distance.shape) - 1) + 1
     field = dijkstra(csr_matrix(edges, shape=(nx * ny, nx * ny)), indices=int(number[i, j])).reshape(nx, ny)
-    at = np.rint((roadmap.frontiers.probe - origin) / cell).astype(int) + 1
-    out = np.full(len(at), np.inf)
-    for a in (-1, 0, 1):
-        for b in (-1, 0, 1):
-            p, q = at[:, 0] + a, at[:, 1] + b
-            good = (p >= 0) & (p < nx) & (q >= 0) & (q < ny)
-            cost = field[p[good], q[good]] * cell / 100.0 + cell * math.hypot(a, b)
-            out[good] = np.minimum(out[good], cost)
-    return out
+    return field * (cell / 100.0)

@@ -35,6 +35,7 @@ from benchmarks.kinematic_drive import (
 from drake_starnav.baselines.foa import foa_velocity
 from drake_starnav.control.shield import ramped_twist
 from drake_starnav.planning import StarRoadmap
+from drake_starnav.planning.bucket_search import UNREACHED
 from drake_starnav.planning.cost_field import Terrain, cost_to_go
 from drake_starnav.regions.erosion import free_range, smoothed_distances
 from drake_starnav.regions.piecewise_cubic import fit_piecewise_cubic
@@ -108,10 +109,9 @@ def cost_arguments(roadmap: StarRoadmap, goal: np.ndarray) -> tuple[np.ndarray, 
 
 
 def package_cost(roadmap: StarRoadmap, goal: np.ndarray) -> np.ndarray:
-    """The cost-to-go of all frontiers, without the early end that a plan allows itself."""
-    box = cost_arguments(roadmap, goal)
-    probe = roadmap.frontiers.probe
-    return cost_to_go(roadmap.hits, goal, *box, Terrain(ROBOT.radius)).at(probe)
+    """The cost-to-go of all cells, m, without the early end that a plan allows itself."""
+    field = cost_to_go(roadmap.hits, goal, *cost_arguments(roadmap, goal), Terrain(ROBOT.radius))
+    return np.where(field.cost < 0, (field.cost + float(UNREACHED)) * (field.cell / 100.0), np.inf)
 
 
 def numpy_cost(roadmap: StarRoadmap, goal: np.ndarray) -> np.ndarray:

@@ -4,27 +4,37 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.geometry.compiled import largest
+from drake_starnav.regions.region_union import cover_at
 
 UNREACHED = 2**30
 """Costs are stored less this, so that 0, of which memory is full at no cost, stands for what was not reached."""
 NEIGHBOURHOOD = 150
-"""The margin of a search that reaches all 3 x 3 cells about a point, hundredths of a cell."""
+"""The margin by which a search reaches all 3 x 3 cells about its source, hundredths of a cell."""
 
 
 @njit(cache=True)
-def bucket_dijkstra(weight, cost, gi, gj, cost_to_come_grid, margin=NEIGHBOURHOOD, si=-1, sj=-1):
-    """Dial's bucket-queue A* from the goal (gi, gj) to the source (si, sj); Dijkstra's search without a source (-1).
+def bucket_dijkstra(weight, cost, goal, source, known):
+    """Dial's bucket-queue A* from the goal to the source, cells (i, j); Dijkstra's search without a source (-1, -1).
 
-    It fills `cost`, which begins as zeros. It stops once every open cell's f = cost_to_go + heuristic exceeds the best
-    cost_to_go + cost_to_come by more than `margin`, and returns that f, else -1; cells not reached by then have a
-    cost_to_go of at least f - heuristic. All costs are in hundredths of a cell, in both grids less UNREACHED.
+    It fills `cost`, which begins as zeros, in hundredths of a cell less UNREACHED. It stops once every open cell's f =
+    cost + heuristic exceeds the cost from the source, or if that is blocked from the cells about it, by more than
+    NEIGHBOURHOOD.
+
+    Args:
+        weight: what crossing each cell costs in tenths, 0 where blocked, uint8. Of cells that are reached outside the
+            known regions it is raised.
+        cost: same shape, int32.
+        goal, source: cells.
+        known: the union of known regions, where cell (1, 1) lies in W, the size of a cell, m, and by how much the
+            weight is raised; by 0, the union does not matter.
     """
     ny = weight.shape[1]
+    (gi, gj), (si, sj), (union, origin, cell, unknown) = goal, source, known
     w, costs = weight.ravel(), cost.ravel()
-    cost_to_come = cost_to_come_grid.ravel()
     best = UNREACHED
+    around = 0 if si >= 0 and sj >= 0 and si < weight.shape[0] and sj < ny and weight[si, sj] > 0 else 1
     buckets = 1
-    while buckets <= 28 * np.int64(largest(w)) + 1:
+    while buckets <= 28 * (np.int64(largest(w)) + unknown) + 1:
         buckets *= 2
     head = np.full(buckets, -1, np.int32)
     entries = np.empty((buckets, 3), np.int32)  # cell, cost less UNREACHED, next entry
@@ -52,17 +62,21 @@ def bucket_dijkstra(weight, cost, gi, gj, cost_to_come_grid, margin=NEIGHBOURHOO
             if reached > costs[c]:
                 continue
             cost_to_go = reached + UNREACHED
-            if cost_to_come[c] < 0:
-                best = min(best, cost_to_go + cost_to_come[c] + UNREACHED)
             i = np.int64(c) // ny
             j = c - i * ny
             f = cost_to_go + heuristic(i, j, si, sj)
-            if f > best + margin:
-                return f
+            if si >= 0 and abs(i - si) <= around and abs(j - sj) <= around:
+                best = min(best, f)
+            if f > best + NEIGHBOURHOOD:
+                return
             for k in range(8):
                 n = c + rows[k] * ny + columns[k]
                 if w[n] == 0:
                     continue
+                if unknown > 0 and costs[n] == 0:
+                    x, y = origin[0] + (i + rows[k] - 1) * cell, origin[1] + (j + columns[k] - 1) * cell
+                    if cover_at(union, x, y, 0.0) < 0:
+                        w[n] += unknown
                 candidate = reached + w[n] * lengths[k]
                 if candidate < costs[n]:
                     costs[n] = candidate
@@ -71,7 +85,6 @@ def bucket_dijkstra(weight, cost, gi, gj, cost_to_come_grid, margin=NEIGHBOURHOO
                     head[b] = used
                     used += 1
                     waiting += 1
-    return -1
 
 
 @njit(cache=True)

@@ -79,7 +79,7 @@ def closing(
 
     def is_open(points: np.ndarray) -> bool:
         grid = DistanceGrid.empty(state.roadmap.hits.resolution, robot_radius).stamped(points)
-        return bool(np.isfinite(cost_to_go(grid, ends[1], low, high, Terrain(robot_radius)).at(ends[:1])[0]))
+        return len(cost_to_go(grid, ends[1], low, high, Terrain(robot_radius), ends[0]).path(ends[0])) > 0
 
     if not areas or not is_open(seen):
         return ""

@@ -11,6 +11,7 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.errors import StarnavError
+from drake_starnav.geometry.compiled import leaf
 
 TILE = 64
 """Cells along a tile's side."""
@@ -191,11 +192,18 @@ def _stamp(tiles, used, rows, first, resolution, cap, points):
 @njit(cache=True)
 def _distances(grid, points):
     """The loop of `DistanceGrid.distance`."""
-    tiles, rows, first, resolution, cap = grid
-    out = np.full(len(points), cap)
+    out = np.empty(len(points))
     for n in range(len(points)):
-        i, j = int(round(points[n, 0] / resolution)), int(round(points[n, 1] / resolution))
-        p, q = i // TILE - first[0], j // TILE - first[1]
-        if 0 <= p < rows.shape[0] and 0 <= q < rows.shape[1] and rows[p, q] >= 0:
-            out[n] = tiles[rows[p, q], i % TILE, j % TILE]
+        out[n] = distance_at(grid, points[n, 0], points[n, 1])
     return out
+
+
+@leaf
+def distance_at(grid, x, y):
+    """From the cell of (x, y) to the nearest hit, at most the cap, m; of the `arrays` of a grid."""
+    tiles, rows, first, resolution, cap = grid
+    i, j = int(round(x / resolution)), int(round(y / resolution))
+    p, q = i // TILE - first[0], j // TILE - first[1]
+    if 0 <= p < rows.shape[0] and 0 <= q < rows.shape[1] and rows[p, q] >= 0:
+        return float(tiles[rows[p, q], i % TILE, j % TILE])
+    return cap

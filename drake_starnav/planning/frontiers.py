@@ -1,117 +1,91 @@
-"""Frontiers: places at the boundary of a star-shaped region from which the robot could observe more."""
+"""Frontiers are gaps: runs of the boundary of a region beyond which nothing is known that stops the robot."""
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
-from drake_starnav.regions.star_region import StarRegion
+from drake_starnav.planning.distance_grid import HIT_ERROR
+from drake_starnav.planning.roadmap import CLOSED, StarRoadmap
+from drake_starnav.regions.region_union import RegionUnion, cover_at
 
-JUMP = 0.2
-"""A step of the free range that makes an edge frontier, m: the clearances of both its ends fit in."""
-SPACING = 0.25
-"""Distance between frontier points, m."""
-PROBE_DISTANCE = 0.1
-"""Distance of a frontier's probe inside unknown space, m."""
-ARRIVAL_DISTANCE = 0.12
-"""A frontier this near counts as reached, m: half a robot's radius away, its scan shows what lies beyond."""
-PROBE_REACHED = 0.6
-"""A region that ends before a probe by at most this share of the probe distance counts as covering it."""
-EDGE_CLEARANCE = 0.12
-"""Edge frontiers keep this distance from both ends of the jump, m."""
-RIM_INSET = 0.02
-"""Frontier points on an arc at maximum range lie this far inside it, m."""
+STEP = 0.1
+"""Boundaries are looked at in steps of at most this length, m."""
+BEYOND = 0.1
+"""A place this far beyond a boundary tells whether it is open there, m."""
+COVER_SLACK = 0.05
+"""The place is known where a region ends before it by no more than this, m."""
+LEAST = 0.2
+"""A shorter run is noise, m."""
 
 
-@dataclass(frozen=True)
-class Frontiers:
-    """Open frontier points of the roadmap. Immutable; all in W, m.
+class Gap(NamedTuple):
+    """A frontier.
 
     Attributes:
-        viewpoint: shape (n, 2), position of the robot at the frontier, inside the owner's region.
-        probe: shape (n, 2), a place in unknown space just beyond; once a region covers it, the frontier is explored.
-        owner: shape (n,), index of the region that it belongs to.
+        line: shape (k, 2), points along the boundary, W, m.
+        probe: shape (k, 2), the places beyond them, in the unknown, W, m.
+        owner: index of the region whose boundary it is.
     """
 
-    viewpoint: np.ndarray
+    line: np.ndarray
     probe: np.ndarray
-    owner: np.ndarray
-
-    @staticmethod
-    def none() -> "Frontiers":
-        """No frontiers."""
-        return Frontiers(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0, np.int64))
-
-    def __len__(self) -> int:
-        return len(self.owner)
-
-    def where(self, chosen: np.ndarray) -> "Frontiers":
-        """Those that a boolean mask of shape (n,) or indices choose."""
-        rows = np.flatnonzero(chosen) if chosen.dtype == bool else chosen
-        # `take`, as `[rows]` of two columns takes ten times as long
-        return Frontiers(self.viewpoint.take(rows, axis=0), self.probe.take(rows, axis=0), self.owner.take(rows))
-
-    def joined(self, *others: "Frontiers") -> "Frontiers":
-        """These frontiers followed by the others."""
-        parts = (self, *others)
-        return Frontiers(
-            np.vstack([part.viewpoint for part in parts]),
-            np.vstack([part.probe for part in parts]),
-            np.concatenate([part.owner for part in parts]),
-        )
+    owner: int
 
 
-def edge_frontiers(region: StarRegion, owner: int) -> Frontiers:
-    """Frontiers at jumps of the free range and along arcs at maximum range.
+def gaps_of(roadmap: StarRoadmap, closures: np.ndarray, robot_radius: float, owner: int) -> list[Gap]:
+    """The gaps of one region: where no region, no hit and no closure is beyond its boundary.
 
-    At a jump, viewpoints lie along the ray of the jump, one sample beside it, and probes lie across it, behind the
-    nearer surface. On an arc at maximum range, viewpoints lie just inside and probes just outside.
+    Args:
+        roadmap: with the region.
+        closures: shape (k, 2), W, m.
+        robot_radius: m.
+        owner: index of the region.
     """
-    rows = _edge_points(region.center, region.bearing_0, region.free_range, region.boundary.values, region.limit)
-    return Frontiers(rows[:, :2].copy(), rows[:, 2:].copy(), np.full(len(rows), owner))
+    line, probe, is_open = _boundary(roadmap.union, owner, closures)
+    is_open &= roadmap.hits.distance(probe) > robot_radius - HIT_ERROR
+    first = int(np.argmin(is_open))  # no run goes on from the last point to the first
+    line, probe, is_open = (np.roll(each, -first, axis=0) for each in (line, probe, is_open))
+    ends = np.flatnonzero(np.diff(np.concatenate(([0], is_open.astype(np.int8), [0]))))
+    runs = [Gap(line[a:b], probe[a:b], owner) for a, b in ends.reshape(-1, 2).tolist()]
+    return [gap for gap in runs if np.hypot(*np.diff(gap.line, axis=0).T).sum() >= LEAST]
+
+
+def all_gaps(roadmap: StarRoadmap, closures: np.ndarray, robot_radius: float) -> list[Gap]:
+    """The gaps of all regions; arguments as for `gaps_of`."""
+    return [gap for owner in range(len(roadmap)) for gap in gaps_of(roadmap, closures, robot_radius, owner)]
 
 
 @njit(cache=True)
-def _edge_points(center, bearing_0, free, fitted, limit):
-    """Viewpoints and probes of `edge_frontiers` of a region with these fields, shape (n, 4), W, m."""
-    count = len(free)
-    step = 2.0 * math.pi / count
-    out = np.empty((4096, 4))
+def _boundary(union: RegionUnion, owner, closures):
+    """Points along a region's boundary (n, 2), the places beyond them (n, 2), and whether these are open (n,)."""
+    center, bearing_0, values = union.center[owner], union.bearing_0[owner], union.values[owner]
+    samples = len(values)
+    step, count = 2.0 * math.pi / samples, 0
+    corners = np.empty((samples + 1, 2))
+    parts = np.empty(samples, np.int64)
+    for i in range(samples + 1):
+        bearing = bearing_0 + step * i
+        corners[i, 0] = center[0] + values[i % samples] * math.cos(bearing)
+        corners[i, 1] = center[1] + values[i % samples] * math.sin(bearing)
+    for i in range(samples):
+        length = math.hypot(corners[i + 1, 0] - corners[i, 0], corners[i + 1, 1] - corners[i, 1])
+        parts[i] = max(int(math.ceil(length / STEP)), 1)
+        count += parts[i]
+    line, probe, is_open = np.empty((count, 2)), np.empty((count, 2)), np.empty(count, np.bool_)
     n = 0
-    along_arc = np.inf
-    for i in range(count):
-        j = (i + 1) % count
-        if abs(free[i] - free[j]) > JUMP:
-            near, far, side = (i, j, -1.0) if free[i] < free[j] else (j, i, 1.0)
-            beside = int(far - side) % count  # one sample beside the jump a viewpoint is inside the region
-            theta = bearing_0 + far * step
-            low = free[near]
-            at_limit = free[far] >= limit[far] - RIM_INSET
-            high = min(fitted[far], fitted[beside]) - (RIM_INSET if at_limit else EDGE_CLEARANCE)
-            r = low + EDGE_CLEARANCE
-            if r > high:
-                r = 0.5 * (low + high)
-            while high - low >= 0.04 and r <= high and n < len(out):
-                if r > ARRIVAL_DISTANCE:
-                    across = theta + side * max(1.5 * step, PROBE_DISTANCE / r)
-                    out[n, 0] = center[0] + r * math.cos(theta - side * step)
-                    out[n, 1] = center[1] + r * math.sin(theta - side * step)
-                    out[n, 2] = center[0] + r * math.cos(across)
-                    out[n, 3] = center[1] + r * math.sin(across)
-                    n += 1
-                r += SPACING
-        if limit[i] > 0.0 and free[i] >= limit[i] - RIM_INSET:
-            along_arc += step * free[i]
-            r = fitted[i] - RIM_INSET
-            if along_arc > SPACING and r > ARRIVAL_DISTANCE and n < len(out):
-                along_arc = 0.0
-                theta = bearing_0 + i * step
-                out[n, 0] = center[0] + r * math.cos(theta)
-                out[n, 1] = center[1] + r * math.sin(theta)
-                out[n, 2] = center[0] + (free[i] + PROBE_DISTANCE) * math.cos(theta)
-                out[n, 3] = center[1] + (free[i] + PROBE_DISTANCE) * math.sin(theta)
-                n += 1
-        else:
-            along_arc = np.inf
-    return out[:n].copy()
+    for i in range(samples):
+        dx, dy = corners[i + 1, 0] - corners[i, 0], corners[i + 1, 1] - corners[i, 1]
+        length = max(math.hypot(dx, dy), 1e-9)
+        for k in range(parts[i]):
+            share = (k + 0.5) / parts[i]
+            x, y = corners[i, 0] + share * dx, corners[i, 1] + share * dy
+            u, v = x + BEYOND * dy / length, y - BEYOND * dx / length
+            line[n, 0], line[n, 1], probe[n, 0], probe[n, 1] = x, y, u, v
+            is_open[n] = cover_at(union, u, v, COVER_SLACK) < 0
+            for j in range(len(closures)):
+                if math.hypot(u - closures[j, 0], v - closures[j, 1]) <= CLOSED:
+                    is_open[n] = False
+            n += 1
+    return line, probe, is_open

@@ -2,26 +2,22 @@
 
 An obstacle thinner than the distance between two beams is detected only from nearby, inside regions observed from
 afar. If the estimated pose drifts, hits of a new scan fall inside old regions, and old hits fall into free space of the
-new scan; the new scan is right about the robot's current surroundings. If the robot stalls inside the regions, they are
-wrong about the place ahead of it.
+new scan; the new scan is right about the robot's current surroundings.
 """
 
-import dataclasses
 import math
 from collections.abc import Sequence
 
 import numpy as np
 from numba import njit
 
-from drake_starnav.planning.frontiers import Frontiers
-from drake_starnav.planning.impassable import impassable_points
-from drake_starnav.planning.roadmap import StarRoadmap, remade
+from drake_starnav.planning.roadmap import StarRoadmap
 from drake_starnav.regions.bearing_hits import half_gaps
 from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.observation import Observation
 from drake_starnav.regions.piecewise_cubic import JUMP
-from drake_starnav.regions.region_union import CELL, WORD, RegionUnion
-from drake_starnav.regions.star_region import StarRegion, clear_of, cut_back, refitted
+from drake_starnav.regions.region_union import CELL, WORD
+from drake_starnav.regions.star_region import StarRegion, cut_back, refitted
 
 CONTRADICTION = 0.2
 """A region with hits of a new scan deeper inside than this is contradicted, m. It is twice the distance between two
@@ -146,51 +142,3 @@ def _near_hits(union, points, reach, radius, gap):
                         under = math.sqrt(max(disc * disc - (away * math.sin(off)) ** 2, 0.0))
                         found[k] = found[k] or beyond > away * math.cos(off) - under
     return np.flatnonzero(found)
-
-
-def with_stall_point(roadmap: StarRoadmap, place: np.ndarray, margins: Margins, robot_radius: float) -> StarRoadmap:
-    """The roadmap with regions in which the robot does not touch a place (2,) in W, as if a thin post stood there.
-
-    Regions are made from smoothed scans with the planner's margin. If the controller certifies no motion although they
-    overlap, they are wrong, and so is every path through that place. Nodes at which the robot would touch the place are
-    discarded.
-    """
-    roadmap = dataclasses.replace(roadmap, stall_points=np.vstack((roadmap.stall_points, place)))
-    regions = [
-        clear_of(region, roadmap.stall_points, robot_radius + region.margin)
-        if np.hypot(*(region.center - place)) > robot_radius + region.margin
-        else None
-        for region in roadmap.regions
-    ]
-    return revised(roadmap, regions, margins, robot_radius)
-
-
-def revised(
-    roadmap: StarRoadmap,
-    regions: Sequence[StarRegion | None],
-    margins: Margins,
-    robot_radius: float,
-    news: Sequence[Observation] = (),
-) -> StarRoadmap:
-    """The roadmap with these regions of its nodes (None: dropped), and with more nodes.
-
-    It keeps all hits, unless the pose may err: then only those of the nodes' scans.
-    """
-    nodes = [
-        node if region is node.region else dataclasses.replace(node, region=region)
-        for node, region in zip(roadmap.nodes, regions, strict=True)
-        if region is not None
-    ] + list(news)
-    hits, stamped = roadmap.hits, news
-    if margins.drop_seen_through:
-        hits, stamped = hits.emptied(), nodes
-        roadmap = dataclasses.replace(
-            roadmap,
-            nodes=(),
-            union=RegionUnion.none(),
-            edge_frontiers=Frontiers.none(),
-            covers=np.zeros(0, np.int64),
-        )
-    for node in stamped:
-        hits = hits.stamped(impassable_points(node, margins, robot_radius))
-    return remade(dataclasses.replace(roadmap, hits=hits), nodes, robot_radius)

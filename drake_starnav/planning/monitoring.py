@@ -6,10 +6,10 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from drake_starnav.planning.distance_grid import distance_at
 from drake_starnav.planning.guidance import PASSED_DISTANCE
 from drake_starnav.planning.impassable import bridged_ends
-from drake_starnav.planning.optimistic_path import is_obstructed
-from drake_starnav.planning.state import EMPTY_PATH, PlannerInput, PlannerState, PlannerStatus
+from drake_starnav.planning.state import EMPTY_PATH, PlannerInput, PlannerState
 from drake_starnav.planning.string_pulling import last_in_sight
 from drake_starnav.regions.erosion import SMOOTHING_BEAMS, moving_average
 from drake_starnav.regions.region_union import cover_at, first_gap
@@ -22,6 +22,14 @@ PROBE_SEEN_AFTER = 0.3
 REPLAN_DISTANCE = 0.1
 """A blocked optimistic path triggers a new plan only this far from where the last plan was made, m."""
 
+OBSTRUCTION_SLACK = 0.06
+"""A hit blocks a path if it is nearer than the robot's radius minus this, m: noise and the size of cells."""
+
+NEXT = 1.0
+"""Length of the next part of the optimistic path, to which the robot may turn, m."""
+DOUBTED_WITHIN = 1.2
+"""Ways through gaps that hits may only seem to close are measured from this distance on, m."""
+
 
 class PlanCheck(NamedTuple):
     """What the latest scan and the roadmap show of the plan.
@@ -32,8 +40,9 @@ class PlanCheck(NamedTuple):
         obstructed: whether the scan blocks the optimistic path from the target on.
         passed: number of way points that the robot has passed, or can see past; never the last one.
         strayed: whether the robot, inside the union of regions, has lost the line of sight to the next way point.
-        ahead: index of the last point of the next segment in sight inside the latest region; -1 while there is none,
-            and on the way to another way point or to the goal.
+        doubtful: whether hits seem to close the way near the robot, so that it is to be measured.
+        ahead: index of the last point of the optimistic path in sight inside the latest region, no farther along it
+            than NEXT; -1 while there is none, and on the way to another way point or to the goal.
     """
 
     sees_probe: bool
@@ -41,6 +50,7 @@ class PlanCheck(NamedTuple):
     obstructed: bool
     passed: int
     strayed: bool
+    doubtful: bool
     ahead: int
 
 
@@ -49,30 +59,29 @@ def check_plan(state: PlannerState, region: StarRegion, inputs: PlannerInput) ->
 
     Args:
         state: with at least one node.
-        region: of the latest scan, clear of stall points.
+        region: of the latest scan, clear of closures.
         inputs: the latest scan, and where the robot is.
     """
     scan, pose = inputs.observation.scan, inputs.observation.pose.tolist()
-    place = pose[0], pose[1], math.cos(pose[2]), math.sin(pose[2])
-    x, y = inputs.position.tolist()
     driven, since_plan = (
         distance_to(inputs.position, state.node_position),
         distance_to(inputs.position, state.plan_position),
     )
-    plan = (
-        state.path,
-        EMPTY_PATH if state.target is None else state.target[1:],
-        state.optimistic_path if since_plan > REPLAN_DISTANCE else EMPTY_PATH,
-        state.next_segment if state.status is PlannerStatus.EXPLORING else EMPTY_PATH,
-    )
-    seen = scan.beams, place, inputs.margins.smoothing_slack
-    unions = state.roadmap.union, region.alone, region.alone if state.doubting else state.roadmap.union
-    return PlanCheck(*_checked((x, y), driven, plan, unions, seen, inputs.robot_radius))
+    roadmap, probe = state.roadmap, EMPTY_PATH if state.target is None else state.target[1:]
+    plan = state.path, probe, state.optimistic_path
+    seen = scan.beams, (*pose[:2], math.cos(pose[2]), math.sin(pose[2])), inputs.margins.smoothing_slack
+    unions = roadmap.union, region.alone, region.alone if state.doubting else roadmap.union
+    known = unions, roadmap.hits.arrays
+    place = inputs.position.tolist()
+    return PlanCheck(*_checked(place[0], place[1], (driven, since_plan), plan, known, seen, inputs.robot_radius))
 
 
-def points_ahead(points: np.ndarray, region: StarRegion, position: np.ndarray) -> int:
-    """Index of the last of points (k, 2) in W in line of sight from a position (2,) inside a region, or -1."""
-    return int(last_in_sight(points, *position.tolist(), region.alone))
+def points_ahead(path: np.ndarray, region: StarRegion, position: np.ndarray) -> int:
+    """Index of the last of points (k, 2) in W, no farther along than NEXT, in line of sight inside a region, or -1.
+
+    The robot is at a position (2,) in it.
+    """
+    return int(_ahead(path, *position.tolist(), region.alone))
 
 
 def distance_to(a: np.ndarray, b: np.ndarray) -> float:
@@ -81,24 +90,46 @@ def distance_to(a: np.ndarray, b: np.ndarray) -> float:
 
 
 @njit(cache=True)
-def _checked(position, driven, plan, unions, seen, robot_radius):
-    """The loop of `check_plan`: the fields of a `PlanCheck`."""
-    (x, y), (path, probe, optimistic, segment), (union, here, sight) = position, plan, unions
-    sees_probe = driven > PROBE_SEEN_AFTER and len(probe) > 0 and cover_at(here, probe[0, 0], probe[0, 1], 0.0) >= 0
-    outside = driven > OUTSIDE_TOLERANCE and cover_at(union, x, y, OUTSIDE_TOLERANCE) < 0
+def _checked(x, y, driven, plan, known, seen, robot_radius):
+    """The loop of `check_plan`: the fields of a `PlanCheck`; `driven` since the last node and since the plan, m."""
+    (path, probe, optimistic), ((union, here, sight), hits) = plan, known
+    sees_probe = driven[0] > PROBE_SEEN_AFTER and len(probe) > 0 and cover_at(here, probe[0, 0], probe[0, 1], 0.0) >= 0
+    outside = driven[0] > OUTSIDE_TOLERANCE and cover_at(union, x, y, OUTSIDE_TOLERANCE) < 0
     if len(path) == 0:
-        return sees_probe, outside, False, 0, False, -1
+        return sees_probe, outside, False, 0, False, False, -1
     passed = passed_points(x, y, path, sight)
     strayed = (
-        cover_at(union, x, y, 0.0) >= 0 and first_gap(union, position, (path[passed, 0], path[passed, 1]), 0.0) > 0.0
+        cover_at(union, x, y, 0.0) >= 0 and first_gap(union, (x, y), (path[passed, 0], path[passed, 1]), 0.0) > 0.0
     )
-    ahead = last_in_sight(segment, x, y, here) if passed == len(path) - 1 else -1
+    doubtful = _is_doubtful(path, x, y, hits, robot_radius) or _is_doubtful(optimistic, x, y, hits, robot_radius)
+    ahead = _ahead(optimistic, x, y, here) if passed == len(path) - 1 else -1
     obstructed = False
-    if len(optimistic) > 1:  # there is something beyond the probe
+    if driven[1] > REPLAN_DISTANCE and len(optimistic) > 1:  # there is something beyond the probe
         beams, place, slack = seen
         distance = moving_average(beams, SMOOTHING_BEAMS, slack)
         obstructed = is_obstructed(optimistic, bridged_ends(beams, distance, place, 2.0 * robot_radius), robot_radius)
-    return sees_probe, outside, obstructed, passed, strayed, ahead
+    return sees_probe, outside, obstructed, passed, strayed, doubtful, ahead
+
+
+@njit(cache=True)
+def _ahead(path, x, y, here):
+    """The loop of `points_ahead`."""
+    count, along = 0, 0.0
+    while count < len(path) and along < NEXT:
+        count += 1
+        if count < len(path):
+            along += math.hypot(path[count, 0] - path[count - 1, 0], path[count, 1] - path[count - 1, 1])
+    return last_in_sight(path[:count], x, y, here)
+
+
+@njit(cache=True)
+def _is_doubtful(way, x, y, hits, robot_radius):
+    """Whether hits seem to close a way (k, 2) within DOUBTED_WITHIN of (x, y)."""
+    for i in range(len(way)):
+        near = math.hypot(way[i, 0] - x, way[i, 1] - y) < DOUBTED_WITHIN
+        if near and distance_at(hits, way[i, 0], way[i, 1]) < robot_radius:
+            return True
+    return False
 
 
 @njit(cache=True)
@@ -111,3 +142,27 @@ def passed_points(x, y, path, union):
             break
         k += 1
     return k
+
+
+@njit(cache=True)
+def is_obstructed(path, points, robot_radius):
+    """Whether points (n, 2) that the robot must not touch block an optimistic path (k, 2), all in W, m.
+
+    Every second point of the path counts, as its steps are shorter than the robot. The first one, the probe, does not:
+    it may lie near the obstacle at which the target was found.
+    """
+    distance = robot_radius - OBSTRUCTION_SLACK
+    low_x = low_y = np.inf
+    high_x = high_y = -np.inf
+    for j in range(len(points)):
+        x, y = points[j]
+        low_x, high_x, low_y, high_y = min(low_x, x), max(high_x, x), min(low_y, y), max(high_y, y)
+    for i in range(1, len(path), 2):
+        x, y = path[i]
+        if x < low_x - distance or x > high_x + distance or y < low_y - distance or y > high_y + distance:
+            continue  # most of a long path is out of the scan's reach
+        for j in range(len(points)):
+            dx, dy = points[j, 0] - x, points[j, 1] - y
+            if dx * dx + dy * dy < distance * distance:
+                return True
+    return False

@@ -1,30 +1,24 @@
 """The planner as a pure step: planner state and a new scan in, planner state with a path out."""
 
 import dataclasses
-from enum import Flag, auto
+import math
 
 import numpy as np
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.planning.guidance import Guidance
+from drake_starnav.planning.closures import AVERAGED_SCANS, closed, open_part, reopened, too_narrow, with_latest
+from drake_starnav.planning.guidance import PASSED_DISTANCE, Guidance
 from drake_starnav.planning.impassable import impassable_points
 from drake_starnav.planning.manoeuvre import manoeuvring
-from drake_starnav.planning.map_revision import remaining, revised, with_stall_point
-from drake_starnav.planning.monitoring import PlanCheck, check_plan, distance_to, passed_points, points_ahead
-from drake_starnav.planning.recovery import (
-    AVERAGED_SCANS,
-    after_trying,
-    has_arrived,
-    stall_point_ahead,
-    too_narrow,
-)
-from drake_starnav.planning.roadmap import StarRoadmap, extended, rebuilt, uncovered_share
-from drake_starnav.planning.search import Route, find_route
+from drake_starnav.planning.map_revision import remaining
+from drake_starnav.planning.monitoring import PlanCheck, check_plan, distance_to, points_ahead
+from drake_starnav.planning.roadmap import StarRoadmap, revised, uncovered_share
+from drake_starnav.planning.route import Route, find_route
 from drake_starnav.planning.state import EMPTY_PATH, PlannerInput, PlannerState, PlannerStatus
 from drake_starnav.regions.observation import Observation
 from drake_starnav.regions.obstruction import AVOIDED
-from drake_starnav.regions.region_union import RegionUnion
-from drake_starnav.regions.star_region import StarRegion, clear_of
+from drake_starnav.regions.region_union import cover_at
+from drake_starnav.regions.star_region import StarRegion
 
 PROGRESS_DISTANCE = 0.15
 """Motion that counts as progress, m."""
@@ -32,32 +26,17 @@ SILENT_SHARE = 0.5
 """The sensor counts as silent when it sends no scan for this share of `progress_timeout`."""
 NEW_SHARE = 0.01
 """With a map from an earlier goal, a region is worth a node only if more than this share of its area is new."""
-
-
-class GrowthTrigger(Flag):
-    """Why the roadmap grows; several triggers may hold at once.
-
-    Attributes:
-        ARRIVED: the robot is at its target.
-        STALLED: the robot has made no progress for too long.
-        TRIED: either of these, after which the target has been tried.
-        DUE: the robot is where a node is wanted.
-        SPACED: it has driven `node_spacing`. Alone this makes a node only if the scan contradicts the roadmap.
-    """
-
-    NONE = 0
-    ARRIVED = auto()
-    STALLED = auto()
-    DUE = auto()
-    SPACED = auto()
-    TRIED = ARRIVED | STALLED
+FACING = math.radians(30.0)
+"""A robot faces a place that lies within this angle of its heading, rad."""
+MOST_CLOSED = 6
+"""So many exits are closed at most in one update."""
 
 
 def plan_step(state: PlannerState, inputs: PlannerInput) -> PlannerState:
-    """One update of the planner: grow the roadmap if anything triggers it, and plan a path if there is none.
+    """One update of the planner: learn from the scan, close a way that failed, and plan a path if there is none.
 
-    A new path is also planned as soon as the latest scan blocks the optimistic path beyond the target frontier. On its
-    way to the frontier, the robot turns towards that path as soon as the latest scan shows it to be free.
+    A new path is also planned as soon as the latest scan blocks the optimistic path beyond the exit. On its way to the
+    exit, the robot turns towards that path as soon as the latest scan shows it to be free.
 
     Args:
         state: before; it is not changed.
@@ -70,27 +49,22 @@ def plan_step(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     if state.status is PlannerStatus.UNREACHABLE or observation.region is None:
         return state
     check_beams(state.roadmap, observation)
-    region = clear_of(observation.region, state.roadmap.stall_points, inputs.robot_radius + observation.region.margin)
-    if state.doubting:
-        state = dataclasses.replace(state, recent=(*state.recent, observation)[-AVERAGED_SCANS:])
     state, stalled = watched(state, inputs)
-    check = check_plan(state, region, inputs)
-    trigger = _growth_trigger(state, region, check, stalled, inputs)
-    if trigger:
-        state, region = _grown(state, region, trigger, inputs)
+    here, closures = open_part(state, observation.region), state.closures
+    check = check_plan(state, here, inputs)
+    failed = _failed_way(state, inputs) if stalled else EMPTY_PATH
+    state = _remembered(state, check, observation)
+    state = _unless_blocked(_grown(state, here, check, stalled, inputs), check, inputs)
+    if len(failed):
+        state = closed(state, failed, inputs)
     if len(state.path):
-        state = _unless_obstructed(state, check, inputs)
-    if len(state.path):
-        state = _along_path(state, check, inputs.position)
+        state = _along_path(state, check, inputs)
     ahead = check.ahead
     if not len(state.path):
-        first_plan = state.plans == 0 and not stalled
-        state = _planned(state, region, first_plan, inputs)
-        region = clear_of(
-            observation.region, state.roadmap.stall_points, inputs.robot_radius + observation.region.margin
-        )
-        ahead = points_ahead(state.next_segment, region, inputs.position)
-    return _manoeuvred(_with_anticipation(state, region, ahead), inputs)
+        state = _planned(state, stalled, inputs)
+        here = here if state.closures is closures else open_part(state, observation.region)
+        ahead = points_ahead(state.optimistic_path, here, inputs.position)
+    return _manoeuvred(_with_anticipation(state, here, ahead), inputs)
 
 
 def _manoeuvred(state: PlannerState, inputs: PlannerInput) -> PlannerState:
@@ -141,25 +115,6 @@ def _may_stand(state: PlannerState, inputs: PlannerInput) -> bool:
     return approaching and distance_to(inputs.position, state.path[-1]) < max(inputs.goal_tolerance, PROGRESS_DISTANCE)
 
 
-def _growth_trigger(
-    state: PlannerState, region: StarRegion, check: PlanCheck, stalled: bool, inputs: PlannerInput
-) -> GrowthTrigger:
-    """The triggers that hold now."""
-    spaced = distance_to(inputs.position, state.node_position) > inputs.parameters.node_spacing
-    arrived = has_arrived(state, region, inputs)
-    due = not stalled and not arrived and node_is_due(state, region, check, spaced)
-    trigger = GrowthTrigger.NONE
-    if stalled:
-        trigger |= GrowthTrigger.STALLED
-    if arrived:
-        trigger |= GrowthTrigger.ARRIVED
-    if due:
-        trigger |= GrowthTrigger.DUE
-    if spaced:
-        trigger |= GrowthTrigger.SPACED
-    return trigger
-
-
 def node_is_due(state: PlannerState, region: StarRegion, check: PlanCheck, spaced: bool) -> bool:
     """Whether to add a node with the region of the latest scan, `spaced` from where one was last added or omitted.
 
@@ -172,40 +127,42 @@ def node_is_due(state: PlannerState, region: StarRegion, check: PlanCheck, space
 
 
 def _grown(
-    state: PlannerState, region: StarRegion, trigger: GrowthTrigger, inputs: PlannerInput
-) -> tuple[PlannerState, StarRegion]:
-    """The state with a new node and no path, if anything triggers one; and what is left of the scan's region.
+    state: PlannerState, here: StarRegion, check: PlanCheck, stalled: bool, inputs: PlannerInput
+) -> PlannerState:
+    """The state with a node where one is due, and with regions cut back where the scan contradicts them.
 
-    Regions that the scan contradicts are dropped first. A target that was tried is given up, and may be retired. If the
-    robot has stalled, the place ahead may be blocked.
+    It has no path then.
     """
-    if not trigger:
-        return state, region
-    observation, margins, robot_radius = inputs.observation, inputs.margins, inputs.robot_radius
-    roadmap, target, node = state.roadmap, state.target, dataclasses.replace(observation, region=region)
-    regions = remaining(roadmap, observation, margins, robot_radius)
-    if regions is not roadmap.regions:
-        roadmap = revised(roadmap, regions, margins, robot_radius, (node,))
-    elif trigger == GrowthTrigger.SPACED:
-        return dataclasses.replace(state, node_position=inputs.position.copy()), region
-    else:
-        roadmap = extended(roadmap, node, margins, robot_radius)
-    if GrowthTrigger.STALLED in trigger:
-        place = stall_point_ahead(roadmap, state.guidance.path, inputs)
-        if place is not None:
-            roadmap = with_stall_point(roadmap, place, margins, robot_radius)
-            region = clear_of(region, place[None, :], robot_radius + region.margin)
-    if target is not None and trigger & GrowthTrigger.TRIED:
-        roadmap = after_trying(roadmap, target, GrowthTrigger.ARRIVED in trigger, inputs)
-        target = None
-    node_position = observation.pose[:2].copy()
-    return dataclasses.replace(
-        state, roadmap=roadmap, target=target, node_position=node_position, path=EMPTY_PATH
-    ), region
+    observation, position = inputs.observation, inputs.position
+    spaced = distance_to(position, state.node_position) > inputs.parameters.node_spacing
+    due = stalled or _arrives_to_look(state, position) or node_is_due(state, here, check, spaced)
+    if not (due or spaced):
+        return state
+    regions = remaining(state.roadmap, observation, inputs.margins, inputs.robot_radius)
+    changed = regions is not state.roadmap.regions
+    roadmap = revised(state.roadmap, regions, inputs.margins, inputs.robot_radius)
+    state = dataclasses.replace(state, roadmap=roadmap, node_position=position.copy())
+    return with_latest(state, inputs) if changed or due else state
 
 
-def _unless_obstructed(state: PlannerState, check: PlanCheck, inputs: PlannerInput) -> PlannerState:
-    """The state; if the latest scans show the way past the target to be blocked, with their hits and without a path."""
+def _is_at_exit(state: PlannerState, position: np.ndarray) -> bool:
+    return state.target is not None and distance_to(position, state.target[0]) < PASSED_DISTANCE
+
+
+def _arrives_to_look(state: PlannerState, position: np.ndarray) -> bool:
+    """Whether the robot is at the exit and has no node there."""
+    return _is_at_exit(state, position) and distance_to(position, state.node_position) >= 0.5 * PASSED_DISTANCE
+
+
+def _unless_blocked(state: PlannerState, check: PlanCheck, inputs: PlannerInput) -> PlannerState:
+    """The state; with the hits that show the way to be blocked, and without a path, if they do.
+
+    Nor has it a path at an exit from which nothing more is seen, so that the exit is closed.
+    """
+    if not len(state.path):
+        return state
+    if _is_at_exit(state, inputs.position) and not state.doubting:
+        state = dataclasses.replace(state, path=EMPTY_PATH)
     points = too_narrow(state, inputs)
     if check.obstructed:
         points = np.vstack((points, impassable_points(inputs.observation, inputs.margins, inputs.robot_radius)))
@@ -215,92 +172,95 @@ def _unless_obstructed(state: PlannerState, check: PlanCheck, inputs: PlannerInp
     return dataclasses.replace(state, roadmap=roadmap, path=EMPTY_PATH)
 
 
-def _along_path(state: PlannerState, check: PlanCheck, position: np.ndarray) -> PlannerState:
+def _remembered(state: PlannerState, check: PlanCheck, observation: Observation) -> PlannerState:
+    """The state with the latest observations, as long as hits seem to close the way ahead."""
+    if check.doubtful or state.doubting:
+        return dataclasses.replace(state, recent=(*state.recent, observation)[-AVERAGED_SCANS:])
+    return dataclasses.replace(state, recent=()) if state.recent else state
+
+
+def _along_path(state: PlannerState, check: PlanCheck, inputs: PlannerInput) -> PlannerState:
     """The state with the path still ahead; without a path if the robot has lost sight of it."""
     if check.strayed:
         return dataclasses.replace(state, path=EMPTY_PATH)
     return dataclasses.replace(state, path=state.path[check.passed :]) if check.passed else state
 
 
-def _path_ahead(regions: RegionUnion, path: np.ndarray, position: np.ndarray) -> np.ndarray:
-    """The path without way points already passed, or that the robot can see past."""
-    return path[passed_points(*position, path, regions) :] if len(path) > 1 else path
+def _failed_way(state: PlannerState, inputs: PlannerInput) -> np.ndarray:
+    """The way (k, 2) on which a robot has stalled; none if it may stand only to turn, as a disc may."""
+    way = np.vstack((state.guidance.path, state.optimistic_path))
+    if not len(way) or inputs.body is not None:
+        return way
+    (x, y), (at_x, at_y, yaw) = way[0].tolist(), inputs.observation.pose.tolist()
+    return way if math.cos(math.atan2(y - at_y, x - at_x) - yaw) > math.cos(FACING) else EMPTY_PATH
 
 
-def _planned(state: PlannerState, region: StarRegion, first_plan: bool, inputs: PlannerInput) -> PlannerState:
+def _planned(state: PlannerState, stalled: bool, inputs: PlannerInput) -> PlannerState:
     """The state with a new path; if there is none, the goal is unreachable.
 
     At the first look the scan may be at fault: one that shows no way at all is forgotten. So is one in which the robot
     cannot move, for what is in its way hides the rest, and may leave.
     """
-    route, state = _searched(state, region, inputs)
+    region = inputs.observation.region
+    assert region is not None
     boxed_in = region.reach < PROGRESS_DISTANCE < region.limit.max()
-    if route is None and (first_plan or (boxed_in and state.plans == 0)):
+    first = state.plans == 0 and not stalled
+    state, route = _searched(state, first, boxed_in, inputs)
+    if route is not None:
+        return dataclasses.replace(
+            state,
+            status=PlannerStatus.APPROACHING if route.exit is None else PlannerStatus.EXPLORING,
+            path=route.path,
+            target=route.exit,
+            plans=state.plans + 1,
+            plan_position=inputs.position.copy(),
+            optimistic_path=route.beyond,
+        )
+    if first or (boxed_in and state.plans == 0):
         return dataclasses.replace(
             PlannerState.initial(inputs.parameters, inputs.swept_radius),
             progress_position=state.progress_position,
             progress_time=state.progress_time,
         )
-    if route is None:
-        status = state.status if boxed_in else PlannerStatus.UNREACHABLE
-        return dataclasses.replace(state, status=status, path=EMPTY_PATH, target=None)
-    target, roadmap = None, state.roadmap
-    if route.blacklisted_probes is not None and len(route.blacklisted_probes) > len(roadmap.blacklisted_probes):
-        roadmap = dataclasses.replace(roadmap, blacklisted_probes=route.blacklisted_probes)
-    if len(route.target):
-        target = np.vstack((route.target.viewpoint, route.target.probe))
-        if not (roadmap.frontiers.viewpoint == route.target.viewpoint).all(axis=1).any():  # a virtual frontier
-            roadmap = dataclasses.replace(roadmap, frontiers=roadmap.frontiers.joined(route.target))
-    return dataclasses.replace(
-        state,
-        roadmap=roadmap,
-        status=PlannerStatus.APPROACHING if target is None else PlannerStatus.EXPLORING,
-        path=_path_ahead(region.alone if state.doubting else roadmap.union, route.path, inputs.position),
-        target=target,
-        plans=state.plans + 1,
-        plan_position=inputs.position.copy(),
-        optimistic_path=route.optimistic_path,
-        next_segment=route.next_segment,
-    )
+    status = state.status if boxed_in else PlannerStatus.UNREACHABLE
+    return dataclasses.replace(state, status=status, path=EMPTY_PATH, target=None)
 
 
-def _searched(state: PlannerState, region: StarRegion, inputs: PlannerInput) -> tuple[Route | None, PlannerState]:
-    """The route, if there is one, and the state with the roadmap in which it was found.
+def _searched(
+    state: PlannerState, first: bool, boxed_in: bool, inputs: PlannerInput
+) -> tuple[PlannerState, Route | None]:
+    """The state and the route in it. An exit at which the robot stands without seeing beyond it is closed.
 
-    Where there is none, the robot doubts from then on that gaps are closed which hits may only seem to close, and what
-    was tried in vain is tried again, in a roadmap that is rebuilt.
+    Where no way is left, all that was closed is opened again, once more to be tried.
     """
-    observation, roadmap = inputs.observation, state.roadmap
-    current = None if state.target is None else state.target[0]
-    route = find_route(roadmap, region, inputs, current, doubting=state.doubting)
-    tried = len(roadmap.blacklisted_probes) or len(roadmap.stall_points)
-    if route is not None or (state.doubting and not tried):
-        return route, state
-    assert observation.region is not None
-    if tried:
-        roadmap = rebuilt(roadmap, inputs.margins, inputs.robot_radius)
-        if roadmap.nodes[-1].scan is not observation.scan:
-            roadmap = extended(roadmap, observation, inputs.margins, inputs.robot_radius)
-    route = find_route(roadmap, observation.region, inputs, doubting=True)
-    return route, dataclasses.replace(state, roadmap=roadmap, doubting=True)
+    region, route = inputs.observation.region, None
+    assert region is not None
+    for _ in range(MOST_CLOSED):
+        here = open_part(state, region)
+        route = find_route(state, here, inputs)
+        if route is None and not first and (len(state.closures) or not state.doubting):
+            state = reopened(state, inputs)
+            route = find_route(state, region, inputs)
+        if route is None or route.exit is None or state.doubting or boxed_in:
+            break
+        viewpoint, probe = route.exit
+        if distance_to(viewpoint, inputs.position) > PASSED_DISTANCE or cover_at(here.alone, *probe, 0.0) >= 0:
+            break
+        state = closed(state, np.vstack((route.path, route.beyond)), inputs)
+    return state, route
 
 
-def _with_anticipation(state: PlannerState, region: StarRegion, ahead: int) -> PlannerState:
-    """The state with what the latest region shows of the optimistic path beyond the target."""
-    anticipated = _anticipated(state, region, ahead) if ahead >= 0 else None
-    return state if anticipated is state.anticipated else dataclasses.replace(state, anticipated=anticipated)
+def _with_anticipation(state: PlannerState, here: StarRegion, ahead: int) -> PlannerState:
+    """The state with guidance to a point of the optimistic path in line of sight inside the latest region.
 
-
-def _anticipated(state: PlannerState, region: StarRegion, ahead: int) -> Guidance | None:
-    """Guidance to the last point of the optimistic path in line of sight inside the latest region.
-
-    None on the way to another way point or to the goal, and while none of that path is in sight.
+    None on the way to another way point or to the goal, and while none of the next part of that path is in sight.
 
     Args:
         state: with a path.
-        region: of the latest scan.
-        ahead: index of that point in the next segment.
+        here: what is open of the region of the latest scan.
+        ahead: index of that point, or -1.
     """
-    if state.status is not PlannerStatus.EXPLORING or len(state.path) != 1:
-        return None
-    return Guidance(state.next_segment[ahead : ahead + 1], False, region.alone)
+    anticipated = None
+    if ahead >= 0 and state.status is PlannerStatus.EXPLORING and len(state.path) == 1:
+        anticipated = Guidance(state.optimistic_path[ahead : ahead + 1], False, here.alone)
+    return state if anticipated is state.anticipated else dataclasses.replace(state, anticipated=anticipated)

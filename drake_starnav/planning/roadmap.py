@@ -9,8 +9,7 @@ from functools import cached_property
 import numpy as np
 from numba import njit
 
-from drake_starnav.planning.distance_grid import HIT_ERROR, DistanceGrid
-from drake_starnav.planning.frontiers import ARRIVAL_DISTANCE, PROBE_DISTANCE, PROBE_REACHED, Frontiers, edge_frontiers
+from drake_starnav.planning.distance_grid import DistanceGrid
 from drake_starnav.planning.impassable import impassable_points
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.regions.margins import Margins
@@ -24,13 +23,15 @@ AREA_BEARINGS = 4
 """A region's area is sampled along one of this many bearings."""
 AREA_STEP = 0.1
 """Largest spacing of the samples of a region's area along a bearing, m."""
-COVER_SLACK = PROBE_REACHED * PROBE_DISTANCE
-"""A probe this far beyond a region's boundary counts as covered, m."""
+CLOSED = 0.2
+"""Radius of a closure, m."""
 
 
 @snapshot
 class StarRoadmap:
     """The robot's map, extended scan by scan. Immutable: every change is a new snapshot that shares unchanged parts.
+
+    Its frontiers are derived, never stored; see `frontiers`.
 
     Attributes:
         hits: distances to the hits of all node scans and of the scans that blocked an optimistic path.
@@ -39,16 +40,6 @@ class StarRoadmap:
         edges: shape (e, 2), node indices; one of the two regions contains the other's centre. A node without such a
             region has a single edge, to the older node from which it was most likely reached.
         lengths: shape (e,), m.
-        frontiers: where unknown space may be entered.
-        blacklisted_targets: shape (k, 3), discs (x, y, radius) around targets that led nowhere; frontiers inside one
-            are discarded.
-        blacklisted_probes: shape (k, 2), probes of these targets; the cost-to-go treats narrow space around them as
-            closed.
-        inspection_points: shape (v, 2), places from which a target was inspected without seeing past it, but kept.
-        stall_points: shape (b, 2), places in front of which the robot stalled: no region lets it touch one, and they
-            are obstacles for the cost-to-go.
-        edge_frontiers: of all nodes, m of them sorted by node, covered ones too, except those at hits.
-        covers: shape (m,), index of a region that covers each one's probe, or -1.
     """
 
     hits: DistanceGrid
@@ -56,13 +47,6 @@ class StarRoadmap:
     union: RegionUnion = field(default_factory=RegionUnion.none)
     edges: np.ndarray = field(default_factory=lambda: np.zeros((0, 2), np.int64))
     lengths: np.ndarray = field(default_factory=lambda: np.zeros(0))
-    frontiers: Frontiers = field(default_factory=Frontiers.none)
-    blacklisted_targets: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
-    blacklisted_probes: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
-    inspection_points: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
-    stall_points: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
-    edge_frontiers: Frontiers = field(default_factory=Frontiers.none)
-    covers: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
 
     def __len__(self) -> int:
         return len(self.nodes)
@@ -79,7 +63,7 @@ class StarRoadmap:
 
 
 def extended(roadmap: StarRoadmap, node: Observation, margins: Margins, robot_radius: float) -> StarRoadmap:
-    """The roadmap with one more node.
+    """The roadmap with one more node and its hits.
 
     Args:
         roadmap: the roadmap before.
@@ -87,26 +71,11 @@ def extended(roadmap: StarRoadmap, node: Observation, margins: Margins, robot_ra
         margins: of the regions.
         robot_radius: m.
     """
-    region, hits = node.region, roadmap.hits.stamped(impassable_points(node, margins, robot_radius))
-    assert region is not None
-    grown = with_node(roadmap, node, hits)
-    own = _edges_off_hits(region, len(roadmap), hits, robot_radius)
-    own_covers = grown.union.covers(own.probe, COVER_SLACK)
-    covers = roadmap.covers.copy()
-    seen = region.alone.contains(roadmap.edge_frontiers.where(covers < 0).probe, COVER_SLACK)
-    covers[covers < 0] = np.where(seen, len(roadmap), -1)
-    known = roadmap.frontiers.where(~region.alone.contains(roadmap.frontiers.probe, COVER_SLACK))
-    frontiers = known.joined(own.where(own_covers < 0))
-    return dataclasses.replace(
-        grown,
-        frontiers=frontiers.where(enterable(frontiers, grown, robot_radius)),
-        edge_frontiers=roadmap.edge_frontiers.joined(own),
-        covers=np.concatenate((covers, own_covers)),
-    )
+    return with_node(roadmap, node, roadmap.hits.stamped(impassable_points(node, margins, robot_radius)))
 
 
 def with_node(roadmap: StarRoadmap, node: Observation, hits: DistanceGrid) -> StarRoadmap:
-    """The roadmap with one more node and its edges, other hits and the same frontiers; arguments as for `extended`."""
+    """The roadmap with one more node and its edges, and with other hits."""
     known, region = len(roadmap), node.region
     assert region is not None
     union = indexed(roadmap.union.joined(region.alone), roadmap.union, np.array([known]))
@@ -121,51 +90,47 @@ def with_node(roadmap: StarRoadmap, node: Observation, hits: DistanceGrid) -> St
     )
 
 
-def remade(roadmap: StarRoadmap, nodes: Sequence[Observation], robot_radius: float) -> StarRoadmap:
-    """The roadmap with nodes in place of its own, and their edge frontiers in place of all others.
+def revised(
+    roadmap: StarRoadmap, regions: Sequence[StarRegion | None], margins: Margins, robot_radius: float
+) -> StarRoadmap:
+    """The roadmap with these regions of its nodes (None: dropped).
 
-    It keeps its hits, and its retired, inspected and blocked places.
+    It keeps all hits, unless the pose may err: then only those of the nodes' scans.
     """
-    new, old = dataclasses.replace(roadmap, nodes=tuple(nodes)), roadmap.edge_frontiers
-    regions = new.regions
-    number = {region: k for k, region in enumerate(regions)}
-    renumbered = np.array([number.pop(region, -1) for region in roadmap.regions], np.int64)
-    news = np.array(list(number.values()), np.int64)
-    kept = np.flatnonzero(renumbered >= 0)
-    same = len(regions) >= len(roadmap) and (renumbered[kept] == kept).all()  # else they have other bits in the index
-    before, changed = (roadmap.union, news) if same else (RegionUnion.none(), np.arange(len(regions)))
-    union = indexed(united(regions), before, changed)
-    edges, lengths = edges_from(union, 0)
-    fresh = [_edges_off_hits(regions[k], k, roadmap.hits, robot_radius) for k in news.tolist()]
-    every = Frontiers(old.viewpoint, old.probe, renumbered[old.owner]).joined(*fresh)
-    covers = np.full(len(every), -1)
-    covers[: len(old)] = np.append(renumbered, -1)[roadmap.covers]
-    doubtful = covers < 0  # those of new regions, and those whose region has changed that covered them
-    doubtful[: len(old)] &= roadmap.covers >= 0
-    order = np.argsort(every.owner, kind="stable")[(every.owner < 0).sum() :]
-    every, covers, doubtful = every.where(order), covers[order], doubtful[order]
-    covers[doubtful] = union.covers(every.where(doubtful).probe, COVER_SLACK)
-    others = (covers < 0) & ~doubtful
-    found = united(regions[k] for k in news.tolist()).covers(every.where(others).probe, COVER_SLACK)
-    covers[others] = np.append(news, -1)[found]
-    roadmap = dataclasses.replace(
-        new,
-        union=union,
-        edges=edges,
-        lengths=lengths,
-        frontiers=Frontiers.none(),
-        edge_frontiers=every,
-        covers=covers,
-    )
-    if not regions:
+    if regions is roadmap.regions:
         return roadmap
-    frontiers = every.where(covers < 0)
-    frontiers = frontiers.where(enterable(frontiers, roadmap, robot_radius))
-    order = np.argsort(union.center[:, 0])
-    places = union.center[order]
-    first = np.searchsorted(places[:, 0], frontiers.viewpoint[:, 0] - 1.001 * ARRIVAL_DISTANCE)
-    near = _near_nodes(frontiers.viewpoint, frontiers.owner, places, order, first)
-    return dataclasses.replace(roadmap, frontiers=frontiers.where(~near))
+    nodes = tuple(
+        node if region is node.region else dataclasses.replace(node, region=region)
+        for node, region in zip(roadmap.nodes, regions, strict=True)
+        if region is not None
+    )
+    hits = roadmap.hits
+    if margins.drop_seen_through:
+        hits = stamped_anew(hits.emptied(), nodes, margins, robot_radius)
+    if not nodes:
+        return StarRoadmap(hits)
+    before, news = RegionUnion.none(), np.arange(len(nodes))
+    if len(nodes) == len(roadmap):  # else they have other bits in the index
+        before = roadmap.union
+        news = np.flatnonzero([a is not b for a, b in zip(nodes, roadmap.nodes, strict=True)])
+    union = indexed(united(node.region for node in nodes if node.region is not None), before, news)
+    edges, lengths = edges_from(union, 0)
+    return dataclasses.replace(roadmap, nodes=nodes, hits=hits, union=union, edges=edges, lengths=lengths)
+
+
+def refitted(roadmap: StarRoadmap, margins: Margins, robot_radius: float) -> StarRoadmap:
+    """A roadmap of the same scans and hits, with the whole region of each scan; for another radius (m) or margins."""
+    nodes = [node.refitted(robot_radius, margins) for node in roadmap.nodes]
+    return revised(roadmap, [node.region for node in nodes], margins, robot_radius)
+
+
+def stamped_anew(
+    hits: DistanceGrid, nodes: Sequence[Observation], margins: Margins, robot_radius: float
+) -> DistanceGrid:
+    """A grid with the hits of nodes, too."""
+    for node in nodes:
+        hits = hits.stamped(impassable_points(node, margins, robot_radius))
+    return hits
 
 
 @njit(cache=True)
@@ -199,37 +164,6 @@ def edges_from(union, first):
     return edges, np.array(lengths)
 
 
-def blacklist_target(roadmap: StarRoadmap, place: np.ndarray, radius: float, probe: np.ndarray) -> StarRoadmap:
-    """The roadmap without frontiers within `radius` (m) of a place (2,) in W, and with a probe (2,) closed."""
-    keep = np.hypot(*(roadmap.frontiers.viewpoint - place).T) > radius
-    return dataclasses.replace(
-        roadmap,
-        frontiers=roadmap.frontiers.where(keep),
-        blacklisted_targets=np.vstack((roadmap.blacklisted_targets, [[place[0], place[1], radius]])),
-        blacklisted_probes=np.vstack((roadmap.blacklisted_probes, probe)),
-    )
-
-
-def rebuilt(roadmap: StarRoadmap, margins: Margins, robot_radius: float) -> StarRoadmap:
-    """A roadmap of the same scans and hits, in which nothing was tried in vain."""
-    nodes = [node.refitted(robot_radius, margins) for node in roadmap.nodes]
-    return remade(StarRoadmap(roadmap.hits), nodes, robot_radius)
-
-
-def refitted(roadmap: StarRoadmap, margins: Margins, robot_radius: float, swept_radius: float) -> StarRoadmap:
-    """A roadmap of the same scans for another footprint; radii as of `PlannerInput`, m."""
-    hits = DistanceGrid.empty(roadmap.hits.resolution, swept_radius)
-    for node in roadmap.nodes:
-        hits = hits.stamped(impassable_points(node, margins, robot_radius))
-    return rebuilt(dataclasses.replace(roadmap, hits=hits), margins, robot_radius)
-
-
-def _edges_off_hits(region: StarRegion, owner: int, hits: DistanceGrid, robot_radius: float) -> Frontiers:
-    """The edge frontiers of a region that are not at a hit."""
-    edges = edge_frontiers(region, owner)
-    return edges.where(hits.distance(edges.probe) > robot_radius - HIT_ERROR)
-
-
 def uncovered_share(region: StarRegion, others: RegionUnion) -> float:
     """The share of a region's area that no other region covers, in [0, 1]; 0 for a region without area."""
     values = region.boundary.values
@@ -244,35 +178,3 @@ def uncovered_share(region: StarRegion, others: RegionUnion) -> float:
     area = along * step * step
     new = area[~others.contains(places)].sum()
     return float(new / area.sum()) if len(ray) else 0.0
-
-
-def is_blacklisted(roadmap: StarRoadmap, places: np.ndarray) -> np.ndarray:
-    """Which places of shape (n, 2) in W lie in a blacklisted disc, shape (n,)."""
-    x, y, radius = roadmap.blacklisted_targets.T[..., None]
-    return ((places[:, 0] - x) ** 2 + (places[:, 1] - y) ** 2 <= radius**2).any(axis=0)
-
-
-def enterable(frontiers: Frontiers, roadmap: StarRoadmap, robot_radius: float) -> np.ndarray:
-    """Frontiers that are not at the newest node, in a retired place, or at a hit or blocked place; shape (n,)."""
-    viewpoint, probe = frontiers.viewpoint, frontiers.probe
-    away = np.hypot(*(viewpoint - roadmap.union.center[-1]).T) > ARRIVAL_DISTANCE
-    stalled = np.hypot(*(probe[:, None] - roadmap.stall_points).T) <= robot_radius
-    free = roadmap.hits.distance(probe) > robot_radius - HIT_ERROR
-    return away & free & ~is_blacklisted(roadmap, viewpoint) & ~stalled.any(axis=0)
-
-
-@njit(cache=True)
-def _near_nodes(viewpoint, owner, center, number, first):
-    """Whether each viewpoint (n, 2) is at its node or a newer one: one loop, as there are 10^7 pairs in a building.
-
-    Of the nodes, sorted by x, it takes the centres (k, 2) and the numbers (k,); and the `first` to look at (n,).
-    """
-    out = np.zeros(len(viewpoint), np.bool_)
-    for i in range(len(viewpoint)):
-        k = first[i]
-        while k < len(center) and center[k, 0] <= viewpoint[i, 0] + 1.001 * ARRIVAL_DISTANCE:
-            away = math.hypot(viewpoint[i, 0] - center[k, 0], viewpoint[i, 1] - center[k, 1])
-            if number[k] >= owner[i] and away <= ARRIVAL_DISTANCE:
-                out[i] = True
-            k += 1
-    return out

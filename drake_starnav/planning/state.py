@@ -8,10 +8,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from drake_starnav.geometry.polyline import simplified
+from drake_starnav.planning.distance_grid import DistanceGrid
+from drake_starnav.planning.frontiers import all_gaps
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.planning.manoeuvre import Body, Manoeuvring
 from drake_starnav.planning.parameters import PlannerParameters
-from drake_starnav.planning.roadmap import StarRoadmap, refitted
+from drake_starnav.planning.roadmap import StarRoadmap, refitted, stamped_anew
 from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.observation import Observation
 from drake_starnav.utils.snapshot import snapshot
@@ -19,6 +22,8 @@ from drake_starnav.utils.snapshot import snapshot
 UNSET_POSITION = np.full(2, np.inf)
 """A position infinitely far from every place, m."""
 EMPTY_PATH = np.zeros((0, 2))
+STRAIGHT = 0.02
+"""Frontiers are shown as lines that are off by up to this, m."""
 
 
 class PlannerStatus(Enum):
@@ -43,7 +48,8 @@ class PlannerState:
         roadmap: the latest snapshot.
         status: its current activity.
         path: shape (k, 2), waypoints ahead, W, m.
-        target: viewpoint and probe of the target frontier, shape (2, 2); None when the target is the goal or nothing.
+        target: viewpoint and probe of the target frontier, where the optimistic path leaves the regions, shape (2, 2);
+            None when the target is the goal or nothing.
         node_position: where a node was last added, or last omitted because its scan showed nothing new, shape (2,).
         progress_position: where the last progress was made, shape (2,).
         progress_time: when it was made, s.
@@ -51,11 +57,12 @@ class PlannerState:
         began_with_map: whether the roadmap already had nodes when the goal was set.
         plan_position: position of the robot when the latest path was planned, shape (2,).
         optimistic_path: shape (m, 2), the optimistic path from the target frontier's probe to the goal, W, m.
-        next_segment: shape (n, 2), its next segment, to which the robot may turn.
-        doubting: whether no way was left once. Nothing is then given up before enough scans speak against it.
-        recent: the latest observations since then, oldest first.
+        closures: shape (k, 2), places of ways that failed, W, m: within CLOSED of one, nothing is free.
+        doubting: whether no way was left once. Then only standing still, or enough scans, speak against a way.
+        recent: the latest observations while hits seem to close the way ahead, oldest first.
         manoeuvring: of a robot that is no disc.
-        anticipated: guidance that replaces the path once the latest scan shows part of `next_segment`; or None.
+        anticipated: guidance that replaces the path once the latest scan shows the next part of the optimistic path; or
+            None.
     """
 
     roadmap: StarRoadmap
@@ -69,7 +76,7 @@ class PlannerState:
     began_with_map: bool = False
     plan_position: np.ndarray = field(default_factory=lambda: UNSET_POSITION)
     optimistic_path: np.ndarray = field(default_factory=lambda: EMPTY_PATH)
-    next_segment: np.ndarray = field(default_factory=lambda: EMPTY_PATH)
+    closures: np.ndarray = field(default_factory=lambda: EMPTY_PATH)
     doubting: bool = False
     recent: tuple[Observation, ...] = ()
     manoeuvring: Manoeuvring = Manoeuvring()
@@ -110,8 +117,18 @@ class PlannerState:
             margins: with it.
             robot_radius, swept_radius: as of `PlannerInput`, m.
         """
-        roadmap = refitted(self.roadmap, margins, robot_radius, swept_radius)
-        return dataclasses.replace(self.with_new_goal(), roadmap=roadmap, manoeuvring=Manoeuvring())
+        hits = DistanceGrid.empty(self.roadmap.hits.resolution, swept_radius)
+        hits = stamped_anew(hits, self.roadmap.nodes, margins, robot_radius)
+        roadmap = refitted(dataclasses.replace(self.roadmap, hits=hits), margins, robot_radius)
+        return dataclasses.replace(
+            self.with_new_goal(), roadmap=roadmap, closures=EMPTY_PATH, manoeuvring=Manoeuvring()
+        )
+
+    def frontiers(self, robot_radius: float) -> np.ndarray:
+        """The frontiers as line segments, shape (n, 2, 2), W, m, for a robot of this radius, m."""
+        gaps = all_gaps(self.roadmap, self.closures, robot_radius)
+        lines = [simplified(gap.line, STRAIGHT) for gap in gaps]
+        return np.concatenate([np.zeros((0, 2, 2)), *(np.stack((each[:-1], each[1:]), axis=1) for each in lines)])
 
     @property
     def guidance(self) -> Guidance:

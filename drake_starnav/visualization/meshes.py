@@ -12,8 +12,6 @@ from drake_starnav.control.certificates import Certificate
 from drake_starnav.errors import shown
 from drake_starnav.geometry.footprint import Footprint, covered
 from drake_starnav.parameters import unknown_name
-from drake_starnav.planning.frontiers import SPACING, Frontiers
-from drake_starnav.planning.roadmap import StarRoadmap, is_blacklisted
 from drake_starnav.worlds.moving_obstacles import MOVING_OBSTACLE_COLOR
 from drake_starnav.worlds.world import World
 
@@ -69,8 +67,8 @@ LAYERS = {
     "roadmap/nodes": Layer("roadmap node", (0.15, 0.15, 0.15), "disc", 0.06),
     "path": Layer("path", (0.00, 0.32, 0.75), "line", 0.07),
     "frontiers/extendable": Layer("frontier, may lead on", (0.90, 0.60, 0.00), "line", 0.09),
-    "frontiers/stuck": Layer("frontier, led nowhere", (0.65, 0.20, 0.50), "cross", 0.10),
-    "frontiers/target": Layer("frontier it heads for", (0.75, 0.42, 0.00), "ring", 0.11),
+    "frontiers/stuck": Layer("dead end, closed", (0.65, 0.20, 0.50), "cross", 0.10),
+    "frontiers/target": Layer("frontier point it heads for", (0.75, 0.42, 0.00), "ring", 0.11),
     "short_term_goal": Layer("short-term goal", (0.00, 0.32, 0.75), "ring", 0.12),
     "goal": Layer("goal", (0.00, 0.50, 0.36), "star", 0.13),
     "scan": Layer("laser scan", (0.84, 0.25, 0.00), "dot", 0.14, 4.0, on_top=True),
@@ -234,20 +232,6 @@ def arrow(length: float, width: float) -> Mesh:
     return area(shapely.Polygon(corners).buffer(0.0), LAYERS["velocities"].height)
 
 
-def frontier_lines(frontiers: Frontiers) -> np.ndarray:
-    """Frontier points as segments, shape (n, 2, 2), W, m: between neighbours of one region, across lone ones' way."""
-    points, owner = frontiers.viewpoint, frontiers.owner
-    ahead = points[1:] - points[:-1]
-    near = (np.hypot(*ahead.T) < 2.0 * SPACING) & (owner[1:] == owner[:-1])
-    lone = np.ones(len(points), bool)
-    lone[:-1][near] = lone[1:][near] = False
-    out = frontiers.probe[lone] - points[lone]
-    across = np.column_stack((-out[:, 1], out[:, 0])) / np.maximum(np.hypot(*out.T), SAME_POINT)[:, None]
-    across *= 0.5 * SPACING
-    joined = np.stack((points[:-1][near], points[1:][near]), axis=1)
-    return np.concatenate((joined, np.stack((points[lone] - across, points[lone] + across), axis=1)))
-
-
 def swept(poses: np.ndarray, shape: Footprint, z: float) -> Mesh:
     """The area that a footprint covers at some poses (x, y, yaw), shape (n, 3), W, m and rad; a disc's between them,
     too."""
@@ -262,17 +246,6 @@ def speed_colors(speeds: np.ndarray, max_speed: float) -> np.ndarray:
     share = np.clip(np.abs(speeds) / max_speed, 0.0, 1.0)
     at = np.linspace(0.0, 1.0, len(SPEED_COLORS))
     return np.column_stack([np.interp(share, at, channel) for channel in SPEED_COLORS.T])
-
-
-def stuck_frontiers(before: Frontiers, after: StarRoadmap) -> np.ndarray:
-    """Positions of frontiers, shape (n, 2), W, m, that a newer roadmap of the same margin has on its blacklist.
-
-    Their unknown side is still unseen.
-    """
-    kept = set(map(tuple, np.hstack((after.frontiers.viewpoint, after.frontiers.probe))))
-    gone = np.array([tuple(row) not in kept for row in np.hstack((before.viewpoint, before.probe))], dtype=bool)
-    viewpoint, probe = before.viewpoint[gone], before.probe[gone]
-    return viewpoint[is_blacklisted(after, viewpoint) & ~after.union.contains(probe)]
 
 
 def _raised(points: np.ndarray, z: float) -> np.ndarray:

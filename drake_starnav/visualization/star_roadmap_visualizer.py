@@ -146,6 +146,7 @@ class StarRoadmapVisualizer(LeafSystem):
                 self.stage.add(layer, area, time, ZONE_OPACITY)
         self._mark("goal", goal, time)
         if state is not None:
+            self._draw_frontiers(state, time)
             self._draw_roadmap(state.roadmap, time)
             self._mark("frontiers/target", None if state.target is None else state.target[0], time)
         self._bodies.draw_velocities(time)
@@ -177,7 +178,7 @@ class StarRoadmapVisualizer(LeafSystem):
             self._drawn.marked[layer] = None if place is None else np.array(place)
 
     def _draw_roadmap(self, roadmap: StarRoadmap, time: float) -> None:
-        """Draw regions, nodes, edges and frontiers: the new ones, or all if the roadmap was rebuilt."""
+        """Draw regions, nodes and edges: the new ones, or all if the roadmap was rebuilt."""
         drawn, last = self._drawn, self._drawn.roadmap
         if roadmap is last:
             return
@@ -189,10 +190,6 @@ class StarRoadmapVisualizer(LeafSystem):
             drawn.growing.clear()
             self._remove_regions(len(drawn.regions), time)
             known = edges = 0
-        else:
-            stuck = meshes.stuck_frontiers(last.frontiers, roadmap)
-            crosses = meshes.crosses(stuck, 1.5 * self._node, LAYERS["frontiers/stuck"].height)
-            self._grow(self.stage.add("frontiers/stuck", crosses, time))
         if len(roadmap) > known:
             self._draw_region(roadmap.regions[-1], time)
         nodes, thin = roadmap.union.center, 0.5 * self._line
@@ -200,11 +197,17 @@ class StarRoadmapVisualizer(LeafSystem):
         self._grow(self.stage.add("roadmap/nodes", dots, time))
         lines = meshes.segments(nodes[roadmap.edges[edges:]], 0.5 * thin, LAYERS["roadmap/edges"].height)
         self._grow(self.stage.add("roadmap/edges", lines, time))
-        for owner in np.union1d(last.frontiers.owner, roadmap.frontiers.owner):  # one object for each region's
-            before, now = (each.frontiers.where(each.frontiers.owner == owner) for each in (last, roadmap))
-            if not np.array_equal(now.viewpoint, before.viewpoint):
-                mesh = meshes.segments(meshes.frontier_lines(now), thin, LAYERS["frontiers/extendable"].height)
-                self.stage.swap("frontiers/extendable", mesh, time, key=f"region_{owner}")
+
+    def _draw_frontiers(self, state: PlannerState, time: float) -> None:
+        """Draw the frontiers, and the dead ends, if they may have changed."""
+        drawn = self._drawn
+        if state.roadmap is drawn.roadmap and state.closures is drawn.closures:
+            return
+        drawn.closures = state.closures
+        lines, crosses = state.frontiers(self._robot.shape.narrow), LAYERS["frontiers/stuck"].height
+        mesh = meshes.segments(lines, 0.5 * self._line, LAYERS["frontiers/extendable"].height)
+        self.stage.swap("frontiers/extendable", mesh, time)
+        self.stage.swap("frontiers/stuck", meshes.crosses(state.closures, 1.5 * self._node, crosses), time)
 
     def _draw_region(self, region: StarRegion, time: float) -> None:
         """Draw the newest region; the one before it is drawn anew, faint."""
@@ -288,6 +291,7 @@ class _Drawn:
     """The snapshots drawn last, and the objects that will change."""
 
     roadmap: StarRoadmap
+    closures: np.ndarray | None = None
     scan: LaserScan | None = None
     certificate: Any = None
     path: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))

@@ -56,7 +56,7 @@ REFERENCE = Ablation("star", "the full method", "paper III; method 1 to 9")
 """The reference for all rows."""
 
 FOLLOWING = "drake_starnav.control.path_following"
-PLANNER, SEARCH = "drake_starnav.planning.planner", "drake_starnav.planning.search"
+PLANNER, ROUTE = "drake_starnav.planning.planner", "drake_starnav.planning.route"
 CUBIC = "drake_starnav.regions.piecewise_cubic"
 INTERPRETED = {
     f"{FOLLOWING}._followed": replacements.interpreted_followed,
@@ -66,10 +66,6 @@ UNCERTIFIED = {
     **INTERPRETED,
     "drake_starnav.systems.twist_shield.shielded": replacements.uncertified_twist,
     f"{FOLLOWING}.free_heading": replacements.same_direction,
-}
-FRONTIERS_ONLY = {
-    f"{SEARCH}.VIRTUAL_FRONTIER_ADVANTAGE": math.inf,
-    f"{SEARCH}.optimistic_cost": replacements.full_cost,
 }
 
 
@@ -108,89 +104,55 @@ ABLATIONS = (
         replaced={f"{CUBIC}.adaptive_fit": replacements.equal_segments},
     ),
     Ablation(
-        "dbscan_frontiers",
-        "the paper's frontiers",
-        "paper III-B.2; method 4",
-        replaced={
-            f"{PLANNER}.extended": replacements.extended_at_clusters,
-            f"{PLANNER}.revised": replacements.revised_at_clusters,
-        },
-    ),
-    Ablation(
-        "no_virtual_frontiers",
-        "targets are frontiers only",
+        "free_unknown",
+        "the unknown costs no more than what is known",
         "method 6",
-        replaced=FRONTIERS_ONLY,
+        replaced={"drake_starnav.planning.cost_field.UNKNOWN_COST": 0.0},
     ),
     Ablation(
-        "no_blacklist",
+        "no_shift",
+        "the exit is where the optimistic path crosses the gap",
+        "method 6",
+        replaced={f"{ROUTE}.frontier_point": replacements.nothing},
+    ),
+    Ablation(
+        "no_closures",
         "dead ends are not remembered",
-        "method 4",
-        replaced={
-            f"{PLANNER}.after_trying": replacements.first_argument,
-            f"{PLANNER}.stall_point_ahead": replacements.nothing,
-        },
-    ),
-    Ablation(
-        "no_closed_targets",
-        "targets tried in vain stay open",
         "method 6",
-        replaced={f"{PLANNER}.after_trying": replacements.first_argument},
+        replaced={f"{PLANNER}.closed": replacements.first_argument},
     ),
     Ablation(
-        "no_stall_points",
-        "a stall leaves no post in the regions",
+        "no_reopening",
+        "nothing is tried again",
         "method 6",
-        replaced={f"{PLANNER}.stall_point_ahead": replacements.nothing},
+        replaced={f"{PLANNER}.reopened": replacements.first_argument},
     ),
     Ablation(
-        "no_retries",
-        "nothing is doubted or tried again",
+        "no_doubt",
+        "gaps that hits seem to close are closed",
         "method 6",
-        replaced={f"{PLANNER}._searched": replacements.searched_once},
-    ),
-    Ablation(
-        "no_hysteresis",
-        "the current target has no bonus",
-        "method 6",
-        replaced={f"{PLANNER}.find_route": replacements.route_without_bonus},
-    ),
-    Ablation(
-        "straight_cost_to_go",
-        "frontiers ranked by the straight line to the goal",
-        "paper III-C.2; method 6",
-        replaced={
-            **FRONTIERS_ONLY,
-            f"{SEARCH}.estimates": replacements.straight_estimates,
-        },
+        replaced={f"{ROUTE}.doubt": replacements.zero},
     ),
     Ablation(
         "no_string_pulling",
-        "the path runs over the nodes",
+        "the path runs from cell to cell",
         "method 6",
         replaced={
-            f"{SEARCH}.string_pulled": replacements.first_argument,
-            f"{PLANNER}._path_ahead": replacements.nodes_ahead,
-            f"{PLANNER}._along_path": replacements.along_nodes,
+            f"{ROUTE}.string_pulled": replacements.first_argument,
+            f"{PLANNER}._along_path": replacements.along_cells,
         },
     ),
     Ablation(
         "no_anticipation",
         "each frontier is driven to first",
         "method 6",
-        replaced={f"{PLANNER}._anticipated": replacements.nothing},
+        replaced={f"{PLANNER}._with_anticipation": replacements.first_argument},
     ),
     Ablation(
         "no_replanning",
         "a blocked path does not trigger planning",
         "method 6",
-        replaced={f"{PLANNER}._unless_obstructed": replacements.first_argument},
-    ),
-    Ablation(
-        "no_inspection",
-        "dead ends are judged from afar",
-        "method 6",
-        replaced={"drake_starnav.planning.recovery.INSPECTION_DETOUR": math.inf},
+        replaced={f"{PLANNER}._unless_blocked": replacements.first_argument},
     ),
     Ablation(
         "any_bend",

@@ -22,9 +22,10 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.evaluation.summary import markdown_table
 from drake_starnav.evaluation.trial_file import read_trials
 from drake_starnav.lidar.sensor_model import LidarParameters
-from drake_starnav.planning.bucket_search import NEIGHBOURHOOD, UNREACHED, bucket_dijkstra
+from drake_starnav.planning.bucket_search import bucket_dijkstra
 from drake_starnav.planning.cost_field import CostField
 from drake_starnav.planning.distance_grid import DistanceGrid
+from drake_starnav.regions.region_union import RegionUnion
 from drake_starnav.scenario.scenario_file import parse_scenario
 from drake_starnav.worlds import World, make_world
 from drake_starnav.worlds.view import scan_from, visible_shapes
@@ -94,11 +95,10 @@ def explored_way(world: World, robot_radius: float, goal_tolerance: float, range
 def _shortest_path(weight: np.ndarray, origin: np.ndarray, position: np.ndarray, goal: np.ndarray) -> np.ndarray:
     """Cells of a shortest path from near the position, then the goal, shape (k, 2), W, m; none if there is no way."""
     start, end = np.rint((position - origin) / CELL).astype(int), np.rint((goal - origin) / CELL).astype(int)
-    cost, to_start = np.zeros(weight.shape, np.int32), np.zeros(weight.shape, np.int32)
-    to_start[tuple(start)] = -UNREACHED
-    f_limit = bucket_dijkstra(weight, cost, end[0], end[1], to_start, NEIGHBOURHOOD, start[0], start[1])
+    cost = np.zeros(weight.shape, np.int32)
+    bucket_dijkstra(weight, cost, tuple(end.tolist()), tuple(start.tolist()), (RegionUnion.none(), (0.0, 0.0), CELL, 0))
     no_hits = DistanceGrid.empty(0.5 * CELL, 0.0)
-    path = CostField(cost, weight, origin + CELL, CELL, (start[0], start[1]), f_limit, no_hits).path(position)
+    path = CostField(cost, weight, origin + CELL, CELL, no_hits).path(position)
     return np.vstack((path, goal)) if len(path) else path
 
 

@@ -14,7 +14,6 @@ from unittest.mock import patch
 import numpy as np
 
 from drake_starnav.baselines.paper.control import modulated_vector
-from drake_starnav.baselines.paper.frontiers import frontier_points
 from drake_starnav.baselines.paper.perception import sight_range
 from drake_starnav.control.modulation import SIGMA
 from drake_starnav.control.motion import Actuation
@@ -22,13 +21,8 @@ from drake_starnav.control.path_following import _followed, guided
 from drake_starnav.control.shield import ramped_twist
 from drake_starnav.evaluation.workers import Pool
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.planning import PlannerInput, PlannerState, StarRoadmap
-from drake_starnav.planning.cost_field import CostField
-from drake_starnav.planning.frontiers import PROBE_DISTANCE, Frontiers, edge_frontiers
-from drake_starnav.planning.map_revision import revised
-from drake_starnav.planning.roadmap import extended
-from drake_starnav.planning.search import Route, find_route, optimistic_cost
-from drake_starnav.regions import Margins, Observation, StarRegion
+from drake_starnav.planning import PlannerInput, PlannerState
+from drake_starnav.regions import Margins, StarRegion
 from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.regions.piecewise_cubic import adaptive_fit
 from drake_starnav.regions.region_union import RegionUnion
@@ -40,7 +34,7 @@ Replaced = Mapping[str, Any]
 SEGMENTS = 16
 """Number of segments of equal length."""
 WAY_POINT_REACHED = 0.25
-"""A node this near is reached where the path runs over the nodes, m."""
+"""A way point this near is reached where the path is not shortened, m."""
 
 
 def run_replaced(replaced: Replaced, function: Callable[..., Any], *arguments: Any) -> Any:
@@ -97,6 +91,11 @@ def nothing(*arguments: Any) -> None:
     return
 
 
+def zero(*arguments: Any) -> float:
+    """For functions of a length that may be zero."""
+    return 0.0
+
+
 def uncertified_twist(
     pose: np.ndarray, twist: np.ndarray, desired: np.ndarray, certificates: tuple, actuation: Actuation
 ) -> tuple[np.ndarray, bool]:
@@ -122,69 +121,12 @@ def equal_segments(samples: np.ndarray, tolerance: float, one_sided: bool) -> tu
     return fit.starts, fit.values, fit.slopes
 
 
-def _frontiers_at_clusters(node: Observation) -> AbstractContextManager:
-    """For `edge_frontiers` while a node is added: its own between clusters of hits."""
-
-    def clusters(region: StarRegion, owner: int) -> Frontiers:
-        if region is not node.region:
-            return edge_frontiers(region, owner)
-        points = frontier_points(region, node.scan, node.pose)
-        away = points - region.center
-        probe = points + PROBE_DISTANCE * away / np.hypot(*away.T)[:, None]
-        return Frontiers(points, probe, np.full(len(points), owner))
-
-    return patch("drake_starnav.planning.roadmap.edge_frontiers", clusters)
-
-
-def extended_at_clusters(roadmap: StarRoadmap, node: Observation, *others: Any) -> StarRoadmap:
-    """For `extended`: frontiers between clusters of hits."""
-    with _frontiers_at_clusters(node):
-        return extended(roadmap, node, *others)
-
-
-def revised_at_clusters(
-    roadmap: StarRoadmap, regions: Any, margins: Margins, robot_radius: float, news: tuple[Observation]
-) -> StarRoadmap:
-    """For `revised`: frontiers of the new node between clusters of hits."""
-    with _frontiers_at_clusters(news[0]):
-        return revised(roadmap, regions, margins, robot_radius, news)
-
-
-def full_cost(
-    roadmap: StarRoadmap, inputs: PlannerInput, cost_to_come: np.ndarray, at_robot: bool = True, doubting: bool = False
-) -> CostField:
-    """For `optimistic_cost`: exact at all frontiers, not only where they are cheaper than a virtual one."""
-    return optimistic_cost(roadmap, inputs, cost_to_come, False, doubting)
-
-
-def searched_once(state: PlannerState, region: StarRegion, inputs: PlannerInput) -> tuple[Route | None, PlannerState]:
-    """For `planner._searched`: what was tried in vain stays closed."""
-    current = None if state.target is None else state.target[0]
-    return find_route(state.roadmap, region, inputs, current), state
-
-
-def route_without_bonus(
-    roadmap: StarRoadmap, here: StarRegion, inputs: PlannerInput, *current: Any, **named: Any
-) -> Any:
-    """For `find_route`: the current target has no bonus."""
-    return find_route(roadmap, here, inputs, **named)
-
-
-def straight_estimates(field: Any, frontiers: Frontiers, goal: np.ndarray) -> np.ndarray:
-    """For `estimates`: the straight line to the goal."""
-    return np.hypot(*(frontiers.probe - goal).T)
-
-
-def nodes_ahead(roadmap: StarRoadmap, path: np.ndarray, position: np.ndarray) -> np.ndarray:
-    """For `_path_ahead`: way points are driven to."""
-    while len(path) > 1 and np.hypot(*(path[0] - position)) < WAY_POINT_REACHED:
-        path = path[1:]
-    return path
-
-
-def along_nodes(state: PlannerState, check: Any, position: np.ndarray) -> PlannerState:
+def along_cells(state: PlannerState, check: Any, inputs: PlannerInput) -> PlannerState:
     """For `_along_path`: way points are driven to, whatever is in sight."""
-    return dataclasses.replace(state, path=nodes_ahead(state.roadmap, state.path, position))
+    path = state.path
+    while len(path) > 1 and np.hypot(*(path[0] - inputs.position)) < WAY_POINT_REACHED:
+        path = path[1:]
+    return dataclasses.replace(state, path=path)
 
 
 def paper_direction(x: float, y: float, ux: float, uy: float, regions: RegionUnion, _radius: float) -> np.ndarray:

@@ -19,7 +19,9 @@ from drake_starnav.control import guiding_vector
 from drake_starnav.errors import StarnavError
 from drake_starnav.navigation import add_navigation
 from drake_starnav.planning import PlannerState
-from drake_starnav.planning.frontiers import edge_frontiers
+from drake_starnav.planning.frontiers import gaps_of
+from drake_starnav.planning.roadmap import StarRoadmap, extended
+from drake_starnav.planning.state import EMPTY_PATH
 from drake_starnav.regions import Observation
 from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.regions.star_region import StarRegion
@@ -115,11 +117,14 @@ def draw_frontiers(axis: Any, moment: PlannerInput) -> None:
     """The star-shaped region of the scan, and where unknown space may be entered."""
     region = moment.region
     axis.fill(*region.outline().T, facecolor=BLUE, alpha=0.2, edgecolor=BLUE, label="star-shaped region")
-    frontiers = edge_frontiers(region, 0)
-    for viewpoint, probe in zip(frontiers.viewpoint, frontiers.probe, strict=True):
-        axis.plot(*np.array((viewpoint, probe)).T, color=PURPLE, linewidth=1.0)
-    axis.plot(*frontiers.viewpoint.T, "o", color=PURPLE, markersize=5.0, label="frontier")
-    axis.plot(*frontiers.probe.T, "x", color=PURPLE, markersize=5.0, label="its probe in the unknown")
+    radius = moment.scenario.robot.radius
+    alone = StarRoadmap.empty(moment.scenario.planner, radius)
+    alone = extended(alone, moment.seen, derive_margins(moment.scenario), radius)
+    for k, gap in enumerate(gaps_of(alone, EMPTY_PATH, radius, 0)):
+        axis.plot(*gap.line.T, color=PURPLE, linewidth=3.0, label=None if k else "gap, a frontier")
+        middle = len(gap.line) // 2
+        axis.plot(*gap.line[middle], "o", color=PURPLE, markersize=5.0, label=None if k else "frontier point")
+        axis.plot(*gap.probe[middle], "x", color=PURPLE, markersize=5.0, label=None if k else "its probe")
     _robot(axis, moment)
 
 
@@ -133,7 +138,8 @@ def draw_roadmap(axis: Any, moment: PlannerInput) -> None:
     centers = roadmap.union.center
     axis.add_collection(LineCollection(centers[roadmap.edges], color=BLUE, linewidth=0.8, zorder=2))
     axis.plot(*centers.T, "o", color=BLUE, markersize=5.0, label="node, with its region", zorder=3)
-    axis.plot(*roadmap.frontiers.viewpoint.T, "s", color=PURPLE, markersize=3.5, label="frontier", zorder=3)
+    frontiers = moment.state.frontiers(moment.scenario.robot.radius)
+    axis.add_collection(LineCollection(frontiers, color=PURPLE, linewidth=2.5, label="frontier", zorder=3))
     axis.plot(*moment.trail.T, color="0.3", linewidth=1.0, linestyle=":", label="driven")
     path = np.vstack((moment.pose[:2], moment.state.path))
     axis.plot(*path.T, color=GREEN, linewidth=2.2, label="path", zorder=4)

@@ -1,76 +1,67 @@
-import math
+"""Frontiers are the runs of a region's boundary beyond which nothing is known that stops the robot."""
 
 import numpy as np
 from hypothesis import given, settings
 
-from drake_starnav.planning.frontiers import ARRIVAL_DISTANCE, PROBE_DISTANCE, Frontiers, edge_frontiers
-from drake_starnav.planning.parameters import PlannerParameters
-from drake_starnav.regions.erosion import FreeRange
-from drake_starnav.regions.star_region import StarRegion, fit_region, scan_region
-from tests.helpers.scans import MARGINS, RADIUS, cast, scattered, seeds
+from drake_starnav.planning.distance_grid import HIT_ERROR
+from drake_starnav.planning.frontiers import BEYOND, COVER_SLACK, LEAST, STEP, all_gaps, gaps_of
+from drake_starnav.planning.roadmap import CLOSED
+from drake_starnav.worlds.world import World
+from tests.helpers.scans import RADIUS, distance, explored, length, seeds, segment_distance, wandered
 
-PARAMETERS = PlannerParameters()
-
-
-def polar(region: StarRegion, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    offset = points - region.center
-    return np.hypot(*offset.T), np.arctan2(offset[:, 1], offset[:, 0])
+NONE = np.zeros((0, 2))
 
 
-def stepped(low: float, high: float, limit: float) -> StarRegion:
-    """Range `low` on the first half turn, `high` on the second."""
-    return fit_region(FreeRange(np.repeat((low, high), 360), np.full(720, limit), 0.0), np.array((1.0, 2.0)), 0.5)
-
-
-@settings(max_examples=25)
+@settings(max_examples=15)
 @given(seeds)
-def test_stands_lie_inside_the_region_and_probes_outside(seed):
-    rng = np.random.default_rng(seed)
-    pose = np.array((*rng.uniform(-0.2, 0.2, 2), rng.uniform(-4.0, 4.0)))
-    region = scan_region(cast(scattered(rng, discs=12, walls=6), pose, range_max=2.5), pose, RADIUS, MARGINS)
-    found = edge_frontiers(region, 7)
-    assert len(found) and (found.owner == 7).all()
-    radius, theta = polar(region, found.viewpoint)
-    assert radius.min() > ARRIVAL_DISTANCE
-    sample = (theta - region.bearing_0) / (2.0 * math.pi / 720)
-    np.testing.assert_allclose(sample, np.rint(sample), atol=1e-6)  # on a sample's bearing its value bounds exactly
-    assert (radius <= region.boundary.values[np.rint(sample).astype(int) % 720]).all()
-    assert not region.contains(found.probe).any()
+def test_beyond_a_gap_is_no_region_no_hit_and_no_closure(seed):
+    _, roadmap = wandered(seed)
+    closures = roadmap.regions[-1].outline()[::60]
+    for gap in all_gaps(roadmap, closures, RADIUS):
+        assert len(gap.line) == len(gap.probe) and length(gap.line) >= LEAST
+        assert (np.hypot(*np.diff(gap.line, axis=0).T) < 2.0 * STEP).all()
+        np.testing.assert_allclose(np.hypot(*(gap.probe - gap.line).T), BEYOND)
+        outline = roadmap.regions[gap.owner].outline()
+        start, end = outline[None], np.roll(outline, -1, axis=0)[None]
+        assert segment_distance(gap.line[::4, None], start, end).min(axis=1).max() < 1e-9
+        assert not roadmap.union.contains(gap.probe, COVER_SLACK).any()
+        assert (roadmap.hits.distance(gap.probe) > RADIUS - HIT_ERROR).all()
+        assert (np.hypot(*np.moveaxis(gap.probe[:, None] - closures, -1, 0)) > CLOSED).all()
 
 
-def test_an_edge_is_lined_with_stands_from_the_near_to_the_far_side():
-    region = stepped(1.0, 3.0, 5.0)
-    found = edge_frontiers(region, 0)
-    radius, theta = polar(region, found.viewpoint)
-    first, last = (theta - region.bearing_0) % (2.0 * math.pi) < math.pi + 0.1, theta
-    assert len(found) == 2 * 8 and first.sum() == 8  # 1.12, 1.37, ... 2.87 at both jumps
-    np.testing.assert_allclose(np.sort(radius)[::2], 1.12 + 0.25 * np.arange(8), atol=1e-9)
-    _, across = polar(region, found.probe)
-    turned = np.abs((across - last + math.pi) % (2.0 * math.pi) - math.pi)
-    step = 2.0 * math.pi / 720  # viewpoints lie one sample off the jump, probes across it
-    np.testing.assert_allclose(turned, step + np.maximum(PROBE_DISTANCE / radius, 1.5 * step))
+@settings(max_examples=15)
+@given(seeds)
+def test_every_open_run_of_a_boundary_is_a_gap(seed):
+    """Sampled by plain NumPy: a place beyond the boundary that nothing covers lies near a gap, or in a short run."""
+    _, roadmap = wandered(seed, nodes=3)
+    for owner, region in enumerate(roadmap.regions):
+        outline = region.outline()
+        ahead = np.roll(outline, -1, axis=0) - outline
+        middle = outline + 0.5 * ahead
+        out = np.column_stack((ahead[:, 1], -ahead[:, 0])) / np.hypot(*ahead.T)[:, None]
+        probe = middle + BEYOND * out
+        is_open = ~roadmap.union.contains(probe, COVER_SLACK) & (roadmap.hits.distance(probe) > RADIUS - HIT_ERROR)
+        gaps = gaps_of(roadmap, NONE, RADIUS, owner)
+        lines = np.vstack([gap.line for gap in gaps]) if gaps else NONE
+        covered = (np.hypot(*np.moveaxis(middle[is_open, None] - lines, -1, 0)) < STEP).any(axis=1)
+        missed = np.hypot(*ahead[is_open][~covered].T).sum()
+        assert missed < 0.25 * np.hypot(*ahead.T).sum()
 
 
-def test_a_step_too_small_for_the_robot_is_no_frontier():
-    assert len(edge_frontiers(stepped(1.0, 1.19, 5.0), 0)) == 0
-    assert len(edge_frontiers(stepped(1.0, 1.25, 5.0), 0)) == 2
+def test_a_gap_is_between_hits_and_gone_once_it_was_looked_through():
+    walls = [[(1.0, low), (1.1, low), (1.1, high), (1.0, high)] for low, high in ((-3.0, -0.5), (0.5, 3.0))]
+    world = World("door", (0, 0, 0), (3, 0), polygons=walls, bounds=(-1.5, -2.0, 4.0, 2.0))
+    before, after = explored(world, np.array(((0.0, 0.0),))), explored(world, np.array(((0.0, 0.0), (1.6, 0.0))))
+    behind = [gap for gap in all_gaps(before, NONE, RADIUS) if (gap.probe[:, 0] > 1.0).all()]
+    assert len(behind) == 2  # on both sides of the cone that is seen through the door
+    assert all((distance(world, gap.line) > RADIUS - HIT_ERROR).all() for gap in behind)
+    assert not all_gaps(after, NONE, RADIUS)
 
 
-def test_an_arc_without_obstacles_is_lined_with_stands_at_its_rim():
-    region = fit_region(FreeRange(np.full(720, 2.0), np.full(720, 2.0), 0.0), np.zeros(2), 0.0)
-    found = edge_frontiers(region, 0)
-    radius, theta = polar(region, found.viewpoint)
-    np.testing.assert_allclose(radius, 1.98)
-    np.testing.assert_allclose(np.hypot(*found.probe.T), 2.0 + PROBE_DISTANCE)
-    gaps = 2.0 * np.diff(np.sort(theta % (2.0 * math.pi)))
-    assert gaps.min() >= 0.25 and gaps.max() < 0.25 + 2.0 * 2.0 * 2.0 * math.pi / 720
-    hidden = fit_region(FreeRange(np.full(720, 2.0), np.full(720, 4.0), 0.0), np.zeros(2), 0.0)
-    assert len(edge_frontiers(hidden, 0)) == 0
-
-
-def test_frontiers_join_and_select_in_order():
-    a = Frontiers(np.ones((2, 2)), np.zeros((2, 2)), np.array([0, 1]))
-    both = a.joined(Frontiers(np.full((1, 2), 3.0), np.full((1, 2), 4.0), np.array([2])))
-    assert both.owner.tolist() == [0, 1, 2] and len(Frontiers.none().joined(a)) == 2
-    chosen = both.where(np.array([False, True, True]))
-    assert chosen.owner.tolist() == [1, 2] and chosen.viewpoint[1].tolist() == [3.0, 3.0]
+def test_what_is_closed_is_no_frontier():
+    roadmap = explored(World("open", (0, 0, 0), (9, 0)), np.zeros((1, 2)))
+    (whole,) = all_gaps(roadmap, NONE, RADIUS)
+    closure = whole.probe[len(whole.probe) // 3]
+    parts = all_gaps(roadmap, closure[None], RADIUS)
+    lost = length(whole.line) - sum(length(gap.line) for gap in parts)
+    assert 2.0 * CLOSED - 3.0 * STEP < lost < 2.0 * CLOSED + 6.0 * STEP

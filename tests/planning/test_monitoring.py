@@ -5,11 +5,18 @@ import dataclasses
 import numpy as np
 import pytest
 
+from drake_starnav.geometry.polyline import arc_lengths
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus
 from drake_starnav.planning.guidance import PASSED_DISTANCE
 from drake_starnav.planning.impassable import impassable_points
-from drake_starnav.planning.monitoring import OUTSIDE_TOLERANCE, check_plan, points_ahead
-from drake_starnav.planning.optimistic_path import OBSTRUCTION_SLACK
+from drake_starnav.planning.monitoring import (
+    DOUBTED_WITHIN,
+    NEXT,
+    OBSTRUCTION_SLACK,
+    OUTSIDE_TOLERANCE,
+    check_plan,
+    points_ahead,
+)
 from drake_starnav.planning.roadmap import StarRoadmap
 from drake_starnav.regions import Observation, StarRegion
 from drake_starnav.regions.star_region import scan_region, united
@@ -37,7 +44,6 @@ def state_in(rng: np.random.Generator, roadmap: StarRoadmap, position: np.ndarra
         target=np.stack((path[-1], path[-1] + rng.uniform(-1.0, 1.0, 2))),
         node_position=position + (1.0, 0.0),
         optimistic_path=beyond,
-        next_segment=beyond[:10],
     )
 
 
@@ -59,14 +65,18 @@ def test_a_check_finds_what_its_parts_find_alone() -> None:
         hits = impassable_points(now.observation, MARGINS, RADIUS)
         away = np.linalg.norm(state.optimistic_path[1::2, None] - hits[None], axis=2)
         here = united([region])
-        ahead = [k for k, point in enumerate(state.next_segment) if in_view(here, place, point)]
+        near = state.optimistic_path[: 1 + int((arc_lengths(state.optimistic_path)[1:] < NEXT).sum())]
+        ahead = [k for k, point in enumerate(near) if in_view(here, place, point)]
+        way = np.vstack((state.path, state.optimistic_path))
+        way = way[np.hypot(*(way - place).T) < DOUBTED_WITHIN]
         assert check.sees_probe == region.contains(state.target[1])
         assert not (check.outside and inside)
         assert check.obstructed == bool((away < RADIUS - OBSTRUCTION_SLACK).any())
         assert check.passed == passed
         assert check.strayed == (inside and not in_view(stack, place, state.path[passed]))
         assert check.ahead == (max(ahead, default=-1) if passed == len(state.path) - 1 else -1)
-        assert points_ahead(state.next_segment, region, place) == max(ahead, default=-1)
+        assert check.doubtful == bool((roadmap.hits.distance(way) < RADIUS).any())
+        assert points_ahead(state.optimistic_path, region, place) == max(ahead, default=-1)
         for name, value in check._asdict().items():
             found.setdefault(name, set()).add(value)
     assert all(len(values) > 1 for values in found.values()), found
@@ -82,14 +92,13 @@ def test_what_is_too_early_or_not_wanted_is_not_checked() -> None:
         path=place[None] + (0.1, 0.0),
         target=np.stack((place, place)),
         optimistic_path=impassable_points(now.observation, MARGINS, RADIUS)[:4],
-        next_segment=place[None],
     )
     check = check_plan(state, region, now)
-    assert check.sees_probe and check.obstructed and check.ahead == 0
+    assert check.sees_probe and check.obstructed and check.ahead >= -1
     assert not check_plan(dataclasses.replace(state, node_position=place), region, now).sees_probe
     assert not check_plan(dataclasses.replace(state, plan_position=place), region, now).obstructed
-    approaching = dataclasses.replace(state, status=PlannerStatus.APPROACHING)
-    assert check_plan(approaching, region, now).ahead == -1
+    on = dataclasses.replace(state, path=np.vstack((place + (0.1, 0.0), place + (9.0, 0.0), place + (9.0, 9.0))))
+    assert check_plan(on, region, now).ahead == -1
 
 
 @pytest.mark.parametrize("beyond", [0.5, 2.0])

@@ -7,7 +7,6 @@ import pytest
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, plan_step
-from drake_starnav.planning.frontiers import ARRIVAL_DISTANCE
 from drake_starnav.planning.monitoring import check_plan
 from drake_starnav.planning.planner import node_is_due
 from drake_starnav.regions import Observation
@@ -17,8 +16,6 @@ from tests.helpers.path_follower import BAFFLES, VAULT, drive
 from tests.helpers.scans import MARGINS, RADIUS, cast, distance, in_view
 
 PARAMETERS = PlannerParameters()
-RING = np.linspace(0.0, 1.0, 5)[:, None, None] * [(np.cos(a), np.sin(a)) for a in np.linspace(-np.pi, np.pi, 33)]
-RING = RING.reshape(-1, 2)
 
 
 def test_the_goal_is_reached():
@@ -104,7 +101,7 @@ def test_equal_inputs_give_equal_states():
         assert (a.status, a.plans, len(a.roadmap)) == (b.status, b.plans, len(b.roadmap))
         np.testing.assert_array_equal(a.path, b.path)
         np.testing.assert_array_equal(a.roadmap.union.values, b.roadmap.union.values)
-        np.testing.assert_array_equal(a.roadmap.frontiers.viewpoint, b.roadmap.frontiers.viewpoint)
+        np.testing.assert_array_equal(a.frontiers(RADIUS), b.frontiers(RADIUS))
         np.testing.assert_array_equal(a.roadmap.edges, b.roadmap.edges)
 
 
@@ -200,7 +197,7 @@ def test_a_gap_narrower_than_the_margin_is_passed_without_rebuilding_the_roadmap
     world = World("gap", (0, 0, 0), (4, 0), polygons=walls, bounds=(-1, -2, 5, 2))
     states = drive(world, PARAMETERS, steps=700)
     assert len(states) < 700 and not states[-1].doubting
-    assert not len(states[-1].roadmap.blacklisted_targets) and not len(states[-1].roadmap.blacklisted_probes)
+    assert not len(states[-1].closures)
     margins = [region.margin for region in states[-1].roadmap.regions]
     assert MARGINS.least - 1e-9 < min(margins) < max(margins) == MARGINS.preferred
 
@@ -224,26 +221,6 @@ def test_a_robot_pushed_off_its_line_of_sight_gets_a_new_path():
     assert sees_its_way_point(place, after.path)
 
 
-def test_a_target_that_was_driven_to_is_seen_or_given_up():
-    looked = 0
-    for world in (BAFFLES, VAULT):
-        states = drive(world, PARAMETERS, steps=1500)
-        changes = [
-            (before.target[1], after.roadmap)
-            for before, after in zip(states, states[1:], strict=False)
-            if before.target is not None
-            and len(after.roadmap) > len(before.roadmap)
-            and not after.doubting
-            and distance_to(after.roadmap.union.center[-1], before.target[0]) < ARRIVAL_DISTANCE
-        ]
-        looked += len(changes)
-        for probe, roadmap in changes:
-            about = probe + PARAMETERS.grid_resolution * RING  # gates lie on cells
-            seen = any(r.contains(about).any() for r in roadmap.regions)
-            assert seen or (roadmap.blacklisted_probes == probe).all(axis=1).any()
-    assert looked
-
-
 def test_a_scan_with_another_number_of_beams_than_those_before_is_refused():
     state, pose = PlannerState.initial(PARAMETERS, RADIUS), np.zeros(3)
     with pytest.raises(StarnavError, match="361 beams.*360 beams.*allowed: the same number"):
@@ -253,9 +230,5 @@ def test_a_scan_with_another_number_of_beams_than_those_before_is_refused():
             state = plan_step(
                 state, PlannerInput(seen, pose[:2], np.array(BAFFLES.goal), 0.0, PARAMETERS, MARGINS, RADIUS)
             )
-            pose = pose + (2.0 * PARAMETERS.node_spacing, 0.0, 0.0)
+            pose = pose + (0.0, 2.0 * PARAMETERS.node_spacing, 0.0)
     assert len(state.roadmap) == 2
-
-
-def distance_to(a: np.ndarray, b: np.ndarray) -> float:
-    return float(np.hypot(*(a - b)))

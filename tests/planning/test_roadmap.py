@@ -4,23 +4,16 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from drake_starnav.planning.distance_grid import HIT_ERROR
-from drake_starnav.planning.map_revision import with_stall_point
 from drake_starnav.planning.parameters import PlannerParameters
-from drake_starnav.planning.roadmap import (
-    StarRoadmap,
-    blacklist_target,
-    extended,
-    rebuilt,
-    refitted,
-    uncovered_share,
-)
+from drake_starnav.planning.roadmap import CLOSED, StarRoadmap, extended, refitted, revised, uncovered_share
+from drake_starnav.planning.state import PlannerState
 from drake_starnav.regions.region_union import RegionUnion
-from drake_starnav.regions.star_region import scan_region, united
+from drake_starnav.regions.star_region import clear_of, scan_region, united
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import MARGINS, RADIUS, cast, distance, explored, observed, seeds, wandered
 
 PARAMETERS = PlannerParameters()
+INITIAL = PlannerState.initial(PARAMETERS, RADIUS)
 
 
 def hits(roadmap: StarRoadmap) -> np.ndarray:
@@ -28,63 +21,17 @@ def hits(roadmap: StarRoadmap) -> np.ndarray:
 
 
 def assert_same(one: StarRoadmap, other: StarRoadmap) -> None:
-    for part in ("edges", "lengths", "blacklisted_targets"):
+    for part in ("edges", "lengths"):
         np.testing.assert_array_equal(getattr(one, part), getattr(other, part))
     for name in RegionUnion._fields:
         np.testing.assert_array_equal(getattr(one.union, name), getattr(other.union, name))
-    for name in ("viewpoint", "probe", "owner"):
-        np.testing.assert_array_equal(getattr(one.frontiers, name), getattr(other.frontiers, name))
-
-
-@settings(max_examples=15)
-@given(seeds)
-def test_frontiers_are_uncovered_open_and_owned_by_the_region_they_stand_in(seed):
-    _, roadmap = wandered(seed)
-    frontiers = roadmap.frontiers
-    assert (roadmap.hits.distance(frontiers.probe) > RADIUS - HIT_ERROR).all()
-    for k in range(len(roadmap)):
-        mine = frontiers.where(frontiers.owner == k)
-        assert not roadmap.union.contains(mine.probe).any()
-        away = np.hypot(*(mine.viewpoint - roadmap.union.center[k]).T)
-        assert (away <= roadmap.regions[k].reach + 1e-9).all() and (away > 0.12).all()
-
-
-def test_a_probe_that_another_region_covers_dies():
-    world = World("disc", (0, 0, 0), (4, 0), cylinders=[(1.5, 0.0, 0.3)])
-    alone = explored(world, np.zeros((1, 2)))
-    behind = np.hypot(*(alone.frontiers.probe - (2.3, 0.0)).T) < 1.5
-    assert behind.any()
-    both = explored(world, np.array(((0.0, 0.0), (2.6, 0.0))))
-    region = both.regions[1]
-    spent = region.contains(alone.frontiers.probe)
-    assert spent.any() and not spent.all()
-    old = both.frontiers.where(both.frontiers.owner == 0)
-    remaining = {tuple(p) for p in old.probe.tolist()}
-    assert not remaining & {tuple(p) for p in alone.frontiers.probe[spent].tolist()}
-    assert not region.contains(old.probe).any()
-
-
-@settings(max_examples=10)
-@given(seeds)
-def test_blacklisted_places_stay_away(seed):
-    world, roadmap = wandered(seed, nodes=3)
-    place = roadmap.frontiers.viewpoint[len(roadmap.frontiers) // 2]
-    given_up = blacklist_target(roadmap, place, 0.2, place)
-    gone = np.hypot(*(roadmap.frontiers.viewpoint - place).T) <= 0.2
-    assert 0 < gone.sum() == len(roadmap.frontiers) - len(given_up.frontiers)
-    assert given_up.blacklisted_targets[-1].tolist() == pytest.approx([*place, 0.2])
-    scan, pose = roadmap.nodes[-1].scan, roadmap.nodes[-1].pose
-    pose = pose + (0.05, 0.0, 0.4)
-    scan = cast(world, pose)
-    again = extended(given_up, observed(scan, pose), MARGINS, RADIUS)
-    assert np.hypot(*(again.frontiers.viewpoint - place).T).min(initial=np.inf) > 0.2
 
 
 @settings(max_examples=8)
 @given(seeds)
-def test_rebuilt_it_is_the_same(seed):
+def test_refitted_it_is_the_same(seed):
     _, roadmap = wandered(seed, nodes=4)
-    again = rebuilt(roadmap, MARGINS, RADIUS)
+    again = refitted(roadmap, MARGINS, RADIUS)
     for part in ("center", "bearing_0", "values", "slopes"):
         np.testing.assert_array_equal(getattr(again.union, part), getattr(roadmap.union, part))
     np.testing.assert_array_equal(again.edges, roadmap.edges)
@@ -93,18 +40,13 @@ def test_rebuilt_it_is_the_same(seed):
 
 @settings(max_examples=8)
 @given(seeds)
-def test_in_a_rebuilt_roadmap_nothing_was_tried_in_vain(seed):
+def test_refitted_it_has_whole_regions_again(seed):
     _, roadmap = wandered(seed, nodes=3)
-    viewpoint, probe = roadmap.frontiers.viewpoint[0], roadmap.frontiers.probe[0]
-    given_up = with_stall_point(blacklist_target(roadmap, viewpoint, 10.0, probe), probe, MARGINS, RADIUS)
-    given_up = dataclasses.replace(given_up, inspection_points=viewpoint[None])
-    again = rebuilt(given_up, MARGINS, RADIUS)
-    assert not len(given_up.frontiers) and len(given_up.blacklisted_probes) and len(given_up.stall_points)
-    assert not any(
-        len(part)
-        for part in (again.blacklisted_targets, again.blacklisted_probes, again.inspection_points, again.stall_points)
-    )
-    assert_same(again, rebuilt(roadmap, MARGINS, RADIUS))
+    places = roadmap.union.center + (0.6, 0.0)
+    cut = revised(roadmap, [clear_of(region, places, CLOSED) for region in roadmap.regions], MARGINS, RADIUS)
+    again = refitted(cut, MARGINS, RADIUS)
+    assert any(a is not b for a, b in zip(cut.regions, roadmap.regions, strict=True))
+    assert_same(again, refitted(roadmap, MARGINS, RADIUS))
     for old, new in zip(roadmap.regions, again.regions, strict=True):
         np.testing.assert_array_equal(new.free_range, old.free_range)
         assert new.margin == old.margin > MARGINS.least - 1e-9
@@ -121,8 +63,8 @@ def test_snapshots_are_unchanged_by_later_ones(seed):
         pose = np.array((x, 0.0, x))
         scan = cast(world, pose)
         extended(roadmap, observed(scan, pose), MARGINS, RADIUS)
-    blacklist_target(roadmap, np.zeros(2), 1.0, np.zeros(2))
-    rebuilt(roadmap, dataclasses.replace(MARGINS, preferred=0.0), RADIUS)
+    revised(roadmap, [clear_of(region, np.ones((1, 2)), CLOSED) for region in roadmap.regions], MARGINS, RADIUS)
+    refitted(roadmap, dataclasses.replace(MARGINS, preferred=0.0), RADIUS)
     assert_same(roadmap, copy)
     np.testing.assert_array_equal(roadmap.hits.distance(probes), known)
 
@@ -146,7 +88,7 @@ def test_the_uncovered_share_is_that_of_random_points_in_the_region(seed):
 def test_refitted_it_is_as_if_it_had_been_explored_with_the_other_footprint(seed):
     _, roadmap = wandered(seed, nodes=4)
     narrow, swept = 0.8 * RADIUS, 1.5 * RADIUS
-    again = refitted(roadmap, MARGINS, narrow, swept)
+    again = dataclasses.replace(INITIAL, roadmap=roadmap).with_new_footprint(MARGINS, narrow, swept).roadmap
     anew = StarRoadmap.empty(PlannerParameters(), swept)
     for node in roadmap.nodes:
         region = scan_region(node.scan, node.pose, narrow, MARGINS)

@@ -42,6 +42,8 @@ def test_a_new_goal_keeps_the_map_and_resets_the_search() -> None:
 
 def test_a_new_footprint_keeps_the_scans_and_resets_all_else() -> None:
     looked = dataclasses.replace(INITIAL, path=PATH, status=PlannerStatus.UNREACHABLE, doubting=True, recent=(None,))
+    looked = dataclasses.replace(looked, closures=PATH)
     after = looked.with_new_footprint(MARGINS, 2.0 * RADIUS, 3.0 * RADIUS)
     assert after.status is PlannerStatus.WAITING and not after.doubting and len(after.path) == len(after.recent) == 0
+    assert not len(after.closures)
     assert after.roadmap.hits.cap == pytest.approx(INITIAL.roadmap.hits.cap + 2.0 * RADIUS)

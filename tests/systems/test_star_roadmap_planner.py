@@ -279,14 +279,14 @@ def test_a_snapshot_once_read_never_changes() -> None:
     planning.see(SCREEN)
     planning.update()
     before = planning.out("planner_state")
-    values, viewpoint = before.roadmap.union.values.copy(), before.roadmap.frontiers.viewpoint.copy()
+    values, viewpoint = before.roadmap.union.values.copy(), before.frontiers(0.25).copy()
     for step in (0.8, 1.6):
         planning.see(SCREEN, POSE + (0.0, step, 0.0))
         planning.update()
     assert len(planning.out("planner_state").roadmap) == 3
     assert len(before.roadmap) == 1
     assert np.array_equal(before.roadmap.union.values, values)
-    assert np.array_equal(before.roadmap.frontiers.viewpoint, viewpoint)
+    assert np.array_equal(before.frontiers(0.25), viewpoint)
 
 
 def test_a_context_owns_its_roadmap() -> None:

@@ -1,5 +1,4 @@
 import math
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,8 +10,6 @@ from hypothesis import strategies as st
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.footprint import covered, disc, footprint
 from drake_starnav.parameters import build
-from drake_starnav.planning import PlannerParameters, StarRoadmap
-from drake_starnav.planning.frontiers import Frontiers
 from drake_starnav.scenario.schema import RecordingParameters
 from drake_starnav.visualization import meshes
 from drake_starnav.visualization.meshes import LAYERS
@@ -126,42 +123,6 @@ def test_layers_lie_apart_and_their_colors_differ():
 def test_a_parameter_out_of_range_is_named():
     with pytest.raises(StarnavError, match=r"recording\.scan_rate is 0\.0; allowed: 0\.1 <= x <= 100 Hz"):
         build(RecordingParameters, {"scan_rate": 0.0}, "recording")
-
-
-class TestStuckFrontiers:
-    BEFORE = Frontiers(
-        viewpoint=np.array([(1.0, 0.0), (2.0, 0.0), (3.0, 0.0)]),
-        probe=np.array([(1.0, 0.1), (2.0, 0.1), (3.0, 0.1)]),
-        owner=np.zeros(3, np.int64),
-    )
-
-    def roadmap(self, keep, blacklisted_targets=()):
-        empty = StarRoadmap.empty(PlannerParameters(), 0.25)
-        return replace(
-            empty,
-            frontiers=self.BEFORE.where(np.array(keep)),
-            blacklisted_targets=np.reshape(blacklisted_targets, (-1, 3)),
-        )
-
-    def test_none_vanish(self):
-        assert meshes.stuck_frontiers(self.BEFORE, self.roadmap([True] * 3)).shape == (0, 2)
-
-    def test_only_the_blacklisted_are_stuck(self):
-        after = self.roadmap([False, True, False], blacklisted_targets=[(3.1, 0.0, 0.2)])
-        assert meshes.stuck_frontiers(self.BEFORE, after).tolist() == [[3.0, 0.0]]
-
-    def test_no_frontiers_before(self):
-        assert meshes.stuck_frontiers(Frontiers.none(), self.roadmap([True] * 3)).shape == (0, 2)
-
-
-def test_frontiers_are_lines_between_neighbours_of_a_region_and_dashes_where_they_are_alone() -> None:
-    viewpoint = np.array([(0.0, 0.0), (0.3, 0.0), (0.6, 0.0), (5.0, 0.0), (5.2, 0.0)])
-    frontiers = Frontiers(viewpoint, viewpoint + (0.0, 0.1), np.array([0, 0, 0, 0, 1]))
-    lines = meshes.frontier_lines(frontiers)
-    assert lines[:2].tolist() == [[[0.0, 0.0], [0.3, 0.0]], [[0.3, 0.0], [0.6, 0.0]]]
-    assert lines[2:].mean(axis=1).tolist() == [[5.0, 0.0], [5.2, 0.0]]
-    assert np.ptp(lines[2:], axis=1) == pytest.approx(np.array([(0.25, 0.0)] * 2))
-    assert meshes.frontier_lines(Frontiers.none()).shape == (0, 2, 2)
 
 
 @pytest.mark.parametrize("corners", [((0.6, 0.2), (-0.2, 0.2), (-0.2, -0.2), (0.6, -0.2)), None])

@@ -14,7 +14,7 @@ from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from drake_starnav.control import KeepOut, SpeedZone
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, plan_step
-from drake_starnav.planning.roadmap import rebuilt
+from drake_starnav.planning.roadmap import refitted
 from drake_starnav.regions import Observation, scan_region
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.schema import RecordingParameters
@@ -144,7 +144,9 @@ def test_regions_nodes_and_open_frontiers_are_those_of_the_roadmap(log, script):
         assert 2 <= len(script.visible("regions", frame)) <= 2 * min(len(roadmap), 1 + OLD_REGIONS)  # fan and outline
         shown = set(script.visible("frontiers/extendable", frame))
         lines = [call[2] for call in script if call[0] == "SetTriangleMesh" and call[1] in shown]
-        assert sum(vertices.shape[1] for vertices in lines) == 4 * len(meshes.frontier_lines(roadmap.frontiers))
+        assert sum(vertices.shape[1] for vertices in lines) == 4 * len(
+            log[frame]["planner_state"].frontiers(ROBOT.radius)
+        )
 
 
 def test_one_scan_one_path_and_one_certificate_at_a_time(script):
@@ -176,7 +178,7 @@ def test_no_keyframe_lies_ahead_of_the_run(script):
 def test_a_rebuilt_roadmap_replaces_all_regions(log):
     last = log[-1]["planner_state"]
     less = dataclasses.replace(MARGINS, preferred=MARGINS.preferred - 0.01)
-    narrow = rebuilt(last.roadmap, less, ROBOT.radius)
+    narrow = refitted(last.roadmap, less, ROBOT.radius)
     after = {**log[-1], "planner_state": dataclasses.replace(last, roadmap=narrow)}
     script = play([*log, after, after])
     old, new = script.visible("regions", 60), script.visible("regions", 61)

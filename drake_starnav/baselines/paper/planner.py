@@ -1,6 +1,7 @@
 """The paper's planner: from node to node to the frontier point nearest to the goal, where it looks again."""
 
 import dataclasses
+from dataclasses import field
 
 import numpy as np
 from scipy.sparse import csr_array
@@ -8,21 +9,44 @@ from scipy.sparse.csgraph import dijkstra
 
 from drake_starnav.baselines.paper import constants
 from drake_starnav.baselines.paper.frontiers import frontier_points
-from drake_starnav.planning.frontiers import Frontiers
-from drake_starnav.planning.roadmap import StarRoadmap, with_node
+from drake_starnav.planning.roadmap import with_node
 from drake_starnav.planning.state import EMPTY_PATH, PlannerInput, PlannerState, PlannerStatus
 from drake_starnav.regions.observation import Observation
+from drake_starnav.utils.snapshot import snapshot
+
+
+@snapshot
+class PaperState(PlannerState):
+    """The state of the paper's planner. Immutable.
+
+    Attributes:
+        points: shape (n, 2), its frontier points, W, m. All are extendable: one that is visited becomes a node, and one
+            at which the robot is stuck is deleted.
+        owners: shape (n,), the node of each.
+    """
+
+    points: np.ndarray = field(default_factory=lambda: EMPTY_PATH)
+    owners: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
+
+    @staticmethod
+    def of(state: PlannerState) -> "PaperState":
+        """A planner's state as the paper's, at first without frontier points."""
+        return state if isinstance(state, PaperState) else PaperState(**vars(state))
+
+    def frontiers(self, robot_radius: float) -> np.ndarray:
+        """A short line across the way to each frontier point, shape (n, 2, 2), W, m."""
+        away = self.points - self.roadmap.union.center[self.owners]
+        across = np.column_stack((-away[:, 1], away[:, 0])) / np.hypot(*away.T)[:, None]
+        half = 0.5 * robot_radius * across
+        return np.stack((self.points - half, self.points + half), axis=1)
 
 
 def plan_step(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     """One update of the planner; arguments as for `planning.plan_step`.
 
-    Every frontier point of the roadmap is extendable: one that is visited becomes a node, and one at which the robot
-    is stuck is deleted.
-
     Source: paper, algorithm 1.
     """
-    observation, roadmap, path = inputs.observation, state.roadmap, state.path
+    observation, path = inputs.observation, state.path
     if state.status is PlannerStatus.UNREACHABLE or observation.region is None:
         return state
     if not _near(inputs.position, state.progress_position, constants.STUCK_DISTANCE):
@@ -35,38 +59,41 @@ def plan_step(state: PlannerState, inputs: PlannerInput) -> PlannerState:
             return dataclasses.replace(state, path=path[1:])
         if state.target is None:
             return state
+    now = PaperState.of(state)
     if len(path):
-        roadmap = without_point(roadmap, path[0])
-    roadmap = extended(roadmap, observation)
-    state = dataclasses.replace(
-        state, roadmap=roadmap, progress_position=inputs.position.copy(), progress_time=inputs.time
+        now = without_point(now, path[0])
+    now = dataclasses.replace(
+        extended(now, observation), progress_position=inputs.position.copy(), progress_time=inputs.time
     )
-    return _searched(state, inputs)
+    return _searched(now, inputs)
 
 
-def without_point(roadmap: StarRoadmap, place: np.ndarray) -> StarRoadmap:
-    """The roadmap without the frontier points at a place, shape (2,), W, m."""
-    frontiers = roadmap.frontiers
-    return dataclasses.replace(roadmap, frontiers=frontiers.where(np.hypot(*(frontiers.viewpoint - place).T) > 1e-9))
+def without_point(state: PaperState, place: np.ndarray) -> PaperState:
+    """The state without the frontier points at a place, shape (2,), W, m."""
+    others = np.hypot(*(state.points - place).T) > 1e-9
+    return dataclasses.replace(state, points=state.points[others], owners=state.owners[others])
 
 
-def extended(roadmap: StarRoadmap, observation: Observation) -> StarRoadmap:
-    """The roadmap with a node at which a scan was taken, and its frontier points outside all other regions.
+def extended(state: PaperState, observation: Observation) -> PaperState:
+    """The state with a node at which a scan was taken, and its frontier points outside all other regions.
 
     Edges lead to the nodes whose centre its region contains, or whose region contains its centre.
 
     Source: paper, algorithm 1, GenRoadmap, and section III-B.3.
     """
     assert observation.region is not None
-    points = frontier_points(observation.region, observation.scan, observation.pose)
+    points, roadmap = frontier_points(observation.region, observation.scan, observation.pose), state.roadmap
     for region in roadmap.regions:
         points = points[~region.contains(points).astype(bool)]
-    new = Frontiers(points, points.copy(), np.full(len(points), len(roadmap)))
-    grown = with_node(roadmap, observation, roadmap.hits)
-    return dataclasses.replace(grown, frontiers=roadmap.frontiers.joined(new))
+    return dataclasses.replace(
+        state,
+        roadmap=with_node(roadmap, observation, roadmap.hits),
+        points=np.vstack((state.points, points)),
+        owners=np.append(state.owners, np.full(len(points), len(roadmap))),
+    )
 
 
-def shortest_path(roadmap: StarRoadmap, goal: np.ndarray) -> tuple[np.ndarray, bool]:
+def shortest_path(state: PaperState, goal: np.ndarray) -> tuple[np.ndarray, bool]:
     """The nodes to drive to from the newest one, shape (k, 2), W, m, and whether the last one is the goal.
 
     The goal is a node wherever a region contains it. Otherwise the path ends at the frontier point of least path length
@@ -74,13 +101,14 @@ def shortest_path(roadmap: StarRoadmap, goal: np.ndarray) -> tuple[np.ndarray, b
 
     Source: paper, eq. (optim_selection).
     """
+    roadmap = state.roadmap
     center, count = roadmap.union.center, len(roadmap)
     graph = csr_array((roadmap.lengths, roadmap.edges.T), shape=(count, count))
     distance, previous = dijkstra(graph, directed=False, indices=count - 1, return_predecessors=True)
     inside = np.flatnonzero([bool(region.contains(goal)) for region in roadmap.regions])
     arrives = len(inside) > 0
-    ends = np.repeat(goal[None, :], len(inside), axis=0) if arrives else roadmap.frontiers.viewpoint
-    owner = inside if arrives else roadmap.frontiers.owner
+    ends = np.repeat(goal[None, :], len(inside), axis=0) if arrives else state.points
+    owner = inside if arrives else state.owners
     if not len(ends):
         return EMPTY_PATH, False
     cost = distance[owner] + np.hypot(*(ends - center[owner]).T) + np.hypot(*(ends - goal).T)
@@ -92,9 +120,9 @@ def shortest_path(roadmap: StarRoadmap, goal: np.ndarray) -> tuple[np.ndarray, b
     return np.vstack((center[nodes[::-1]], ends[best])), arrives
 
 
-def _searched(state: PlannerState, inputs: PlannerInput) -> PlannerState:
+def _searched(state: PaperState, inputs: PlannerInput) -> PaperState:
     """The state with a new path. Without one the goal is unreachable."""
-    path, arrives = shortest_path(state.roadmap, inputs.goal)
+    path, arrives = shortest_path(state, inputs.goal)
     status = PlannerStatus.APPROACHING if arrives else PlannerStatus.EXPLORING
     return dataclasses.replace(
         state,

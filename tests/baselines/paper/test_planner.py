@@ -7,9 +7,9 @@ import pytest
 
 from drake_starnav.baselines.paper import constants
 from drake_starnav.baselines.paper.perception import perceive
-from drake_starnav.baselines.paper.planner import extended, plan_step, shortest_path, without_point
+from drake_starnav.baselines.paper.planner import PaperState, extended, plan_step, shortest_path, without_point
 from drake_starnav.geometry.footprint import disc
-from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, StarRoadmap
+from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus
 from drake_starnav.regions import Observation
 from drake_starnav.regions.perception import Perceived, PerceptionSettings
 from drake_starnav.scenario.scenario_file import load_scenario, parse_scenario
@@ -34,13 +34,13 @@ def given(seen: Observation, goal: tuple[float, float]) -> PlannerInput:
     return PlannerInput(seen, seen.pose[:2], np.array(goal), seen.scan.time, PARAMETERS, MARGINS, RADIUS)
 
 
-def explored(seed: int, nodes: int = 5) -> StarRoadmap:
-    """A roadmap of places in a random world."""
+def explored(seed: int, nodes: int = 5) -> PaperState:
+    """The state after a look at places in a random world."""
     rng = np.random.default_rng(seed)
-    world, roadmap = scattered(rng, discs=8, walls=6), StarRoadmap.empty(PARAMETERS, RADIUS)
+    world, state = scattered(rng, discs=8, walls=6), PaperState.of(START)
     for x, y in [np.zeros(2)] + [free_point(rng, world, RADIUS + 0.05) for _ in range(nodes - 1)]:
-        roadmap = extended(roadmap, observed(world, x, y))
-    return roadmap
+        state = extended(state, observed(world, x, y))
+    return state
 
 
 def test_a_goal_in_sight_is_approached_without_another_node() -> None:
@@ -59,14 +59,14 @@ def test_a_node_is_added_on_arrival_at_the_frontier_point() -> None:
     assert len(plan_step(state, given(observed(GATE, *before, time=0.5), GATE.goal)).roadmap) == 1
     arrived = plan_step(state, given(observed(GATE, *place, time=1.0), GATE.goal))
     assert len(arrived.roadmap) == 2 and arrived.plans == 2
-    assert not (arrived.roadmap.frontiers.viewpoint == place).all(axis=1).any()
+    assert not (arrived.points == place).all(axis=1).any()
 
 
 def test_a_robot_that_does_not_move_deletes_its_short_term_goal_and_looks_again() -> None:
     state = plan_step(START, given(observed(GATE, 0.0), GATE.goal))
     late = constants.STUCK_TIME + 0.1
     stuck = plan_step(state, given(observed(GATE, 0.5 * constants.STUCK_DISTANCE, time=late), GATE.goal))
-    assert len(stuck.roadmap) == 2 and not (stuck.roadmap.frontiers.viewpoint == state.path[0]).all(axis=1).any()
+    assert len(stuck.roadmap) == 2 and not (stuck.points == state.path[0]).all(axis=1).any()
     moved = plan_step(state, given(observed(GATE, 1.5 * constants.STUCK_DISTANCE, time=late), GATE.goal))
     assert moved.roadmap is state.roadmap
 
@@ -78,25 +78,29 @@ def test_an_enclosed_robot_gives_up() -> None:
 
 @pytest.mark.parametrize("seed", [1, 2, 3, 4])
 def test_frontier_points_lie_in_no_older_region(seed: int) -> None:
-    roadmap = explored(seed)
-    assert len(roadmap) == 5 and len(roadmap.frontiers)
-    for point, owner in zip(roadmap.frontiers.viewpoint, roadmap.frontiers.owner, strict=True):
-        assert not any(region.contains(point) for region in roadmap.regions[:owner])
+    state = explored(seed)
+    assert len(state.roadmap) == 5 and len(state.points)
+    for point, owner in zip(state.points, state.owners, strict=True):
+        assert not any(region.contains(point) for region in state.roadmap.regions[:owner])
+    lines = state.frontiers(RADIUS)
+    np.testing.assert_allclose(lines.mean(axis=1), state.points)
+    np.testing.assert_allclose(np.hypot(*(lines[:, 1] - lines[:, 0]).T), RADIUS)
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3, 4])
 def test_the_path_to_the_frontier_point_of_least_length_and_straight_line_is_chosen(seed: int) -> None:
-    roadmap, goal = explored(seed), np.array((9.0, 4.0))
-    path, arrives = shortest_path(roadmap, goal)
-    center, points = roadmap.union.center, roadmap.frontiers.viewpoint
+    state, goal = explored(seed), np.array((9.0, 4.0))
+    path, arrives = shortest_path(state, goal)
+    roadmap, points = state.roadmap, state.points
+    center = roadmap.union.center
     length = np.full((5, 5), np.inf)
     for (i, j), known in zip(roadmap.edges, roadmap.lengths, strict=True):
         length[i, j] = length[j, i] = known
     np.fill_diagonal(length, 0.0)
     for k in range(5):  # Floyd and Warshall
         length = np.minimum(length, length[:, k, None] + length[None, k, :])
-    to_point = np.hypot(*(points - center[roadmap.frontiers.owner]).T)
-    cost = length[-1, roadmap.frontiers.owner] + to_point + np.hypot(*(points - goal).T)
+    to_point = np.hypot(*(points - center[state.owners]).T)
+    cost = length[-1, state.owners] + to_point + np.hypot(*(points - goal).T)
     assert not arrives
     np.testing.assert_array_equal(path[-1], points[np.argmin(cost)])
     nodes = np.vstack((center[-1], path[:-1]))
@@ -104,10 +108,10 @@ def test_the_path_to_the_frontier_point_of_least_length_and_straight_line_is_cho
 
 
 def test_a_deleted_frontier_point_is_not_chosen_again() -> None:
-    roadmap, goal = explored(1), np.array((9.0, 4.0))
-    chosen = shortest_path(roadmap, goal)[0][-1]
-    rest = without_point(roadmap, chosen)
-    assert len(rest.frontiers) == len(roadmap.frontiers) - 1
+    state, goal = explored(1), np.array((9.0, 4.0))
+    chosen = shortest_path(state, goal)[0][-1]
+    rest = without_point(state, chosen)
+    assert len(rest.points) == len(state.points) - 1
     assert not np.array_equal(shortest_path(rest, goal)[0][-1], chosen)
 
 

@@ -10,18 +10,15 @@ from hypothesis import strategies as st
 from drake_starnav.lidar.laser_scan import DYNAMIC
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, plan_step, planner
 from drake_starnav.planning.distance_grid import STRIDE
-from drake_starnav.planning.monitoring import REPLAN_DISTANCE
-from drake_starnav.planning.optimistic_path import (
-    OBSTRUCTION_SLACK,
-    VIRTUAL_FRONTIER_LENGTH,
-    is_obstructed,
-    virtual_frontier,
-)
+from drake_starnav.planning.frontiers import gaps_of
+from drake_starnav.planning.monitoring import OBSTRUCTION_SLACK, REPLAN_DISTANCE, is_obstructed
+from drake_starnav.planning.roadmap import CLOSED, StarRoadmap
+from drake_starnav.planning.route import LEFT, SHIFT, _leaving, find_route, frontier_point
 from drake_starnav.regions import Observation
 from drake_starnav.regions.star_region import scan_region
 from drake_starnav.worlds.world import World
 from tests.helpers.path_follower import BAFFLES, PERIOD, drive
-from tests.helpers.scans import MARGINS, RADIUS, cast, in_view, noisy, seeds, wandered
+from tests.helpers.scans import MARGINS, RADIUS, cast, distance, explored, in_view, noisy, seeds, wandered
 
 PARAMETERS = PlannerParameters()
 PLAIN = World("plain", (0.0, 0.0, 0.0), (12.0, 0.0), bounds=(-1.0, -3.0, 13.0, 3.0))
@@ -85,7 +82,7 @@ def test_a_path_is_barred_by_a_hit_that_is_near_to_it(seed):
 
 def test_the_robot_turns_to_the_optimistic_path_as_soon_as_the_latest_scan_shows_it(monkeypatch):
     states = drive(BAFFLES, PARAMETERS, steps=700)
-    monkeypatch.setattr(planner, "_anticipated", lambda *arguments: None)
+    monkeypatch.setattr(planner, "_with_anticipation", lambda state, *arguments: state)
     bare = drive(BAFFLES, PARAMETERS, steps=700)
     assert not any(state.anticipated for state in bare)
     early = [state for state in states if state.anticipated]
@@ -93,12 +90,12 @@ def test_the_robot_turns_to_the_optimistic_path_as_soon_as_the_latest_scan_shows
     for state in early:
         aim = state.guidance.path[0]
         assert state.status is PlannerStatus.EXPLORING and not state.guidance.arrives
-        assert (state.next_segment == aim).all(axis=1).any() and state.guidance.regions.size == 1
+        assert (state.optimistic_path == aim).all(axis=1).any() and state.guidance.regions.size == 1
         assert in_view(state.guidance.regions, state.guidance.regions.center[0], aim)
     assert states[-1].anticipated is None and states[-1].with_new_goal().anticipated is None
 
 
-def test_the_robot_does_not_turn_to_an_optimistic_path_past_a_blocked_place():
+def test_the_robot_does_not_turn_to_an_optimistic_path_past_a_closure():
     states, goal = drive(BAFFLES, PARAMETERS, steps=700), np.array(BAFFLES.goal)
     turned = 0
     for k in range(1, len(states)):
@@ -113,46 +110,118 @@ def test_the_robot_does_not_turn_to_an_optimistic_path_past_a_blocked_place():
         if (plan_step(before, now).guidance.path[0] != aim).any():  # from another yaw the region differs a little
             continue
         turned += 1
-        barred = dataclasses.replace(before, roadmap=dataclasses.replace(before.roadmap, stall_points=aim[None]))
+        barred = dataclasses.replace(before, closures=aim[None])
         later = plan_step(barred, now)
         assert later.plans == before.plans
-        assert later.anticipated is None or float(np.hypot(*(later.guidance.path[0] - aim))) > RADIUS
+        assert later.anticipated is None or float(np.hypot(*(later.guidance.path[0] - aim))) > CLOSED
     assert turned
+
+
+def left(roadmap: StarRoadmap, path: np.ndarray) -> tuple[np.ndarray, np.ndarray, int]:
+    """Where a path leaves the regions: the last place inside, the first outside, and the index of the former."""
+    path, last, first = _leaving(path, HALF_CELL, roadmap.union)
+    return path[last], path[first], last
 
 
 @settings(max_examples=15)
 @given(seeds)
-def test_a_virtual_frontier_is_where_a_path_leaves_the_regions_for_good(seed):
+def test_the_exit_is_where_a_path_leaves_the_regions_for_good(seed):
     world, roadmap = wandered(seed, nodes=3)
     start, angle = roadmap.union.center[0], np.random.default_rng(seed).uniform(-np.pi, np.pi)
     path = start + np.arange(0.0, 12.0, 0.1)[:, None] * (np.cos(angle), np.sin(angle))
-    frontier, way = virtual_frontier(roadmap, path)
-    assert len(frontier) == 1 and roadmap.regions[frontier.owner[0]].contains(frontier.viewpoint[0])
-    away = np.hypot(*(path - frontier.viewpoint[0]).T)
+    viewpoint, probe, _ = left(roadmap, path)
+    assert roadmap.union.contains(viewpoint[None])[0]
+    away = np.hypot(*(path - viewpoint).T)
     assert away.min() < HALF_CELL + 1e-9
     after = np.argmin(away) + 1
-    last = np.argmin(np.hypot(*(path - frontier.probe[0]).T))
+    last = np.argmin(np.hypot(*(path - probe).T))
     around = HALF_CELL * np.array([(0, 0), (1, 0), (0, 1), (-1, 0), (0, -1)])
     beyond = (path[after : last + 1, None] + around).reshape(-1, 2)
     assert len(beyond) and not any(region.contains(beyond).any() for region in roadmap.regions)
-    assert (
-        VIRTUAL_FRONTIER_LENGTH - HALF_CELL
-        <= np.hypot(*(frontier.probe[0] - frontier.viewpoint[0]))
-        < VIRTUAL_FRONTIER_LENGTH + 0.1 + HALF_CELL + 1e-9
-    )
-    np.testing.assert_array_equal(way[-1], frontier.viewpoint[0])
+    assert LEFT - HALF_CELL <= np.hypot(*(probe - viewpoint)) < LEFT + 0.1 + HALF_CELL + 1e-9
 
 
-def test_a_virtual_frontier_may_be_where_the_robot_stands_just_outside_of_the_regions():
+def test_the_exit_may_be_where_the_robot_stands_just_outside_of_the_regions():
     _, roadmap = wandered(1, nodes=1)
     direction = np.array((1.0, 0.0))
     edge = next(r for r in np.arange(0.05, 12.0, 0.05) if not roadmap.regions[0].contains(r * direction))
     for outside in (0.01, HALF_CELL + 0.01):
         path = (edge + outside + np.arange(0.0, 1.0, 0.1))[:, None] * direction
-        frontier, way = virtual_frontier(roadmap, path)
+        viewpoint, _, last = left(roadmap, path)
+        assert last == 0
         if outside > HALF_CELL:
-            np.testing.assert_array_equal(frontier.viewpoint, path[:1])
+            np.testing.assert_array_equal(viewpoint, path[0])
         else:  # a place in the robot's cell is inside
-            assert roadmap.regions[0].contains(frontier.viewpoint[0])
-            assert np.hypot(*(frontier.viewpoint[0] - path[0])) == pytest.approx(HALF_CELL)
-        assert len(way) == 1 and frontier.owner.tolist() == [0]
+            assert roadmap.regions[0].contains(viewpoint)
+            assert np.hypot(*(viewpoint - path[0])) == pytest.approx(HALF_CELL)
+
+
+def state_of(roadmap: StarRoadmap) -> PlannerState:
+    return dataclasses.replace(PlannerState.initial(PARAMETERS, RADIUS), roadmap=roadmap)
+
+
+def moment(world: World, position: np.ndarray, goal: np.ndarray) -> PlannerInput:
+    pose = np.array((*position, 0.0))
+    scan = cast(world, pose)
+    seen = Observation(scan_region(scan, pose, RADIUS, MARGINS), scan, pose)
+    return PlannerInput(seen, position, goal, 0.0, PARAMETERS, MARGINS, RADIUS)
+
+
+@settings(max_examples=20)
+@given(seeds)
+def test_a_frontier_point_lies_inside_its_gap_near_where_the_path_crosses_it(seed):
+    world, roadmap = wandered(seed)
+    now = moment(world, roadmap.union.center[-1], np.array((9.0, 4.0)))
+    state = state_of(roadmap)
+    route = find_route(state, now.observation.region, now)
+    if route is None:
+        return
+    assert route.exit is not None
+    viewpoint, probe = route.exit
+    np.testing.assert_array_equal(route.path[-1], viewpoint)
+    np.testing.assert_array_equal(route.beyond[0], probe)
+    assert not roadmap.union.contains(probe[None])[0]
+    for owner in range(len(roadmap)):
+        for gap in gaps_of(roadmap, state.closures, RADIUS, owner):
+            k = len(gap.line) // 2
+            inside, outside = 2.0 * gap.line[k] - gap.probe[k], gap.probe[k]
+            point = frontier_point(state, RADIUS, inside, outside)
+            if point is not None:
+                assert np.hypot(*(point - inside)) < SHIFT + 0.5
+
+
+@settings(max_examples=15)
+@given(seeds)
+def test_the_goal_is_the_target_as_soon_as_the_way_to_it_is_known(seed):
+    world, roadmap = wandered(seed)
+    rng = np.random.default_rng(seed)
+    position = roadmap.union.center[-1]
+    for goal in rng.uniform(-3.0, 3.0, (20, 2)):
+        now = moment(world, position, goal)
+        route = find_route(state_of(roadmap), now.observation.region, now)
+        known = any(r.contains(goal) for r in (*roadmap.regions, now.observation.region))
+        if now.observation.region.contains(goal) or in_view(roadmap.union, position, goal):
+            np.testing.assert_array_equal(route.path, [goal])
+        if route is not None and route.exit is None and known:
+            np.testing.assert_allclose(route.path[-1], goal, atol=1e-12)
+
+
+def test_hits_that_leave_no_way_leave_no_route():
+    wall = [(1.0, -3.0), (1.1, -3.0), (1.1, 3.0), (1.0, 3.0)]
+    world = World("wall", (0, 0, 0), (3, 0), polygons=(wall,), bounds=(-1.0, -2.0, 4.0, 2.0))
+    now = moment(world, np.zeros(2), np.array(world.goal))
+    assert find_route(state_of(explored(world, np.zeros((1, 2)))), now.observation.region, now) is None
+
+
+@pytest.mark.parametrize("tolerance", [0.0, 0.25])
+def test_a_goal_beside_a_wall_is_approached_as_near_as_the_tolerance_lets(tolerance):
+    world = World("wall", (0, 0, 0), (1.85, 0.3), bounds=(-1.0, -2.0, 2.0, 2.0))
+    goal = np.array(world.goal)
+    now = moment(world, np.zeros(2), goal)._replace(goal_tolerance=tolerance)
+    route = find_route(state_of(explored(world, np.zeros((1, 2)))), now.observation.region, now)
+    if tolerance:
+        assert route.exit is None and np.hypot(*(route.path[-1] - goal)) < tolerance
+        assert distance(world, route.path[-1:])[0] > RADIUS + MARGINS.preferred
+        assert abs(route.path[-1, 1] - goal[1]) < 0.1
+    else:
+        assert route is None or route.exit is not None

@@ -1,15 +1,16 @@
-"""Robots that make no progress: what is given up, what counts as blocked, and what is tried again."""
+"""Ways that fail: where they are closed, what shows that they are too narrow, and when they are opened again."""
 
 import dataclasses
 
 import numpy as np
 import pytest
 
+from drake_starnav.geometry.polyline import distance_to_segment
 from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, UNKNOWN
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, plan_step
-from drake_starnav.planning.cost_field import BLACKLIST_RADIUS
+from drake_starnav.planning.closures import AHEAD, AVERAGED_SCANS, AWAY, closed, open_part, reopened, too_narrow
 from drake_starnav.planning.manoeuvre import Manoeuvring
-from drake_starnav.planning.recovery import AVERAGED_SCANS, stall_point_ahead, too_narrow
+from drake_starnav.planning.roadmap import CLOSED
 from drake_starnav.regions import Observation
 from drake_starnav.regions.star_region import scan_region
 from drake_starnav.worlds.world import World
@@ -20,37 +21,43 @@ from tests.planning.test_manoeuvre import DOOR, SHAPE, body
 PARAMETERS = PlannerParameters()
 
 
-def test_a_robot_that_makes_no_progress_gives_up_its_target():
+def test_where_a_robot_makes_no_progress_its_way_is_closed():
     states = drive(BAFFLES, PARAMETERS, steps=int(4.2 / PERIOD) + 1, speed=0.0)
     first, last = states[0], states[-1]
-    assert not len(first.roadmap.blacklisted_targets) and len(last.roadmap.blacklisted_targets) == 1
-    np.testing.assert_allclose(last.roadmap.blacklisted_targets[0, :2], first.target[0])
-    assert len(last.roadmap) == 2 and np.hypot(*(last.target[0] - first.target[0])) > BLACKLIST_RADIUS
-
-
-def test_where_it_cannot_go_on_no_region_leads_any_more():
-    last = drive(BAFFLES, PARAMETERS, steps=int(4.2 / PERIOD) + 1, speed=0.0)[-1]
-    (place,) = last.roadmap.stall_points
-    assert RADIUS + MARGINS.preferred < np.hypot(*(place - BAFFLES.start[:2])) < RADIUS + 0.1
-    ring = RADIUS * np.array([(np.cos(a), np.sin(a)) for a in np.linspace(0.0, 2.0 * np.pi, 60)])
+    assert not len(first.closures)
+    ((x, y),) = last.closures
+    assert AWAY - 1e-9 <= np.hypot(x, y) < AHEAD + CLOSED
+    way = np.vstack((np.zeros(2), first.path))
+    assert distance_to_way(last.closures, way)[0] < RADIUS
+    assert (np.hypot(*(last.path - (x, y)).T) > CLOSED).all()
     for region in last.roadmap.regions:
-        assert not region.contains(place + ring).any()
-        assert region.contains(BAFFLES.start[:2])
+        assert region.contains(BAFFLES.start[:2]) and not region.contains(ring((x, y), 0.95 * CLOSED)).any()
 
 
-def test_a_robot_that_only_turns_blocks_nothing():
+def test_a_robot_that_only_turns_closes_nothing():
     last = drive(BAFFLES, PARAMETERS, steps=int(4.2 / PERIOD) + 1, speed=0.0, averted=1.0)[-1]
-    assert len(last.roadmap.blacklisted_targets) == 1 and not len(last.roadmap.stall_points)
+    assert not len(last.closures)
 
 
-def test_a_robot_that_leaves_a_blocked_place_slowly_is_not_shut_in():
-    stall_points = drive(BAFFLES, PARAMETERS, steps=int(20.0 / PERIOD), speed=0.01)[-1].roadmap.stall_points
-    offset = stall_points - BAFFLES.start[:2]
-    assert len(stall_points) >= 1
-    assert (offset @ offset.T > 0.0).all()  # the way back from each is open
+def test_a_way_is_closed_at_its_narrowest_place_ahead():
+    """In the middle of a door that lies ahead, or just ahead of the robot where there is room."""
+    pose = np.zeros(3)
+    for half, expected in ((0.3, (0.6, 0.0)), (1.5, (AWAY, 0.0))):
+        walls = [[(0.55, low), (0.65, low), (0.65, high), (0.55, high)] for low, high in ((-2, -half), (half, 2))]
+        world = World("door", (0, 0, 0), (3, 0), polygons=walls, bounds=(-1, -2, 5, 2))
+        now = moment_at(world, pose, np.random.default_rng(0), noise=0.0)
+        state = plan_step(PlannerState.initial(PARAMETERS, RADIUS), now)
+        after = closed(state, np.array(((1.5, 0.0),)), now)
+        np.testing.assert_allclose(after.closures, [expected], atol=0.06)
+        assert not len(after.path) and len(after.roadmap) >= 1
+        assert not after.roadmap.union.contains(ring(after.closures[0], 0.95 * CLOSED)).any()
+        assert not open_part(after, now.observation.region).contains(ring(after.closures[0], 0.95 * CLOSED)).any()
+        again = reopened(after, now)
+        assert again.doubting and not len(again.closures)
+        assert again.roadmap.union.contains(after.closures).all()
 
 
-def test_a_passage_that_no_manoeuvre_gets_through_is_closed_whichever_way_the_robot_faces():
+def test_the_way_of_a_robot_that_is_no_disc_is_closed_whichever_way_it_faces():
     pose = np.array((0.0, 0.05, 2.0))
     scan = cast(DOOR, pose, beams=720)
     seen = Observation(scan_region(scan, pose, SHAPE.narrow, MARGINS), scan, pose)
@@ -58,28 +65,12 @@ def test_a_passage_that_no_manoeuvre_gets_through_is_closed_whichever_way_the_ro
         seen, pose[:2], np.array((1.6, 0.0)), 0.0, PARAMETERS, MARGINS, SHAPE.narrow, body=body(DOOR, pose)
     )
     first = plan_step(PlannerState.initial(PARAMETERS, SHAPE.radius), now)
-    place = stall_point_ahead(first.roadmap, first.guidance.path, now)
-    np.testing.assert_allclose(place, (0.55, 0.0), atol=0.08)
-    assert stall_point_ahead(first.roadmap, first.guidance.path, now._replace(body=None)) is None
+    assert not len(first.closures) and not first.doubting
+    np.testing.assert_allclose(closed(first, first.guidance.path, now).closures, [(0.55, 0.0)], atol=0.12)
     shuttling, later = dataclasses.replace(first, manoeuvring=Manoeuvring(gives_up=True)), now._replace(time=0.1)
     given_up, others = plan_step(shuttling, later), plan_step(first, later)
     assert given_up.doubting and not others.doubting  # it was the only way
     assert not given_up.manoeuvring.gives_up
-
-
-def test_where_the_robot_came_along_it_blocks_nothing():
-    world = World("corridor", (0, 0, 0), (3.0, 0), bounds=(-1.0, -0.6, 4.0, 0.6))
-    there = dataclasses.replace(drive(world, PARAMETERS, steps=300)[-1].with_new_goal(), began_with_map=False)
-    back = dataclasses.replace(world, start=(3.0, 0, 0), goal=(0.0, 0.0))
-    tries = iter(range(10**6))
-    states = drive(
-        back, PARAMETERS, 400, refused=lambda at: at[0] < 1.8 and next(tries) < int(5.0 / PERIOD), begin=there
-    )
-    assert next(tries) > int(5.0 / PERIOD) and len(states) < 400
-    assert not len(states[-1].roadmap.stall_points) and states[-1].status is PlannerStatus.APPROACHING
-    aside = dataclasses.replace(back, bounds=(-1.0, -0.6, 4.0, 2.0), goal=(2.0, 1.6))
-    elsewhere = drive(aside, PARAMETERS, 400, refused=lambda at: at[1] > 0.2, begin=there)
-    assert any(len(state.roadmap.stall_points) for state in elsewhere)
 
 
 def test_a_passage_that_cannot_be_driven_is_left_for_another():
@@ -87,21 +78,19 @@ def test_a_passage_that_cannot_be_driven_is_left_for_another():
     world = World("doors", (0, 0, 0), (4, 0), polygons=wall, bounds=(-1, -2, 5, 3))
     states = drive(world, PARAMETERS, 900, refused=lambda place: 1.9 < place[0] < 2.2 and place[1] < 1.0)
     assert len(states) < 900 and states[-1].status is PlannerStatus.APPROACHING
-    assert 1 <= len(states[-1].roadmap.stall_points) <= 3
+    assert 1 <= len(states[-1].closures) <= 3
     open_door = drive(world, PARAMETERS, 900)
-    assert len(open_door) < 150 and not len(open_door[-1].roadmap.stall_points)
+    assert len(open_door) < 150 and not len(open_door[-1].closures)
 
 
-def test_a_passage_that_was_given_up_is_tried_again_where_nothing_else_can_help():
+def test_a_passage_that_was_closed_is_tried_again_where_nothing_else_can_help():
     wall = [[(2, low), (2.1, low), (2.1, high), (2, high)] for low, high in ((-4, -0.4), (0.4, 4))]
     posts = [(x, y, 0.2) for x in (-3.0, -1.5, 0.5) for y in (-3.0, -1.8, 1.8, 3.0)]
     world = World("door", (0, 0, 0), (4, 0), cylinders=posts, polygons=wall, bounds=(-4, -4, 5, 4))
     tries = iter(range(10**6))
     states = drive(world, PARAMETERS, 900, refused=lambda place: place[0] > 1.9 and next(tries) < int(5.0 / PERIOD))
     again = next(k for k, state in enumerate(states) if state.doubting)
-    assert len(states[again - 1].roadmap.stall_points)
-    assert len(states[again - 1].roadmap.frontiers) > 10  # there is more to explore, all on this side
-    assert not len(states[again].roadmap.stall_points)
+    assert not len(states[again].closures) and states[again].status is not PlannerStatus.UNREACHABLE
     assert len(states) < 900 and states[-1].status is PlannerStatus.APPROACHING
 
 
@@ -111,13 +100,16 @@ def test_a_passage_that_scans_show_open_is_never_given_up():
     states = drive(world, PARAMETERS, 1200, refused=lambda place: place[0] > 1.9)
     last = states[-1]
     assert len(states) == 1200 and last.doubting and last.status is not PlannerStatus.UNREACHABLE
-    rebuilt = [
-        k for k in range(1, 1200) if len(states[k].roadmap.stall_points) < len(states[k - 1].roadmap.stall_points)
-    ]
-    assert len(rebuilt) >= 2
-    for k in rebuilt:
-        assert states[k].roadmap.nodes[-1].scan.time == PERIOD * k, "the latest scan is part of the rebuilt roadmap"
-        assert not len(states[k].roadmap.blacklisted_targets) and not len(states[k].roadmap.blacklisted_probes)
+
+
+def ring(place: np.ndarray, radius: float) -> np.ndarray:
+    angle = np.linspace(0.0, 2.0 * np.pi, 60)
+    return place + radius * np.column_stack((np.cos(angle), np.sin(angle)))
+
+
+def distance_to_way(points: np.ndarray, way: np.ndarray) -> np.ndarray:
+    legs = [distance_to_segment(points, a, b) for a, b in zip(way[:-1], way[1:], strict=True)]
+    return np.min(legs, axis=0)
 
 
 def wall_with_door(half: float) -> World:
@@ -160,8 +152,7 @@ def test_many_noisy_scans_tell_whether_the_robot_fits(make, half):
         assert bool(len(points)) == (half < RADIUS)
         assert not len(points) or abs(points[-1, 1]) < 0.05
         back = dataclasses.replace(seen, path=np.array(((-0.4, 0.0),)), optimistic_path=beyond[:0])
-        for other in (back, dataclasses.replace(seen, doubting=False), dataclasses.replace(seen, target=None)):
-            assert not len(too_narrow(other, now))
+        assert not len(too_narrow(back, now))
 
 
 @pytest.mark.parametrize(("x", "sway"), [(0.88, 0.05), (0.945, 0.05), (0.945, 0.3)])
@@ -182,27 +173,27 @@ def test_noise_does_not_close_the_doorway_in_which_the_robot_stands(x, sway):
         assert not len(too_narrow(state, now))
 
 
-def moment_at(world: World, pose: np.ndarray, rng: np.random.Generator) -> PlannerInput:
+def moment_at(world: World, pose: np.ndarray, rng: np.random.Generator, noise: float = 0.01) -> PlannerInput:
     """What the planner receives at a pose, with noisy ranges."""
-    scan = noisy(cast(world, pose), 0.01, rng)
+    scan = noisy(cast(world, pose), noise, rng)
     seen = Observation(scan_region(scan, pose, RADIUS, MARGINS), scan, pose)
     return PlannerInput(seen, pose[:2], np.array(world.goal), 0.0, PARAMETERS, MARGINS, RADIUS)
 
 
 def test_a_robot_with_reason_to_stand_gives_nothing_up():
-    pause, pose = 2.5 * PARAMETERS.progress_timeout, np.array(BAFFLES.start)
-    first = drive(BAFFLES, PARAMETERS, steps=1, speed=0.0)[-1]
+    pause, first = 2.5 * PARAMETERS.progress_timeout, drive(BAFFLES, PARAMETERS, steps=1, speed=0.0)[-1]
+    pose = np.array((*BAFFLES.start[:2], np.arctan2(*first.path[0][::-1])))
     for interval, given_up in ((pause, False), (0.0, True)):  # without scans, or with scans that change nothing
         scan = dataclasses.replace(cast(BAFFLES, pose), time=pause)
         seen = Observation(scan_region(scan, pose, RADIUS, MARGINS), scan, pose)
         now = PlannerInput(
             seen, pose[:2], np.array(BAFFLES.goal), pause, PARAMETERS, MARGINS, RADIUS, interval=interval
         )
-        after = plan_step(first, now).roadmap
-        assert bool(len(after.blacklisted_targets) or len(after.stall_points)) == given_up
+        after = plan_step(first, now)
+        assert bool(len(after.closures)) == given_up
     world = World("corridor", (0, 0, 0), (1.0, 0), bounds=(-1.0, -0.6, 2.0, 0.6))
     arrived = drive(world, PARAMETERS, steps=400, stop=False)[-1]
-    assert len(arrived.roadmap) == 1 + int(1.0 / PARAMETERS.node_spacing) and not len(arrived.roadmap.stall_points)
+    assert len(arrived.roadmap) == 1 + int(1.0 / PARAMETERS.node_spacing) and not len(arrived.closures)
 
 
 def waited(motion: np.ndarray | None) -> PlannerState:
@@ -220,8 +211,8 @@ def waited(motion: np.ndarray | None) -> PlannerState:
 
 def test_a_robot_that_gives_way_is_not_stuck() -> None:
     behind = np.arange(360) < 20  # the wall behind it is 1 m away
-    assert len(waited(None).roadmap.blacklisted_targets)
-    assert len(waited(np.where(behind, DYNAMIC, STATIC)).roadmap.blacklisted_targets) == 0
+    assert len(waited(None).closures)
+    assert not len(waited(np.where(behind, DYNAMIC, STATIC)).closures)
 
 
 def test_only_what_stays_is_remembered_as_an_obstacle() -> None:

@@ -1,0 +1,93 @@
+"""Closures: places where a way that looked open has failed. They are the only memory of failure."""
+
+import dataclasses
+import math
+
+import numpy as np
+
+from drake_starnav.geometry.polyline import arc_lengths
+from drake_starnav.planning.distance_grid import HIT_ERROR
+from drake_starnav.planning.impassable import narrowest_place
+from drake_starnav.planning.roadmap import CLOSED, extended, refitted, revised
+from drake_starnav.planning.state import EMPTY_PATH, PlannerInput, PlannerState
+from drake_starnav.regions.erosion import smoothed_distances
+from drake_starnav.regions.scan_averaging import AVERAGED_WITHIN, mean_scan
+from drake_starnav.regions.star_region import StarRegion, clear_of
+
+AHEAD = 0.8
+"""A way that failed is closed at its narrowest place within this distance, m."""
+AWAY = 0.25
+"""A closure is no nearer to the robot than this, m, so that the robot is not in it."""
+AVERAGED_SCANS = 16
+"""A place is closed by the mean of so many scans, which nearly removes the bias of the nearest hit, and by hits that at
+least half of them confirm."""
+
+
+def open_part(state: PlannerState, region: StarRegion) -> StarRegion:
+    """The part of a region that no closure covers."""
+    return clear_of(region, state.closures, CLOSED)
+
+
+def closed(state: PlannerState, way: np.ndarray, inputs: PlannerInput) -> PlannerState:
+    """The state in which a way (k, 2) on from the robot is closed at its narrowest place, and without a path."""
+    place = _place_to_close(way, inputs)
+    regions = [
+        clear_of(region, place[None], CLOSED) if math.dist(region.center, place) > CLOSED else None
+        for region in state.roadmap.regions
+    ]
+    roadmap = revised(state.roadmap, regions, inputs.margins, inputs.robot_radius)
+    state = dataclasses.replace(state, roadmap=roadmap, closures=np.vstack((state.closures, place)), path=EMPTY_PATH)
+    return state if len(roadmap) else with_latest(state, inputs)
+
+
+def reopened(state: PlannerState, inputs: PlannerInput) -> PlannerState:
+    """The state without closures, with whole regions, in doubt: from then on looking in vain closes nothing."""
+    roadmap = refitted(state.roadmap, inputs.margins, inputs.robot_radius)
+    state = dataclasses.replace(state, roadmap=roadmap, closures=state.closures[:0], doubting=True)
+    latest = len(roadmap) > 0 and roadmap.nodes[-1].scan is inputs.observation.scan
+    return state if latest else with_latest(state, inputs)
+
+
+def with_latest(state: PlannerState, inputs: PlannerInput) -> PlannerState:
+    """The state with a node at the latest scan, and without a path."""
+    seen = inputs.observation
+    assert seen.region is not None
+    node = dataclasses.replace(seen, region=open_part(state, seen.region))
+    return dataclasses.replace(
+        state,
+        roadmap=extended(state.roadmap, node, inputs.margins, inputs.robot_radius),
+        node_position=inputs.position.copy(),
+        path=EMPTY_PATH,
+    )
+
+
+def _place_to_close(way: np.ndarray, inputs: PlannerInput) -> np.ndarray:
+    """Where a way (k, 2) on from the robot is narrowest between hits, or just ahead if nowhere narrow; shape (2,)."""
+    position, scan, margins = inputs.position, inputs.observation.scan, inputs.margins
+    line = np.vstack((position, way))
+    ahead = line[: 1 + max(int(np.searchsorted(arc_lengths(line)[1:], AHEAD)), 1)]
+    hits = scan.points_at(smoothed_distances(scan, margins.smoothing_slack), scan.hits, inputs.observation.pose)
+    place = narrowest_place(hits, ahead, 2.0 * (inputs.robot_radius + margins.preferred + HIT_ERROR))
+    if place is not None and math.dist(place, position) >= AWAY:
+        return place
+    step = line[1] - position
+    return position + step * (AWAY / max(float(np.hypot(*step)), 1e-9))
+
+
+def too_narrow(state: PlannerState, inputs: PlannerInput) -> np.ndarray:
+    """What shows that the robot does not fit through a gap ahead which hits seem to close, shape (n, 2), W, m.
+
+    Nothing, shape (0, 2), if nothing does.
+
+    That is where two hits on both sides of the way are nearer to each other than its diameter: the hits around the
+    robot and the place between those two. The latest scans are averaged, since the nearest of the many hits in a single
+    one is too near by the errors of most.
+    """
+    if len(state.recent) < AVERAGED_SCANS:
+        return EMPTY_PATH
+    way = np.vstack((inputs.position, state.path, state.optimistic_path))
+    scan, count = mean_scan(state.recent, inputs.robot_radius + AVERAGED_WITHIN)
+    distance = smoothed_distances(scan, inputs.margins.smoothing_slack)
+    hits = scan.points_at(distance, scan.hits & (2 * count > AVERAGED_SCANS), state.recent[-1].pose)
+    narrow = narrowest_place(hits, way, 2.0 * inputs.robot_radius)
+    return EMPTY_PATH if narrow is None else np.vstack((hits, narrow))

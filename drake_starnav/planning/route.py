@@ -1,0 +1,148 @@
+"""The route: along the one optimistic path, to the goal or to where that path leaves the regions."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from drake_starnav.geometry.polyline import arc_lengths
+from drake_starnav.planning.approach import approach
+from drake_starnav.planning.cost_field import CostField, Terrain, cost_to_go
+from drake_starnav.planning.distance_grid import STRIDE
+from drake_starnav.planning.frontiers import gaps_of
+from drake_starnav.planning.state import EMPTY_PATH, PlannerInput, PlannerState
+from drake_starnav.planning.string_pulling import string_pulled
+from drake_starnav.regions.region_union import RegionUnion, cover_at, first_gap
+from drake_starnav.regions.star_region import StarRegion
+
+LEFT = 0.2
+"""The optimistic path leaves the regions where it stays outside for this length, m."""
+SHIFT = 0.3
+"""The exit is moved from where the path crosses its gap by at most this, towards the gap's middle, m."""
+NEXT_TO = 0.3
+"""The path crosses a gap that is no farther from it, m."""
+MARGINS_IN_DOUBT = 3.0
+"""Hits may err by this many times the least margin, which allows for the errors of most."""
+AROUND = 0.5
+"""The optimistic path is searched this far beyond all that is known, m: no way is shorter farther out."""
+
+
+class Route(NamedTuple):
+    """The way to the next target.
+
+    Attributes:
+        path: shape (k, 2), way points from after the robot on, inside the regions, W, m.
+        exit: viewpoint and probe of the frontier at which the optimistic path leaves the regions, shape (2, 2), W, m;
+            None: the path leads to the goal.
+        beyond: shape (m, 2), the optimistic path from the probe to the goal, W, m.
+    """
+
+    path: np.ndarray
+    exit: np.ndarray | None = None
+    beyond: np.ndarray = EMPTY_PATH
+
+
+def find_route(state: PlannerState, here: StarRegion, inputs: PlannerInput) -> Route | None:
+    """The route along the optimistic path; None if the hits leave no way even if all unknown space were free.
+
+    The goal is the target if a region contains it; for a goal beside a wall, the place nearest to it that a region
+    contains (see `approach`). Else the target is the exit: of all frontiers, the one of least cost to come and to go.
+
+    Args:
+        state: roadmap and closures.
+        here: region of the latest scan.
+        inputs: where the robot is and shall go, and the parameters.
+
+    Source: paper, section III-D; choice of the frontier: this project.
+    """
+    roadmap, position, union = state.roadmap, inputs.position, state.roadmap.union
+    spot = approach(roadmap.hits, inputs.goal, inputs.goal_tolerance, inputs.robot_radius + inputs.margins.preferred)
+    seen = np.flatnonzero(here.alone.contains(spot.places) | union.contains(spot.places))
+    goal = spot.places[seen[0]] if len(seen) else spot.goal
+    if len(seen) and _in_sight(here, union, position, goal):
+        return Route(goal[None].copy())
+    path = cost_field(state, goal, inputs).path(position)
+    if not len(path):
+        return None
+    sight = here.alone if state.doubting else union
+    path, last, first = _leaving(path, 0.5 * STRIDE * roadmap.hits.resolution, union)
+    if first < 0:
+        return Route(pulled(np.vstack((path, goal)) if len(seen) else path, position, sight))
+    way, beyond = path[: last + 1], path[first:]
+    aim = frontier_point(state, inputs.robot_radius, path[last], path[first]) if last else None
+    if aim is not None and first_gap(union, tuple(path[last]), tuple(aim), 0.0) < 0.0:
+        way = np.vstack((way, aim))
+    return Route(pulled(way, position, sight), np.vstack((way[-1], path[first])), beyond)
+
+
+def _in_sight(here: StarRegion, union: RegionUnion, position: np.ndarray, goal: np.ndarray) -> bool:
+    """Whether the latest region contains the goal, or the straight line to it lies in the regions."""
+    return cover_at(here.alone, *goal, 0.0) >= 0 or first_gap(union, tuple(position), tuple(goal), 0.0) < 0.0
+
+
+def frontier_point(
+    state: PlannerState, robot_radius: float, inside: np.ndarray, outside: np.ndarray
+) -> np.ndarray | None:
+    """The frontier point, shape (2,), of the gap that the path crosses between two places (2,); None without a gap.
+
+    It lies as far inside the gap as its probe lies outside.
+    """
+    owner = cover_at(state.roadmap.union, *inside, 0.0)
+    gaps = gaps_of(state.roadmap, state.closures, robot_radius, owner) if owner >= 0 else []
+    crossing = 0.5 * (inside + outside)
+    away = [np.hypot(*(gap.line - crossing).T) for gap in gaps]
+    if not gaps or min(map(np.min, away)) > NEXT_TO:
+        return None
+    k = int(np.argmin([each.min() for each in away]))
+    line, probe, along = gaps[k].line, gaps[k].probe, arc_lengths(gaps[k].line)
+    at = along[away[k].argmin()]
+    at += np.clip(0.5 * along[-1] - at, -SHIFT, SHIFT)
+    on, out = (np.array([np.interp(at, along, side) for side in points.T]) for points in (line, probe))
+    return 2.0 * on - out
+
+
+def pulled(path: np.ndarray, position: np.ndarray, regions: RegionUnion) -> np.ndarray:
+    """The path string-pulled inside the regions, where it has more than one way point."""
+    return path if len(path) < 2 else string_pulled(path, position, regions)
+
+
+def cost_field(state: PlannerState, goal: np.ndarray, inputs: PlannerInput) -> CostField:
+    """The optimistic cost-to-go over hits and closures, from the goal (2,) to the robot."""
+    roadmap, position = state.roadmap, inputs.position
+    known = np.vstack((roadmap.hits.bounds, roadmap.union.bounds, goal, position))
+    terrain = Terrain(inputs.robot_radius, state.closures, roadmap.union, doubt(inputs), inputs.swept_radius)
+    return cost_to_go(roadmap.hits, goal, known.min(axis=0) - AROUND, known.max(axis=0) + AROUND, terrain, position)
+
+
+def doubt(inputs: PlannerInput) -> float:
+    """By how much the distance of a cell from the hits may be too small, m; less for a robot as small as a cell."""
+    half_diagonal = math.hypot(0.5, 0.5) * inputs.parameters.grid_resolution
+    most = inputs.robot_radius - STRIDE * inputs.parameters.grid_resolution
+    return max(min(half_diagonal + MARGINS_IN_DOUBT * inputs.margins.least, most), 0.0)
+
+
+@njit(cache=True)
+def _leaving(path, half_cell, union):
+    """Where a path (k, 2) leaves a union for longer than LEFT, or ends outside.
+
+    Returns the path, each point moved to a place inside in its cell if there is one, the index of the last one inside,
+    or 0, as the robot may stand a little outside, and of the one where the path has left; -1 if it does not.
+    """
+    path, last, outside = path.copy(), 0, 0.0
+    for i in range(len(path)):
+        inside = False
+        for k in range(9):  # the centre, then around it
+            turn = 0.25 * math.pi * (k - 1)
+            x = path[i, 0] + (half_cell * math.cos(turn) if k else 0.0)
+            y = path[i, 1] + (half_cell * math.sin(turn) if k else 0.0)
+            if cover_at(union, x, y, 0.0) >= 0:
+                path[i, 0], path[i, 1], inside = x, y, True
+                break
+        if inside:
+            last, outside = i, 0.0
+        elif i > 0:
+            outside += math.hypot(path[i, 0] - path[i - 1, 0], path[i, 1] - path[i - 1, 1])
+            if outside >= LEFT or i == len(path) - 1:
+                return path, last, i
+    return path, last, -1
