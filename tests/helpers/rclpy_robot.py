@@ -64,7 +64,7 @@ begin, tick, sent, touched, late = time.monotonic(), 0, 0, 0, 0.0
 while tick * PERIOD < options.seconds and not ended.is_set():
     while (wait := begin + tick * PERIOD - time.monotonic()) > 0.0:
         rclpy.spin_once(node, timeout_sec=wait)
-    late = max(late, -wait)
+    late, begin = max(late, -wait), begin + max(-wait, 0.0)  # what is late stays late: no robot catches up
     stamp, now = node.get_clock().now().to_msg(), time.time()
     x, y, _, qw, qx, qy, qz = data.qpos[:7]
     yaw = math.atan2(2.0 * (qw * qz + qx * qy), qw * qw + qx * qx - qy * qy - qz * qz)

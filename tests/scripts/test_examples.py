@@ -56,15 +56,26 @@ EXPECTED = {
         "^carbot, .* curvature .*: reached the goal in",
     ],
     "16_several_robots": [f"^{name}_{k}: reached in" for k, name in enumerate(2 * ("starbot", "jackal", "carrier"), 1)],
+    "17_drive_in_mujoco": [r"^0\.[23]\d m from the goal after 2\d\.\d s; 0 contacts$"],
+    "18_drive_in_irsim": [r"^0\.[23]\d m from the goal after 2\d\.\d s; 0 contacts$"],
+    "19_drake_s_pid_behind_the_shield": [r"^0\.[12]\d m from the goal after 2\d\.\d s; \d+% of the time certified$"],
     "lidar_only": ["ground", "extra_heavy_duty_table", "block", "cylinder", "bin", "um off a surface"],
 }
 """What each prints, as regular expressions: its outcome."""
 
 
-def run(example: Path, folder: Path, *arguments: str | Path) -> str:
-    """What an example prints, in a process of its own that knows of no display."""
+def needs_extras(example: Path) -> None:
+    """Skip where an extra is not installed that an example needs."""
     if example.stem == "09_batch_over_seeds":
         pytest.importorskip("gymnasium", reason="needs the extra gym")
+    for module in ("mujoco", "irsim"):
+        if re.search(rf"^ *import {module}$", example.read_text(encoding="utf-8"), re.MULTILINE):
+            pytest.importorskip(module, reason="needs the extra simulators", exc_type=ImportError)
+
+
+def run(example: Path, folder: Path, *arguments: str | Path) -> str:
+    """What an example prints, in a process of its own that knows of no display."""
+    needs_extras(example)
     environment = {key: value for key, value in os.environ.items() if key not in ("DISPLAY", "WAYLAND_DISPLAY")}
     environment["PYTHONPATH"] = str(ROOT)
     done = subprocess.run(
