@@ -194,7 +194,7 @@ def test_a_run_begins_anew_when_time_is_set_back() -> None:
 def test_a_world_of_ones_own_whose_start_lies_in_an_obstacle_is_refused() -> None:
     world = World("mine", (2.0, 3.0, 1.0), (4.0, 3.0), cylinders=np.array([(2.2, 3.0, 0.3)]))
     with pytest.raises(
-        StarnavError, match=r"world mine.start is \[2, 3\], .* from .*; allowed: more than robot_radius"
+        StarnavError, match=r"world mine.start is \[2, 3\], inside cylinders\[0\]; allowed: more than robot.radius"
     ):
         make_diagram(posts(), Parts(world))
 

@@ -33,6 +33,11 @@ GIVEN_ENDS = ("Obstacles", "RosMap", "Model")
 def scenario_path(name_or_path: str | Path) -> Path:
     """The file of a shipped scenario, or the one at a path; a `StarnavError` if there is neither."""
     path, name_or_path = Path(name_or_path), str(name_or_path)
+    if path.suffix in MODEL_FILES:
+        raise StarnavError(
+            f"scenario {shown(name_or_path)} is the model of a robot; allowed: a scenario, with "
+            f"robot.model={name_or_path}"
+        )
     if path.suffix in (".yaml", ".yml") or os.path.isfile(path):
         return path
     if name_or_path not in scenario_names():
@@ -274,8 +279,13 @@ def _override(sections: dict[str, Any], text: str) -> None:
     key, separator, value = text.partition("=")
     names = key.split(".")
     if key not in LISTS and (not separator or len(names) != 2 or not all(names)):
+        found = [
+            f"{part}.{each.name}" for part, kind in SECTIONS.items() for each in declared(kind) if each.name == key
+        ]
+        meant = f": did you mean {' or '.join(found)}?" if found else ";"
         raise StarnavError(
-            f"override {shown(text)}; allowed: section.key=value, e.g. robot.radius=0.3, or a list: {', '.join(LISTS)}"
+            f"override {shown(text)}{meant} allowed: section.key=value, e.g. robot.radius=0.3, or a list: "
+            f"{', '.join(LISTS)}"
         )
     part = names[0]
     if part not in KEYS:

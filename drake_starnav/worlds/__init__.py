@@ -81,7 +81,7 @@ def make_world(kind: Any, seed: int, robot: Footprint | float, goals: Sequence[S
         raise StarnavError(f"seed is {shown(seed)}; allowed: a whole number 0 <= x")
     robot = shaped(robot)
     if not (math.isfinite(robot.radius) and robot.radius > 0.0):
-        raise StarnavError(f"robot_radius is {robot.radius}; allowed: 0 < x m")
+        raise StarnavError(f"the robot's radius is {robot.radius} m; allowed: 0 < x m")
     if goals and isinstance(kind, GIVEN):
         kind = dataclasses.replace(kind, goal=[float(value) for value in goals[-1][:2]])
     check_parameters(kind, type(kind).__name__)

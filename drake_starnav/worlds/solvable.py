@@ -55,7 +55,7 @@ def random_yaw(rng: np.random.Generator) -> float:
 
 def said_of(robot: Footprint) -> str:
     """A robot's size, for messages."""
-    return f"robot_radius {robot.radius:g} m" if robot.is_disc else f"a footprint that reaches {robot.radius:g} m"
+    return f"robot.radius {robot.radius:g} m" if robot.is_disc else f"a footprint that reaches {robot.radius:g} m"
 
 
 def poses_at(place: Sequence[float], robot: Footprint) -> np.ndarray:
@@ -110,9 +110,10 @@ def check_free(world: World, place: Sequence[float], robot: Footprint | float, n
     best = poses[[body_clearance(world, poses, robot).argmax()]]
     if robot.is_disc:
         obstacle, distance = nearest_obstacle(world, (place[0], place[1]))
+        where = f"{distance:g} m from" if distance > 0.0 else "outside of" if obstacle == "bounds" else "inside"
         raise StarnavError(
-            f"{name} is [{place[0]:g}, {place[1]:g}], {distance:g} m from {obstacle}; "
-            f"allowed: more than robot_radius {robot.radius:g} m from every obstacle"
+            f"{name} is [{place[0]:g}, {place[1]:g}], {where} {obstacle}; "
+            f"allowed: more than robot.radius {robot.radius:g} m from every obstacle"
         )
     found = [nearest_obstacle(world, (x, y)) for x, y in places(best, robot.cover).tolist()]
     obstacle = min(found, key=lambda each: each[1])[0]

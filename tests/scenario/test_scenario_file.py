@@ -83,7 +83,7 @@ def test_bad_text_is_refused_in_one_sentence(text: str, words: list[str]) -> Non
     ("override", "words"),
     [
         ("robot.radius", ["section.key=value"]),
-        ("radius=0.3", ["section.key=value"]),
+        ("radius=0.3", ["did you mean robot.radius?", "section.key=value"]),
         ("robto.radius=0.3", ["robto", "robot"]),
         ("robot.radus=0.3", ["radus", "radius"]),
         ("robot.radius=[", ["YAML"]),
@@ -136,6 +136,8 @@ def test_paths_are_relative_to_the_file_that_names_them(tmp_path: Path, monkeypa
 def test_names_that_are_too_long_are_unknown() -> None:
     with pytest.raises(StarnavError, match="unknown scenario"):
         load_scenario("a" * 300)
+    with pytest.raises(StarnavError, match=r"is the model of a robot; allowed: .* robot\.model=robots/cart\.urdf"):
+        load_scenario("robots/cart.urdf")
     assert load_scenario("barn", overrides=[f"world.file={'a' * 300}"]).world.file.endswith("a" * 300)
 
 

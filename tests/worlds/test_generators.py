@@ -73,7 +73,7 @@ def test_seeds_and_kinds_differ():
 
 @pytest.mark.parametrize("kind", [kind for kind in GENERATORS if kind is not Channel])  # it is as wide as any robot
 def test_a_robot_that_fits_nowhere_is_named(kind):
-    with pytest.raises(StarnavError, match=r"robot_radius 2\.5 m"):
+    with pytest.raises(StarnavError, match=r"robot.radius 2\.5 m"):
         make_world(kind(), 0, 2.5)
 
 

@@ -42,7 +42,7 @@ def test_the_first_world_with_room_to_spare_is_taken() -> None:
 
 
 def test_where_no_world_is_solvable_the_generator_is_named() -> None:
-    with pytest.raises(StarnavError, match=r"Gate: none of \d+ worlds was solvable for robot_radius 0.25 m"):
+    with pytest.raises(StarnavError, match=r"Gate: none of \d+ worlds was solvable for robot.radius 0.25 m"):
         Gate(itertools.repeat(0.1)).make(np.random.default_rng(0), disc(0.25))
 
 
@@ -70,8 +70,14 @@ def test_free_ends_with_a_way_between_them_pass() -> None:
 
 @pytest.mark.parametrize("end, post", [("start", 0.7), ("goal", 3.3)])
 def test_an_end_that_touches_is_refused(end: str, post: float) -> None:
-    with pytest.raises(StarnavError, match=rf"Here.{end} is .* allowed: more than robot_radius 0.25 m"):
+    with pytest.raises(StarnavError, match=rf"Here.{end} is .* allowed: more than robot.radius 0.25 m"):
         check_ends(world(post, 1.2), 0.25, "Here")
+
+
+def test_where_an_end_lies_is_said_of_walls_around_and_of_obstacles() -> None:
+    for x, said in ((0.75, r"0\.15 m from cylinders"), (1.05, "inside cylinders"), (-3.0, "outside of bounds")):
+        with pytest.raises(StarnavError, match=rf"Here is .*, {said}"):
+            check_free(world(1.0, 1.2), (x, 1.0), 0.25, "Here")
 
 
 def test_a_goal_behind_a_gap_too_narrow_is_refused() -> None:

@@ -165,7 +165,7 @@ class StopAndGo:
         """A bare room and its moving obstacles; they stand at first, avoid its walls, and pass through each other."""
         if robot.radius >= _INSET:
             raise StarnavError(
-                f"StopAndGo: robot_radius {robot.radius:g} m does not fit at the start; allowed: below {_INSET:g} m"
+                f"StopAndGo: robot.radius {robot.radius:g} m does not fit at the start; allowed: below {_INSET:g} m"
             )
         start = np.array((_INSET, 0.5 * _ROOM[1]))
         radii = rng.uniform(*_STOPPING_RADII, self.moving_obstacles)

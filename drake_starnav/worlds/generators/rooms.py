@@ -67,14 +67,14 @@ class Rooms:
         width, widest = 2.0 * robot_radius, _SIZE - 2.0 * _DOOR_POST
         if not 2.0 * narrow < self.door <= widest + 1e-9:
             raise StarnavError(
-                f"Rooms.door is {self.door:g} m with robot_radius {robot_radius:g} m and rooms of {_SIZE:g} m; "
+                f"Rooms.door is {self.door:g} m with robot.radius {robot_radius:g} m and rooms of {_SIZE:g} m; "
                 f"allowed: wider than the robot, {2.0 * narrow:g} m, and at most {widest:g} m, as its wall has two ends"
             )
         taken = width if self.goal in ("wall", "corner") else 2.0 * width  # the robot passes in front of a niche
         most = _SIZE - 0.5 * WALL - taken
         if self.goal_clearance > most:
             raise StarnavError(
-                f"Rooms.goal_clearance is {self.goal_clearance:g} m with robot_radius {robot_radius:g} m and "
+                f"Rooms.goal_clearance is {self.goal_clearance:g} m with robot.radius {robot_radius:g} m and "
                 f"rooms of {_SIZE:g} m; allowed: at most {most:g} m, so that the robot fits beside the goal"
             )
 

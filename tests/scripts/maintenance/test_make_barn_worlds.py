@@ -41,5 +41,5 @@ def test_numbers_and_seeds_differ() -> None:
 
 
 def test_a_robot_that_does_not_fit_is_named() -> None:
-    with pytest.raises(StarnavError, match=r"robot_radius 3 m"):
+    with pytest.raises(StarnavError, match=r"robot.radius 3 m"):
         barn_like(0, 0, 3.0)

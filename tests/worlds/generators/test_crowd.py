@@ -178,5 +178,5 @@ def test_bad_parameters_of_stop_and_go_are_refused(kind: StopAndGo, message: str
 def test_what_finds_no_room_is_refused() -> None:
     with pytest.raises(StarnavError, match="none of 1000 walks at 50 m/s stays in the room"):
         _walk(np.zeros(2), 50.0, np.full(2, -3.0), np.full(2, 3.0), np.random.default_rng(0))
-    with pytest.raises(StarnavError, match=r"robot_radius 0\.9 m does not fit at the start; allowed: below 0\.8 m"):
+    with pytest.raises(StarnavError, match=r"robot.radius 0\.9 m does not fit at the start; allowed: below 0\.8 m"):
         make_world(StopAndGo(), 0, 0.9)
