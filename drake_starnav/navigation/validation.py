@@ -126,11 +126,12 @@ def _check_headings(scenario: Scenario) -> None:
 
 def _check_tolerance(scenario: Scenario) -> None:
     """A robot that follows guidance stops near its goal, as it believes, and must be within the tolerance there."""
-    tolerance, least = scenario.simulation.goal_tolerance, GOAL_REACHED + scenario.localization.jump
+    tolerance, stops = scenario.simulation.goal_tolerance, GOAL_REACHED * scenario.robot.shape.narrow
+    least = stops + scenario.localization.jump
     if BY_KIND[scenario.controller.kind].guided and tolerance <= least:
         raise StarnavError(
             f"simulation.goal_tolerance is {tolerance:g} m; allowed: more than {least:g} m, as the robot stops where "
-            f"it believes to be {GOAL_REACHED:g} m from the goal, localization.jump aside"
+            f"it believes to be {stops:.3g} m from the goal, localization.jump aside"
         )
 
 

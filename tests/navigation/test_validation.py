@@ -117,9 +117,12 @@ def test_cars_that_steer_quicker_from_lock_to_lock_than_the_rollout_is_proved_fo
         validated_margins(load_scenario("room", overrides=[*common, f"robot.max_yaw_acceleration={most + 0.1}"]))
 
 
-@pytest.mark.parametrize(("tolerance", "jump", "least"), [(0.01, 0.0, "0.02"), (0.021, 0.0, ""), (0.1, 0.2, "0.22")])
-def test_a_tolerance_within_which_the_robot_does_not_come_is_refused(tolerance: float, jump: float, least: str) -> None:
-    changes = [f"simulation.goal_tolerance={tolerance}", f"localization.jump={jump}"]
+@pytest.mark.parametrize(
+    ("radius", "tolerance", "jump", "least"),
+    [(0.25, 0.01, 0.0, "0.02"), (0.25, 0.021, 0.0, ""), (0.25, 0.1, 0.2, "0.22"), (0.5, 0.021, 0.0, "0.04")],
+)
+def test_a_tolerance_within_which_the_robot_does_not_come_is_refused(radius, tolerance, jump, least: str) -> None:
+    changes = [f"robot.radius={radius}", f"simulation.goal_tolerance={tolerance}", f"localization.jump={jump}"]
     scenario = load_scenario("room", overrides=changes)
     if not least:
         validated_margins(scenario)
