@@ -177,12 +177,25 @@ def contains(outer: Footprint, inner: Footprint) -> bool:
 
 
 def protrusion(shape: Footprint, points: np.ndarray, grown: float = 0.0) -> float:
-    """By how much all that is nearer than `grown` to the hull of points (n, 2) sticks out of a footprint, m."""
+    """By how much all that is nearer than `grown` to the hull of points (n, 2) sticks out of a footprint, m.
+
+    What spans a notch may stick out farthest between its corners: to 0.1 mm.
+    """
     if shape.is_disc:
         return max(float(np.hypot(*points.T).max()) + grown - shape.radius, 0.0)
     body, hull = covered(shape, np.zeros(3)), shapely.MultiPoint(points).convex_hull
     rest = shapely.difference(hull.buffer(grown, quad_segs=_ROUND), body)
-    return float(shapely.distance(shapely.points(shapely.get_coordinates(rest)), body).max(initial=0.0))
+    if rest.is_empty:
+        return 0.0
+    least = float(shapely.distance(shapely.points(shapely.get_coordinates(rest)), body).max())
+    most = least + ROUNDING
+    while not body.buffer(most, quad_segs=_ROUND).covers(rest):
+        least, most = most, 2.0 * most
+    while most - least > 1e-4:
+        middle = 0.5 * (least + most)
+        covers = body.buffer(middle, quad_segs=_ROUND).covers(rest)
+        least, most = (least, middle) if covers else (middle, most)
+    return least
 
 
 def joined(one: Footprint, other: Footprint) -> Footprint:

@@ -2,7 +2,7 @@
 
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 from pydrake.geometry import Cylinder, Shape
@@ -142,7 +142,7 @@ def _pull_in(root: ElementTree.Element, robot: RobotParameters) -> None:
     assert base is not None
     wheels = list(root.iterfind("joint"))
     for element in [each for each in base if each.tag in ("collision", "visual")]:
-        share = _share(robot.shape, element, [element])
+        share = _share(robot.shape, [(element, [element])])
         if element.find("geometry/sphere") is None and element.get("name") not in MARKS:
             continue
         if share is None and element.get("name") not in MARKS:
@@ -151,19 +151,18 @@ def _pull_in(root: ElementTree.Element, robot: RobotParameters) -> None:
             base.remove(element)
         else:
             _scale_place(element, share)
-    shares = []
+    looks = [(joint, [*root.iterfind(f"link[@name='{link_at(joint, 'child')}']/visual")]) for joint in wheels]
+    share = _share(robot.shape, looks)
+    for joint, parts in looks:
+        width = max(float(_print(part)[0][:, 1].max()) for part in parts)
+        if share is None or share * abs(pose_of(joint).translation()[1]) <= width:  # it would be in its opposite
+            _refuse_size(robot, link_at(joint, "child") or "")
+    assert share is not None
     for joint in wheels:
-        link = link_at(joint, "child") or ""
-        share = _share(robot.shape, joint, [*root.iterfind(f"link[@name='{link}']/visual")])
-        if not share:
-            _refuse_size(robot, link)
-        else:
-            shares.append(share)
-    for joint in wheels:
-        _scale_place(joint, min(shares))
+        _scale_place(joint, share)
 
 
-def _refuse_size(robot: RobotParameters, link: str) -> None:
+def _refuse_size(robot: RobotParameters, link: str) -> NoReturn:
     said = f"robot.footprint is {shown(robot.footprint)}" if robot.footprint else f"robot.radius is {robot.radius:g} m"
     raise StarnavError(
         f"{said}, which has no room for link {link} of {robot.model}; allowed: a body that holds wheels and "
@@ -171,12 +170,12 @@ def _refuse_size(robot: RobotParameters, link: str) -> None:
     )
 
 
-def _share(shape: Footprint, placed: ElementTree.Element, parts: list[ElementTree.Element]) -> float | None:
-    """To which share of its distance from the axis an element is to be moved, that its parts lie in a footprint."""
-    x, y, _ = pose_of(placed).translation()
-    prints = [_print(part) for part in parts]
+def _share(shape: Footprint, placed: list[tuple[ElementTree.Element, list[ElementTree.Element]]]) -> float | None:
+    """To which share of their distances from the axis elements are to be moved, that the parts of all lie in a
+    footprint."""
+    prints = [(pose_of(element).translation()[:2], *_print(part)) for element, parts in placed for part in parts]
     for share in np.linspace(1.0, 0.0, 101):
-        if all(protrusion(shape, points + (share * x, share * y), grown) <= ROUNDING for points, grown in prints):
+        if all(protrusion(shape, points + share * place, grown) <= ROUNDING for place, points, grown in prints):
             return float(share)
     return None
 

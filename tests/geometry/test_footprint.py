@@ -9,7 +9,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.geometry.footprint import COVER_EXCESS, contains, covered, disc, footprint, joined
+from drake_starnav.geometry.footprint import (
+    COVER_EXCESS,
+    contains,
+    covered,
+    disc,
+    footprint,
+    joined,
+    protrusion,
+)
 
 SQUARE = ((0.2, 0.2), (-0.2, 0.2), (-0.2, -0.2), (0.2, -0.2))
 corner = st.tuples(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0))
@@ -63,7 +71,7 @@ def test_a_union_covers_what_its_parts_do():
         (((0.0, 0.0), (1.0, 1.0), (1.0, 0.0), (0.0, 1.0)), "not convex"),
         (((0.0, 0.0), (1.0, 0.0), (math.nan, 1.0)), "finite"),
         (((0.0, 0.0), (1.0, 0.0), (1.0, 0.001), (0.0, 0.001)), "narrow"),
-        (((-0.3, 0.0), (0.0, 0.0), (0.3, 0.0)), "narrow"),
+        (((-0.3, 0.0), (0.0, 0.0), (0.3, 0.0)), "in line"),
         (
             ((0.3, 0.2), (0.0, 0.19), (-0.3, 0.2), (-0.3, -0.2), (0.3, -0.2)),
             r"0.19\] lies 10 mm inside its hull",
@@ -108,3 +116,12 @@ def test_joined_a_disc_and_a_polygon_contain_the_whole_disc() -> None:
 def test_of_two_joined_footprints_one_is_enough_where_it_contains_the_other() -> None:
     assert joined(LONG, disc(0.1)) is LONG and joined(disc(0.1), LONG) is LONG
     assert joined(LONG, HALVES) is LONG
+
+
+def test_what_spans_a_notch_sticks_out_between_its_corners() -> None:
+    fork = footprint((((-0.5, -0.3), (0.0, -0.3), (0.0, 0.3), (-0.5, 0.3)),
+                      ((0.0, 0.1), (0.5, 0.1), (0.5, 0.3), (0.0, 0.3)),
+                      ((0.0, -0.3), (0.5, -0.3), (0.5, -0.1), (0.0, -0.1))))  # fmt: skip
+    across = np.array(((0.4, 0.2), (0.41, 0.2), (0.41, -0.2), (0.4, -0.2)))
+    assert protrusion(fork, across) == pytest.approx(0.1, abs=2e-4)
+    assert protrusion(fork, across[:1], 0.05) == 0.0

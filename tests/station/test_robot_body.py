@@ -101,7 +101,8 @@ def check_bodies(count: int, seed: int) -> int:
             assert "has no room for link" in str(error)
             continue
         declared, accepted = declared_area(robot), accepted + 1
-        assert shapely.hausdorff_distance(plant, declared) < 2e-3, robot
+        flat = 0.0022 * robot.radius if robot.base == "car" and not robot.footprint else 0.0  # a disc of 48 corners
+        assert shapely.hausdorff_distance(plant, declared) < 2e-3 + flat, robot
         assert declared.buffer(1e-3).covers(plant), robot
     return accepted
 
