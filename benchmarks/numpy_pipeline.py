@@ -27,12 +27,12 @@ from drake_starnav.planning import StarRoadmap
 from drake_starnav.planning.cost_field import BLOCKED_SLACK, NEAR_WALL_COST, SOFT_ZONE
 from drake_starnav.planning.distance_grid import STRIDE
 from drake_starnav.planning.guidance import PASSED_DISTANCE, Guidance
-from drake_starnav.regions import Margins, RegionUnion
+from drake_starnav.regions import Margins, RegionUnion, piecewise_cubic
 from drake_starnav.regions.bearing_hits import CONNECTED_CHORD
-from drake_starnav.regions.erosion import BEARINGS, SAME_SURFACE, SMOOTHING_BEAMS
+from drake_starnav.regions.erosion import BEARINGS, JUMP, SAME_SURFACE, SMOOTHING_BEAMS
 from drake_starnav.regions.passages import MARGIN_STEPS, PASSAGE_DEPTH, SHUT
 from drake_starnav.regions.perception import SCAN_MEMORY
-from drake_starnav.regions.piecewise_cubic import JUMP, LARGEST_SHARE, SMALLEST_SPLIT, TOLERANCE
+from drake_starnav.regions.piecewise_cubic import LARGEST_SHARE, SMALLEST_SPLIT
 from drake_starnav.regions.region_union import first_gap
 from drake_starnav.regions.safe_region import CertifiedRegion, ScanMemory
 from drake_starnav.robot import RobotParameters
@@ -100,13 +100,13 @@ def free_range(scan: LaserScan, distance: np.ndarray, radius: float, margins: Ma
     free = eroded_range(hits, gap, offset, radius + margins.preferred, limit)
     for share in np.arange(1, MARGIN_STEPS + 1) / MARGIN_STEPS:
         margin = margins.preferred + (margins.least - margins.preferred) * share
-        free = with_passages(free, eroded_range(hits, gap, offset, radius + margin, limit))
+        free = with_passages(free, eroded_range(hits, gap, offset, radius + margin, limit), radius)
     return free
 
 
-def with_passages(free: np.ndarray, narrow: np.ndarray) -> np.ndarray:
+def with_passages(free: np.ndarray, narrow: np.ndarray, radius: float) -> np.ndarray:
     """As the first result of `regions.passages.with_passages`."""
-    deeper = narrow > free + PASSAGE_DEPTH
+    deeper = narrow > free + PASSAGE_DEPTH * radius
     if deeper.all():
         return narrow
     first = int(np.argmin(deeper))  # no run lies across it
@@ -114,16 +114,16 @@ def with_passages(free: np.ndarray, narrow: np.ndarray) -> np.ndarray:
     out = free.copy()
     for before, last in bounds + first:
         run = np.arange(before, last + 2) % len(free)  # with both its neighbours
-        if free[run].max() < SHUT:
+        if free[run].max() < SHUT * radius:
             out[run[1:-1]] = narrow[run[1:-1]]
     return out
 
 
-def adaptive_fit(samples: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def adaptive_fit(samples: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """As `stars.piecewise_cubic.fit_piecewise_cubic`: starts, values, slopes; all segments of one depth at once."""
     count = len(samples)
     longest = max(count // LARGEST_SHARE, 1)
-    jumps = np.flatnonzero(np.abs(np.diff(samples)) > JUMP) + 1
+    jumps = np.flatnonzero(np.abs(np.diff(samples)) > piecewise_cubic.JUMP * radius) + 1
     bounds = np.concatenate(([0], jumps, [count]))
     starts = np.concatenate([np.arange(a, b, longest) for a, b in zip(bounds[:-1], bounds[1:], strict=True)])
     ends = np.append(starts[1:], count)
@@ -148,7 +148,7 @@ def adaptive_fit(samples: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarra
         fitted = c0[of] + s * (c1[of] + s * (c2[of] + s * c3[of]))
         over = np.maximum.reduceat(fitted - y, first)
         under = np.maximum.reduceat(y - fitted, first)
-        split = (over + under > TOLERANCE) & (n >= SMALLEST_SPLIT)
+        split = (over + under > piecewise_cubic.TOLERANCE * radius) & (n >= SMALLEST_SPLIT)
         lowered = fitted - np.maximum(over, 0.0)[of]
         keep = ~split[of]
         values[index[keep]] = np.maximum(lowered, 0.0)[keep]

@@ -39,7 +39,7 @@ from drake_starnav.planning.bucket_search import UNREACHED
 from drake_starnav.planning.cost_field import Terrain, cost_to_go
 from drake_starnav.regions.erosion import free_range, smoothed_distances
 from drake_starnav.regions.piecewise_cubic import fit_piecewise_cubic
-from drake_starnav.regions.safe_region import NEAR_HIT_RANGE
+from drake_starnav.regions.safe_region import NEAR_HITS
 from drake_starnav.robot import BASES
 from drake_starnav.robot.limits import HEADING_GAIN
 from drake_starnav.worlds import Corridor, Forest, Maze, Room, make_world
@@ -66,7 +66,7 @@ def numpy_scan(moment: ScanMoment) -> tuple[np.ndarray, ...]:
     """`scan_processing` in NumPy: the values of region and certified region, and the near hits."""
     distance = numpy_pipeline.smoothed_distances(moment.scan)
     samples = numpy_pipeline.free_range(moment.scan, distance, ROBOT.radius, MARGINS)
-    return numpy_pipeline.adaptive_fit(samples)[1], *numpy_safety(moment, distance)
+    return numpy_pipeline.adaptive_fit(samples, ROBOT.radius)[1], *numpy_safety(moment, distance)
 
 
 def numpy_safety(moment: ScanMoment, distance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -74,7 +74,7 @@ def numpy_safety(moment: ScanMoment, distance: np.ndarray) -> tuple[np.ndarray, 
     values = numpy_pipeline.safety_values(
         moment.before.memory, moment.scan, moment.pose, SAFE_RADIUS, MARGINS.safety_range
     )
-    return values, moment.scan.points_at(distance, distance < NEAR_HIT_RANGE, moment.pose)
+    return values, moment.scan.points_at(distance, distance < NEAR_HITS * SAFE_RADIUS, moment.pose)
 
 
 def package_scan(moment: ScanMoment) -> tuple[np.ndarray, ...]:
@@ -92,7 +92,7 @@ def package_safety(moment: ScanMoment, distance: np.ndarray) -> tuple[np.ndarray
 
 def package_fit(samples: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The fit with the results that `numpy_pipeline.adaptive_fit` has."""
-    fit = fit_piecewise_cubic(samples)
+    fit = fit_piecewise_cubic(samples, ROBOT.radius)
     return fit.starts, fit.values, fit.slopes
 
 

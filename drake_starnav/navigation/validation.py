@@ -146,7 +146,8 @@ def _check_mounts(scenario: Scenario, margins: Margins, mounts: Sequence[Mount])
     if not lone and margins.average_scans:
         raise StarnavError(
             f"lidar.noise is {max(lidar.noise for lidar in scenario.all_lidars):g} with {_placed(mounts)}; allowed: "
-            f"one on the axis, whose scans are averaged, or less than {AVERAGED_NOISE:g} m"
+            "one on the axis, whose scans are averaged, or less than "
+            f"{AVERAGED_NOISE * scenario.robot.shape.narrow:g} m"
         )
     kind = scenario.controller.kind
     if tuple(mounts) != (ON_AXIS,) and not BY_KIND[kind].shielded:

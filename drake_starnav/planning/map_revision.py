@@ -82,7 +82,7 @@ def remaining(
     new_hits = mappable_hits(observation)
     regions = list[StarRegion | None](roadmap.regions)
     smaller, gap = max(robot_radius + margins.preferred - CONTRADICTION, 0.0), float(new_hits[1].max(initial=0.0))
-    for k in _near_hits(roadmap.union, new_hits[0], robot_radius, smaller, gap).tolist():
+    for k in _near_hits(roadmap.union, new_hits[0], robot_radius, (smaller, JUMP * robot_radius), gap).tolist():
         region = roadmap.regions[k]
         regions[k] = _agreeing(region, *new_hits, robot_radius + region.margin)
     if margins.drop_seen_through:
@@ -106,12 +106,14 @@ def _agreeing(region: StarRegion, points: np.ndarray, gaps: np.ndarray, radius: 
 
 
 @njit(cache=True, error_model="numpy")
-def _near_hits(union, points, reach, radius, gap):
+def _near_hits(union, points, reach, sizes, gap):
     """Indices of the regions of an indexed union that some points (n, 2), hits, may contradict.
 
-    That is where, at some bearing, a region may reach farther by CONTRADICTION than to a disc of `radius` about a hit
-    with half gaps of at most `gap`; a fit is below its samples by at most JUMP. Only points within `reach` count. In m.
+    That is where, at some bearing, a region may reach farther by CONTRADICTION than to a disc about a hit with half
+    gaps of at most `gap`; `sizes` are its radius, and by how much a fit is below its samples at most. Only points
+    within `reach` count. In m.
     """
+    radius, jump = sizes
     center, bearing_0, values, marks, corner = union.center, union.bearing_0, union.values, union.marks, union.corner
     samples, one = values.shape[1], np.uint64(1)
     step = 2.0 * math.pi / samples
@@ -136,7 +138,7 @@ def _near_hits(union, points, reach, radius, gap):
                 nearest = int(math.floor((math.atan2(dy, dx) - bearing_0[k]) / step + 0.5))
                 width = int(math.asin(disc / away) / step)
                 for m in range(nearest - width, nearest + width + 1):
-                    beyond = values[k, m % samples] + JUMP - CONTRADICTION
+                    beyond = values[k, m % samples] + jump - CONTRADICTION
                     if beyond > away - disc:
                         off = step * (m - nearest)
                         under = math.sqrt(max(disc * disc - (away * math.sin(off)) ** 2, 0.0))

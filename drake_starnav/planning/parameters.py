@@ -4,14 +4,17 @@ from dataclasses import dataclass
 
 from drake_starnav.parameters import Checked, parameter
 
+CLEARANCE = 0.06
+"""Preferred, in narrow radii of the robot, unless it is given."""
+
 
 @dataclass(frozen=True)
 class PlannerParameters(Checked, place="planner"):
     """How scans become a roadmap and the roadmap a short-term goal."""
 
     preferred_clearance: float = parameter(
-        0.015,
-        "clearance kept beyond the safety margin where there is room",
+        0.0,
+        f"clearance kept beyond the safety margin where there is room; 0: {CLEARANCE:g} of the robot's radius",
         unit="m",
         low=0.0,
         high=1.0,
@@ -41,3 +44,7 @@ class PlannerParameters(Checked, place="planner"):
         high=0.5,
         when="raise it for worlds of more than 100 m: faster searches",
     )
+
+    def clearance(self, radius: float) -> float:
+        """`preferred_clearance` of a robot with a narrow radius, m."""
+        return self.preferred_clearance or CLEARANCE * radius

@@ -16,12 +16,13 @@ from drake_starnav.lidar.laser_scan import MOVING, LaserScan
 from drake_starnav.regions.bearing_hits import beams_to_bearings, half_gaps
 from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.passages import MARGIN_STEPS, PASSAGE_DEPTH, SHUT, with_passages
-from drake_starnav.regions.piecewise_cubic import JUMP
 
 BEARINGS = 720
 """Samples of a region's boundary, rounded up to whole samples a beam: 20 mm apart at 2.3 m; rays of a merged scan."""
 SMOOTHING_BEAMS = 3
 """Half width of the moving average over the planner's ranges, in beams."""
+JUMP = 0.12
+"""Smoothing stops at a step between neighbouring ranges that is larger than this, m."""
 SAME_SURFACE = 0.04
 """Ranges that differ by no more than this belong to one surface, m: four standard deviations of 1 cm. A smoothed range
 that differs by more from the measured one is rejected."""
@@ -34,11 +35,13 @@ class FreeRange(NamedTuple):
         values: shape (M,), m.
         limit: upper bounds of the values, 0 outside the field of view, shape (M,), m.
         margin: smallest clearance kept beyond the robot's radius, m.
+        radius: of the robot, m.
     """
 
     values: np.ndarray
     limit: np.ndarray
     margin: float
+    radius: float
 
 
 def smoothed_distances(scan: LaserScan, slack: float = 0.0, beams: int = SMOOTHING_BEAMS) -> np.ndarray:
@@ -106,7 +109,7 @@ def free_range(
     samples, kept = samples or bearing_count(scan), (margins.preferred, margins.least)
     limit = free_limit(scan, samples, scan.range_max, radius + margins.preferred)
     values, margin = disc_range(scan.beams, distance, limit, radius, kept, bearing_tables(samples))
-    return FreeRange(values, limit, margin)
+    return FreeRange(values, limit, margin, radius)
 
 
 @lru_cache(maxsize=16)
@@ -130,7 +133,7 @@ def disc_range(beams, distance, limit, radius, margins, tables):
     """
     margin, least = margins
     cosine, squares = tables
-    samples, inflated = len(cosine), radius + margin
+    samples, inflated, shut = len(cosine), radius + margin, SHUT * radius
     gap = half_gaps(distance, beams)
     hits = beams_to_bearings(distance, gap, beams, samples)
     sight = within_sight(limit, beams, inflated)
@@ -138,16 +141,18 @@ def disc_range(beams, distance, limit, radius, margins, tables):
     # A look at the narrowest robot no farther than it takes to see whether there are passages: there rarely are.
     look = np.zeros(samples)
     for i in range(samples):
-        if free[i] < SHUT:
-            look[i] = min(sight[i], SHUT + 2.0 * PASSAGE_DEPTH)
+        if free[i] < shut:
+            look[i] = min(sight[i], shut + 2.0 * PASSAGE_DEPTH * radius)
     if least >= margin or largest(look) == 0.0:
         return free, margin
-    if not with_passages(free, erode(hits[0], hits[1], hits[2], radius + least, look, cosine, squares))[1]:
+    narrowest = erode(hits[0], hits[1], hits[2], radius + least, look, cosine, squares)
+    if not with_passages(free, narrowest, radius)[1]:
         return free, margin
     kept = margin
     for step in range(1, MARGIN_STEPS + 1):
         tried = margin + (least - margin) * step / MARGIN_STEPS
-        free, opened = with_passages(free, erode(hits[0], hits[1], hits[2], radius + tried, sight, cosine, squares))
+        narrow = erode(hits[0], hits[1], hits[2], radius + tried, sight, cosine, squares)
+        free, opened = with_passages(free, narrow, radius)
         if opened:
             kept = tried
     return free, kept

@@ -2,17 +2,17 @@
 
 from numba import njit
 
-PASSAGE_DEPTH = 0.2
-"""A passage extends the free range by more than this, m."""
-SHUT = 0.5
-"""A passage is closed if the free range in front of it is shorter than this, m. A robot that can drive farther looks
-again from there."""
+PASSAGE_DEPTH = 0.8
+"""A passage extends the free range by more than this, in radii of the robot."""
+SHUT = 2.0
+"""A passage is closed if the free range in front of it is shorter than this, in radii. A robot that can drive farther
+looks again from there."""
 MARGIN_STEPS = 2
 """Number of margins tried in a passage, from the largest to the smallest."""
 
 
 @njit(cache=True)
-def with_passages(free, narrow):
+def with_passages(free, narrow, radius):
     """The free range with the passages that only a narrower robot fits through, and whether there are any.
 
     A passage is a run of bearings at which the narrower robot gets farther by more than PASSAGE_DEPTH. The wider robot
@@ -21,10 +21,11 @@ def with_passages(free, narrow):
 
     Args:
         free, narrow: shape (M,), free range of the wider and of the narrower robot, m.
+        radius: of the robot, m.
     """
     n = len(free)
     out = free.copy()
-    deeper = narrow > free + PASSAGE_DEPTH
+    deeper = narrow > free + PASSAGE_DEPTH * radius
     opened = False
     start = 0
     while start < n and deeper[start]:
@@ -42,7 +43,7 @@ def with_passages(free, narrow):
             reached = max(reached, free[k % n])
             k += 1
         reached = max(reached, free[k % n])
-        if reached < SHUT:
+        if reached < SHUT * radius:
             opened = True
             for i in range(first, k):
                 out[i % n] = narrow[i % n]

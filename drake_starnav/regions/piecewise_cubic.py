@@ -14,10 +14,10 @@ SMALLEST_SPLIT = 5
 """Segments with fewer samples are not bisected."""
 LARGEST_SHARE = 8
 """No adaptive segment is longer than one turn divided by this."""
-JUMP = 0.12
-"""A step between neighbouring samples larger than this separates surfaces, m; smoothing stops at such a step, too."""
-TOLERANCE = 0.03
-"""Largest overshoot plus undershoot of an adaptive cubic, m: as much as the planner's usual margin."""
+JUMP = 0.48
+"""A step between neighbouring samples larger than this separates surfaces, in radii of the robot."""
+TOLERANCE = 0.12
+"""Largest overshoot plus undershoot of an adaptive cubic, in radii: as much as the planner's usual margin."""
 
 
 @dataclass(frozen=True)
@@ -35,37 +35,42 @@ class PiecewiseCubic:
     slopes: np.ndarray
 
 
-def fit_piecewise_cubic(samples: np.ndarray, tolerance: float = TOLERANCE, one_sided: bool = True) -> PiecewiseCubic:
+def fit_piecewise_cubic(
+    samples: np.ndarray, radius: float, tolerance: float = TOLERANCE, one_sided: bool = True
+) -> PiecewiseCubic:
     """Fit the samples of one full turn; segments begin at jumps, and are bisected until they keep the tolerance.
 
     Args:
         samples: shape (M,), free range at the bearings of a uniform grid, m.
-        tolerance: largest overshoot plus undershoot of a cubic, m.
+        radius: of the robot, m.
+        tolerance: largest overshoot plus undershoot of a cubic, in radii.
         one_sided: lower every cubic until it lies inside the free range.
 
     Source: paper, section III-A, adaptive piecewise polynomial; one-sided fit: this project.
     """
-    return PiecewiseCubic(*adaptive_fit(samples, tolerance, one_sided))
+    return PiecewiseCubic(*adaptive_fit(samples, (JUMP * radius, tolerance * radius), one_sided))
 
 
 def fit_segments(samples: np.ndarray, breaks: np.ndarray, tolerance: float, one_sided: bool) -> PiecewiseCubic:
     """Fit given segments; arguments as for `fit_piecewise_cubic`.
 
     Args:
-        samples, tolerance, one_sided: with an infinite tolerance no segment is bisected.
+        samples, one_sided: likewise.
         breaks: shape (k + 1,), increasing from 0 to M; the first sample of each segment, and M.
+        tolerance: in m; with an infinite one no segment is bisected.
     """
     return PiecewiseCubic(*_fit(samples, breaks, tolerance, one_sided))
 
 
 @njit(cache=True)
-def adaptive_fit(samples, tolerance, one_sided):
-    """The fields of the `PiecewiseCubic` that `fit_piecewise_cubic` returns."""
+def adaptive_fit(samples, lengths, one_sided):
+    """The fields of the `PiecewiseCubic` that `fit_piecewise_cubic` returns; jump and tolerance are `lengths`, m."""
+    jump, tolerance = lengths
     count, longest = len(samples), max(len(samples) // LARGEST_SHARE, 1)
     breaks = np.zeros(count + 1, np.int64)
     n = 1
     for i in range(1, count):
-        if abs(samples[i] - samples[i - 1]) > JUMP or i - breaks[n - 1] >= longest:
+        if abs(samples[i] - samples[i - 1]) > jump or i - breaks[n - 1] >= longest:
             breaks[n] = i
             n += 1
     breaks[n] = count

@@ -32,8 +32,8 @@ from drake_starnav.utils.snapshot import snapshot
 
 SCAN_PATIENCE = 3.0
 """A certified region lasts so many scan periods beyond the lidar's delay; without a new scan the robot then brakes."""
-NEAR_HIT_RANGE = 1.0
-"""Hits nearer than this enter the near-wall term, m."""
+NEAR_HITS = 4.0
+"""Hits nearer than this enter the near-wall term, in radii with the margin: farther than a scan period leads."""
 QUARTER = 0.25 * TURN
 """A disc that drives straight on, so far from the edges of its view, rad, covers of what it does not see only where it
 stood."""
@@ -248,7 +248,7 @@ def _certified_region(known, seen, beams, distance, place, bearings, tables, siz
     within = reach + radius + CONNECTED_CHORD  # farther hits restrict nothing
     nearest, gap, offset = points_to_bearings(hits, gaps, x, y, bearing_0, within, len(cosines))
     sight = within_sight(limit, beams, radius)
-    near = (distance < min(NEAR_HIT_RANGE, range_max)) & (beams.kinds & HIT != 0)
+    near = (distance < min(NEAR_HITS * radius, range_max)) & (beams.kinds & HIT != 0)
     near_hits = placed_ends(directions, distance, near, x, y, cosine, sine)
     values = erode(nearest, gap, offset, radius, sight, cosines, squares)
     return hits, gaps, remembered, values, near_hits

@@ -19,11 +19,11 @@ from drake_starnav.regions.piecewise_cubic import PiecewiseCubic, fit_piecewise_
 from drake_starnav.regions.region_union import RegionUnion
 from drake_starnav.utils.snapshot import snapshot
 
-CUT_BORDER = 0.1
-"""Hits farther beyond a region than this and the robot's radius do not cut it back, m."""
+CUT_BORDER = 0.4
+"""Hits farther beyond a region than this and the robot's radius do not cut it back, in its radii."""
 NO_HITS = np.zeros((0, 2))
-Fit = Callable[[np.ndarray], PiecewiseCubic]
-"""From the free range at M bearings, m, to its boundary, as `fit_piecewise_cubic`."""
+Fit = Callable[[np.ndarray, float], PiecewiseCubic]
+"""From the free range at M bearings and the robot's radius, m, to its boundary, as `fit_piecewise_cubic`."""
 
 
 @snapshot
@@ -37,6 +37,7 @@ class StarRegion:
         free_range: shape (M,), the samples that were fitted, m.
         limit: shape (M,), free range at a bearing without obstacles, m; 0 outside the field of view.
         margin: smallest clearance kept beyond the robot's radius, m.
+        radius: of the robot, m.
     """
 
     center: np.ndarray
@@ -45,6 +46,7 @@ class StarRegion:
     free_range: np.ndarray
     limit: np.ndarray
     margin: float
+    radius: float
 
     @cached_property
     def reach(self) -> float:
@@ -94,10 +96,11 @@ def fit_region(profile: FreeRange, center: np.ndarray, bearing_0: float, fit: Fi
     return StarRegion(
         center=np.asarray(center, dtype=float),
         bearing_0=bearing_0,
-        boundary=fit(profile.values),
+        boundary=fit(profile.values, profile.radius),
         free_range=profile.values,
         limit=profile.limit,
         margin=profile.margin,
+        radius=profile.radius,
     )
 
 
@@ -136,7 +139,7 @@ def cut_back(region: StarRegion, points: np.ndarray, gaps: np.ndarray, radius: f
         gaps: shape (n,), their `half_gaps`, m.
         radius: of the robot with the margin that it keeps from them, m.
     """
-    within, samples = float(region.free_range.max()) + radius + CUT_BORDER, len(region.free_range)
+    within, samples = float(region.free_range.max()) + radius + CUT_BORDER * region.radius, len(region.free_range)
     hits = points_to_bearings(points, gaps, *region.center, region.bearing_0, within, samples)
     return erode(*hits, radius, region.free_range, *bearing_tables(samples))
 
@@ -151,7 +154,8 @@ def clear_of(region: StarRegion, places: np.ndarray, radius: float) -> StarRegio
 
 def refitted(region: StarRegion, free_range: np.ndarray) -> StarRegion:
     """The region with another free range, shape (M,), m."""
-    return dataclasses.replace(region, free_range=free_range, boundary=fit_piecewise_cubic(free_range))
+    boundary = fit_piecewise_cubic(free_range, region.radius)
+    return dataclasses.replace(region, free_range=free_range, boundary=boundary)
 
 
 def united(regions: Iterable[StarRegion]) -> RegionUnion:

@@ -62,7 +62,8 @@ SYMBOLS: dict[str, ErrorTerm] = {
         f"{SAMPLED} + min(3/4 * lidar.noise, 0.006)", "what may stick out between beams without further margin, m"
     ),
     "G": ErrorTerm(
-        "max(1.2, min(1.25 * (B + v * L), C / (0.87 * lidar.widest_gap) - r - o)) + r - robot.shape.narrow",
+        "max(4.8 * robot.shape.narrow, min(1.25 * (B + v * L), C / (0.87 * lidar.widest_gap) - r - o)) + r "
+        "- robot.shape.narrow",
         "extent of the certified region, m",
     ),
     "D": ErrorTerm("r + o + min(G, B + v * L)", "distance from the lidar up to which a scan accepts a motion, m"),

@@ -10,16 +10,16 @@ from drake_starnav.regions.margins import Margins
 from drake_starnav.scenario.error_budget import SAMPLED, error_budget
 from drake_starnav.scenario.schema import Scenario
 
-NOMINAL_NOISE = 0.01
-"""Range noise that the steps within a surface allow for without slack, m."""
+NOMINAL_NOISE = 0.04
+"""Range noise that the steps within a surface allow for without slack, in narrow radii of the robot."""
 SMOOTHED_DEVIATIONS = 3.0
 """Smoothing may move ranges by this many standard deviations of the noise beyond the nominal."""
-NOISE_PER_DEGREE = 0.015
-"""The certificate smooths over a degree to each side per so much noise, m; the margin covers what corners lose."""
+NOISE_PER_DEGREE = 0.06
+"""The certificate smooths over a degree to each side per so much noise, in radii; the margin covers corners' loss."""
 FINE_ENOUGH = 0.5
 """The certificate does not smooth over less than this share of a beam: the next beam would cut corners too much."""
-AVERAGED_NOISE = 0.04
-"""From this noise on ranges are also averaged: the nearest hit of several scans would close passable gaps, m."""
+AVERAGED_NOISE = 0.16
+"""From this noise on, in radii, ranges are also averaged: the nearest hit of several scans would close narrow gaps."""
 LARGEST_MARGIN = 0.5
 """Safety margins are no wider than this, m."""
 
@@ -42,15 +42,16 @@ def derive_margins(scenario: Scenario, mounts: Sequence[Mount] = ()) -> Margins:
             f"what is declared of lidar, localization, drive and robot gives a safety margin of {safety:.3g} m; "
             f"allowed: at most {LARGEST_MARGIN:g} m"
         )
-    width = max(math.radians(lidar.noise / NOISE_PER_DEGREE) / lidar.angle_increment for lidar in lidars)
+    radius = scenario.robot.shape.narrow
+    width = max(math.radians(lidar.noise / (NOISE_PER_DEGREE * radius)) / lidar.angle_increment for lidar in lidars)
     return Margins(
         safety=safety,
-        preferred=safety + scenario.planner.preferred_clearance,
+        preferred=safety + scenario.planner.clearance(radius),
         least=safety - SAMPLED,  # regions are not motions that are sampled
         safety_range=min(budget.symbols["G"] for budget in budgets),
-        smoothing_slack=SMOOTHED_DEVIATIONS * max(noise - NOMINAL_NOISE, 0.0),
+        smoothing_slack=SMOOTHED_DEVIATIONS * max(noise - NOMINAL_NOISE * radius, 0.0),
         smoothed_beams=math.ceil(width - 1e-9) if width >= FINE_ENOUGH else 0,
-        average_scans=noise >= AVERAGED_NOISE,
+        average_scans=noise >= AVERAGED_NOISE * radius,
         drop_seen_through=not scenario.localization.exact,
         looks=_looks(scenario, budgets[0].symbols),
     )

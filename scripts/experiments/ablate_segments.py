@@ -23,13 +23,14 @@ from tqdm import tqdm
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.regions.erosion import BEARINGS, free_range, smoothed_distances
 from drake_starnav.regions.piecewise_cubic import JUMP, PiecewiseCubic, fit_piecewise_cubic, fit_segments
-from drake_starnav.regions.star_region import Fit
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.scenario.schema import Scenario
 from scripts.experiments.scan_sample import Measured, View, sample_text, sample_views, scan_experiment
 
 FIXED = (4, 8, 16, 32, 64)
+RADIUS = RobotParameters.radius
+"""Of the robot, m."""
 SLOPE_CHANGE = 0.02 * math.pi
 """Change of the boundary's direction that begins a new cubic, rad: the value of the paper's authors."""
 SHORTEST_SEGMENT = 4
@@ -46,7 +47,7 @@ class Method:
 
     side: str
     label: str
-    fit: Fit
+    fit: Callable[[np.ndarray], PiecewiseCubic]
 
 
 @dataclass(frozen=True)
@@ -74,7 +75,7 @@ def methods() -> list[Method]:
     rows = []
     for one_sided in (False, True):
         side = "one-sided" if one_sided else "two-sided"
-        rows.append(Method(side, "adaptive", partial(fit_piecewise_cubic, one_sided=one_sided)))
+        rows.append(Method(side, "adaptive", partial(fit_piecewise_cubic, radius=RADIUS, one_sided=one_sided)))
         rows.append(Method(side, "slope (paper)", partial(fit_slopes, one_sided=one_sided)))
         rows += [Method(side, f"{n} fixed", partial(fit_equal, count=n, one_sided=one_sided)) for n in FIXED]
     return rows
@@ -87,7 +88,7 @@ def fit_equal(samples: np.ndarray, count: int, one_sided: bool) -> PiecewiseCubi
 
 def fit_slopes(samples: np.ndarray, one_sided: bool = False) -> PiecewiseCubic:
     """Cubics that begin where the boundary jumps or its direction has changed."""
-    return fit_segments(samples, _slope_breaks(samples, JUMP, SLOPE_CHANGE), math.inf, one_sided)
+    return fit_segments(samples, _slope_breaks(samples, JUMP * RADIUS, SLOPE_CHANGE), math.inf, one_sided)
 
 
 @njit(cache=True)

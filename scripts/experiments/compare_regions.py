@@ -107,7 +107,7 @@ def compare(view: View, margins: Margins) -> Comparison:
     """The three regions of one scan and the areas they cover."""
     scan, pose = view.scan, view.pose
     distance = smoothed_distances(scan, margins.smoothing_slack)
-    star = fit_region(sight_range(scan, distance), pose[:2], float(pose[2]) + scan.angle_min)
+    star = fit_region(sight_range(scan, distance, RobotParameters.radius), pose[:2], float(pose[2]) + scan.angle_min)
     half = np.full(2, scan.range_max)
     domain = HPolyhedron.MakeBox(pose[:2] - half, pose[:2] + half)
     options = IrisOptions()

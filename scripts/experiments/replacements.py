@@ -106,16 +106,16 @@ def uncertified_twist(
 def shortened_region(scan: LaserScan, pose: np.ndarray, radius: float, margins: Margins, *others: Any) -> StarRegion:
     """For `scan_region`: ranges less the radius."""
     distance = smoothed_distances(scan, margins.smoothing_slack)
-    profile = sight_range(scan, distance, radius=radius + margins.preferred)._replace(margin=margins.preferred)
+    profile = sight_range(scan, distance, radius, less=radius + margins.preferred)._replace(margin=margins.preferred)
     return fit_region(profile, pose[:2], float(pose[2]) + scan.angle_min)
 
 
-def two_sided_fit(samples: np.ndarray, tolerance: float, one_sided: bool) -> tuple:
+def two_sided_fit(samples: np.ndarray, lengths: tuple[float, float], one_sided: bool) -> tuple:
     """For `adaptive_fit`: cubics through the samples."""
-    return adaptive_fit(samples, tolerance, False)
+    return adaptive_fit(samples, lengths, False)
 
 
-def equal_segments(samples: np.ndarray, tolerance: float, one_sided: bool) -> tuple:
+def equal_segments(samples: np.ndarray, lengths: tuple[float, float], one_sided: bool) -> tuple:
     """For `adaptive_fit`: SEGMENTS segments of equal length."""
     fit = fit_equal(samples, SEGMENTS, one_sided)
     return fit.starts, fit.values, fit.slopes

@@ -178,7 +178,7 @@ def test_it_turns_with_the_world(seed, angle):
     rotation = np.column_stack((unit(angle), unit(angle + math.pi / 2)))
     regions = [smooth_region(rng, rng.uniform(-1.0, 1.0, 2)) for _ in range(3)]
     turned = [
-        StarRegion(rotation @ r.center, r.bearing_0 + angle, r.boundary, r.free_range, r.limit, r.margin)
+        StarRegion(rotation @ r.center, r.bearing_0 + angle, r.boundary, r.free_range, r.limit, r.margin, r.radius)
         for r in regions
     ]
     point, direction = inside(rng, regions[0]), unit(rng.uniform(-math.pi, math.pi))

@@ -169,7 +169,7 @@ def smooth_region(rng: np.random.Generator, center: np.ndarray, mean: float = 1.
     samples = np.full(720, mean)
     for k in range(1, 5):
         samples += mean * rng.uniform(0.0, 0.15) * np.cos(k * bearing + rng.uniform(0.0, 2.0 * math.pi))
-    profile = FreeRange(samples, np.full(720, 3.0 * mean), 0.0)
+    profile = FreeRange(samples, np.full(720, 3.0 * mean), 0.0, RADIUS)
     return fit_region(profile, center, rng.uniform(-math.pi, math.pi))
 
 

@@ -177,7 +177,7 @@ def test_hits_that_may_not_disagree_cut_nothing_back(seed):
         off = pose + rng.uniform(-0.15, 0.15, 3) * (1.0, 1.0, 0.2)
         points, gaps = mappable_hits(observed(cast(world, pose), off))
         radius = RADIUS + MARGINS.preferred - CONTRADICTION
-        contested = _near_hits(roadmap.union, points, RADIUS, radius, gaps.max())
+        contested = _near_hits(roadmap.union, points, RADIUS, (radius, 0.12), gaps.max())
         for k, region in enumerate(roadmap.regions):
             if k not in contested:
                 assert (region.free_range - cut_back(region, points, gaps, radius)).max() <= CONTRADICTION

@@ -56,7 +56,9 @@ def on_the_margin(rng: np.random.Generator) -> StarRegion:
     bearing = 2.0 * np.pi / 720 * np.arange(720)
     wall = np.maximum(0.0, np.sin(bearing - 0.2))
     samples = np.where(wall > 0.0, np.minimum(3.0, 2.0 / np.maximum(wall, 0.1)), 0.0)
-    return fit_region(FreeRange(samples, np.full(720, 3.0), 0.0), rng.uniform(-2.0, 2.0, 2), rng.uniform(-3.0, 3.0))
+    return fit_region(
+        FreeRange(samples, np.full(720, 3.0), 0.0, 0.25), rng.uniform(-2.0, 2.0, 2), rng.uniform(-3.0, 3.0)
+    )
 
 
 @given(seed=seeds)
@@ -95,7 +97,7 @@ def test_a_region_whose_centre_is_on_its_boundary_is_covered() -> None:
 
 
 def test_a_region_without_area_has_no_sets() -> None:
-    region = fit_region(FreeRange(np.zeros(720), np.full(720, 3.0), 0.0), np.zeros(2), 0.0)
+    region = fit_region(FreeRange(np.zeros(720), np.full(720, 3.0), 0.0, 0.25), np.zeros(2), 0.0)
     assert half_plane_cover(region) == []
 
 

@@ -49,7 +49,7 @@ def clearances(ends: np.ndarray, points: np.ndarray) -> np.ndarray:
 @given(seeds, st.sampled_from([180, 360, 720]))
 def test_the_disc_moves_freely_as_far_as_stated_and_no_farther(seed, beams):
     scan = cast(scattered(np.random.default_rng(seed)), beams=beams)
-    samples, limit, _ = profile(scan)
+    samples, limit, *_ = profile(scan)
     radius = np.hypot(INFLATED, half_gaps(scan.distances, scan.beams)[scan.hits])
     points = scan.points()
     spare = clearances(samples[:, None] * rays(scan, len(samples)), points) - radius
@@ -96,7 +96,7 @@ def test_partial_field_of_view_is_bounded_inside_and_zero_outside(seed, beams, f
     rng = np.random.default_rng(seed)
     first, increment = rng.uniform(-4.0, 4.0), field / (beams - 1)
     scan = cast(scattered(rng), beams=beams, angle_min=first, angle_increment=increment)
-    samples, limit, _ = profile(scan)
+    samples, limit, *_ = profile(scan)
     bearing = 2.0 * math.pi / len(samples) * np.arange(len(samples))
     view_range = bearing <= field + 1e-9
     assert len(samples) == 720
@@ -126,7 +126,7 @@ def test_points_off_the_sampled_bearings_bound_from_inside(seed):
 def test_one_hit_in_closed_form():
     ranges = np.full(720, np.inf)
     ranges[360] = 1.0
-    samples, limit, _ = profile(full_scan(ranges))
+    samples, limit, *_ = profile(full_scan(ranges))
     angle = 2.0 * math.pi / 720 * (np.arange(720) - 360)
     shadow = np.abs(angle) < math.asin(INFLATED)
     exact = np.cos(angle) - np.sqrt(np.maximum(INFLATED**2 - np.sin(angle) ** 2, 0.0))
@@ -191,7 +191,7 @@ def test_moving_obstacles_occlude_the_space_behind_them_but_are_not_eroded() -> 
     bearing = -math.pi + 2.0 * math.pi / n * np.arange(n)
     shown = np.abs(bearing) < 0.1
     scan = dataclasses.replace(full_scan(np.where(shown, 1.5, 4.0)), motion=np.where(shown, DYNAMIC, STATIC))
-    free, limit, _ = profile(scan)
+    free, limit, *_ = profile(scan)
     nothing = profile(full_scan(np.full(n, 4.0))).values
     samples = len(free)
     theta = -math.pi + 2.0 * math.pi / samples * np.arange(samples)

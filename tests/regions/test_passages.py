@@ -55,7 +55,7 @@ def ahead(found: np.ndarray) -> float:
 
 def test_a_narrow_door_is_entered_at_once_with_the_margin_it_allows():
     scan = cast(door(RADIUS + 0.02))
-    assert ahead(eroded(scan, MARGIN)) < SHUT
+    assert ahead(eroded(scan, MARGIN)) < SHUT * RADIUS
     found = profile(scan)
     assert ahead(found.values) > 3.0 and LEAST - 1e-9 < found.margin < 0.02
 
@@ -73,7 +73,7 @@ def test_the_widest_margin_that_opens_a_door_is_kept():
 def test_a_door_that_leaves_too_little_stays_shut(half):
     scan = cast(door(half))
     found = profile(scan)
-    assert ahead(found.values) < SHUT and found.margin == MARGIN
+    assert ahead(found.values) < SHUT * RADIUS and found.margin == MARGIN
     np.testing.assert_array_equal(found.values, eroded(scan, MARGIN))
 
 
@@ -105,7 +105,7 @@ def test_a_corner_is_not_cut():
     wall = [(0.6, -3.0), (0.7, -3.0), (0.7, 0.0), (0.6, 0.0)]
     world = World("corner", (0, 0, 0), (2, 0), polygons=[wall], bounds=(-3.0, -3.0, 4.0, 3.0))
     scan = cast(world)
-    gained = eroded(scan, LEAST) > eroded(scan, MARGIN) + PASSAGE_DEPTH
+    gained = eroded(scan, LEAST) > eroded(scan, MARGIN) + PASSAGE_DEPTH * RADIUS
     assert gained.any()
     found = profile(scan)
     np.testing.assert_array_equal(found.values, eroded(scan, MARGIN))
@@ -114,7 +114,7 @@ def test_a_corner_is_not_cut():
 
 def test_a_door_farther_off_is_looked_at_from_nearer():
     scan = cast(door(RADIUS + 0.02, x=1.5))
-    assert ahead(eroded(scan, MARGIN)) > SHUT
+    assert ahead(eroded(scan, MARGIN)) > SHUT * RADIUS
     np.testing.assert_array_equal(profile(scan).values, eroded(scan, MARGIN))
 
 
@@ -154,7 +154,7 @@ def test_between_the_margin_and_the_least_one(seed):
     assert (opened.any()) == (found.margin < MARGIN)
     np.testing.assert_array_equal(profile(scan, PLAIN).values, plain)
     np.testing.assert_array_equal(found.limit, profile(scan, PLAIN).limit)
-    assert (plain[opened] < SHUT).all()  # no corner is cut of a way that is open
+    assert (plain[opened] < SHUT * RADIUS).all()  # no corner is cut of a way that is open
 
 
 @settings(max_examples=20)
@@ -177,9 +177,9 @@ def test_in_any_world_a_disc_with_the_margin_kept_touches_nothing(seed):
 def opened(scan: LaserScan) -> np.ndarray:
     """The free range with its passages, from erosions of the whole scan."""
     free, narrowest = eroded(scan, MARGIN), eroded(scan, LEAST)
-    if with_passages(free, narrowest)[1]:
+    if with_passages(free, narrowest, RADIUS)[1]:
         for narrow in (eroded(scan, 0.5 * (MARGIN + LEAST)), narrowest):
-            free, _ = with_passages(free, narrow)
+            free, _ = with_passages(free, narrow, RADIUS)
     return free
 
 
@@ -208,13 +208,13 @@ def test_passages_are_whole_runs_between_ends_that_are_shut(seed, n):
     free = rng.choice((0.0, 0.2, 0.45, 0.8, 2.0), n)
     narrow = free + rng.choice((0.0, 0.1, 1.0), n)
     before = free.copy(), narrow.copy()
-    out, opened = with_passages(free, narrow)
+    out, opened = with_passages(free, narrow, RADIUS)
     np.testing.assert_array_equal(free, before[0])
     np.testing.assert_array_equal(narrow, before[1])
     expected = free.copy()
-    for run in runs(narrow > free + PASSAGE_DEPTH):
+    for run in runs(narrow > free + PASSAGE_DEPTH * RADIUS):
         whole = np.concatenate(((run[:1] - 1) % n, run, (run[-1:] + 1) % n))
-        if len(run) == n or free[whole].max() < SHUT:
+        if len(run) == n or free[whole].max() < SHUT * RADIUS:
             expected[run] = narrow[run]
     np.testing.assert_array_equal(out, expected)
     assert opened == bool((expected != free).any())
@@ -222,7 +222,7 @@ def test_passages_are_whole_runs_between_ends_that_are_shut(seed, n):
 
 def test_an_equal_free_range_has_no_passages():
     free = np.linspace(0.0, 2.0, 50)
-    out, opened = with_passages(free, free)
+    out, opened = with_passages(free, free, RADIUS)
     np.testing.assert_array_equal(out, free)
     assert not opened
 
@@ -236,4 +236,4 @@ def test_passages_are_those_of_plain_numpy(wider: float, opened: bool, yaw: floa
     np.testing.assert_allclose(
         found, numpy_pipeline.free_range(scan, scan.distances, RADIUS, MARGINS), rtol=0.0, atol=1e-12
     )
-    assert (found > eroded(scan, MARGIN) + PASSAGE_DEPTH).any() == opened
+    assert (found > eroded(scan, MARGIN) + PASSAGE_DEPTH * RADIUS).any() == opened

@@ -13,7 +13,7 @@ def spiky_region(rng: np.random.Generator) -> StarRegion:
     """A region with jumps at many bearings."""
     free = np.repeat(rng.choice((0.1, 0.7, 3.0, 20.0), 90, p=(0.2, 0.4, 0.3, 0.1)), 8)
     center = rng.uniform(-8.0, 8.0, 2)
-    return StarRegion(center, rng.uniform(-7.0, 7.0), fit_piecewise_cubic(free), free, free, 0.03)
+    return StarRegion(center, rng.uniform(-7.0, 7.0), fit_piecewise_cubic(free, 0.25), free, free, 0.03, 0.25)
 
 
 def assert_answers_of_a_loop_over_all(union: RegionUnion, rng: np.random.Generator) -> None:

@@ -31,7 +31,7 @@ def test_a_place_is_covered_by_the_newest_region_that_contains_it(seed):
 
 
 def test_a_region_reaches_points_a_slack_beyond_its_boundary():
-    region = fit_region(FreeRange(np.full(720, 2.0), np.full(720, 5.0), 0.0), np.zeros(2), 0.0)
+    region = fit_region(FreeRange(np.full(720, 2.0), np.full(720, 5.0), 0.0, 0.25), np.zeros(2), 0.0)
     points = np.array([(1.99, 0.0), (2.05, 0.0), (0.0, -2.05), (2.11, 0.0)])
     assert region.alone.contains(points).tolist() == [True, False, False, False]
     assert region.alone.contains(points, 0.1).tolist() == [True, True, True, False]

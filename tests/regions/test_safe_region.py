@@ -11,7 +11,7 @@ from drake_starnav.lidar.laser_scan import DYNAMIC, LaserScan
 from drake_starnav.lidar.mounts import ON_AXIS
 from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.regions.looks import Known, Look
-from drake_starnav.regions.safe_region import CertifiedRegion, ScanMemory, certified_region
+from drake_starnav.regions.safe_region import NEAR_HITS, CertifiedRegion, ScanMemory, certified_region
 from drake_starnav.regions.views import hit_points
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import RADIUS, cast, scattered, seeds, segment_distance
@@ -135,7 +135,7 @@ def test_the_star_holds_all_remembered_hits():
 def test_near_hits_are_those_of_the_filtered_scan_close_by():
     star, _, scan, pose = driven(3)
     filtered = smoothed_distances(scan)
-    near = filtered < 1.0
+    near = filtered < NEAR_HITS * SAFE
     away = np.hypot(*(star.near_hits - pose[:2]).T)
     np.testing.assert_allclose(away, filtered[near])
 

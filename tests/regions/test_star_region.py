@@ -97,7 +97,7 @@ def test_the_outline_consists_of_the_samples():
 
 
 def test_where_nothing_was_seen_there_is_no_room():
-    region = fit_region(FreeRange(np.zeros(720), np.zeros(720), 0.0), np.ones(2), 0.0)
+    region = fit_region(FreeRange(np.zeros(720), np.zeros(720), 0.0, RADIUS), np.ones(2), 0.0)
     assert region.contains(np.ones(2)) and not region.contains(np.array((1.001, 1.0)))
     assert region.phi(0.4) == 0.0
 

@@ -92,7 +92,7 @@ def test_a_margin_of_half_a_metre_is_the_largest_that_is_allowed():
         derive_margins(declaring(f"drive.error={error + 1e-9!r}"))
 
 
-@pytest.mark.parametrize(("noise", "averages"), [(0.039, False), (AVERAGED_NOISE, True)])
+@pytest.mark.parametrize(("noise", "averages"), [(0.039, False), (AVERAGED_NOISE * RADIUS, True)])
 def test_from_a_noise_of_four_centimetres_on_scans_are_averaged(noise: float, averages: bool):
     assert derive_margins(declaring(f"lidar.noise={noise}")).average_scans == averages
 

@@ -15,8 +15,8 @@ from drake_starnav.regions.piecewise_cubic import PiecewiseCubic, fit_piecewise_
 from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.regions.star_region import fit_region
 
-TOLERANCE = 0.1
-"""Largest overshoot plus undershoot of a cubic, m: ten times the lidar's noise, so that noise makes no segments."""
+TOLERANCE = 0.4
+"""Largest overshoot plus undershoot of a cubic, in radii of the robot: so much that noise makes no segments."""
 
 
 def perceive(
@@ -30,7 +30,7 @@ def perceive(
     Nothing is certified: of the certified region there are only the time and the hits.
     """
     (scan,) = scans
-    profile = sight_range(scan, scan.distances, constants.RANGE)
+    profile = sight_range(scan, scan.distances, settings.footprint.narrow, constants.RANGE)
     region = fit_region(profile, pose[:2], pose[2] + scan.angle_min, fit_scan)
     safety = CertifiedRegion(
         center=np.array(pose[:2], dtype=float),
@@ -45,26 +45,29 @@ def perceive(
     )
 
 
-def sight_range(scan: LaserScan, distance: np.ndarray, reach: float = math.inf, radius: float = 0.0) -> FreeRange:
+def sight_range(
+    scan: LaserScan, distance: np.ndarray, radius: float, reach: float = math.inf, less: float = 0.0
+) -> FreeRange:
     """The range of the nearest beam at every bearing, as the free range of a robot without extent.
 
     Args:
         scan: in the sensor frame S at the robot's centre.
         distance: shape (n,), its ranges, m.
-        reach, radius: farther ranges are cut off, and this is taken off all, m.
+        radius: of the robot, m.
+        reach, less: farther ranges are cut off, and this is taken off all, m.
     """
     samples = bearing_count(scan)
     beam = np.rint(2.0 * math.pi / samples * np.arange(samples) / scan.angle_increment).astype(int)
     beam = beam % len(distance) if scan.full_circle else np.minimum(beam, len(distance) - 1)
-    limit = free_limit(scan, samples, min(scan.range_max, reach), radius)
-    return FreeRange(np.clip(distance[beam] - radius, 0.0, limit), limit, 0.0)
+    limit = free_limit(scan, samples, min(scan.range_max, reach), less)
+    return FreeRange(np.clip(distance[beam] - less, 0.0, limit), limit, 0.0, radius)
 
 
-def fit_scan(samples: np.ndarray) -> PiecewiseCubic:
-    """Least-squares cubics through the samples, with the segments of `fit_piecewise_cubic`.
+def fit_scan(samples: np.ndarray, radius: float) -> PiecewiseCubic:
+    """Least-squares cubics through the samples, with the segments of `fit_piecewise_cubic`; arguments as there.
 
     Of these the paper says only that the rate of change of the range determines them.
 
     Source: paper, section III-B.1 and IV.
     """
-    return fit_piecewise_cubic(samples, TOLERANCE, one_sided=False)
+    return fit_piecewise_cubic(samples, radius, TOLERANCE, one_sided=False)

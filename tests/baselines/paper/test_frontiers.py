@@ -11,7 +11,7 @@ from drake_starnav.baselines.paper.perception import fit_scan, sight_range
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.regions.star_region import fit_region
 from drake_starnav.worlds import World
-from tests.helpers.scans import cast
+from tests.helpers.scans import RADIUS, cast
 
 BEARING = np.deg2rad(np.arange(-180, 180))
 
@@ -22,7 +22,7 @@ def full_scan(ranges: np.ndarray) -> LaserScan:
 
 def found(scan: LaserScan, pose: np.ndarray) -> np.ndarray:
     """The frontier points of a scan in its own region."""
-    region = fit_region(sight_range(scan, scan.distances), pose[:2], pose[2] + scan.angle_min, fit_scan)
+    region = fit_region(sight_range(scan, scan.distances, RADIUS), pose[:2], pose[2] + scan.angle_min, fit_scan)
     return frontier_points(region, scan, pose)
 
 
