@@ -199,7 +199,8 @@ def command(
     path = guidance.path
     offset = path - pose[:2]
     away = np.hypot(offset[:, 0], offset[:, 1])
-    ahead = int(np.argmax(away > PASSED_DISTANCE)) if (away > PASSED_DISTANCE).any() else len(path) - 1
+    passed = PASSED_DISTANCE * robot.radius
+    ahead = int(np.argmax(away > passed)) if (away > passed).any() else len(path) - 1
     distance = away[ahead]
     direction = offset[ahead] / distance
     if distance > MODULATION_DISTANCE * robot.radius:
@@ -359,7 +360,7 @@ def cost_to_go(
     origin = (first + 0.5 * (STRIDE - 1)) * roadmap.hits.resolution
     middles = origin + cell * np.moveaxis(np.indices(count), 0, -1).reshape(-1, 2)
     distance = roadmap.hits.coarse(middles)[1].max(axis=1).reshape(count)
-    blocked, soft = robot_radius - BLOCKED_SLACK, robot_radius + SOFT_ZONE
+    blocked, soft = robot_radius - BLOCKED_SLACK * robot_radius, robot_radius + SOFT_ZONE * robot_radius
     d = np.pad(distance.astype(float), 1, constant_values=0.0)
     dearer = 1.0 + NEAR_WALL_COST * np.maximum(soft - d, 0.0) / (soft - blocked)
     weight = np.where(d >= blocked, (10.0 * dearer).astype(int), 0)

@@ -235,7 +235,7 @@ def drive(rows, ways, steps, scene):
             if free or clearance > row[CLEARANCE]:
                 row[X], row[Y], row[CLEARANCE] = x, y, clearance
                 row[CLOSEST] = min(row[CLOSEST], clearance)
-                row[WAY_POINT] = next_way_point(line, int(row[WAY_POINT]), x, y)
+                row[WAY_POINT] = next_way_point(line, int(row[WAY_POINT]), x, y, settings.radius)
             else:
                 row[V] = 0.0
             row[SPENT] += STEP

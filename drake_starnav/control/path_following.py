@@ -132,7 +132,7 @@ def guided(x, y, path, regions, hits, sizes, speed):
 
     `sizes` are `Clearances`.
     """
-    ahead_x, ahead_y, gx, gy, distance = way_point(x, y, path)
+    ahead_x, ahead_y, gx, gy, distance = way_point(x, y, path, sizes.radius)
     if distance == 0.0:
         return 0.0, 0.0, 0.0
     ux, uy = gx, gy
@@ -151,17 +151,17 @@ def guided(x, y, path, regions, hits, sizes, speed):
 
 
 @njit(cache=True)
-def way_point(x, y, path):
-    """The first way point of a path (k, 2) not yet passed: (x, y), the unit vector (x, y) to it, and its distance, m.
+def way_point(x, y, path, radius):
+    """The first way point of a path (k, 2) that a robot has not passed: (x, y), unit vector to it, distance.
 
-    Vector and distance are zero at the last way point.
+    In m. Vector and distance are zero at the last way point.
     """
     ahead_x = ahead_y = dx = dy = distance = 0.0
     for k in range(len(path)):
         ahead_x, ahead_y = path[k, 0], path[k, 1]
         dx, dy = ahead_x - x, ahead_y - y
         distance = math.hypot(dx, dy)
-        if distance > PASSED_DISTANCE:
+        if distance > PASSED_DISTANCE * radius:
             break
     if distance < 1e-6:
         return ahead_x, ahead_y, 0.0, 0.0, 0.0

@@ -59,18 +59,19 @@ def clearance_within(x, y, hits, radius, zone):
 
 
 @leaf
-def next_way_point(line, k, x, y):
-    """The way point to head for once k has been passed.
+def next_way_point(line, k, x, y, radius):
+    """The way point that a robot of a radius heads for once it has passed k.
 
     A taut path bends around the obstacle that hides the following way point. That way point comes into view where the
     robot crosses the backward extension of the leg that leads to it.
     """
+    passed = PASSED_DISTANCE * radius
     while k + 1 < len(line):
         dx, dy = x - line[k, 0], y - line[k, 1]
         leg_x, leg_y = line[k + 1, 0] - line[k, 0], line[k + 1, 1] - line[k, 1]
         bend = (line[k, 0] - line[k - 1, 0]) * leg_y - (line[k, 1] - line[k - 1, 1]) * leg_x
         inside = bend * (leg_x * dy - leg_y * dx) >= 0.0
-        if inside and dx * dx + dy * dy > PASSED_DISTANCE * PASSED_DISTANCE:
+        if inside and dx * dx + dy * dy > passed * passed:
             break
         k += 1
     return k

@@ -6,10 +6,10 @@ import numpy as np
 
 from drake_starnav.planning.distance_grid import HIT_ERROR, DistanceGrid
 
-INSIDE = 0.05
-"""The place lies inside the goal's tolerance by this much, m."""
-SIGHT = 0.1
-"""Clearance of the line from the place to the goal: no obstacle stands between them, m."""
+INSIDE = 0.2
+"""The place lies inside the goal's tolerance by this much, in radii of the robot."""
+SIGHT = 0.4
+"""Clearance of the line from the place to the goal, in radii: no obstacle stands between them."""
 
 
 class Approach(NamedTuple):
@@ -24,7 +24,7 @@ class Approach(NamedTuple):
     places: np.ndarray
 
 
-def approach(hits: DistanceGrid, goal: np.ndarray, tolerance: float, clearance: float) -> Approach:
+def approach(hits: DistanceGrid, goal: np.ndarray, tolerance: float, radius: float, margin: float) -> Approach:
     """The goal if it is clear of known hits; otherwise all suitable places and the nearest clear one as the goal.
 
     If no place is clear, the goal is the place farthest from hits.
@@ -33,9 +33,10 @@ def approach(hits: DistanceGrid, goal: np.ndarray, tolerance: float, clearance: 
         hits: hits known so far; unknown places count as clear.
         goal: shape (2,), W, m.
         tolerance: a robot this near to the goal has reached it, m.
-        clearance: clearance of the robot's centre: radius and margin, m.
+        radius: of the robot, m.
+        margin: that it keeps beyond, m.
     """
-    needed, reach = clearance + HIT_ERROR, tolerance - INSIDE
+    needed, reach = radius + margin + HIT_ERROR * radius, tolerance - INSIDE * radius
     alone = Approach(goal, goal[None, :])
     if reach <= 0.0 or hits.distance(alone.places)[0] >= needed:
         return alone
@@ -46,7 +47,7 @@ def approach(hits: DistanceGrid, goal: np.ndarray, tolerance: float, clearance: 
     order = np.argsort(away, kind="stable")
     places = goal + offsets[order[away[order] <= reach]]
     line = goal + np.linspace(0.0, 1.0, 6)[:, None, None] * (places - goal)
-    seen = (hits.distance(line.reshape(-1, 2)).reshape(line.shape[:2]) > SIGHT).all(axis=0)
+    seen = (hits.distance(line.reshape(-1, 2)).reshape(line.shape[:2]) > SIGHT * radius).all(axis=0)
     if not seen.any():
         return alone
     places = places[seen]

@@ -17,8 +17,8 @@ from drake_starnav.regions.star_region import clear_of
 
 SPACING = 0.05
 """Between points on the border of an area, m: no robot fits between two of them."""
-AROUND = 2.0
-"""How far beyond all hits, areas, robot and goal a way is looked for, m."""
+AROUND = 8.0
+"""How far beyond all hits, areas, robot and goal a way is looked for, in radii of the robot."""
 
 
 class ClosedArea(NamedTuple):
@@ -75,7 +75,8 @@ def closing(
     nodes = [impassable_points(node, margins, robot_radius) for node in state.roadmap.nodes]
     seen = np.vstack((np.zeros((0, 2)), *nodes))
     around = np.vstack((seen, ends, *(area.border for area in areas)))
-    low, high = around.min(axis=0) - AROUND, around.max(axis=0) + AROUND
+    border = AROUND * robot_radius
+    low, high = around.min(axis=0) - border, around.max(axis=0) + border
 
     def is_open(points: np.ndarray) -> bool:
         grid = DistanceGrid.empty(state.roadmap.hits.resolution, robot_radius).stamped(points)

@@ -14,10 +14,10 @@ from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.regions.scan_averaging import AVERAGED_WITHIN, mean_scan
 from drake_starnav.regions.star_region import StarRegion, clear_of
 
-AHEAD = 0.8
-"""A way that failed is closed at its narrowest place within this distance, m."""
-AWAY = 0.25
-"""A closure is no nearer to the robot than this, m, so that the robot is not in it."""
+AHEAD = 3.2
+"""A way that failed is closed at its narrowest place within this distance, in radii of the robot."""
+AWAY = 1.0
+"""A closure is no nearer to the robot than this, in its radii, so that the robot is not in it."""
 AVERAGED_SCANS = 16
 """A place is closed by the mean of so many scans, which nearly removes the bias of the nearest hit, and by hits that at
 least half of them confirm."""
@@ -25,14 +25,14 @@ least half of them confirm."""
 
 def open_part(state: PlannerState, region: StarRegion) -> StarRegion:
     """The part of a region that no closure covers."""
-    return clear_of(region, state.closures, CLOSED)
+    return clear_of(region, state.closures, CLOSED * region.radius)
 
 
 def closed(state: PlannerState, way: np.ndarray, inputs: PlannerInput) -> PlannerState:
     """The state in which a way (k, 2) on from the robot is closed at its narrowest place, and without a path."""
-    place = _place_to_close(way, inputs)
+    place, size = _place_to_close(way, inputs), CLOSED * inputs.robot_radius
     regions = [
-        clear_of(region, place[None], CLOSED) if math.dist(region.center, place) > CLOSED else None
+        clear_of(region, place[None], size) if math.dist(region.center, place) > size else None
         for region in state.roadmap.regions
     ]
     roadmap = revised(state.roadmap, regions, inputs.margins, inputs.robot_radius)
@@ -64,14 +64,15 @@ def with_latest(state: PlannerState, inputs: PlannerInput) -> PlannerState:
 def _place_to_close(way: np.ndarray, inputs: PlannerInput) -> np.ndarray:
     """Where a way (k, 2) on from the robot is narrowest between hits, or just ahead if nowhere narrow; shape (2,)."""
     position, scan, margins = inputs.position, inputs.observation.scan, inputs.margins
+    radius, away = inputs.robot_radius, AWAY * inputs.robot_radius
     line = np.vstack((position, way))
-    ahead = line[: 1 + max(int(np.searchsorted(arc_lengths(line)[1:], AHEAD)), 1)]
+    ahead = line[: 1 + max(int(np.searchsorted(arc_lengths(line)[1:], AHEAD * radius)), 1)]
     hits = scan.points_at(smoothed_distances(scan, margins.smoothing_slack), scan.hits, inputs.observation.pose)
-    place = narrowest_place(hits, ahead, 2.0 * (inputs.robot_radius + margins.preferred + HIT_ERROR))
-    if place is not None and math.dist(place, position) >= AWAY:
+    place = narrowest_place(hits, ahead, 2.0 * (radius + margins.preferred + HIT_ERROR * radius))
+    if place is not None and math.dist(place, position) >= away:
         return place
     step = line[1] - position
-    return position + step * (AWAY / max(float(np.hypot(*step)), 1e-9))
+    return position + step * (away / max(float(np.hypot(*step)), 1e-9))
 
 
 def too_narrow(state: PlannerState, inputs: PlannerInput) -> np.ndarray:

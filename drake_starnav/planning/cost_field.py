@@ -20,10 +20,10 @@ DOUBT_COST = 20.0
 """Additional cost of a metre where hits may only seem to leave no room, as a multiple of its length."""
 UNKNOWN_COST = 0.3
 """Additional cost of a metre through the unknown, as a multiple of its length: it may be blocked."""
-BLOCKED_SLACK = 0.01
-"""Cells this much nearer to a hit than the robot's radius still count as passable in the cost-to-go, m."""
-SOFT_ZONE = 0.12
-"""Beyond the robot's radius, over this distance, cells cost more, by up to NEAR_WALL_COST, m."""
+BLOCKED_SLACK = 0.04
+"""Cells nearer to a hit than the robot's radius by this share of it still count as passable in the cost-to-go."""
+SOFT_ZONE = 0.48
+"""Beyond the robot's radius, over this distance, in radii, cells cost more, by up to NEAR_WALL_COST."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ class Terrain(NamedTuple):
 
     Attributes:
         robot_radius: cells nearer than this to a hit are blocked, m.
-        closures: shape (k, 2), W, m: cells nearer than CLOSED to one are blocked.
+        closures: shape (k, 2), W, m: cells within CLOSED of one are blocked.
         known: regions outside which cells are unknown, and cost more by UNKNOWN_COST; none: all costs alike.
         doubt: cells that hits block by no more than this are passable, at DOUBT_COST, m.
         swept_radius: cells nearer than this, where the robot cannot turn, cost more, by up to TIGHT_COST, m.
@@ -98,13 +98,13 @@ def cost_to_go(
     """
     first, count = grid.box(low, high)
     cell, origin = grid.resolution * STRIDE, (first + 0.5 * (STRIDE - 1)) * grid.resolution
-    blocked = terrain.robot_radius - BLOCKED_SLACK
-    soft = terrain.robot_radius + SOFT_ZONE
-    swept = terrain.swept_radius if terrain.swept_radius > terrain.robot_radius else 0.0  # of a disc nothing
+    radius = terrain.robot_radius
+    blocked, soft = radius - BLOCKED_SLACK * radius, radius + SOFT_ZONE * radius
+    swept = terrain.swept_radius if terrain.swept_radius > radius else 0.0  # of a disc nothing
     half_diagonal = math.hypot(0.5, 0.5) * grid.resolution  # a path is up to so far off its cells' centres
     limits = blocked - terrain.doubt, blocked, soft, swept
     weight = _weights(grid.arrays, first, count, limits, (NEAR_WALL_COST, TIGHT_COST, DOUBT_COST))
-    _close(weight, (terrain.closures - origin) / cell + 1.0, (CLOSED + half_diagonal) / cell)
+    _close(weight, (terrain.closures - origin) / cell + 1.0, (CLOSED * radius + half_diagonal) / cell)
     cost = np.zeros(weight.shape, np.int32)
     end = np.clip(np.rint((goal - origin) / cell).astype(np.int64), 0, np.array(weight.shape) - 3) + 1
     begin = np.full(2, -1) if source is None else np.rint((source - origin) / cell).astype(np.int64) + 1

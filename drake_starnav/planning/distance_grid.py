@@ -17,10 +17,10 @@ TILE = 64
 """Cells along a tile's side."""
 STRIDE = 2
 """A cell of the cost-to-go holds so many cells of the grid in each direction."""
-KEPT_BEYOND = 0.2
-"""The grid holds distances up to the robot's radius plus this, m."""
-HIT_ERROR = 0.04
-"""Distances to hits count up to this error, m: noise, and the size of cells."""
+KEPT_BEYOND = 0.8
+"""The grid holds distances up to the robot's radius plus this, in its radii."""
+HIT_ERROR = 0.16
+"""Distances to hits count up to this error, in radii of the robot: noise, and the size of cells."""
 LARGEST_GRID = 5e7
 """A grid that is searched has no more cells than this."""
 
@@ -70,7 +70,12 @@ class DistanceGrid:
         """A grid without hits; cell size and the robot's radius in m."""
         first, rows = np.zeros(2, np.int64), np.full((0, 0), -1, np.int32)
         return DistanceGrid(
-            resolution, robot_radius + KEPT_BEYOND, first, rows, 0, TilePool(np.zeros((0, TILE, TILE), np.float32))
+            resolution,
+            robot_radius + KEPT_BEYOND * robot_radius,
+            first,
+            rows,
+            0,
+            TilePool(np.zeros((0, TILE, TILE), np.float32)),
         )
 
     def emptied(self) -> "DistanceGrid":

@@ -10,14 +10,10 @@ from drake_starnav.planning.distance_grid import HIT_ERROR
 from drake_starnav.planning.roadmap import CLOSED, StarRoadmap
 from drake_starnav.regions.region_union import RegionUnion, cover_at
 
-STEP = 0.1
-"""Boundaries are looked at in steps of at most this length, m."""
-BEYOND = 0.1
-"""A place this far beyond a boundary tells whether it is open there, m."""
-COVER_SLACK = 0.05
-"""The place is known where a region ends before it by no more than this, m."""
-LEAST = 0.2
-"""A shorter run is noise, m."""
+STEP, BEYOND, COVER_SLACK, LEAST = 0.4, 0.4, 0.2, 0.8
+"""In radii of the robot: boundaries are looked at in steps of at most the first length; a place beyond by the second
+tells whether the boundary is open; it is known where a region ends before it by no more than the third; a run that is
+shorter than the fourth is noise."""
 
 
 class Gap(NamedTuple):
@@ -43,13 +39,13 @@ def gaps_of(roadmap: StarRoadmap, closures: np.ndarray, robot_radius: float, own
         robot_radius: m.
         owner: index of the region.
     """
-    line, probe, is_open = _boundary(roadmap.union, owner, closures)
-    is_open &= roadmap.hits.distance(probe) > robot_radius - HIT_ERROR
+    line, probe, is_open = _boundary(roadmap.union, owner, closures, robot_radius)
+    is_open &= roadmap.hits.distance(probe) > robot_radius - HIT_ERROR * robot_radius
     first = int(np.argmin(is_open))  # no run goes on from the last point to the first
     line, probe, is_open = (np.roll(each, -first, axis=0) for each in (line, probe, is_open))
     ends = np.flatnonzero(np.diff(np.concatenate(([0], is_open.astype(np.int8), [0]))))
     runs = [Gap(line[a:b], probe[a:b], owner) for a, b in ends.reshape(-1, 2).tolist()]
-    return [gap for gap in runs if np.hypot(*np.diff(gap.line, axis=0).T).sum() >= LEAST]
+    return [gap for gap in runs if np.hypot(*np.diff(gap.line, axis=0).T).sum() >= LEAST * robot_radius]
 
 
 def all_gaps(roadmap: StarRoadmap, closures: np.ndarray, robot_radius: float) -> list[Gap]:
@@ -58,10 +54,16 @@ def all_gaps(roadmap: StarRoadmap, closures: np.ndarray, robot_radius: float) ->
 
 
 @njit(cache=True)
-def _boundary(union: RegionUnion, owner, closures):
+def _boundary(union: RegionUnion, owner, closures, radius):
     """Points along a region's boundary (n, 2), the places beyond them (n, 2), and whether these are open (n,)."""
     center, bearing_0, values = union.center[owner], union.bearing_0[owner], union.values[owner]
-    samples = len(values)
+    samples, longest, beyond, slack, size = (
+        len(values),
+        STEP * radius,
+        BEYOND * radius,
+        COVER_SLACK * radius,
+        CLOSED * radius,
+    )
     step, count = 2.0 * math.pi / samples, 0
     corners = np.empty((samples + 1, 2))
     parts = np.empty(samples, np.int64)
@@ -71,7 +73,7 @@ def _boundary(union: RegionUnion, owner, closures):
         corners[i, 1] = center[1] + values[i % samples] * math.sin(bearing)
     for i in range(samples):
         length = math.hypot(corners[i + 1, 0] - corners[i, 0], corners[i + 1, 1] - corners[i, 1])
-        parts[i] = max(int(math.ceil(length / STEP)), 1)
+        parts[i] = max(int(math.ceil(length / longest)), 1)
         count += parts[i]
     line, probe, is_open = np.empty((count, 2)), np.empty((count, 2)), np.empty(count, np.bool_)
     n = 0
@@ -81,11 +83,11 @@ def _boundary(union: RegionUnion, owner, closures):
         for k in range(parts[i]):
             share = (k + 0.5) / parts[i]
             x, y = corners[i, 0] + share * dx, corners[i, 1] + share * dy
-            u, v = x + BEYOND * dy / length, y - BEYOND * dx / length
+            u, v = x + beyond * dy / length, y - beyond * dx / length
             line[n, 0], line[n, 1], probe[n, 0], probe[n, 1] = x, y, u, v
-            is_open[n] = cover_at(union, u, v, COVER_SLACK) < 0
+            is_open[n] = cover_at(union, u, v, slack) < 0
             for j in range(len(closures)):
-                if math.hypot(u - closures[j, 0], v - closures[j, 1]) <= CLOSED:
+                if math.hypot(u - closures[j, 0], v - closures[j, 1]) <= size:
                     is_open[n] = False
             n += 1
     return line, probe, is_open

@@ -12,8 +12,8 @@ from drake_starnav.regions.region_union import RegionUnion
 from drake_starnav.regions.star_region import StarRegion, united
 from drake_starnav.utils.snapshot import snapshot
 
-PASSED_DISTANCE = 0.06
-"""A waypoint this near has been passed, m."""
+PASSED_DISTANCE = 0.24
+"""A waypoint this near has been passed, in radii of the robot."""
 
 
 @snapshot

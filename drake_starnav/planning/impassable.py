@@ -10,8 +10,8 @@ from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.observation import Observation
 
-BRIDGE_SPACING = 0.1
-"""Spacing of the points between two hits that the robot does not fit between, m."""
+BRIDGE_SPACING = 0.2
+"""Spacing of the points between two hits that the robot does not fit between, as a share of its diameter."""
 
 
 def impassable_points(observation: Observation, margins: Margins, robot_radius: float) -> np.ndarray:
@@ -33,7 +33,7 @@ def impassable_points(observation: Observation, margins: Margins, robot_radius: 
 @njit(cache=True)
 def bridged_ends(beams, distance, place, diameter):
     """As `impassable_points`, of distances along some `Beams` from a place (x, y, cosine and sine of the yaw)."""
-    x, y, cosine, sine = place
+    (x, y, cosine, sine), spacing = place, BRIDGE_SPACING * diameter
     mappable, wrap = beams.kinds & MAPPABLE != 0, beams.seam < np.inf
     points = placed_ends(beams.directions, distance, mappable, x, y, cosine, sine)
     hit = distance[mappable] < beams.range_max
@@ -48,8 +48,8 @@ def bridged_ends(beams, distance, place, diameter):
             if hit[j] and (j > 0 or wrap):
                 dx, dy = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1]
                 chord = math.sqrt(dx * dx + dy * dy)
-                if BRIDGE_SPACING < chord < diameter:
-                    parts[i] = math.ceil(chord / BRIDGE_SPACING)
+                if spacing < chord < diameter:
+                    parts[i] = math.ceil(chord / spacing)
                     between += parts[i] - 1
                     wide[chords] = i
                     chords += 1

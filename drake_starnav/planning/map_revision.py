@@ -19,9 +19,9 @@ from drake_starnav.regions.piecewise_cubic import JUMP
 from drake_starnav.regions.region_union import CELL, WORD
 from drake_starnav.regions.star_region import StarRegion, cut_back, refitted
 
-CONTRADICTION = 0.2
-"""A region with hits of a new scan deeper inside than this is contradicted, m. It is twice the distance between two
-beams at 5 m: smaller contradictions stem from coarse older scans."""
+CONTRADICTION = 0.8
+"""A region with hits of a new scan deeper inside than this is contradicted, in radii of the robot: smaller
+contradictions stem from coarse older scans."""
 KEPT_SHARE = 0.7
 """A region is discarded if less than this share of its free range remains, summed over all bearings."""
 SEEN_THROUGH_SHARE = 0.1
@@ -81,15 +81,16 @@ def remaining(
         return roadmap.regions
     new_hits = mappable_hits(observation)
     regions = list[StarRegion | None](roadmap.regions)
-    smaller, gap = max(robot_radius + margins.preferred - CONTRADICTION, 0.0), float(new_hits[1].max(initial=0.0))
-    for k in _near_hits(roadmap.union, new_hits[0], robot_radius, (smaller, JUMP * robot_radius), gap).tolist():
+    slack, gap = CONTRADICTION * robot_radius, float(new_hits[1].max(initial=0.0))
+    sizes = max(robot_radius + margins.preferred - slack, 0.0), JUMP * robot_radius - slack
+    for k in _near_hits(roadmap.union, new_hits[0], robot_radius, sizes, gap).tolist():
         region = roadmap.regions[k]
         regions[k] = _agreeing(region, *new_hits, robot_radius + region.margin)
     if margins.drop_seen_through:
         reach = roadmap.union.values.max(axis=1) + observation.scan.range_max
         near = np.hypot(*(roadmap.union.center - observation.pose[:2]).T) <= reach
         for k in np.flatnonzero(near).tolist():
-            if seen_through(roadmap.nodes[k], observation, CONTRADICTION) > SEEN_THROUGH_SHARE:
+            if seen_through(roadmap.nodes[k], observation, slack) > SEEN_THROUGH_SHARE:
                 regions[k] = None
     unchanged = all(new is old for new, old in zip(regions, roadmap.regions, strict=True))
     return roadmap.regions if unchanged else regions
@@ -97,9 +98,10 @@ def remaining(
 
 def _agreeing(region: StarRegion, points: np.ndarray, gaps: np.ndarray, radius: float) -> StarRegion | None:
     """The region cut back where it disagrees with hits by more than CONTRADICTION; None if too little of it remains."""
-    smaller = max(radius - CONTRADICTION, 0.0)
+    slack = CONTRADICTION * region.radius
+    smaller = max(radius - slack, 0.0)
     # the disc is smaller, as a bearing that grazes a hit would lose much of its range at once
-    if not (region.free_range - cut_back(region, points, gaps, smaller)).max() > CONTRADICTION:
+    if not (region.free_range - cut_back(region, points, gaps, smaller)).max() > slack:
         return region
     values = cut_back(region, points, gaps, radius)
     return None if values.sum() < KEPT_SHARE * region.free_range.sum() else refitted(region, values)
@@ -110,8 +112,8 @@ def _near_hits(union, points, reach, sizes, gap):
     """Indices of the regions of an indexed union that some points (n, 2), hits, may contradict.
 
     That is where, at some bearing, a region may reach farther by CONTRADICTION than to a disc about a hit with half
-    gaps of at most `gap`; `sizes` are its radius, and by how much a fit is below its samples at most. Only points
-    within `reach` count. In m.
+    gaps of at most `gap`; `sizes` are its radius, and by how much a fit is below its samples at most, less
+    CONTRADICTION. Only points within `reach` count. In m.
     """
     radius, jump = sizes
     center, bearing_0, values, marks, corner = union.center, union.bearing_0, union.values, union.marks, union.corner
@@ -138,7 +140,7 @@ def _near_hits(union, points, reach, sizes, gap):
                 nearest = int(math.floor((math.atan2(dy, dx) - bearing_0[k]) / step + 0.5))
                 width = int(math.asin(disc / away) / step)
                 for m in range(nearest - width, nearest + width + 1):
-                    beyond = values[k, m % samples] + jump - CONTRADICTION
+                    beyond = values[k, m % samples] + jump
                     if beyond > away - disc:
                         off = step * (m - nearest)
                         under = math.sqrt(max(disc * disc - (away * math.sin(off)) ** 2, 0.0))

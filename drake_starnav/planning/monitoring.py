@@ -15,20 +15,20 @@ from drake_starnav.regions.erosion import SMOOTHING_BEAMS, moving_average
 from drake_starnav.regions.region_union import cover_at, first_gap
 from drake_starnav.regions.star_region import StarRegion
 
-OUTSIDE_TOLERANCE = 0.03
-"""The robot counts as outside the regions only when it is this far out, m."""
-PROBE_SEEN_AFTER = 0.3
-"""Seeing the probe of the target adds a node only this far from the last node, m."""
-REPLAN_DISTANCE = 0.1
-"""A blocked optimistic path triggers a new plan only this far from where the last plan was made, m."""
+OUTSIDE_TOLERANCE = 0.12
+"""The robot counts as outside the regions only when it is this far out, in its radii."""
+PROBE_SEEN_AFTER = 1.2
+"""Seeing the probe of the target adds a node only this far from the last node, in radii."""
+REPLAN_DISTANCE = 0.4
+"""A blocked optimistic path triggers a new plan only this far from where the last plan was made, in radii."""
 
-OBSTRUCTION_SLACK = 0.06
-"""A hit blocks a path if it is nearer than the robot's radius minus this, m: noise and the size of cells."""
+OBSTRUCTION_SLACK = 0.24
+"""A hit blocks a path if it is nearer than the robot's radius minus this share of it: noise and the size of cells."""
 
-NEXT = 1.0
-"""Length of the next part of the optimistic path, to which the robot may turn, m."""
-DOUBTED_WITHIN = 1.2
-"""Ways through gaps that hits may only seem to close are measured from this distance on, m."""
+NEXT = 4.0
+"""Length of the next part of the optimistic path, to which the robot may turn, in its radii."""
+DOUBTED_WITHIN = 4.8
+"""Ways through gaps that hits may only seem to close are measured from this distance on, in radii."""
 
 
 class PlanCheck(NamedTuple):
@@ -81,7 +81,7 @@ def points_ahead(path: np.ndarray, region: StarRegion, position: np.ndarray) -> 
 
     The robot is at a position (2,) in it.
     """
-    return int(_ahead(path, *position.tolist(), region.alone))
+    return int(_ahead(path, *position.tolist(), region.alone, region.radius))
 
 
 def distance_to(a: np.ndarray, b: np.ndarray) -> float:
@@ -93,18 +93,23 @@ def distance_to(a: np.ndarray, b: np.ndarray) -> float:
 def _checked(x, y, driven, plan, known, seen, robot_radius):
     """The loop of `check_plan`: the fields of a `PlanCheck`; `driven` since the last node and since the plan, m."""
     (path, probe, optimistic), ((union, here, sight), hits) = plan, known
-    sees_probe = driven[0] > PROBE_SEEN_AFTER and len(probe) > 0 and cover_at(here, probe[0, 0], probe[0, 1], 0.0) >= 0
-    outside = driven[0] > OUTSIDE_TOLERANCE and cover_at(union, x, y, OUTSIDE_TOLERANCE) < 0
+    tolerance = OUTSIDE_TOLERANCE * robot_radius
+    sees_probe = (
+        driven[0] > PROBE_SEEN_AFTER * robot_radius
+        and len(probe) > 0
+        and cover_at(here, probe[0, 0], probe[0, 1], 0.0) >= 0
+    )
+    outside = driven[0] > tolerance and cover_at(union, x, y, tolerance) < 0
     if len(path) == 0:
         return sees_probe, outside, False, 0, False, False, -1
-    passed = passed_points(x, y, path, sight)
+    passed = passed_points(x, y, path, sight, robot_radius)
     strayed = (
         cover_at(union, x, y, 0.0) >= 0 and first_gap(union, (x, y), (path[passed, 0], path[passed, 1]), 0.0) > 0.0
     )
     doubtful = _is_doubtful(path, x, y, hits, robot_radius) or _is_doubtful(optimistic, x, y, hits, robot_radius)
-    ahead = _ahead(optimistic, x, y, here) if passed == len(path) - 1 else -1
+    ahead = _ahead(optimistic, x, y, here, robot_radius) if passed == len(path) - 1 else -1
     obstructed = False
-    if driven[1] > REPLAN_DISTANCE and len(optimistic) > 1:  # there is something beyond the probe
+    if driven[1] > REPLAN_DISTANCE * robot_radius and len(optimistic) > 1:  # there is something beyond the probe
         beams, place, slack = seen
         distance = moving_average(beams, SMOOTHING_BEAMS, slack)
         obstructed = is_obstructed(optimistic, bridged_ends(beams, distance, place, 2.0 * robot_radius), robot_radius)
@@ -112,10 +117,10 @@ def _checked(x, y, driven, plan, known, seen, robot_radius):
 
 
 @njit(cache=True)
-def _ahead(path, x, y, here):
+def _ahead(path, x, y, here, radius):
     """The loop of `points_ahead`."""
     count, along = 0, 0.0
-    while count < len(path) and along < NEXT:
+    while count < len(path) and along < NEXT * radius:
         count += 1
         if count < len(path):
             along += math.hypot(path[count, 0] - path[count - 1, 0], path[count, 1] - path[count - 1, 1])
@@ -126,18 +131,18 @@ def _ahead(path, x, y, here):
 def _is_doubtful(way, x, y, hits, robot_radius):
     """Whether hits seem to close a way (k, 2) within DOUBTED_WITHIN of (x, y)."""
     for i in range(len(way)):
-        near = math.hypot(way[i, 0] - x, way[i, 1] - y) < DOUBTED_WITHIN
+        near = math.hypot(way[i, 0] - x, way[i, 1] - y) < DOUBTED_WITHIN * robot_radius
         if near and distance_at(hits, way[i, 0], way[i, 1]) < robot_radius:
             return True
     return False
 
 
 @njit(cache=True)
-def passed_points(x, y, path, union):
+def passed_points(x, y, path, union, radius):
     """Number of way points that the robot at (x, y) has passed, or can see past; never the last one."""
     k = 0
     while k + 1 < len(path):
-        near = math.hypot(path[k, 0] - x, path[k, 1] - y) < PASSED_DISTANCE
+        near = math.hypot(path[k, 0] - x, path[k, 1] - y) < PASSED_DISTANCE * radius
         if not near and first_gap(union, (x, y), (path[k + 1, 0], path[k + 1, 1]), 0.0) > 0.0:
             break
         k += 1
@@ -151,7 +156,7 @@ def is_obstructed(path, points, robot_radius):
     Every second point of the path counts, as its steps are shorter than the robot. The first one, the probe, does not:
     it may lie near the obstacle at which the target was found.
     """
-    distance = robot_radius - OBSTRUCTION_SLACK
+    distance = robot_radius - OBSTRUCTION_SLACK * robot_radius
     low_x = low_y = np.inf
     high_x = high_y = -np.inf
     for j in range(len(points)):

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 from drake_starnav.parameters import Checked, parameter
 
-CLEARANCE = 0.06
-"""Preferred, in narrow radii of the robot, unless it is given."""
+CLEARANCE, SPACING, CELL = 0.06, 2.8, 0.2
+"""Preferred clearance, node spacing and grid resolution in narrow radii of the robot, unless they are given."""
 
 
 @dataclass(frozen=True)
@@ -21,10 +21,10 @@ class PlannerParameters(Checked, place="planner"):
         when="larger to keep farther from walls; narrower passages are still entered",
     )
     node_spacing: float = parameter(
-        0.7,
-        "distance driven after which a node is added",
+        0.0,
+        f"distance driven after which a node is added; 0: {SPACING:g} radii of the robot",
         unit="m",
-        above=0.0,
+        low=0.0,
         high=20.0,
         when="raise it for long drives: fewer regions, faster searches",
     )
@@ -34,13 +34,13 @@ class PlannerParameters(Checked, place="planner"):
         unit="s",
         above=0.0,
         high=600.0,
-        when="raise it for a robot that takes longer to get 0.15 m ahead",
+        when="raise it for a robot that takes longer to get 0.6 of its radius ahead",
     )
     grid_resolution: float = parameter(
-        0.05,
-        "cell size of the distance grid",
+        0.0,
+        f"cell size of the distance grid; 0: {CELL:g} of the robot's radius",
         unit="m",
-        low=0.01,
+        low=0.0,
         high=0.5,
         when="raise it for worlds of more than 100 m: faster searches",
     )
@@ -48,3 +48,11 @@ class PlannerParameters(Checked, place="planner"):
     def clearance(self, radius: float) -> float:
         """`preferred_clearance` of a robot with a narrow radius, m."""
         return self.preferred_clearance or CLEARANCE * radius
+
+    def spacing(self, radius: float) -> float:
+        """`node_spacing` of a robot with a narrow radius, m."""
+        return self.node_spacing or SPACING * radius
+
+    def cell(self, radius: float) -> float:
+        """`grid_resolution` of a robot with a narrow radius, m."""
+        return self.grid_resolution or CELL * radius

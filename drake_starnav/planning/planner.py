@@ -20,8 +20,8 @@ from drake_starnav.regions.obstruction import AVOIDED
 from drake_starnav.regions.region_union import cover_at
 from drake_starnav.regions.star_region import StarRegion
 
-PROGRESS_DISTANCE = 0.15
-"""Motion that counts as progress, m."""
+PROGRESS_DISTANCE = 0.6
+"""Motion that counts as progress, in radii of the robot."""
 SILENT_SHARE = 0.5
 """The sensor counts as silent when it sends no scan for this share of `progress_timeout`."""
 NEW_SHARE = 0.01
@@ -96,7 +96,7 @@ def watched(state: PlannerState, inputs: PlannerInput) -> tuple[PlannerState, bo
     """
     may_stand = _may_stand(state, inputs)
     manoeuvres = state.manoeuvring
-    moves = len(manoeuvres.poses) > 0 or not distance_to(inputs.position, state.progress_position) <= PROGRESS_DISTANCE
+    moves = len(manoeuvres.poses) > 0 or not distance_to(inputs.position, state.progress_position) <= _progress(inputs)
     if may_stand or (moves and not manoeuvres.gives_up):
         return dataclasses.replace(state, progress_position=inputs.position.copy(), progress_time=inputs.time), False
     if manoeuvres.gives_up or inputs.time - state.progress_time > inputs.parameters.progress_timeout:
@@ -112,7 +112,11 @@ def _may_stand(state: PlannerState, inputs: PlannerInput) -> bool:
     if scan.motion is not None and bool((scan.distances[scan.moving] < AVOIDED).any()):
         return True
     approaching = state.status is PlannerStatus.APPROACHING and len(state.path) > 0
-    return approaching and distance_to(inputs.position, state.path[-1]) < max(inputs.goal_tolerance, PROGRESS_DISTANCE)
+    return approaching and distance_to(inputs.position, state.path[-1]) < max(inputs.goal_tolerance, _progress(inputs))
+
+
+def _progress(inputs: PlannerInput) -> float:
+    return PROGRESS_DISTANCE * inputs.robot_radius
 
 
 def node_is_due(state: PlannerState, region: StarRegion, check: PlanCheck, spaced: bool) -> bool:
@@ -134,8 +138,8 @@ def _grown(
     It has no path then.
     """
     observation, position = inputs.observation, inputs.position
-    spaced = distance_to(position, state.node_position) > inputs.parameters.node_spacing
-    due = stalled or _arrives_to_look(state, position) or node_is_due(state, here, check, spaced)
+    spaced = distance_to(position, state.node_position) > inputs.parameters.spacing(inputs.robot_radius)
+    due = stalled or _arrives_to_look(state, inputs) or node_is_due(state, here, check, spaced)
     if not (due or spaced):
         return state
     regions = remaining(state.roadmap, observation, inputs.margins, inputs.robot_radius)
@@ -145,13 +149,15 @@ def _grown(
     return with_latest(state, inputs) if changed or due else state
 
 
-def _is_at_exit(state: PlannerState, position: np.ndarray) -> bool:
-    return state.target is not None and distance_to(position, state.target[0]) < PASSED_DISTANCE
+def _is_at_exit(state: PlannerState, inputs: PlannerInput) -> bool:
+    passed = PASSED_DISTANCE * inputs.robot_radius
+    return state.target is not None and distance_to(inputs.position, state.target[0]) < passed
 
 
-def _arrives_to_look(state: PlannerState, position: np.ndarray) -> bool:
+def _arrives_to_look(state: PlannerState, inputs: PlannerInput) -> bool:
     """Whether the robot is at the exit and has no node there."""
-    return _is_at_exit(state, position) and distance_to(position, state.node_position) >= 0.5 * PASSED_DISTANCE
+    away = distance_to(inputs.position, state.node_position)
+    return _is_at_exit(state, inputs) and away >= 0.5 * PASSED_DISTANCE * inputs.robot_radius
 
 
 def _unless_blocked(state: PlannerState, check: PlanCheck, inputs: PlannerInput) -> PlannerState:
@@ -161,7 +167,7 @@ def _unless_blocked(state: PlannerState, check: PlanCheck, inputs: PlannerInput)
     """
     if not len(state.path):
         return state
-    if _is_at_exit(state, inputs.position) and not state.doubting:
+    if _is_at_exit(state, inputs) and not state.doubting:
         state = dataclasses.replace(state, path=EMPTY_PATH)
     points = too_narrow(state, inputs)
     if check.obstructed:
@@ -203,7 +209,7 @@ def _planned(state: PlannerState, stalled: bool, inputs: PlannerInput) -> Planne
     """
     region = inputs.observation.region
     assert region is not None
-    boxed_in = region.reach < PROGRESS_DISTANCE < region.limit.max()
+    boxed_in = region.reach < _progress(inputs) < region.limit.max()
     first = state.plans == 0 and not stalled
     state, route = _searched(state, first, boxed_in, inputs)
     if route is not None:
@@ -218,7 +224,7 @@ def _planned(state: PlannerState, stalled: bool, inputs: PlannerInput) -> Planne
         )
     if first or (boxed_in and state.plans == 0):
         return dataclasses.replace(
-            PlannerState.initial(inputs.parameters, inputs.swept_radius),
+            PlannerState.initial(inputs.parameters, inputs.robot_radius, inputs.swept_radius),
             progress_position=state.progress_position,
             progress_time=state.progress_time,
         )
@@ -244,7 +250,8 @@ def _searched(
         if route is None or route.exit is None or state.doubting or boxed_in:
             break
         viewpoint, probe = route.exit
-        if distance_to(viewpoint, inputs.position) > PASSED_DISTANCE or cover_at(here.alone, *probe, 0.0) >= 0:
+        passed = PASSED_DISTANCE * inputs.robot_radius
+        if distance_to(viewpoint, inputs.position) > passed or cover_at(here.alone, *probe, 0.0) >= 0:
             break
         state = closed(state, np.vstack((route.path, route.beyond)), inputs)
     return state, route

@@ -21,10 +21,10 @@ from drake_starnav.utils.snapshot import snapshot
 
 AREA_BEARINGS = 4
 """A region's area is sampled along one of this many bearings."""
-AREA_STEP = 0.1
-"""Largest spacing of the samples of a region's area along a bearing, m."""
-CLOSED = 0.2
-"""Radius of a closure, m."""
+AREA_STEP = 0.4
+"""Largest spacing of the samples of a region's area along a bearing, in radii of the robot."""
+CLOSED = 0.8
+"""Radius of a closure, in radii of the robot."""
 
 
 @snapshot
@@ -57,9 +57,10 @@ class StarRoadmap:
         return tuple(node.region for node in self.nodes if node.region is not None)
 
     @staticmethod
-    def empty(parameters: PlannerParameters, robot_radius: float) -> "StarRoadmap":
-        """A roadmap before the first scan."""
-        return StarRoadmap(DistanceGrid.empty(parameters.grid_resolution, robot_radius))
+    def empty(parameters: PlannerParameters, robot_radius: float, swept_radius: float = 0.0) -> "StarRoadmap":
+        """A roadmap before the first scan, of a robot whose radii are as of `PlannerInput`, m."""
+        cell = parameters.cell(robot_radius)
+        return StarRoadmap(DistanceGrid.empty(cell, max(robot_radius, swept_radius)))
 
 
 def extended(roadmap: StarRoadmap, node: Observation, margins: Margins, robot_radius: float) -> StarRoadmap:
@@ -169,7 +170,7 @@ def uncovered_share(region: StarRegion, others: RegionUnion) -> float:
     values = region.boundary.values
     chosen = np.arange(0, len(values), AREA_BEARINGS)
     phi = np.minimum(values[chosen], np.roll(values, -1)[chosen])
-    count = np.ceil(phi / AREA_STEP).astype(np.int64)
+    count = np.ceil(phi / (AREA_STEP * region.radius)).astype(np.int64)
     ray = np.repeat(np.arange(len(chosen)), count)
     along = np.arange(len(ray)) - np.repeat(np.cumsum(count) - count, count) + 0.5
     step = phi[ray] / count[ray]

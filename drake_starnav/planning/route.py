@@ -16,16 +16,16 @@ from drake_starnav.planning.string_pulling import string_pulled
 from drake_starnav.regions.region_union import RegionUnion, cover_at, first_gap
 from drake_starnav.regions.star_region import StarRegion
 
-LEFT = 0.2
-"""The optimistic path leaves the regions where it stays outside for this length, m."""
-SHIFT = 0.3
-"""The exit is moved from where the path crosses its gap by at most this, towards the gap's middle, m."""
-NEXT_TO = 0.3
-"""The path crosses a gap that is no farther from it, m."""
+LEFT = 0.8
+"""The optimistic path leaves the regions where it stays outside for this length, in radii of the robot."""
+SHIFT = 1.2
+"""The exit is moved from where the path crosses its gap by at most this, in radii, towards the gap's middle."""
+NEXT_TO = 1.2
+"""The path crosses a gap that is no farther from it, in radii."""
 MARGINS_IN_DOUBT = 3.0
 """Hits may err by this many times the least margin, which allows for the errors of most."""
-AROUND = 0.5
-"""The optimistic path is searched this far beyond all that is known, m: no way is shorter farther out."""
+AROUND = 2.0
+"""The optimistic path is searched this far beyond all that is known, in radii: no way is shorter farther out."""
 
 
 class Route(NamedTuple):
@@ -57,7 +57,7 @@ def find_route(state: PlannerState, here: StarRegion, inputs: PlannerInput) -> R
     Source: paper, section III-D; choice of the frontier: this project.
     """
     roadmap, position, union = state.roadmap, inputs.position, state.roadmap.union
-    spot = approach(roadmap.hits, inputs.goal, inputs.goal_tolerance, inputs.robot_radius + inputs.margins.preferred)
+    spot = approach(roadmap.hits, inputs.goal, inputs.goal_tolerance, inputs.robot_radius, inputs.margins.preferred)
     seen = np.flatnonzero(here.alone.contains(spot.places) | union.contains(spot.places))
     goal = spot.places[seen[0]] if len(seen) else spot.goal
     if len(seen) and _in_sight(here, union, position, goal):
@@ -66,14 +66,14 @@ def find_route(state: PlannerState, here: StarRegion, inputs: PlannerInput) -> R
     if not len(path):
         return None
     sight = here.alone if state.doubting else union
-    path, last, first = _leaving(path, 0.5 * STRIDE * roadmap.hits.resolution, union)
+    path, last, first = _leaving(path, 0.5 * STRIDE * roadmap.hits.resolution, union, LEFT * inputs.robot_radius)
     if first < 0:
-        return Route(pulled(np.vstack((path, goal)) if len(seen) else path, position, sight))
+        return Route(pulled(np.vstack((path, goal)) if len(seen) else path, position, sight, inputs.robot_radius))
     way, beyond = path[: last + 1], path[first:]
     aim = frontier_point(state, inputs.robot_radius, path[last], path[first]) if last else None
     if aim is not None and first_gap(union, tuple(path[last]), tuple(aim), 0.0) < 0.0:
         way = np.vstack((way, aim))
-    return Route(pulled(way, position, sight), np.vstack((way[-1], path[first])), beyond)
+    return Route(pulled(way, position, sight, inputs.robot_radius), np.vstack((way[-1], path[first])), beyond)
 
 
 def _in_sight(here: StarRegion, union: RegionUnion, position: np.ndarray, goal: np.ndarray) -> bool:
@@ -92,19 +92,19 @@ def frontier_point(
     gaps = gaps_of(state.roadmap, state.closures, robot_radius, owner) if owner >= 0 else []
     crossing = 0.5 * (inside + outside)
     away = [np.hypot(*(gap.line - crossing).T) for gap in gaps]
-    if not gaps or min(map(np.min, away)) > NEXT_TO:
+    if not gaps or min(map(np.min, away)) > NEXT_TO * robot_radius:
         return None
     k = int(np.argmin([each.min() for each in away]))
     line, probe, along = gaps[k].line, gaps[k].probe, arc_lengths(gaps[k].line)
     at = along[away[k].argmin()]
-    at += np.clip(0.5 * along[-1] - at, -SHIFT, SHIFT)
+    at += np.clip(0.5 * along[-1] - at, -SHIFT * robot_radius, SHIFT * robot_radius)
     on, out = (np.array([np.interp(at, along, side) for side in points.T]) for points in (line, probe))
     return 2.0 * on - out
 
 
-def pulled(path: np.ndarray, position: np.ndarray, regions: RegionUnion) -> np.ndarray:
+def pulled(path: np.ndarray, position: np.ndarray, regions: RegionUnion, radius: float) -> np.ndarray:
     """The path string-pulled inside the regions, where it has more than one way point."""
-    return path if len(path) < 2 else string_pulled(path, position, regions)
+    return path if len(path) < 2 else string_pulled(path, position, regions, radius)
 
 
 def cost_field(state: PlannerState, goal: np.ndarray, inputs: PlannerInput) -> CostField:
@@ -112,19 +112,20 @@ def cost_field(state: PlannerState, goal: np.ndarray, inputs: PlannerInput) -> C
     roadmap, position = state.roadmap, inputs.position
     known = np.vstack((roadmap.hits.bounds, roadmap.union.bounds, goal, position))
     terrain = Terrain(inputs.robot_radius, state.closures, roadmap.union, doubt(inputs), inputs.swept_radius)
-    return cost_to_go(roadmap.hits, goal, known.min(axis=0) - AROUND, known.max(axis=0) + AROUND, terrain, position)
+    low, high = known.min(axis=0) - AROUND * inputs.robot_radius, known.max(axis=0) + AROUND * inputs.robot_radius
+    return cost_to_go(roadmap.hits, goal, low, high, terrain, position)
 
 
 def doubt(inputs: PlannerInput) -> float:
     """By how much the distance of a cell from the hits may be too small, m; less for a robot as small as a cell."""
-    half_diagonal = math.hypot(0.5, 0.5) * inputs.parameters.grid_resolution
-    most = inputs.robot_radius - STRIDE * inputs.parameters.grid_resolution
+    cell = inputs.parameters.cell(inputs.robot_radius)
+    half_diagonal, most = math.hypot(0.5, 0.5) * cell, inputs.robot_radius - STRIDE * cell
     return max(min(half_diagonal + MARGINS_IN_DOUBT * inputs.margins.least, most), 0.0)
 
 
 @njit(cache=True)
-def _leaving(path, half_cell, union):
-    """Where a path (k, 2) leaves a union for longer than LEFT, or ends outside.
+def _leaving(path, half_cell, union, left):
+    """Where a path (k, 2) leaves a union for longer than `left`, m, or ends outside.
 
     Returns the path, each point moved to a place inside in its cell if there is one, the index of the last one inside,
     or 0, as the robot may stand a little outside, and of the one where the path has left; -1 if it does not.
@@ -143,6 +144,6 @@ def _leaving(path, half_cell, union):
             last, outside = i, 0.0
         elif i > 0:
             outside += math.hypot(path[i, 0] - path[i - 1, 0], path[i, 1] - path[i - 1, 1])
-            if outside >= LEFT or i == len(path) - 1:
+            if outside >= left or i == len(path) - 1:
                 return path, last, i
     return path, last, -1

@@ -83,10 +83,10 @@ class PlannerState:
     anticipated: Guidance | None = None
 
     @staticmethod
-    def initial(parameters: PlannerParameters, robot_radius: float) -> "PlannerState":
-        """The state before the first scan."""
+    def initial(parameters: PlannerParameters, robot_radius: float, swept_radius: float = 0.0) -> "PlannerState":
+        """The state before the first scan, of a robot whose radii are as of `PlannerInput`, m."""
         return PlannerState(
-            roadmap=StarRoadmap.empty(parameters, robot_radius),
+            roadmap=StarRoadmap.empty(parameters, robot_radius, swept_radius),
             status=PlannerStatus.WAITING,
             path=EMPTY_PATH,
             target=None,

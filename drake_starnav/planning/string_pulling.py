@@ -6,25 +6,26 @@ from numba import njit
 from drake_starnav.geometry.polyline import subdivided
 from drake_starnav.regions.region_union import RegionUnion, cover_at, first_gap
 
-FORWARD_STEP, BACKWARD_STEP = 0.2, 0.1
-"""Spacing of the points that the path may skip to, in the first and in the second pass, m."""
+FORWARD_STEP, BACKWARD_STEP = 0.8, 0.4
+"""Spacing of the points that the path may skip to, in the first and in the second pass, in radii of the robot."""
 
 
-def string_pulled(path: np.ndarray, position: np.ndarray, regions: RegionUnion) -> np.ndarray:
+def string_pulled(path: np.ndarray, position: np.ndarray, regions: RegionUnion, radius: float) -> np.ndarray:
     """The path shortened inside the union of regions: from the robot forwards, then, finer, from its end backwards.
 
     Args:
         path: shape (k, 2), way points after the robot, W, m.
         position: of the robot, shape (2,), W, m.
         regions: whose union bounds the path.
+        radius: of the robot, m.
 
     Returns:
         Shape (m, 2), W, m; ends where the path ends.
     """
     line = np.vstack((position, path))
-    forward = _pull(subdivided(line, FORWARD_STEP)[1:], position, regions)
+    forward = _pull(subdivided(line, FORWARD_STEP * radius)[1:], position, regions)
     line = np.vstack((position, forward))
-    backward = _pull(subdivided(line, BACKWARD_STEP)[:-1][::-1].copy(), line[-1], regions)
+    backward = _pull(subdivided(line, BACKWARD_STEP * radius)[:-1][::-1].copy(), line[-1], regions)
     if not len(backward) or np.hypot(*(backward[-1] - position)) > 1e-6:
         return forward
     return np.vstack((backward[:-1][::-1], line[-1:]))

@@ -12,8 +12,8 @@ from numba import njit
 from drake_starnav.geometry.compiled import largest
 from drake_starnav.regions.region_union import CELL, WORD, RegionUnion
 
-SLACK = 0.07
-"""Regions are marked this far beyond their boundaries, m: queries may allow them less than this."""
+SLACK = 0.01
+"""Regions are marked this far beyond their boundaries, m, for rounding."""
 PATCH = 0.2
 """Regions are marked patch by patch, of this length and about this width, m."""
 SPARE_CELLS = 8

@@ -104,21 +104,27 @@ def _covers_at(union, points, slack):
 
 @njit(cache=True, error_model="numpy")
 def cover_at(union, x, y, slack):
-    """Index of the newest region of a union that contains (x, y), or up to `slack` beyond its boundary, m; or -1.
-
-    With an index, the slack is less than `region_index.SLACK`.
-    """
+    """Index of the newest region of a union that contains (x, y), or up to `slack` beyond its boundary, m; or -1."""
     center, bearing_0, values, marks, corner = union.center, union.bearing_0, union.values, union.marks, union.corner
     if marks.shape[0] == 0:
         for k in range(len(bearing_0) - 1, -1, -1):
             if covers(center, bearing_0, values, k, x, y, slack):
                 return k
         return -1
-    i, j = int(math.floor(x / CELL)) - corner[0], int(math.floor(y / CELL)) - corner[1]
-    if i < 0 or j < 0 or i >= marks.shape[0] or j >= marks.shape[1]:
-        return -1
-    for w in range(marks.shape[2] - 1, -1, -1):
-        word = marks[i, j, w]
+    found = -1
+    for i in range(math.floor((x - slack) / CELL) - corner[0], math.floor((x + slack) / CELL) - corner[0] + 1):
+        for j in range(math.floor((y - slack) / CELL) - corner[1], math.floor((y + slack) / CELL) - corner[1] + 1):
+            if 0 <= i < marks.shape[0] and 0 <= j < marks.shape[1]:
+                found = max(found, _newest(union, marks[i, j], x, y, slack))
+    return found
+
+
+@njit(cache=True, error_model="numpy")
+def _newest(union, words, x, y, slack):
+    """The same of the regions in a cell's words of the index (w,)."""
+    center, bearing_0, values = union.center, union.bearing_0, union.values
+    for w in range(len(words) - 1, -1, -1):
+        word = words[w]
         while word != 0:
             k, rest = w * WORD, word
             for shift in (32, 16, 8, 4, 2, 1):  # to the highest bit

@@ -123,7 +123,7 @@ class StarRoadmapPlanner(LeafSystem):
         self._heading = self.DeclareVectorInputPort("heading", 1)
         self._certified_region = self.DeclareAbstractInputPort("certified_region", Value(CertifiedRegion.none()))
         self._footprint = FootprintInput(self, robot, margins)
-        initial = PlannerState.initial(planner, robot.radius)
+        initial = PlannerState.initial(planner, robot.shape.narrow, robot.radius)
         inputs = self._observation, self._goal, self._footprint.port
         begun = _Plan(initial, self._footprint.own)
         self._plans = ScanState(self, begun, self._after, inputs, stamp=self._stamp)

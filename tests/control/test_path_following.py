@@ -157,7 +157,7 @@ def test_the_robot_arrives_in_the_open(law, seed):
 def test_the_guiding_vector_points_to_the_first_way_point_that_is_not_passed(seed):
     rng = np.random.default_rng(seed)
     position = rng.uniform(-3.0, 3.0, 2)
-    passed = position + rng.uniform(-0.7, 0.7, 2) * PASSED_DISTANCE
+    passed = position + rng.uniform(-0.7, 0.7, 2) * PASSED_DISTANCE * RADIUS
     ahead, later = position + rng.uniform(0.1, 0.2, 2), position + 5.0
     path = np.array((passed, ahead, later))
     direction, distance = guiding_vector(position, path, RegionUnion.none(), NO_HITS, MARGINS, RADIUS)

@@ -45,9 +45,9 @@ def test_the_clearance_is_the_same_wherever_robot_and_hits_are(seed: int) -> Non
 
 
 def test_the_next_way_point_is_in_sight_beyond_the_backward_extension_of_its_leg() -> None:
-    assert next_way_point(LINE, 1, 0.5, 0.0) == 1
-    assert next_way_point(LINE, 1, 1.0, 0.0) == 2
-    assert next_way_point(LINE, 3, 2.0, 1.0) == 3  # the last one stays
+    assert next_way_point(LINE, 1, 0.5, 0.0, 0.25) == 1
+    assert next_way_point(LINE, 1, 1.0, 0.0, 0.25) == 2
+    assert next_way_point(LINE, 3, 2.0, 1.0, 0.25) == 3  # the last one stays
 
 
 @given(seeds, st.floats(0.2, 2.5), st.sampled_from([-1.0, 1.0]))
@@ -59,15 +59,20 @@ def test_at_a_bend_the_next_leg_is_taken_where_its_line_is_crossed_or_the_bend_i
     line = np.array((corner - rng.uniform(1.0, 2.0) * before, corner, corner + rng.uniform(1.0, 2.0) * leg))
     outwards = side * np.array((leg[1], -leg[0]))
     place = corner + rng.uniform(0.01, 0.5) * rng.choice([-1.0, 1.0]) * outwards + rng.uniform(-0.5, 0.5) * leg
-    passed = (place - corner) @ outwards > 0.0 or math.dist(place, corner) < PASSED_DISTANCE
-    assert next_way_point(line, 1, *place) == (2 if passed else 1)
+    passed = (place - corner) @ outwards > 0.0 or math.dist(place, corner) < PASSED_DISTANCE * 0.25
+    assert next_way_point(line, 1, *place, 0.25) == (2 if passed else 1)
 
 
 def test_all_way_points_that_are_near_are_passed_at_once() -> None:
     close = np.array(((0.0, 0.0), (1.0, 0.0), (1.0, 0.03), (0.96, 0.03), (0.0, 0.03)))
-    assert next_way_point(close, 1, 0.99, 0.001) == 4
+    assert next_way_point(close, 1, 0.99, 0.001, 0.25) == 4
     straight = np.array(((0.0, 0.0), (1.0, 0.0), (2.0, 0.0)))
-    assert [next_way_point(straight, 1, 1.0 + away, 0.0) for away in (-0.061, -0.059, 0.059, 0.061)] == [1, 2, 2, 1]
+    assert [next_way_point(straight, 1, 1.0 + away, 0.0, 0.25) for away in (-0.061, -0.059, 0.059, 0.061)] == [
+        1,
+        2,
+        2,
+        1,
+    ]
 
 
 def fastest_turn(angle: float, rate: float, limits: Limits) -> float:

@@ -9,8 +9,8 @@ from drake_starnav.planning.distance_grid import HIT_ERROR, DistanceGrid
 from tests.helpers.scans import RADIUS, seeds
 
 RESOLUTION = 0.05
-CLEARANCE = RADIUS + 0.03
-NEEDED = CLEARANCE + HIT_ERROR
+MARGIN = 0.03
+NEEDED = RADIUS + MARGIN + HIT_ERROR * RADIUS
 
 
 def memory(*walls: tuple[tuple[float, float], tuple[float, float]]) -> DistanceGrid:
@@ -30,36 +30,36 @@ def away(places: np.ndarray, goal: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("hits", [DistanceGrid.empty(RESOLUTION, RADIUS), memory(WALL)])
 def test_a_goal_that_is_free_or_not_known_is_driven_to(hits):
     goal = np.array((0.4, 0.0))
-    found = approach(hits, goal, 0.3, CLEARANCE)
+    found = approach(hits, goal, 0.3, RADIUS, MARGIN)
     assert found.goal.tolist() == goal.tolist() and found.places.tolist() == [goal.tolist()]
 
 
-@pytest.mark.parametrize("tolerance", [0.0, INSIDE])
+@pytest.mark.parametrize("tolerance", [0.0, INSIDE * RADIUS])
 def test_without_tolerance_there_is_only_the_goal(tolerance):
     goal = np.array((0.2, 0.0))
-    found = approach(memory(WALL), goal, tolerance, CLEARANCE)
+    found = approach(memory(WALL), goal, tolerance, RADIUS, MARGIN)
     assert found.goal.tolist() == goal.tolist() and found.places.tolist() == [goal.tolist()]
 
 
 def test_beside_a_wall_it_is_the_nearest_clear_place_straight_off_it():
     goal, tolerance = np.array((0.2, 0.1)), 0.3
-    found = approach(memory(WALL), goal, tolerance, CLEARANCE)
+    found = approach(memory(WALL), goal, tolerance, RADIUS, MARGIN)
     assert NEEDED - 0.5 * RESOLUTION <= found.goal[0] < NEEDED + 1.5 * RESOLUTION
     assert abs(found.goal[1] - goal[1]) < RESOLUTION
 
 
 def test_in_a_corner_it_is_off_both_walls():
     goal, tolerance = np.array((0.2, 0.2)), 0.3
-    found = approach(memory(*CORNER), goal, tolerance, CLEARANCE)
+    found = approach(memory(*CORNER), goal, tolerance, RADIUS, MARGIN)
     assert (found.goal >= NEEDED - 0.5 * RESOLUTION).all() and (found.goal < NEEDED + 1.5 * RESOLUTION).all()
-    assert away(found.goal[None], goal)[0] <= tolerance - INSIDE
+    assert away(found.goal[None], goal)[0] <= tolerance - INSIDE * RADIUS
 
 
 def test_where_none_is_clear_it_is_the_one_farthest_from_hits():
     """In a niche hardly wider than the robot, the middle is chosen."""
     niche = memory(((0.0, -0.27), (1.0, -0.27)), ((0.0, 0.27), (1.0, 0.27)), ((0.0, -0.27), (0.0, 0.27)))
     goal = np.array((0.5, 0.1))
-    found = approach(niche, goal, 0.25, CLEARANCE)
+    found = approach(niche, goal, 0.25, RADIUS, MARGIN)
     assert niche.distance(found.places).max() < NEEDED
     assert abs(found.goal[1]) < RESOLUTION
     assert niche.distance(found.goal[None])[0] == niche.distance(found.places).max()
@@ -70,15 +70,15 @@ def test_places_behind_a_thin_wall_are_none():
     hits = memory(WALL, ((0.5, -2.0), (0.5, 2.0)))
     goal = np.array((0.2, 0.0))
     behind = np.array((-0.35, 0.0))
-    assert hits.distance(behind[None])[0] >= NEEDED and away(behind[None], goal)[0] < 0.65 - INSIDE
-    found = approach(hits, goal, 0.65, CLEARANCE)
+    assert hits.distance(behind[None])[0] >= NEEDED and away(behind[None], goal)[0] < 0.65 - INSIDE * RADIUS
+    found = approach(hits, goal, 0.65, RADIUS, MARGIN)
     assert (found.places[:, 0] > 0.0).all() and (found.places[:, 0] < 0.5).all()
     assert 0.2 <= found.goal[0] <= 0.3
 
 
 def test_a_goal_at_a_wall_is_seen_from_nowhere():
-    goal = np.array((0.5 * SIGHT, 0.0))
-    found = approach(memory(WALL), goal, 0.3, CLEARANCE)
+    goal = np.array((0.5 * SIGHT * RADIUS, 0.0))
+    found = approach(memory(WALL), goal, 0.3, RADIUS, MARGIN)
     assert found.goal.tolist() == goal.tolist() and found.places.tolist() == [goal.tolist()]
 
 
@@ -89,16 +89,16 @@ def test_any_place_is_within_the_tolerance_in_sight_and_the_nearest_comes_first(
     points = rng.uniform(-1.5, 1.5, (25, 2))
     hits = DistanceGrid.empty(RESOLUTION, RADIUS).stamped(points)
     goal, tolerance = rng.uniform(-1.0, 1.0, 2), float(rng.uniform(0.0, 0.6))
-    found = approach(hits, goal, tolerance, CLEARANCE)
+    found = approach(hits, goal, tolerance, RADIUS, MARGIN)
     if found.places.tolist() == [goal.tolist()]:
         assert found.goal.tolist() == goal.tolist()
         return
     distance, lengths = hits.distance(found.places), away(found.places, goal)
     assert hits.distance(goal[None])[0] < NEEDED
-    assert lengths.max() <= tolerance - INSIDE + 1e-9 and (np.diff(lengths) >= -1e-9).all()
+    assert lengths.max() <= tolerance - INSIDE * RADIUS + 1e-9 and (np.diff(lengths) >= -1e-9).all()
     middle = 0.5 * (found.places + goal)
     nearest = np.hypot(*np.moveaxis(middle[:, None] - points, -1, 0)).min(axis=1)
-    assert nearest.min() > SIGHT - 2.0 * RESOLUTION
+    assert nearest.min() > SIGHT * RADIUS - 2.0 * RESOLUTION
     clear = np.flatnonzero(distance >= NEEDED)
     chosen = clear[0] if len(clear) else np.argmax(distance)
     assert found.goal.tolist() == found.places[chosen].tolist()

@@ -26,12 +26,12 @@ def test_where_a_robot_makes_no_progress_its_way_is_closed():
     first, last = states[0], states[-1]
     assert not len(first.closures)
     ((x, y),) = last.closures
-    assert AWAY - 1e-9 <= np.hypot(x, y) < AHEAD + CLOSED
+    assert AWAY * RADIUS - 1e-9 <= np.hypot(x, y) < AHEAD * RADIUS + CLOSED * RADIUS
     way = np.vstack((np.zeros(2), first.path))
     assert distance_to_way(last.closures, way)[0] < RADIUS
-    assert (np.hypot(*(last.path - (x, y)).T) > CLOSED).all()
+    assert (np.hypot(*(last.path - (x, y)).T) > CLOSED * RADIUS).all()
     for region in last.roadmap.regions:
-        assert region.contains(BAFFLES.start[:2]) and not region.contains(ring((x, y), 0.95 * CLOSED)).any()
+        assert region.contains(BAFFLES.start[:2]) and not region.contains(ring((x, y), 0.95 * CLOSED * RADIUS)).any()
 
 
 def test_a_robot_that_only_turns_closes_nothing():
@@ -42,7 +42,7 @@ def test_a_robot_that_only_turns_closes_nothing():
 def test_a_way_is_closed_at_its_narrowest_place_ahead():
     """In the middle of a door that lies ahead, or just ahead of the robot where there is room."""
     pose = np.zeros(3)
-    for half, expected in ((0.3, (0.6, 0.0)), (1.5, (AWAY, 0.0))):
+    for half, expected in ((0.3, (0.6, 0.0)), (1.5, (AWAY * RADIUS, 0.0))):
         walls = [[(0.55, low), (0.65, low), (0.65, high), (0.55, high)] for low, high in ((-2, -half), (half, 2))]
         world = World("door", (0, 0, 0), (3, 0), polygons=walls, bounds=(-1, -2, 5, 2))
         now = moment_at(world, pose, np.random.default_rng(0), noise=0.0)
@@ -50,8 +50,10 @@ def test_a_way_is_closed_at_its_narrowest_place_ahead():
         after = closed(state, np.array(((1.5, 0.0),)), now)
         np.testing.assert_allclose(after.closures, [expected], atol=0.06)
         assert not len(after.path) and len(after.roadmap) >= 1
-        assert not after.roadmap.union.contains(ring(after.closures[0], 0.95 * CLOSED)).any()
-        assert not open_part(after, now.observation.region).contains(ring(after.closures[0], 0.95 * CLOSED)).any()
+        assert not after.roadmap.union.contains(ring(after.closures[0], 0.95 * CLOSED * RADIUS)).any()
+        assert (
+            not open_part(after, now.observation.region).contains(ring(after.closures[0], 0.95 * CLOSED * RADIUS)).any()
+        )
         again = reopened(after, now)
         assert again.doubting and not len(again.closures)
         assert again.roadmap.union.contains(after.closures).all()
@@ -193,7 +195,7 @@ def test_a_robot_with_reason_to_stand_gives_nothing_up():
         assert bool(len(after.closures)) == given_up
     world = World("corridor", (0, 0, 0), (1.0, 0), bounds=(-1.0, -0.6, 2.0, 0.6))
     arrived = drive(world, PARAMETERS, steps=400, stop=False)[-1]
-    assert len(arrived.roadmap) == 1 + int(1.0 / PARAMETERS.node_spacing) and not len(arrived.closures)
+    assert len(arrived.roadmap) == 1 + int(1.0 / PARAMETERS.spacing(RADIUS)) and not len(arrived.closures)
 
 
 def waited(motion: np.ndarray | None) -> PlannerState:

@@ -54,7 +54,7 @@ def reference_cost(grid: DistanceGrid, goal: np.ndarray, near_wall_cost: float) 
     middle = (first + 0.5 * (STRIDE - 1)) * RESOLUTION  # of the first cell
     cells = middle + CELL * np.stack(np.indices((nx, ny)), axis=-1)
     distance = grid.coarse(cells.reshape(-1, 2))[1].max(axis=1).reshape(nx, ny)
-    blocked, soft = RADIUS - BLOCKED_SLACK, RADIUS + SOFT_ZONE
+    blocked, soft = RADIUS - BLOCKED_SLACK * RADIUS, RADIUS + SOFT_ZONE * RADIUS
     factor = 1.0 + near_wall_cost * np.clip((soft - distance) / (soft - blocked), 0.0, 1.0)
     weight = np.where(distance < np.float32(blocked), np.inf, np.floor(10.0 * factor) / 10.0)
     number = np.arange(nx * ny).reshape(nx, ny)
@@ -122,7 +122,7 @@ def test_a_closure_closes_its_disc_and_nothing_else():
     assert not len(way((0.0, 1.4)))  # in the middle of the only door
     np.testing.assert_array_equal(way((2.9, 2.9)), way())
     on = way()[len(way()) // 5]
-    assert np.hypot(*(way(on) - on).T).min() > CLOSED
+    assert np.hypot(*(way(on) - on).T).min() > CLOSED * RADIUS
 
 
 def test_the_unknown_costs_more_than_what_a_region_covers():
@@ -184,7 +184,7 @@ def test_the_path_leads_over_free_cells_to_the_goal_and_is_as_long_as_its_cost(s
         steps = np.hypot(*np.diff(path, axis=0).T)
         # two points of neighbouring cells, each up to a quarter of a cell off its centre along both axes
         assert (steps < 1.5 * math.sqrt(2.0) * CELL + 1e-9).all() and np.hypot(*(path[-1] - goal)) < CELL
-        assert (grid.distance(path[:-1]) > RADIUS - BLOCKED_SLACK - 1e-6).all()
+        assert (grid.distance(path[:-1]) > RADIUS - BLOCKED_SLACK * RADIUS - 1e-6).all()
         assert steps.sum() == pytest.approx(cost, abs=1.5 * CELL + 0.05 * cost)
 
 
@@ -198,4 +198,4 @@ def test_a_passage_that_the_robot_just_fits_lies_between_no_cells(shift):
         return float(at(cost_to_go(memory(np.vstack(wall)), goal, LOW, HIGH, Terrain(RADIUS)), points)[0])
 
     assert cost(RADIUS + 0.5 * RESOLUTION) < 2.3
-    assert cost(RADIUS - BLOCKED_SLACK - 0.75 * RESOLUTION) == math.inf
+    assert cost(RADIUS - BLOCKED_SLACK * RADIUS - 0.75 * RESOLUTION) == math.inf

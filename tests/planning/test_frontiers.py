@@ -18,15 +18,15 @@ def test_beyond_a_gap_is_no_region_no_hit_and_no_closure(seed):
     _, roadmap = wandered(seed)
     closures = roadmap.regions[-1].outline()[::60]
     for gap in all_gaps(roadmap, closures, RADIUS):
-        assert len(gap.line) == len(gap.probe) and length(gap.line) >= LEAST
-        assert (np.hypot(*np.diff(gap.line, axis=0).T) < 2.0 * STEP).all()
-        np.testing.assert_allclose(np.hypot(*(gap.probe - gap.line).T), BEYOND)
+        assert len(gap.line) == len(gap.probe) and length(gap.line) >= LEAST * RADIUS
+        assert (np.hypot(*np.diff(gap.line, axis=0).T) < 2.0 * STEP * RADIUS).all()
+        np.testing.assert_allclose(np.hypot(*(gap.probe - gap.line).T), BEYOND * RADIUS)
         outline = roadmap.regions[gap.owner].outline()
         start, end = outline[None], np.roll(outline, -1, axis=0)[None]
         assert segment_distance(gap.line[::4, None], start, end).min(axis=1).max() < 1e-9
-        assert not roadmap.union.contains(gap.probe, COVER_SLACK).any()
-        assert (roadmap.hits.distance(gap.probe) > RADIUS - HIT_ERROR).all()
-        assert (np.hypot(*np.moveaxis(gap.probe[:, None] - closures, -1, 0)) > CLOSED).all()
+        assert not roadmap.union.contains(gap.probe, COVER_SLACK * RADIUS).any()
+        assert (roadmap.hits.distance(gap.probe) > RADIUS - HIT_ERROR * RADIUS).all()
+        assert (np.hypot(*np.moveaxis(gap.probe[:, None] - closures, -1, 0)) > CLOSED * RADIUS).all()
 
 
 @settings(max_examples=15)
@@ -39,11 +39,13 @@ def test_every_open_run_of_a_boundary_is_a_gap(seed):
         ahead = np.roll(outline, -1, axis=0) - outline
         middle = outline + 0.5 * ahead
         out = np.column_stack((ahead[:, 1], -ahead[:, 0])) / np.hypot(*ahead.T)[:, None]
-        probe = middle + BEYOND * out
-        is_open = ~roadmap.union.contains(probe, COVER_SLACK) & (roadmap.hits.distance(probe) > RADIUS - HIT_ERROR)
+        probe = middle + BEYOND * RADIUS * out
+        is_open = ~roadmap.union.contains(probe, COVER_SLACK * RADIUS) & (
+            roadmap.hits.distance(probe) > RADIUS - HIT_ERROR * RADIUS
+        )
         gaps = gaps_of(roadmap, NONE, RADIUS, owner)
         lines = np.vstack([gap.line for gap in gaps]) if gaps else NONE
-        covered = (np.hypot(*np.moveaxis(middle[is_open, None] - lines, -1, 0)) < STEP).any(axis=1)
+        covered = (np.hypot(*np.moveaxis(middle[is_open, None] - lines, -1, 0)) < STEP * RADIUS).any(axis=1)
         missed = np.hypot(*ahead[is_open][~covered].T).sum()
         assert missed < 0.25 * np.hypot(*ahead.T).sum()
 
@@ -54,7 +56,7 @@ def test_a_gap_is_between_hits_and_gone_once_it_was_looked_through():
     before, after = explored(world, np.array(((0.0, 0.0),))), explored(world, np.array(((0.0, 0.0), (1.6, 0.0))))
     behind = [gap for gap in all_gaps(before, NONE, RADIUS) if (gap.probe[:, 0] > 1.0).all()]
     assert len(behind) == 2  # on both sides of the cone that is seen through the door
-    assert all((distance(world, gap.line) > RADIUS - HIT_ERROR).all() for gap in behind)
+    assert all((distance(world, gap.line) > RADIUS - HIT_ERROR * RADIUS).all() for gap in behind)
     assert not all_gaps(after, NONE, RADIUS)
 
 
@@ -64,4 +66,4 @@ def test_what_is_closed_is_no_frontier():
     closure = whole.probe[len(whole.probe) // 3]
     parts = all_gaps(roadmap, closure[None], RADIUS)
     lost = length(whole.line) - sum(length(gap.line) for gap in parts)
-    assert 2.0 * CLOSED - 3.0 * STEP < lost < 2.0 * CLOSED + 6.0 * STEP
+    assert 2.0 * CLOSED * RADIUS - 3.0 * STEP * RADIUS < lost < 2.0 * CLOSED * RADIUS + 6.0 * STEP * RADIUS

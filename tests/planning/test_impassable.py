@@ -21,8 +21,8 @@ def test_a_wall_is_closed_between_hits_that_the_robot_does_not_fit_between() -> 
     assert gaps.max() > 2.0 * RADIUS  # farther away the robot may fit
     for low, high in zip(seen[:-1], seen[1:], strict=True):
         inside = closed[(closed >= low - 0.02) & (closed <= high + 0.02)]
-        if BRIDGE_SPACING + 0.02 < high - low < 2.0 * RADIUS - 0.02:
-            assert np.diff(inside).max() <= BRIDGE_SPACING + 0.02
+        if BRIDGE_SPACING * 2.0 * RADIUS + 0.02 < high - low < 2.0 * RADIUS - 0.02:
+            assert np.diff(inside).max() <= BRIDGE_SPACING * 2.0 * RADIUS + 0.02
         elif high - low > 2.0 * RADIUS + 0.02:
             assert np.diff(inside).max() > 2.0 * RADIUS - 0.04
 

@@ -83,9 +83,9 @@ def test_a_drifted_map_yields_to_the_latest_scan(offset):
     found = reconcile(roadmap, seen, DROPPING, RADIUS)
     assert len(found) < len(roadmap)
     for region in found.regions:
-        radius = RADIUS + region.margin - CONTRADICTION
+        radius = RADIUS + region.margin - CONTRADICTION * RADIUS
         slack = region.free_range - cut_back(region, *mappable_hits(seen), radius)
-        assert slack.max() <= CONTRADICTION
+        assert slack.max() <= CONTRADICTION * RADIUS
     places = np.random.default_rng(0).uniform(-4.0, 4.0, (2000, 2))
     alone = RegionUnion(*found.union.rows)  # the index knows no region that is gone
     np.testing.assert_array_equal(found.union.covers(places), alone.covers(places))
@@ -122,7 +122,7 @@ def test_nodes_seen_through_are_kept_if_the_pose_is_exact():
     roadmap = explored(posts, PLACES[:1])
     through = observed(cast(dataclasses.replace(ROOM, cylinders=[]), HERE), HERE)
     trusting = MARGINS
-    assert seen_through(roadmap.nodes[0], through, CONTRADICTION) > 0.1
+    assert seen_through(roadmap.nodes[0], through, CONTRADICTION * RADIUS) > 0.1
     assert reconcile(roadmap, through, trusting, RADIUS) is roadmap
     assert len(reconcile(roadmap, through, DROPPING, RADIUS)) == 0
 
@@ -176,8 +176,8 @@ def test_hits_that_may_not_disagree_cut_nothing_back(seed):
     for pose in (roadmap.nodes[0].pose, roadmap.nodes[-1].pose):
         off = pose + rng.uniform(-0.15, 0.15, 3) * (1.0, 1.0, 0.2)
         points, gaps = mappable_hits(observed(cast(world, pose), off))
-        radius = RADIUS + MARGINS.preferred - CONTRADICTION
-        contested = _near_hits(roadmap.union, points, RADIUS, (radius, 0.12), gaps.max())
+        radius = RADIUS + MARGINS.preferred - CONTRADICTION * RADIUS
+        contested = _near_hits(roadmap.union, points, RADIUS, (radius, 0.12 - CONTRADICTION * RADIUS), gaps.max())
         for k, region in enumerate(roadmap.regions):
             if k not in contested:
-                assert (region.free_range - cut_back(region, points, gaps, radius)).max() <= CONTRADICTION
+                assert (region.free_range - cut_back(region, points, gaps, radius)).max() <= CONTRADICTION * RADIUS

@@ -58,20 +58,20 @@ def test_a_check_finds_what_its_parts_find_alone() -> None:
         check = check_plan(state, region, now)
         passed = 0
         for way_point, following in zip(state.path[:-1], state.path[1:], strict=True):
-            if np.hypot(*(way_point - place)) >= PASSED_DISTANCE and not in_view(stack, place, following):
+            if np.hypot(*(way_point - place)) >= PASSED_DISTANCE * RADIUS and not in_view(stack, place, following):
                 break
             passed += 1
         inside = stack.contains(place[None])[0]
         hits = impassable_points(now.observation, MARGINS, RADIUS)
         away = np.linalg.norm(state.optimistic_path[1::2, None] - hits[None], axis=2)
         here = united([region])
-        near = state.optimistic_path[: 1 + int((arc_lengths(state.optimistic_path)[1:] < NEXT).sum())]
+        near = state.optimistic_path[: 1 + int((arc_lengths(state.optimistic_path)[1:] < NEXT * RADIUS).sum())]
         ahead = [k for k, point in enumerate(near) if in_view(here, place, point)]
         way = np.vstack((state.path, state.optimistic_path))
-        way = way[np.hypot(*(way - place).T) < DOUBTED_WITHIN]
+        way = way[np.hypot(*(way - place).T) < DOUBTED_WITHIN * RADIUS]
         assert check.sees_probe == region.contains(state.target[1])
         assert not (check.outside and inside)
-        assert check.obstructed == bool((away < RADIUS - OBSTRUCTION_SLACK).any())
+        assert check.obstructed == bool((away < RADIUS - OBSTRUCTION_SLACK * RADIUS).any())
         assert check.passed == passed
         assert check.strayed == (inside and not in_view(stack, place, state.path[passed]))
         assert check.ahead == (max(ahead, default=-1) if passed == len(state.path) - 1 else -1)
@@ -107,7 +107,7 @@ def test_a_robot_is_outside_when_it_is_farther_out_than_the_tolerance(beyond: fl
     region = roadmap.regions[0]
     k = int(np.argmin(np.abs(np.diff(region.boundary.values))))
     bearing = region.bearing_0 + 2.0 * np.pi * (k + 0.5) / len(region.boundary.values)
-    distance = region.boundary.values[k : k + 2].min() + beyond * OUTSIDE_TOLERANCE
+    distance = region.boundary.values[k : k + 2].min() + beyond * OUTSIDE_TOLERANCE * RADIUS
     place = region.center + distance * np.array((np.cos(bearing), np.sin(bearing)))
     here, now = seen_from(world, place)
     state = state_in(np.random.default_rng(0), roadmap, place)

@@ -109,8 +109,8 @@ def test_nodes_are_added_every_node_spacing():
     world = World("corridor", (0, 0, 0), (4.0, 0), bounds=(-1.0, -0.6, 5.0, 0.6))
     states = drive(world, PARAMETERS, steps=200)
     centers = states[-1].roadmap.union.center
-    assert len(centers) == 1 + int(4.0 / PARAMETERS.node_spacing)
-    assert (np.hypot(*np.diff(centers, axis=0).T) > PARAMETERS.node_spacing).all()
+    assert len(centers) == 1 + int(4.0 / PARAMETERS.spacing(RADIUS))
+    assert (np.hypot(*np.diff(centers, axis=0).T) > PARAMETERS.spacing(RADIUS)).all()
 
 
 def test_with_a_map_from_an_earlier_goal_nodes_are_added_only_where_something_is_new():
@@ -230,5 +230,5 @@ def test_a_scan_with_another_number_of_beams_than_those_before_is_refused():
             state = plan_step(
                 state, PlannerInput(seen, pose[:2], np.array(BAFFLES.goal), 0.0, PARAMETERS, MARGINS, RADIUS)
             )
-            pose = pose + (0.0, 2.0 * PARAMETERS.node_spacing, 0.0)
+            pose = pose + (0.0, 2.0 * PARAMETERS.spacing(RADIUS), 0.0)
     assert len(state.roadmap) == 2

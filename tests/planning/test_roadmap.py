@@ -43,7 +43,7 @@ def test_refitted_it_is_the_same(seed):
 def test_refitted_it_has_whole_regions_again(seed):
     _, roadmap = wandered(seed, nodes=3)
     places = roadmap.union.center + (0.6, 0.0)
-    cut = revised(roadmap, [clear_of(region, places, CLOSED) for region in roadmap.regions], MARGINS, RADIUS)
+    cut = revised(roadmap, [clear_of(region, places, CLOSED * RADIUS) for region in roadmap.regions], MARGINS, RADIUS)
     again = refitted(cut, MARGINS, RADIUS)
     assert any(a is not b for a, b in zip(cut.regions, roadmap.regions, strict=True))
     assert_same(again, refitted(roadmap, MARGINS, RADIUS))
@@ -63,7 +63,9 @@ def test_snapshots_are_unchanged_by_later_ones(seed):
         pose = np.array((x, 0.0, x))
         scan = cast(world, pose)
         extended(roadmap, observed(scan, pose), MARGINS, RADIUS)
-    revised(roadmap, [clear_of(region, np.ones((1, 2)), CLOSED) for region in roadmap.regions], MARGINS, RADIUS)
+    revised(
+        roadmap, [clear_of(region, np.ones((1, 2)), CLOSED * RADIUS) for region in roadmap.regions], MARGINS, RADIUS
+    )
     refitted(roadmap, dataclasses.replace(MARGINS, preferred=0.0), RADIUS)
     assert_same(roadmap, copy)
     np.testing.assert_array_equal(roadmap.hits.distance(probes), known)
@@ -89,7 +91,7 @@ def test_refitted_it_is_as_if_it_had_been_explored_with_the_other_footprint(seed
     _, roadmap = wandered(seed, nodes=4)
     narrow, swept = 0.8 * RADIUS, 1.5 * RADIUS
     again = dataclasses.replace(INITIAL, roadmap=roadmap).with_new_footprint(MARGINS, narrow, swept).roadmap
-    anew = StarRoadmap.empty(PlannerParameters(), swept)
+    anew = StarRoadmap.empty(PlannerParameters(), RADIUS, swept)
     for node in roadmap.nodes:
         region = scan_region(node.scan, node.pose, narrow, MARGINS)
         anew = extended(anew, dataclasses.replace(node, region=region), MARGINS, narrow)

@@ -25,8 +25,8 @@ PLAIN = World("plain", (0.0, 0.0, 0.0), (12.0, 0.0), bounds=(-1.0, -3.0, 13.0, 3
 """What lies farther than 5 m is not seen, and taken for free."""
 POST = dataclasses.replace(PLAIN, cylinders=[(5.35, 0.0, 0.3)])
 """There a post stands, 5.05 m from the start."""
-FARTHER = (REPLAN_DISTANCE + 0.02, 0.0)
-HALF_CELL = 0.5 * STRIDE * PARAMETERS.grid_resolution
+FARTHER = (REPLAN_DISTANCE * RADIUS + 0.02, 0.0)
+HALF_CELL = 0.5 * STRIDE * PARAMETERS.cell(RADIUS)
 """Half of a side of a cell of the cost-to-go, m."""
 
 
@@ -54,12 +54,12 @@ def test_an_obstructed_optimistic_path_triggers_a_plan():
     assert is_obstructed(before.optimistic_path, hits, RADIUS) and not is_obstructed(
         after.optimistic_path, hits, RADIUS
     )
-    again = planned(after, POST, (FARTHER[0] + REPLAN_DISTANCE + 0.02, 0.0))
+    again = planned(after, POST, (FARTHER[0] + REPLAN_DISTANCE * RADIUS + 0.02, 0.0))
     assert again.plans == 2
 
 
 def test_it_triggers_none_right_after_a_plan():
-    assert planned(beginning(), POST, (REPLAN_DISTANCE - 0.02, 0.0)).plans == 1
+    assert planned(beginning(), POST, (REPLAN_DISTANCE * RADIUS - 0.02, 0.0)).plans == 1
 
 
 def test_what_was_expected_triggers_no_plan():
@@ -77,7 +77,7 @@ def test_a_path_is_barred_by_a_hit_that_is_near_to_it(seed):
     path = np.cumsum(rng.uniform(-0.1, 0.1, (rng.integers(0, 30), 2)), axis=0)
     points = rng.uniform(-1.0, 1.0, (rng.integers(0, 4), 2))
     away = np.linalg.norm(path[1::2, None] - points[None], axis=2)
-    assert is_obstructed(path, points, RADIUS) == bool((away < RADIUS - OBSTRUCTION_SLACK).any())
+    assert is_obstructed(path, points, RADIUS) == bool((away < RADIUS - OBSTRUCTION_SLACK * RADIUS).any())
 
 
 def test_the_robot_turns_to_the_optimistic_path_as_soon_as_the_latest_scan_shows_it(monkeypatch):
@@ -113,13 +113,13 @@ def test_the_robot_does_not_turn_to_an_optimistic_path_past_a_closure():
         barred = dataclasses.replace(before, closures=aim[None])
         later = plan_step(barred, now)
         assert later.plans == before.plans
-        assert later.anticipated is None or float(np.hypot(*(later.guidance.path[0] - aim))) > CLOSED
+        assert later.anticipated is None or float(np.hypot(*(later.guidance.path[0] - aim))) > CLOSED * RADIUS
     assert turned
 
 
 def left(roadmap: StarRoadmap, path: np.ndarray) -> tuple[np.ndarray, np.ndarray, int]:
     """Where a path leaves the regions: the last place inside, the first outside, and the index of the former."""
-    path, last, first = _leaving(path, HALF_CELL, roadmap.union)
+    path, last, first = _leaving(path, HALF_CELL, roadmap.union, LEFT * RADIUS)
     return path[last], path[first], last
 
 
@@ -138,7 +138,7 @@ def test_the_exit_is_where_a_path_leaves_the_regions_for_good(seed):
     around = HALF_CELL * np.array([(0, 0), (1, 0), (0, 1), (-1, 0), (0, -1)])
     beyond = (path[after : last + 1, None] + around).reshape(-1, 2)
     assert len(beyond) and not any(region.contains(beyond).any() for region in roadmap.regions)
-    assert LEFT - HALF_CELL <= np.hypot(*(probe - viewpoint)) < LEFT + 0.1 + HALF_CELL + 1e-9
+    assert LEFT * RADIUS - HALF_CELL <= np.hypot(*(probe - viewpoint)) < LEFT * RADIUS + 0.1 + HALF_CELL + 1e-9
 
 
 def test_the_exit_may_be_where_the_robot_stands_just_outside_of_the_regions():
@@ -187,7 +187,7 @@ def test_a_frontier_point_lies_inside_its_gap_near_where_the_path_crosses_it(see
             inside, outside = 2.0 * gap.line[k] - gap.probe[k], gap.probe[k]
             point = frontier_point(state, RADIUS, inside, outside)
             if point is not None:
-                assert np.hypot(*(point - inside)) < SHIFT + 0.5
+                assert np.hypot(*(point - inside)) < SHIFT * RADIUS + 0.5
 
 
 @settings(max_examples=15)

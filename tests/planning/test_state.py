@@ -46,4 +46,4 @@ def test_a_new_footprint_keeps_the_scans_and_resets_all_else() -> None:
     after = looked.with_new_footprint(MARGINS, 2.0 * RADIUS, 3.0 * RADIUS)
     assert after.status is PlannerStatus.WAITING and not after.doubting and len(after.path) == len(after.recent) == 0
     assert not len(after.closures)
-    assert after.roadmap.hits.cap == pytest.approx(INITIAL.roadmap.hits.cap + 2.0 * RADIUS)
+    assert after.roadmap.hits.cap == pytest.approx(3.0 * INITIAL.roadmap.hits.cap)

@@ -12,7 +12,7 @@ def test_pulled_paths_are_not_longer_and_stay_in_the_union(seed):
     path = roadmap.union.center[[1, 0, 2, 0, 3]]  # every centre is in sight of the origin, which is node 0
     position = roadmap.union.center[4]
     line = np.vstack((position, roadmap.union.center[0], path))
-    pulled = string_pulled(line[1:], position, roadmap.union)
+    pulled = string_pulled(line[1:], position, roadmap.union, RADIUS)
     np.testing.assert_allclose(pulled[-1], path[-1], atol=1e-12)
     assert length(position, pulled) <= length(line) + 1e-9
     way = np.vstack((position, pulled))
@@ -30,7 +30,7 @@ def test_a_path_in_one_region_is_pulled_straight(seed):
     end = roadmap.regions[0].center + 0.3 * rng.uniform(-1.0, 1.0, 2) / np.sqrt(2.0)
     assert roadmap.regions[0].contains(end)
     detour = rng.uniform(-0.1, 0.1, (3, 2))
-    np.testing.assert_allclose(string_pulled(np.vstack((detour, end)), np.zeros(2), roadmap.union), end[None])
+    np.testing.assert_allclose(string_pulled(np.vstack((detour, end)), np.zeros(2), roadmap.union, RADIUS), end[None])
 
 
 @settings(max_examples=20)
