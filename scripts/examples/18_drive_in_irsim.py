@@ -16,9 +16,6 @@ import numpy as np
 import yaml
 
 os.environ.setdefault("MPLBACKEND", "Agg")
-with contextlib.redirect_stdout(io.StringIO()):
-    import irsim
-
 from drake_starnav import LaserScan, load_scenario, make_world
 from drake_starnav.plotting import draw_goal, save_figure, world_axes
 from drake_starnav.runtime import Navigator, Odometry
@@ -26,6 +23,8 @@ from drake_starnav.runtime import Navigator, Odometry
 
 def main(png: Path | None) -> None:
     """Drive, and say how it went."""
+    with contextlib.redirect_stdout(io.StringIO()):
+        import irsim  # here, as it prints
     scenario = load_scenario("forest")
     world, lidar, radius = make_world(scenario.world, 0, scenario.robot.radius), scenario.lidar, scenario.robot.radius
     obstacles = [

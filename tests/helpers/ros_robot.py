@@ -47,7 +47,9 @@ def main() -> None:
         link = make.TransformStamped(header=header(make, time.time(), "base_link"), child_frame_id="laser")
         link.transform = turned
         send_mounts(make.TFMessage(transforms=[link]))
+    BareRobot(scenario).drive(Told([0.0, 0.0]))  # compiles
     begin, twist, heard, seen = time.monotonic(), [0.0, 0.0], 0, {"plan": 0, "markers": 0}
+    due = begin
     while time.monotonic() < begin + options.seconds:
         _, scans, odometry, goal = robot.read()
         now = time.time() - options.late
@@ -77,7 +79,9 @@ def main() -> None:
         seen["plan"] += len(plans())
         seen["markers"] += len(markers())
         robot.drive(Told(twist))
-        time.sleep(max(begin + robot.ticks * robot.period - time.monotonic(), 0.0))
+        ahead = due + robot.period - time.monotonic()
+        time.sleep(max(ahead, 0.0))
+        due += robot.period + max(-ahead, 0.0)  # what is late stays late: no robot catches up
     away = math.dist(robot.pose[:2], robot.world.goal)
     print(json.dumps({"away": away, "clearance": robot.clearance, "heard": heard, "twist": twist, **seen}), flush=True)
     ros.close()
