@@ -74,7 +74,9 @@ def _print_margins(options: argparse.Namespace) -> int:
     for name, value in budget.symbols.items():
         print(f"{value:11.6g}  {name} = {SYMBOLS[name].text}: {SYMBOLS[name].meaning}")
     print()
-    for name, value in vars(derive_margins(scenario, mounts)).items():
+    derived = vars(derive_margins(scenario, mounts))
+    looks = {f"looks.{name}": value for name, value in derived.pop("looks")._asdict().items()}
+    for name, value in {**derived, **looks}.items():
         print(f"{str(round(value, 6) if isinstance(value, float) else value):>11}  {name}")
     return REACHED
 

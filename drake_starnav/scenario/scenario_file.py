@@ -42,7 +42,7 @@ def scenario_path(name_or_path: str | Path) -> Path:
         return path
     if name_or_path not in scenario_names():
         known = [*scenario_names(), "a path to a YAML file"]
-        raise unknown_name(f"scenario {shown(name_or_path)}", name_or_path, known)
+        raise unknown_name(f"scenario {shown(name_or_path)}", "" if path.suffix else name_or_path, known)
     return model_path("scenarios", f"{name_or_path}.yaml")
 
 

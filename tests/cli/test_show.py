@@ -22,8 +22,10 @@ def test_each_term_is_printed_and_they_add_up(capsys) -> None:
     assert float(last[0]) == pytest.approx(1e3 * kept.safety, abs=0.005)
     assert re.findall(r"  (\w) = ", symbols) == list(SYMBOLS)
     printed = {name: value for value, name in map(str.split, derived.splitlines())}
+    looks = {f"looks.{name}": value for name, value in kept.looks._asdict().items()}
+    values = {name: value for name, value in (vars(kept) | looks).items() if name != "looks"}
     assert {
-        name: str(round(value, 6)) if isinstance(value, float) else str(value) for name, value in vars(kept).items()
+        name: str(round(value, 6)) if isinstance(value, float) else str(value) for name, value in values.items()
     } == printed
 
 

@@ -138,6 +138,8 @@ def test_names_that_are_too_long_are_unknown() -> None:
         load_scenario("a" * 300)
     with pytest.raises(StarnavError, match=r"is the model of a robot; allowed: .* robot\.model=robots/cart\.urdf"):
         load_scenario("robots/cart.urdf")
+    with pytest.raises(StarnavError, match=r"unknown scenario 'mapp\.png': allowed"):  # a file is not meant as a name
+        load_scenario("mapp.png")
     assert load_scenario("barn", overrides=[f"world.file={'a' * 300}"]).world.file.endswith("a" * 300)
 
 

@@ -21,6 +21,7 @@ from drake_starnav.worlds.world import check_keys, check_numbers
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
 """What a cell may be, the values of ROS's `OccupancyGrid`."""
 MODES = ("trinary", "scale", "raw")
+IMAGES = (".pgm", ".png", ".bmp")
 FINEST, COARSEST = 1e-3, 100.0
 """Sides that cells may have, m."""
 LARGEST_MAP = 25_000_000
@@ -189,6 +190,8 @@ def _check_pgm_size(path: Path, image: Any) -> None:
 
 
 def _read_yaml(path: Path) -> dict[str, Any]:
+    if path.suffix.lower() in IMAGES:
+        raise StarnavError(f"map {path} is an image; allowed: the map's YAML file, which names its image")
     keys = load_yaml(read_text(path, f"map {path}", LARGEST_TEXT), f"map {path}")
     check_keys(keys, f"map {path}", ("image", "resolution", "origin", "occupied_thresh", "free_thresh"))
     return keys

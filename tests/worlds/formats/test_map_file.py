@@ -199,6 +199,8 @@ def test_a_truncated_png_is_refused(tmp_path: Path) -> None:
 def test_a_missing_file_and_one_without_keys_are_refused(tmp_path: Path) -> None:
     with pytest.raises(StarnavError, match="nothing.yaml cannot be read: No such file"):
         read_map(tmp_path / "nothing.yaml")
+    with pytest.raises(StarnavError, match="map.pgm is an image; allowed: the map's YAML file"):
+        read_map(tmp_path / "map.pgm")
     (tmp_path / "list.yaml").write_text("- 1\n")
     with pytest.raises(StarnavError, match="list.yaml has no image, resolution"):
         read_map(tmp_path / "list.yaml")
