@@ -31,11 +31,11 @@ def parse_scenario(text: str, *, name: str, **given: Any) -> Scenario:
     Args:
         text: what a scenario's file holds.
         name: of the scenario, in reports.
-        given: `method` and `overrides` as of `load_scenario`; `folder`, at which paths in the text begin, without it
+        given: `method` and `overrides` as in `load_scenario`; `folder`, at which paths in the text begin, without it
             where the program runs; `place`, which names the text in messages.
 
     Raises:
-        StarnavError: as of `load_scenario`.
+        StarnavError: as in `load_scenario`.
     """
     return _with_own_shape(scenario_file.parse_scenario(text, name=name, **given))
 

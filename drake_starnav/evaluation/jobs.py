@@ -65,7 +65,7 @@ def make_cases(scenarios: Sequence[str], methods: Sequence[str], overrides: Sequ
     """Every scenario, of a shipped name or a path, with every method and all "dotted.key=value" overrides.
 
     Raises:
-        StarnavError: as of `load_scenario`, or two cases have the same names.
+        StarnavError: as in `load_scenario`, or two cases have the same names.
     """
     cases = []
     for name in scenarios:

@@ -59,7 +59,7 @@ class Parts:
             check_kind(self.world, World, "world", "as from make_world")
 
     def of_method(self, scenario: Scenario) -> "Parts":
-        """These, and else those of the scenario's method, if it is one of the user's own; see `METHODS`."""
+        """These parts, completed by those of the scenario's method where it is one of the user's; see `METHODS`."""
         make = own_method(scenario.method)
         if make is None:
             return self

@@ -47,7 +47,7 @@ def scenario_path(name_or_path: str | Path) -> Path:
 
 
 def load_scenario(name_or_path: str | Path, *, method: str = "star", overrides: Sequence[str] = ()) -> Scenario:
-    """A shipped scenario by name, or one from a YAML file by path; arguments and errors as of `loading.load_scenario`.
+    """A shipped scenario by name, or one from a YAML file by path; arguments and errors as in `loading.load_scenario`.
 
     What the scenario does not say is taken from the YAML file beside the robot's model, see `directives.of_model`.
     """
@@ -191,7 +191,7 @@ def _robot_section(robot: Scenario) -> Tagged:
 
 
 def differences(text: str, other: str, sections: Sequence[str], place: str = "scenario") -> list[str]:
-    """Where two texts as of `scenario_text` differ in some sections: "robot.radius 0.3 and 0.25", or only its key.
+    """Where two texts from `scenario_text` differ in some sections: "robot.radius 0.3 and 0.25", or only its key.
 
     Keys of only one of them (from another version) and the folders of the files that they name are ignored.
     """

@@ -125,7 +125,7 @@ class LogStation(Station):
 def record_log(
     path: Path, html: Path, parts: Parts = AS_DECLARED, *, view: str = "top", shown: frozenset[str] | None = None
 ) -> "RecordedRun":
-    """Navigate again by a log, and record what the robot saw, knew and decided; arguments as of `Recorder`.
+    """Navigate again by a log, and record what the robot saw, knew and decided; arguments as in `Recorder`.
 
     Raises:
         StarnavError: the file is no log, or the robot was nowhere.

@@ -30,7 +30,7 @@ def driven_record(
     html: Path | None = None,
     progress: Callable[[float, float], None] | None = None,
 ) -> dict[str, Any]:
-    """Run a scenario of one robot or of several, and return its record; arguments and errors as of `run_trial`."""
+    """Run a scenario of one robot or of several, and return its record; arguments and errors as in `run_trial`."""
     if not scenario.robots:
         return trial_record(run_trial(scenario, method=method, seed=seed, html=html, progress=progress))
     trials = run_robots(scenario, method=method, seed=seed, progress=progress)

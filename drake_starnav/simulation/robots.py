@@ -128,7 +128,7 @@ def run_robots(
     seed: int = 0,
     progress: Callable[[float, float], None] | None = None,
 ) -> list[RobotTrial]:
-    """Simulate the robots of a scenario until all have reached their goals or given up, two touch, or time is over.
+    """Simulate the robots of a scenario until all have arrived or given up, two touch, or time is over.
 
     Each has lidar, localization and navigation of its own, and knows of the others only what its lidar sees. A collar
     about each robot, as wide as its footprint, reaches through the planes of all lidars.
@@ -140,7 +140,7 @@ def run_robots(
 
     Raises:
         StarnavError: the scenario has no robots; one starts in an obstacle or another robot; two goals are too near; a
-            robot cannot avoid what moves; or as of `run_trial`.
+            robot cannot avoid what moves; or as in `run_trial`.
         KeyboardInterrupt: Ctrl-C.
     """
     method = check_method(scenario, method)
@@ -182,7 +182,7 @@ def worlds_of_robots(scenario: Scenario, seed: int) -> list[World]:
     """The world of a scenario with `robots`, once for each, with its start and its last goal.
 
     Raises:
-        StarnavError: as of `run_robots`.
+        StarnavError: as in `run_robots`.
     """
     robots = scenario.robots
     if not robots:

@@ -134,7 +134,7 @@ class Run:
 def figures(scenario: Scenario, world: World, shortest: tuple[float, np.ndarray] | None, run: Run) -> dict[str, Any]:
     """Fields of the `Trial` of a run: its outcome, and what follows from where the robot drove.
 
-    The shortest path for comparison is as of `omniscient_path`.
+    The shortest path for comparison is as in `omniscient_path`.
     """
     path = run.driven[:, :2]
     standing, clearances = _clearances(world, run, scenario.robot.shape)

@@ -57,7 +57,7 @@ def mesh_triangles(shape: Mesh, name: str) -> tuple[np.ndarray, np.ndarray]:
 
 
 def is_hollow(shape: Mesh, name: str) -> bool:
-    """Whether some of a mesh's surface lies more than `DENT` inside its convex hull; errors as of `mesh_triangles`."""
+    """Whether some of a mesh's surface lies more than `DENT` inside its convex hull; errors as in `mesh_triangles`."""
     return mesh_file.depth_in_hull(*mesh_triangles(shape, name)) > DENT
 
 

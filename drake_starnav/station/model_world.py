@@ -63,7 +63,7 @@ def with_footprints(world: World) -> World:
     """The world of a model file with the footprints of the file's geometry as cylinders and polygons.
 
     Raises:
-        StarnavError: as of `add_model`, or the lidar cannot read a mesh.
+        StarnavError: as in `add_model`, or the lidar cannot read a mesh.
     """
     if world.model is None:
         return world

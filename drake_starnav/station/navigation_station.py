@@ -88,7 +88,7 @@ class Station:
         return self.robot_interface.GetOutputPort(name)
 
     def GetInputPort(self, name: str) -> InputPort:
-        """The port of that name, as of `NavigationStation`."""
+        """The port of that name, as in `NavigationStation`."""
         return self.robot_interface.GetInputPort(name)
 
 
@@ -138,7 +138,7 @@ class NavigationStation(Diagram, Station):
 
     Ports:
         drive.twist_command: vector (v, omega), m/s and rad/s.
-        lidar.*: as of `LidarSensor`; further lidars are lidar_2, lidar_3, ...
+        lidar.*: as in `LidarSensor`; further lidars are lidar_2, lidar_3, ...
         localization.pose: vector (x, y, yaw) of the robot's base in the world frame W, m and rad, with its
             declared error.
         localization.state: vector (x, y, yaw, v, omega).

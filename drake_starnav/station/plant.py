@@ -173,7 +173,7 @@ def scenario_plant_config(settings: Mapping[str, Any], defaults: MultibodyPlantC
 
 
 def scenario_simulator_config(settings: Mapping[str, Any], defaults: SimulatorConfig | None = None) -> SimulatorConfig:
-    """Defaults, and over them the scenario's `simulator_config`; errors as of `scenario_plant_config`."""
+    """Defaults, and over them the scenario's `simulator_config`; errors as in `scenario_plant_config`."""
     if settings.get("start_time", 0) != 0:
         raise StarnavError(
             f"simulator_config.start_time is {shown(settings['start_time'])}; allowed: 0, when the first scan is taken"

@@ -41,7 +41,7 @@ class RobotInterface(Diagram):
     Ports:
         geometry_query: abstract, `QueryObject` of the scene.
         multibody_state: vector of the robot's model, from the plant.
-        drive.twist_command, lidar.*, localization.*: as of `NavigationStation`.
+        drive.twist_command, lidar.*, localization.*: as in `NavigationStation`.
         desired_state: vector of the robot's model, to the plant.
 
     With a continuous plant the last port is `actuation`, torques of its `WheelServo`, N m.

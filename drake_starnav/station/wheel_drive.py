@@ -55,7 +55,7 @@ class WheelSlip(LeafSystem):
     ```
 
     Ports:
-        desired_state: vector of 2 n values as of `WheelSpeedCommand`, rad/s.
+        desired_state: vector of 2 n values as in `WheelSpeedCommand`, rad/s.
         slipping_state: vector, the same with less speed.
     """
 
@@ -85,7 +85,7 @@ class WheelServo(Diagram):
     ```
 
     Ports:
-        desired_state: vector as of `WheelSpeedCommand`, rad/s.
+        desired_state: vector as in `WheelSpeedCommand`, rad/s.
         multibody_state: vector of the robot's model, from the plant.
         actuation: vector, N m, for the plant's port of that name, which limits it to the actuators' efforts.
 

@@ -68,7 +68,7 @@ def add_world(plant: MultibodyPlant, world: World) -> None:
     with which a plant has no contact: a `CollisionMonitor` of your own finds it by `surface_world`.
 
     Raises:
-        StarnavError: the world has moving obstacles, which only `add_station` can drive; or as of `add_model`.
+        StarnavError: the world has moving obstacles, which only `add_station` can drive; or as in `add_model`.
     """
     if len(world.moving_obstacles):
         raise StarnavError(

@@ -177,7 +177,7 @@ class StarRoadmapPlanner(LeafSystem):
         return _Plan(after, body, now.goal, time, stand, since)
 
     def _body(self, context: Context, now: FootprintInForce) -> Body | None:
-        """The robot, if it is no disc and it is known what its certificate knows."""
+        """The robot, unless it is a disc or nobody says what its certificate knows."""
         robot = now.robot
         if robot.shape.is_disc or not self._certified_region.HasValue(context):
             return None

@@ -113,7 +113,7 @@ def save_figure(figure: Any, file: str | Path, *, dpi: int = 80) -> None:
 
 
 def write_png(world: World, robot: RobotParameters, path: np.ndarray | None, title: str, file: Path) -> None:
-    """Draw a world with its start, goal and shortest path; arguments as of `world_page.write_world_page`."""
+    """Draw a world with its start, goal and shortest path; arguments as in `world_page.write_world_page`."""
     figure, axis = world_axes(world, title)
     if path is not None:
         axis.plot(*path.T, color=PATH, linewidth=1.6, label="shortest path", zorder=2)

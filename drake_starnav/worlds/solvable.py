@@ -124,7 +124,7 @@ def check_free(world: World, place: Sequence[float], robot: Footprint | float, n
 
 
 def check_reachable(world: World, robot: Footprint | float, place: str, goals: Sequence[Sequence[float]] = ()) -> None:
-    """Raise `StarnavError` if there is no way for the robot; arguments as of `check_ends`."""
+    """Raise `StarnavError` if there is no way for the robot; arguments as in `check_ends`."""
     robot, begin = shaped(robot), list(world.start)
     for name, goal in _named(world, place, goals):
         if leg_through(world, robot, begin, goal) is None:

@@ -96,7 +96,7 @@ def record_chosen(
     """Run the chosen trials again, on this machine, and record them into a folder; returns them with their files.
 
     Args:
-        results, chosen: with the trials, and as of `chosen_trials`.
+        results, chosen: with the trials, and as in `chosen_trials`.
         folder: for the recordings; it is created.
         failures: most failures to record of each scenario and method.
         progress: called after each trial with the number done and the number of all.

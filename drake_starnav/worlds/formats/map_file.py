@@ -90,7 +90,7 @@ def read_map(path: Path) -> OccupancyMap:
 
 
 def image_path(path: Path) -> Path:
-    """The image that a map_server YAML file names; errors as of `read_map`."""
+    """The image that a map_server YAML file names; errors as in `read_map`."""
     return _image(_read_yaml(path), path)
 
 
@@ -110,7 +110,7 @@ def occupancy(
     opaque as unknown, and `raw` takes 8-bit values up to 100 as percentages and others as unknown.
 
     Args:
-        shade, opacity: as of `read_image`.
+        shade, opacity: as in `read_image`.
         mode: one of MODES.
         negate: whether bright pixels are occupied instead of dark ones; not used by `raw`.
         occupied, free: thresholds of the occupancy, 0 to 1.

@@ -32,7 +32,7 @@ class Obstacles:
         """The world as given; nothing in it is random.
 
         Raises:
-            StarnavError: as of `World`, or a polygon is not simple.
+            StarnavError: as in `World`, or a polygon is not simple.
         """
         world = World(name="obstacles", **vars(self))
         parts = len(world.cylinders)

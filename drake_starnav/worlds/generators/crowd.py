@@ -106,7 +106,7 @@ def wander(
     """A closed path, there and back, on which a disc touches no static obstacle; None if it was caught in a corner.
 
     It begins at a free position (2,), W, m, at a speed in m/s. Unless it is winding, it is straight between the turns
-    at obstacles. Its way points, shape (k, 3), are as of `MovingObstacles`.
+    at obstacles. Its way points, shape (k, 3), are as in `MovingObstacles`.
     """
     least = radius + 0.5 * _SPACING  # at the checked places, so that none between them is nearer than the radius
     heading, time, turn_rate, next_turn = rng.uniform(-math.pi, math.pi), 0.0, 0.0, 0.0
