@@ -71,7 +71,7 @@ class StarRoadmapVisualizer(LeafSystem):
         goal: vector of size 2, m.
         twist: vector that is commanded, as the base's twists are; its speed colours the trail.
         certificate: abstract, any object whose `path`, of shape (n, 2) or (n, 3), is the certified motion, m.
-        footprint: abstract, `FootprintInForce`; unconnected, the robot keeps its own.
+        footprint: abstract, any object with a `robot`, as `FootprintInForce`; unconnected, the robot keeps its own.
 
     Each layer of `meshes.LAYERS` is one folder below `ROOT` in Meshcat's panel and can be switched there.
 
@@ -124,7 +124,7 @@ class StarRoadmapVisualizer(LeafSystem):
         self.DeclareVectorInputPort("goal", 2)
         self.DeclareVectorInputPort("twist", len(robot.drive.components))
         self.DeclareAbstractInputPort("certificate", Value[object](SimpleNamespace(path=np.zeros((0, 2)))))
-        self.DeclareAbstractInputPort("footprint", Value[object](robot))
+        self.DeclareAbstractInputPort("footprint", Value[object](object()))
         self.DeclareInitializationPublishEvent(self._clear)
         self.DeclarePeriodicPublishEvent(1.0 / parameters.frames_per_second, 0.0, self._publish)
 

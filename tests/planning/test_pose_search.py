@@ -37,7 +37,8 @@ def moved(pose: np.ndarray, move: np.ndarray, steps: int = 20) -> list[np.ndarra
 
 def surfaces_around(poses: list[np.ndarray], spare: float) -> Chords:
     """Surfaces that leave the footprint just the room to move over some poses, with the margin and a spare."""
-    swept = shapely.union_all([covered(SHAPE, pose) for pose in poses]).buffer(MARGIN + spare, join_style="mitre")
+    with np.errstate(invalid="ignore"):  # of mitres at corners that are almost straight
+        swept = shapely.union_all([covered(SHAPE, pose) for pose in poses]).buffer(MARGIN + spare, join_style="mitre")
     rings = [np.asarray(ring.segmentize(0.02).coords) for ring in (swept.exterior, *swept.interiors)]
     ends = np.vstack([np.hstack((ring[:-1], ring[1:])) for ring in rings])
     return walls(ends, poses[0][:2])
