@@ -87,7 +87,7 @@ def too_narrow(state: PlannerState, inputs: PlannerInput) -> np.ndarray:
     if len(state.recent) < AVERAGED_SCANS:
         return EMPTY_PATH
     way = np.vstack((inputs.position, state.path, state.optimistic_path))
-    scan, count = mean_scan(state.recent, inputs.robot_radius + AVERAGED_WITHIN)
+    scan, count = mean_scan(state.recent, inputs.robot_radius + AVERAGED_WITHIN * inputs.robot_radius)
     distance = smoothed_distances(scan, inputs.margins.smoothing_slack)
     hits = scan.points_at(distance, scan.hits & (2 * count > AVERAGED_SCANS), state.recent[-1].pose)
     narrow = narrowest_place(hits, way, 2.0 * inputs.robot_radius)

@@ -214,7 +214,7 @@ def perceive(
         (lone,) = near  # more are refused
         measured = smoothed_distances(lone, margins.smoothing_slack, margins.smoothed_beams)
         lone = dataclasses.replace(lone, ranges=np.where(lone.hits, measured, lone.ranges))
-        earlier, lone = averaged(before.memory, lone, pose, safe_radius + AVERAGED_WITHIN)
+        earlier, lone = averaged(before.memory, lone, pose, safe_radius + AVERAGED_WITHIN * robot_radius)
         safety, _ = certified_region(earlier, lone, *arguments)
     place = pose, memorised[0]
     safety = _looking(before, safety, (near, mounts), place, settings, smoothing)

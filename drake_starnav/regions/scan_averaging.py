@@ -19,9 +19,9 @@ from drake_starnav.regions.erosion import SAME_SURFACE
 from drake_starnav.regions.observation import Observation
 from drake_starnav.regions.safe_region import ScanMemory
 
-AVERAGED_WITHIN = 0.5
-"""Hits are averaged up to this distance from the robot's hull, m: only these restrict it, and farther away the beams
-are too far apart."""
+AVERAGED_WITHIN = 2.0
+"""Hits are averaged up to this distance from the robot's hull, in its radii: only these restrict it, and farther away
+the beams are too far apart."""
 
 
 def averaged(memory: ScanMemory, scan: LaserScan, pose: np.ndarray, reach: float) -> tuple[ScanMemory, LaserScan]:
