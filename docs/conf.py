@@ -32,6 +32,7 @@ autodoc_member_order = "bysource"
 napoleon_custom_sections = [("Ports", "params_style")]
 napoleon_use_ivar = True
 default_role = "code"
+suppress_warnings = ["ref.python"]  # of attributes that several classes have, Napoleon's lists mean those of their own
 myst_heading_anchors = 3  # pages link to headings as on a forge: parameters.md#lidar
 nb_execution_mode = "auto"  # the notebooks' outputs are made with the site
 nb_execution_in_temp = True
