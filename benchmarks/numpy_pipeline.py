@@ -10,7 +10,6 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from drake_starnav.control import ControllerParameters
-from drake_starnav.control.clear import STOPPED_DISTANCE
 from drake_starnav.control.free_heading import FREE_HEADING_RANGE, OPEN_WAY, SAMPLES, STEP
 from drake_starnav.control.modulation import CENTER, FARTHEST, NEAR_WALL_SCALE, SIGMA
 from drake_starnav.control.motion import LONGEST_STEP, SAMPLE_SPACING
@@ -36,7 +35,6 @@ from drake_starnav.regions.piecewise_cubic import LARGEST_SHARE, SMALLEST_SPLIT
 from drake_starnav.regions.region_union import first_gap
 from drake_starnav.regions.safe_region import CertifiedRegion, ScanMemory
 from drake_starnav.robot import RobotParameters
-from drake_starnav.robot.base import SHARES
 from drake_starnav.robot.limits import HEADING_GAIN
 
 
@@ -195,7 +193,7 @@ def command(
     margins: Margins,
     robot: RobotParameters,
 ) -> np.ndarray:
-    """As the command of `kinematic_drive`; the path must not be empty."""
+    """As the command of `kinematic_drive`, or NaN where the star alone does not decide; the path must not be empty."""
     path = guidance.path
     offset = path - pose[:2]
     away = np.hypot(offset[:, 0], offset[:, 1])
@@ -303,11 +301,9 @@ def _certified_twist(
     star: CertifiedRegion,
     robot: RobotParameters,
 ) -> tuple[float, float]:
-    for candidate in SHARES * (v, omega):
-        if _covered(_motion(pose, twist, *candidate, hold, robot) - star.center, star):
-            return float(candidate[0]), float(candidate[1])
-    standing = twist[0] ** 2 <= 2.0 * robot.max_acceleration * STOPPED_DISTANCE
-    return 0.0, omega if standing else 0.0
+    """The twist itself where the star accepts it; NaN where surfaces must decide, of which this knows nothing."""
+    accepted = _covered(_motion(pose, twist, v, omega, hold, robot) - star.center, star)
+    return (v, omega) if accepted else (math.nan, math.nan)
 
 
 def _motion(

@@ -131,6 +131,7 @@ class Step:
 def steps(kept: Drive) -> list[Step]:
     """All steps that have a reference."""
     erosion, fit, safe, whole = [], [], [], []
+    decided = [moment for moment in kept.commands if np.isfinite(numpy_command(moment)).all()]
     for moment in kept.scans:
         scan = moment.scan
         distance = smoothed_distances(scan)
@@ -141,7 +142,7 @@ def steps(kept: Drive) -> list[Step]:
                 partial(numpy_pipeline.free_range, scan, distance, ROBOT.radius, MARGINS),
             )
         )
-        fit.append((partial(package_fit, samples), partial(numpy_pipeline.adaptive_fit, samples)))
+        fit.append((partial(package_fit, samples), partial(numpy_pipeline.adaptive_fit, samples, ROBOT.radius)))
         safe.append((partial(package_safety, moment, distance), partial(numpy_safety, moment, distance)))
         whole.append((partial(package_scan, moment), partial(numpy_scan, moment)))
     return [
@@ -149,7 +150,7 @@ def steps(kept: Drive) -> list[Step]:
         Step("fit", fit),
         Step("certified region", safe),
         Step("whole scan", whole),
-        Step("command", [(partial(command, moment), partial(numpy_command, moment)) for moment in kept.commands]),
+        Step("command", [(partial(command, moment), partial(numpy_command, moment)) for moment in decided]),
         Step("cost-to-go", [(partial(package_cost, *known), partial(numpy_cost, *known)) for known in kept.roadmaps]),
     ]
 

@@ -440,7 +440,7 @@ def test_a_robot_visits_its_goals_in_order_and_turns_to_the_last_heading() -> No
     [
         ("robot.model=carbot", "robot.base car, which makes no turns on the spot"),
         ("controller.kind=star_paper", "controller.kind star_paper, which follows no turns on the spot"),
-        ("goals=[[1.7, 0.1]]", r"goals\[0\] is \[1.7, 0.1\], -0.4 m from cylinders"),
+        ("goals=[[1.7, 0.1]]", r"goals\[0\] is \[1.7, 0.1\], inside cylinders"),
     ],
 )
 def test_goals_that_cannot_be_driven_to_are_refused(override: str, said: str) -> None:

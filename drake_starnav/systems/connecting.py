@@ -8,8 +8,8 @@ from pydrake.systems.framework import DiagramBuilder, InputPort, OutputPort, Por
 from drake_starnav.errors import StarnavError
 from drake_starnav.systems.release import RELEASED
 
-UNNAMED = "y0"
-"""The name that Drake gives the first output port if its system does not."""
+UNNAMED = frozenset(("y0", "y"))
+"""The names of an only output port that says nothing: Drake's, where a system gives none, and its `PassThrough`'s."""
 ALIKE = 0.8
 """An unconnected port whose name is this similar to a known one is taken for a slip of the pen."""
 
@@ -72,9 +72,9 @@ def output_port(system: System, name: str, size: int | None, role: str) -> Outpu
         StarnavError: there is none, or it has another size or type.
     """
     ports = outputs(system)
-    if name not in ports and list(ports) != [UNNAMED]:
+    if name not in ports and not (len(ports) == 1 and ports.keys() <= UNNAMED):
         raise StarnavError(f"{role} has the output ports {', '.join(ports) or 'none'}; allowed: one named {name}")
-    port = ports.get(name) or ports[UNNAMED]
+    port = ports.get(name) or next(iter(ports.values()))
     wanted = "abstract" if size is None else f"a vector of size {size}"
     if _kind(port) != wanted:
         raise StarnavError(f"{role}: output port {port.get_name()} is {_kind(port)}; allowed: {wanted}")

@@ -92,7 +92,9 @@ def test_a_trial_in_a_numbered_world_is_repeated_in_that_world(tmp_path: Path) -
     few = ["--set", "simulation.timeout=0.1", "--jobs", "1", "--quiet"]
     assert benchmark(["barn", "--worlds", "2,5", *few, "--json", str(path)]) == 0
     for line, world in ((2, 2), (3, 5)):
-        arguments = argparse.Namespace(run=str(path), line=line, method=None, seed=None, overrides=[], compare=None)
+        arguments = argparse.Namespace(
+            run=str(path), line=line, method=None, seed=None, overrides=[], compare=None, log=None
+        )
         assert chosen_run(arguments).scenarios["star"].world.id == world
 
 

@@ -1,4 +1,4 @@
-"""Something comes head on at a robot that does not see it, faster than it drives."""
+"""Something comes head on at a robot that sees it too late, faster than it drives."""
 
 import json
 from pathlib import Path
@@ -16,6 +16,6 @@ def head_on(folder: Path, max_speed: float) -> Scenario:
     }
     (folder / "worlds.json").write_text(json.dumps(content))
     text = f"world: !DynaBarn {{file: {folder / 'worlds.json'}}}\nrobot: {{max_speed: {max_speed}}}\n"
-    text += "controller: {kind: foa, target: short_term_goal}\nlidar: {range_max: 0.2}\n"
+    text += "controller: {kind: foa, target: short_term_goal}\nlidar: {range_max: 0.6}\n"
     text += f"foa: {{max_speed: {max_speed}}}\n"
     return parse_scenario(text, name="head on")
