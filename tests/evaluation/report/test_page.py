@@ -72,13 +72,16 @@ def test_it_fits_its_width_and_every_picture_is_drawn(page) -> None:
 
 
 @pytest.mark.slow
-def test_on_a_narrow_screen_pictures_and_tables_scroll_and_keep_their_size(page) -> None:
+def test_on_a_narrow_screen_everything_fits_and_cells_have_labels(page) -> None:
     page.set_viewport_size({"width": 420, "height": 800})
-    assert page.evaluate("document.documentElement.scrollWidth") <= 420
-    assert min(page.evaluate("[...document.images].map(image => image.width)")) >= 600
-    heights = page.evaluate("[...document.querySelectorAll('#trials tbody tr')].map(row => row.offsetHeight)")
+    width = page.evaluate("document.documentElement.scrollWidth")
+    pictures = page.evaluate("[...document.images].map(image => image.getBoundingClientRect().right)")
+    label = "getComputedStyle(document.querySelector('#trials tbody td'), '::before').content"
+    before = page.evaluate(label)
     page.set_viewport_size({"width": 1100, "height": 800})
-    assert max(heights) < 100
+    assert width <= 420
+    assert max(pictures) <= 420
+    assert (before, page.evaluate(label)) == ('"scenario"', "none")
 
 
 @pytest.mark.slow
