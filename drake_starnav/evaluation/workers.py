@@ -4,9 +4,10 @@ import multiprocessing
 import os
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
+from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor
 from contextlib import AbstractContextManager, closing, contextmanager
 from dataclasses import dataclass
+from queue import SimpleQueue
 from typing import Any
 
 from drake_starnav.errors import StarnavError, one_line
@@ -60,23 +61,29 @@ def _run(queue: deque[Job], pool: Pool, limit: int) -> Generator[Record, None, l
     """Run jobs from the queue, at most `limit` at a time, until it is empty or a worker is lost; returns those lost."""
     running: dict[Future[Record], Job] = {}
     lost: list[Job] = []
+    ended: SimpleQueue[Future[Record]] = SimpleQueue()  # `wait` would not notice those that are cancelled from outside
     with pool.make_executor() as executor:
         _check(executor)
         while running or (queue and not lost):
             while queue and not lost and len(running) < limit:
                 job = queue.popleft()
                 try:
-                    running[executor.submit(run_job, job)] = job
+                    future = executor.submit(run_job, job)
                 except BrokenExecutor:
                     lost.append(job)
-            for future in wait(running, return_when=FIRST_COMPLETED).done:
-                job = running.pop(future)
-                if future.cancelled():
-                    raise StarnavError("the workers cannot be reached any more; allowed: --resume once they can")
-                if future.exception() is None:  # never the trial's own: run_job turns that into a record
-                    yield future.result()
-                else:
-                    lost.append(job)
+                    continue
+                running[future] = job
+                future.add_done_callback(ended.put)
+            if not running:
+                continue
+            future = ended.get()
+            job = running.pop(future)
+            if future.cancelled():
+                raise StarnavError("the workers cannot be reached any more; allowed: --resume once they can")
+            if future.exception() is None:  # never the trial's own: run_job turns that into a record
+                yield future.result()
+            else:
+                lost.append(job)
     return lost
 
 
@@ -118,8 +125,11 @@ def local_processes(count: int) -> Iterator[Executor]:
         executor.shutdown()
     except BaseException:
         executor.shutdown(wait=False, cancel_futures=True)
-        for worker in multiprocessing.active_children():
+        workers = multiprocessing.active_children()
+        for worker in workers:
             worker.terminate()
+        for worker in workers:
+            worker.join(1.0)
         raise
 
 
