@@ -2,8 +2,11 @@
 
 from dataclasses import dataclass
 
+from drake_starnav.errors import StarnavError
 from drake_starnav.parameters import Checked, parameter
 
+FINEST = 0.01
+"""The smallest cell, m."""
 CLEARANCE, SPACING, CELL = 0.06, 2.8, 0.2
 """Preferred clearance, node spacing and grid resolution in narrow radii of the robot, unless they are given."""
 
@@ -44,6 +47,13 @@ class PlannerParameters(Checked, place="planner"):
         high=0.5,
         when="raise it for worlds of more than 100 m: faster searches",
     )
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if 0.0 < self.grid_resolution < FINEST:
+            raise StarnavError(
+                f"planner.grid_resolution is {self.grid_resolution:g}; allowed: 0, or {FINEST:g} to 0.5 m"
+            )
 
     def clearance(self, radius: float) -> float:
         """`preferred_clearance` of a robot with a narrow radius, m."""

@@ -25,7 +25,7 @@ class Unnamed:
 @pytest.mark.parametrize("rule", [lambda zone: zone, Unnamed], ids=["known", "unknown"])
 def test_a_robot_that_the_shield_keeps_out_of_an_area_drives_round_it(rule) -> None:
     scenario = load_scenario("forest", overrides=["simulation.timeout=90"])
-    world = scenario.world.make(np.random.default_rng(1), scenario.robot.radius)
+    world = scenario.world.make(np.random.default_rng(1), scenario.robot.shape)
     start, goal = np.array(world.start[:2]), np.array(world.goal)
     ahead = (goal - start) / np.hypot(*(goal - start))
     sides = np.array(((0.3, 0.9), (-0.3, 0.9), (-0.3, -0.9), (0.3, -0.9)))

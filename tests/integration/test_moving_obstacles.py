@@ -32,12 +32,18 @@ def recorded(tmp_path_factory):
     return world, (recorder.recorded, folder / "one.html"), (recorded, folder / "two.html")
 
 
+def rears(world: World, time: float) -> np.ndarray:
+    """A place (n, 2) on each moving obstacle, W, m, behind its middle, where the arrow of its velocity begins."""
+    (positions,), (velocities,) = moving_obstacle_states(world.moving_obstacles, np.array([time]))
+    speed = np.maximum(np.hypot(*velocities.T), 1e-9)
+    return positions - (0.6 * world.moving_obstacles.radii / speed)[:, None] * velocities
+
+
 def shades(picture, world: World, time: float) -> list[np.ndarray]:
-    """Colours of a picture, 0 to 1, at the middle of each moving obstacle."""
+    """Colours of a picture, 0 to 1, on each moving obstacle."""
     image = np.asarray(picture, dtype=float) / 255.0
     matrix, offset = floor_to_page(world.extent)
-    positions, _ = moving_obstacle_states(world.moving_obstacles, np.array([time]))
-    return [image[row, column] for column, row in np.round(positions[0] @ matrix.T + offset).astype(int)]
+    return [image[row, column] for column, row in np.round(rears(world, time) @ matrix.T + offset).astype(int)]
 
 
 @pytest.mark.parametrize("k", [0, 1])
@@ -46,7 +52,7 @@ def test_plot_shows_moving_obstacles(recorded, k: int, time: float) -> None:
     world, (recorded, _) = recorded[0], recorded[1 + k]
     picture = moment_picture(recorded, time)
     image = np.asarray(picture, dtype=float) / 255.0
-    for place in moving_obstacle_states(world.moving_obstacles, np.array([time]))[0][0]:
+    for place in rears(world, time):
         assert image[plotted(recorded, place, picture)] == pytest.approx(MOVING_OBSTACLES.color, abs=0.02)
 
 
