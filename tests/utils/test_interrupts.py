@@ -22,8 +22,13 @@ def started(folder: Path, *arguments: str, **environment: str) -> subprocess.Pop
     return subprocess.Popen(
         [sys.executable, "-m", "drake_starnav", *arguments], cwd=folder, stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE, text=True, env={**os.environ, "PYTHONPATH": str(ROOT), **environment},
-        start_new_session=True,
+        start_new_session=True, preexec_fn=hears,
     )  # fmt: skip
+
+
+def hears() -> None:
+    """Ctrl-C is not ignored in a process that begins, as it is in those that a shell has put into the background."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 def interrupted(process: subprocess.Popen) -> str:
