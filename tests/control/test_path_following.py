@@ -4,7 +4,7 @@ from unittest.mock import patch
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from benchmarks import numpy_pipeline
@@ -84,8 +84,9 @@ def test_the_compiled_step_is_the_plain_one(seed):
     guidance = Guidance(path, bool(rng.random() < 0.5), regions)
     if guidance.distance_to_goal(pose[:2]) < 2.0 * GOAL_REACHED * RADIUS:
         return
-    command, _ = stepped(ControllerInputs(pose, twist, guidance, star), PARAMETERS, ROBOT)
     plain = numpy_pipeline.command(pose, twist, guidance, star, PARAMETERS, MARGINS, ROBOT)
+    assume(np.isfinite(plain).all())  # the star alone decides
+    command, _ = stepped(ControllerInputs(pose, twist, guidance, star), PARAMETERS, ROBOT)
     np.testing.assert_allclose(command, plain, atol=1e-9)
 
 
