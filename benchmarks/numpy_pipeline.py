@@ -10,11 +10,9 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from drake_starnav.control import ControllerParameters
-from drake_starnav.control.free_heading import FREE_HEADING_RANGE, OPEN_WAY, SAMPLES, STEP
 from drake_starnav.control.modulation import CENTER, FARTHEST, NEAR_WALL_SCALE, SIGMA
 from drake_starnav.control.motion import LONGEST_STEP, SAMPLE_SPACING
 from drake_starnav.control.path_following import (
-    MAX_BEND,
     MODULATION_DISTANCE,
     NEAR_WALL_ZONE,
     TURNING_TIMES,
@@ -32,7 +30,6 @@ from drake_starnav.regions.erosion import BEARINGS, JUMP, SAME_SURFACE, SMOOTHIN
 from drake_starnav.regions.passages import MARGIN_STEPS, PASSAGE_DEPTH, SHUT
 from drake_starnav.regions.perception import SCAN_MEMORY
 from drake_starnav.regions.piecewise_cubic import LARGEST_SHARE, SMALLEST_SPLIT
-from drake_starnav.regions.region_union import first_gap
 from drake_starnav.regions.safe_region import CertifiedRegion, ScanMemory
 from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.limits import HEADING_GAIN
@@ -202,13 +199,11 @@ def command(
     distance = away[ahead]
     direction = offset[ahead] / distance
     if distance > MODULATION_DISTANCE * robot.radius:
-        modulated = _modulated(pose[:2], direction, guidance.regions, robot.radius)
-        direction = _turned_less(pose[:2], direction, modulated, path[ahead], guidance.regions, MAX_BEND)
+        direction = _modulated(pose[:2], direction, guidance.regions, robot.radius)
     radius = Clearances.of(robot.radius, margins.safety).near_wall
     zone = NEAR_WALL_ZONE * robot.radius
     push = zone / max(TURNING_TIMES / HEADING_GAIN * robot.max_speed, zone)
     direction = _off_walls(pose[:2], direction, star.near_hits, (radius, zone), push)
-    direction = _free_heading(pose[:2], direction, star, OPEN_WAY * robot.radius)
     heading = (math.atan2(direction[1], direction[0]) - pose[2] + math.pi) % (2.0 * math.pi) - math.pi
     stop_at = distance if guidance.arrives and len(path) == 1 else math.inf
     v = min(robot.max_speed * max(math.cos(heading), 0.0) ** 3, GOAL_SLOWDOWN * stop_at + robot.max_speed / CREEP)
@@ -217,16 +212,6 @@ def command(
     limits = np.array((robot.max_speed, robot.max_yaw_rate))
     change = np.array((robot.max_acceleration, robot.max_yaw_acceleration)) / parameters.rate
     return twist + np.clip(np.clip((v, omega), -limits, limits) - twist, -change, change)
-
-
-def _turned_less(
-    position: np.ndarray, guide: np.ndarray, modulated: np.ndarray, aim: np.ndarray, regions: RegionUnion, limit: float
-) -> np.ndarray:
-    turn = float(np.angle(complex(*modulated) / complex(*guide)))
-    if abs(turn) <= limit or first_gap(regions, tuple(position), tuple(aim), 0.0) > 0.0:
-        return modulated
-    turned = complex(*guide) * np.exp(1j * math.copysign(limit, turn))
-    return np.array((turned.real, turned.imag))
 
 
 def _modulated(position: np.ndarray, direction: np.ndarray, regions: RegionUnion, radius: float) -> np.ndarray:
@@ -274,22 +259,6 @@ def _off_walls(
     direction = direction - share * min(float(direction @ push), 0.0) * push + min(share, most) * push
     length = np.hypot(*direction)
     return push if length < 1e-6 else direction / length
-
-
-def _free_heading(position: np.ndarray, direction: np.ndarray, star: CertifiedRegion, most: float) -> np.ndarray:
-    way = most * np.arange(1, SAMPLES + 1) / SAMPLES
-    steps = STEP * np.arange(1, int(FREE_HEADING_RANGE / STEP) + 1)
-    bearing = math.atan2(direction[1], direction[0])
-
-    def is_open(angle: float) -> bool:
-        return _covered(position + np.outer(way, (math.cos(angle), math.sin(angle))) - star.center, star)
-
-    if is_open(bearing):
-        return direction
-    for turn in np.column_stack((steps, -steps)).ravel():
-        if is_open(bearing + turn) and is_open(bearing + turn + math.copysign(STEP, turn)):
-            return np.array((math.cos(bearing + turn), math.sin(bearing + turn)))
-    return direction
 
 
 def _certified_twist(

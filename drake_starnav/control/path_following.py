@@ -6,7 +6,6 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from drake_starnav.control.free_heading import free_heading
 from drake_starnav.control.inputs import ControllerInputs, Proposal
 from drake_starnav.control.manoeuvre_following import aligned_direction, followed_manoeuvre
 from drake_starnav.control.modulation import modulated_direction, near_wall_direction
@@ -14,7 +13,7 @@ from drake_starnav.control.rollout import CREEP, GOAL_SLOWDOWN
 from drake_starnav.planning.guidance import PASSED_DISTANCE
 from drake_starnav.planning.passage import tight_passage
 from drake_starnav.regions.margins import Margins
-from drake_starnav.regions.region_union import RegionUnion, first_gap
+from drake_starnav.regions.region_union import RegionUnion
 from drake_starnav.robot import Limits, RobotParameters
 from drake_starnav.robot.limits import HEADING_GAIN, turning_twist, wrapped_angle
 
@@ -25,8 +24,6 @@ LEAST_SHARE = 0.8
 TURNING_TIMES = 2.0
 """Limits the push off a wall to one near-wall zone per TURNING_TIMES / HEADING_GAIN, s, in which the robot turns back;
 otherwise it would oscillate between the walls of a narrow passage."""
-MAX_BEND = 0.8
-"""Largest turn of the guiding vector by modulation where the robot sees the way point inside the regions, rad."""
 MODULATION_DISTANCE = 1.0
 """Nearer to the way point than this, in radii, the guiding vector is used as it is: the robot would circle about it."""
 NEAR_WALL_ZONE = 0.2
@@ -67,9 +64,9 @@ def followed(inputs: ControllerInputs, margins: Margins, robot: RobotParameters)
     limits = robot.limits
     if len(guidance.poses):
         return Proposal(*followed_manoeuvre(pose, guidance.poses, robot.drive, limits))
-    known = guidance.path, guidance.arrives, tuple(guidance.regions), star.near_hits
+    ahead = guidance.path, guidance.arrives, tuple(guidance.regions), star.near_hits
     sizes, found = Clearances.of(robot.shape.narrow, margins.safety), np.zeros(4)
-    most = _followed(pose, known, star.alone[:3], tuple(sizes), tuple(limits), found)
+    most = _followed(pose, ahead, tuple(sizes), tuple(limits), found)
     direction = found[:2]
     if robot.shape.is_disc and robot.base == "differential":
         return Proposal(found[2:], direction)
@@ -107,10 +104,10 @@ def guiding_vector(
 
 
 @njit(cache=True)
-def _followed(pose, known, star, sizes, limits, found):
+def _followed(pose, ahead, sizes, limits, found):
     """The most speed, m/s; where it shall not stand, guiding vector (x, y) and twist (v, omega) are written (4,)."""
     x, y, yaw = pose
-    path, arrives, regions, hits = known
+    path, arrives, regions, hits = ahead
     regions, limits = RegionUnion(*regions), Limits(*limits)  # plain tuples are handed over faster than named ones
     sizes = Clearances(*sizes)
     count = len(path)
@@ -119,7 +116,6 @@ def _followed(pose, known, star, sizes, limits, found):
     ux, uy, distance = guided(x, y, path, regions, hits, sizes, limits.max_speed)
     if ux == 0.0 and uy == 0.0:
         return 0.0
-    ux, uy = free_heading(x, y, ux, uy, star, sizes.radius)
     v, omega = turning_twist(wrapped_angle(math.atan2(uy, ux) - yaw), limits.max_speed, limits)
     most = GOAL_SLOWDOWN * distance + limits.max_speed / CREEP if arrives and count == 1 else np.inf
     found[:] = ux, uy, min(v, most), omega
@@ -138,12 +134,6 @@ def guided(x, y, path, regions, hits, sizes, speed):
     ux, uy = gx, gy
     if distance > MODULATION_DISTANCE * sizes.radius:
         ux, uy = modulated_direction(x, y, gx, gy, regions, sizes.radius)
-        # Where a boundary is steep, r_hat and t are nearly parallel, E is nearly singular, and what M makes of a
-        # guiding vector may lead to the wrong side of an obstacle.
-        turn = math.atan2(gx * uy - gy * ux, gx * ux + gy * uy)
-        if abs(turn) > MAX_BEND and first_gap(regions, (x, y), (ahead_x, ahead_y), 0.0) < 0.0:
-            cosine, sine = math.cos(MAX_BEND), math.copysign(math.sin(MAX_BEND), turn)
-            ux, uy = cosine * gx - sine * gy, sine * gx + cosine * gy
     zone = NEAR_WALL_ZONE * sizes.radius
     push = zone / max(TURNING_TIMES / HEADING_GAIN * abs(speed), zone)
     ux, uy = near_wall_direction(x, y, ux, uy, hits, sizes.near_wall, zone, push)

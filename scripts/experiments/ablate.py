@@ -5,7 +5,6 @@ Run: python scripts/experiments/ablate.py --trials 20 --out out/ablation
 
 import argparse
 import io
-import math
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -65,7 +64,6 @@ INTERPRETED = {
 UNCERTIFIED = {
     **INTERPRETED,
     "drake_starnav.systems.twist_shield.shielded": replacements.uncertified_twist,
-    f"{FOLLOWING}.free_heading": replacements.same_direction,
 }
 
 
@@ -155,12 +153,6 @@ ABLATIONS = (
         replaced={f"{PLANNER}._unless_blocked": replacements.first_argument},
     ),
     Ablation(
-        "any_bend",
-        "no limit to the turn by modulation",
-        "method 7",
-        replaced={**INTERPRETED, f"{FOLLOWING}.MAX_BEND": math.inf},
-    ),
-    Ablation(
         "paper_modulation",
         "the paper's sum by Gamma, and its damping of inward motion",
         "paper III-C.3; method 7",
@@ -171,12 +163,6 @@ ABLATIONS = (
         "near-wall zone twice as wide",
         "method 7",
         replaced={**INTERPRETED, f"{FOLLOWING}.NEAR_WALL_ZONE": 0.4},
-    ),
-    Ablation(
-        "no_free_heading",
-        "straight on where the certificate refuses it",
-        "method 9",
-        replaced={**INTERPRETED, f"{FOLLOWING}.free_heading": replacements.same_direction},
     ),
     Ablation(
         "one_scan",

@@ -1,6 +1,5 @@
 import dataclasses
 import math
-from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -9,27 +8,24 @@ from hypothesis import strategies as st
 
 from benchmarks import numpy_pipeline
 from drake_starnav.baselines import paper
-from drake_starnav.control import ControllerInputs, path_following
+from drake_starnav.control import ControllerInputs
 from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.control.path_following import (
     CREEP,
     GOAL_REACHED,
-    MAX_BEND,
     MODULATION_DISTANCE,
     followed,
-    guided,
     guiding_vector,
 )
 from drake_starnav.control.rollout import GOAL_SLOWDOWN
 from drake_starnav.planning.guidance import PASSED_DISTANCE, Guidance
 from drake_starnav.regions.region_union import RegionUnion
 from drake_starnav.regions.safe_region import CertifiedRegion
-from drake_starnav.regions.star_region import scan_region, united
+from drake_starnav.regions.star_region import united
 from drake_starnav.robot import BASES, RobotParameters
 from drake_starnav.robot.limits import HEADING_GAIN
-from drake_starnav.worlds.world import World
 from tests.helpers.motions import limited_twist, stepped
-from tests.helpers.scans import MARGINS, RADIUS, cast, in_view, seeds, smooth_region
+from tests.helpers.scans import MARGINS, RADIUS, seeds, smooth_region
 
 ROBOT = RobotParameters()
 PARAMETERS = ControllerParameters()
@@ -181,31 +177,6 @@ def test_modulation_ends_near_the_short_term_goal():
         path = away * np.array(((0.6, 0.8),))
         direction, _ = guiding_vector(np.zeros(2), path, regions, NO_HITS, MARGINS, RADIUS)
         assert (np.abs(direction - (0.6, 0.8)).max() > 1e-3) == bent
-
-
-def test_modulation_does_not_turn_a_free_way_to_the_other_side_of_a_corner():
-    post = World("post", (0.0, 0.0, 0.0), (1.0, 0.0), cylinders=[(0.5, 0.3, 0.02)], bounds=(-2.0, -2.0, 3.0, 2.0))
-    pose = np.array((0.0, -0.1, 0.0))
-    regions = united((scan_region(cast(post, pose), pose, RADIUS, MARGINS),))
-    turns = []
-
-    def turn(a, b):
-        return math.atan2(a[0] * b[1] - a[1] * b[0], float(a @ b))
-
-    rng = np.random.default_rng(0)
-    for position, aim in rng.uniform((0.0, -0.5), (1.5, 0.5), (2000, 2, 2)):
-        guide = (aim - position) / np.hypot(*(aim - position))
-        arguments = position, aim[None, :], regions, NO_HITS, MARGINS, RADIUS
-        direction, _ = guiding_vector(*arguments)
-        with patch.multiple(path_following, guided=guided.py_func, MAX_BEND=math.pi):  # constants are compiled in
-            free, _ = guiding_vector(*arguments)
-        if in_view(regions, position, aim):
-            turns.append(turn(guide, free))
-            assert np.hypot(*direction) == pytest.approx(1.0)
-            assert turn(guide, direction) == pytest.approx(min(max(turns[-1], -MAX_BEND), MAX_BEND), abs=1e-9)
-        else:
-            np.testing.assert_array_equal(direction, free)
-    assert max(map(abs, turns)) > MAX_BEND + 0.1, "without the limit, free ways are turned that far"
 
 
 @settings(max_examples=60)
