@@ -50,7 +50,7 @@ TABLE = {
     "control": Room(f"{SENSING} regions tracking planning", ARRAYS),
     "baselines": Room(f"{SENSING} regions planning control", f"{ARRAYS} sklearn"),
     "scenario": Room(METHOD, "numpy yaml"),
-    "systems": Room(METHOD, DRAKE),
+    "systems": Room(METHOD, f"{DRAKE} shapely"),
     "station": Room(f"{SENSING} worlds planning scenario systems", f"{DRAKE} shapely xacro"),
     "loading": Room("scenario station"),
     "navigation": Room(f"{METHOD} scenario systems station", DRAKE),
