@@ -1,6 +1,7 @@
 # make demo    drive the default scenario and leave its recording in out/
 # make test    run the tests that take seconds
 # make test-all  run all tests, with long drives, notebooks, the wheel and the site
+# make coverage  run the tests, and list the lines that none of them reaches
 # make fuzz    search for examples that break a property: random ones, for MINUTES=10
 # make check   lint, formatting and types
 # make docs    build the documentation: out/site/index.html
@@ -19,7 +20,7 @@ MARKS ?= not slow
 MINUTES ?= 10
 RUN = $(VENV)/bin/python
 
-.PHONY: demo test test-all fuzz check docs wheels install clean
+.PHONY: demo test test-all coverage fuzz check docs wheels install clean
 
 demo: install
 	$(RUN) -m drake_starnav demo
@@ -29,6 +30,9 @@ test: install
 
 test-all:
 	$(MAKE) test MARKS=
+
+coverage: install
+	$(RUN) -m pytest -q -n logical --maxprocesses 8 -m "$(MARKS)" --cov --cov-report=term-missing $(TESTS)
 
 fuzz: install
 	export FUZZ_UNTIL=$$(($$(date +%s) + 60 * $(MINUTES))); while [ $$(date +%s) -lt $$FUZZ_UNTIL ]; do \
