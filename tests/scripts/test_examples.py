@@ -69,7 +69,7 @@ def needs_extras(example: Path) -> None:
     if example.stem == "09_batch_over_seeds":
         pytest.importorskip("gymnasium", reason="needs the extra gym")
     for module in ("mujoco", "irsim"):
-        if re.search(rf"^ *import {module}$", example.read_text(encoding="utf-8"), re.MULTILINE):
+        if re.search(rf"^ *import {module}\b", example.read_text(encoding="utf-8"), re.MULTILINE):
             pytest.importorskip(module, reason="needs the extra simulators", exc_type=ImportError)
 
 
