@@ -229,37 +229,75 @@ def slides(v, omega, limits):
 def sample(pose, twist, target, does, samples):
     """`roll_out` on arrays, and `Actuation.numbers`: how many samples it has, be there room or not, and the rest."""
     (delay, hold, lever), limits = does[:3], Limits(*does[3:])
-    now, moves, commanded_velocity = Pose(pose[0], pose[1], pose[2]), velocity_of(twist), velocity_of(target)
-    speed, rate = body_rates(moves, limits)
-    samples[0] = now.x, now.y, now.yaw, speed, rate, 0.0
-    count, commanded, braking, time, grips = 1, 0, 0, 0.0, True
-    wanted, left, kept = moves, delay, 0  # the phases: keeping the twist, the target, and zero
-    if delay <= 0.0:
-        wanted, left, kept = commanded_velocity, hold, 1
-    while kept < 2 or abs(speed) >= AT_REST or abs(rate) >= AT_REST:
+    legs, begins = np.empty((3, 4)), np.empty(3, np.int64)
+    now, wanted = velocity_of(twist), velocity_of(target)
+    legs[0] = now.ahead, now.aside, now.turning, delay
+    legs[1] = wanted.ahead, wanted.aside, wanted.turning, hold
+    legs[2] = 0.0, 0.0, 0.0, np.inf
+    count = rolled(Pose(pose[0], pose[1], pose[2]), now, legs, (limits, lever), samples, begins)
+    commanded, grips = begins[1], True
+    for k in range(commanded + 1, min(count, len(samples))):
+        grips = grips and not slides(samples[k, 3], samples[k, 4], limits)
+    return count, commanded, begins[2], grips
+
+
+@njit(cache=True)
+def rolled(pose, velocity, legs, drive, samples, begins):
+    """The motion of any base over legs, as samples (n, 6) of a `Motion`: how many it has, be there room or not.
+
+    Args:
+        pose, velocity: now.
+        legs: shape (k, 4): a velocity that is approached as fast as the limits allow, and for how long, s. The robot
+            brakes on a leg that lasts for ever, until it stands; a base that steers keeps its curvature.
+        drive: limits, and the lever of the footprint, m.
+        samples: shape (n, 6), to be written; the last of many goes into the last row.
+        begins: shape (k,), to be written: the index of the sample with which each leg begins.
+    """
+    limits, lever = drive
+    speed, rate = body_rates(velocity, limits)
+    samples[0] = pose.x, pose.y, pose.yaw, speed, rate, 0.0
+    count, time = 1, 0.0
+    for j in range(len(legs)):
+        begins[j], left = count - 1, legs[j, 3]
+        wanted = Velocity(legs[j, 0], legs[j, 1], legs[j, 2])
+        if left == np.inf and limits.steers > 0.0:
+            wanted = Velocity(wanted.ahead, wanted.aside, velocity.turning)
         wanted_speed, wanted_rate = body_rates(wanted, limits)
-        fastest, turning = max(abs(speed), abs(wanted_speed)), max(abs(rate), abs(wanted_rate))
-        if limits.steers > 0.0:
-            turning = fastest * max(abs(moves.turning), abs(wanted.turning))
-        fastest += lever * turning
-        step = min(LONGEST_STEP, SAMPLE_SPACING / max(fastest, 1e-9), LARGEST_TURN / max(turning, 1e-9))
-        if kept < 2:
-            step = min(step, left)
-            left -= step
-        elif abs(speed) >= AT_REST:
-            step = min(step, abs(speed) / limits.max_acceleration)
-        else:
-            step = min(step, abs(rate) / limits.max_yaw_acceleration)
-        now, moves, _ = advanced(now, moves, wanted, step, limits)
-        speed, rate = body_rates(moves, limits)
-        time += step
-        grips = grips and (kept == 0 or not slides(speed, rate, limits))
-        if count < len(samples):
-            samples[count] = now.x, now.y, now.yaw, speed, rate, time
-        if kept < 2 and left < 1e-9:
-            if kept == 0:
-                wanted, left, kept, commanded = commanded_velocity, hold, 1, count
+        while left >= 1e-9 and (left < np.inf or abs(speed) >= AT_REST or abs(rate) >= AT_REST):
+            fastest, turning = max(abs(speed), abs(wanted_speed)), max(abs(rate), abs(wanted_rate))
+            if limits.steers > 0.0:
+                turning = fastest * max(abs(velocity.turning), abs(wanted.turning))
+            fastest += lever * turning
+            step = min(LONGEST_STEP, SAMPLE_SPACING / max(fastest, 1e-9), LARGEST_TURN / max(turning, 1e-9))
+            if left < np.inf:
+                step = min(step, left)
+                left -= step
+            elif abs(speed) >= AT_REST:
+                step = min(step, abs(speed) / limits.max_acceleration)
             else:
-                wanted, kept, braking = Velocity(0.0, 0.0, moves.turning if limits.steers > 0.0 else 0.0), 2, count
-        count += 1
-    return count, commanded, braking, grips
+                step = min(step, abs(rate) / limits.max_yaw_acceleration)
+            pose, velocity, _ = advanced(pose, velocity, wanted, step, limits)
+            speed, rate = body_rates(velocity, limits)
+            time += step
+            samples[min(count, len(samples) - 1)] = pose.x, pose.y, pose.yaw, speed, rate, time
+            count += 1
+    return count
+
+
+def predicted_pose(pose: np.ndarray, pending: np.ndarray, delay: float, limits: Limits) -> np.ndarray:
+    """The pose at which the command that is due now takes effect, shape (3,).
+
+    The certificate holds from there on: the motion up to it was certified when its commands were sent.
+
+    Args:
+        pose: (x, y, yaw) now, m and rad.
+        pending: shape (n, 4), a leg of `rolled` for each command on its way, the oldest first, with its period.
+        delay: from a command to its effect, s: of the oldest only the rest is still to come.
+        limits: of the robot; each command was ramped when it was sent, and is reached at once.
+    """
+    legs = pending.copy()
+    legs[:1, 3] -= legs[:, 3].sum() - delay
+    at_once = limits._replace(max_acceleration=math.inf, max_yaw_acceleration=math.inf)
+    begins, end = np.empty(len(legs), np.int64), np.empty((1, 6))
+    rolled(Pose(*map(float, pose)), velocity_of(legs[0, :3]), legs, (at_once, 0.0), end, begins)
+    return end[0, :3]

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from drake_starnav.control.certificates import Certificate, standard_certificates
-from drake_starnav.control.motion import Actuation, Pose, advanced, velocity_of
-from drake_starnav.control.shield import certified_twist
+from drake_starnav.control.motion import Actuation, roll_out
+from drake_starnav.control.shield import certified_twist, ramped_twist
 from drake_starnav.geometry.se2 import composed
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import ON_AXIS, Mount
@@ -76,14 +76,14 @@ class KinematicMotion:
 
     def drive(self, twist: np.ndarray, duration: float) -> None:
         """Drive at a twist for a time, s, or until something is touched."""
-        actuation, rate, limits = self._actuation, self._rate, self._actuation.limits
-        want = twist = actuation.base.saturated(twist, limits)
+        actuation, rate = self._actuation, self._rate
+        want = twist = actuation.base.saturated(twist, actuation.limits)
         poses = []
         for _ in range(max(round(duration * rate), 1)):
             if self._shield:
                 want, _ = certified_twist(self.pose, self.twist, twist, self._certificates, actuation)
-            pose, after, _ = advanced(Pose(*self.pose), velocity_of(self.twist), velocity_of(want), 1.0 / rate, limits)
-            self.pose, self.twist = np.array(pose), np.array(after if len(want) > 2 else after[::2])
+            motion = roll_out(self.pose, self.twist, want, actuation)
+            self.pose, self.twist = motion.pose[motion.braking], ramped_twist(self.twist, want, actuation)
             poses.append(self.pose)
             self._ticks += 1
             if self._ticks / rate >= self._scans / self._lidars[0][0].rate - 1e-9:

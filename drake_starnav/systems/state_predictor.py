@@ -1,9 +1,12 @@
 """The state of the robot when a delayed command takes effect."""
 
+import math
+
 import numpy as np
 from pydrake.systems.framework import Context, DiscreteValues, EventStatus, LeafSystem
 
-from drake_starnav.control.delay_compensation import commands_in_delay, predicted_pose
+from drake_starnav.control.motion import predicted_pose, velocity_of
+from drake_starnav.robot import RobotParameters
 from drake_starnav.systems.release import declare_vector
 from drake_starnav.utils.timing import checked_period
 
@@ -20,26 +23,27 @@ class StatePredictor(LeafSystem):
 
     Ports:
         state: vector (x, y, yaw, v, omega) of the robot in the world frame W, now.
-        twist_command: vector (v, omega), the controller's last command; it must not depend on this system directly.
+        twist_command: vector, as the base's twists are, the controller's last command; it must not depend on this
+            system directly.
         predicted_state: vector (x, y, yaw, v, omega) when the controller's next command takes effect.
 
     The commands before the last are discrete state, updated together with the controller.
     """
 
-    def __init__(self, *, delay: float, rate: float) -> None:
+    def __init__(self, robot: RobotParameters, *, delay: float, rate: float) -> None:
         """Predict over a delay of more than 0 s from a command to its effect, at the controller's rate, Hz."""
         super().__init__()
-        self._delay, self._period = delay, checked_period(self, rate=rate)
-        self._count = commands_in_delay(delay, self._period)
+        self._robot, self._delay, self._period = robot, delay, checked_period(self, rate=rate)
+        self._size = len(robot.drive.components)
         self._now = self.DeclareVectorInputPort("state", 5)
-        self._command = self.DeclareVectorInputPort("twist_command", 2)
-        self.DeclareDiscreteState(2 * self._count)
+        self._command = self.DeclareVectorInputPort("twist_command", self._size)
+        self.DeclareDiscreteState(self._size * math.ceil(delay / self._period - 1e-9))
         declare_vector(self, "predicted_state", 5, StatePredictor._predicted)
         self.DeclarePeriodicDiscreteUpdateEvent(self._period, 0.0, self._update)
 
     def _twists(self, context: Context) -> np.ndarray:
         """The last commands, oldest first; the newest is still that of the period that ends now."""
-        earlier = context.get_discrete_state(0).value().reshape(-1, 2)
+        earlier = context.get_discrete_state(0).value().reshape(-1, self._size)
         return np.vstack((earlier[1:], self._command.Eval(context)))
 
     def _update(self, context: Context, values: DiscreteValues) -> EventStatus:
@@ -47,5 +51,7 @@ class StatePredictor(LeafSystem):
         return EventStatus.Succeeded()
 
     def _predicted(self, context: Context) -> np.ndarray:
-        pose = predicted_pose(self._now.Eval(context)[:3], self._twists(context), self._delay, self._period)
-        return np.concatenate((pose, self._command.Eval(context)))
+        twists = self._twists(context)
+        pending = np.array([(*velocity_of(twist), self._period) for twist in twists])
+        pose = predicted_pose(self._now.Eval(context)[:3], pending, self._delay, self._robot.limits)
+        return np.concatenate((pose, self._robot.drive.body_rates(twists[-1])))

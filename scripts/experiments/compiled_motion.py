@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.control.clear import Clear, covered
-from drake_starnav.control.motion import SAMPLES, Pose, advanced, sample, velocity_of
+from drake_starnav.control.motion import SAMPLES, ramped_velocity, sample, velocity_of
 from drake_starnav.control.shield import braking_twist
 from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.regions.looks import Chords, Looks
@@ -104,10 +104,8 @@ def _burst(pose, twist, asked, seen, does, shape, poses):
     """
     (desired, proposals), (cover, body) = asked, shape
     is_disc, samples, limits = len(body.polygons.ends) == 0, np.empty((SAMPLES, 6)), Limits(*does[3:])
-    now = Pose(pose[0], pose[1], pose[2])
     changed = braked = 0
     for k in range(len(poses)):
-        pose[:] = now.x, now.y, now.yaw
         chosen = -1
         for p in range(len(proposals)):
             count, _, _, grips = sample(pose, twist, proposals[p], does, samples)
@@ -126,15 +124,19 @@ def _burst(pose, twist, asked, seen, does, shape, poses):
         else:
             braked += 1
             target = braking_twist(twist, desired, limits, is_disc)
+        count, _, braking, _ = sample(pose, twist, target, does, samples)
+        if count > len(samples):
+            samples = np.empty((count, 6))
+            sample(pose, twist, target, does, samples)
         velocity = velocity_of(twist)
-        now, after, _ = advanced(now, velocity, velocity_of(target), does[1], limits)
+        after, _ = ramped_velocity(velocity, velocity_of(target), does[1], limits)
         twist[0], twist[-1] = after.ahead, after.turning
         if len(twist) == 3:
             twist[1] = after.aside
-        poses[k] = now.x, now.y, now.yaw
-        same = now.x == pose[0] and now.y == pose[1] and now.yaw == pose[2]
-        if same and velocity == after:
+        poses[k] = samples[braking, :3]
+        if velocity == after and (poses[k] == pose).all():
             return k + 1, changed, braked
+        pose[:] = poses[k]
     return len(poses), changed, braked
 
 

@@ -103,7 +103,7 @@ def all_systems() -> list[System]:
         WheelServo(RobotModel(station.plant, station.scene_graph, station.robot_model)),
         WheelSpeedCommand(robot=robot, drive=Drive((0.05, 0.05), (-0.16, 0.16))),
         PlanarVelocityCommand(robot=RobotParameters(base="omnidirectional")),
-        StatePredictor(delay=0.05, rate=controller.rate),
+        StatePredictor(robot, delay=0.05, rate=controller.rate),
         JumpGuard(tolerance=0.05, rate=controller.rate),
         WheelSlip(sides=(0, 1), slip=0.05, seed=0),
         CollisionMonitor(robot=(), ground=()),

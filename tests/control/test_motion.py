@@ -23,6 +23,7 @@ from drake_starnav.control.motion import (
     advanced,
     body_rates,
     gripped,
+    predicted_pose,
     ramped,
     ramped_velocity,
     roll_out,
@@ -186,3 +187,28 @@ def test_the_grip_falls_where_the_robot_may_brake_hard() -> None:
     limits = Limits(2.0, 4.0, GRIP_WHILE_BRAKING, 10.0)
     assert not slides(2.0, 0.5 * GRIP, limits)
     assert slides(2.0, -0.51 * GRIP, limits)
+
+
+def test_of_the_oldest_pending_command_only_the_rest_counts() -> None:
+    pending = np.array([(1.0, 0.0, 0.0, 0.02), (0.5, 0.0, 0.0, 0.02), (0.25, 0.0, 0.0, 0.02)])
+    found = predicted_pose(np.zeros(3), pending, 0.05, ROBOT.limits)
+    assert found == pytest.approx([0.01 * 1.0 + 0.02 * 0.75, 0.0, 0.0])
+
+
+@settings(max_examples=60)
+@given(seeds, st.sampled_from(list(BASES)), st.sampled_from([0.02, 0.1]), st.integers(1, 6), st.floats(0.01, 1.0))
+def test_pending_commands_lead_any_base_to_where_they_were_sent(seed, base, period, count, rest) -> None:
+    rng, robot = np.random.default_rng(seed), RobotParameters(base=base)
+    start, step = rng.uniform(-3.0, 3.0, 3), 1e-4
+    velocities = rng.uniform(-1.0, 1.0, (count, 3)) * (1.5, base == "omnidirectional", robot.limits.max_yaw_rate)
+    x, y, yaw = start
+    for k, (ahead, aside, turning) in enumerate(velocities):
+        turning *= ahead if base == "car" else 1.0
+        for _ in range(round((period if k else rest * period) / step)):
+            middle = yaw + 0.5 * turning * step
+            x += step * (ahead * math.cos(middle) - aside * math.sin(middle))
+            y += step * (ahead * math.sin(middle) + aside * math.cos(middle))
+            yaw += turning * step
+    pending = np.column_stack((velocities, np.full(count, period)))
+    found = predicted_pose(start, pending, (count - 1 + rest) * period, robot.limits)
+    assert found == pytest.approx((x, y, yaw), abs=3e-4)
