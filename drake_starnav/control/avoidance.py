@@ -1,9 +1,9 @@
 """Collision avoidance: a search over sequences of manoeuvres for the best way past the predicted discs.
 
-A manoeuvre is held for SEGMENT steps: follow the path, stop, keep the present twist, or drive in a direction, forwards
-or backwards, by the heading law (omega = gain error, v = v_max cos^3 error): turning and then driving aside is one
-manoeuvre. Each is simulated as in `avoidance_rollout`. The first one must begin with a twist that the certificates
-accept. Of each generation the BEAM best rollouts that differ are continued, up to the horizon.
+A manoeuvre is held for SEGMENT steps: follow the path, stop, keep the velocity, or drive in a direction, forwards or
+backwards, as the base does it (`aimed`): turning and then driving aside is one manoeuvre. Each is simulated as in
+`avoidance_rollout`. The first one must begin with a twist that the certificates accept. Of each generation the
+BEAM best rollouts that differ are continued, up to the horizon.
 """
 
 import math
@@ -13,36 +13,27 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.control.avoidance_rollout import (
-    COLUMNS,
     COMFORT,
-    COST,
-    ENDED,
-    FIRST,
     HEADING,
-    HELD,
-    LEAST,
-    OMEGA,
     PATH,
+    ROLLOUT,
     STEP,
     TWIST,
-    YAW,
     Discs,
     Scene,
     Settings,
-    V,
-    X,
-    Y,
+    begun,
     drive,
-    start_row,
-    wanted_twist,
+    wanted_velocity,
 )
 from drake_starnav.control.certificates import Certificate, accepted
 from drake_starnav.control.inputs import ControllerInputs, TrackedObstacles
-from drake_starnav.control.motion import Actuation, roll_out
+from drake_starnav.control.motion import Actuation, roll_out, velocity_of
 from drake_starnav.control.moving_certificate import MOVING_MARGIN, STANDING_SPEED
 from drake_starnav.control.moving_modulation import moving_modulation
 from drake_starnav.control.rollout import GOAL_SLOWDOWN, FreeSpace, times_left
 from drake_starnav.robot import Limits, RobotParameters
+from drake_starnav.robot.base import twist_of
 from drake_starnav.robot.limits import limited, wrapped_angle
 from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.prediction import HORIZON
@@ -72,7 +63,7 @@ class Avoidance:
 
     Attributes:
         nearest: least predicted distance to a disc if the robot just follows its path, m, infinite beyond COMFORT.
-        twist: the certified (v, omega) with which the best rollout begins, m/s and rad/s; None if there is none.
+        twist: the certified one of the base with which the best rollout begins; None if there is none.
         least: least predicted distance on that rollout, m.
     """
 
@@ -82,20 +73,21 @@ class Avoidance:
 
 
 def manoeuvres(twist: np.ndarray, limits: Limits, aside: np.ndarray | None = None) -> np.ndarray:
-    """What the robot may do next, shape (n, 3): kind, and (v, omega), (heading, speed), or a share of speed.
+    """What the robot may do next, shape (n, 4): kind, and a `Velocity`, (heading, speed), or a share of speed.
 
     Args:
-        twist: (v, omega) commanded last, m/s and rad/s.
+        twist: of the base, commanded last.
         limits: of the robot.
         aside: a velocity that leads around dynamic obstacles, shape (2,), W, m/s.
     """
     v_max = limits.max_speed
-    rows = [(PATH, 1.0, 0.0), (PATH, 0.5, 0.0), (TWIST, 0.0, 0.0), (TWIST, *twist), (TWIST, -0.5 * v_max, 0.0)]
+    rows = [(PATH, share, 0.0, 0.0) for share in (1.0, 0.5)]
+    rows += [(TWIST, *moves) for moves in ((0.0, 0.0, 0.0), velocity_of(twist), (-0.5 * v_max, 0.0, 0.0))]
     for k in range(HEADINGS):
         heading = 2.0 * math.pi * k / HEADINGS
-        rows += [(HEADING, heading, v_max), (HEADING, heading, -v_max)]
+        rows += [(HEADING, heading, v_max, 0.0), (HEADING, heading, -v_max, 0.0)]
     if aside is not None:
-        rows.append((HEADING, math.atan2(aside[1], aside[0]), min(math.hypot(*aside), v_max)))
+        rows.append((HEADING, math.atan2(aside[1], aside[0]), min(math.hypot(*aside), v_max), 0.0))
     return np.array(rows)
 
 
@@ -159,17 +151,19 @@ def avoid_collision(
     )
     settings = Settings._make(map(float, settings))  # a whole number would have all compiled again
     scene = Scene(line, times_left(line, limits), known, discs, limits, settings)
-    start = start_row(pose, twist, known.hits, settings.radius)
-    ahead = start[None].copy()
-    drive(ahead, np.array([(PATH, 1.0, 0.0)]), int(math.ceil(HORIZON / STEP - 1e-9)), scene)
-    nearest = float(ahead[0, LEAST]) if ahead[0, LEAST] < COMFORT else np.inf
-    if nearest >= COMFORT and not ahead[0, HELD]:
+    start = begun(pose, twist, known.hits, settings.radius)
+    ahead = start.copy()
+    drive(ahead, np.array([(PATH, 1.0, 0.0, 0.0)]), int(math.ceil(HORIZON / STEP - 1e-9)), scene)
+    least, held = ahead["least"][0], ahead["held"][0]
+    nearest = float(least) if least < COMFORT else np.inf
+    if nearest >= COMFORT and not held:
         return Avoidance(nearest, None, np.inf)
     ways = manoeuvres(twist, limits, around(pose, path, tracked, robot))
-    firsts = _first_twists(ways, start, scene)
-    allowed = np.array([accepted(roll_out(pose, twist, first, actuation), certificates) for first in firsts])
+    firsts = _first_velocities(ways, start, scene)
+    twists = [twist_of(first, actuation.base) for first in firsts]
+    allowed = np.array([accepted(roll_out(pose, twist, first, actuation), certificates) for first in twists])
     k, least = _searched(ways, firsts, allowed, start, scene)
-    return Avoidance(nearest, firsts[k] if k >= 0 else None, least)
+    return Avoidance(nearest, twists[k] if k >= 0 else None, least)
 
 
 @njit(cache=True)
@@ -189,12 +183,14 @@ def thinned(places, position, reach, spacing):
 
 
 @njit(cache=True)
-def _first_twists(ways, start, scene):
-    """The twists (n, 2) with which manoeuvres begin, within the robot's limits."""
-    firsts, limits = np.empty((len(ways), 2)), scene.limits
+def _first_velocities(ways, start, scene):
+    """The velocities (n, 3) with which manoeuvres begin, within the robot's limits."""
+    firsts, limits = np.empty((len(ways), 3)), scene.limits
     for m in range(len(ways)):
-        v, omega = wanted_twist((ways[m, 0], ways[m, 1], ways[m, 2]), start, scene.line, limits, scene.settings)
-        firsts[m, 0], firsts[m, 1] = limited(v, limits.max_speed), limited(omega, limits.max_yaw_rate)
+        way = ways[m, 0], ways[m, 1], ways[m, 2], ways[m, 3]
+        wanted = wanted_velocity(way, start[0], scene.line, limits, scene.settings)
+        firsts[m, :2] = limited(wanted.ahead, limits.max_speed), limited(wanted.aside, limits.max_speed)
+        firsts[m, 2] = limited(wanted.turning, limits.max_yaw_rate)
     return firsts
 
 
@@ -202,37 +198,36 @@ def _first_twists(ways, start, scene):
 def _searched(ways, firsts, allowed, start, scene):
     """The manoeuvre with which the best rollout begins, or -1, and its least predicted distance, m."""
     count, limits, allowed = len(ways), scene.limits, np.flatnonzero(allowed)
-    speed, turning = np.abs(firsts[:, 0] - start[V]), np.abs(firsts[:, 1] - start[OMEGA])
-    change = CHANGE_WEIGHT * (speed / limits.max_speed + turning / limits.max_yaw_rate)
-    generation = np.empty((len(allowed), COLUMNS))
-    generation[:] = start
-    generation[:, FIRST] = allowed
+    change = np.empty(count)
+    for m in range(count):
+        speed = math.hypot(firsts[m, 0] - start[0].ahead, firsts[m, 1] - start[0].aside)
+        turning = abs(firsts[m, 2] - start[0].turning)
+        change[m] = CHANGE_WEIGHT * (speed / limits.max_speed + turning / limits.max_yaw_rate)
+    generation = np.empty(len(allowed), ROLLOUT)
+    for i in range(len(allowed)):
+        generation[i] = start[0]
+        generation[i].first = allowed[i]
     drive(generation, ways[allowed], SEGMENT, scene)
-    generation[:, COST] += change[allowed]
-    best = start
-    best_cost = np.inf
+    for i in range(len(generation)):
+        generation[i].cost += change[generation[i].first]
+    best, least, best_cost = -1, -np.inf, np.inf
     segments = int(math.ceil(HORIZON / (SEGMENT * STEP) - 1e-9))
     for depth in range(1, segments + 1):
         for i in range(len(generation)):  # rollouts that ended compete with those that reached the horizon
             row = generation[i]
-            if (depth == segments or row[ENDED] > 0.0) and row[COST] < best_cost:
-                best_cost = row[COST]
-                best = row
+            if (depth == segments or row.ended > 0) and row.cost < best_cost:
+                best, least, best_cost = row.first, row.least, row.cost
         if depth == segments:
             break
         kept = _continued(generation, SAME_PLACE * scene.settings.radius, SAME_SPEED * limits.max_speed)
-        following = np.empty((len(kept), count, COLUMNS))
-        held = np.empty((len(kept), count, 3))
-        for i in range(len(kept)):
-            following[i] = generation[kept[i]]
-            held[i] = ways
-        generation = following.reshape(-1, COLUMNS)
-        drive(generation, held.reshape(-1, 3), SEGMENT, scene)
+        following, held = np.empty(len(kept) * count, ROLLOUT), np.empty((len(kept) * count, 4))
+        for i in range(len(following)):
+            following[i], held[i] = generation[kept[i // count]], ways[i % count]
+        generation = following
+        drive(generation, held, SEGMENT, scene)
         for i in range(len(generation)):
-            generation[i, COST] += change[int(generation[i, FIRST])]
-    if best_cost == np.inf:
-        return -1, -np.inf
-    return int(best[FIRST]), best[LEAST]
+            generation[i].cost += change[generation[i].first]
+    return best, least
 
 
 @njit(cache=True)
@@ -240,17 +235,18 @@ def _continued(generation, same_place, same_speed):
     """Indices of the BEAM best rollouts that have not ended and differ by so much, m or m/s, the best first."""
     kept = np.empty(BEAM, np.int64)
     n = 0
-    for i in np.argsort(generation[:, COST], kind="mergesort"):
-        if generation[i, ENDED] > 0.0:
+    cost = np.array([row.cost for row in generation])
+    for i in np.argsort(cost, kind="mergesort"):
+        row = generation[i]
+        if row.ended > 0:
             continue
         differs = True
         for q in range(n):
-            k = kept[q]
+            other = generation[kept[q]]
             differs = not (
-                (generation[i, X] - generation[k, X]) ** 2 + (generation[i, Y] - generation[k, Y]) ** 2
-                < same_place * same_place
-                and abs(wrapped_angle(generation[i, YAW] - generation[k, YAW])) < SAME_HEADING
-                and abs(generation[i, V] - generation[k, V]) < same_speed
+                (row.x - other.x) ** 2 + (row.y - other.y) ** 2 < same_place * same_place
+                and abs(wrapped_angle(row.yaw - other.yaw)) < SAME_HEADING
+                and math.hypot(row.ahead - other.ahead, row.aside - other.aside) < same_speed
             )
             if not differs:
                 break

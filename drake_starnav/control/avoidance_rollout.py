@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from drake_starnav.control.motion import Pose, Velocity, advanced
+from drake_starnav.control.motion import Pose, advanced, velocity_of
 from drake_starnav.control.moving_certificate import STANDING_SPEED
 from drake_starnav.control.rollout import (
     ARRIVED,
@@ -33,7 +33,7 @@ from drake_starnav.control.rollout import (
 from drake_starnav.geometry.compiled import leaf
 from drake_starnav.regions.region_union import covers
 from drake_starnav.robot import Limits
-from drake_starnav.robot.limits import turning_twist, wrapped_angle
+from drake_starnav.robot.limits import Velocity, aimed, slowed, wrapped_angle
 from drake_starnav.tracking.prediction import HORIZON, PREDICTION_STEP
 
 COMFORT = 0.4
@@ -52,11 +52,17 @@ ROLLOUT_MARGIN = 0.03
 WALL_ZONE = 0.4
 WALL_COST = 0.6
 """Cost of the least clearance to static obstacles, s, if less than the zone, in radii: walls leave no room to evade."""
-X, Y, YAW, V, OMEGA, WAY_POINT, REGION, CLEARANCE, CLOSEST, LOST, LEAST, SPENT, ARRIVAL, ENDED, HELD, FIRST, COST = (
-    range(17)
+ROLLOUT = np.dtype(
+    [
+        *((name, np.float64) for name in ("x", "y", "yaw", "ahead", "aside", "turning")),
+        *((name, np.int64) for name in ("way_point", "region", "first")),
+        *((name, np.float64) for name in ("clearance", "closest", "lost", "least", "spent", "arrival", "cost")),
+        *((name, np.int64) for name in ("ended", "held")),
+    ]
 )
-COLUMNS = 17
-"""Columns of the rollouts: where each ends, what happened on it, and with which manoeuvre it began."""
+"""A rollout: pose and `Velocity` at its end; the way point ahead, the region around it and the manoeuvre it began with;
+clearance, the least so far, comfort lost, the least distance to discs, the time spent, that of arrival and the cost, m
+and s; whether it ended, and whether the robot was held."""
 
 
 class Discs(NamedTuple):
@@ -112,35 +118,33 @@ class Scene(NamedTuple):
     settings: Settings
 
 
-def start_row(pose: np.ndarray, twist: np.ndarray, hits: np.ndarray, radius: float) -> np.ndarray:
-    """The rollout before its first step."""
-    row = np.zeros(COLUMNS)
-    row[[X, Y, YAW]], row[[V, OMEGA]] = pose, twist
-    row[WAY_POINT], row[REGION], row[LEAST], row[ARRIVAL] = 1, -1, np.inf, np.inf
-    row[CLEARANCE] = clearance_within(pose[0], pose[1], hits, radius, WALL_ZONE * radius)
-    row[CLOSEST] = row[CLEARANCE]
+def begun(pose: np.ndarray, twist: np.ndarray, hits: np.ndarray, radius: float) -> np.ndarray:
+    """The rollout before its first step, shape (1,) of `ROLLOUT`, for any base's twist."""
+    row = np.zeros(1, ROLLOUT)
+    row["x"], row["y"], row["yaw"] = pose
+    row["ahead"], row["aside"], row["turning"] = velocity_of(twist)
+    row["way_point"], row["region"], row["least"], row["arrival"] = 1, -1, np.inf, np.inf
+    row["clearance"] = row["closest"] = clearance_within(pose[0], pose[1], hits, radius, WALL_ZONE * radius)
     return row
 
 
 @leaf
-def wanted_twist(way, row, line, limits, settings):
-    """The twist (v, omega) that a manoeuvre `way`, a row of `manoeuvres`, wants where the robot is."""
-    kind, a, b = way
+def wanted_velocity(way, row, line, limits, settings):
+    """The `Velocity` that a manoeuvre `way`, a row of `manoeuvres`, wants where the robot is."""
+    kind, a, b, c = way
     if kind == TWIST:
-        return a, b
+        return Velocity(a, b, c)
     if kind == HEADING:
-        error = wrapped_angle(a - row[YAW] if b > 0.0 else a + math.pi - row[YAW])
-        return turning_twist(error, b, limits)
-    k, last = int(row[WAY_POINT]), len(line) - 1
-    dx, dy = line[k, 0] - row[X], line[k, 1] - row[Y]
+        return aimed(wrapped_angle(a - row.yaw if b > 0.0 else a + math.pi - row.yaw), b, limits)
+    k, last = row.way_point, len(line) - 1
+    dx, dy = line[k, 0] - row.x, line[k, 1] - row.y
     arrived = ARRIVED * settings.radius
     if dx * dx + dy * dy < (arrived * arrived if k == last else 1e-12):
-        return 0.0, 0.0
-    error = wrapped_angle(math.atan2(dy, dx) - row[YAW])
-    want_v, want_omega = turning_twist(error, a * limits.max_speed, limits)
+        return Velocity(0.0, 0.0, 0.0)
+    wanted = aimed(wrapped_angle(math.atan2(dy, dx) - row.yaw), a * limits.max_speed, limits)
     if k == last:
-        want_v = min(want_v, settings.slowdown * math.hypot(dx, dy) + limits.max_speed / CREEP)
-    return want_v, want_omega
+        wanted = slowed(wanted, settings.slowdown * math.hypot(dx, dy) + limits.max_speed / CREEP)
+    return wanted
 
 
 @leaf
@@ -159,13 +163,21 @@ def _place(trajectories, j, time):
 
 
 @leaf
+def _course(row):
+    """Speed, with the sign of that along x, and the direction in which it counts, W."""
+    if row.aside == 0.0:
+        return row.ahead, row.yaw
+    return math.hypot(row.ahead, row.aside), row.yaw + math.atan2(row.aside, row.ahead)
+
+
+@leaf
 def _must_brake(row, time, trajectories, radius, limits, settings):
     """Whether a robot that brakes fully now might be touched before it stops, with the discs at their predictions.
 
     Checked at half the braking time and at its end, for all discs, whether it approaches them or not: a robot that only
     watches those ahead is soon surrounded. `time` is that since the scan, s.
     """
-    x, y, yaw, v = row[X], row[Y], row[YAW], row[V]
+    v, course = _course(row)
     if abs(v) < STANDING_SPEED:
         return False
     caution, stop = settings.caution, abs(v) / limits.max_acceleration
@@ -173,7 +185,7 @@ def _must_brake(row, time, trajectories, radius, limits, settings):
     for share in (0.5, 1.0):
         t = share * stop
         way = v * t - 0.5 * math.copysign(limits.max_acceleration, v) * t * t
-        px, py = x + way * math.cos(yaw), y + way * math.sin(yaw)
+        px, py = row.x + way * math.cos(course), row.y + way * math.sin(course)
         for j in range(len(radius)):
             disc_x, disc_y, vx, vy = _place(trajectories, j, time)
             dx, dy = px - disc_x - (1.0 - caution) * vx * t, py - disc_y - (1.0 - caution) * vy * t
@@ -186,14 +198,14 @@ def _must_brake(row, time, trajectories, radius, limits, settings):
 @leaf
 def _held(row, standing, limits, settings):
     """Whether a robot that brakes fully from the next step on might be touched by an object that is static now."""
-    x, y, yaw, v = row[X], row[Y], row[YAW], row[V]
+    v, course = _course(row)
     if abs(v) < STANDING_SPEED:
         return False
     distance, stop = settings.radius + settings.spacing, abs(v) / limits.max_acceleration
     for share in (0.5, 1.0):
         t = share * stop
         way = v * (t + STEP) - 0.5 * math.copysign(limits.max_acceleration, v) * t * t
-        px, py = x + way * math.cos(yaw), y + way * math.sin(yaw)
+        px, py = row.x + way * math.cos(course), row.y + way * math.sin(course)
         needed = distance + settings.max_speed * (t + STEP)
         for j in range(len(standing)):
             if (px - standing[j, 0]) ** 2 + (py - standing[j, 1]) ** 2 < needed * needed:
@@ -203,10 +215,10 @@ def _held(row, standing, limits, settings):
 
 @njit(cache=True)
 def drive(rows, ways, steps, scene):
-    """Continue rollouts (n, COLUMNS) in place by some steps, each of its manoeuvre: ways (n, 3), rows of `manoeuvres`.
+    """Continue rollouts (n,) in place by some steps, each of its manoeuvre: ways (n, 4), rows of `manoeuvres`.
 
-    One ends early if the robot is touched or reaches a frontier. COST is then that so far plus the time to the goal,
-    without the change of the twist, s.
+    One ends early if the robot is touched or reaches a frontier. Its cost is then that so far plus the time to the
+    goal, without the change of the velocity, s.
     """
     line, left, known, discs, limits, settings = scene
     hits, star = known.hits, known.star
@@ -214,45 +226,44 @@ def drive(rows, ways, steps, scene):
     trajectories, radius, comfort, standing, age = discs
     last, arrived, zone = len(line) - 1, ARRIVED * settings.radius, WALL_ZONE * settings.radius
     for r in range(len(rows)):
-        row, way = rows[r], (ways[r, 0], ways[r, 1], ways[r, 2])
+        row, way = rows[r], (ways[r, 0], ways[r, 1], ways[r, 2], ways[r, 3])
         for _ in range(steps):
-            time = age + row[SPENT]
-            x, y, yaw, v, omega = row[X], row[Y], row[YAW], row[V], row[OMEGA]
-            want_v, want_omega = wanted_twist(way, row, line, limits, settings)
+            time = age + row.spent
+            wanted = wanted_velocity(way, row, line, limits, settings)
             if _must_brake(row, time, trajectories, radius, limits, settings):
-                want_v = 0.0
+                wanted = Velocity(0.0, 0.0, wanted.turning)
             if _held(row, standing, limits, settings):
-                want_v = 0.0
-                row[HELD] = 1.0
-            moves, wanted = Velocity(v, 0.0, omega), Velocity(want_v, 0.0, want_omega)
-            pose, moves, _ = advanced(Pose(x, y, yaw), moves, wanted, STEP, limits)
-            x, y, row[YAW], row[V], row[OMEGA] = pose.x, pose.y, pose.yaw, moves.ahead, moves.turning
-            free = covers(center, bearing_0, values, 0, x, y, 0.0)
+                wanted = Velocity(0.0, 0.0, wanted.turning)
+                row.held = 1
+            pose, moves = Pose(row.x, row.y, row.yaw), Velocity(row.ahead, row.aside, row.turning)
+            pose, moves, _ = advanced(pose, moves, wanted, STEP, limits)
+            row.yaw, row.ahead, row.aside, row.turning = pose.yaw, moves.ahead, moves.aside, moves.turning
+            free = covers(center, bearing_0, values, 0, pose.x, pose.y, 0.0)
             if not free:
-                row[REGION] = region_around(known, int(row[REGION]), x, y)
-                free = row[REGION] >= 0
-            clearance = clearance_within(x, y, hits, settings.radius, zone)
-            if free or clearance > row[CLEARANCE]:
-                row[X], row[Y], row[CLEARANCE] = x, y, clearance
-                row[CLOSEST] = min(row[CLOSEST], clearance)
-                row[WAY_POINT] = next_way_point(line, int(row[WAY_POINT]), x, y, settings.radius)
+                row.region = region_around(known, row.region, pose.x, pose.y)
+                free = row.region >= 0
+            clearance = clearance_within(pose.x, pose.y, hits, settings.radius, zone)
+            if free or clearance > row.clearance:
+                row.x, row.y, row.clearance = pose.x, pose.y, clearance
+                row.closest = min(row.closest, clearance)
+                row.way_point = next_way_point(line, row.way_point, pose.x, pose.y, settings.radius)
             else:
-                row[V] = 0.0
-            row[SPENT] += STEP
-            _meet(row, age + row[SPENT], trajectories, radius, comfort, settings)
-            at_end = (line[-1, 0] - row[X]) ** 2 + (line[-1, 1] - row[Y]) ** 2 < arrived * arrived
-            if row[ENDED] == 0.0 and int(row[WAY_POINT]) == last and at_end:
-                row[ARRIVAL] = min(row[ARRIVAL], row[SPENT])
+                row.ahead = row.aside = 0.0
+            row.spent += STEP
+            _meet(row, age + row.spent, trajectories, radius, comfort, settings)
+            at_end = (line[-1, 0] - row.x) ** 2 + (line[-1, 1] - row.y) ** 2 < arrived * arrived
+            if row.ended == 0 and row.way_point == last and at_end:
+                row.arrival = min(row.arrival, row.spent)
                 if settings.slowdown == np.inf:  # at a frontier, where exploration continues
-                    row[ENDED] = 1.0
-            if row[ENDED] > 0.0:
+                    row.ended = 1
+            if row.ended > 0:
                 break
-        row[COST] = row[LOST] + WALL_COST * (1.0 - row[CLOSEST] / zone) ** 2
-        if row[ARRIVAL] < np.inf:  # it has been at the goal, wherever it goes to make way
-            row[COST] += row[ARRIVAL]
+        row.cost = row.lost + WALL_COST * (1.0 - row.closest / zone) ** 2
+        if row.arrival < np.inf:  # it has been at the goal, wherever it goes to make way
+            row.cost += row.arrival
         else:
-            pose, moves = Pose(row[X], row[Y], row[YAW]), Velocity(row[V], 0.0, row[OMEGA])
-            row[COST] = row[COST] + row[SPENT] + time_to_go(line, left, int(row[WAY_POINT]), pose, moves, limits)
+            pose, moves = Pose(row.x, row.y, row.yaw), Velocity(row.ahead, row.aside, row.turning)
+            row.cost = row.cost + row.spent + time_to_go(line, left, row.way_point, pose, moves, limits)
 
 
 @leaf
@@ -261,13 +272,13 @@ def _meet(row, time, trajectories, radius, comfort, settings):
     touched = False
     for j in range(len(radius)):
         disc_x, disc_y, _, _ = _place(trajectories, j, time)
-        away = math.hypot(row[X] - disc_x, row[Y] - disc_y) - settings.radius - radius[j]
+        away = math.hypot(row.x - disc_x, row.y - disc_y) - settings.radius - radius[j]
         worth = away / (1.0 + UNCERTAINTY * time) * (COMFORT / comfort[j]) if away > 0.0 else away
-        row[LEAST] = min(row[LEAST], worth)
+        row.least = min(row.least, worth)
         if worth < COMFORT:
             share = 1.0 - max(worth, 0.0) / COMFORT
-            row[LOST] = max(row[LOST], CONTACT_COST * share**2 * (1.0 - 0.5 * row[SPENT] / HORIZON))
+            row.lost = max(row.lost, CONTACT_COST * share**2 * (1.0 - 0.5 * row.spent / HORIZON))
         touched = touched or away < 0.0
     if touched:
-        row[ENDED] = 1.0
-        row[LOST] = CONTACT_COST * (1.0 + 3.0 * (1.0 - row[SPENT] / HORIZON))
+        row.ended = 1
+        row.lost = CONTACT_COST * (1.0 + 3.0 * (1.0 - row.spent / HORIZON))

@@ -14,6 +14,7 @@ from numba.extending import register_jitable
 
 from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.robot import BASES, Base, Limits
+from drake_starnav.robot.limits import Velocity
 from drake_starnav.utils.snapshot import snapshot
 
 SAMPLE_SPACING = 0.008
@@ -38,17 +39,6 @@ class Pose(NamedTuple):
     x: float
     y: float
     yaw: float
-
-
-class Velocity(NamedTuple):
-    """What the drive of any base does: speeds along the robot's x and y axes, m/s, and its turning, rad/s.
-
-    The turning of a base that steers is its curvature, 1/m.
-    """
-
-    ahead: float
-    aside: float
-    turning: float
 
 
 @snapshot

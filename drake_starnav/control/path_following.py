@@ -1,4 +1,4 @@
-"""From guidance to a twist of the differential drive, by dynamical system modulation."""
+"""From guidance to a twist of any base, by dynamical system modulation."""
 
 import math
 from typing import NamedTuple
@@ -15,7 +15,8 @@ from drake_starnav.planning.passage import tight_passage
 from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.region_union import RegionUnion
 from drake_starnav.robot import Limits, RobotParameters
-from drake_starnav.robot.limits import HEADING_GAIN, turning_twist, wrapped_angle
+from drake_starnav.robot.base import twist_of
+from drake_starnav.robot.limits import HEADING_GAIN, aimed, slowed, wrapped_angle
 
 GOAL_REACHED = 0.08
 """A robot this near to its final goal stops, in its radii."""
@@ -65,18 +66,15 @@ def followed(inputs: ControllerInputs, margins: Margins, robot: RobotParameters)
     if len(guidance.poses):
         return Proposal(*followed_manoeuvre(pose, guidance.poses, robot.drive, limits))
     ahead = guidance.path, guidance.arrives, tuple(guidance.regions), star.near_hits
-    sizes, found = Clearances.of(robot.shape.narrow, margins.safety), np.zeros(4)
+    sizes, found = Clearances.of(robot.shape.narrow, margins.safety), np.zeros(5)
     most = _followed(pose, ahead, tuple(sizes), tuple(limits), found)
-    direction = found[:2]
-    if robot.shape.is_disc and robot.base == "differential":
-        return Proposal(found[2:], direction)
-    if not direction.any():
-        return Proposal(np.zeros(len(robot.drive.components)), direction)
-    if not robot.shape.is_disc:
+    direction, velocity = found[:2], found[2:]
+    if not robot.shape.is_disc and direction.any():
         passage = tight_passage(pose, guidance.path, star.hits, robot.shape, margins.safety)
         direction = aligned_direction(pose, direction, passage, float(np.ptp(robot.shape.outline[:, 0])))
-    error = wrapped_angle(math.atan2(direction[1], direction[0]) - pose[2])
-    return Proposal(robot.drive.towards(error, min(limits.max_speed, most), limits), direction)
+        error = wrapped_angle(math.atan2(direction[1], direction[0]) - pose[2])
+        velocity = aimed(error, min(limits.max_speed, most), limits)
+    return Proposal(twist_of(velocity, robot.drive), direction)
 
 
 def guiding_vector(
@@ -105,7 +103,7 @@ def guiding_vector(
 
 @njit(cache=True)
 def _followed(pose, ahead, sizes, limits, found):
-    """The most speed, m/s; where it shall not stand, guiding vector (x, y) and twist (v, omega) are written (4,)."""
+    """The most speed, m/s; where it shall not stand, guiding vector (2,) and `Velocity` are written into `found`."""
     x, y, yaw = pose
     path, arrives, regions, hits = ahead
     regions, limits = RegionUnion(*regions), Limits(*limits)  # plain tuples are handed over faster than named ones
@@ -116,9 +114,10 @@ def _followed(pose, ahead, sizes, limits, found):
     ux, uy, distance = guided(x, y, path, regions, hits, sizes, limits.max_speed)
     if ux == 0.0 and uy == 0.0:
         return 0.0
-    v, omega = turning_twist(wrapped_angle(math.atan2(uy, ux) - yaw), limits.max_speed, limits)
+    velocity = aimed(wrapped_angle(math.atan2(uy, ux) - yaw), limits.max_speed, limits)
     most = GOAL_SLOWDOWN * distance + limits.max_speed / CREEP if arrives and count == 1 else np.inf
-    found[:] = ux, uy, min(v, most), omega
+    velocity = slowed(velocity, most)
+    found[:] = ux, uy, velocity.ahead, velocity.aside, velocity.turning
     return most
 
 

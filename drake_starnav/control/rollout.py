@@ -10,7 +10,7 @@ from drake_starnav.geometry.compiled import leaf
 from drake_starnav.planning.guidance import PASSED_DISTANCE
 from drake_starnav.regions.region_union import RegionUnion, cover_at, covers
 from drake_starnav.regions.safe_region import CertifiedRegion
-from drake_starnav.robot.limits import wrapped_angle
+from drake_starnav.robot.limits import Velocity, wrapped_angle
 
 GOAL_SLOWDOWN = 1.2
 """Speed per metre of distance to the goal on arrival, 1/s."""
@@ -87,7 +87,7 @@ def times_left(line, limits):
         heading = math.atan2(dy, dx)
         left[k] = math.hypot(dx, dy) / limits.max_speed + left[k + 1]
         if k + 2 < len(line):
-            left[k] += heading_loss(wrapped_angle(after - heading), limits.max_speed, 0.0, limits)
+            left[k] += heading_loss(wrapped_angle(after - heading), full_speed(limits), limits)
         after = heading
     return left
 
@@ -97,30 +97,44 @@ def time_to_go(line, left, k, pose, velocity, limits):
     """T: from a `Pose` and a `Velocity` over the way points from k on, s; `left` as from `times_left`."""
     dx, dy = line[k, 0] - pose.x, line[k, 1] - pose.y
     heading = math.atan2(dy, dx)
-    time = math.hypot(dx, dy) / limits.max_speed + heading_loss(
-        wrapped_angle(heading - pose.yaw), velocity.ahead, velocity.turning, limits
-    )
+    time = math.hypot(dx, dy) / limits.max_speed + heading_loss(wrapped_angle(heading - pose.yaw), velocity, limits)
     if k + 1 < len(line):
         leg = math.atan2(line[k + 1, 1] - line[k, 1], line[k + 1, 0] - line[k, 0])
-        time += left[k] + heading_loss(wrapped_angle(leg - heading), limits.max_speed, 0.0, limits)
+        time += left[k] + heading_loss(wrapped_angle(leg - heading), full_speed(limits), limits)
     return time
 
 
 @leaf
-def heading_loss(error, v, omega, limits):
-    """Time lost until a robot with this heading error and the twist (v, omega) drives along its path at full speed, s.
-
-    The duration of the turn, plus the time lost while the speed along the path grows to the maximum.
-    """
-    missing = limits.max_speed - v * math.cos(error)
-    gaining = missing * missing / (2.0 * limits.max_acceleration * limits.max_speed)
-    return turning_time(error, omega, limits) + gaining
+def full_speed(limits):
+    """The `Velocity` straight ahead at full speed."""
+    return Velocity(limits.max_speed, 0.0, 0.0)
 
 
 @leaf
-def turning_time(angle, rate, limits):
-    """Least time in which a robot that turns at `rate` turns by `angle` and stops, s: bang-bang, or bang-coast-bang."""
-    rate_max, acceleration = limits.max_yaw_rate, limits.max_yaw_acceleration
+def heading_loss(error, velocity, limits):
+    """Time lost until a robot with this heading error and this `Velocity` drives along its path at full speed, s.
+
+    The duration of the turn, unless the base needs none, plus the time lost while the speed along the path grows to the
+    maximum. A base that steers turns at full speed.
+    """
+    missing = limits.max_speed - velocity.ahead * math.cos(error) - velocity.aside * math.sin(error)
+    gaining = missing * missing / (2.0 * limits.max_acceleration * limits.max_speed)
+    if limits.holonomic > 0.0:
+        return gaining
+    if limits.steers > 0.0:
+        speed = limits.max_speed
+        rates = speed * limits.max_yaw_rate, speed * limits.max_yaw_acceleration
+        return turning_time(error, velocity.turning * velocity.ahead, rates) + gaining
+    return turning_time(error, velocity.turning, (limits.max_yaw_rate, limits.max_yaw_acceleration)) + gaining
+
+
+@leaf
+def turning_time(angle, rate, most):
+    """Least time in which a robot that turns at `rate` turns by `angle` and stops, s: bang-bang, or bang-coast-bang.
+
+    `most` are its largest turning rate, rad/s, and change of that, rad/s^2.
+    """
+    rate_max, acceleration = most
     if angle < 0.0:
         angle, rate = -angle, -rate
     beyond = rate * rate / (2.0 * acceleration) - angle

@@ -44,7 +44,9 @@ def _guided_sources(builder: DiagramBuilder, needs: Needs, navigation: Navigatio
         builder.Connect(state, guard.GetInputPort("state"))
         star = guard.get_output_port()
     if scenario.drive.delay > 0.0:
-        predictor = builder.AddNamedSystem("predictor", StatePredictor(scenario.robot, delay=needs.state_lead, rate=rate))
+        predictor = builder.AddNamedSystem(
+            "predictor", StatePredictor(scenario.robot, delay=needs.state_lead, rate=rate)
+        )
         builder.Connect(state, predictor.GetInputPort("state"))
         builder.Connect(navigation.twist_command, predictor.GetInputPort("twist_command"))
         state = predictor.get_output_port()

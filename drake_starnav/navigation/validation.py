@@ -101,7 +101,6 @@ def _check_base(scenario: Scenario) -> None:
         return
     needing = {
         "controller.kind": (scenario.controller.kind, "star"),
-        "obstacles.max_speed": (scenario.obstacles.max_speed, 0.0),
         "localization.drift": (scenario.localization.drift, 0.0),
         "localization.jump": (scenario.localization.jump, 0.0),
         "drive.slip": (scenario.drive.slip, 0.0),

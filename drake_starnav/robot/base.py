@@ -5,7 +5,7 @@ from typing import Protocol
 
 import numpy as np
 
-from drake_starnav.robot.limits import Limits
+from drake_starnav.robot.limits import Limits, Velocity
 
 SHARES = np.array(
     [(speed, 1.0) for speed in (1.0, 0.8, 0.6, 0.4, 0.25, 0.1, 0.0)]
@@ -20,7 +20,8 @@ class Base(Protocol):
     """A base, commanded by twists; inside the package as an array with one number for each of `components`.
 
     The motion that follows a twist is `control.motion.roll_out`: two components are a speed along x and a turning rate,
-    or with `Limits.steers` a curvature; three are speeds along x and y, and a turning rate.
+    or with `Limits.steers` a curvature; three are speeds along x and y, and a turning rate. The twist that drives in a
+    direction is `aimed`.
     """
 
     @property
@@ -55,9 +56,6 @@ class Base(Protocol):
             twist: shape (n, ...), with the components first: one twist, or many.
         """
 
-    def towards(self, error: float, speed: float, limits: Limits) -> np.ndarray:
-        """The twist that begins to drive in a direction that is `error` (rad) to the left of the heading."""
-
     def proposals(self, desired: np.ndarray, limits: Limits) -> Iterable[np.ndarray]:
         """Twists to try for a desired one, the best first: itself."""
 
@@ -70,6 +68,11 @@ class Base(Protocol):
             gear: in which it is to be reached, as in `moves`.
             speed: at which, m/s.
         """
+
+
+def twist_of(velocity: Velocity | np.ndarray, base: Base) -> np.ndarray:
+    """A velocity as a twist of a base."""
+    return np.array(velocity if len(base.components) == 3 else velocity[::2])
 
 
 def straight_and_curved(length: float, turn: float) -> list[tuple]:

@@ -1,7 +1,5 @@
 """Front wheels that steer: the base turns only while it drives, about a circle of at least the least radius."""
 
-import math
-
 import numpy as np
 
 from drake_starnav.robot.base import SHARES, straight_and_curved
@@ -28,13 +26,6 @@ class Car(Differential):
 
     def body_rates(self, twist: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return twist[0], twist[0] * twist[1]
-
-    def towards(self, error: float, speed: float, limits: Limits) -> np.ndarray:
-        """A circle that leads into the direction; towards what lies behind it as tight as it can."""
-        behind = abs(error) > 0.5 * math.pi
-        bend = math.copysign(limits.max_yaw_rate, error) if behind else math.sin(error) / 0.25  # within 0.5 m
-        share = max(math.cos(error), 0.3)  # of the speed, at least, towards what lies aside
-        return np.array((share * speed, limited(bend, limits.max_yaw_rate)))
 
     def proposals(self, desired: np.ndarray, limits: Limits) -> np.ndarray:
         """Slower, and steering otherwise; last it steers standing."""

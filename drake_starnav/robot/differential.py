@@ -6,7 +6,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from drake_starnav.robot.base import MOVE, SHARES, straight_and_curved
-from drake_starnav.robot.limits import Limits, limited, turning_twist
+from drake_starnav.robot.limits import Limits, limited
 
 TURN, TURN_COST = math.radians(15.0), 0.09
 """Of the manoeuvres: a turn on the spot or of a curve, rad, and the cost of the former, m."""
@@ -30,10 +30,6 @@ class Differential:
 
     def body_rates(self, twist: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return twist[0], twist[1]
-
-    def towards(self, error: float, speed: float, limits: Limits) -> np.ndarray:
-        """It turns first."""
-        return np.array(turning_twist(error, speed, limits))
 
     def proposals(self, desired: np.ndarray, limits: Limits) -> Iterable[np.ndarray]:
         """Slower, and turning less; made as they are asked for, as the first one mostly does."""

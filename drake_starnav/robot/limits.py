@@ -1,4 +1,4 @@
-"""What a robot's drive can do, and heading errors, for compiled functions."""
+"""What the drive of any base does, can do, and does to drive in a direction, for compiled functions."""
 
 import math
 from typing import NamedTuple
@@ -11,6 +11,21 @@ HEADING_GAIN = 4.0
 """Turning rate per heading error, 1/s."""
 
 
+LEAST_SHARE = 0.3
+"""Of its speed, with which a car drives towards what lies aside or behind."""
+
+
+class Velocity(NamedTuple):
+    """What the drive of any base does: speeds along the robot's x and y axes, m/s, and its turning, rad/s.
+
+    The turning of a base that steers is its curvature, 1/m.
+    """
+
+    ahead: float
+    aside: float
+    turning: float
+
+
 class Limits(NamedTuple):
     """The limits of the drive, as compiled functions take them.
 
@@ -20,6 +35,7 @@ class Limits(NamedTuple):
         max_acceleration: m/s^2.
         max_yaw_acceleration: rad/s^2; of a base that steers the largest change of the curvature, 1/(m s).
         steers: 1 if the base is commanded a curvature, 0 if a turning rate.
+        holonomic: 1 if it drives in any direction without turning, else 0.
     """
 
     max_speed: float
@@ -27,6 +43,7 @@ class Limits(NamedTuple):
     max_acceleration: float
     max_yaw_acceleration: float
     steers: float = 0.0
+    holonomic: float = 0.0
 
 
 @leaf
@@ -38,6 +55,35 @@ def turning_twist(heading, speed, limits):
     v = speed * max(math.cos(heading), 0.0) ** 3.0
     stopping = math.sqrt(2.0 * limits.max_yaw_acceleration * abs(heading))
     return v, limited(HEADING_GAIN * heading, min(limits.max_yaw_rate, stopping))
+
+
+@leaf
+def aimed(error, speed, limits):
+    """The velocity that begins to drive in a direction that is `error` (rad) to the left of the heading.
+
+    A holonomic base drives there at once, and turns its x axis into the direction of motion, forwards or backwards. One
+    that steers takes the circle through what lies there as far away as its least radius, or the tightest. Any other
+    turns first. With a negative speed the direction is that of the robot's back.
+    """
+    if limits.holonomic > 0.0:
+        turning = limited(wrapped_angle(2.0 * error), limits.max_yaw_rate)
+        return Velocity(speed * math.cos(error), speed * math.sin(error), turning)
+    if limits.steers > 0.0:
+        behind = abs(error) > 0.5 * math.pi
+        bend = math.copysign(limits.max_yaw_rate, error) if behind else 2.0 * math.sin(error) * limits.max_yaw_rate
+        bend = limited(bend if speed >= 0.0 else -bend, limits.max_yaw_rate)
+        return Velocity(max(math.cos(error), LEAST_SHARE) * speed, 0.0, bend)
+    v, omega = turning_twist(error, speed, limits)
+    return Velocity(v, 0.0, omega)
+
+
+@leaf
+def slowed(velocity, speed):
+    """The velocity with at most this speed ahead, m/s; one that leads aside keeps its direction."""
+    if velocity.aside == 0.0:
+        return Velocity(min(velocity.ahead, speed), 0.0, velocity.turning)
+    share = min(speed / math.hypot(velocity.ahead, velocity.aside), 1.0)
+    return Velocity(share * velocity.ahead, share * velocity.aside, velocity.turning)
 
 
 @register_jitable

@@ -36,12 +36,6 @@ class Omnidirectional:
     def body_rates(self, twist: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return np.copysign(np.hypot(twist[0], twist[1]), twist[0]), twist[2]
 
-    def towards(self, error: float, speed: float, limits: Limits) -> np.ndarray:
-        """At once, and it turns its x axis into the direction of motion, forwards or backwards."""
-        turn = math.remainder(error, math.pi)
-        omega = limited(2.0 * turn, limits.max_yaw_rate)
-        return np.array((speed * math.cos(error), speed * math.sin(error), omega))
-
     def proposals(self, desired: np.ndarray, limits: Limits) -> Iterator[np.ndarray]:
         """Slower, past what is in the way, and without turning; last only turning."""
         x, y, omega = desired.tolist()

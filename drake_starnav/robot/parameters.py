@@ -157,7 +157,7 @@ class RobotParameters(Checked, place="robot"):
         turning, change = float(self.max_yaw_rate), float(self.max_yaw_acceleration)
         if self.base == "car":  # at full speed its turning rate and acceleration are within the limits
             return Limits(speed, min(1.0 / self.least_radius, turning / speed), acceleration, change / speed, 1.0)
-        return Limits(speed, turning, acceleration, change)
+        return Limits(speed, turning, acceleration, change, 0.0, float(self.drive.holonomic))
 
     @property
     def drive(self) -> Base:

@@ -139,8 +139,8 @@ def run_robots(
         progress: called regularly with the simulated time and the time limit, s.
 
     Raises:
-        StarnavError: the scenario has no robots; one starts in an obstacle or another robot; two goals are too near; a
-            robot cannot avoid what moves; or as in `run_trial`.
+        StarnavError: the scenario has no robots; one starts in an obstacle or another robot; two goals are too near; or
+            as in `run_trial`.
         KeyboardInterrupt: Ctrl-C.
     """
     method = check_method(scenario, method)
@@ -199,11 +199,6 @@ def worlds_of_robots(scenario: Scenario, seed: int) -> list[World]:
 def _check_ends(robots: Sequence[Scenario], world: World) -> None:
     """Raise a `StarnavError` where a start lies in an obstacle, or starts or last goals in another robot's."""
     for each in robots:
-        if each.robot.base != "differential":
-            raise StarnavError(
-                f"robot {each.name}: robot.base is {each.robot.base}, which does not avoid what moves; allowed among "
-                "other robots: differential"
-            )
         check_free(world, each.start or (0.0, 0.0, 0.0), each.robot.shape, f"robot {each.name}: start")
     for a, b in itertools.combinations(robots, 2):
         for what, one, other in (("starts", a.start, b.start), ("last goals", a.goals[-1], b.goals[-1])):

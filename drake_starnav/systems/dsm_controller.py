@@ -41,7 +41,7 @@ class DsmController(Controller):
         state: vector (x, y, yaw, v, omega) of the robot in the world frame W; its pose is used.
         footprint: abstract, `FootprintInForce`; need not be connected.
         tracks: abstract, `Tracks` of the moving obstacles; only with `obstacles`.
-        twist_command: vector (v, omega) that is commanded now, from the shield, m/s and rad/s; only with `obstacles`.
+        twist_command: vector of the base that is commanded now, from the shield; only with `obstacles`.
         desired_twist: vector, as the base's twists are; see `robot.base`.
         guiding_vector: unit vector (x, y) in W that a holonomic robot would follow; zero when there is none.
 
@@ -76,7 +76,7 @@ class DsmController(Controller):
         self._twist: InputPort | None = None
         if obstacles is not None:
             self._tracks = self.DeclareAbstractInputPort("tracks", Value(Tracks()))
-            self._twist = self.DeclareVectorInputPort("twist_command", 2)
+            self._twist = self.DeclareVectorInputPort("twist_command", len(robot.drive.components))
         self._declare_outputs(len(robot.drive.components))
 
     def _read(self, context: Context) -> tuple[ControllerInputs, TrackedObstacles | None, FootprintInForce]:

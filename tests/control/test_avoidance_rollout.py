@@ -8,25 +8,17 @@ import pytest
 from drake_starnav.control.avoidance_rollout import (
     COMFORT,
     CONTACT_COST,
-    COST,
-    ENDED,
     HEADING,
-    LEAST,
-    LOST,
     PATH,
-    SPENT,
     STEP,
     TWIST,
     WALL_COST,
     Discs,
     Scene,
     Settings,
-    V,
-    X,
-    Y,
+    begun,
     drive,
-    start_row,
-    wanted_twist,
+    wanted_velocity,
 )
 from drake_starnav.control.moving_certificate import MOVING_MARGIN
 from drake_starnav.control.rollout import FreeSpace, times_left
@@ -37,12 +29,17 @@ from drake_starnav.worlds.world import World
 from tests.helpers.scans import MARGINS, cast
 
 LIMITS = Limits(0.8, 2.0, 1.0, 4.0)
+BASES = {
+    "differential": LIMITS,
+    "omnidirectional": LIMITS._replace(holonomic=1.0),
+    "car": LIMITS._replace(steers=1.0),  # on circles of 0.5 m
+}
 LINE = np.array(((0.0, 0.0), (2.0, 0.0)))
 SETTINGS = Settings(slowdown=1.2, radius=0.25, spacing=MOVING_MARGIN, caution=0.5, max_speed=0.0)
 NO_HITS = np.zeros((0, 2))
 
 
-def scene(*places: tuple[float, float]) -> Scene:
+def scene(*places: tuple[float, float], limits: Limits = LIMITS) -> Scene:
     """Discs of 0.3 m that stay where they are, on an empty floor that is seen 5 m far."""
     world = World("empty", (0.0, 0.0, 0.0), (2.0, 0.0), bounds=(-4.0, -4.0, 4.0, 4.0))
     regions = united([scan_region(cast(world), np.zeros(3), 0.25, MARGINS)])
@@ -50,55 +47,79 @@ def scene(*places: tuple[float, float]) -> Scene:
     trajectories = np.repeat(np.array(places, float).reshape(-1, 1, 2), 60, axis=1)
     radius, comfort = np.full(len(places), 0.3), np.full(len(places), COMFORT)
     discs = Discs(trajectories, radius, comfort, np.zeros((0, 2)), 0.0)
-    return Scene(LINE, times_left(LINE, LIMITS), known, discs, LIMITS, SETTINGS)
+    return Scene(LINE, times_left(LINE, limits), known, discs, limits, SETTINGS)
 
 
-def begun(v: float = 0.0) -> np.ndarray:
-    return start_row(np.zeros(3), np.array((v, 0.0)), NO_HITS, SETTINGS.radius)
+def begin(v: float = 0.0, limits: Limits = LIMITS) -> np.ndarray:
+    twist = (v, 0.0, 0.0) if limits.holonomic else (v, 0.0)
+    return begun(np.zeros(3), np.array(twist), NO_HITS, SETTINGS.radius)
 
 
-def driven(row: np.ndarray, way: tuple[float, float, float], steps: int, among: Scene) -> np.ndarray:
-    rows = row[None].copy()
+def driven(start: np.ndarray, way: tuple[float, ...], steps: int, among: Scene) -> np.void:
+    rows = start.copy()
     drive(rows, np.array([way]), steps, among)
     return rows[0]
 
 
-def test_each_manoeuvre_wants_its_twist() -> None:
-    wants = begun(), LINE, LIMITS, SETTINGS
-    assert wanted_twist((TWIST, 0.3, -0.5), *wants) == (0.3, -0.5)
-    assert wanted_twist((PATH, 1.0, 0.0), *wants) == pytest.approx((0.8, 0.0))
-    v, omega = wanted_twist((HEADING, 0.5 * math.pi, 0.8), *wants)
-    assert v == pytest.approx(0.0, abs=1e-12) and omega == LIMITS.max_yaw_rate
-    backwards = wanted_twist((HEADING, math.pi, -0.8), *wants)
-    assert backwards == pytest.approx((-0.8, 0.0))
+@pytest.mark.parametrize("limits", BASES.values(), ids=BASES)
+def test_each_manoeuvre_wants_its_velocity(limits: Limits) -> None:
+    wants = begin(0.0, limits)[0], LINE, limits, SETTINGS
+    assert wanted_velocity((TWIST, 0.3, 0.1, -0.5), *wants) == (0.3, 0.1, -0.5)
+    assert wanted_velocity((PATH, 1.0, 0.0, 0.0), *wants) == pytest.approx((0.8, 0.0, 0.0))
+    assert wanted_velocity((HEADING, math.pi, -0.8, 0.0), *wants) == pytest.approx((-0.8, 0.0, 0.0))
+    left = wanted_velocity((HEADING, 0.5 * math.pi, 0.8, 0.0), *wants)
+    if limits.holonomic:
+        assert left[:2] == pytest.approx((0.0, 0.8))
+    else:
+        assert left.turning == limits.max_yaw_rate and (left.ahead > 0.1) == (limits.steers > 0.0)
 
 
-def test_among_no_discs_it_follows_the_path_to_its_end() -> None:
-    row = driven(begun(), (PATH, 1.0, 0.0), 60, scene())
-    assert (row[X], row[Y]) == pytest.approx((2.0, 0.0), abs=0.15)
-    assert row[SPENT] == pytest.approx(60 * STEP) and row[LEAST] == np.inf and row[LOST] == 0.0
-    assert row[COST] < WALL_COST + row[SPENT]
+@pytest.mark.parametrize("limits", BASES.values(), ids=BASES)
+def test_driving_in_a_direction_leads_there_forwards_and_backwards(limits: Limits) -> None:
+    for speed in (0.8, -0.8):
+        for heading in np.arange(-3.0, 3.1, 0.5):
+            row = driven(begin(0.0, limits), (HEADING, heading, speed, 0.0), 50, scene(limits=limits))
+            moved = math.hypot(row["x"], row["y"])
+            assert moved > 0.5 and row["x"] * math.cos(heading) + row["y"] * math.sin(heading) > 0.3 * moved
 
 
-def test_it_brakes_before_a_disc_that_stands_in_its_way() -> None:
-    row = driven(begun(0.4), (TWIST, 0.4, 0.0), 17, scene((1.2, 0.0)))  # its step is shorter than the margins
-    assert row[X] < 1.2 - 0.3 - SETTINGS.radius and row[V] < 0.05
-    assert row[ENDED] == 0.0 and 0.0 < row[LOST] < CONTACT_COST
+@pytest.mark.parametrize("limits", BASES.values(), ids=BASES)
+def test_among_no_discs_it_follows_the_path_to_its_end(limits: Limits) -> None:
+    row = driven(begin(0.0, limits), (PATH, 1.0, 0.0, 0.0), 60, scene(limits=limits))
+    assert (row["x"], row["y"]) == pytest.approx((2.0, 0.0), abs=0.15)
+    assert row["spent"] == pytest.approx(60 * STEP) and row["least"] == np.inf and row["lost"] == 0.0
+    assert row["cost"] < WALL_COST + row["spent"]
+
+
+@pytest.mark.parametrize("limits", BASES.values(), ids=BASES)
+@pytest.mark.parametrize("aside", [False, True])
+def test_it_brakes_before_a_disc_that_stands_in_its_way(limits: Limits, aside: bool) -> None:
+    """Whether that lies ahead of it or, of a base that drives aside, at its left."""
+    if aside and not limits.holonomic:
+        return
+    start = begin(0.0 if aside else 0.4, limits)
+    start["aside"] = 0.4 if aside else 0.0
+    way = (TWIST, 0.0, 0.4, 0.0) if aside else (TWIST, 0.4, 0.0, 0.0)
+    place = (0.0, 1.2) if aside else (1.2, 0.0)
+    row = driven(start, way, 17, scene(place, limits=limits))  # its step is shorter than the margins
+    assert math.hypot(row["x"], row["y"]) < 1.2 - 0.3 - SETTINGS.radius
+    assert math.hypot(row["ahead"], row["aside"]) < 0.05
+    assert row["ended"] == 0 and 0.0 < row["lost"] < CONTACT_COST
 
 
 def test_a_contact_ends_it_and_costs_more_the_sooner_it_comes() -> None:
     costs = []
     for x in (0.6, 0.9):
-        row = driven(begun(0.8), (TWIST, 0.8, 0.0), 30, scene((x, 0.0)))
-        assert row[ENDED] == 1.0
-        costs.append(row[LOST])
+        row = driven(begin(0.8), (TWIST, 0.8, 0.0, 0.0), 30, scene((x, 0.0)))
+        assert row["ended"] == 1
+        costs.append(row["lost"])
     assert costs[0] > costs[1] > CONTACT_COST
 
 
 def test_rollouts_in_one_array_do_not_meddle_with_each_other() -> None:
-    ways = np.array([(PATH, 1.0, 0.0), (TWIST, 0.8, 0.0), (HEADING, 1.0, -0.8)])
-    rows = np.array([begun(0.1 * k) for k in range(3)])
-    alone = [driven(row, tuple(way), 30, scene((0.9, 0.1))) for row, way in zip(rows, ways, strict=True)]
+    ways = np.array([(PATH, 1.0, 0.0, 0.0), (TWIST, 0.8, 0.0, 0.0), (HEADING, 1.0, -0.8, 0.0)])
+    rows = np.concatenate([begin(0.1 * k) for k in range(3)])
+    alone = [driven(rows[k : k + 1], tuple(way), 30, scene((0.9, 0.1))) for k, way in enumerate(ways)]
     drive(rows, ways, 30, scene((0.9, 0.1)))
     assert np.array_equal(rows, np.array(alone))
-    assert len({float(row[COST]) for row in rows}) == 3
+    assert len({float(row["cost"]) for row in rows}) == 3

@@ -77,7 +77,6 @@ def test_a_robot_that_fits_between_two_beams_where_it_must_stop_is_refused(beams
     ("override", "reason"),
     [
         ("controller.kind=foa", "controller.kind is 'foa' with robot.base omnidirectional"),
-        ("obstacles.max_speed=0.5", "obstacles.max_speed is 0.5"),
         ("localization.drift=0.01", "localization.drift"),
         ("drive.slip=0.05", "drive.slip"),
     ],

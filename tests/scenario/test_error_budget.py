@@ -11,12 +11,13 @@ from hypothesis import strategies as st
 from pydrake.systems.analysis import Simulator
 
 from drake_starnav.control import ControllerParameters
-from drake_starnav.control.delay_compensation import predicted_pose
+from drake_starnav.control.motion import predicted_pose, velocity_of
 from drake_starnav.geometry.se2 import composed
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.regions.safe_region import SCAN_PATIENCE
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.error_budget import error_budget
+from drake_starnav.scenario.scenario_file import load_scenario
 from drake_starnav.scenario.schema import DriveParameters, LocalizationParameters, Scenario, SimulationParameters
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
@@ -184,15 +185,19 @@ def late_errors(robot: RobotParameters, delay: float, seed: int) -> tuple[np.nda
     station = NavigationStation(world, Scenario("test", None, robot, LidarParameters(beams=36, rate=1.0), drive=drive))
     simulator, rng = Simulator(station), np.random.default_rng(seed)
     context, command = simulator.get_mutable_context(), station.GetInputPort("drive.twist_command")
-    twist, wanted, sent = np.zeros(2), np.zeros(2), [np.zeros(2)] * round(delay / period)
+    most = np.array([robot.max_speed] * (len(robot.drive.components) - 1) + [robot.limits.max_yaw_rate])
+    least = np.array([0.0, *-most[1:]])
+    twist = wanted = np.zeros(len(most))
+    sent = [twist] * round(delay / period)
     poses, expected = [], []
     command.FixValue(context, twist)
     for k in range(600):
         if rng.random() < 0.03:
-            wanted = rng.uniform((0.0, -robot.max_yaw_rate), (robot.max_speed, robot.max_yaw_rate))
+            wanted = robot.drive.saturated(rng.uniform(least, most), robot.limits)
         simulator.AdvanceTo(k * period)
         poses.append(station.GetOutputPort("localization.pose").Eval(context).copy())
-        expected.append(predicted_pose(poses[-1], np.array(sent), delay, period))
+        pending = np.array([(*velocity_of(each), period) for each in sent])
+        expected.append(predicted_pose(poses[-1], pending, delay, robot.limits))
         twist = limited_twist(twist, wanted, robot, period)
         command.FixValue(context, twist)
         sent = [*sent[1:], twist]
@@ -202,10 +207,10 @@ def late_errors(robot: RobotParameters, delay: float, seed: int) -> tuple[np.nda
 
 
 @pytest.mark.parametrize("delay", [0.1, 0.5, 1.0])
-@pytest.mark.parametrize("model", ["starbot", "jackal"])
+@pytest.mark.parametrize("model", ["starbot", "jackal", "omnibot", "carbot"])
 def test_the_margin_covers_where_late_commands_find_the_robot(model, delay):
-    quick = {"max_speed": 2.0, "max_acceleration": 3.0, "max_yaw_rate": 4.0, "max_yaw_acceleration": 10.0}
-    robot = RobotParameters(model=model, radius=0.334, **(quick if model == "jackal" else {}))
+    quick = [f"robot.max_{name}" for name in ("speed=2", "acceleration=3", "yaw_rate=4", "yaw_acceleration=10")]
+    robot = load_scenario("forest", overrides=[f"robot.model={model}", *(quick if model == "jackal" else ())]).robot
     away, turned = late_errors(robot, delay, seed=0)
     margin = margin_of(drive=DriveParameters(delay=delay), robot=robot)
     assert (away + turned * 0.5 * robot.max_speed**2 / robot.max_acceleration).max() < margin

@@ -71,7 +71,6 @@ def test_in_a_corridor_for_one_a_robot_makes_way_or_gives_up_but_touches_nothing
         (f"[{{{EAST}}}, {{start: [0.4, 0, 0], goal: [3, 1]}}]", "starts of starbot_1 and starbot_2 are 0.4 m apart"),
         (f"[{{{EAST}}}, {{start: [2, 1, 0], goal: [4, 0.3]}}]", "last goals of starbot_1 and starbot_2 are 0.3 m"),
         (f"[{{{EAST}}}, {{start: [5, 1, 0], goal: [2, 0]}}]", r"robot starbot_2: start is \[5, 1\]"),
-        (f"[{{{EAST}}}, {{model: omnibot, {WEST}}}]", "robot.base is omnidirectional, which does not avoid"),
     ],
 )
 def test_robots_that_cannot_drive_together_are_refused(robots: str, said: str) -> None:

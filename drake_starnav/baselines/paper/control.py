@@ -19,7 +19,8 @@ from drake_starnav.control.inputs import ControllerInputs, Proposal
 from drake_starnav.control.modulation import boundary_at
 from drake_starnav.regions.region_union import RegionUnion
 from drake_starnav.robot import RobotParameters
-from drake_starnav.robot.limits import wrapped_angle
+from drake_starnav.robot.base import twist_of
+from drake_starnav.robot.limits import aimed, wrapped_angle
 
 LARGEST_GAMMA = 1e6
 """Gamma at a reference point, where it has no bound."""
@@ -37,7 +38,7 @@ def proposal(inputs: ControllerInputs, robot: RobotParameters) -> Proposal:
         return Proposal(np.zeros(2), np.zeros(2))
     heading = wrapped_angle(math.atan2(vector[1], vector[0]) - pose[2])
     speed = min(length, constants.SPEED, robot.max_speed)
-    return Proposal(robot.drive.towards(heading, speed, robot.limits), vector / length)
+    return Proposal(twist_of(aimed(heading, speed, robot.limits), robot.drive), vector / length)
 
 
 def modulated_vector(position: np.ndarray, vector: np.ndarray, regions: RegionUnion, sigma: float) -> np.ndarray:
