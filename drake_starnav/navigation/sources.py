@@ -38,7 +38,8 @@ def _guided_sources(builder: DiagramBuilder, needs: Needs, navigation: Navigatio
     if navigation.tracker is not None:
         sources["tracks"] = navigation.tracker.GetOutputPort("tracks")
     if scenario.localization.jump > 0.0:
-        guard = JumpGuard(tolerance=UNSEEN_JUMP, rate=rate, rolling=scenario.lidar.rolling)
+        rolling, holonomic = scenario.lidar.rolling, scenario.robot.drive.holonomic
+        guard = JumpGuard(tolerance=UNSEEN_JUMP, rate=rate, rolling=rolling, holonomic=holonomic)
         guard = builder.AddNamedSystem("jump_guard", guard)
         builder.Connect(star, guard.GetInputPort("certified_region"))
         builder.Connect(state, guard.GetInputPort("state"))

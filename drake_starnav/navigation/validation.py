@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from drake_starnav.control.path_following import GOAL_REACHED
-from drake_starnav.errors import StarnavError, shown
+from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import ON_AXIS, Mount
 from drake_starnav.lidar.sensor_model import LidarParameters
@@ -96,21 +96,17 @@ def validated_margins(scenario: Scenario, mounts: Sequence[Mount] = (ON_AXIS,)) 
 
 
 def _check_base(scenario: Scenario) -> None:
-    """What needs a differential drive."""
-    if scenario.robot.base == "differential":
-        return
-    needing = {
-        "controller.kind": (scenario.controller.kind, "star"),
-        "localization.drift": (scenario.localization.drift, 0.0),
-        "localization.jump": (scenario.localization.jump, 0.0),
-        "drive.slip": (scenario.drive.slip, 0.0),
-    }
-    for key, (value, allowed) in needing.items():
-        if value != allowed:
-            raise StarnavError(
-                f"{key} is {shown(value)} with robot.base {scenario.robot.base}; allowed: {shown(allowed)}, or a "
-                "differential drive"
-            )
+    """What some bases do not have: a driver of the methods as published, and wheels that slip."""
+    robot, kind, slip = scenario.robot, scenario.controller.kind, scenario.drive.slip
+    if robot.base != "differential" and kind != "star":
+        raise StarnavError(
+            f"controller.kind is {kind} with robot.base {robot.base}; allowed: star, or a differential drive"
+        )
+    if robot.drive.holonomic and slip > 0.0:
+        raise StarnavError(
+            f"drive.slip is {slip:g} with robot.base {robot.base}, an ideal one without wheels; allowed: 0, and "
+            "drive.error for how far yours strays"
+        )
 
 
 def _check_headings(scenario: Scenario) -> None:

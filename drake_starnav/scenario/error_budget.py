@@ -51,6 +51,10 @@ SYMBOLS: dict[str, ErrorTerm] = {
         "time for which the robot drives by one scan before a command brakes it, s",
     ),
     "R": ErrorTerm("L + T / 2", "time for which the heading drifts, s"),
+    "h": ErrorTerm(
+        "L^2 / 2 + L * T / 2 + T^2 / 6 if robot.drive.holonomic else 0.4 * R^2",
+        "how far a heading leads astray that drifts by 1 rad/s, for each m/s of the robot, s^2",
+    ),
     "M": ErrorTerm(
         f"max(1, (1 + {SCAN_PATIENCE:g}) / lidar.rate + T)",
         "time from the oldest scan or look in use to standing still, s",
@@ -90,18 +94,25 @@ TERMS: tuple[ErrorTerm, ...] = (
     ErrorTerm("D * mount.tilt^2", "ranges and bearings in the plane of a tilted lidar"),
     ErrorTerm("max(0, 0.87 * D * lidar.widest_gap - C)", "a corner of 60 degrees between two beams"),
     ErrorTerm(
-        "localization.drift * v * max(M + lidar.delay, R + 0.4 * w * R^2)",
+        "localization.drift * v * max(M + lidar.delay, R + w * h)",
         "drift of position and heading until the robot stands",
     ),
     ErrorTerm(
         "l * (0.01 + localization.drift * w * (M + lidar.delay))",
         "error of the heading of the shipped bases, and its drift, until the robot stands",
     ),
-    ErrorTerm(f"J * min(localization.jump, {UNSEEN_JUMP})", "jumps too small to be detected"),
+    ErrorTerm(
+        f"J * min(localization.jump, {UNSEEN_JUMP} + (2 * v * t if robot.drive.holonomic else 0))",
+        "jumps too small to be detected",
+    ),
     ErrorTerm("drive.error", "a base that strays farther than the shipped ones"),
     ErrorTerm(
-        "drive.slip * (max(v^2 * T^2 / 6, S^2 / 2) / r + 0.65 * r)",
+        "drive.slip * (max(v^2 * T^2 / 6, S^2 / 2) / robot.shape.narrow + 0.65 * r)",
         "sideways deviation of a robot that brakes with one slipping wheel, and that of turning on the spot",
+    ),
+    ErrorTerm(
+        "l * drive.slip * (S / robot.shape.narrow + w * (d + t) + w^2 / (2 * A))",
+        "heading of a footprint of polygons whose wheels slip until it stands",
     ),
     ErrorTerm("v * max(0, simulation.time_step - t / 2)", "a command waits for the next step of the plant"),
     ErrorTerm(
@@ -117,8 +128,9 @@ TERMS: tuple[ErrorTerm, ...] = (
 
 Corners: 0.87 is half of tan 60 degrees. Drift: the heading errs by drift times w for each second, too. In the worst
 case the robot turns first, since its last scan, and then drives; 0.4 w R^2 is no less than the resulting error, by
-numerical search, where it matters beside M. Slip: a heading that errs by slip / r for each metre leads astray by
-S^2 / 2 of that; wheels are no farther than 0.65 r from the robot's axis. Tilt: along its plane
+numerical search, where it matters beside M. One that drives straight on while it turns gets h w v astray. Slip: wheels
+of both sides are no nearer to each other than the narrow radius, so a heading that errs by slip over that for each
+metre leads astray by S^2 / 2 of it; they are no farther than 0.65 r from the robot's axis. Tilt: along its plane
 ranges are longer by half of its square, and bearings err by a quarter of it at most. Lost and stray beams, and lost
 scans except for L, need no margin: they are unknown space and shorten the certificate. The wheels' servo hides an error
 of the mass.

@@ -34,7 +34,8 @@ def drifted(believed: np.ndarray, before: np.ndarray, now: np.ndarray, drift: fl
     along, across, turn = now_in(before, now)
     generator = random_numbers(seed, Stream.DRIFT)
     angle, sign = generator.uniform(-math.pi, math.pi), 1.0 if generator.random() < 0.5 else -1.0
-    along, across = along + drift * along * math.cos(angle), across + drift * along * math.sin(angle)
+    astray = drift * complex(along, across) * complex(math.cos(angle), math.sin(angle))
+    along, across = along + astray.real, across + astray.imag
     return composed(believed, (along, across, turn * (1.0 + drift * sign)))
 
 

@@ -28,16 +28,17 @@ class JumpGuard(LeafSystem):
     The last position and the time of the last jump are discrete state, brought up to date before each command.
     """
 
-    def __init__(self, *, tolerance: float, rate: float, rolling: bool = False) -> None:
+    def __init__(self, *, tolerance: float, rate: float, rolling: bool = False, holonomic: bool = False) -> None:
         """
         Args:
             tolerance: a step that differs by more than this from the one predicted from the speed is a jump, m.
             rate: of the check, Hz: that of the controller's updates.
             rolling: whether the pose of the previous scan also places this one, and so must be later, too.
+            holonomic: whether the robot drives in any direction: the speed does not tell in which.
         """
         super().__init__()
         self._period = checked_period(self, rate=rate)
-        self._tolerance, self._rolling = tolerance, rolling
+        self._tolerance, self._rolling, self._holonomic = tolerance, rolling, holonomic
         self._star = self.DeclareAbstractInputPort("certified_region", Value(CertifiedRegion.none()))
         self._now = self.DeclareVectorInputPort("state", 5)
         self.DeclareDiscreteState((math.nan, math.nan, -math.inf))
@@ -54,7 +55,10 @@ class JumpGuard(LeafSystem):
             jump_time = -math.inf
         x, y, yaw, v, _ = self._now.Eval(context)
         way = v * self._period
-        step = math.hypot(x - last_x - way * math.cos(yaw), y - last_y - way * math.sin(yaw))
+        if self._holonomic:  # in a direction that the state does not tell
+            step = math.hypot(x - last_x, y - last_y) - abs(way)
+        else:
+            step = math.hypot(x - last_x - way * math.cos(yaw), y - last_y - way * math.sin(yaw))
         jumped = step > self._tolerance  # never before the first position, which is NaN
         return x, y, context.get_time() if jumped else jump_time
 

@@ -262,6 +262,37 @@ def test_the_drift_s_part_bounds_how_far_the_believed_heading_leads_astray(rate,
     assert math.hypot(astray, drift * way) <= bound
 
 
+@pytest.mark.parametrize(("rate", "braking"), [(20.0, 4.0), (5.0, 1.0), (1.0, 0.3), (40.0, 0.2)])
+def test_the_drift_s_part_bounds_it_for_a_base_that_drives_on_while_it_turns(rate: float, braking: float) -> None:
+    robot = RobotParameters(base="omnidirectional", max_acceleration=braking, max_yaw_rate=6.0)
+    lidar, drift, step = LidarParameters(beams=1440, rate=rate), 0.05, 1e-3
+    v, turned, astray, way, left = robot.max_speed, 0.0, 0.0, 0.0, 1.0 / rate + 1.0 / RATE
+    while v > 0.0:
+        turned, way = turned + robot.max_yaw_rate * step, way + v * step
+        astray, left = astray + drift * turned * v * step, left - step
+        v -= braking * step if left < 0.0 else 0.0
+    parts = (margin_of(lidar=lidar, robot=robot, localization=LocalizationParameters(drift=d)) for d in (drift, 0.0))
+    assert astray + drift * way <= 1.01 * (next(parts) - next(parts))
+
+
+@given(st.floats(0.0, 0.2), st.floats(0.0, 0.2), st.floats(-1.0, 1.0), st.sampled_from(["jackal", "carrier", "carbot"]))
+def test_the_slip_s_part_bounds_how_far_the_corners_of_a_footprint_get_astray(left, right, turning, model) -> None:
+    """Whatever the robot does until it stands, on wheels as near to each other as its narrow radius."""
+    robot = load_scenario("forest", overrides=[f"robot.model={model}"]).robot
+    limits, step, slip, half = robot.limits, 1e-3, max(left, right), 0.5 * robot.shape.narrow
+    v, omega, hold, heading = robot.max_speed, turning * robot.max_yaw_rate, 1.0 / RATE, 0.0
+    while v > 0.0 or abs(omega) > 0.0:
+        if model == "carbot":
+            omega = v * turning * limits.max_yaw_rate
+        lost = (left * (v - omega * half), right * (v + omega * half))
+        heading, hold = heading + (lost[0] - lost[1]) / (2.0 * half) * step, hold - step
+        if hold < 0.0:
+            v = max(v - robot.max_acceleration * step, 0.0)
+            omega -= math.copysign(min(robot.max_yaw_acceleration * step, abs(omega)), omega)
+    parts = [margin_of(robot=robot, drive=DriveParameters(slip=each)) for each in (slip, 0.0)]
+    assert abs(heading) * robot.shape.lever <= 1.02 * (parts[0] - parts[1]) + 1e-6
+
+
 @given(st.floats(0.001, 0.1))
 def test_the_slip_s_part_bounds_how_far_the_robot_gets_by_turning_round_on_the_spot(slip):
     """The left wheel keeps what it is told, the right one loses its share, for half a turn."""

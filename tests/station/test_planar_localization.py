@@ -19,9 +19,10 @@ angles = st.floats(-3.1, 3.1)
 numbers = st.floats(-10.0, 10.0)
 
 
-@given(seeds, poses, st.floats(0.0, 0.3), st.floats(0.0, 0.5), st.floats(-0.5, 0.5))
-def test_drift_is_the_declared_share_of_distance_and_angle(seed, before, drift, way, turn):
-    now = composed(before, (way, 0.0, turn))
+@given(seeds, poses, st.floats(0.0, 0.3), st.floats(0.0, 0.5), st.floats(-0.5, 0.5), angles)
+def test_drift_is_the_declared_share_of_distance_and_angle(seed, before, drift, way, turn, course):
+    """In whichever direction a base drives."""
+    now = composed(before, (way * math.cos(course), way * math.sin(course), turn))
     error = now_in(now, drifted(before, before, now, drift, seed))
     assert math.hypot(*error[:2]) == pytest.approx(drift * way, abs=1e-9)
     assert abs(error[2]) == pytest.approx(drift * abs(turn), abs=1e-9)

@@ -16,8 +16,8 @@ OPEN = CertifiedRegion(np.zeros(2), 0.0, np.full(720, 1.0), np.zeros((0, 2)), se
 class Guarded:
     """A guard whose inputs are fixed by hand."""
 
-    def __init__(self, rolling: bool = False) -> None:
-        self.system = JumpGuard(tolerance=0.02, rate=RATE, rolling=rolling)
+    def __init__(self, rolling: bool = False, holonomic: bool = False) -> None:
+        self.system = JumpGuard(tolerance=0.02, rate=RATE, rolling=rolling, holonomic=holonomic)
         self.simulator = Simulator(self.system)
         self.context = self.simulator.get_mutable_context()
         self.scanned(0.0)
@@ -33,8 +33,8 @@ class Guarded:
         return self.system.get_output_port().Eval(self.context).seen
 
 
-def guarded(rolling: bool = False) -> Guarded:
-    guard = Guarded(rolling)
+def guarded(rolling: bool = False, holonomic: bool = False) -> Guarded:
+    guard = Guarded(rolling, holonomic)
     guard.system.GetInputPort("state").FixValue(guard.context, np.zeros(5))
     return guard
 
@@ -42,6 +42,12 @@ def guarded(rolling: bool = False) -> Guarded:
 def test_driving_is_no_jump() -> None:
     guard = guarded()
     assert all(guard.certifies(0.8 * k / RATE, v=0.8) for k in range(1, 20))
+
+
+def test_a_base_that_drives_aside_does_not_jump() -> None:
+    aside, jumping = guarded(holonomic=True), guarded(holonomic=True)
+    assert all(aside.certifies(0.0, -0.8 * k / RATE, v=0.8) for k in range(1, 20))
+    assert jumping.certifies(0.0, 0.032, v=1.6) and not jumping.certifies(0.0, 0.12, v=1.6)
 
 
 def test_a_jump_withholds_the_star_until_a_later_scan() -> None:
