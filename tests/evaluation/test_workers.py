@@ -6,14 +6,12 @@ import multiprocessing
 import os
 import shlex
 import signal
-import threading
 import time
 from collections.abc import Iterator
-from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecutor
+from concurrent.futures import BrokenExecutor, Executor, Future
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from drake_starnav.cli.benchmark import benchmark
@@ -23,8 +21,7 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.evaluation import workers
 from drake_starnav.evaluation.jobs import Case, Job, trial_seed
 from drake_starnav.evaluation.trial_file import read_trials
-from drake_starnav.evaluation.workers import THREAD_VARIABLES, Pool, announcement, local_pool, local_processes, run_jobs
-from drake_starnav.utils.progress import Progress, silence
+from drake_starnav.evaluation.workers import THREAD_VARIABLES, Pool, local_pool, local_processes, run_jobs
 
 pytestmark = pytest.mark.slow
 
@@ -96,24 +93,6 @@ def test_workers_out_of_reach_are_reported_after_what_they_had_done() -> None:
         for record in run_jobs(JOBS, Pool(lambda: nullcontext(Leaving({})), 8)):
             records.append(record)
     assert [record["trial"] for record in records] == [0, 1, 2]
-
-
-def test_no_more_jobs_are_in_flight_than_asked(monkeypatch) -> None:
-    lock, running, most = threading.Lock(), 0, 0
-
-    def run(job: Job) -> dict:
-        nonlocal running, most
-        with lock:
-            running += 1
-            most = max(most, running)
-        with lock:
-            running -= 1
-        return {"trial": job.trial}
-
-    monkeypatch.setattr(workers, "run_job", run)
-    records = list(run_jobs(JOBS, Pool(lambda: ThreadPoolExecutor(8), 2)))
-    assert len(records) == 8
-    assert most <= 2
 
 
 def test_local_processes_have_one_thread_and_leave_nothing_behind() -> None:
@@ -257,11 +236,6 @@ def test_trials_by_world_and_by_seed_are_kept_apart(tmp_path: Path, capsys) -> N
     assert "by world, now by seed" in capsys.readouterr().err
 
 
-def test_resume_needs_a_file(tiny: Path, capsys) -> None:
-    assert benchmark([str(tiny), "--resume"]) == 2
-    assert "--json" in capsys.readouterr().err
-
-
 def test_trials_that_cannot_run_are_recorded_and_told(tmp_path: Path, capsys) -> None:
     scenario, path = tmp_path / "broken.yaml", tmp_path / "trials.jsonl"
     scenario.write_text(BROKEN)
@@ -284,57 +258,11 @@ def test_trials_that_could_not_run_run_again_on_resume(whole: Path, tiny: Path, 
     assert [r["trial"] for r in read_trials(path)[1]] == [r["trial"] for r in trials]
 
 
-def test_the_same_error_is_not_written_again(tmp_path: Path) -> None:
-    scenario, path = tmp_path / "broken.yaml", tmp_path / "trials.jsonl"
-    scenario.write_text(BROKEN)
-    options = [str(scenario), "--trials", "1", "--json", str(path), "--jobs", "1", "--quiet"]
-    assert benchmark(options) == 1
-    before = path.read_bytes()
-    assert benchmark([*options, "--resume"]) == 1
-    assert path.read_bytes() == before
-
-
 def test_what_cannot_be_tried_is_reported_once(capsys) -> None:
     assert benchmark(["crowd_room", "--method", "dsm", "--trials", "3"]) == 0
     captured = capsys.readouterr()
     assert captured.err.count("unsupported: controller.kind dsm in world crowd") == 1
     assert "| 3 " in captured.out.split("unsupported")[1].splitlines()[2]
-
-
-def test_the_size_of_a_batch_is_said() -> None:
-    jobs = [Job(Case("forest", method, ""), k, k) for k in range(3) for method in ("star", "dwa")]
-    assert announcement(jobs, 2) == "6 trials of 2 cases, 2 at a time"
-    assert announcement(jobs[:1], 4) == "1 trial of 1 case, 4 at a time"
-
-
-@pytest.mark.parametrize("workers", [1, 2, 6])
-@pytest.mark.parametrize(("usual", "spread", "trials"), [((1, 12), 1, 60), ((1, 12), 3, 60), ((25, 25), 1.8, 10)])
-def test_the_time_that_is_left_is_known_within_a_factor_of_two_and_a_half(
-    usual: tuple[float, float], spread: float, trials: int, workers: int, monkeypatch
-) -> None:
-    """At any moment once both methods are known, on workers that load for 3 s before their first trial."""
-    random = np.random.default_rng(4)
-    jobs = [Job(Case("forest", method, ""), k, k) for k in range(trials) for method in ("star", "dwa")]
-    times = [usual[job.case.method == "dwa"] * random.uniform(1 / spread, spread) for job in jobs]
-    ends, free = [], [0.0] * workers
-    for job, seconds in zip(jobs, times, strict=True):  # each to the worker that is free first
-        worker = free.index(min(free))
-        load = 3.0 if free[worker] == 0.0 else 0.0
-        free[worker] += load + seconds
-        ends.append((free[worker], job, load + seconds))
-    ends.sort(key=lambda end: end[0])
-    total, known = max(free), set()
-    now = 0.0
-    monkeypatch.setattr(time, "monotonic", lambda: now)
-    with silence(True), Progress("trials") as bar:
-        assert bar.left() is None
-        for now in np.linspace(0.0, total, 1000):
-            while ends and ends[0][0] <= now:
-                known.add(ends.pop(0)[1].case)
-                bar.count(len(jobs) - len(ends), len(jobs))
-            if 0.1 * total < now < 0.8 * total and len(known) == 2:
-                assert 0.4 * (total - now) < bar.left() < 2.5 * (total - now), now / total
-        assert bar.left() == 0.0
 
 
 def test_an_interrupted_batch_reports_on_what_ended(tiny: Path, tmp_path: Path, monkeypatch, capsys) -> None:

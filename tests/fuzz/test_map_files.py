@@ -51,12 +51,6 @@ def test_any_damage_of_the_text(data):
     accepted(data, IMAGE)
 
 
-@fuzzed
-@given(st.one_of(mutated(IMAGE), mutated(PLAIN), st.binary(max_size=60)))
-def test_any_damage_of_the_image(data):
-    accepted(yaml.safe_dump(KEYS).encode(), data)
-
-
 @pytest.mark.parametrize("path", corpus("maps"), ids=lambda path: path.name)
 def test_the_corpus_is_refused_in_one_sentence(path):
     with pytest.raises(StarnavError) as refusal:

@@ -2,7 +2,6 @@
 
 import json
 import os
-import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -10,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from drake_starnav.cli.benchmark import benchmark, report
-from drake_starnav.cli.main import find_command, main
+from drake_starnav.cli.main import main
 from drake_starnav.cli.record import record
 from drake_starnav.cli.show import show_world
 from drake_starnav.cli.simulate import simulate
@@ -102,18 +101,6 @@ def test_a_scenario_is_refused(name: str, folder: Path, capsys) -> None:
 
 
 @pytest.mark.parametrize(
-    ("command", "name"),
-    [(c, n) for c in ("record", "benchmark", "show_world") for n in ("laughs", "laughs_as_radius", "rate")]
-    + [(c, n) for c in ("record", "show_world") for n in ("tiny_cylinder", "far_goal", "many_cylinders")],
-)
-def test_every_command_refuses_it(command: str, name: str, folder: Path, capsys) -> None:
-    (folder / "bad.yaml").write_text(SCENARIOS[name])
-    option = {"record": "--html", "benchmark": "--csv", "show_world": "--out"}[command]
-    suffix = {"record": "html", "benchmark": "csv", "show_world": "png"}[command]
-    refused(find_command(command), ["bad.yaml", option, f"new/a.{suffix}"], folder, capsys)
-
-
-@pytest.mark.parametrize(
     "override",
     [f"robot.radius={LAUGHS}", f"world.start={LAUGHS}", "robot.radius=[[[" + "[" * 9999, "controller.rate=1e-300",
      "lidar.rate=1e-300", "simulation.time_step=1e-300", "robot.max_acceleration=1e-300", "robot.radius=1e-300",
@@ -122,11 +109,6 @@ def test_every_command_refuses_it(command: str, name: str, folder: Path, capsys)
 )  # fmt: skip
 def test_an_override_is_refused(override: str, folder: Path, capsys) -> None:
     refused(simulate, ["good.yaml", "--set", override, "--json", "new/a.json"], folder, capsys)
-
-
-@pytest.mark.parametrize("delay", ["1e-300", "1e-12", "4e-3", "1"])
-def test_any_delay_is_one_of_whole_steps(delay: str, folder: Path) -> None:
-    assert simulate(["good.yaml", "--set", f"drive.delay={delay}", "--quiet"]) in (0, 1)
 
 
 def make_files(folder: Path) -> None:
@@ -226,15 +208,6 @@ def test_a_map_is_refused(text: str, folder: Path, capsys) -> None:
     refused(simulate, ["bad.yaml"], folder, capsys)
 
 
-@pytest.mark.parametrize("resolution", ["1.0e-300", "1.0e-9", "1.0e+300"])
-def test_a_map_of_absurd_cells_is_refused(resolution: str, folder: Path, capsys) -> None:
-    (folder / "m.yaml").write_text(
-        f"image: a.pgm\nresolution: {resolution}\norigin: [0, 0, 0]\noccupied_thresh: 0.6\nfree_thresh: 0.2\n"
-    )
-    (folder / "bad.yaml").write_text("world: !RosMap {file: m.yaml}\n")
-    assert "resolution is" in refused(simulate, ["bad.yaml"], folder, capsys)
-
-
 @pytest.mark.parametrize(
     "text", ["[" * 99_999, '{"worlds": [{"id": ' + "9" * 9999 + "}]}", "\ufeff{", '{"worlds": NaN}']
 )
@@ -242,49 +215,6 @@ def test_a_file_of_worlds_is_refused(text: str, folder: Path, capsys) -> None:
     (folder / "w.json").write_text(text, encoding="utf-8")
     (folder / "bad.yaml").write_text("world: !Barn {file: w.json}\n")
     refused(simulate, ["bad.yaml"], folder, capsys)
-
-
-def test_a_byte_order_mark_is_no_fault(folder: Path) -> None:
-    (folder / "marked.yaml").write_text("\ufeff" + WORLD, encoding="utf-8")
-    assert simulate(["marked.yaml", "--quiet"]) in (0, 1)
-
-
-@pytest.mark.parametrize("option", [["--seed", "x" * 9999], ["--nothing"], ["--method"]])
-def test_options_that_there_are_not_are_reported_in_a_line(option: list[str], folder: Path, capsys) -> None:
-    for command in (simulate, record, benchmark, show_world):
-        with pytest.raises(SystemExit) as ended:
-            command(["good.yaml", *option])
-        printed = capsys.readouterr()
-        assert ended.value.code == 2 and printed.err.count("\n") == 1 and len(printed.err) < 800
-
-
-NAMES = [
-    "$x^$", "a\nb", "\x1b[2J", "<img src=x onerror=alert(1)>", "`x` | [y](z) *", "=1+1", "x" * 240, "..", "-x", "ä",
-    os.fsdecode(b"\xff"),
-]  # fmt: skip
-
-
-@pytest.mark.filterwarnings("ignore:Glyph")
-@pytest.mark.parametrize("name", NAMES)
-def test_a_scenario_may_have_any_name_that_a_file_may_have(name: str, folder: Path, capsys) -> None:
-    Path(f"{name}.yaml").write_text(WORLD)
-    assert show_world([f"./{name}.yaml"]) == 0
-    assert capsys.readouterr().err == ""
-    (written,) = Path("out").iterdir()
-    assert written.read_bytes().startswith(b"\x89PNG")
-
-
-@pytest.mark.slow
-@pytest.mark.filterwarnings("ignore:Glyph")
-def test_so_may_those_of_a_batch_and_of_a_recording(folder: Path, capsys) -> None:
-    paths = [f"./{name}.yaml" for name in NAMES]
-    for path in paths:
-        Path(path).write_text(WORLD)
-    assert record([paths[0], "--png", "0"]) == 0
-    assert benchmark([*paths, "--trials", "1", "--jobs", "1", "--json", "t.jsonl"]) == 0
-    assert report(["t.jsonl", "--html", "t.html", "--recordings", "--markdown", "t.md", "--csv", "t.csv"]) == 0
-    assert capsys.readouterr().err.count("\n") == 1  # the estimate
-    assert "<img src=x" not in Path("t.html").read_text() + Path("t.md").read_text()
 
 
 @pytest.mark.parametrize("name", ["../../escaped", "/escaped", "x" * 999, "a\0b", ".hidden"])
@@ -321,17 +251,6 @@ def test_output_to_a_full_disk_is_reported(name: str, folder: Path, monkeypatch,
         monkeypatch.undo()
     printed = capsys.readouterr().err
     assert "No space left on device; allowed" in printed.splitlines()[-1] and "Traceback" not in printed
-
-
-@pytest.mark.parametrize(("redirection", "code"), [(">/dev/full", 2), (">/dev/full 2>/dev/full", 2), (">&-", 0)])
-def test_the_interpreter_has_nothing_to_add(redirection: str, code: int, folder: Path) -> None:
-    root = Path(__file__).parents[2]
-    call = f'"$0" -m drake_starnav {redirection}'
-    environment = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
-    environment["PYTHONPATH"] = str(root)
-    done = subprocess.run(["bash", "-c", call, sys.executable], capture_output=True, text=True, env=environment)  # noqa: PLW1510
-    assert done.returncode == code
-    assert done.stderr.count("\n") == (redirection == ">/dev/full")
 
 
 @pytest.mark.parametrize(

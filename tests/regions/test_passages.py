@@ -8,7 +8,6 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from benchmarks import numpy_pipeline
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.regions.bearing_hits import beams_to_bearings, half_gaps
 from drake_starnav.regions.erosion import (
@@ -218,22 +217,3 @@ def test_passages_are_whole_runs_between_ends_that_are_shut(seed, n):
             expected[run] = narrow[run]
     np.testing.assert_array_equal(out, expected)
     assert opened == bool((expected != free).any())
-
-
-def test_an_equal_free_range_has_no_passages():
-    free = np.linspace(0.0, 2.0, 50)
-    out, opened = with_passages(free, free, RADIUS)
-    np.testing.assert_array_equal(out, free)
-    assert not opened
-
-
-@pytest.mark.parametrize(("wider", "opened"), [(0.02, True), (LEAST, False), (0.2, False)])
-@pytest.mark.parametrize("yaw", [0.0, 2.0, math.pi])
-def test_passages_are_those_of_plain_numpy(wider: float, opened: bool, yaw: float) -> None:
-    """Also across the seam of the bearings, although the package looks no farther than it must."""
-    scan = cast(door(RADIUS + wider), np.array((0.0, 0.0, yaw)))
-    found = profile(scan).values
-    np.testing.assert_allclose(
-        found, numpy_pipeline.free_range(scan, scan.distances, RADIUS, MARGINS), rtol=0.0, atol=1e-12
-    )
-    assert (found > eroded(scan, MARGIN) + PASSAGE_DEPTH * RADIUS).any() == opened

@@ -16,26 +16,12 @@ from scripts.experiments import ablate_segments, compare_regions
 from scripts.experiments.scan_sample import View
 from tests.helpers.scans import MARGINS
 
-BEARINGS = 2.0 * math.pi / 720 * np.arange(720)
-RAYS = np.column_stack((np.cos(BEARINGS), np.sin(BEARINGS)))
-
 
 @pytest.fixture(scope="module")
 def segments() -> dict[tuple[str, str], ablate_segments.Deviation]:
     rows = ablate_segments.methods()
     results = ablate_segments.measured(rows, ablate_segments.sample_views(8, 0, LidarParameters(), 0.25), 0.25)
     return {(row.side, row.label): result for row, result in zip(rows, results, strict=True)}
-
-
-def test_deviation_of_known_boundaries() -> None:
-    samples = np.full(100, 2.0)
-    values = samples.copy()
-    values[:10] = 1.0
-    values[10:20] = 4.0
-    mean, largest, lost, claimed = ablate_segments.deviation(values, samples)
-    assert (mean, largest) == pytest.approx((0.3, 2.0))
-    assert (lost, claimed) == pytest.approx((10 * 3 / 400, 10 * 12 / 400))
-    assert ablate_segments.deviation(samples, samples) == (0.0, 0.0, 0.0, 0.0)
 
 
 def test_one_sided_fits_claim_nothing(segments) -> None:
@@ -52,35 +38,6 @@ def test_adaptive_segments_keep_their_tolerance(segments) -> None:
             fixed = segments[side, f"{count} fixed"]
             assert (fixed.segments == count).all()
             assert adaptive.mean.mean() < fixed.mean.mean()
-
-
-def test_more_fixed_segments_fit_better(segments) -> None:
-    errors = [segments["two-sided", f"{count} fixed"].mean.mean() for count in ablate_segments.FIXED]
-    assert errors == sorted(errors, reverse=True)
-
-
-def test_rays_leave_a_box_and_an_ellipse_where_they_should() -> None:
-    A, b = np.vstack((np.eye(2), -np.eye(2))), np.array((2.0, 1.0, 1.0, 1.0))
-    origin = np.array((0.5, 0.25))
-    leave = compare_regions.polytope_interval(A, b, origin, RAYS)
-    points = origin + leave[:, None] * RAYS
-    np.testing.assert_allclose((points @ A.T - b).max(axis=1), 0.0, atol=1e-12)
-    assert compare_regions.sector_area(leave) == pytest.approx(6.0, rel=1e-3)
-
-    shape, center = np.array(((0.8, 0.3), (0.3, 1.4))), np.array((1.0, -0.5))
-    for origin in (center + 0.1, center + 3.0):  # inside, then outside
-        enter, leave = compare_regions.ellipse_interval(shape, center, origin, RAYS).T
-        crossed = leave > enter
-        points = origin + leave[crossed, None] * RAYS[crossed]
-        np.testing.assert_allclose(np.linalg.norm((points - center) @ shape.T, axis=1), 1.0, atol=1e-9)
-        area = math.pi / abs(np.linalg.det(shape))
-        assert compare_regions.sector_area(leave, enter) == pytest.approx(area, rel=2e-2)
-
-
-def test_connected_hits_become_segments_and_lone_ones_points() -> None:
-    wall = np.column_stack((np.full(4, 1.0), 0.1 * np.arange(4)))
-    obstacles = compare_regions.iris_obstacles(np.vstack((wall, [(-2.0, 0.0)])))
-    assert sorted(type(obstacle).__name__ for obstacle in obstacles) == ["Point", "VPolytope", "VPolytope", "VPolytope"]
 
 
 def test_in_a_bare_square_star_and_polytope_both_cover_it_all() -> None:
@@ -114,13 +71,6 @@ def test_a_script_writes_table_and_picture(script, tmp_path, monkeypatch, capsys
     assert (tmp_path / "new" / f"{name}.png").read_bytes().startswith(b"\x89PNG")
 
 
-@pytest.mark.parametrize("script", [ablate_segments, compare_regions], ids=lambda script: script.__name__)
-def test_a_script_refuses_no_scans(script, monkeypatch, capsys) -> None:
-    monkeypatch.setattr(sys, "argv", ["script", "--scans", "0"])
-    assert script.main() == 2
-    assert "--scans is 0; allowed: 1 <= x" in capsys.readouterr().err
-
-
 @pytest.fixture(scope="module", params=[Forest(), Maze(), Room()], ids=lambda kind: type(kind).__name__)
 def kept(request) -> Drive:
     return drive(make_world(request.param, 3, ROBOT.radius), 3, 4.0)
@@ -138,24 +88,3 @@ def test_foa_commands_keep_the_limits(kept) -> None:
         v, omega = pipeline.foa_command(moment)
         assert abs(v) <= ROBOT.max_speed + 1e-9
         assert abs(omega) <= ROBOT.max_yaw_rate + 1e-9
-
-
-def test_times_are_taken_in_turn() -> None:
-    order: list[str] = []
-    calls = [(lambda: order.append("a"), lambda: order.append("b"))] * 2
-    seconds = pipeline.interleaved(calls, rounds=3)
-    assert seconds.shape == (2, 6)
-    assert "".join(order) == "ab" * 6
-
-
-def test_plans_are_chosen_by_the_size_of_the_roadmap() -> None:
-    plans = [(44, 1.0), (45, 2.0), (55, 3.0), (56, 4.0)]
-    assert pipeline.plan_seconds(plans, 50).tolist() == [2.0, 3.0]
-
-
-def test_a_difference_is_found() -> None:
-    one, infinite = np.ones(2), np.array((1.0, np.inf))
-    assert pipeline.difference(pipeline.Step("equal", [(lambda: infinite, lambda: infinite)])) == 0.0
-    assert pipeline.difference(pipeline.Step("unequal", [(lambda: (one, one), lambda: (one, one + 0.5))])) == 0.5
-    assert pipeline.difference(pipeline.Step("unlike", [(lambda: one, lambda: infinite)])) == math.inf
-    assert pipeline.difference(pipeline.Step("longer", [(lambda: one, lambda: np.ones(3))])) == math.inf

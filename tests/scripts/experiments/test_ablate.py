@@ -20,11 +20,6 @@ def test_rows_have_their_own_names_and_sources() -> None:
     assert {row.method for row in ABLATIONS} <= set(METHODS)
 
 
-def test_rows_differ_from_each_other() -> None:
-    cases = [(row.method, row.overrides, str(row.replaced)) for row in ABLATIONS]
-    assert len(set(cases)) == len(ABLATIONS)
-
-
 @pytest.mark.parametrize("row", ABLATIONS, ids=lambda row: row.name)
 def test_a_row_overrides_keys_and_replaces_names_that_there_are(row: Ablation) -> None:
     (usual,), (case,) = (make_cases(["forest"], [row.method], keys) for keys in ((), row.overrides))
@@ -74,12 +69,3 @@ def test_script_leaves_table_plot_and_trials(tmp_path: Path, capsys) -> None:
     assert "not empty" in capsys.readouterr().err
     assert main([*arguments, "--rows", "no_certificat"]) == 2
     assert "did you mean no_certificate" in capsys.readouterr().err
-
-
-def test_script_tells_by_its_exit_code_that_trials_could_not_run(tmp_path: Path) -> None:
-    pytest.importorskip("matplotlib")
-    scenario = tmp_path / "broken.yaml"
-    scenario.write_text("world: !Obstacles {cylinders: [[0.1, 0.0, 0.3]]}\n")
-    arguments = [str(scenario), "--rows", "star", "--trials", "1", "--jobs", "1", "--out", str(tmp_path / "out")]
-    assert main([*arguments, "--quiet"]) == 1
-    assert (tmp_path / "out" / "ablation.md").is_file()

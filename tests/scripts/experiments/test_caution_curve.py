@@ -38,15 +38,3 @@ def test_script_leaves_table_picture_and_trials(tmp_path: Path, capsys: pytest.C
     for name in names:
         assert [record["outcome"] for record in read_trials(out / f"{name}.jsonl")[1]] == ["reached"]
     assert "<svg" in (out / "caution.svg").read_text()
-
-
-def test_the_mean_time_is_of_the_trials_that_reached_the_goal() -> None:
-    def trial(outcome: str, time: float) -> dict:
-        return {"scenario": "hall", "outcome": outcome, "time_s": time}
-
-    records = [trial("reached", 10.0), trial("reached", 20.0), trial("reached", 60.0), trial("timeout", 180.0)]
-    results = {"obstacles.caution=1": records, "obstacles.caution=0": [trial("struck", 4.0)]}
-    *_, first, second = SCRIPT["curve_table"](results, ["hall"]).splitlines()
-    cells = [[cell.strip() for cell in row.split("|")[1:-1]] for row in (first, second)]
-    assert [row[2].partition(" ")[0] for row in cells] == ["75.0", "0.0"]
-    assert [row[3:] for row in cells] == [["0", "0", "1", "0", "30.0"], ["0", "1", "0", "0", "-"]]

@@ -6,7 +6,6 @@ import os
 import platform
 import subprocess
 import sys
-import tarfile
 import zipfile
 from pathlib import Path
 
@@ -69,16 +68,6 @@ def test_holds_the_package_the_models_and_the_licence(wheel: Path) -> None:
     assert code | data <= names
     assert any(name.endswith(".dist-info/licenses/LICENSE") for name in names)
     assert {name.split("/")[0].split("-")[0] for name in names} == {"drake_starnav"}
-
-
-def test_the_sdist_has_what_tests_docs_and_scripts_need(wheel: Path) -> None:
-    (sdist,) = wheel.parent.glob("*.tar.gz")
-    with tarfile.open(sdist) as archive:
-        names = {name.partition("/")[2] for name in archive.getnames()}
-    for folder in ("docs", "scripts", "tests", "benchmarks", "models"):
-        kept = {path for path in (CHECKOUT / folder).rglob("*") if path.is_file() and "__pycache__" not in path.parts}
-        assert {path.relative_to(CHECKOUT).as_posix() for path in kept} <= names
-    assert {"README.md", "LICENSE", "CHANGELOG.md", "CITATION.cff", "Makefile"} <= names
 
 
 def test_a_wheel_made_for_a_python_goes_before_the_pure_one() -> None:

@@ -5,10 +5,9 @@ import json
 import numpy as np
 import pytest
 
-from drake_starnav.errors import StarnavError
 from drake_starnav.utils.resources import model_path
 from drake_starnav.worlds import Barn, clearance, make_world, shortest_path
-from scripts.maintenance.make_barn_worlds import barn_like, file_text
+from scripts.maintenance.make_barn_worlds import file_text
 
 RADIUS = 0.334
 
@@ -32,14 +31,3 @@ def test_passable_with_five_centimetres_to_spare(number: int) -> None:
     length, path = shortest_path(world, RADIUS)
     assert world.optimal_time == pytest.approx(length / 2.0, abs=1e-3)
     assert -4.5 < path[:, 0].min() <= path[:, 0].max() < 0.0, "between the walls"
-
-
-def test_numbers_and_seeds_differ() -> None:
-    worlds = [barn_like(number, seed, RADIUS)["cylinders"] for number in range(2) for seed in (5, 6)]
-    assert len({json.dumps(cylinders) for cylinders in worlds}) == 4
-    assert worlds[0] == barn_like(0, 5, RADIUS)["cylinders"]
-
-
-def test_a_robot_that_does_not_fit_is_named() -> None:
-    with pytest.raises(StarnavError, match=r"robot.radius 3 m"):
-        barn_like(0, 0, 3.0)

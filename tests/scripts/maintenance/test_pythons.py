@@ -88,15 +88,6 @@ def test_those_beside_a_launcher_are_found_and_the_launcher_is_passed_over_with_
     assert machine.pythons("first") == ([f"3.13 {newest}"], said)
 
 
-def test_one_that_is_tested_comes_before_a_newer_one(machine) -> None:
-    python(machine.path / "python3", "3.99")
-    python(machine.path / "python", "3.9")
-    tested = python(machine.path / "python3.11", "3.11")
-    assert machine.pythons() == ([f"3.11 {tested}", f"3.99 {machine.path / 'python3'}"], [])
-    tested.unlink()
-    assert machine.pythons("first") == ([f"3.99 {machine.path / 'python3'}"], [])
-
-
 def test_each_that_cannot_serve_has_its_reason(machine) -> None:
     bare = python(machine.path / "python3.12", "3.12", bare=True)
     old = python(machine.path / "python3", "3.10")
@@ -120,15 +111,6 @@ def test_the_environment_is_made_once_for_each_version(machine) -> None:
     assert machine.run(*make).stdout == ""
     os.utime(machine.checkout / "pyproject.toml", (4e9, 4e9))
     assert "Installing into .venv with Python 3.11;" in machine.run(*make).stdout, "the one that is there is kept"
-
-
-@pytest.mark.parametrize("asked", ["", "python3.9"])
-def test_without_a_python_it_says_what_is_needed(machine, asked: str) -> None:
-    python(machine.path / "python3.9", "3.9")
-    done = machine.run("sh", "scripts/maintenance/make_venv.sh", ".venv", asked)
-    assert done.returncode == 1
-    assert ("PYTHON=python3.9 cannot be used" if asked else "No Python was found") in done.stderr.splitlines()[-1]
-    assert not (machine.checkout / ".venv").exists()
 
 
 def ci(machine: Machine, *versions: str, failing: str = "nothing", asked: str = "") -> tuple[int, list[str], list[str]]:
@@ -158,20 +140,7 @@ def test_ci_runs_all_on_the_oldest_and_much_on_the_newest(machine) -> None:
     assert last[-2:] == ["Python 3.12: found, not tried; `.ci/run 3.12` does", "exit status 0"]
 
 
-def test_ci_says_which_python_is_not_there(machine) -> None:
-    status, called, last = ci(machine, "3.12")
-    assert status == 0 and len(called) == 3
-    assert last[:2] == ["Python 3.11: not found, not tried", "Python 3.13: not found, not tried"]
-
-
 def test_ci_ends_with_what_failed(machine) -> None:
     status, called, last = ci(machine, "3.11", "3.13", failing="MARKS=slow")
     assert status == 2 and len(called) == 3
     assert last[-2:] == ["Python 3.11, make test MARKS=slow: 1 passed", "exit status 2"]
-
-
-def test_ci_runs_all_on_the_python_that_is_asked_for(machine) -> None:
-    status, called, _ = ci(machine, "3.11", "3.12", asked="3.12")
-    assert status == 0 and len(called) == 3 and all("VENV=.venv-3.12" in call for call in called)
-    status, _, last = ci(machine, asked="3.13")
-    assert status == 1 and last == ["Python 3.13: not found, not tried", "exit status 1"]
