@@ -111,8 +111,8 @@ class Footprint(NamedTuple):
 
 @leaf
 def fastest_point(speed, turning, lever):
-    """No point of a footprint of a `lever` (m) is faster than this at a speed (m/s) and turning rate (rad/s), m/s."""
-    return abs(speed) + lever * abs(turning)
+    """No point of a footprint of a `lever` (m) is faster than this at speeds (m/s) and turning rates (rad/s), m/s."""
+    return np.abs(speed) + lever * np.abs(turning)
 
 
 @njit(cache=True)

@@ -11,13 +11,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drake_starnav.geometry.footprint import Footprint, covered
+from drake_starnav.geometry.footprint import Footprint, covered, fastest_point
 from drake_starnav.utils.snapshot import snapshot
 
 WINDOW = 0.1
 """Speeds are averaged over this time, s; an incomplete window at the end is dropped."""
 STANDING, DRIVING = 0.02, 0.1
-"""A robot slower than the first speed stands; one faster than the second drives, m/s."""
+"""A robot stands if no point of it is faster than the first speed; if one is faster than the second it drives, m/s."""
 STUCK_RADIUS, STUCK_TIME = 0.25, 5.0
 """A robot is stuck if it stays within this distance of a place for at least this time, m and s."""
 
@@ -88,12 +88,12 @@ class MotionMetrics:
 
 
 def motion_metrics(
-    positions: np.ndarray, twists: np.ndarray, clearances: np.ndarray, *, time_step: float, robot_radius: float
+    positions: np.ndarray, twists: np.ndarray, clearances: np.ndarray, *, time_step: float, footprint: Footprint
 ) -> MotionMetrics:
     """All metrics of one trajectory.
 
     Positions are of the robot's centre, shape (n, 2), W, m; twists (v, omega), shape (n, 2), m/s and rad/s; clearances
-    of its hull, shape (n,), m; `time_step` is from sample to sample, s.
+    of its footprint, shape (n,), m; `time_step` is from sample to sample, s.
     """
     count = max(round(WINDOW / time_step), 1)
     v, omega = window_means(twists[:, 0], count), window_means(twists[:, 1], count)
@@ -102,8 +102,8 @@ def motion_metrics(
         mean_clearance_m=float(clearances.mean()),
         jerk_mps3=jerk(v, window),
         yaw_rate_change_radps2=yaw_rate_change(omega, window),
-        twist_energy_m2ps=twist_energy(v, omega, window, robot_radius),
-        stops=stops(v),
+        twist_energy_m2ps=twist_energy(v, omega, window, footprint.radius),
+        stops=stops(fastest_point(v, omega, footprint.lever)),
         stuck_s=time_stuck(positions[::count], window),
     )
 
@@ -131,9 +131,8 @@ def twist_energy(v: np.ndarray, omega: np.ndarray, time_step: float, robot_radiu
     return float((v @ v + 0.5 * robot_radius**2 * (omega @ omega)) * time_step)
 
 
-def stops(v: np.ndarray) -> int:
-    """Number of times the speed (n,) fell below STANDING after it had risen above DRIVING, also in reverse."""
-    speed = np.abs(v)
+def stops(speed: np.ndarray) -> int:
+    """Number of times the fastest point's speed (n,) fell below STANDING after it had risen above DRIVING, m/s."""
     clear = speed[(speed < STANDING) | (speed > DRIVING)]  # speeds in between change nothing
     return int(np.count_nonzero((clear[:-1] > DRIVING) & (clear[1:] < STANDING)))
 

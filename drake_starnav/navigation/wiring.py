@@ -119,8 +119,8 @@ def _goal(scenario: Scenario, world: World) -> System:
         return FixedGoal(world.goal)
     for k, goal in enumerate(scenario.goals):
         check_free(world, goal, scenario.robot.shape, f"goals[{k}]")
-    tolerance, rate = scenario.simulation.goal_tolerance, scenario.controller.rate
-    return GoalSequence(scenario.goals, tolerance=tolerance, period=1.0 / rate)
+    tolerance, period = scenario.simulation.goal_tolerance, 1.0 / scenario.controller.rate
+    return GoalSequence(scenario.goals, tolerance=tolerance, period=period, footprint=scenario.robot.shape)
 
 
 def _check_parts(scenario: Scenario, parts: Parts) -> None:

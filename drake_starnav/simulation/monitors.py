@@ -52,7 +52,8 @@ def add_monitors(builder: DiagramBuilder, navigation: Navigation, scenario: Scen
         log = builder.AddNamedSystem(FOOTPRINT_LOG, FootprintLog(period))
         builder.Connect(navigation.footprint.get_output_port(), log.get_input_port())
     goals = len(scenario.goals) if isinstance(navigation.goal, GoalSequence) else 0
-    monitor = ArrivalMonitor(tolerance=scenario.simulation.goal_tolerance, period=period, goals=goals)
+    tolerance, shape = scenario.simulation.goal_tolerance, scenario.robot.shape
+    monitor = ArrivalMonitor(tolerance=tolerance, period=period, goals=goals, footprint=shape)
     arrival = builder.AddNamedSystem("arrival_monitor", monitor)
     sources = {"state": navigation.localization("state"), "goal": navigation.goal_position}
     if isinstance(navigation.goal, GoalSequence):

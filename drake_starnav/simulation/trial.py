@@ -11,9 +11,11 @@ import numpy as np
 from drake_starnav.geometry.footprint import Footprint, shaped
 from drake_starnav.geometry.polyline import simplified
 from drake_starnav.geometry.trajectory import evenly_sampled, motion_metrics
+from drake_starnav.lidar.field_of_view import TURN
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.monitors import COLLISION, contact_in
+from drake_starnav.systems.goal_sequence import HEADING_TOLERANCE
 from drake_starnav.systems.star_roadmap_planner import STANDSTILL
 from drake_starnav.worlds.clearance import body_clearance
 from drake_starnav.worlds.moving_obstacles import moving_obstacle_clearance
@@ -32,6 +34,8 @@ SHORTEST_PATH_SLACK = 0.005
 """The omniscient shortest path keeps this clearance beyond the robot's radius, m."""
 FINE, COARSE, CELLS = 0.02, 0.05, 5e6
 """Grid step for that path, m: the first, or up to the second in a world of more cells."""
+HEADINGS = 96
+"""At so many headings a robot may stand at a goal without one."""
 PATH_TOLERANCE = 0.02
 """Largest deviation of the path in a trial's record from the driven one, m."""
 
@@ -144,11 +148,11 @@ def figures(scenario: Scenario, world: World, shortest: tuple[float, np.ndarray]
     still = length < NEVER_MOVED and run.elapsed > STANDSTILL
     if outcome == TIMEOUT and (still or (run.blocked and run.blocked[-1][1])):
         outcome = "blocked"
-    if outcome in (TIMEOUT, "blocked", "unreachable") and goal_occupied(world, run.elapsed, scenario):
+    if outcome in (TIMEOUT, "blocked", "unreachable") and goal_occupied(world, run, scenario):
         outcome = "occupied"
     samples = evenly_sampled(run.times, np.column_stack((path, run.driven[:, 3:], clearances)), METRICS_PERIOD)
     motion = motion_metrics(
-        samples[:, :2], samples[:, 2:4], samples[:, 4], time_step=METRICS_PERIOD, robot_radius=scenario.robot.radius
+        samples[:, :2], samples[:, 2:4], samples[:, 4], time_step=METRICS_PERIOD, footprint=scenario.robot.shape
     )
     return {
         "outcome": outcome,
@@ -186,15 +190,20 @@ def _clearances(world: World, run: Run, own: Footprint) -> tuple[np.ndarray, np.
     return standing, np.minimum(standing, moving)
 
 
-def goal_occupied(world: World, time: float, scenario: Scenario) -> bool:
-    """Whether a moving obstacle leaves no place within the tolerance of the world's goal at a time, s.
+def goal_occupied(world: World, run: Run, scenario: Scenario) -> bool:
+    """Whether at the end a moving obstacle leaves the footprint no place within the tolerance of the goal it drives to.
 
-    The certificate keeps the safety margin beyond the robot's radius.
+    The certificate keeps the safety margin beyond the footprint, at the goal's heading, or at any where it has none.
     """
-    there = np.array([(*world.goal, 0.0)])
-    clearance_there = moving_obstacle_clearance(world.moving_obstacles, there, np.array([time]))
-    needed = scenario.robot.radius + derive_margins(scenario).safety
-    return bool(clearance_there[0] + scenario.simulation.goal_tolerance < needed)
+    goals = scenario.goals or [world.goal]
+    shape = run.footprints[-1][1] if run.footprints else scenario.robot.shape
+    x, y, *heading = goals[min(len(run.goals), len(goals) - 1)]
+    yaws = np.array(heading or (np.arange(HEADINGS) * TURN / HEADINGS))
+    off = HEADING_TOLERANCE if heading else 0.5 * TURN / HEADINGS
+    poses = np.column_stack((np.full((len(yaws), 2), (x, y)), yaws))
+    room = moving_obstacle_clearance(world.moving_obstacles, poses, np.full(len(poses), run.elapsed), shape).max()
+    nearer = scenario.simulation.goal_tolerance + off * shape.lever
+    return bool(room + nearer < derive_margins(scenario).safety)
 
 
 def benchmark_score(outcome: str, time: float, optimal_time: float | None) -> float | None:

@@ -172,15 +172,16 @@ class ArrivalMonitor(LeafSystem):
     The simulator stops with status "reached termination" and the message "reached" or "unreachable".
     """
 
-    def __init__(self, *, tolerance: float, period: float, goals: int = 0) -> None:
+    def __init__(self, *, tolerance: float, period: float, goals: int = 0, footprint: Footprint | None = None) -> None:
         """
         Args:
             tolerance: distance from the goal within which it counts as reached, m.
             period: of the checks, s.
             goals: number of those of a `GoalSequence`, which knows when they are reached; 0 for one goal.
+            footprint: of the robot, which stands when no point of it moves; None: whether it turns does not matter.
         """
         super().__init__()
-        self._tolerance = tolerance
+        self._tolerance, self._radius = tolerance, (footprint or disc(0.0)).radius
         self._state = self.DeclareVectorInputPort("state", 5)
         self._reached = self.DeclareVectorInputPort("reached", goals) if goals else None
         self._goal = self.DeclareVectorInputPort("goal", 2)
@@ -195,7 +196,7 @@ class ArrivalMonitor(LeafSystem):
             arrived = bool(np.isfinite(self._reached.Eval(context)).all())
         if arrived:
             return EventStatus.ReachedTermination(self, "reached")
-        stands = abs(v) < 0.5 * STANDING and abs(omega) < 0.5 * STANDING
+        stands = fastest_point(v, omega, self._radius) < 0.5 * STANDING
         if stands and self._status.HasValue(context) and self._status.Eval(context) is PlannerStatus.UNREACHABLE:
             return EventStatus.ReachedTermination(self, "unreachable")
         return EventStatus.DidNothing()

@@ -7,7 +7,7 @@ from pydrake.systems.framework import Context, EventStatus, LeafSystem, State
 
 from drake_starnav.control.motion import AT_REST
 from drake_starnav.errors import StarnavError, check_kind
-from drake_starnav.geometry.footprint import Footprint, contains, joined
+from drake_starnav.geometry.footprint import Footprint, contains, fastest_point, joined
 from drake_starnav.geometry.trajectory import STANDING
 from drake_starnav.regions.margins import Margins
 from drake_starnav.robot import RobotParameters
@@ -68,7 +68,8 @@ class FootprintHold(LeafSystem):
     Ports:
         footprint: abstract, `Footprint` that the robot has now; as output `FootprintInForce`, for the ports `footprint`
             of perception, planner, controller, shield and collision monitor.
-        state: vector (x, y, yaw, v, omega) of the robot; it stands if v and omega are below STANDING.
+        state: vector (x, y, yaw, v, omega) of the robot; it stands if no point of the current
+            footprint is faster than STANDING.
         twist_command: vector from the shield; it stands only if this is zero, too.
 
     The current footprint is abstract state, updated at the controller's rate before the commands of the same instant.
@@ -129,4 +130,5 @@ class FootprintHold(LeafSystem):
     def _stands(self, context: Context) -> bool:
         _, _, _, v, omega = self._now.Eval(context)
         speed, rate = self._robot.drive.body_rates(self._twist.Eval(context))
-        return bool(max(abs(v), abs(omega)) < STANDING and max(abs(speed), abs(rate)) < AT_REST)
+        fastest = fastest_point(v, omega, self._in_force(context).robot.radius)
+        return bool(fastest <= STANDING and max(abs(speed), abs(rate)) < AT_REST)

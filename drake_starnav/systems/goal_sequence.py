@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 from pydrake.systems.framework import Context, DiscreteValues, EventStatus, LeafSystem
 
+from drake_starnav.geometry.footprint import Footprint, disc, fastest_point
 from drake_starnav.geometry.trajectory import STANDING
 from drake_starnav.utils.timing import checked_period
 
@@ -31,18 +32,22 @@ class GoalSequence(LeafSystem):
         reached: vector, when each goal was reached, s; NaN for those that were not.
 
     A goal (x, y) is reached within `tolerance`; one with a yaw when the robot has then turned to it, too, within
-    HEADING_TOLERANCE, and stands. All outputs are discrete state.
+    HEADING_TOLERANCE, and no point of its footprint is faster than STANDING. All outputs are discrete state.
     """
 
-    def __init__(self, goals: Sequence[Sequence[float]], *, tolerance: float, period: float) -> None:
+    def __init__(
+        self, goals: Sequence[Sequence[float]], *, tolerance: float, period: float, footprint: Footprint | None = None
+    ) -> None:
         """
         Args:
             goals: (x, y) or (x, y, yaw) of each, W, m and rad; at least one.
             tolerance: distance from a goal within which the robot is there, m.
             period: of the checks, s.
+            footprint: of the robot; None: whether it turns does not matter.
         """
         super().__init__()
         self._goals, self._tolerance = [tuple(map(float, goal)) for goal in goals], tolerance
+        self._radius = (footprint or disc(0.0)).radius
         self._state = self.DeclareVectorInputPort("state", 5)
         names = "goal", "heading", "reached"
         values = self._goals[0][:2], (math.nan,), np.full(len(goals), math.nan)
@@ -59,7 +64,7 @@ class GoalSequence(LeafSystem):
             return EventStatus.DidNothing()
         (x, y, yaw, v, omega), (goal_x, goal_y, *turn) = self._state.Eval(context).tolist(), self._goals[k]
         there = math.hypot(x - goal_x, y - goal_y) < self._tolerance
-        stands = not turn or max(abs(v), abs(omega)) < STANDING
+        stands = not turn or fastest_point(v, omega, self._radius) <= STANDING
         turned = all(abs(math.remainder(wanted - yaw, 2.0 * math.pi)) < HEADING_TOLERANCE for wanted in turn)
         if there and stands and turned:
             times[k] = context.get_time()

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drake_starnav.geometry.footprint import disc
+from drake_starnav.geometry.footprint import disc, footprint
 from drake_starnav.geometry.trajectory import (
     STUCK_RADIUS,
     STUCK_TIME,
@@ -51,11 +51,14 @@ def test_gaps_are_between_footprints() -> None:
     assert gaps == pytest.approx([0.5, 0.5, 4.25], abs=0.02)
 
 
-def metrics(v, omega, positions=None, clearances=None):
+DISC = disc(0.25)
+
+
+def metrics(v, omega, positions=None, clearances=None, body=DISC):
     twists = np.column_stack((v, omega))
     positions = np.cumsum(np.column_stack((v, np.zeros(len(v)))) * STEP, axis=0) if positions is None else positions
     clearances = np.ones(len(v)) if clearances is None else clearances
-    return motion_metrics(positions, twists, clearances, time_step=STEP, robot_radius=0.25)
+    return motion_metrics(positions, twists, clearances, time_step=STEP, footprint=body)
 
 
 def test_steady_driving_is_smooth() -> None:
@@ -113,7 +116,14 @@ def test_energy_grows_with_the_square_and_the_time() -> None:
     ],
 )
 def test_stops(v, count) -> None:
-    assert stops(np.array(v)) == count
+    assert stops(np.abs(v)) == count
+
+
+def test_a_robot_whose_corners_move_does_not_stop() -> None:
+    v, omega = np.repeat((0.8, 0.0), 400), np.repeat((0.0, 1.0), 400)
+    bar = footprint(((0.4, -0.2), (0.4, 0.2), (-0.4, 0.2), (-0.4, -0.2)))
+    assert [metrics(v, omega, body=body).stops for body in (disc(0.25), bar)] == [1, 0]
+    assert metrics(v, 0.0 * omega, body=bar).stops == 1
 
 
 def test_time_stuck() -> None:

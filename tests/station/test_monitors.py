@@ -269,9 +269,11 @@ def test_hydroelastic_contact_is_contact() -> None:
     assert monitor.contacts(monitor.GetMyContextFromRoot(simulator.get_context())) == [(robot, wall)]
 
 
-def verdict(position=FAR, speed=(0.0, 0.0), status: PlannerStatus | None = PlannerStatus.EXPLORING) -> str | None:
+def verdict(
+    position=FAR, speed=(0.0, 0.0), status: PlannerStatus | None = PlannerStatus.EXPLORING, radius=1.0
+) -> str | None:
     """The message that ends the run, None if it goes on; `status` None leaves the port unconnected."""
-    monitor = ArrivalMonitor(tolerance=0.3, period=0.02)
+    monitor = ArrivalMonitor(tolerance=0.3, period=0.02, footprint=disc(radius))
     simulator = Simulator(monitor)
     context = simulator.get_mutable_context()
     monitor.GetInputPort("state").FixValue(context, [*position, 0.5, *speed])
@@ -297,6 +299,8 @@ def test_unreachable_ends_the_run_only_once_the_robot_stands() -> None:
     assert verdict(status=given_up) == "unreachable"
     for speed in ((2.0 * STANDING, 0.0), (-2.0 * STANDING, 0.0), (0.0, 2.0 * STANDING), (0.0, -2.0 * STANDING)):
         assert verdict(speed=speed, status=given_up) is None
+    turning = 0.0, 0.6 * STANDING  # a point on its rim moves by the radius for each radian
+    assert [verdict(speed=turning, status=given_up, radius=radius) for radius in (0.8, 1.0)] == ["unreachable", None]
 
 
 @pytest.mark.parametrize(("times", "said"), [((1.0, math.nan), None), ((1.0, 2.0), "reached")])

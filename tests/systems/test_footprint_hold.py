@@ -100,9 +100,11 @@ def test_a_footprint_that_changes_all_the_time_stays_simple() -> None:
     ("state", "twist", "shrinks"),
     [
         (STANDS, STANDS, True),
-        ((0.9 * STANDING, -0.9 * STANDING), STANDS, True),
+        ((0.4 * STANDING, -0.5 * STANDING / LONG.radius), STANDS, True),
+        ((0.6 * STANDING, -0.5 * STANDING / LONG.radius), STANDS, False),
         ((1.1 * STANDING, 0.0), STANDS, False),
-        ((0.0, 1.1 * STANDING), STANDS, False),
+        ((0.0, 0.9 * STANDING / LONG.radius), STANDS, True),
+        ((0.0, 1.1 * STANDING / LONG.radius), STANDS, False),
         (STANDS, (0.001, 0.0), False),
         (STANDS, (0.0, 0.001), False),
     ],

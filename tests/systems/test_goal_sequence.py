@@ -5,6 +5,8 @@ import math
 import numpy as np
 from pydrake.systems.analysis import Simulator
 
+from drake_starnav.geometry.footprint import disc
+from drake_starnav.geometry.trajectory import STANDING
 from drake_starnav.systems.goal_sequence import HEADING_TOLERANCE, GoalSequence
 
 PERIOD = 0.1
@@ -14,7 +16,7 @@ class Visited:
     """A sequence whose robot is moved by hand."""
 
     def __init__(self, *goals: tuple[float, ...]) -> None:
-        self.system = GoalSequence(goals, tolerance=0.3, period=PERIOD)
+        self.system = GoalSequence(goals, tolerance=0.3, period=PERIOD, footprint=disc(2.0))
         self.simulator = Simulator(self.system)
         self.context = self.simulator.get_mutable_context()
 
@@ -51,5 +53,5 @@ def test_a_heading_is_asked_for_at_its_goal_only_and_must_be_taken() -> None:
 
 def test_a_heading_is_taken_when_the_robot_stands() -> None:
     visited = Visited((1.0, 0.0, 3.0))
-    assert visited.at(1.0, 0.0, 3.0, 0.5)[1:] == (3.0, [])
-    assert len(visited.at(1.0, 0.0, 3.0)[2]) == 1
+    assert visited.at(1.0, 0.0, 3.0, 0.51 * STANDING)[1:] == (3.0, [])
+    assert len(visited.at(1.0, 0.0, 3.0, 0.49 * STANDING)[2]) == 1
