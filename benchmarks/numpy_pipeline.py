@@ -11,7 +11,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from drake_starnav.control import ControllerParameters
 from drake_starnav.control.modulation import CENTER, FARTHEST, NEAR_WALL_SCALE, SIGMA
-from drake_starnav.control.motion import LONGEST_STEP, SAMPLE_SPACING
+from drake_starnav.control.motion import LONGEST_STEP
 from drake_starnav.control.path_following import (
     MODULATION_DISTANCE,
     NEAR_WALL_ZONE,
@@ -19,7 +19,7 @@ from drake_starnav.control.path_following import (
     Clearances,
 )
 from drake_starnav.control.rollout import CREEP, GOAL_SLOWDOWN
-from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.lidar.laser_scan import USUAL_BODY, LaserScan
 from drake_starnav.planning import StarRoadmap
 from drake_starnav.planning.cost_field import BLOCKED_SLACK, NEAR_WALL_COST, SOFT_ZONE
 from drake_starnav.planning.distance_grid import STRIDE
@@ -44,12 +44,12 @@ def smoothed_distances(scan: LaserScan) -> np.ndarray:
     for k in range(1, SMOOTHING_BEAMS + 1):
         a, b = np.roll(distance, k), np.roll(distance, -k)
         growing &= np.roll(hit, k) & np.roll(hit, -k)
-        growing &= (np.abs(a - left) <= JUMP) & (np.abs(b - right) <= JUMP)
+        growing &= (np.abs(a - left) <= JUMP * USUAL_BODY) & (np.abs(b - right) <= JUMP * USUAL_BODY)
         total += np.where(growing, a + b, 0.0)
         count += 2.0 * growing
         left, right = a, b
     mean = total / count
-    return np.where(hit & (np.abs(mean - distance) < SAME_SURFACE), mean, distance)
+    return np.where(hit & (np.abs(mean - distance) < SAME_SURFACE * USUAL_BODY), mean, distance)
 
 
 def half_gaps(scan: LaserScan, distance: np.ndarray) -> np.ndarray:
@@ -57,7 +57,7 @@ def half_gaps(scan: LaserScan, distance: np.ndarray) -> np.ndarray:
     following = np.roll(distance, -1)
     squared = distance**2 + following**2 - 2.0 * distance * following * math.cos(scan.angle_increment)
     chord = np.sqrt(np.maximum(squared, 0.0))
-    connected = (np.maximum(distance, following) < scan.range_max) & (chord < CONNECTED_CHORD)
+    connected = (np.maximum(distance, following) < scan.range_max) & (chord < CONNECTED_CHORD * USUAL_BODY)
     half = np.where(connected, 0.5 * chord, 0.0)
     return np.maximum(half, np.roll(half, 1))
 
@@ -170,7 +170,7 @@ def safety_values(memory: ScanMemory, scan: LaserScan, pose: np.ndarray, radius:
     samples = len(scan.ranges) * math.ceil(BEARINGS / len(scan.ranges))
     step = 2.0 * math.pi / samples
     distance = np.hypot(points[:, 0], points[:, 1])
-    within = distance <= reach + radius + CONNECTED_CHORD
+    within = distance <= reach + radius + CONNECTED_CHORD * USUAL_BODY
     position = (np.arctan2(points[within, 1], points[within, 0]) - pose[2] - scan.angle_min) / step
     nearest = np.floor(position + 0.5)
     k = nearest.astype(int) % samples
@@ -285,7 +285,7 @@ def _motion(
     left = hold
     while left > 0.0 or abs(v) >= 1e-9 or not points:
         fastest = max(abs(v), abs(want_v)) if left > 0.0 else abs(v)
-        h = min(LONGEST_STEP, SAMPLE_SPACING / max(fastest, 1e-9))
+        h = min(LONGEST_STEP, robot.shape.sampling / max(fastest, 1e-9))
         if left > 0.0:
             h = min(h, left)
             left = left - h if left - h >= 1e-9 else 0.0

@@ -4,8 +4,8 @@ Guarantee. If a command is accepted, and the robot keeps its last twist for a de
 one control period and then brakes as hard as its limits allow in both speed and turning rate, then at no point of that
 motion its footprint touches a static obstacle, provided that
  (1) the world is static, and nothing stands within the disc in which the robot begins,
- (2) the sensing and localisation error, plus half the distance between two samples of the motion (at most
-     SAMPLE_SPACING / 2), is at most the safety margin,
+ (2) the sensing and localisation error, plus half the distance between two samples of the motion (at most half of
+     the footprint's `sampling`), is at most the safety margin,
  (3) the robot keeps the simulated accelerations, and starts from the twist that was last commanded,
  (4) a command takes effect after the declared delay, which is at most one control period.
 To keep (3), a motion in which the wheels would slide is not accepted; see `Motion.grips`.

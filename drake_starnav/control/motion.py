@@ -17,8 +17,6 @@ from drake_starnav.robot import BASES, Base, Limits
 from drake_starnav.robot.limits import Velocity
 from drake_starnav.utils.snapshot import snapshot
 
-SAMPLE_SPACING = 0.008
-"""Largest distance between two samples, m."""
 LONGEST_STEP = 0.04
 """Longest time between two samples, s."""
 LARGEST_TURN = 0.25
@@ -79,8 +77,9 @@ class Actuation:
 
     @cached_property
     def numbers(self) -> tuple[float, ...]:
-        """Delay, hold, lever and limits, for compiled functions: a plain tuple is handed over faster than records."""
-        return tuple(map(float, (self.delay, self.hold, self.footprint.lever, *self.limits)))
+        """Delay, hold, lever, sampling, limits: for compiled functions, which take plain tuples faster than records."""
+        shape = self.footprint
+        return tuple(map(float, (self.delay, self.hold, shape.lever, shape.sampling, *self.limits)))
 
     def carrying(self, footprint: Footprint) -> "Actuation":
         """The same of a robot with this footprint."""
@@ -90,8 +89,8 @@ class Actuation:
 class Motion(NamedTuple):
     """What the robot does if a command is sent and then it brakes, as samples.
 
-    No two neighbours are farther apart than LONGEST_STEP or LARGEST_TURN; nor than SAMPLE_SPACING, each point of a
-    footprint of polygons.
+    No two neighbours are farther apart than LONGEST_STEP or LARGEST_TURN; nor than the footprint's `sampling`, each
+    point of one of polygons.
 
     Attributes:
         samples: shape (n, 6): x, y, yaw, speed, turning rate and the time from now; W, SI units. The first is the
@@ -218,13 +217,13 @@ def slides(v, omega, limits):
 @njit(cache=True)
 def sample(pose, twist, target, does, samples):
     """`roll_out` on arrays, and `Actuation.numbers`: how many samples it has, be there room or not, and the rest."""
-    (delay, hold, lever), limits = does[:3], Limits(*does[3:])
+    (delay, hold, lever, spacing), limits = does[:4], Limits(*does[4:])
     legs, begins = np.empty((3, 4)), np.empty(3, np.int64)
     now, wanted = velocity_of(twist), velocity_of(target)
     legs[0] = now.ahead, now.aside, now.turning, delay
     legs[1] = wanted.ahead, wanted.aside, wanted.turning, hold
     legs[2] = 0.0, 0.0, 0.0, np.inf
-    count = rolled(Pose(pose[0], pose[1], pose[2]), now, legs, (limits, lever), samples, begins)
+    count = rolled(Pose(pose[0], pose[1], pose[2]), now, legs, (limits, lever, spacing), samples, begins)
     commanded, grips = begins[1], True
     for k in range(commanded + 1, min(count, len(samples))):
         grips = grips and not slides(samples[k, 3], samples[k, 4], limits)
@@ -239,11 +238,11 @@ def rolled(pose, velocity, legs, drive, samples, begins):
         pose, velocity: now.
         legs: shape (k, 4): a velocity that is approached as fast as the limits allow, and for how long, s. The robot
             brakes on a leg that lasts for ever, until it stands; a base that steers keeps its curvature.
-        drive: limits, and the lever of the footprint, m.
+        drive: limits, and of the footprint lever and sampling, m.
         samples: shape (n, 6), to be written; the last of many goes into the last row.
         begins: shape (k,), to be written: the index of the sample with which each leg begins.
     """
-    limits, lever = drive
+    limits, lever, spacing = drive
     speed, rate = body_rates(velocity, limits)
     samples[0] = pose.x, pose.y, pose.yaw, speed, rate, 0.0
     count, time = 1, 0.0
@@ -258,7 +257,7 @@ def rolled(pose, velocity, legs, drive, samples, begins):
             if limits.steers > 0.0:
                 turning = fastest * max(abs(velocity.turning), abs(wanted.turning))
             fastest += lever * turning
-            step = min(LONGEST_STEP, SAMPLE_SPACING / max(fastest, 1e-9), LARGEST_TURN / max(turning, 1e-9))
+            step = min(LONGEST_STEP, spacing / max(fastest, 1e-9), LARGEST_TURN / max(turning, 1e-9))
             if left < np.inf:
                 step = min(step, left)
                 left -= step
@@ -289,5 +288,5 @@ def predicted_pose(pose: np.ndarray, pending: np.ndarray, delay: float, limits: 
     legs[:1, 3] -= legs[:, 3].sum() - delay
     at_once = limits._replace(max_acceleration=math.inf, max_yaw_acceleration=math.inf)
     begins, end = np.empty(len(legs), np.int64), np.empty((1, 6))
-    rolled(Pose(*map(float, pose)), velocity_of(legs[0, :3]), legs, (at_once, 0.0), end, begins)
+    rolled(Pose(*map(float, pose)), velocity_of(legs[0, :3]), legs, (at_once, 0.0, math.inf), end, begins)
     return end[0, :3]

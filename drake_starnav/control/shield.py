@@ -49,7 +49,7 @@ def _drives(pose, twist, target, does, star, places, driven):
     count, _, _, grips = sample(pose, twist, target, does, samples)
     if count > SAMPLES or not grips or not covered(star, samples[:count], places):
         return False
-    after, _ = ramped_velocity(velocity_of(twist), velocity_of(target), does[1], Limits(*does[3:]))
+    after, _ = ramped_velocity(velocity_of(twist), velocity_of(target), does[1], Limits(*does[4:]))
     driven[0], driven[-1] = after.ahead, after.turning
     if len(driven) == 3:
         driven[1] = after.aside

@@ -15,6 +15,8 @@ from drake_starnav.geometry.polyline import point_to_segment_squared
 
 COVER_EXCESS = 0.008
 """The discs that cover a polygon are wider than the polygon by no more than this, m."""
+SAMPLING = 0.032
+"""Largest distance between two samples of a motion, in narrow radii; of slender bodies in thirds of the radius."""
 MOST_DISCS = 12
 """Of each part; one that is longer is covered by wider discs."""
 LEAST_SIZE = 0.01
@@ -84,6 +86,11 @@ class Footprint(NamedTuple):
     def lever(self) -> float:
         """By how much more than the origin a point of it moves for each radian of a turn, m; 0 for a disc."""
         return 0.0 if self.is_disc else self.radius
+
+    @property
+    def sampling(self) -> float:
+        """No point of it may move farther between two samples of a motion, m."""
+        return SAMPLING * max(self.narrow, self.radius / 3.0)
 
     @property
     def inscribed(self) -> float:

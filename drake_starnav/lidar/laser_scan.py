@@ -14,6 +14,8 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.field_of_view import SEAM, TURN, FieldOfView
 from drake_starnav.utils.snapshot import snapshot
 
+USUAL_BODY = 0.25
+"""Narrow radius of the default robot, m."""
 LARGEST_UNSEEN = 0.25
 """Between two beams with information, an obstacle of this width is assumed wherever the gap would hide it, m."""
 STATIC, UNKNOWN, DYNAMIC = 0, 1, 2
@@ -31,17 +33,17 @@ class Beams(NamedTuple):
     """The beams of one scan, for compiled loops as well; unpack what a loop reads before it.
 
     Attributes:
-        directions: unit vector along every beam in S, shape (n, 2).
+        directions: unit vectors, S, shape (n, 2).
         range_max: of the sensor, m.
         increment: bearing step between beams, rad.
         seam: angle from the last beam on to the first, rad; infinite if they are no neighbours.
+        body: as of `LaserScan`.
         distances: ranges as plain distances, shape (n,), m: no return is `range_max`, too close is 0. Unless the scan
             says up to where a lost beam is free, it counts as free up to the shorter of the beams on both sides of the
             run of lost beams, and no farther than where an obstacle of width LARGEST_UNSEEN fits between these two.
         kinds: what each beam is, shape (n,), uint8, bits of the following.
             HIT: it hit a static or possibly moving obstacle; includes -inf (too close), not NaN.
-            MOVING: on a moving obstacle.
-            LOST: without a measurement (NaN).
+            MOVING: on a moving obstacle. LOST: without a measurement (NaN).
             MAPPABLE: to be remembered: neither lost nor on a moving or possibly moving obstacle.
         complete: whether no beam is lost.
 
@@ -61,6 +63,7 @@ class Beams(NamedTuple):
     range_max: float
     increment: float
     seam: float
+    body: float
     distances: np.ndarray
     kinds: np.ndarray
     complete: bool
@@ -140,6 +143,7 @@ class LaserScan:
         motion: shape (n,), motion of the obstacle that each beam hit: STATIC, UNKNOWN or DYNAMIC. A beam of the last
             kind saw free space up to the obstacle, but no static obstacle. None: everything is static.
         free: shape (n,), distance up to which space is free along each lost beam, m. None: its neighbours bound it.
+        body: narrow radius of the robot, by which surfaces are told apart, m; set by perception.
 
     What follows from these is in `beams`.
     """
@@ -155,6 +159,7 @@ class LaserScan:
     lost_beams: bool = False
     motion: np.ndarray | None = None
     free: np.ndarray | None = None
+    body: float = USUAL_BODY
 
     def __post_init__(self) -> None:
         ranges = np.array(self.ranges, dtype=float)
@@ -236,7 +241,7 @@ class LaserScan:
         free = NO_BOUNDS if self.free is None else np.asarray(self.free, float)
         _, directions, seam = _beams(self.angle_min, self.angle_increment, len(self.ranges))
         view = self.range_max, self.angle_increment, seam
-        return Beams(directions, *view, *classified(self.ranges, motion, free, *view))
+        return Beams(directions, *view, float(self.body), *classified(self.ranges, motion, free, *view))
 
     @property
     def full_circle(self) -> bool:
@@ -274,11 +279,6 @@ class LaserScan:
         return _beams(self.angle_min, self.angle_increment, len(self.ranges))[0]
 
     @property
-    def directions(self) -> np.ndarray:
-        """Unit vector along every beam in S, shape (n, 2)."""
-        return _beams(self.angle_min, self.angle_increment, len(self.ranges))[1]
-
-    @property
     def mappable_hits(self) -> np.ndarray:
         """Beams that hit a static obstacle, shape (n,), bool."""
         return self.hits & self.mappable
@@ -298,7 +298,7 @@ class LaserScan:
     ) -> np.ndarray:
         """Points at distances (n,), one a beam, along the chosen beams (n,), shape (k, 2), m, for a pose of S."""
         x, y, yaw = pose
-        return placed_ends(self.directions, distance, chosen, x, y, math.cos(yaw), math.sin(yaw))
+        return placed_ends(self.beams.directions, distance, chosen, x, y, math.cos(yaw), math.sin(yaw))
 
 
 @njit(cache=True)

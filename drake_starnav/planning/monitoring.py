@@ -104,7 +104,8 @@ def _checked(x, y, driven, plan, known, seen, robot_radius):
         return sees_probe, outside, False, 0, False, False, -1
     passed = passed_points(x, y, path, sight, robot_radius)
     strayed = (
-        cover_at(union, x, y, 0.0) >= 0 and first_gap(union, (x, y), (path[passed, 0], path[passed, 1]), 0.0) > 0.0
+        cover_at(union, x, y, 0.0) >= 0
+        and first_gap(union, (x, y), (path[passed, 0], path[passed, 1]), 0.0, robot_radius) > 0.0
     )
     doubtful = _is_doubtful(path, x, y, hits, robot_radius) or _is_doubtful(optimistic, x, y, hits, robot_radius)
     ahead = _ahead(optimistic, x, y, here, robot_radius) if passed == len(path) - 1 else -1
@@ -124,7 +125,7 @@ def _ahead(path, x, y, here, radius):
         count += 1
         if count < len(path):
             along += math.hypot(path[count, 0] - path[count - 1, 0], path[count, 1] - path[count - 1, 1])
-    return last_in_sight(path[:count], x, y, here)
+    return last_in_sight(path[:count], x, y, here, radius)
 
 
 @njit(cache=True)
@@ -143,7 +144,7 @@ def passed_points(x, y, path, union, radius):
     k = 0
     while k + 1 < len(path):
         near = math.hypot(path[k, 0] - x, path[k, 1] - y) < PASSED_DISTANCE * radius
-        if not near and first_gap(union, (x, y), (path[k + 1, 0], path[k + 1, 1]), 0.0) > 0.0:
+        if not near and first_gap(union, (x, y), (path[k + 1, 0], path[k + 1, 1]), 0.0, radius) > 0.0:
             break
         k += 1
     return k

@@ -60,7 +60,7 @@ def find_route(state: PlannerState, here: StarRegion, inputs: PlannerInput) -> R
     spot = approach(roadmap.hits, inputs.goal, inputs.goal_tolerance, inputs.robot_radius, inputs.margins.preferred)
     seen = np.flatnonzero(here.alone.contains(spot.places) | union.contains(spot.places))
     goal = spot.places[seen[0]] if len(seen) else spot.goal
-    if len(seen) and _in_sight(here, union, position, goal):
+    if len(seen) and _in_sight(here, union, position, goal, inputs.robot_radius):
         return Route(goal[None].copy())
     path = cost_field(state, goal, inputs).path(position)
     if not len(path):
@@ -71,14 +71,18 @@ def find_route(state: PlannerState, here: StarRegion, inputs: PlannerInput) -> R
         return Route(pulled(np.vstack((path, goal)) if len(seen) else path, position, sight, inputs.robot_radius))
     way, beyond = path[: last + 1], path[first:]
     aim = frontier_point(state, inputs.robot_radius, path[last], path[first]) if last else None
-    if aim is not None and first_gap(union, tuple(path[last]), tuple(aim), 0.0) < 0.0:
+    if aim is not None and first_gap(union, tuple(path[last]), tuple(aim), 0.0, inputs.robot_radius) < 0.0:
         way = np.vstack((way, aim))
     return Route(pulled(way, position, sight, inputs.robot_radius), np.vstack((way[-1], path[first])), beyond)
 
 
-def _in_sight(here: StarRegion, union: RegionUnion, position: np.ndarray, goal: np.ndarray) -> bool:
+def _in_sight(
+    here: StarRegion, union: RegionUnion, position: np.ndarray, goal: np.ndarray, robot_radius: float
+) -> bool:
     """Whether the latest region contains the goal, or the straight line to it lies in the regions."""
-    return cover_at(here.alone, *goal, 0.0) >= 0 or first_gap(union, tuple(position), tuple(goal), 0.0) < 0.0
+    if cover_at(here.alone, *goal, 0.0) >= 0:
+        return True
+    return bool(first_gap(union, tuple(position), tuple(goal), 0.0, robot_radius) < 0.0)
 
 
 def frontier_point(

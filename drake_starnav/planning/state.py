@@ -22,8 +22,8 @@ from drake_starnav.utils.snapshot import snapshot
 UNSET_POSITION = np.full(2, np.inf)
 """A position infinitely far from every place, m."""
 EMPTY_PATH = np.zeros((0, 2))
-STRAIGHT = 0.02
-"""Frontiers are shown as lines that are off by up to this, m."""
+STRAIGHT = 0.08
+"""Frontiers are shown as lines that are off by up to this, in radii of the robot."""
 
 
 class PlannerStatus(Enum):
@@ -127,7 +127,7 @@ class PlannerState:
     def frontiers(self, robot_radius: float) -> np.ndarray:
         """The frontiers as line segments, shape (n, 2, 2), W, m, for a robot of this radius, m."""
         gaps = all_gaps(self.roadmap, self.closures, robot_radius)
-        lines = [simplified(gap.line, STRAIGHT) for gap in gaps]
+        lines = [simplified(gap.line, STRAIGHT * robot_radius) for gap in gaps]
         return np.concatenate([np.zeros((0, 2, 2)), *(np.stack((each[:-1], each[1:]), axis=1) for each in lines)])
 
     @property

@@ -10,8 +10,8 @@ from numba import njit
 
 from drake_starnav.lidar.laser_scan import LOST, MOVING, third_side
 
-CONNECTED_CHORD = 0.15
-"""Neighbouring hits nearer than this belong to one surface: no robot fits between them, m."""
+CONNECTED_CHORD = 0.6
+"""Neighbouring hits nearer than this belong to one surface, in narrow radii: no robot fits between them."""
 
 
 @njit(cache=True)
@@ -23,7 +23,7 @@ def half_gaps(distance, beams):
     obstacles are skipped. Of distances, shape (n,), m, along some `Beams`.
     """
     n, silent = len(distance), beams.kinds & (MOVING | LOST) != 0
-    range_max, increment, seam = beams.range_max, beams.increment, beams.seam
+    range_max, increment, seam, connected = beams.range_max, beams.increment, beams.seam, CONNECTED_CHORD * beams.body
     out = np.zeros(n)
     neighbouring = math.cos(increment)
     for i in range(n):
@@ -39,7 +39,7 @@ def half_gaps(distance, beams):
             continue
         angle = steps * increment if j > i else (steps - 1) * increment + seam
         length = third_side(a, b, neighbouring if angle == increment else math.cos(angle))
-        if length < CONNECTED_CHORD:
+        if length < connected:
             out[i] = max(out[i], 0.5 * length)
             out[j] = max(out[j], 0.5 * length)
     return out

@@ -11,8 +11,8 @@ from drake_starnav.lidar.field_of_view import TURN, FieldOfView
 from drake_starnav.lidar.laser_scan import HIT, LOST, MOVING
 from drake_starnav.regions.bearing_hits import CONNECTED_CHORD
 
-FILLED = 0.003
-"""So near to each other are the places that stand for a surface behind a robot, and so large are their cells, m."""
+FILLED = 0.012
+"""Distance of the places that stand for a surface behind a robot, and size of their cells, in narrow radii."""
 BINS = 360
 """Bearings of a look: it saw as far in each as in the worst direction within it."""
 BLIND_WEDGE, AT_LIDAR = math.radians(85.0), 0.001
@@ -37,7 +37,9 @@ class Chords(NamedTuple):
     center: np.ndarray
 
 
-def hits_behind(behind: np.ndarray, ends: np.ndarray, view: FieldOfView, pose: np.ndarray, reach: float) -> np.ndarray:
+def hits_behind(
+    behind: np.ndarray, ends: np.ndarray, view: FieldOfView, pose: np.ndarray, sizes: tuple[float, float]
+) -> np.ndarray:
     """Surfaces near a robot on which its lidar does not look, as places thinned out, shape (m, 2), W, m.
 
     Args:
@@ -45,15 +47,16 @@ def hits_behind(behind: np.ndarray, ends: np.ndarray, view: FieldOfView, pose: n
         ends: of chords that earlier scans have hit, shape (n, 4), W, m.
         view: of the scan.
         pose: (x, y, yaw) of the lidar at the scan, W.
-        reach: farther places are forgotten, m.
+        sizes: farther places are forgotten, m; and `body`, as of `Beams`.
     """
-    near = np.hypot(*(ends[:, :2] - pose[:2]).T) < reach + CONNECTED_CHORD
-    known = np.vstack((behind, _filled(ends[near])))
+    (reach, body), filled = sizes, FILLED * sizes[1]
+    near = np.hypot(*(ends[:, :2] - pose[:2]).T) < reach + CONNECTED_CHORD * body
+    known = np.vstack((behind, _filled(ends[near], filled)))
     away = known - pose[:2]
     bearing = np.arctan2(away[:, 1], away[:, 0]) - pose[2] - view.angle_min
     unseen = np.mod(bearing, 2.0 * math.pi) > view.span
     known = known[unseen & (np.hypot(*away.T) < reach)]
-    return known[thinned(known, FILLED)]
+    return known[thinned(known, filled)]
 
 
 def thinned(places: np.ndarray, cell: float) -> np.ndarray:
@@ -63,18 +66,20 @@ def thinned(places: np.ndarray, cell: float) -> np.ndarray:
     return np.sort(first)
 
 
-def _filled(ends: np.ndarray) -> np.ndarray:
-    """Places on chords (n, 4), at most FILLED apart on each, both ends included, shape (m, 2)."""
+def _filled(ends: np.ndarray, apart: float) -> np.ndarray:
+    """Places on chords (n, 4), at most so far apart on each, m, both ends included, shape (m, 2)."""
     along = ends[:, 2:] - ends[:, :2]
-    steps = np.ceil(np.hypot(*along.T) / FILLED).astype(np.int64)
+    steps = np.ceil(np.hypot(*along.T) / apart).astype(np.int64)
     chord = np.repeat(np.arange(len(ends)), steps + 1)
     step = np.arange(len(chord)) - np.repeat(np.cumsum(steps + 1) - steps - 1, steps + 1)
     return ends[chord, :2] + (step / np.maximum(steps[chord], 1))[:, None] * along[chord]
 
 
 @njit(cache=True)
-def surfaces(hits, own, place):
+def surfaces(hits, own, place, body):
     """Hits (n, 2) as chords (k, 4), and which of them shade: those between an own pair of the last scan's.
+
+    `body` is as of `Beams`.
 
     Neighbours on one surface are joined: the own ones in the order of their bearings, the others in their own order.
     """
@@ -90,11 +95,11 @@ def surfaces(hits, own, place):
     ends, shades, m = np.empty((n, 4)), np.zeros(n, np.bool_), 0
     for group in range(2):
         first, last = (0, count) if group == 0 else (count, n)
-        before = group == 0 and count > 1 and _joined(hits, order[count - 1], order[0])
+        before = group == 0 and count > 1 and _joined(hits, order[count - 1], order[0], body)
         for k in range(first, last):
             i = order[k]
             j = order[k + 1] if k + 1 < last else order[first]
-            joined = (k + 1 < last or (group == 0 and count > 1)) and _joined(hits, i, j)
+            joined = (k + 1 < last or (group == 0 and count > 1)) and _joined(hits, i, j, body)
             if joined or not before:
                 j = j if joined else i
                 ends[m, 0], ends[m, 1], ends[m, 2], ends[m, 3] = hits[i, 0], hits[i, 1], hits[j, 0], hits[j, 1]
@@ -105,8 +110,8 @@ def surfaces(hits, own, place):
 
 
 @njit(cache=True)
-def _joined(hits, i, j):
-    return (hits[j, 0] - hits[i, 0]) ** 2 + (hits[j, 1] - hits[i, 1]) ** 2 < CONNECTED_CHORD * CONNECTED_CHORD
+def _joined(hits, i, j, body):
+    return (hits[j, 0] - hits[i, 0]) ** 2 + (hits[j, 1] - hits[i, 1]) ** 2 < (CONNECTED_CHORD * body) ** 2
 
 
 @njit(cache=True)
@@ -158,7 +163,7 @@ def _neighbours(beams, i, j):
         return False
     dx = beams.distances[i] * beams.directions[i, 0] - beams.distances[j] * beams.directions[j, 0]
     dy = beams.distances[i] * beams.directions[i, 1] - beams.distances[j] * beams.directions[j, 1]
-    return dx * dx + dy * dy < CONNECTED_CHORD * CONNECTED_CHORD
+    return dx * dx + dy * dy < (CONNECTED_CHORD * beams.body) ** 2
 
 
 @njit(cache=True)

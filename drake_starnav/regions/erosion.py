@@ -21,11 +21,11 @@ BEARINGS = 720
 """Samples of a region's boundary, rounded up to whole samples a beam: 20 mm apart at 2.3 m; rays of a merged scan."""
 SMOOTHING_BEAMS = 3
 """Half width of the moving average over the planner's ranges, in beams."""
-JUMP = 0.12
-"""Smoothing stops at a step between neighbouring ranges that is larger than this, m."""
-SAME_SURFACE = 0.04
-"""Ranges that differ by no more than this belong to one surface, m: four standard deviations of 1 cm. A smoothed range
-that differs by more from the measured one is rejected."""
+JUMP = 0.48
+"""Smoothing stops at a step between neighbouring ranges that is larger than this, in radii of the body."""
+SAME_SURFACE = 0.16
+"""Ranges that differ by no more than this belong to one surface, in radii of the body: for 0.25 m four standard
+deviations of 1 cm. A smoothed range that differs by more from the measured one is rejected."""
 
 
 class FreeRange(NamedTuple):
@@ -163,7 +163,7 @@ def moving_average(beams, half_width, slack):
     """The loop of `smoothed_distances`: of some `Beams`, over `half_width` of them to each side."""
     distance, range_max, wrap = beams.distances, beams.range_max, beams.seam < np.inf
     n = len(distance)
-    jump, limit = JUMP + slack, SAME_SURFACE + slack
+    jump, limit = JUMP * beams.body + slack, SAME_SURFACE * beams.body + slack
     out = distance.copy()
     for i in range(n):
         if distance[i] >= range_max:

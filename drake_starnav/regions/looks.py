@@ -52,7 +52,7 @@ class Look:
     @cached_property
     def chords(self) -> Chords:
         """The hits as surfaces; and what hides without being one: lost beams, what moves, where it does not look."""
-        ends, shades = surfaces(self.hits, self.own, self.place)
+        ends, shades = surfaces(self.hits, self.own, self.place, self.beams.body)
         hiding = hides(self.beams, self.place)
         solid = np.arange(len(ends) + len(hiding)) < len(ends)
         shades = np.concatenate((shades, np.ones(len(hiding), np.bool_)))

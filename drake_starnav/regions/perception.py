@@ -205,7 +205,8 @@ def perceive(
     if not scan.full_circle:
         chords = before.safety.look.chords
         ends = chords.ends[chords.solid]
-        beside = hits_behind(before.observation.beside, ends, scan.field_of_view, pose, memorised[0])
+        sizes = memorised[0], robot_radius
+        beside = hits_behind(before.observation.beside, ends, scan.field_of_view, pose, sizes)
     distance = smoothed_distances(scan, margins.smoothing_slack)
     region = scan_region(scan, pose, robot_radius, margins, samples, beside, distance)
     arguments = distance, pose, safe_radius, margins.safety_range, memorised
@@ -286,6 +287,8 @@ def _look(
     before: LastScan | None, scan: LaserScan, mount: Mount, pose: np.ndarray, settings: PerceptionSettings
 ) -> LastScan:
     """A new scan of a lidar whose last look is given."""
+    if scan.body != settings.footprint.narrow:
+        scan = dataclasses.replace(scan, body=settings.footprint.narrow)
     scan, place = unturned(scan, mount), mount.unturned(pose)
     if before is not None and scan.time_increment:
         scan = deskewed(scan, mount.unturned(before.pose), before.near.time, place)

@@ -9,8 +9,8 @@ from numba import njit
 from drake_starnav.geometry.compiled import leaf
 from drake_starnav.geometry.se2 import placed
 
-LINE_STEP = 0.05
-"""Sample spacing on lines of sight inside a union, m."""
+LINE_STEP = 0.2
+"""Sample spacing on lines of sight inside a union, in radii of the robot."""
 ROUGH = 0.01
 """The error of a rough bearing is less than this, in samples."""
 LEAP = 16
@@ -138,16 +138,17 @@ def _newest(union, words, x, y, slack):
 
 
 @njit(cache=True)
-def first_gap(union, start, end, guess):
+def first_gap(union, start, end, guess, radius):
     """How far from `start` (x, y) the segment to `end` leaves a union, m, at least 1e-9; -1 if it does not.
 
-    Samples are LINE_STEP apart. The one at `guess` (m, 0: none) is tried first, and within a gap the middle one is
-    returned: other segments probably leave the union there, too. Of one region many samples are found at once.
+    Samples are LINE_STEP of the robot's radius (m) apart. The one at `guess` (m, 0: none) is tried first, and within a
+    gap the middle one is returned: other segments probably leave the union there, too. Of one region many samples are
+    found at once.
     """
     center, bearing_0, values = union.center, union.bearing_0, union.values
     (x0, y0), (x1, y1) = start, end
     length = math.hypot(x1 - x0, y1 - y0)
-    count = int(length / LINE_STEP) + 1
+    count = int(length / (LINE_STEP * radius)) + 1
     if 0.0 < guess < length:
         i = int(guess / length * count + 0.5)
         place = x0 + (x1 - x0) * i / count, y0 + (y1 - y0) * i / count

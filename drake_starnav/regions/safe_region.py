@@ -245,7 +245,7 @@ def _certified_region(known, seen, beams, distance, place, bearings, tables, siz
         bounded = (beams.kinds & (LOST | HIT * is_merged) != 0) & (measured < range_max)
         edge = placed_ends(directions, np.maximum(measured, NEAREST), bounded, x, y, cosine, sine)
         hits, gaps = np.concatenate((hits, edge)), np.concatenate((gaps, np.zeros(len(edge))))
-    within = reach + radius + CONNECTED_CHORD  # farther hits restrict nothing
+    within = reach + radius + CONNECTED_CHORD * beams.body  # farther hits restrict nothing
     nearest, gap, offset = points_to_bearings(hits, gaps, x, y, bearing_0, within, len(cosines))
     sight = within_sight(limit, beams, radius)
     near = (distance < min(NEAR_HITS * radius, range_max)) & (beams.kinds & HIT != 0)

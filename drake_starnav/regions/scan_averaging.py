@@ -42,7 +42,7 @@ def averaged(memory: ScanMemory, scan: LaserScan, pose: np.ndarray, reach: float
     points, ends = memory.points, np.cumsum(memory.counts)
     hits = scan.hits & (scan.ranges < reach)
     mean, _ = _averaged_ranges(scan, pose, hits, points, ends, reach)
-    again = _seen_again(scan, mean, points, pose, reach + SAME_SURFACE)
+    again = _seen_again(scan, mean, points, pose, reach + SAME_SURFACE * scan.body)
     kept = np.cumsum(np.append(0, ~again))
     counts = tuple(np.diff(kept[ends], prepend=0).tolist())
     memory = dataclasses.replace(memory, points=points[~again], half_gaps=memory.half_gaps[~again], counts=counts)
@@ -77,7 +77,7 @@ def _averaged_ranges(
     measured = np.where(hits, scan.ranges, np.inf)
     rays = scan.points_at(np.ones(len(hits)), np.full(len(hits), True), (0.0, 0.0, pose[2]))
     _, beam = scan.polar(points, pose)
-    offset, far = points - pose[:2], reach + SAME_SURFACE
+    offset, far = points - pose[:2], reach + SAME_SURFACE * scan.body
     total, count = measured.copy(), np.ones(len(measured))
     for begin, end in itertools.pairwise((0, *ends.tolist())):
         estimates = _estimates(measured, rays, offset[begin:end], beam[begin:end], scan.beams, far)
@@ -93,8 +93,8 @@ def _seen_again(scan: LaserScan, ranges: np.ndarray, points: np.ndarray, pose: n
     left = np.where(wraps, len(ranges) - 1, left)
     one, other = ranges[left], ranges[np.where(wraps, 0, left + 1)]
     near, far = np.minimum(one, other), np.maximum(one, other)
-    between = (near < distance) & (distance < far) & (far < near + CONNECTED_CHORD)
-    beside = np.minimum(np.abs(distance - near), np.abs(distance - far)) < SAME_SURFACE
+    between = (near < distance) & (distance < far) & (far < near + CONNECTED_CHORD * scan.body)
+    beside = np.minimum(np.abs(distance - near), np.abs(distance - far)) < SAME_SURFACE * scan.body
     within = (np.abs(points - pose[:2]).max(axis=1) <= reach) & (scan.full_circle | ~wraps)
     return within & (between | beside)
 
@@ -106,13 +106,13 @@ def _estimates(measured, rays, points, beam, beams, reach):
     The points (k, 2) of that scan are relative to the sensor in W, m; `beam` (k,) is the real-valued beam towards each.
     """
     full_circle, number = beams.seam < np.inf, len(measured)
-    turn = 2.0 * math.pi / beams.increment
+    turn, connected, same = 2.0 * math.pi / beams.increment, CONNECTED_CHORD * beams.body, SAME_SURFACE * beams.body
     nearest = np.full(number, np.inf)
     for i in range(len(points)):
         px, py = points[i - 1]  # in a full circle the last hit is next to the first
         qx, qy = points[i]
         ex, ey = qx - px, qy - py
-        if max(abs(qx), abs(qy)) > reach or ex * ex + ey * ey > CONNECTED_CHORD * CONNECTED_CHORD:
+        if max(abs(qx), abs(qy)) > reach or ex * ex + ey * ey > connected * connected:
             continue
         low, high = min(beam[i - 1], beam[i]), max(beam[i - 1], beam[i])
         if high - low > 0.5 * turn:  # the chord crosses the bearing of beam 0
@@ -125,6 +125,6 @@ def _estimates(measured, rays, points, beam, beams, reach):
             if abs(across) < 1e-12:
                 continue
             crossing = (px * ey - py * ex) / across
-            if abs(crossing - measured[k]) < min(SAME_SURFACE, abs(nearest[k] - measured[k])):
+            if abs(crossing - measured[k]) < min(same, abs(nearest[k] - measured[k])):
                 nearest[k] = crossing
     return nearest

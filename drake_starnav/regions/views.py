@@ -94,7 +94,7 @@ def merged(scans: Sequence[LaserScan], mounts: Sequence[Mount], body: Footprint)
     ranges = np.where(kind == SURFACE, distance, np.where(kind == OPEN, math.nan, math.inf))[first:last]
     return LaserScan(
         scans[0].time, first * (TURN / BEARINGS) - math.pi, TURN / BEARINGS, 0.0, far, ranges, lost_beams=True,
-        free=distance[first:last], scan_time=scans[0].scan_time,
+        free=distance[first:last], scan_time=scans[0].scan_time, body=scans[0].body,
     )  # fmt: skip
 
 
@@ -190,12 +190,12 @@ def _cross_view(crossings, beams, x, y, bit):
     distance, hits, directions = beams.distances, beams.kinds & HIT != 0, beams.directions
     n, full, cosine = len(distance), beams.seam < np.inf, math.cos(beams.increment)
     seam = math.cos(beams.seam) if full else cosine
-    cells = n if full else n - 1
+    cells, connected = n if full else n - 1, CONNECTED_CHORD * beams.body
     vertices, kinds = np.empty((2 * cells + 1, 2)), np.full(2 * cells + 1, OPEN, np.int8)
     for i in range(cells):
         j = (i + 1) % n
         a, b = distance[i], distance[j]
-        if hits[i] and hits[j] and third_side(a, b, seam if j == 0 else cosine) < CONNECTED_CHORD:
+        if hits[i] and hits[j] and third_side(a, b, seam if j == 0 else cosine) < connected:
             kinds[2 * i] = SURFACE
         else:
             a = b = min(a, b)

@@ -13,9 +13,6 @@ from drake_starnav.localization.scan_matching import UNSEEN_JUMP
 from drake_starnav.regions.safe_region import SCAN_PATIENCE
 from drake_starnav.scenario.schema import Scenario
 
-SAMPLED = 0.004
-"""Half the distance between two samples of a motion that the certificate checks, m."""
-
 
 class ErrorTerm(NamedTuple):
     """A formula of the error budget: Python, but for ^, of the scenario's sections and of earlier symbols."""
@@ -30,6 +27,7 @@ class ErrorTerm(NamedTuple):
 
 
 SYMBOLS: dict[str, ErrorTerm] = {
+    "s": ErrorTerm("robot.shape.sampling / 2", "half the distance between two samples of a motion, m"),
     "r": ErrorTerm("robot.radius", "radius, m"),
     "l": ErrorTerm("robot.shape.lever", "radius of a footprint of polygons; 0 for a disc, m"),
     "v": ErrorTerm("robot.max_speed", "largest speed, m/s"),
@@ -62,9 +60,7 @@ SYMBOLS: dict[str, ErrorTerm] = {
     "J": ErrorTerm(
         "1 + floor(max(L + T, M) / localization.jump_interval)", "most jumps in the longer of the times L + T and M"
     ),
-    "C": ErrorTerm(
-        f"{SAMPLED} + min(3/4 * lidar.noise, 0.006)", "what may stick out between beams without further margin, m"
-    ),
+    "C": ErrorTerm("s + min(3/4 * lidar.noise, 3/2 * s)", "what may stick out between beams without further margin, m"),
     "G": ErrorTerm(
         "max(4.8 * robot.shape.narrow, min(1.25 * (B + v * L), C / (0.87 * lidar.widest_gap) - r - o)) + r "
         "- robot.shape.narrow",
@@ -87,7 +83,7 @@ instead of keeping so far from corners.
 """
 
 TERMS: tuple[ErrorTerm, ...] = (
-    ErrorTerm(f"{SAMPLED}", "half the distance between two samples of a motion that the certificate checks"),
+    ErrorTerm("s", "half the distance between two samples of a motion that the certificate checks"),
     ErrorTerm("0.003", "deviation of the shipped bases from their commands until they stand"),
     ErrorTerm("3/4 * lidar.noise", "range noise"),
     ErrorTerm("lidar.quantisation / 2", "ranges that are rounded up"),
@@ -116,7 +112,7 @@ TERMS: tuple[ErrorTerm, ...] = (
     ),
     ErrorTerm("v * max(0, simulation.time_step - t / 2)", "a command waits for the next step of the plant"),
     ErrorTerm(
-        "max(0, (a + A * v^2 / (2 * a)) * t^2 / 2 - 0.004)",
+        "max(0, (a + A * v^2 / (2 * a)) * t^2 / 2 - min(s, 0.004))",
         "a command is reached at once, where the certificate assumes its whole period",
     ),
     ErrorTerm(

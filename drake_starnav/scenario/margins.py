@@ -7,7 +7,7 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.mounts import ON_AXIS, Mount
 from drake_starnav.regions.looks import Kept
 from drake_starnav.regions.margins import Margins
-from drake_starnav.scenario.error_budget import SAMPLED, error_budget
+from drake_starnav.scenario.error_budget import error_budget
 from drake_starnav.scenario.schema import Scenario
 
 NOMINAL_NOISE = 0.04
@@ -47,7 +47,7 @@ def derive_margins(scenario: Scenario, mounts: Sequence[Mount] = ()) -> Margins:
     return Margins(
         safety=safety,
         preferred=safety + scenario.planner.clearance(radius),
-        least=safety - SAMPLED,  # regions are not motions that are sampled
+        least=safety - budgets[0].symbols["s"],  # regions are not motions that are sampled
         safety_range=min(budget.symbols["G"] for budget in budgets),
         smoothing_slack=SMOOTHED_DEVIATIONS * max(noise - NOMINAL_NOISE * radius, 0.0),
         smoothed_beams=math.ceil(width - 1e-9) if width >= FINE_ENOUGH else 0,

@@ -17,6 +17,7 @@ from pydrake.geometry.optimization import HPolyhedron, Hyperellipsoid, Iris, Iri
 from tqdm import tqdm
 
 from drake_starnav.baselines.paper.perception import sight_range
+from drake_starnav.lidar.laser_scan import USUAL_BODY
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.regions import Margins, StarRegion
 from drake_starnav.regions.bearing_hits import CONNECTED_CHORD
@@ -33,9 +34,9 @@ EXAMPLES = 3
 STAR, POLYTOPE, ELLIPSE = "#0072B2", "#D55E00", "#009E73"
 """Distinguishable for colour-blind readers (Okabe and Ito, 2008); line styles differ as well."""
 OBSTACLES = (
-    f"Obstacles given to IRIS: the scan's hits, neighbours less than {CONNECTED_CHORD:g} m apart joined to line "
-    "segments (VPolytope), lone hits as points; nothing where no beam returned. Domain: a box of the lidar's range; "
-    "the sample point must stay contained."
+    f"Obstacles given to IRIS: the scan's hits, neighbours less than {CONNECTED_CHORD * USUAL_BODY:g} m apart joined "
+    "to line segments (VPolytope), lone hits as points; nothing where no beam returned. Domain: a box of the "
+    "lidar's range; the sample point must stay contained."
 )
 
 
@@ -63,7 +64,7 @@ class Comparison:
 def iris_obstacles(points: np.ndarray) -> list[Point | VPolytope]:
     """Hits in the order of their bearings, shape (n, 2), W, m, as sets: segments where connected, else points."""
     following = np.roll(points, -1, axis=0)
-    connected = np.hypot(*(following - points).T) < CONNECTED_CHORD
+    connected = np.hypot(*(following - points).T) < CONNECTED_CHORD * USUAL_BODY
     lone = ~(connected | np.roll(connected, 1))
     segments = [VPolytope(np.column_stack(ends)) for ends in zip(points[connected], following[connected], strict=True)]
     return [*segments, *(Point(point) for point in points[lone])]

@@ -103,7 +103,7 @@ def _burst(pose, twist, asked, seen, does, shape, poses):
         poses: shape (m, 3), to be written.
     """
     (desired, proposals), (cover, body) = asked, shape
-    is_disc, samples, limits = len(body.polygons.ends) == 0, np.empty((SAMPLES, 6)), Limits(*does[3:])
+    is_disc, samples, limits = len(body.polygons.ends) == 0, np.empty((SAMPLES, 6)), Limits(*does[4:])
     changed = braked = 0
     for k in range(len(poses)):
         chosen = -1

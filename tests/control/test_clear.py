@@ -9,7 +9,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from drake_starnav.control.clear import Clear
-from drake_starnav.control.motion import SAMPLE_SPACING, Actuation, roll_out
+from drake_starnav.control.motion import Actuation, roll_out
 from drake_starnav.geometry.footprint import Footprint, disc, footprint
 from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.regions.perception import Perceived, PerceptionSettings, perceive
@@ -162,7 +162,7 @@ def test_the_braking_path_is_what_is_certified(seed, hold):
     np.testing.assert_array_equal(path[0], pose)
     if star.alone.contains(path[1:, :2]).all():
         assert certified(pose, twist, desired, hold, LIMITS, star)
-    assert np.hypot(*np.diff(path[:, :2], axis=0).T).max() <= SAMPLE_SPACING + 1e-9
+    assert np.hypot(*np.diff(path[:, :2], axis=0).T).max() <= ROBOT.shape.sampling + 1e-9
     held, at_end = moved(pose, twist, desired, hold)
     braked, _ = moved(held[-1], at_end, np.zeros(2), 1.0)
     exact = np.vstack((held, braked))
@@ -262,7 +262,7 @@ def test_a_steady_turn_is_followed_along_its_circle(omega):
 
 def test_driving_backwards_is_sampled_as_finely_and_mirrors_driving_forwards():
     back, forth = (motion(np.zeros(3), np.zeros(2), np.array((v, 1.0)), 0.8, LIMITS) for v in (-0.8, 0.8))
-    assert np.hypot(*np.diff(back[:, :2], axis=0).T).max() <= SAMPLE_SPACING + 1e-9
+    assert np.hypot(*np.diff(back[:, :2], axis=0).T).max() <= ROBOT.shape.sampling + 1e-9
     np.testing.assert_allclose(back * (-1.0, -1.0, 1.0), forth, atol=1e-12)
 
 

@@ -14,7 +14,6 @@ from drake_starnav.control.motion import (
     GRIP_WHILE_BRAKING,
     LARGEST_TURN,
     LONGEST_STEP,
-    SAMPLE_SPACING,
     SAMPLES,
     Actuation,
     BrakingMotion,
@@ -61,7 +60,7 @@ def test_the_samples_lie_on_the_motion_of_a_robot_that_ramps_continuously(seed, 
     exact = np.column_stack([np.interp(motion.time, times, column) for column in exact.T])
     assert np.abs(motion.pose[:, 2] - start[2] - exact[:, 2]).max() < 1e-3
     assert np.hypot(*(motion.position - start[:2] - turned(exact[:, :2], start[2])).T).max() < 1e-4
-    assert np.hypot(*np.diff(motion.position, axis=0).T).max() <= SAMPLE_SPACING + 1e-9
+    assert np.hypot(*np.diff(motion.position, axis=0).T).max() <= motion.footprint.sampling + 1e-9
     assert np.diff(motion.time).min() >= 0.0 and np.diff(motion.time).max() <= LONGEST_STEP + 1e-9
 
 
@@ -77,7 +76,7 @@ def test_it_brakes_as_hard_as_it_can_and_the_drive_and_the_motion_end_at_samples
     stops = abs(speeds[0]) / robot.max_acceleration, abs(rates[0]) / robot.max_yaw_acceleration
     assert times[np.abs(speeds) < AT_REST][0] - times[0] == pytest.approx(stops[0], abs=1e-6)
     assert times[-1] - times[0] == pytest.approx(max(stops), abs=1e-6)
-    assert np.hypot(*np.diff(motion.position, axis=0).T).max() <= SAMPLE_SPACING + 1e-9
+    assert np.hypot(*np.diff(motion.position, axis=0).T).max() <= motion.footprint.sampling + 1e-9
     assert np.abs(np.diff(motion.pose[:, 2])).max() <= LARGEST_TURN + 1e-9
     assert np.diff(motion.time).max() <= LONGEST_STEP + 1e-9
 
@@ -92,9 +91,12 @@ def test_there_are_no_more_samples_than_needed(twist, steps, sign) -> None:
     assert abs(motion.braking - motion.commanded - steps) <= 1  # rounding may add one
 
 
-@pytest.mark.parametrize(("curvature", "shape", "steps"), [(2.0, LONG, 100), (-2.0, LONG, 100), (60.0, disc(0.3), 120)])
+@pytest.mark.parametrize(
+    ("curvature", "shape", "steps"),
+    [(2.0, LONG, 0.8 / LONG.sampling), (-2.0, LONG, 0.8 / LONG.sampling), (60.0, disc(0.3), 120)],
+)
 def test_of_a_car_there_are_no_more_samples_than_needed(curvature, shape, steps) -> None:
-    """Of a second at 0.5 m/s: a corner 0.3 m off the axis moves by 8 mm, or the car turns by a quarter of a radian."""
+    """Of a second at 0.5 m/s: a corner 0.3 m off the axis moves by the sampling, or the car turns by 0.25 rad."""
     steady, limits = np.array((0.5, curvature)), Limits(0.5, 60.0, 1.0, 1.0, 1.0)
     motion = roll_out(np.zeros(3), steady, steady, Actuation(limits, shape, 1.0, 0.0, BASES["car"]))
     assert abs(motion.braking - steps) <= 1
@@ -110,7 +112,7 @@ def test_no_point_of_the_footprint_goes_farther_than_the_spacing_between_samples
     motion = roll_out(np.zeros(3), twist, target, Actuation(limits, LONG, 0.1, 0.0, robot.drive))
     for corner in LONG.parts[0]:
         places = motion.position + turned(np.broadcast_to(corner, motion.position.shape), motion.pose[:, 2])
-        assert np.hypot(*np.diff(places, axis=0).T).max() <= SAMPLE_SPACING + 1e-9
+        assert np.hypot(*np.diff(places, axis=0).T).max() <= LONG.sampling + 1e-9
 
 
 def test_a_step_keeps_the_accelerations_and_drives_at_the_mean_speed() -> None:

@@ -197,4 +197,4 @@ def wandered(seed: int, nodes: int = 5, margins: Margins = MARGINS) -> tuple[Wor
 
 def in_view(regions: RegionUnion, start: np.ndarray, end: np.ndarray) -> bool:
     """Whether the straight segment between two places (2,) stays inside a union."""
-    return bool(first_gap(regions, tuple(start), tuple(end), 0.0) < 0.0)
+    return bool(first_gap(regions, tuple(start), tuple(end), 0.0, 0.25) < 0.0)

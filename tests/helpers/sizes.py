@@ -4,10 +4,18 @@ import dataclasses
 
 import numpy as np
 
+from drake_starnav.control import ControllerInputs, followed
+from drake_starnav.control.certificates import standard_certificates
+from drake_starnav.control.shield import shielded
+from drake_starnav.planning import PlannerInput, PlannerState, plan_step
+from drake_starnav.regions.margins import Margins
+from drake_starnav.regions.perception import Perceived, PerceptionSettings, perceive
 from drake_starnav.scenario.scenario_file import load_scenario
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.simulation.run import run_trial
 from drake_starnav.worlds.formats.obstacles import Obstacles
+from drake_starnav.worlds.view import scan_from, visible_shapes
+from tests.helpers.motions import actuation
 
 LARGEST_AT_RATE = 6.0
 """Accelerations grow with size up to this scale: wheels slide from 6 m/s^2 on."""
@@ -61,3 +69,44 @@ def ratios(name: str, scale: float, seeds: range) -> tuple[float, float]:
     robot = sized(name, scale, seeds[0]).robot
     times = [trial.time_s * robot.max_speed / robot.radius for trial in driven]
     return float(np.mean(times)), float(np.mean(paths))
+
+
+def scaled_margins(margins: Margins, scale: float) -> Margins:
+    """The margins of a robot whose base strays in proportion to its size."""
+    lengths = ("safety", "preferred", "least", "safety_range", "smoothing_slack")
+    return dataclasses.replace(margins, **{name: scale * getattr(margins, name) for name in lengths})
+
+
+def driven_states(scenario: Scenario, margins: Margins, seed: int, commands: int) -> dict[str, np.ndarray]:
+    """Poses (x, y, yaw), twists (v, omega), plans and star of a robot without dynamics, after some commands."""
+    robot, lidar, rate = scenario.robot, scenario.lidar, scenario.controller.rate
+    world = scenario.world.make(np.random.default_rng(seed), robot.shape)
+    settings, commanding = PerceptionSettings(margins, robot.shape), actuation(robot, 1.0 / rate)
+    shapes, goal, known = visible_shapes(world), np.array(world.goal), Perceived.nothing()
+    state, pose, twist, scans = (
+        PlannerState.initial(scenario.planner, robot.radius),
+        np.array(world.start),
+        np.zeros(2),
+        0,
+    )
+    poses, twists = [pose], [twist]
+    for k in range(commands):
+        if k / rate >= scans / lidar.rate - 1e-9:
+            scan, scans = scan_from(shapes, pose, lidar, seed, scans), scans + 1
+            known = perceive(known, (scan,), pose, settings)
+            now = PlannerInput(known.observation, pose[:2], goal, k / rate, scenario.planner, margins, robot.radius)
+            state = plan_step(state, now)
+        inputs = ControllerInputs(pose, twist, state.guidance, known.safety)
+        asked = standard_certificates(known.safety, margins.safety, commanding, pose[:2])
+        twist, _ = shielded(pose, twist, followed(inputs, margins, robot).twist, asked, commanding)
+        middle = pose[2] + 0.5 * twist[1] / rate
+        pose = pose + np.array((twist[0] * np.cos(middle), twist[0] * np.sin(middle), twist[1])) / rate
+        poses.append(pose)
+        twists.append(twist)
+    return {
+        "poses": np.array(poses),
+        "twists": np.array(twists),
+        "nodes": state.roadmap.union.values,
+        "path": state.path,
+        "star": known.safety.values,
+    }

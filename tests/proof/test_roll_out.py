@@ -16,14 +16,13 @@ from drake_starnav.geometry.footprint import LEAST_SIZE, Footprint, disc, footpr
 from drake_starnav.navigation.validation import HARDEST_BRAKING, QUICKEST_LOCK, TIGHTEST_CIRCLE
 from drake_starnav.parameters import declared
 from drake_starnav.robot import BASES, Limits, RobotParameters
-from drake_starnav.scenario.error_budget import SAMPLED
 from drake_starnav.scenario.schema import DriveParameters
 from tests.helpers.motions import exact_poses, exact_rates, turned
 
 LONGEST_STOP = 5.0
 """The bound is claimed for robots that stand still within this time from full speed and from full turning rate, s."""
 STRAYING, STRAYING_HEADING = 0.003, 0.01
-"""What the margin has for a base of the shipped kind beside SAMPLED, m, and for each metre of a footprint's lever."""
+"""What the margin has for a base of the shipped kind beside half the sampling, m, and for each metre of a lever."""
 STILL = np.zeros(3)
 
 
@@ -122,7 +121,7 @@ def ahead_of_mean(change: np.ndarray, fastest: float, step: np.ndarray) -> np.nd
 
 def _kept(shape: Footprint) -> float:
     """From the samples' centres of a disc, or from the samples of polygons, no obstacle is nearer, m."""
-    return shape.radius if shape.is_disc else SAMPLED + STRAYING + STRAYING_HEADING * shape.lever
+    return shape.radius if shape.is_disc else 0.5 * shape.sampling + STRAYING + STRAYING_HEADING * shape.lever
 
 
 def nearest(poses: np.ndarray, points: np.ndarray, shape: Footprint) -> np.ndarray:
@@ -142,7 +141,7 @@ def test_the_budget_covers_what_samples_overrate(case) -> None:
     twist, target, actuation = case
     motion = roll_out(STILL, twist, target, actuation)
     if motion.grips and not slides(*actuation.base.body_rates(twist), actuation.limits):
-        assert overrating(motion, twist, target, actuation) <= SAMPLED
+        assert overrating(motion, twist, target, actuation) <= 0.5 * actuation.footprint.sampling
 
 
 @given(cases(), st.integers(0, 2**32))

@@ -8,17 +8,18 @@ import shapely
 from hypothesis import given
 
 from drake_starnav.lidar.field_of_view import FieldOfView
-from drake_starnav.lidar.laser_scan import DYNAMIC, Beams, LaserScan
+from drake_starnav.lidar.laser_scan import DYNAMIC, USUAL_BODY, Beams, LaserScan
 from drake_starnav.regions.bearing_hits import CONNECTED_CHORD
 from drake_starnav.regions.chords import BINS, FILLED, Chords, hides, hits_behind, profile, surfaces
 from tests.helpers.scans import seeds
 
+CHORD, APART = CONNECTED_CHORD * USUAL_BODY, FILLED * USUAL_BODY
 NOTHING = np.zeros((0, 2))
 
 
 def chords(hits: np.ndarray, newest: int, center: np.ndarray) -> Chords:
     """Hits as surfaces, of which the last scan's begin at an index."""
-    ends, shades = surfaces(hits, (newest, len(hits)), (*map(float, center), 0.0))
+    ends, shades = surfaces(hits, (newest, len(hits)), (*map(float, center), 0.0), USUAL_BODY)
     return Chords(ends, np.ones(len(ends), bool), shades, center)
 
 
@@ -32,7 +33,7 @@ def test_neighbours_on_a_surface_are_joined_and_others_stay_alone():
     ends = chords(hits, 0, np.zeros(2)).ends
     lengths = np.hypot(*(ends[:, 2:] - ends[:, :2]).T)
     assert sorted(lengths > 0.0) == [False, False, True, True]
-    assert lengths.max() < CONNECTED_CHORD
+    assert lengths.max() < CHORD
     for hit in hits:  # none is lost
         assert (np.hypot(*(ends[:, :2] - hit).T).min() < 1e-12) or (np.hypot(*(ends[:, 2:] - hit).T).min() < 1e-12)
 
@@ -46,10 +47,10 @@ def test_the_last_scan_shades_in_order_of_its_bearings_and_joins_over_its_seam()
 
 
 def expected(points: np.ndarray, closed: bool) -> list[tuple]:
-    """Pairs of neighbours nearer than CONNECTED_CHORD, and points without such a neighbour twice."""
+    """Pairs of neighbours nearer than CHORD, and points without such a neighbour twice."""
     count = len(points)
     pairs = [(i, (i + 1) % count) for i in range(count if closed else count - 1) if count > 1]
-    joined = [(i, j) for i, j in pairs if math.dist(points[i], points[j]) < CONNECTED_CHORD]
+    joined = [(i, j) for i, j in pairs if math.dist(points[i], points[j]) < CHORD]
     alone = [(i, i) for i in range(count) if not any(i in pair for pair in joined)]
     return sorted((*points[i].tolist(), *points[j].tolist()) for i, j in joined + alone)
 
@@ -60,7 +61,7 @@ def test_each_hit_is_joined_to_its_neighbours_on_the_surface_or_stands_alone(cou
     """Of the last scan in the order of its bearings from its place, all around; of the earlier as they come."""
     rng = np.random.default_rng(seed)
     center = rng.uniform(-5.0, 5.0, 2)
-    steps = rng.choice([0.5, 2.0], (2, count)) * CONNECTED_CHORD
+    steps = rng.choice([0.5, 2.0], (2, count)) * CHORD
     turns = rng.uniform(-math.pi, math.pi) + np.cumsum(steps, axis=1) * rng.choice([0.5, 1.0])
     turns = turns[:, (turns - turns[:, :1]).max(axis=0) < 2.0 * math.pi]
     earlier, latest = (center + np.column_stack((np.cos(t), np.sin(t))) for t in turns)
@@ -85,9 +86,9 @@ def test_between_what_is_kept_of_a_surface_no_corner_fits(seed: int) -> None:
     view, along = FieldOfView(-1.0, 2.0 / 99, 100), rng.uniform(0.0, math.pi)
     wall = (-0.6, 0.0) + np.outer(np.arange(-0.3, 0.3, rng.uniform(0.004, 0.1)), (math.cos(along), math.sin(along)))
     found = chords(wall, len(wall), np.zeros(2))
-    kept = hits_behind(NOTHING, found.ends, view, np.zeros(3), 2.0)
+    kept = hits_behind(NOTHING, found.ends, view, np.zeros(3), (2.0, USUAL_BODY))
     for _ in range(2):  # and of later scans
-        kept = hits_behind(kept, np.zeros((0, 4)), view, np.zeros(3), 2.0)
+        kept = hits_behind(kept, np.zeros((0, 4)), view, np.zeros(3), (2.0, USUAL_BODY))
     places = wall[0] + np.outer(np.linspace(0.0, 1.0, 400), wall[-1] - wall[0])
     assert np.hypot(*(places[:, None] - kept).T).min(axis=0).max() < 0.006
 
@@ -98,9 +99,9 @@ def test_surfaces_are_kept_from_end_to_end_and_nothing_beside_them(seed: int) ->
     rng = np.random.default_rng(seed)
     starts, lengths = np.cumsum(rng.uniform(0.06, 0.1, 4)), rng.choice([0.0, 0.002, 0.0031, 0.03, 0.05], 4)
     walls = np.column_stack((starts, np.full(4, 0.001), starts + lengths, np.full(4, 0.001)))
-    kept = hits_behind(NOTHING, walls, FieldOfView(2.0, 0.01, 2), np.zeros(3), 2.0)
-    cells = [np.arange(math.floor(a / FILLED), math.floor(b / FILLED) + 1) for a, b in walls[:, ::2]]
-    np.testing.assert_array_equal(np.floor(kept / FILLED)[:, 0], np.concatenate(cells))
+    kept = hits_behind(NOTHING, walls, FieldOfView(2.0, 0.01, 2), np.zeros(3), (2.0, USUAL_BODY))
+    cells = [np.arange(math.floor(a / APART), math.floor(b / APART) + 1) for a, b in walls[:, ::2]]
+    np.testing.assert_array_equal(np.floor(kept / APART)[:, 0], np.concatenate(cells))
     on_surfaces = (kept[:, :1] >= starts - 1e-12) & (kept[:, :1] <= starts + lengths + 1e-12)
     assert on_surfaces.any(axis=1).all()
 
@@ -110,7 +111,7 @@ def test_what_a_turned_lidar_does_not_see_is_kept_once_for_each_cell(seed: int) 
     rng = np.random.default_rng(seed)
     view, pose = FieldOfView(-1.0, 2.0 / 99, 100), rng.uniform(-3.0, 3.0, 3)
     hits = pose[:2] + rng.uniform(-1.5, 1.5, (40, 2))
-    kept = hits_behind(hits[:20], np.hstack((hits[20:], hits[20:])), view, pose, 1.2)
+    kept = hits_behind(hits[:20], np.hstack((hits[20:], hits[20:])), view, pose, (1.2, USUAL_BODY))
     away = hits - pose[:2]
     off = np.abs((np.arctan2(away[:, 1], away[:, 0]) - pose[2] + math.pi) % (2.0 * math.pi) - math.pi)
     unseen = hits[(off > 1.0) & (np.hypot(*away.T) < 1.2)]
@@ -121,16 +122,16 @@ def test_what_a_turned_lidar_does_not_see_is_kept_once_for_each_cell(seed: int) 
 def test_hits_are_remembered_only_where_the_lidar_does_not_look():
     view = FieldOfView(-0.75 * math.pi, 1.5 * math.pi / 269, 270)
     hits = np.vstack((on_circle(0.0, 130.0, 140.0, 180.0, 220.0), 3.0 * on_circle(180.0)))
-    kept = hits_behind(NOTHING, np.hstack((hits, hits)), view, np.zeros(3), 2.0)
+    kept = hits_behind(NOTHING, np.hstack((hits, hits)), view, np.zeros(3), (2.0, USUAL_BODY))
     np.testing.assert_allclose(kept, on_circle(140.0, 180.0, 220.0))
-    turned = hits_behind(kept, np.zeros((0, 4)), view, np.array((0.0, 0.0, math.pi)), 2.0)
+    turned = hits_behind(kept, np.zeros((0, 4)), view, np.array((0.0, 0.0, math.pi)), (2.0, USUAL_BODY))
     assert len(turned) == 0
-    again = hits_behind(kept, np.hstack((kept, kept)) + 1e-3, view, np.zeros(3), 2.0)
+    again = hits_behind(kept, np.hstack((kept, kept)) + 1e-3, view, np.zeros(3), (2.0, USUAL_BODY))
     assert len(again) <= 2 * len(kept)
 
 
 def test_hits_as_far_apart_as_a_chord_may_be_long_stay_alone():
-    for length, joined in ((CONNECTED_CHORD, False), (math.nextafter(CONNECTED_CHORD, 0.0), True)):
+    for length, joined in ((CHORD, False), (math.nextafter(CHORD, 0.0), True)):
         ends = chords(np.array(((0.0, 0.0), (length, 0.0))), 2, np.zeros(2)).ends
         assert (ends[:, :2] != ends[:, 2:]).any() == joined
 

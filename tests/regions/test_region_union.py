@@ -44,10 +44,10 @@ def test_a_line_has_a_gap_where_some_of_its_samples_is_in_no_region(seed):
     union = united(many)
     for a, b in rng.uniform(-4.0, 4.0, (20, 2, 2)):
         length = np.hypot(*(b - a))
-        count = int(length / LINE_STEP) + 1
+        count = int(length / (LINE_STEP * 0.25)) + 1
         line = a + (b - a) * np.linspace(0.0, 1.0, count + 1)[:, None]
         inside = np.any([r.contains(line) for r in many], axis=0)
-        gap = first_gap(union, tuple(a), tuple(b), rng.uniform(-1.0, 4.0))
+        gap = first_gap(union, tuple(a), tuple(b), rng.uniform(-1.0, 4.0), 0.25)
         assert (gap < 0.0) == inside.all()
         assert gap < 0.0 or not inside[round(gap / length * count)]
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.lidar.laser_scan import USUAL_BODY, LaserScan
 from drake_starnav.regions.erosion import SAME_SURFACE
 from drake_starnav.regions.safe_region import ScanMemory, certified_region
 from drake_starnav.regions.scan_averaging import averaged
@@ -53,7 +53,7 @@ def test_exact_ranges_change_by_no_more_than_neighbouring_hits_leave_open(seed, 
     _, out = averaged(remembered(scans[:-1], poses[:-1]), scans[-1], poses[-1], REACH)
     change = np.abs(out.ranges - scans[-1].ranges)
     spacing = scans[-1].ranges * scans[-1].angle_increment
-    assert (change < SAME_SURFACE).all()
+    assert (change < SAME_SURFACE * USUAL_BODY).all()
     assert np.quantile(change / spacing, 0.95) < 0.05, "off edges and corners the chords lie on the surfaces"
 
 
@@ -91,16 +91,16 @@ def test_ranges_beyond_reach_are_unchanged():
     changed = out.ranges != scans[-1].ranges
     assert changed[scans[-1].ranges < reach].all() and not changed[scans[-1].ranges >= reach].any()
     for before, after in zip(by_scan(memory), by_scan(kept), strict=True):
-        far = np.hypot(*before.T) > reach + SAME_SURFACE
+        far = np.hypot(*before.T) > reach + SAME_SURFACE * USUAL_BODY
         left = {tuple(point) for point in after}
         assert all(tuple(point) in left for point in before[far])
-        assert len(left) < 1.1 * np.count_nonzero(np.hypot(*before.T) > reach - SAME_SURFACE)
+        assert len(left) < 1.1 * np.count_nonzero(np.hypot(*before.T) > reach - SAME_SURFACE * USUAL_BODY)
 
 
 def test_a_surface_that_is_elsewhere_now_is_not_averaged():
     pose = np.zeros((1, 3))
     before = World("before", (0, 0, 0), (0, 0), bounds=WALLS)
-    now = World("now", (0, 0, 0), (0, 0), bounds=(-1.5, -1.2, 1.5 - SAME_SURFACE - 0.001, 1.2))
+    now = World("now", (0, 0, 0), (0, 0), bounds=(-1.5, -1.2, 1.5 - SAME_SURFACE * USUAL_BODY - 0.001, 1.2))
     memory = remembered([cast(before, pose[0])] * 4, pose.repeat(4, axis=0))
     scan = cast(now, pose[0])
     _, out = averaged(memory, scan, pose[0], REACH)

@@ -11,7 +11,7 @@ from hypothesis import given
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.footprint import covered, disc, footprint
 from drake_starnav.geometry.se2 import composed
-from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.lidar.laser_scan import USUAL_BODY, LaserScan
 from drake_starnav.lidar.mounts import ON_AXIS, Mount, unturned
 from drake_starnav.regions.bearing_hits import CONNECTED_CHORD
 from drake_starnav.regions.erosion import BEARINGS
@@ -103,7 +103,7 @@ def test_rays_end_where_space_is_free(name: str) -> None:
         scan = seen(world, lidars, pose)
         truth = cast(world, pose, beams=BEARINGS)
         past = scan.distances - truth.distances
-        assert past.max() < 0.5 * CONNECTED_CHORD  # chords cut corners
+        assert past.max() < 0.5 * CONNECTED_CHORD * USUAL_BODY  # chords cut corners
         assert (np.abs(past[scan.hits]) < 0.02).mean() > 0.97
         assert scan.full_circle and scan.distances.mean() > 0.9 * np.minimum(truth.distances, scan.range_max).mean()
 

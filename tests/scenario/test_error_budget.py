@@ -148,8 +148,9 @@ def test_a_heading_that_errs_counts_at_the_farthest_corner_of_a_footprint(drift:
     corners = ((0.4, 0.3), (-0.4, 0.3), (-0.4, -0.3), (0.4, -0.3))
     lidar, drifting = LidarParameters(beams=3600, rate=5.0, delay=0.1), LocalizationParameters(drift=drift)
     margins = [
-        margin_of(lidar=lidar, localization=drifting, robot=RobotParameters(max_yaw_rate=yaw_rate, **changes))
+        margin_of(lidar=lidar, localization=drifting, robot=robot) - 0.5 * robot.shape.sampling
         for changes in ({"footprint": corners}, {"radius": 0.5})
+        for robot in (RobotParameters(max_yaw_rate=yaw_rate, **changes),)
     ]
     turned = yaw_rate * ((1.0 + SCAN_PATIENCE) / 5.0 + 0.8 + 0.1)
     assert margins[0] - margins[1] == pytest.approx(0.5 * (0.01 + drift * turned))
