@@ -32,26 +32,26 @@ from scripts.experiments.experiment import (
 
 @dataclass(frozen=True)
 class Ablation:
-    """One row of the table.
+    """One row of the table: a part of the default method, left out or replaced.
 
     Attributes:
         name: also the name of its file of trials.
-        meaning: difference from the full method, in a few words.
-        reference: section of the paper (arXiv 2403.11484) or of docs/method.md that describes the part.
-        overrides: "section.key=value" texts.
+        paper: what the paper does (arXiv 2403.11484).
+        star: what the default method does, which the row goes without.
+        section: of docs/method.md.
         replaced: what takes the place of functions and constants, by dotted name; see `replacements`.
         method: see `drake_starnav.scenario.shipped.METHODS`.
     """
 
     name: str
-    meaning: str
-    reference: str
-    overrides: tuple[str, ...] = ()
+    paper: str
+    star: str
+    section: str
     replaced: Mapping[str, Any] = field(default_factory=dict)
     method: str = "star"
 
 
-REFERENCE = Ablation("star", "the full method", "paper III; method 1 to 9")
+REFERENCE = Ablation("star", "", "all below", "1 to 9")
 """The reference for all rows."""
 
 FOLLOWING = "drake_starnav.control.path_following"
@@ -69,111 +69,122 @@ UNCERTIFIED = {
 
 ABLATIONS = (
     REFERENCE,
-    Ablation("no_certificate", "no braking certificate", "method 9", replaced=UNCERTIFIED),
-    Ablation(
-        "no_protection",
-        "no certificate, modulation and near-wall term",
-        "paper III-C.3; method 7, 9",
-        replaced={
-            **UNCERTIFIED,
-            f"{FOLLOWING}.modulated_direction": replacements.same_direction,
-            f"{FOLLOWING}.near_wall_direction": replacements.same_direction,
-        },
-    ),
     Ablation(
         "no_erosion",
-        "ranges less the radius instead of eroded ones",
-        "method 1",
-        replaced={
+        "the hits bound the region; the radius enters with the nearest point",
+        "each hit excludes a disc as wide as the robot; without it, ranges less the radius",
+        "1",
+        {
             "drake_starnav.regions.perception.scan_region": replacements.shortened_region,
             "drake_starnav.regions.observation.scan_region": replacements.shortened_region,
         },
     ),
     Ablation(
         "two_sided_fit",
-        "cubics through the samples, not inside",
-        "method 2",
-        replaced={f"{CUBIC}.adaptive_fit": replacements.two_sided_fit},
+        "cubics through the samples",
+        "cubics below all samples",
+        "2",
+        {f"{CUBIC}.adaptive_fit": replacements.two_sided_fit},
     ),
     Ablation(
         "fixed_segments",
-        "16 equal segments",
-        "paper III-B.1, fig. 5; method 2",
-        replaced={f"{CUBIC}.adaptive_fit": replacements.equal_segments},
+        "segments by the slope",
+        "segments by jump and error; without them, 16 equal ones",
+        "2",
+        {f"{CUBIC}.adaptive_fit": replacements.equal_segments},
     ),
     Ablation(
         "free_unknown",
-        "the unknown costs no more than what is known",
-        "method 6",
-        replaced={"drake_starnav.planning.cost_field.UNKNOWN_COST": 0.0},
+        "straight lines from nodes to the goal",
+        "an optimistic path, for which the unknown is dearer",
+        "6",
+        {"drake_starnav.planning.cost_field.UNKNOWN_COST": 0.0},
     ),
     Ablation(
         "no_shift",
-        "the exit is where the optimistic path crosses the gap",
-        "method 6",
-        replaced={f"{ROUTE}.frontier_point": replacements.nothing},
-    ),
-    Ablation(
-        "no_closures",
-        "dead ends are not remembered",
-        "method 6",
-        replaced={f"{PLANNER}.closed": replacements.first_argument},
-    ),
-    Ablation(
-        "no_reopening",
-        "nothing is tried again",
-        "method 6",
-        replaced={f"{PLANNER}.reopened": replacements.first_argument},
-    ),
-    Ablation(
-        "no_doubt",
-        "gaps that hits seem to close are closed",
-        "method 6",
-        replaced={f"{ROUTE}.doubt": replacements.zero},
+        "frontier points in the middle of gaps",
+        "where the path crosses the gap, shifted towards its middle",
+        "6",
+        {f"{ROUTE}.frontier_point": replacements.nothing},
     ),
     Ablation(
         "no_string_pulling",
-        "the path runs from cell to cell",
-        "method 6",
-        replaced={
-            f"{ROUTE}.string_pulled": replacements.first_argument,
-            f"{PLANNER}._along_path": replacements.along_cells,
-        },
+        "from node to node",
+        "the path is pulled tight within the regions",
+        "6",
+        {f"{ROUTE}.string_pulled": replacements.first_argument, f"{PLANNER}._along_path": replacements.along_cells},
     ),
     Ablation(
         "no_anticipation",
-        "each frontier is driven to first",
-        "method 6",
-        replaced={f"{PLANNER}._with_anticipation": replacements.first_argument},
+        "each short-term goal is driven to",
+        "it is left as soon as the way beyond is seen",
+        "6",
+        {f"{PLANNER}._with_anticipation": replacements.first_argument},
     ),
     Ablation(
         "no_replanning",
-        "a blocked path does not trigger planning",
-        "method 6",
-        replaced={f"{PLANNER}._unless_blocked": replacements.first_argument},
+        "plans on arrival",
+        "plans when a hit blocks the path ahead, too",
+        "6",
+        {f"{PLANNER}._unless_blocked": replacements.first_argument},
+    ),
+    Ablation(
+        "no_closures",
+        "frontier points become stuck",
+        "ways that failed are closed",
+        "6",
+        {f"{PLANNER}.closed": replacements.first_argument},
+    ),
+    Ablation(
+        "no_reopening",
+        "stuck for ever",
+        "closures open again where no way is left",
+        "6",
+        {f"{PLANNER}.reopened": replacements.first_argument},
+    ),
+    Ablation(
+        "no_doubt",
+        "no doubt",
+        "gaps that hits may only seem to close are looked at",
+        "6",
+        {f"{ROUTE}.doubt": replacements.zero},
     ),
     Ablation(
         "paper_modulation",
-        "the paper's sum by Gamma, and its damping of inward motion",
-        "paper III-C.3; method 7",
-        replaced={**INTERPRETED, f"{FOLLOWING}.modulated_direction": replacements.paper_direction},
+        "weights max(Gamma, 1), inward motion damped, too",
+        "weights Gamma - 1, outward motion damped",
+        "7",
+        {**INTERPRETED, f"{FOLLOWING}.modulated_direction": replacements.paper_direction},
     ),
     Ablation(
-        "wide_near_wall_zone",
-        "near-wall zone twice as wide",
-        "method 7",
-        replaced={**INTERPRETED, f"{FOLLOWING}.NEAR_WALL_ZONE": 0.4},
+        "no_near_wall",
+        "blends with the nearest point",
+        "blends with all hits that are near",
+        "7",
+        {**INTERPRETED, f"{FOLLOWING}.near_wall_direction": replacements.same_direction},
     ),
+    Ablation("no_certificate", "nothing is certified", "only twists from which the robot can stop", "9", UNCERTIFIED),
     Ablation(
         "one_scan",
-        "certified region from the last scan only",
-        "method 9",
-        replaced={"drake_starnav.regions.perception.SCAN_MEMORY": 1},
+        "-",
+        "the certified region remembers the last scans",
+        "9",
+        {"drake_starnav.regions.perception.SCAN_MEMORY": 1},
     ),
-    Ablation("noisy_lidar", "range noise of 3 cm", "method, what each part is worth", ("lidar.noise=0.03",)),
-    Ablation("star_paper", "the paper's method", "paper III, IV; method, star_paper", method="star_paper"),
+    Ablation(
+        "no_protection",
+        "modulation and nearest point",
+        "certificate, modulation and near-wall term",
+        "7, 9",
+        {
+            **UNCERTIFIED,
+            f"{FOLLOWING}.modulated_direction": replacements.same_direction,
+            f"{FOLLOWING}.near_wall_direction": replacements.same_direction,
+        },
+    ),
+    Ablation("star_paper", "as printed", "all above", "1 to 9", method="star_paper"),
 )
-"""All rows."""
+"""All rows, in the order of docs/method.md."""
 
 BY_NAME = {row.name: row for row in ABLATIONS}
 
@@ -192,7 +203,7 @@ def ablate(options: argparse.Namespace) -> Results:
     check_rows(options, BY_NAME)
     new_figure(1.0)  # raises before any trial runs if matplotlib is missing
     rows = [row for row in ABLATIONS if row.name in options.rows or row is REFERENCE]
-    variants = {row.name: (row.method, row.overrides) for row in rows}
+    variants = {row.name: (row.method, ()) for row in rows}
     return run_experiment(
         variants, options, {"ablation.md": ablation_table, "ablation.png": ablation_plot}, pool_of=ablated_pool
     )
@@ -208,8 +219,9 @@ def ablation_table(results: Results, scenarios: Sequence[str]) -> str:
     rows = []
     for name, records in results.items():
         cells = comparison_cells(records, results[REFERENCE.name], scenarios)
-        rows.append((name, BY_NAME[name].meaning, *cells, BY_NAME[name].reference))
-    head = ("variant", "meaning", *comparison_head(scenarios, REFERENCE.name), "described in")
+        row = BY_NAME[name]
+        rows.append((name, row.paper, row.star, row.section, *cells))
+    head = ("without it", "the paper", "`star`", "section", *comparison_head(scenarios, REFERENCE.name))
     return markdown_table(head, rows)
 
 
@@ -235,7 +247,7 @@ def ablation_plot(results: Results, scenarios: Sequence[str]) -> bytes:
             time_ratio = compare(trials, results[REFERENCE.name]).time_ratio
             if time_ratio is not None:
                 ratio.plot(time_ratio, y + offsets[k], **style)
-    success.set_yticks(range(len(results)), [BY_NAME[name].meaning for name in results])
+    success.set_yticks(range(len(results)), list(results))
     success.invert_yaxis()
     success.set_xlim(-3.0, 103.0)
     success.set_xlabel("reached, % (95 % interval)")
