@@ -12,20 +12,17 @@ from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
 from drake_starnav.errors import StarnavError, UnsupportedError
 from drake_starnav.geometry.polyline import distance_to_segment
-from drake_starnav.navigation import Parts, add_navigation, make_diagram
+from drake_starnav.navigation import Parts
 from drake_starnav.scenario.scenario_file import load_scenario, parse_scenario
 from drake_starnav.scenario.shipped import METHODS
 from drake_starnav.simulation import monitors
 from drake_starnav.simulation import trial as trial_module
-from drake_starnav.simulation.robots import run_robots
 from drake_starnav.simulation.run import run_trial
-from drake_starnav.simulation.trial import benchmark_score, omniscient_path, trial_record
+from drake_starnav.simulation.trial import trial_record
 from drake_starnav.station.model_world import make_world_with_footprints
 from drake_starnav.station.navigation_station import add_station
 from drake_starnav.station.plant import make_simulator
-from drake_starnav.systems.goal_sequence import HEADING_TOLERANCE
 from drake_starnav.systems.twist_shield import Unshielded
-from drake_starnav.visualization.recorder import Recorder
 from drake_starnav.worlds import World, make_world
 from drake_starnav.worlds.moving_obstacles import MovingObstacles
 from tests.helpers.head_on import head_on
@@ -336,114 +333,3 @@ def test_robot_radius_is_that_of_the_hull() -> None:
     inspector = station.scene_graph.model_inspector()
     radii = [inspector.GetShape(g).radius() for g in station.robot_geometries if "hull" in inspector.GetName(g)]
     assert radii == [0.31]
-
-
-@pytest.mark.parametrize(
-    ("outcome", "time", "score"),
-    [
-        ("reached", 3.0, 0.5),
-        ("reached", 10.0, 0.5),
-        ("reached", 20.0, 0.25),
-        ("reached", 90.0, 0.125),
-        ("collision", 3.0, 0.0),
-        ("timeout", 100.0, 0.0),
-    ],
-)
-def test_benchmark_score(outcome: str, time: float, score: float) -> None:
-    assert benchmark_score(outcome, time, optimal_time=5.0) == pytest.approx(score)
-    assert benchmark_score(outcome, time, None) is None
-
-
-def test_a_trial_in_a_benchmarks_world_is_scored() -> None:
-    trial = run_trial(parse_scenario("world: !Barn {}\nsimulation: {timeout: 0.1}", name="short"), seed=0)
-    assert (trial.outcome, trial.score) == ("timeout", 0.0)
-
-
-def test_a_shipped_world_is_crossed_at_speed() -> None:
-    trial = run_trial(load_scenario("barn", overrides=["world.id=10"]), seed=0)
-    assert trial.outcome == "reached" and trial.score > 0.4  # the tightest of the shipped worlds
-    assert trial.min_clearance_m > 0.007
-    assert trial.mean_speed_mps > 0.8
-
-
-def test_a_robot_that_drifts_ends_at_its_goal() -> None:
-    """By odometry alone it ends where it believes the goal to be; the scans tell it where the goal is."""
-    ends = {}
-    for matching in ("true", "false"):
-        overrides = ["localization.drift=0.1", f"localization.matching={matching}"]
-        trial = run_trial(parse_scenario(SMALL, overrides=overrides, name="small"), seed=4)
-        assert trial.outcome == "reached"
-        ends[matching] = np.hypot(*(np.array(trial.path[-1]) - (3.5, 0.0)))
-    assert ends["true"] < 0.35 < ends["false"]
-
-
-def test_the_shortest_path_leads_through_narrow_passages():
-    """One that leaves 2 cm on each side, off the grid; without it the way is far longer."""
-    y = 0.0137
-    walls = ((2.9, -4.0, 3.1, y - 0.275), (2.9, y + 0.275, 3.1, 3.0))
-    polygons = tuple(np.array(((a, b), (c, b), (c, d), (a, d))) for a, b, c, d in walls)
-    world = World("door", (1.0, 0.0, 0.0), (5.0, 0.0), polygons=polygons, bounds=(0.0, -4.0, 6.0, 4.0))
-    found = omniscient_path(world, 0.25)
-    assert found is not None and found[0] == pytest.approx(4.0, abs=0.01)
-
-
-def test_a_large_world_is_searched_on_a_coarser_grid():
-    world = World(
-        "field", (1.0, 1.0, 0.0), (190.0, 190.0), cylinders=np.array(((95.0, 95.0, 1.0),)), bounds=(0, 0, 200, 200)
-    )
-    found = omniscient_path(world, 0.25)
-    assert found is not None and found[0] == pytest.approx(189.0 * math.sqrt(2.0), rel=0.001)
-
-
-@pytest.mark.parametrize(
-    ("wrong", "said"),
-    [
-        (lambda room: run_trial("room"), "scenario is 'room'; allowed: a Scenario, as from load_scenario"),
-        (lambda room: run_robots("room"), "scenario is 'room'; allowed: a Scenario"),
-        (lambda room: add_navigation(DiagramBuilder(), "room"), "scenario is 'room'; allowed: a Scenario"),
-        (lambda room: run_trial(room, Parts(world="room")), "world is 'room'; allowed: a World, as from make_world"),
-        (lambda room: make_diagram(room, Parts(room)), "world is Scenario.*; allowed: a World"),
-        (lambda room: Recorder("run.html").add_to(DiagramBuilder(), None), "navigation is None; allowed: a Navigation"),
-    ],
-)
-def test_an_argument_of_another_kind_is_named(wrong, said: str) -> None:
-    with pytest.raises(StarnavError, match=f"^{said}"):
-        wrong(load_scenario("room"))
-
-
-def test_a_robot_visits_its_goals_in_order_and_turns_to_the_last_heading() -> None:
-    text = SMALL + "goals: [[3.5, 0], [3.5, 1.2], [2.5, 1.2, -1.57]]"
-    poses = {}
-
-    class Watch:
-        def add_to(self, builder, navigation, scenario) -> None:
-            pass
-
-        def start(self) -> None:
-            pass
-
-        def finish(self, lines, motion) -> None:
-            poses["end"], poses["motion"] = motion.at(motion.duration), motion
-
-    trial = run_trial(parse_scenario(text, name="round"), observer=Watch())
-    assert trial.outcome == "reached" and len(trial.goals_s) == 3
-    assert trial.goals_s == sorted(trial.goals_s) and trial.goals_s[-1] <= trial.time_s
-    for time, goal in zip(trial.goals_s, ((3.5, 0.0), (3.5, 1.2), (2.5, 1.2)), strict=True):
-        assert math.dist(poses["motion"].at(time)[:2], goal) < 0.31
-    assert abs(math.remainder(poses["end"][2] + 1.57, 2.0 * math.pi)) < HEADING_TOLERANCE + 0.02
-    assert trial.straight_line_m == pytest.approx(3.5 + 1.2 + 1.0)
-    assert trial.shortest_path_m > trial.straight_line_m
-
-
-@pytest.mark.parametrize(
-    ("override", "said"),
-    [
-        ("robot.model=carbot", "robot.base car, which makes no turns on the spot"),
-        ("controller.kind=star_paper", "controller.kind star_paper, which follows no turns on the spot"),
-        ("goals=[[1.7, 0.1]]", r"goals\[0\] is \[1.7, 0.1\], inside cylinders"),
-    ],
-)
-def test_goals_that_cannot_be_driven_to_are_refused(override: str, said: str) -> None:
-    scenario = parse_scenario(SMALL + "goals: [[3.5, 0, 1]]", name="refused", overrides=[override])
-    with pytest.raises(StarnavError, match=said):
-        make_diagram(scenario)

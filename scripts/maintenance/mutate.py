@@ -44,14 +44,14 @@ from tqdm import tqdm
 
 ROOT = Path(__file__).resolve().parents[2]
 EQUIVALENT = Path(__file__).with_name("equivalent_mutants.yaml")
-CONTROL = "tests/control/test_"
+CONTROL, BODIES = "tests/control/test_", "tests/integration/test_clear_bodies.py"
 GROUPS: dict[str, dict[str, tuple[str, ...]]] = {
     "certificate": {
-        "control/clear": (f"{CONTROL}clear.py", f"{CONTROL}certificates.py"),
+        "control/clear": (f"{CONTROL}clear.py", BODIES, f"{CONTROL}certificates.py"),
         "control/certificates": (f"{CONTROL}certificates.py",),
         "control/motion": (f"{CONTROL}motion.py",),
         "control/rollout": (f"{CONTROL}rollout.py",),
-        "regions/separation": ("tests/regions/test_separation.py", f"{CONTROL}clear.py"),
+        "regions/separation": ("tests/regions/test_separation.py", BODIES),
     },
     "safety region": {
         "regions/safe_region": ("tests/regions/test_safe_region.py", "tests/regions/test_views.py"),

@@ -1,0 +1,246 @@
+"""The certificate with bodies of all shapes, and with views that do not reach all around."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+
+from drake_starnav.control.clear import Clear
+from drake_starnav.control.motion import Actuation, roll_out
+from drake_starnav.geometry.footprint import Footprint, disc, footprint
+from drake_starnav.regions.erosion import smoothed_distances
+from drake_starnav.regions.perception import Perceived, PerceptionSettings, perceive
+from drake_starnav.regions.safe_region import CertifiedRegion, ScanMemory, certified_region
+from drake_starnav.robot import BASES, RobotParameters
+from drake_starnav.scenario.scenario_file import parse_scenario
+from drake_starnav.simulation.kinematics import KinematicMotion
+from drake_starnav.worlds.clearance import body_clearance
+from drake_starnav.worlds.world import World
+from scripts.experiments.footprint_soundness import least_distance, solid, sweep
+from tests.helpers.motions import certified
+from tests.helpers.scans import MARGINS, RADIUS, cast, noisy, scattered, seeds
+
+ROBOT = RobotParameters()
+LIMITS = ROBOT.limits
+PERIOD, MARGIN, NOISE = 0.02, 0.0145, 0.01
+ROBOTS = {name: RobotParameters(base=name) for name in BASES}
+
+
+def rectangle(length: float, width: float, ahead: float = 0.0) -> tuple:
+    x, y = 0.5 * length, 0.5 * width
+    return ((ahead - x, -y), (ahead + x, -y), (ahead + x, y), (ahead - x, y))
+
+
+SHAPES = {
+    "jackal": footprint(rectangle(0.508, 0.43)),
+    "carrier": footprint(rectangle(0.8, 0.5)),
+    "rear axle": footprint(rectangle(0.6, 0.3, 0.2)),
+    "triangle": footprint(((0.35, 0.0), (-0.2, 0.25), (-0.2, -0.25))),
+    "disc": disc(0.25),
+    "ell": footprint((rectangle(0.6, 0.25), ((-0.3, -0.1), (-0.05, -0.1), (-0.05, 0.4), (-0.3, 0.4)))),
+}
+
+
+def seen_by(
+    world: World, pose: np.ndarray, shape: Footprint, rng: np.random.Generator | None = None
+) -> CertifiedRegion:
+    """What two scans certify, the first from 2 cm behind, with noise if there is an `rng`."""
+    memory = ScanMemory()
+    for step in (-0.02, 0.0):
+        place = pose + (step * math.cos(pose[2]), step * math.sin(pose[2]), 0.0)
+        scan = cast(world, place, beams=720)
+        scan = scan if rng is None else noisy(scan, NOISE, rng)
+        radius = shape.narrow + MARGIN
+        star, memory = certified_region(
+            memory, scan, smoothed_distances(scan), place, radius, 2.0, (2.0 + 2.0 * radius, 5)
+        )
+    return star
+
+
+def tried(seed: int, shape: Footprint, noise: bool, robot: RobotParameters) -> tuple[bool, float]:
+    """Whether a random command beside random obstacles is accepted; and the least distance that it would keep, m."""
+    rng = np.random.default_rng(seed)
+    world = scattered(rng, discs=14, walls=8, clear=shape.narrow + 0.02)
+    while True:
+        pose = np.array((*rng.uniform(-0.6, 0.6, 2), rng.uniform(-math.pi, math.pi)))
+        if body_clearance(world, pose[None], shape)[0] > MARGIN + 0.01:
+            break
+    limits, speeds = robot.limits, np.full(len(robot.drive.components), robot.max_speed)
+    speeds[-1] = limits.max_yaw_rate
+    twist, target = (robot.drive.saturated(rng.uniform(-speeds, speeds), limits) for _ in range(2))
+    twist *= rng.random() < 0.5
+    delay, hold = rng.choice((0.0, 0.02)), rng.choice((0.02, 0.1))
+    motion = roll_out(pose, twist, target, Actuation(limits, shape, hold, delay, robot.drive))
+    if not motion.grips:
+        return False, math.inf
+    star = seen_by(world, pose, shape, rng if noise else None)
+    certificate = Clear(star, MARGIN, shape)
+    poses = sweep(pose, (twist, target), (delay, hold), limits)
+    return certificate.accepts(motion), float(least_distance(poses, shape.parts, shape.radius, *solid(world)))
+
+
+@pytest.mark.parametrize(
+    ("name", "base"),
+    [*((name, "differential") for name in SHAPES), ("carrier", "omnidirectional"), ("ell", "omnidirectional"),
+     ("jackal", "car"), ("rear axle", "car")],
+)  # fmt: skip
+@settings(max_examples=40)
+@given(seed=seeds)
+def test_what_is_accepted_touches_nothing(name, base, seed):
+    accepts, least = tried(seed, SHAPES[name], True, ROBOTS[base])
+    assert not accepts or least > 0.0
+
+
+@pytest.mark.parametrize("name", ["jackal", "ell"])
+def test_hardly_anything_safe_is_refused(name):
+    outcomes = [tried(seed, SHAPES[name], False, ROBOTS["differential"]) for seed in range(150)]
+    safe = [accepts for accepts, least in outcomes if MARGIN + 0.012 < least < math.inf]
+    assert len(safe) > 40
+    assert np.mean(safe) >= 0.97
+
+
+def wall(gap: float) -> World:
+    """A wall 0.1 m thick with a gap."""
+    half, far = 0.5 * gap, 2.0
+    above = np.array(((0.4, half), (0.5, half), (0.5, far), (0.4, far)))
+    return World("wall", (0, 0, 0), (0, 0), polygons=(above, above * (1.0, -1.0)), bounds=(-3.0, -3.0, 3.0, 3.0))
+
+
+def test_a_rectangle_fits_where_the_disc_around_it_does_not():
+    shape, twist = SHAPES["jackal"], np.array((0.3, 0.0))
+    for gap, fits in ((0.48, True), (0.45, False)):
+        accepted = []
+        for x in np.arange(-0.3, 1.0, 0.05):
+            pose = np.array((x, 0.0, 0.0))
+            star = seen_by(wall(gap), pose, shape)
+            motion = roll_out(pose, twist, twist, Actuation(LIMITS, shape, PERIOD, 0.0))
+            accepted.append(Clear(star, MARGIN, shape).accepts(motion))
+        assert all(accepted) == fits
+        assert gap < 2.0 * shape.radius
+
+
+def test_nothing_is_accepted_without_a_scan_or_beyond_what_is_known():
+    shape, pose = SHAPES["jackal"], np.zeros(3)
+    standing = roll_out(pose, np.zeros(2), np.array((0.1, 0.0)), Actuation(LIMITS, shape, PERIOD, 0.0))
+    assert not Clear(CertifiedRegion.none(), MARGIN, shape).accepts(standing)
+    star = seen_by(wall(1.0), pose, shape)
+    near = dataclasses.replace(star.look, reach=shape.radius - 0.01)  # even where the scan was taken
+    blind = dataclasses.replace(star, values=np.zeros(4), look=near)
+    assert not Clear(blind, MARGIN, shape).accepts(standing)
+    fast = roll_out(
+        pose + (1.5, 0.0, 0.0),
+        np.array((0.8, 0.0)),
+        np.array((0.8, 0.0)),
+        Actuation(LIMITS, shape, 0.5, 0.0),
+    )
+    assert not Clear(star, MARGIN, shape).accepts(fast)
+
+
+@pytest.mark.parametrize(("half", "yaw"), [(2.0, 0.0), (1.6, 2.0), (2.4, -2.5)])
+@pytest.mark.parametrize("base", list(BASES))
+def test_a_robot_backs_no_farther_than_what_it_has_seen(half, yaw, base):
+    """With a limited view, towards a wall behind it that it has never seen; it may back to where it began."""
+    robot, view = RobotParameters(base=base, footprint=[list(p) for p in rectangle(0.5, 0.4)]), f"{half:.3f}"
+    overrides = [f"lidar.angle_min=-{view}", f"lidar.angle_max={view}"]
+    scenario = dataclasses.replace(
+        parse_scenario("world: !Obstacles {}", name="wall", overrides=overrides), robot=robot
+    )
+    normal = np.array((math.cos(yaw), math.sin(yaw)))
+    along = 2.0 * np.array((-normal[1], normal[0]))
+    behind = np.array((-normal + along, -normal - along, -1.1 * normal - along, -1.1 * normal + along))
+    world = World("wall", (0, 0, yaw), (0, 0), polygons=(behind,), bounds=(-6.0, -6.0, 6.0, 6.0))
+    motion = KinematicMotion(scenario, world, 0, True)
+    back, forth = np.zeros((2, len(robot.drive.components)))
+    back[0], forth[0] = -0.5, 0.5
+    motion.drive(back, 3.0)
+    assert motion.pose[:2] == pytest.approx(np.zeros(2), abs=0.02)  # within the disc in which it began
+    motion.drive(forth, 3.0)
+    assert motion.pose[:2] @ normal > 1.2
+    motion.drive(back, 6.0)
+    assert abs(motion.pose[:2] @ normal) < 0.05 and motion.least > 0.5
+
+
+@pytest.mark.parametrize("half", [1.6, 2.3, 2.8])
+def test_a_disc_backs_no_farther_than_it_has_seen(half):
+    """Towards a post that stands where its lidar does not look, and never did."""
+    post = World("post", (0, 0, 0), (3, 0), cylinders=[(-0.8, 0.0, 0.1)])
+    settings, seen = PerceptionSettings(MARGINS, disc(RADIUS)), Perceived.nothing()
+    backwards, accepted = np.array((-0.5, 0.0)), []
+    for x in (0.0, 0.1, 0.4):
+        pose = np.array((x, 0.0, 0.0))
+        scan = cast(post, pose, angle_min=-half, angle_increment=2.0 * half / 359)
+        scan = dataclasses.replace(scan, time=x)
+        assert not np.isfinite(scan.ranges).any()
+        seen = perceive(seen, (scan,), pose, settings)
+        accepted.append(certified(pose, backwards, backwards, PERIOD, LIMITS, seen.safety))
+    assert accepted == [False, False, True]  # it stops within 0.14 m
+
+
+TEE = footprint((rectangle(0.55, 0.2, -0.075), ((0.15, -0.4), (0.3, -0.4), (0.3, 0.4), (0.15, 0.4))))
+
+
+def looks_at(world: World, poses: np.ndarray, shape: Footprint, **view) -> CertifiedRegion:
+    """What scans at poses (n, 3) certify, one after the other."""
+    state, settings = Perceived.nothing(), PerceptionSettings(MARGINS, shape)
+    for k, pose in enumerate(poses):
+        scan = dataclasses.replace(cast(world, pose, beams=720, **view), time=0.1 * k)
+        state = perceive(state, (scan,), pose, settings)
+    return state.safety
+
+
+@pytest.mark.parametrize("first", [0.0, -0.6])
+def test_what_an_arm_hides_from_the_lidar_is_unknown_until_a_look_has_seen_it(first: float) -> None:
+    """A post in the notch of a T hides the arm beside it, and a thinner post beyond, into which the arm may not drive.
+
+    That a body begins in a shadow tells nothing of what else is there.
+    """
+    shape, base = TEE, BASES["omnidirectional"]
+    world = World(
+        "posts", (0, 0, 0), (0, 0), cylinders=[(0.1, 0.2, 0.01), (0.225, 0.45, 0.01)], bounds=(-3.0, -3.0, 3.0, 3.0)
+    )
+    way = np.append(np.arange(first, 0.0, 0.02), np.zeros(6))
+    star = looks_at(world, np.column_stack((0.0 * way, way, 0.0 * way)), shape)
+    certificate = Clear(star, MARGINS.safety, shape)
+    acting, driven = Actuation(LIMITS, shape, PERIOD, 0.0, base), []
+    for ahead in ((0.0, 0.3, 0.0), (0.0, -0.3, 0.0), (0.3, 0.0, 0.0)):
+        pose, twist, target, steps = np.zeros(3), np.zeros(3), np.array(ahead), 0
+        while steps < 40:
+            motion = roll_out(pose, twist, target, acting)
+            if not certificate.accepts(motion):
+                break
+            pose, steps = motion.pose[motion.braking], steps + 1
+            twist = target * min(1.0, steps * PERIOD * LIMITS.max_acceleration / 0.3)
+        rest = roll_out(pose, twist, np.zeros(3), acting).pose
+        assert body_clearance(world, rest, shape).min() > 0.0
+        driven.append(steps)
+    if first == 0.0:
+        assert max(driven) == 0  # one look has not seen the arms
+    else:
+        assert driven[0] < 40 and driven[1] == driven[2] == 40
+
+
+@pytest.mark.parametrize("half", [0.5 * math.pi, 0.75 * math.pi])
+@settings(max_examples=25)
+@given(seed=seeds)
+def test_a_limited_view_accepts_nothing_that_touches(half: float, seed: int) -> None:
+    """Of a robot that came along a curve, where only the disc in which it began was free without a look."""
+    rng = np.random.default_rng(seed)
+    shape = SHAPES[rng.choice(list(SHAPES))]
+    begin, turns = np.array((*rng.uniform(-1.0, 1.0, 2), rng.uniform(-3.0, 3.0))), rng.uniform(-1.5, 1.5)
+    poses = [begin]
+    for _ in range(12):
+        x, y, yaw = poses[-1]
+        poses.append(np.array((x + 0.05 * math.cos(yaw), y + 0.05 * math.sin(yaw), yaw + 0.1 * turns)))
+    world = scattered(rng, discs=14, walls=8, clear=0.1)
+    free = body_clearance(world, np.array(poses), shape).min() > MARGINS.safety + 0.01
+    if not free or body_clearance(world, begin[None], disc(shape.radius + MARGINS.safety))[0] < 0.0:
+        return
+    star = looks_at(world, np.array(poses), shape, angle_min=-half, angle_increment=2.0 * half / 719)
+    certificate, most = Clear(star, MARGINS.safety, shape), np.array((LIMITS.max_speed, LIMITS.max_yaw_rate))
+    for _ in range(20):
+        twist, target = rng.uniform(-most, most) * rng.integers(0, 2), rng.uniform(-most, most)
+        motion = roll_out(poses[-1], twist, target, Actuation(LIMITS, shape, 0.1, 0.0))
+        if certificate.accepts(motion):
+            assert body_clearance(world, motion.pose, shape).min() > 0.0
