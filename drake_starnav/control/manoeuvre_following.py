@@ -1,21 +1,16 @@
-"""From the poses of a manoeuvre, or a tight passage ahead, to a twist or a direction."""
+"""From the poses of a manoeuvre to a twist."""
 
 import math
 
 import numpy as np
 
 from drake_starnav.planning.manoeuvre import reached
-from drake_starnav.planning.passage import Passage
 from drake_starnav.robot import Base, Limits
 
 SLOW_SHARE, SLOW_SPEED = 0.6, 0.1
 """Of a manoeuvre: share of the largest speed, at most of 0.8 m/s, and what is added to it, m/s."""
 APPROACH_GAIN, CREEP = 2.0, 0.05
 """Speed for each metre that is left to a pose at which the gear changes, 1/s; and what remains of it, m/s."""
-ALIGNING, FAR, NEARLY_ALIGNED = 0.35, 1.2, 0.1
-"""A passage is aligned with if it is at most so far aside, and so far away, m; from afar only if hardly aside."""
-CAPTURE = 0.22
-"""Distance ahead on the axis of a passage that the robot heads for, m."""
 
 
 def followed_manoeuvre(
@@ -39,22 +34,3 @@ def followed_manoeuvre(
     twist = base.pursued(ahead, aside, math.remainder(yaw - pose[2], 2.0 * math.pi), gear, speed)
     direction = np.array((dx, dy)) if base.holonomic else math.copysign(1.0, twist[0]) * np.array((cosine, sine))
     return base.saturated(twist, limits), direction / max(math.hypot(*direction), 1e-9)
-
-
-def aligned_direction(pose: np.ndarray, direction: np.ndarray, passage: Passage | None, length: float) -> np.ndarray:
-    """The unit vector (2,) that leads onto the axis of a tight passage, or the given one while it is not due.
-
-    Args:
-        pose: (x, y, yaw) of the robot, W, m and rad.
-        direction: that it would follow otherwise, shape (2,), W.
-        passage: ahead, if any.
-        length: of the robot, m.
-    """
-    if passage is None:
-        return direction
-    along, aside = passage.along(pose), passage.aside(pose)
-    due = along > -0.75 * length - 0.1 or abs(aside) < NEARLY_ALIGNED
-    if abs(aside) >= ALIGNING or along <= -FAR or not due:
-        return direction
-    heading = passage.yaw + math.atan2(-aside, CAPTURE)
-    return np.array((math.cos(heading), math.sin(heading)))

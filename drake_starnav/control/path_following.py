@@ -7,11 +7,10 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.control.inputs import ControllerInputs, Proposal
-from drake_starnav.control.manoeuvre_following import aligned_direction, followed_manoeuvre
+from drake_starnav.control.manoeuvre_following import followed_manoeuvre
 from drake_starnav.control.modulation import modulated_direction, near_wall_direction
 from drake_starnav.control.rollout import CREEP, GOAL_SLOWDOWN
 from drake_starnav.planning.guidance import PASSED_DISTANCE
-from drake_starnav.planning.passage import tight_passage
 from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.region_union import RegionUnion
 from drake_starnav.robot import Limits, RobotParameters
@@ -67,14 +66,8 @@ def followed(inputs: ControllerInputs, margins: Margins, robot: RobotParameters)
         return Proposal(*followed_manoeuvre(pose, guidance.poses, robot.drive, limits))
     ahead = guidance.path, guidance.arrives, tuple(guidance.regions), star.near_hits
     sizes, found = Clearances.of(robot.shape.narrow, margins.safety), np.zeros(5)
-    most = _followed(pose, ahead, tuple(sizes), tuple(limits), found)
-    direction, velocity = found[:2], found[2:]
-    if not robot.shape.is_disc and direction.any():
-        passage = tight_passage(pose, guidance.path, star.hits, robot.shape, margins.safety)
-        direction = aligned_direction(pose, direction, passage, float(np.ptp(robot.shape.outline[:, 0])))
-        error = wrapped_angle(math.atan2(direction[1], direction[0]) - pose[2])
-        velocity = aimed(error, min(limits.max_speed, most), limits)
-    return Proposal(twist_of(velocity, robot.drive), direction)
+    _followed(pose, ahead, tuple(sizes), tuple(limits), found)
+    return Proposal(twist_of(found[2:], robot.drive), found[:2])
 
 
 def guiding_vector(
@@ -103,22 +96,21 @@ def guiding_vector(
 
 @njit(cache=True)
 def _followed(pose, ahead, sizes, limits, found):
-    """The most speed, m/s; where it shall not stand, guiding vector (2,) and `Velocity` are written into `found`."""
+    """Write guiding vector (2,) and `Velocity` into `found` (5,), where the robot shall not stand."""
     x, y, yaw = pose
     path, arrives, regions, hits = ahead
     regions, limits = RegionUnion(*regions), Limits(*limits)  # plain tuples are handed over faster than named ones
     sizes = Clearances(*sizes)
     count = len(path)
     if count == 0 or (arrives and math.hypot(path[-1, 0] - x, path[-1, 1] - y) <= GOAL_REACHED * sizes.radius):
-        return 0.0
+        return
     ux, uy, distance = guided(x, y, path, regions, hits, sizes, limits.max_speed)
     if ux == 0.0 and uy == 0.0:
-        return 0.0
+        return
     velocity = aimed(wrapped_angle(math.atan2(uy, ux) - yaw), limits.max_speed, limits)
     most = GOAL_SLOWDOWN * distance + limits.max_speed / CREEP if arrives and count == 1 else np.inf
     velocity = slowed(velocity, most)
     found[:] = ux, uy, velocity.ahead, velocity.aside, velocity.turning
-    return most
 
 
 @njit(cache=True)

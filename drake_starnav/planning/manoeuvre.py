@@ -1,9 +1,9 @@
 """Manoeuvres of a robot that is no disc: short sequences of turns and straight or curved moves, where the law is stuck.
 
 The roadmap is searched for the narrowest disc of the footprint, so its paths tell no heading. Where the robot stands
-although it has a path, a way is searched in (x, y, yaw) with the exact footprint: to a pose beyond a tight passage, or
-to a place farther along the path. If the robot is stuck again and again near one place, its way is closed for its
-footprint: it then counts as stalled, and another way is planned, on which it may try anew.
+although it has a path, a way is searched in (x, y, yaw) with the exact footprint, to a place farther along the path. If
+the robot is stuck again and again near one place, its way is closed for its footprint: it then counts as stalled, and
+another way is planned, on which it may try anew.
 """
 
 import math
@@ -14,7 +14,6 @@ import numpy as np
 
 from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.geometry.polyline import arc_lengths, distance_to_segment, resampled
-from drake_starnav.planning.passage import Passage, tight_passage
 from drake_starnav.planning.pose_search import NEAR_GOAL, REACH, SPACING, found_way
 from drake_starnav.regions.chords import thinned
 from drake_starnav.regions.looks import Chords
@@ -57,10 +56,6 @@ class Body(NamedTuple):
     star: CertifiedRegion
     margin: float
     base: Base
-
-    def passage(self, pose: np.ndarray, path: np.ndarray) -> Passage | None:
-        """The tight passage ahead of a pose (x, y, yaw) on a path (k, 2) in W, if any."""
-        return tight_passage(pose, path, self.star.hits, self.footprint, self.margin)
 
 
 class Manoeuvring(NamedTuple):
@@ -187,12 +182,6 @@ def found_manoeuvre(pose: np.ndarray, path: np.ndarray, body: Body, tried: int) 
 def _goals(pose: np.ndarray, path: np.ndarray, body: Body) -> np.ndarray:
     """Poses (x, y, yaw) to search for, with the largest error of the heading, rad, the best first, shape (n, 4)."""
     goals = []
-    passage = body.passage(pose, path)
-    if passage is not None:
-        front, back = body.footprint.outline[:, 0].max(), body.footprint.outline[:, 0].min()
-        before = passage.along(pose) < -0.6 * front
-        for away in (0.1 - back, -0.06 - front) if before else (0.1 - back,):
-            goals.append((*passage.at(away), passage.yaw, AT_HEADING))
     line = np.vstack((pose[:2], path))
     along = arc_lengths(line)
     for look, aligned in dict.fromkeys((min(look, float(along[-1])), aligned) for look, aligned in LOOKS):

@@ -66,9 +66,9 @@ class _ReplacingExecutor(Executor):
         return self._executor.submit(run_replaced, dict(self._replaced), function, *arguments, **named)
 
 
-def interpreted_followed(*arguments: Any) -> float:
+def interpreted_followed(*arguments: Any) -> None:
     """For `path_following._followed`: not compiled."""
-    return _followed.py_func(*arguments)
+    _followed.py_func(*arguments)
 
 
 def interpreted_guided(*arguments: Any) -> tuple:

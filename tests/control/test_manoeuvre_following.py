@@ -1,16 +1,15 @@
-"""Twists that follow the poses of a manoeuvre, and the direction that aligns the robot with a passage."""
+"""Twists that follow the poses of a manoeuvre."""
 
 import math
 
 import numpy as np
 import pytest
 
-from drake_starnav.control.manoeuvre_following import aligned_direction, followed_manoeuvre
+from drake_starnav.control.manoeuvre_following import followed_manoeuvre
 from drake_starnav.control.motion import Actuation, Pose, Velocity, advanced
 from drake_starnav.control.shield import ramped_twist
 from drake_starnav.geometry.footprint import disc
 from drake_starnav.planning.manoeuvre import reached
-from drake_starnav.planning.passage import Passage
 from drake_starnav.robot import BASES, RobotParameters
 
 BASE = BASES["differential"]
@@ -33,12 +32,3 @@ def test_a_robot_reaches_all_poses_of_a_manoeuvre(start):
     assert not len(poses)
     assert math.hypot(pose.x - 0.4, pose.y + 0.2) < 0.04
     assert abs(pose.yaw) < 0.1
-
-
-def test_a_robot_beside_the_axis_of_a_passage_is_led_onto_it():
-    ahead, passage = np.array((1.0, 0.0)), Passage(0.4, 0.0, 0.0, 0.5)
-    left, on, far = (aligned_direction(np.array((0.0, y, 0.0)), ahead, passage, 0.5) for y in (0.1, 0.0, 0.6))
-    assert left[1] < -0.1
-    np.testing.assert_allclose(on, ahead, atol=1e-12)
-    assert far is ahead
-    assert aligned_direction(np.zeros(3), ahead, None, 0.5) is ahead
