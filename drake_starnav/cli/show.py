@@ -31,11 +31,11 @@ def _work(options: argparse.Namespace) -> int:
         raise StarnavError(f"--out is {file}; allowed: a file whose name ends in .png or .html")
     check_outputs([file], input_files(options.scenario, scenario))
     with progress_bar(f"{scenario.name} seed {options.seed}"):
-        make_world(
-            scenario.world, options.seed, scenario.robot.shape, scenario.goals
-        )  # bad input is reported before Drake is loaded
+        # bad input is reported before Drake is loaded
+        make_world(scenario.world, options.seed, scenario.robot.shape, scenario.goals)
         from drake_starnav.simulation.trial import omniscient_path
         from drake_starnav.station.model_world import make_world_with_footprints
+        from drake_starnav.station.navigation_station import NavigationStation
         from drake_starnav.visualization.world_figure import write_png
         from drake_starnav.visualization.world_page import write_world_page
 
@@ -43,8 +43,10 @@ def _work(options: argparse.Namespace) -> int:
         found = omniscient_path(world, scenario.robot.shape)
         length = "no shortest path" if found is None else f"shortest path {found[0]:.2f} m"
         title = f"{scenario.name} · seed {options.seed} · {length}"
+        if file.suffix == ".png":
+            NavigationStation(world, scenario)  # it warns of what lidars do not see
         write = write_png if file.suffix == ".png" else write_world_page
-        write(world, scenario.robot, None if found is None else found[1], title, file)
+        write(world, scenario, None if found is None else found[1], title, file)
     moving = f", {len(world.moving_obstacles)} that move" if len(world.moving_obstacles) else ""
     print(f"{title}\nobstacles: {len(world.discs)} round, {len(world.polygons)} polygons{moving}\nwrote {file}")
     return REACHED
@@ -52,7 +54,7 @@ def _work(options: argparse.Namespace) -> int:
 
 show_world = Command(
     "show_world",
-    "Draw a scenario's world with start, goal, shortest path and the paths of moving obstacles.",
+    "Draw a scenario's world with zones, start, goal, shortest path and the paths of moving obstacles.",
     _add_options,
     _work,
 )

@@ -78,6 +78,7 @@ LAYERS = {
 }
 """By name in Meshcat's panel, lowest first."""
 
+ZONE_OPACITY = 0.3
 ROBOT = Layer("robot", SHELL_COLOR, "robot", 1.0)
 """It is part of the scene, as are the obstacles that move; see `with_scene`."""
 MOVING_OBSTACLES = Layer("obstacle that moves", MOVING_OBSTACLE_COLOR, "disc", 0.5)

@@ -42,7 +42,7 @@ FRAME_SLACK = 1e-6
 """Meshcat's frame at time t is floor(t * frames_per_second): this keeps rounding from losing a frame, s."""
 OLD_REGIONS = 3
 """At most so many old regions are shown: on top of one another they are still fainter than the newest."""
-CERTIFICATE_OPACITY, ZONE_OPACITY = 0.55, 0.3
+CERTIFICATE_OPACITY = 0.55
 CERTIFICATE_POINTS = 8
 """A certificate's path is reduced to about this many points."""
 
@@ -143,7 +143,7 @@ class StarRoadmapVisualizer(LeafSystem):
             for zone in self._zones:
                 layer = meshes.zone_layer(zone)
                 area = meshes.area(shapely.Polygon(zone.polygon), LAYERS[layer].height)
-                self.stage.add(layer, area, time, ZONE_OPACITY)
+                self.stage.add(layer, area, time, meshes.ZONE_OPACITY)
         self._mark("goal", goal, time)
         if state is not None:
             self._draw_frontiers(state, time)

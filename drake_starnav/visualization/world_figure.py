@@ -1,4 +1,4 @@
-"""Pictures of worlds without a run: obstacles, start, goal, and the shortest path between them."""
+"""Pictures of worlds without a run: obstacles, zones, start, goal, and the shortest path between them."""
 
 import math
 from pathlib import Path
@@ -9,7 +9,7 @@ import numpy as np
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.footprint import Footprint, disc
 from drake_starnav.geometry.se2 import placed
-from drake_starnav.robot import RobotParameters
+from drake_starnav.scenario.schema import Scenario
 from drake_starnav.utils.files import replacing
 from drake_starnav.visualization import meshes
 from drake_starnav.worlds.world import OPEN_BORDER, World
@@ -112,12 +112,16 @@ def save_figure(figure: Any, file: str | Path, *, dpi: int = 80) -> None:
         figure.savefig(temporary, dpi=dpi, format="png")
 
 
-def write_png(world: World, robot: RobotParameters, path: np.ndarray | None, title: str, file: Path) -> None:
-    """Draw a world with its start, goal and shortest path; arguments as in `world_page.write_world_page`."""
+def write_png(world: World, scenario: Scenario, path: np.ndarray | None, title: str, file: Path) -> None:
+    """Draw a world with zones, start, goal and shortest path; arguments as in `world_page.write_world_page`."""
     figure, axis = world_axes(world, title)
     if path is not None:
         axis.plot(*path.T, color=PATH, linewidth=1.6, label="shortest path", zorder=2)
-    draw_robot(axis, world.start, robot.shape, START, "start: the robot")
+    for zone, layer in ((zone, meshes.LAYERS[meshes.zone_layer(zone)]) for zone in scenario.zones):
+        known = layer.label in axis.get_legend_handles_labels()[1]
+        fill = {"facecolor": layer.color, "alpha": meshes.ZONE_OPACITY, "label": None if known else layer.label}
+        axis.fill(*np.transpose(zone.polygon), **fill, zorder=0.5)
+    draw_robot(axis, world.start, scenario.robot.shape, START, "start: the robot")
     draw_goal(axis, world.goal)
     if len(world.moving_obstacles):
         color, label = meshes.MOVING_OBSTACLES.color, f"{meshes.MOVING_OBSTACLES.label}, its path"

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
+from PIL import Image
 
-from drake_starnav.robot import RobotParameters
+from drake_starnav.loading import parse_scenario
 from drake_starnav.visualization.meshes import MOVING_OBSTACLES
 from drake_starnav.visualization.world_figure import draw_world, new_figure, world_axes, write_png
 from drake_starnav.worlds import Crowd, make_world
@@ -32,5 +33,15 @@ def test_their_paths_can_be_left_out() -> None:
 
 def test_a_picture_is_written(tmp_path) -> None:
     path = np.array([WORLD.start[:2], WORLD.goal])
-    write_png(WORLD, RobotParameters(), path, "crowd", tmp_path / "x.png")
+    write_png(WORLD, parse_scenario("world: !Room {}", name="crowd"), path, "crowd", tmp_path / "x.png")
     assert (tmp_path / "x.png").stat().st_size > 10_000
+
+
+def test_zones_are_drawn_in_their_colours(tmp_path) -> None:
+    zone = "zones: [!KeepOut {polygon: [[-3, -3], [3, -3], [3, 3], [-3, 3]]}]"
+    pictures = []
+    for text in ("world: !Room {}", f"world: !Room {{}}\n{zone}"):
+        write_png(WORLD, parse_scenario(text, name="crowd"), None, "crowd", tmp_path / "x.png")
+        pictures.append(np.asarray(Image.open(tmp_path / "x.png").convert("RGB"), int))
+    reddish = [np.count_nonzero(each[..., 0] - each[..., 2] > 40) for each in pictures]
+    assert reddish[1] > reddish[0] + 0.01 * pictures[1].shape[0] * pictures[1].shape[1]
