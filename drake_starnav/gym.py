@@ -16,11 +16,11 @@ from drake_starnav.errors import StarnavError, UnsupportedError
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.loading import load_scenario
 from drake_starnav.navigation import Parts, add_navigation
+from drake_starnav.navigation.robot import robot_world
 from drake_starnav.navigation.validation import validated_margins
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.simulation.kinematics import KinematicMotion
 from drake_starnav.simulation.monitors import add_collision_monitor
-from drake_starnav.station.model_world import make_world_with_footprints
 from drake_starnav.station.navigation_station import add_station
 from drake_starnav.station.plant import advance, make_simulator, value_of
 from drake_starnav.systems.release import release
@@ -94,7 +94,7 @@ class NavigationEnv(gymnasium.Env):
         super().reset(seed=seed)
         self.close()
         number = int(self.np_random.integers(2**31))
-        self.world = make_world_with_footprints(self._scenario.world, number, self._scenario.robot.shape)
+        self.world = robot_world(self._scenario, number)
         self._motion = self._motion_kind(self._scenario, self.world, number, self._shield)
         self._time = 0.0
         return self._observed(), self._info("")

@@ -12,12 +12,12 @@ from pydrake.systems.analysis import SimulatorStatus
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_starnav.navigation import Parts, add_navigation
+from drake_starnav.navigation.robot import robot_world
 from drake_starnav.planning import PlannerStatus
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.simulation.monitors import add_collision_monitor
 from drake_starnav.simulation.robots import add_robots, worlds_of_robots
 from drake_starnav.station.lidar_mounts import collar_geometries
-from drake_starnav.station.model_world import make_world_with_footprints
 from drake_starnav.station.navigation_station import add_station, simulated
 from drake_starnav.station.plant import advance, make_simulator, value_of
 from drake_starnav.visualization.live_page import LivePage, LiveState, SliderGoal, add_goal_sliders
@@ -113,7 +113,7 @@ class LiveRun:
     def _add_to(self, builder: DiagramBuilder) -> tuple[World, dict[str, Layer], str]:
         """Add all systems to a diagram, and return the world, the layers that are drawn, and what the user may do."""
         scenario, seed = self._scenario, self._seed
-        world = make_world_with_footprints(scenario.world, seed, scenario.robot.shape, scenario.goals)
+        world = robot_world(scenario, seed)
         goal = SliderGoal(world.goal, add_goal_sliders(self.meshcat, world))
         self._followed = add_station(builder, world, scenario, continuous=True, seed=seed)
         self._navigation = add_navigation(builder, scenario, Parts(world, self._followed, goal), seed)

@@ -33,13 +33,13 @@ def _work(options: argparse.Namespace) -> int:
     with progress_bar(f"{scenario.name} seed {options.seed}"):
         # bad input is reported before Drake is loaded
         make_world(scenario.world, options.seed, scenario.robot.shape, scenario.goals)
+        from drake_starnav.navigation.robot import robot_world
         from drake_starnav.simulation.trial import omniscient_path
-        from drake_starnav.station.model_world import make_world_with_footprints
         from drake_starnav.station.navigation_station import NavigationStation
         from drake_starnav.visualization.world_figure import write_png
         from drake_starnav.visualization.world_page import write_world_page
 
-        world = make_world_with_footprints(scenario.world, options.seed, scenario.robot.shape, scenario.goals)
+        world = robot_world(scenario, options.seed)
         found = omniscient_path(world, scenario.robot.shape)
         length = "no shortest path" if found is None else f"shortest path {found[0]:.2f} m"
         title = f"{scenario.name} · seed {options.seed} · {length}"

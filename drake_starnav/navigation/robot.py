@@ -1,16 +1,22 @@
 """What navigation needs of a robot: ports by name, where its lidars are, and what is declared of it."""
 
-from collections.abc import Sequence
-from typing import Protocol
+import dataclasses
+from collections.abc import Callable, Sequence
+from typing import Protocol, TypeVar
 
 from pydrake.systems.framework import InputPort, OutputPort
 
 from drake_starnav.lidar.mounts import Mount
 from drake_starnav.scenario.schema import Scenario
+from drake_starnav.station.model_world import with_footprints
 from drake_starnav.station.navigation_station import NavigationStation
+from drake_starnav.station.robot_interface import RobotInterface
 from drake_starnav.systems.release import release
 from drake_starnav.systems.star_perception import lidar_names
+from drake_starnav.worlds import check_world, make_world
 from drake_starnav.worlds.world import World
+
+Asked = TypeVar("Asked")
 
 DECLARED = "localization", "drive", "robot"
 """Sections of a scenario that say what a robot is, beside its lidars and the time step of a plant."""
@@ -46,10 +52,32 @@ class Robot(Protocol):
 
 def robot_mounts(scenario: Scenario) -> tuple[Mount, ...]:
     """Where a robot's lidars are by its model."""
+    return _by_model(scenario, lambda robot: tuple(robot.mounts))
+
+
+def robot_world(scenario: Scenario, seed: int) -> World:
+    """The world of a scenario and a seed, with the footprints of all that stands no higher than the robot's body.
+
+    Raises:
+        StarnavError: as in `make_world_with_footprints`.
+    """
+    shape, goals = scenario.robot.shape, scenario.goals
+    world = make_world(scenario.world, seed, shape, goals)
+    if world.model is None and not len(world.spheres):
+        return world
+    height = _by_model(scenario, lambda robot: robot.body_top)
+    world = with_footprints(dataclasses.replace(world, height=height))
+    if world.model is not None:
+        check_world(world, scenario.world, shape, goals)
+    return world
+
+
+def _by_model(scenario: Scenario, asked: Callable[[RobotInterface], Asked]) -> Asked:
+    """What is asked of a scenario's robot, alone on the floor."""
     station = NavigationStation(World("empty", (0.0, 0.0, 0.0), (1.0, 0.0)), scenario)
-    mounts = tuple(station.mounts)
+    answer = asked(station.robot_interface)
     release(station)
-    return mounts
+    return answer
 
 
 def scan_ports(robot: Robot) -> list[OutputPort]:

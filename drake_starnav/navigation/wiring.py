@@ -11,14 +11,13 @@ from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.localization.scan_matching import OdometryError
 from drake_starnav.navigation.methods import BY_KIND, SHIELDED, Needs
 from drake_starnav.navigation.parts import AS_DECLARED, Navigation, Parts
-from drake_starnav.navigation.robot import Robot, scan_ports
+from drake_starnav.navigation.robot import Robot, robot_world, scan_ports
 from drake_starnav.navigation.sources import control_sources
 from drake_starnav.navigation.validation import check_interface, validated_margins
 from drake_starnav.planning.closed_areas import ClosedArea, closed_area
 from drake_starnav.regions.margins import Margins
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.schema import Scenario
-from drake_starnav.station.model_world import make_world_with_footprints
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.systems.connecting import add_system, connect, connect_inputs, output_port, outputs
 from drake_starnav.systems.fixed_goal import FixedGoal
@@ -164,7 +163,7 @@ def _checked_world(scenario: Scenario, parts: Parts, seed: int) -> World:
     if parts.world is None and parts.station is not None and scenario.world is None:
         return World(scenario.name, (0.0, 0.0, 0.0), (1.0, 0.0))
     if parts.world is None:
-        return make_world_with_footprints(scenario.world, seed, scenario.robot.shape, scenario.goals)
+        return robot_world(scenario, seed)
     if parts.station is None:
         check_free(parts.world, parts.world.start, scenario.robot.shape, f"world {parts.world.name}.start")
     return parts.world

@@ -9,11 +9,11 @@ from pydrake.systems.framework import DiagramBuilder
 
 from drake_starnav.geometry.trajectory import Motion
 from drake_starnav.navigation import Navigation
+from drake_starnav.navigation.robot import robot_world
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.simulation.robots import RobotTrial, run_robots, worlds_of_robots
 from drake_starnav.simulation.run import run_trial
 from drake_starnav.simulation.trial import caption_lines, trial_record
-from drake_starnav.station.model_world import make_world_with_footprints
 
 if TYPE_CHECKING:
     from drake_starnav.visualization.timeline import RecordedRun
@@ -119,6 +119,6 @@ def record_comparison(
         witness = _Witness()
         run_trial(scenario, method=method, seed=seed, observer=witness, progress=progress)
         driven.append(Driven(method, scenario.robot, witness.motion, witness.outcome))
-    world = make_world_with_footprints(scenario.world, seed, scenario.robot.shape, scenario.goals)
+    world = robot_world(scenario, seed)
     line = f"{len(driven)} method{'s' * (len(driven) > 1)}, seed {seed}"
     return record_tracks(scenario, driven, world, line, html, view, shown)

@@ -18,10 +18,10 @@ from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.geometry.trajectory import Motion
 from drake_starnav.navigation import Navigation, Parts, add_navigation
 from drake_starnav.navigation.parts import AS_DECLARED
+from drake_starnav.navigation.robot import robot_world
 from drake_starnav.scenario.schema import Scenario, check_method
 from drake_starnav.simulation.monitors import FOOTPRINT_LOG, add_monitors, closed_by, watcher
 from drake_starnav.simulation.trial import INTERRUPTED, TIMEOUT, Run, Trial, caption_lines, figures, omniscient_path
-from drake_starnav.station.model_world import make_world_with_footprints
 from drake_starnav.station.navigation_station import add_station, simulated
 from drake_starnav.station.planar_localization import planar_states
 from drake_starnav.station.plant import advance, make_simulator, scenario_simulator_config, value_of
@@ -85,7 +85,7 @@ def run_trial(
         raise StarnavError("parts has a station; allowed: none, as a trial makes its own")
     world = parts.world
     if world is None:
-        world = make_world_with_footprints(scenario.world, seed, scenario.robot.shape, scenario.goals)
+        world = robot_world(scenario, seed)
     if scenario.goals:
         x, y, *_ = scenario.goals[-1]
         world = dataclasses.replace(world, goal=(x, y))

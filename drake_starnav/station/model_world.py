@@ -39,7 +39,7 @@ from drake_starnav.utils.resources import model_path
 from drake_starnav.worlds import check_world, make_world
 from drake_starnav.worlds.footprints import convex_footprint, cylinder_vertices, sphere_footprint
 from drake_starnav.worlds.formats.model_files import Models
-from drake_starnav.worlds.world import ROBOT_HEIGHT, ModelFile, World
+from drake_starnav.worlds.world import ModelFile, World
 
 FLOOR_TOLERANCE = 0.001
 """Geometry that rises no higher than this above the floor is part of it, m."""
@@ -60,7 +60,7 @@ def make_world_with_footprints(
 
 
 def with_footprints(world: World) -> World:
-    """The world of a model file with the footprints of the file's geometry as cylinders and polygons.
+    """The world of a model file with the footprints of the file's geometry, up to `height`, as cylinders and polygons.
 
     Raises:
         StarnavError: as in `add_model`, or the lidar cannot read a mesh.
@@ -76,7 +76,9 @@ def with_footprints(world: World) -> World:
     surfaces = [
         polygon
         for geometry, X_WG in fixed_geometries(plant, inspector, hollow=True)
-        for polygon in _shell(*mesh_triangles(inspector.GetShape(geometry), inspector.GetName(geometry)), X_WG)
+        for polygon in _shell(
+            *mesh_triangles(inspector.GetShape(geometry), inspector.GetName(geometry)), X_WG, world.height
+        )
     ]
     fixed = fixed_geometries(plant, inspector)
     moving = len(fixed) < len(inspector.GetAllGeometryIds(Role.kProximity))
@@ -89,11 +91,11 @@ def with_footprints(world: World) -> World:
         if isinstance(shape, Sphere) or (
             isinstance(shape, Cylinder) and abs(X_WG.rotation().matrix()[2, 2]) > 1.0 - 1e-12
         ):
-            disc = _disc(shape, X_WG, FLOOR_TOLERANCE)
+            disc = _disc(shape, X_WG, world.height)
             if disc is not None:
                 discs.append(disc)
             continue
-        polygon = convex_footprint(shape_vertices(inspector, geometry, X_WG), FLOOR_TOLERANCE, ROBOT_HEIGHT)
+        polygon = convex_footprint(shape_vertices(inspector, geometry, X_WG), FLOOR_TOLERANCE, world.height)
         if polygon is not None:
             polygons.append(polygon)
     return dataclasses.replace(
@@ -104,25 +106,25 @@ def with_footprints(world: World) -> World:
     )
 
 
-def _disc(shape: Sphere | Cylinder, X_WG: RigidTransform, low: float) -> tuple[float, float, float] | None:
-    """The footprint of a ball's or an upright cylinder's part from a height up to the robot's: x, y, radius, m."""
+def _disc(shape: Sphere | Cylinder, X_WG: RigidTransform, height: float) -> tuple[float, float, float] | None:
+    """The footprint of a ball's or an upright cylinder's part from the floor up to a height: x, y, radius, m."""
     x, y, z = X_WG.translation()
     if isinstance(shape, Sphere):
-        return sphere_footprint(X_WG.translation(), shape.radius(), low, ROBOT_HEIGHT)
+        return sphere_footprint(X_WG.translation(), shape.radius(), FLOOR_TOLERANCE, height)
     half = 0.5 * shape.length()
-    return (x, y, shape.radius()) if z - half < ROBOT_HEIGHT and z + half > low else None
+    return (x, y, shape.radius()) if z - half < height and z + half > FLOOR_TOLERANCE else None
 
 
-def _shell(vertices: np.ndarray, triangles: np.ndarray, X_WG: RigidTransform) -> list[np.ndarray]:
-    """The footprints of a mesh's triangles, as sheets of `SHEET`."""
+def _shell(vertices: np.ndarray, triangles: np.ndarray, X_WG: RigidTransform, height: float) -> list[np.ndarray]:
+    """The footprints of a mesh's triangles up to a height, as sheets of `SHEET`."""
     corners = vertices[triangles] @ X_WG.rotation().matrix().T + X_WG.translation()
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     size = np.linalg.norm(normal, axis=1)
     low, high = corners[..., 2].min(axis=1), corners[..., 2].max(axis=1)
-    near = (size > 0.0) & (low < ROBOT_HEIGHT) & (high > FLOOR_TOLERANCE)
+    near = (size > 0.0) & (low < height) & (high > FLOOR_TOLERANCE)
     half = 0.5 * SHEET * normal[near] / size[near, None]
     sheets = np.concatenate((corners[near] + half[:, None], corners[near] - half[:, None]), axis=1)
-    prints = (convex_footprint(sheet, FLOOR_TOLERANCE, ROBOT_HEIGHT) for sheet in sheets)
+    prints = (convex_footprint(sheet, FLOOR_TOLERANCE, height) for sheet in sheets)
     return [polygon for polygon in prints if polygon is not None]
 
 

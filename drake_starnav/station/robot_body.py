@@ -16,7 +16,6 @@ from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.directives import EXCLUSIVE, of_model
 from drake_starnav.station.robot_geometry import TOLERANCE, RobotModel
 from drake_starnav.station.world_geometry import upright_prism
-from drake_starnav.worlds.world import ROBOT_HEIGHT
 
 FRICTION = CoulombFriction(0.3, 0.3)
 DECK = 0.86
@@ -81,17 +80,17 @@ def sticking_out(
 
 def overhang_faults(robot: RobotModel, declared: RobotParameters, floor: float) -> list[str]:
     """What is wrong with `robot.overhangs`; `floor`: its height in base_link, m."""
-    names, faults = [link.name() for link in robot.links], []
+    names, faults, top = [link.name() for link in robot.links], [], robot.top(declared.overhangs.split())
     lowest: dict[str, float] = {}
     for each in robot.extents(robot.poses()):
         lowest[each.link.name()] = min(lowest.get(each.link.name(), np.inf), each.low - floor)
     for name in declared.overhangs.split():
         if name not in names:
             faults.append(f"it has no link {name}; allowed in robot.overhangs: {', '.join(names)}")
-        elif lowest.get(name, np.inf) < ROBOT_HEIGHT - TOLERANCE:
+        elif lowest.get(name, np.inf) < top - TOLERANCE:
             faults.append(
                 f"link {name} of robot.overhangs reaches down to {lowest[name]:.3f} m above the floor; allowed: links "
-                f"above {ROBOT_HEIGHT:g} m"
+                f"above the rest of the robot, from {top:.3g} m on"
             )
     return faults
 

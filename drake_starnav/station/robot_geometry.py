@@ -101,10 +101,14 @@ class RobotModel(NamedTuple):
         """How high the lowest point of links at poses is, m; infinite without shapes."""
         return min((each.low for each in self.extents(poses)), default=math.inf)
 
-    def top(self) -> float:
-        """How high its highest shape is above its lowest one, on the floor, m; 0 without shapes."""
+    def top(self, without: Collection[str] = ()) -> float:
+        """How high its highest shape is above its lowest one, on the floor, m; 0 without shapes.
+
+        `without` those of links of these names.
+        """
         poses = self.poses()
-        return max((each.high for each in self.extents(poses)), default=0.0) - min(self.lowest(poses), 0.0)
+        highs = (each.high for each in self.extents(poses) if each.link.name() not in without)
+        return max(highs, default=0.0) - min(self.lowest(poses), 0.0)
 
     def highest_frame(self) -> float:
         """How high its highest frame is above the floor, m: twice that of a tilted one, as lidars see no farther up."""

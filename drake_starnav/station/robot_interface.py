@@ -55,6 +55,7 @@ class RobotInterface(Diagram):
         mounts: of the lidars.
         heights: of the lidars above the floor z = 0, with all joints at their defaults, m.
         top: height of its highest collision shape, with all joints at zero, m.
+        body_top: the same without `robot.overhangs`.
         robot_geometries: collision shapes of all that.
         sticking_out: tells of a robot's parameters by how much what collides, with all joints at their defaults and
             without what it carries, sticks out of their footprint, m, and which link.
@@ -102,6 +103,7 @@ class RobotInterface(Diagram):
         places = lidar_poses(placed, self.lidars)
         lift = plant.EvalBodyPoseInWorld(context, placed.base).translation()[2]
         self.heights, self.top = tuple(float(lift + X.translation()[2]) for X in places), placed.top()
+        self.body_top = placed.top(self.robot.overhangs.split())
         self.mounts = tuple(map(mount_of, places, self.lidars, self.heights))
         sensors = {}
         for k, (name, lidar) in enumerate(zip(lidar_names("lidar", len(places)), self.lidars, strict=True)):

@@ -16,7 +16,7 @@ from drake_starnav.worlds.moving_obstacles import MovingObstacles
 from drake_starnav.worlds.outlines import rectangle
 
 ROBOT_HEIGHT = 0.13
-"""Height of the robots' hulls and of their lidar's plane: obstacles above it do not matter, m."""
+"""Height of the shipped robots' hulls, m."""
 
 SMALLEST, FARTHEST = 1e-3, 1e6
 """Least radius, and greatest distance from the origin, m; beyond them floating-point precision does not suffice."""
@@ -99,6 +99,7 @@ class World:
         timeout: s, the time a trial in this world may take by default.
         model: whose bodies are the obstacles; cylinders and polygons are then their footprints, of no height.
         optimal_time: s, by which a benchmark scores trials in this world, or None if it is no benchmark's.
+        height: of the robot, m: what is above it does not matter.
         moving_obstacles: moving obstacles; clearances and shortest paths of the world are among the static ones.
     """
 
@@ -113,6 +114,7 @@ class World:
     model: ModelFile | None = None
     optimal_time: float | None = None
     moving_obstacles: MovingObstacles = field(default_factory=MovingObstacles)
+    height: float = ROBOT_HEIGHT
 
     def __post_init__(self) -> None:
         place, circle, corner = f"world {self.name}: ", ("x", "y", "radius"), ("x", "y")
@@ -145,7 +147,7 @@ class World:
         A sphere blocks what it fills below the robot's height; above that it may bulge over the robot.
         """
         sections = self.spheres.copy()
-        above = np.maximum(sections[:, 2] - ROBOT_HEIGHT, 0.0)  # from the robot's top up to the sphere's equator
+        above = np.maximum(sections[:, 2] - self.height, 0.0)  # from the robot's top up to the sphere's equator
         sections[:, 2] = np.sqrt(sections[:, 2] ** 2 - above**2)
         return np.vstack((self.cylinders, sections))
 

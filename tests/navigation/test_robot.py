@@ -1,6 +1,7 @@
 """A robot is what has the ports, the mounts and the declarations: a plant is not asked for."""
 
 import dataclasses
+import itertools
 import math
 
 import numpy as np
@@ -11,10 +12,12 @@ from pydrake.systems.framework import BasicVector, DiagramBuilder, EventStatus, 
 
 from drake_starnav import Parts, StarnavError, add_navigation, load_scenario, make_world, parse_scenario
 from drake_starnav.lidar.mounts import ON_AXIS
+from drake_starnav.navigation.robot import robot_world
 from drake_starnav.station import simulated
 from drake_starnav.systems import release
 from drake_starnav.visualization.recorder import Recorder
 from drake_starnav.worlds.view import scan_from, visible_shapes
+from tests.helpers.robots import casters, joint, link, robot, wheel
 
 FOREST = load_scenario("forest")
 WORLD = make_world(FOREST.world, 0, FOREST.robot.radius)
@@ -109,3 +112,44 @@ def test_a_recorder_says_that_it_has_no_scene(tmp_path) -> None:
         Recorder(tmp_path / "run.html").add_to(builder, navigation, FOREST)
     with pytest.raises(StarnavError, match="Puck"):
         simulated(puck)
+
+
+def table_world(folder, mast: float, overhangs: str = "") -> tuple[int, int]:
+    """How many discs and polygons of a table 0.6 m high bar the way of a robot with a mast so high, m."""
+    legs = "".join(
+        f'<collision name="leg_{k}"><pose>{x} {y} 0.3 0 0 0</pose><geometry><cylinder><radius>0.03</radius>'
+        "<length>0.6</length></cylinder></geometry></collision>"
+        for k, (x, y) in enumerate(itertools.product((2.0, 4.0), (-1.0, 1.0)))
+    )
+    top = (
+        '<collision name="top"><pose>3 0 0.62 0 0 0</pose><geometry><box><size>2.2 2.2 0.04</size></box></geometry>'
+        "</collision>"
+    )
+    (folder / "table.sdf").write_text(
+        f'<sdf version="1.9"><model name="a"><static>true</static><link name="link">{legs}{top}</link></model></sdf>'
+    )
+    mast_link = link("mast", '<box size="0.04 0.04 0.2"/>') + joint("mast", (0.0, 0.0, mast - 0.1 - 0.06))
+    wheels = wheel("left", 0.0, 0.15) + wheel("right", 0.0, -0.15)
+    (folder / "tall.urdf").write_text(robot(wheels, casters(-0.15, 0.15), mast_link))
+    text = f"world: !Model {{directives: {folder / 'table.sdf'}, start: [0.5, 0, 0], goal: [6, 0]}}\n"
+    text += f"robot: {{model: {folder / 'tall.urdf'}, radius: 0.3, overhangs: '{overhangs}'}}\n"
+    world = robot_world(parse_scenario(text, name="table"), 0)
+    return len(world.cylinders), len(world.polygons)
+
+
+def test_what_stands_no_higher_than_the_robot_bars_its_way(tmp_path) -> None:
+    assert table_world(tmp_path, 0.4) == (4, 0)
+    assert table_world(tmp_path, 0.7) == (4, 1)
+    assert table_world(tmp_path, 0.9, overhangs="mast") == (4, 0)
+
+
+def test_of_a_ball_as_much_counts_as_the_robot_reaches(tmp_path) -> None:
+    heights = {}
+    for model in ("starbot", "jackal"):
+        scenario = parse_scenario(f"world: !Maze {{family: open}}\nrobot: {{model: {model}}}", name="balls")
+        world = robot_world(scenario, 1)
+        heights[model] = world.height
+        radius = world.spheres[:, 2]
+        low = np.maximum(radius - world.height, 0.0)
+        np.testing.assert_allclose(world.discs[len(world.cylinders) :, 2], np.sqrt(radius**2 - low**2))
+    assert heights["starbot"] == pytest.approx(0.13) and heights["jackal"] > 0.15

@@ -267,10 +267,10 @@ def _legend(figure: "Figure", handles: Sequence[Any], labels: Sequence[str]) -> 
 
 
 def _world(results: Results, record: Record) -> World:
-    from drake_starnav.station.model_world import make_world_with_footprints  # late: it loads Drake
+    from drake_starnav.navigation.robot import robot_world  # late: it loads Drake
 
     scenario = results.scenario(record)
-    return make_world_with_footprints(scenario.world, record["seed"], scenario.robot.shape, scenario.goals)
+    return robot_world(scenario, record["seed"])
 
 
 def _draw_task(axes: "Axes", world: World) -> None:
