@@ -118,8 +118,8 @@ def _goal(scenario: Scenario, world: World) -> System:
         return FixedGoal(world.goal)
     for k, goal in enumerate(scenario.goals):
         check_free(world, goal, scenario.robot.shape, f"goals[{k}]")
-    tolerance, period = scenario.simulation.goal_tolerance, 1.0 / scenario.controller.rate
-    return GoalSequence(scenario.goals, tolerance=tolerance, period=period, footprint=scenario.robot.shape)
+    robot, tolerance, period = scenario.robot, scenario.simulation.goal_tolerance, 1.0 / scenario.controller.rate
+    return GoalSequence(scenario.goals, tolerance=tolerance, period=period, footprint=robot.shape, base=robot.drive)
 
 
 def _check_parts(scenario: Scenario, parts: Parts) -> None:

@@ -39,6 +39,8 @@ TRIES, REMEMBERED = 3, 8
 """So many of so many last ones are begun at one place."""
 AT_POSE, AT_HEADING = 0.01, 0.02
 """A pose of a manoeuvre is reached this near to it, along the motion, m, or in heading, rad."""
+DOCKED = 0.04
+"""A robot at its goal with this error of its heading need not manoeuvre, rad."""
 NO_POSES = np.zeros((0, 4))
 
 
@@ -123,6 +125,30 @@ def manoeuvring(
     return now._replace(poses=poses, since=time, still=time, begun=begun)
 
 
+def docking(
+    before: Manoeuvring, dock: np.ndarray, pose: np.ndarray, time: float, body: Body, patience: float
+) -> Manoeuvring:
+    """The manoeuvres of a robot at its goal that does not turn on the spot, but is to have a heading there.
+
+    Where no way is found, it waits longer each time. Arguments as of `manoeuvring`; `dock` is (x, y, yaw), W.
+    """
+    now = before._replace(pose=pose.copy(), gives_up=False)
+    if len(now.poses):
+        passed = reached(pose, now.poses, body.base)
+        if passed < len(now.poses) and (passed or time - now.since < patience):
+            return now._replace(poses=now.poses[passed:], since=time if passed else now.since)
+        now = now._replace(poses=NO_POSES, still=time)
+    near = now.begun[np.hypot(*(now.begun - pose[:2]).T) < REACH]
+    docked = abs(math.remainder(dock[2] - pose[2], 2.0 * math.pi)) < DOCKED
+    if docked or time - now.still < STUCK * (1 + len(near)):
+        return now
+    wanted = np.array([(*dock, AT_HEADING, 0.0)])
+    turning = body.base.moves[body.base.moves[:, 2] != 0.0]
+    turn_cost = float((turning[:, 3] / abs(turning[:, 2])).min())
+    poses = _found(pose, wanted, body, len(near), turn_cost)
+    return now._replace(poses=poses, since=time, still=time, begun=np.vstack((near[1 - REMEMBERED :], pose[:2])))
+
+
 def _wound(now: Manoeuvring, path: np.ndarray, pose: np.ndarray) -> Manoeuvring:
     """With what is left of the path (k, 2), and the turns since it was least; a path to elsewhere begins anew."""
     if not len(path):
@@ -168,15 +194,19 @@ def found_manoeuvre(pose: np.ndarray, path: np.ndarray, body: Body, tried: int) 
         body: the robot.
         tried: how many manoeuvres failed here; others are tried then.
     """
-    surfaces = _near_surfaces(body.star.look.chords, pose[:2])
-    margin = body.margin + EXTRA_MARGINS[tried % len(EXTRA_MARGINS)]
     goals = _goals(pose, path, body)
     away, turned = np.hypot(*(goals[:, :2] - pose[:2]).T), wrapped_angle(goals[:, 2] - pose[2])
     first = tried % len(goals)
     costs = RANK_COST * np.roll(np.arange(len(goals)), first) + np.maximum(away[first] - away, 0.0)
     ahead = (away >= NEAR_GOAL) | (np.abs(turned) >= goals[:, 3])
-    wanted = np.column_stack((goals, costs))[ahead]
-    return found_way(pose, wanted, body.base.moves, body.footprint, margin, (surfaces, body.star.looks))
+    return _found(pose, np.column_stack((goals, costs))[ahead], body, tried)
+
+
+def _found(pose: np.ndarray, wanted: np.ndarray, body: Body, tried: int, turn_cost: float = 0.0) -> np.ndarray:
+    """`found_way` to goals as it takes them, with a margin by how many manoeuvres failed here."""
+    surfaces = _near_surfaces(body.star.look.chords, pose[:2])
+    margin = body.margin + EXTRA_MARGINS[tried % len(EXTRA_MARGINS)]
+    return found_way(pose, wanted, body.base.moves, body.footprint, margin, (surfaces, body.star.looks), turn_cost)
 
 
 def _goals(pose: np.ndarray, path: np.ndarray, body: Body) -> np.ndarray:

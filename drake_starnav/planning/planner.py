@@ -9,7 +9,7 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.planning.closures import AVERAGED_SCANS, closed, open_part, reopened, too_narrow, with_latest
 from drake_starnav.planning.guidance import PASSED_DISTANCE, Guidance
 from drake_starnav.planning.impassable import impassable_points
-from drake_starnav.planning.manoeuvre import manoeuvring
+from drake_starnav.planning.manoeuvre import docking, manoeuvring
 from drake_starnav.planning.map_revision import remaining
 from drake_starnav.planning.monitoring import PlanCheck, check_plan, distance_to, points_ahead
 from drake_starnav.planning.roadmap import StarRoadmap, revised, uncovered_share
@@ -71,8 +71,12 @@ def _manoeuvred(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     """The state with the manoeuvres of a robot that is no disc."""
     if inputs.body is None:
         return state
-    path = EMPTY_PATH if _may_stand(state, inputs) else state.path
     pose, patience = inputs.observation.pose, inputs.parameters.progress_timeout
+    if math.isfinite(inputs.heading) and not inputs.body.base.turns_on_the_spot:
+        dock = np.array((*inputs.goal, inputs.heading))
+        now = docking(state.manoeuvring, dock, pose, inputs.time, inputs.body, patience)
+        return dataclasses.replace(state, manoeuvring=now)
+    path = EMPTY_PATH if _may_stand(state, inputs) else state.path
     now = manoeuvring(state.manoeuvring, path, pose, inputs.time, inputs.body, patience)
     return dataclasses.replace(state, manoeuvring=now)
 

@@ -1,7 +1,8 @@
 """A search for a way of a footprint among surfaces, in (x, y, yaw), to the best of several goals.
 
-Weighted A* over short moves. The cost to go is that of a disc which fits into the footprint, around the surfaces; so no
-pose is looked at from which not even that disc gets through, and without a way for it the search ends at once.
+Weighted A* over short moves. The cost to go is that of a disc which fits into the footprint, around the surfaces, or
+that of the turn that is left, if it is more. No pose is looked at from which not even that disc gets through, and
+without a way for it the search ends at once.
 """
 
 import heapq
@@ -72,6 +73,7 @@ def found_way(
     footprint: Footprint,
     margin: float,
     seen: tuple[Chords, Looks],
+    turn_cost: float = 0.0,
 ) -> np.ndarray:
     """Poses (k, 4) of the cheapest way found to one of some goals: x, y, yaw in W, and the gear; none without a way.
 
@@ -83,6 +85,7 @@ def found_way(
         margin: that it keeps from the surfaces, m; where it starts nearer, it comes no nearer.
         seen: what the last scan hit and hid, which the first move heeds, and the looks before it. What is hidden from
             later moves will have been looked at by then.
+        turn_cost: that a turn costs at least, m/rad, where headings are farther than places; 0: it does not count.
     """
     corner, polygons = (float(start[0]) - REACH, float(start[1]) - REACH), footprint.polygons
     places = np.vstack((footprint.cover, np.zeros(2)))
@@ -96,7 +99,7 @@ def found_way(
     clear, to_go = _costs_to_go(bare.ends, radii, goals, corner)
     space = Space(surfaces, looks, bare, footprint.body, discs, margin, clear, corner)
     first = np.vstack([moves * (share, share, share, share, 1.0) for share in FIRST_SHARES])
-    nodes, parents, last = _searched(np.asarray(start, dtype=float), goals, (moves, first), to_go, space)
+    nodes, parents, last = _searched(np.asarray(start, dtype=float), goals, (moves, first), to_go, turn_cost, space)
     way = []
     while last > 0:
         way.append(nodes[last])
@@ -212,12 +215,21 @@ def _shot(x, y, yaw, goal, space, begins):
 
 
 @njit(cache=True)
-def _searched(start, goals, moves, to_go, space):
+def _turn_to_go(yaw, goals, turn_cost):
+    """The least cost of the turn to any goal, and of ending there, m."""
+    least = np.inf
+    for goal in goals:
+        least = min(least, turn_cost * max(abs(wrapped_angle(yaw - goal[2])) - goal[3], 0.0) + goal[4])
+    return least
+
+
+@njit(cache=True)
+def _searched(start, goals, moves, to_go, turn_cost, space):
     """The poses that `found_way` reached, each one's predecessor, and the last one of the way; 0 without a way.
 
     `moves` are those that are tried from all poses, and those from the start alone; `to_go` is the cost to go of each
-    cell. A pose that is at a goal is queued once more, with what it costs to end there: it is the way's last one if it
-    comes first then.
+    cell, and `turn_cost` as of `found_way`. A pose that is at a goal is queued once more, with what it costs to end
+    there: it is the way's last one if it comes first then.
     """
     usual, first = moves
     shoots = (usual[:, 4] == 0.0).any()
@@ -267,6 +279,7 @@ def _searched(start, goals, moves, to_go, space):
                 continue
             best[i, j, h] = min(best[i, j, h], cost)
             nodes[count], parents[count], costs[count] = (px, py, turned, move[4]), n, cost
-            heapq.heappush(queue, (cost + GREED * to_go[i, j], count, False))
+            left = max(to_go[i, j], _turn_to_go(turned, goals, turn_cost))
+            heapq.heappush(queue, (cost + GREED * left, count, False))
             count += 1
     return nodes[:count], parents[:count], 0

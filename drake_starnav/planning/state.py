@@ -1,6 +1,7 @@
 """The planner's input, state and status: immutable snapshots."""
 
 import dataclasses
+import math
 from collections.abc import Callable
 from dataclasses import field
 from enum import Enum
@@ -155,6 +156,7 @@ class PlannerInput(NamedTuple):
         goal_tolerance: a robot this near to the goal has reached it, m.
         interval: time since the update before, s.
         body: the robot, if it is no disc.
+        heading: to which a robot at its goal is to turn, W, rad; NaN: to none.
     """
 
     observation: Observation
@@ -167,6 +169,7 @@ class PlannerInput(NamedTuple):
     goal_tolerance: float = 0.0
     interval: float = 0.0
     body: Body | None = None
+    heading: float = math.nan
 
     @property
     def swept_radius(self) -> float:

@@ -25,7 +25,7 @@ from drake_starnav.runtime.intake import Declared, Intake, Look
 from drake_starnav.runtime.station import AskedGoal, DriverStation, no_scan
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.systems.connecting import output_port
-from drake_starnav.systems.goal_sequence import HEADING_TOLERANCE
+from drake_starnav.systems.goal_sequence import Arrival
 from drake_starnav.systems.star_perception import lidar_names
 from drake_starnav.systems.twist_shield import Unshielded
 
@@ -130,7 +130,7 @@ class Navigator:
         self._command = Command(np.zeros(size), False, "standing", "nothing has come in")
         self._told: tuple[Told, ...] = ()
         self._goal: tuple[float, ...] | None = None
-        self._reached, self._latched = False, ""
+        self._reached, self._turning, self._latched = False, False, ""
         self._begin()
 
     def _begin(self) -> None:
@@ -204,7 +204,7 @@ class Navigator:
         except StarnavError as error:
             wrong = str(error)
         if told_goal != self._goal:
-            self._goal, self._reached, self._latched = told_goal, False, ""
+            self._goal, self._reached, self._turning, self._latched = told_goal, False, False, ""
         state = take.state_at(self.intake.rows, now)
         if not elapsed < GAP:  # the first step, or after a gap
             self._told = ()
@@ -247,13 +247,13 @@ class Navigator:
             self._simulator.Initialize(InitializeParams(suppress_initialization_events=self._begun))
             self._broken, self._begun = False, True
         self._fix("state", state)
-        x, y, *yaw = self._goal or tuple(state[:2])
-        there = math.dist((x, y), state[:2]) < self.scenario.simulation.goal_tolerance and self._goal is not None
-        turn = [math.remainder(each - state[2], 2.0 * math.pi) for each in yaw]
-        self._reached = self._reached or (there and all(abs(each) < HEADING_TOLERANCE for each in turn))
-        self._fix("heading", np.array(yaw if there and yaw else [math.nan]))
+        goal, tolerance = self._goal or tuple(state[:2]), self.scenario.simulation.goal_tolerance
+        arrival = Arrival.at(goal, state, tolerance, self.scenario.robot.drive, self._turning)
+        self._reached = self._reached or (arrival.reached and self._goal is not None)
+        self._turning = math.isfinite(arrival.heading)
+        self._fix("heading", np.array([arrival.heading]))
         if self._goal is not None or not self._fixed:  # without a goal the last one stays: nothing drives there
-            self._fix("goal", np.array((x, y)))
+            self._fix("goal", np.array(goal[:2]))
             self._fixed = True
         while True:
             self.intake, look = take.next_look(self.intake, now)

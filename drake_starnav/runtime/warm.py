@@ -46,7 +46,7 @@ def warm_up(navigator: "Navigator") -> None:
     for k in range(len(GOALS) * STEPS):
         now = (k + 1) * act.hold
         goal_x, goal_y, *heading = GOALS[k // STEPS]
-        goal = unit * goal_x, unit * goal_y, *(heading if act.base.turns_on_the_spot else ())
+        goal = unit * goal_x, unit * goal_y, *heading
         scans = []
         while taken / lidars[0].rate <= now:
             aside = np.array([(unit * 3.5 - moving * now, -unit, 0.2)]) if moving > 0.0 else np.zeros((0, 3))

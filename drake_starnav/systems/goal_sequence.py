@@ -2,16 +2,44 @@
 
 import math
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from pydrake.systems.framework import Context, DiscreteValues, EventStatus, LeafSystem
 
 from drake_starnav.geometry.footprint import Footprint, disc, fastest_point
 from drake_starnav.geometry.trajectory import STANDING
+from drake_starnav.planning.pose_search import REACH
+from drake_starnav.robot import BASES, Base
 from drake_starnav.utils.timing import checked_period
 
 HEADING_TOLERANCE = 0.05
 """A robot has turned to a heading when it differs by less than this, rad."""
+
+
+class Arrival(NamedTuple):
+    """How far a robot has come to a goal.
+
+    Attributes:
+        reached: whether it is there, and has turned to the heading, if any.
+        heading: to which it is to turn now, rad; NaN while there is none.
+    """
+
+    reached: bool
+    heading: float
+
+    @staticmethod
+    def at(goal: Sequence[float], state: np.ndarray, tolerance: float, base: Base, turning: bool) -> "Arrival":
+        """Of a robot with this state (x, y, yaw, ...) at a goal (x, y) or (x, y, yaw), W, m and rad.
+
+        A base that does not turn on the spot may leave the place again, within the tolerance (m) of which it arrived,
+        while it is `turning`.
+        """
+        (goal_x, goal_y, *turn), (x, y, yaw) = goal, state[:3].tolist()
+        away = math.hypot(x - goal_x, y - goal_y)
+        room = REACH if turning and not base.turns_on_the_spot else tolerance
+        turned = all(abs(math.remainder(wanted - yaw, 2.0 * math.pi)) < HEADING_TOLERANCE for wanted in turn)
+        return Arrival(away < tolerance and turned, turn[0] if turn and away < room else math.nan)
 
 
 class GoalSequence(LeafSystem):
@@ -36,7 +64,13 @@ class GoalSequence(LeafSystem):
     """
 
     def __init__(
-        self, goals: Sequence[Sequence[float]], *, tolerance: float, period: float, footprint: Footprint | None = None
+        self,
+        goals: Sequence[Sequence[float]],
+        *,
+        tolerance: float,
+        period: float,
+        footprint: Footprint | None = None,
+        base: Base = BASES["differential"],
     ) -> None:
         """
         Args:
@@ -44,10 +78,11 @@ class GoalSequence(LeafSystem):
             tolerance: distance from a goal within which the robot is there, m.
             period: of the checks, s.
             footprint: of the robot; None: whether it turns does not matter.
+            base: how it moves.
         """
         super().__init__()
         self._goals, self._tolerance = [tuple(map(float, goal)) for goal in goals], tolerance
-        self._radius = (footprint or disc(0.0)).radius
+        self._radius, self._base = (footprint or disc(0.0)).radius, base
         self._state = self.DeclareVectorInputPort("state", 5)
         names = "goal", "heading", "reached"
         values = self._goals[0][:2], (math.nan,), np.full(len(goals), math.nan)
@@ -62,14 +97,13 @@ class GoalSequence(LeafSystem):
         k = int(np.isfinite(times).sum())
         if k == len(times):
             return EventStatus.DidNothing()
-        (x, y, yaw, v, omega), (goal_x, goal_y, *turn) = self._state.Eval(context).tolist(), self._goals[k]
-        there = math.hypot(x - goal_x, y - goal_y) < self._tolerance
-        stands = not turn or fastest_point(v, omega, self._radius) <= STANDING
-        turned = all(abs(math.remainder(wanted - yaw, 2.0 * math.pi)) < HEADING_TOLERANCE for wanted in turn)
-        if there and stands and turned:
+        state, turning = self._state.Eval(context), math.isfinite(context.get_discrete_state(heading).value()[0])
+        now = Arrival.at(self._goals[k], state, self._tolerance, self._base, turning)
+        wanted = now.heading
+        if now.reached and (len(self._goals[k]) == 2 or fastest_point(*state[3:], self._radius) <= STANDING):
             times[k] = context.get_time()
             values.set_value(reached, times)
             values.set_value(goal, self._goals[min(k + 1, len(times) - 1)][:2])
-            turn = turn if k + 1 == len(times) else []
-        values.set_value(heading, turn if there and turn else [math.nan])
+            wanted = wanted if k + 1 == len(times) else math.nan
+        values.set_value(heading, [wanted])
         return EventStatus.Succeeded()

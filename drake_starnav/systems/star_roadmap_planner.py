@@ -74,8 +74,8 @@ class StarRoadmapPlanner(LeafSystem):
         observation: abstract, `Observation` of the latest scan.
         pose: vector (x, y, yaw) of the robot in the world frame W, m and rad.
         goal: vector (x, y) in W, m.
-        heading: vector of size 1, yaw in W to which the guidance turns the robot on the spot, rad; NaN, or not
-            connected: it leads to the goal.
+        heading: vector of size 1, yaw in W to which the guidance turns the robot, on the spot if it can, rad; NaN, or
+            not connected: it leads to the goal.
         certified_region: abstract, `CertifiedRegion` in W, for manoeuvres of a robot that is no disc, and to say what
             blocks a robot; need not be connected.
         footprint: abstract, `FootprintInForce`; need not be connected.
@@ -124,7 +124,7 @@ class StarRoadmapPlanner(LeafSystem):
         self._certified_region = self.DeclareAbstractInputPort("certified_region", Value(CertifiedRegion.none()))
         self._footprint = FootprintInput(self, robot, margins)
         initial = PlannerState.initial(planner, robot.shape.narrow, robot.radius)
-        inputs = self._observation, self._goal, self._footprint.port
+        inputs = self._observation, self._goal, self._footprint.port, self._heading
         begun = _Plan(initial, self._footprint.own)
         self._plans = ScanState(self, begun, self._after, inputs, stamp=self._stamp)
         own, depends = StarRoadmapPlanner, {self._plans.ticket}
@@ -166,6 +166,7 @@ class StarRoadmapPlanner(LeafSystem):
             self._goal_tolerance,
             interval,
             self._body(context, body),
+            self._wanted_heading(context),
         )
         begin = perf_counter()
         after = self._step(state, now)
@@ -187,11 +188,16 @@ class StarRoadmapPlanner(LeafSystem):
         return self._plans.Eval(context).state
 
     def _guidance(self, context: Context) -> Guidance:
-        guidance = self._state(context).guidance
-        if self._heading.HasValue(context) and np.isfinite(heading := self._heading.Eval(context)).all():
-            turn = np.array([(*self._goal.Eval(context), heading[0], 0.0)])
-            guidance = dataclasses.replace(guidance, poses=turn)
-        return guidance
+        guidance, heading = self._state(context).guidance, self._wanted_heading(context)
+        if not math.isfinite(heading):
+            return guidance
+        if not self._footprint.Eval(context).robot.drive.turns_on_the_spot:
+            return guidance if len(guidance.poses) else Guidance.none()
+        return dataclasses.replace(guidance, poses=np.array([(*self._goal.Eval(context), heading, 0.0)]))
+
+    def _wanted_heading(self, context: Context) -> float:
+        """To which the robot is to turn at its goal, rad; NaN: to none."""
+        return float(self._heading.Eval(context)[0]) if self._heading.HasValue(context) else math.nan
 
     def _short_term_goal(self, context: Context) -> np.ndarray:
         path = self._state(context).guidance.path

@@ -44,3 +44,15 @@ def test_robots_of_all_bases_meet() -> None:
     trials = run_robots(parse_scenario(text, name="bases"), seed=0)
     assert {each.trial.outcome for each in trials} == {"reached"}
     assert min(each.min_gap_m for each in trials) > 0.0
+
+
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("goals", ["[[3.9, -0.97, -2.85], [0, 0, 0.5]]", "[[3.9, 1.2, 1.57]]", "[[3.9, 1.2, -1.57]]"])
+def test_it_ends_with_the_heading_of_its_goal(model: str, goals: str) -> None:
+    """In the open, and forwards and backwards in a bay of 1.4 m; a car manoeuvres."""
+    bay = "[[2.6, 1], [3.2, 1], [3.2, 2.4], [2.6, 2.4]], [[4.6, 1], [5.2, 1], [5.2, 2.4], [4.6, 2.4]]"
+    walls = f", polygons: [{bay}]" if "1.57" in goals else ""
+    world = f"world: !Obstacles {{bounds: [-2, -2.5, 6, 2.5], start: [0, 0, 0], goal: [4, 0]{walls}}}"
+    text = f"{world}\nrobot: {{model: {model}}}\ngoals: {goals}\nsimulation: {{timeout: 60}}"
+    trial = run_trial(parse_scenario(text, name="dock"), seed=0)
+    assert trial.outcome == "reached" and trial.min_clearance_m > 0.0

@@ -12,6 +12,7 @@ from drake_starnav.planning.manoeuvre import (
     TRIES,
     Body,
     Manoeuvring,
+    docking,
     found_manoeuvre,
     manoeuvring,
     reached,
@@ -142,3 +143,18 @@ def test_a_robot_without_a_path_or_that_moves_begins_none():
         state = manoeuvring(state, path[:0], pose, 0.1 * k, robot, PATIENCE)
         creeping = manoeuvring(creeping, path, pose + (0.02 * k, 0.0, 0.0), 0.1 * k, robot, PATIENCE)
         assert not len(state.poses) and not len(creeping.poses)
+
+
+@pytest.mark.parametrize("yaw", [-3.0, -1.5, -0.3, 0.0, 0.8, 2.2])
+def test_a_car_at_its_goal_manoeuvres_to_its_heading(yaw: float) -> None:
+    """And begins another manoeuvre while it is not there, but none once it is."""
+    start, dock = np.zeros(3), np.array((0.2, 0.1, yaw))
+    car = body(boxes(), start)._replace(base=BASES["car"])
+    now = docking(Manoeuvring(), dock, start, STUCK, car, PATIENCE)
+    assert (len(now.poses) == 0) == (yaw == 0.0)
+    if len(now.poses):
+        end = now.poses[-1]
+        assert math.dist(end[:2], dock[:2]) < 0.13 and abs(math.remainder(end[2] - yaw, 2.0 * math.pi)) < 0.025
+        done = docking(now._replace(poses=now.poses[-1:]), dock, end[:3], STUCK + 5.0, car, PATIENCE)
+        assert not len(done.poses) and not len(docking(done, dock, end[:3], 9.0, car, PATIENCE).poses)
+        assert len(docking(done, dock, start, 9.0, car, PATIENCE).poses)

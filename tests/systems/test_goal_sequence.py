@@ -7,6 +7,7 @@ from pydrake.systems.analysis import Simulator
 
 from drake_starnav.geometry.footprint import disc
 from drake_starnav.geometry.trajectory import STANDING
+from drake_starnav.robot import BASES
 from drake_starnav.systems.goal_sequence import HEADING_TOLERANCE, GoalSequence
 
 PERIOD = 0.1
@@ -15,8 +16,8 @@ PERIOD = 0.1
 class Visited:
     """A sequence whose robot is moved by hand."""
 
-    def __init__(self, *goals: tuple[float, ...]) -> None:
-        self.system = GoalSequence(goals, tolerance=0.3, period=PERIOD, footprint=disc(2.0))
+    def __init__(self, *goals: tuple[float, ...], base: str = "differential") -> None:
+        self.system = GoalSequence(goals, tolerance=0.3, period=PERIOD, footprint=disc(2.0), base=BASES[base])
         self.simulator = Simulator(self.system)
         self.context = self.simulator.get_mutable_context()
 
@@ -49,6 +50,14 @@ def test_a_heading_is_asked_for_at_its_goal_only_and_must_be_taken() -> None:
     assert visited.at(0.9, 0.0, 3.0 - 2.0 * HEADING_TOLERANCE)[1:] == (3.0, [])
     goal, heading, times = visited.at(0.9, 0.0, 3.0 - 0.5 * HEADING_TOLERANCE - 2.0 * math.pi)
     assert goal == [4.0, 0.0] and math.isnan(heading) and len(times) == 1
+
+
+def test_a_car_may_leave_its_goal_to_manoeuvre_and_must_come_back() -> None:
+    visited = Visited((1.0, 0.0, 3.0), base="car")
+    assert math.isnan(visited.at(0.5, 0.0)[1]), "it has not arrived"
+    assert visited.at(0.9, 0.0)[1:] == visited.at(0.2, 0.5, 3.0)[1:] == (3.0, [])
+    assert math.isnan(visited.at(-3.0, 0.0)[1]), "pushed away"
+    assert visited.at(0.9, 0.0)[1] == 3.0 and len(visited.at(0.9, 0.0, 3.0)[2]) == 1
 
 
 def test_a_heading_is_taken_when_the_robot_stands() -> None:

@@ -76,8 +76,8 @@ def test_ports() -> None:
     outputs = [system.get_output_port(k).get_name() for k in range(system.num_output_ports())]
     assert outputs == ["guidance", "short_term_goal", "planner_state", "status", "blocked_by"]
     assert system.GetOutputPort("short_term_goal").size() == 2
-    everywhere, guidance, short_term_goal, told = range(5), 0, 1, (3, 4)
-    reaches = everywhere, [short_term_goal, *told], everywhere, [guidance], told, everywhere
+    everywhere, short_term_goal, told = range(5), 1, (3, 4)
+    reaches = everywhere, [short_term_goal, *told], everywhere, everywhere, told, everywhere
     for port, reached in enumerate(reaches):
         for out in everywhere:
             assert system.HasDirectFeedthrough(port, out) == (out in reached)
