@@ -27,7 +27,7 @@ STOP = Proposal(np.zeros(2), np.zeros(2))
 
 
 @dataclass(frozen=True)
-class Situation:
+class BaselineInput:
     """The information that a baseline may use.
 
     Attributes:
@@ -76,16 +76,16 @@ class Baseline(Protocol):
     def known(self) -> bool:
         """Whether it is told its obstacles; it has no scan then."""
 
-    def propose(self, situation: Situation) -> Proposal:
+    def propose(self, inputs: BaselineInput) -> Proposal:
         """The twist that it desires, and the direction that it follows."""
 
 
-def baseline_step(situation: Situation, baseline: Baseline) -> Proposal:
+def baseline_step(inputs: BaselineInput, baseline: Baseline) -> Proposal:
     """What a baseline proposes; at its goal it stops."""
-    x, y, _ = situation.pose
-    if math.hypot(situation.goal[0] - x, situation.goal[1] - y) < AT_REST:
+    x, y, _ = inputs.pose
+    if math.hypot(inputs.goal[0] - x, inputs.goal[1] - y) < AT_REST:
         return STOP
-    return baseline.propose(situation)
+    return baseline.propose(inputs)
 
 
 def unit_vector(bearing: float) -> np.ndarray:

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drake_starnav.baselines.baseline_step import Situation
+from drake_starnav.baselines.baseline_step import BaselineInput
 from drake_starnav.control.inputs import Proposal
 from drake_starnav.geometry.se2 import placed
 from drake_starnav.parameters import Checked, parameter
@@ -64,17 +64,17 @@ class DsmParameters(Checked, place="dsm"):
     known = True
     """The circles are given."""
 
-    def propose(self, situation: Situation) -> Proposal:
+    def propose(self, inputs: BaselineInput) -> Proposal:
         """The twist that follows `dsm_velocity`, and its direction."""
-        robot, obstacles = situation.robot, situation.obstacles
+        robot, obstacles = inputs.robot, inputs.obstacles
         velocity = dsm_velocity(
-            situation.pose[:2],
-            situation.nominal_velocity(self.max_speed),
+            inputs.pose[:2],
+            inputs.nominal_velocity(self.max_speed),
             obstacles.circles,
             robot_radius=robot.radius + self.margin,
             reference_points=obstacles.reference_points,
         )
-        return situation.followed(velocity, self.max_speed)
+        return inputs.followed(velocity, self.max_speed)
 
 
 def dsm_velocity(

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from drake_starnav.baselines.baseline_step import Situation, unit_vector
+from drake_starnav.baselines.baseline_step import BaselineInput, unit_vector
 from drake_starnav.control.inputs import Proposal
 from drake_starnav.geometry.se2 import inverse, placed
 from drake_starnav.parameters import Checked, parameter
@@ -46,10 +46,10 @@ class DwaParameters(Checked, place="dwa"):
     known = False
     """It has its scan alone."""
 
-    def propose(self, situation: Situation) -> Proposal:
+    def propose(self, inputs: BaselineInput) -> Proposal:
         """`dwa_twist`, and where it turns to."""
-        pose = situation.pose
-        v, omega = dwa_twist(pose, situation.twist, situation.target, situation.points, situation.robot, self)
+        pose = inputs.pose
+        v, omega = dwa_twist(pose, inputs.twist, inputs.target, inputs.points, inputs.robot, self)
         return Proposal(np.array((v, omega)), unit_vector(pose[2] + omega * PERIOD))
 
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drake_starnav.baselines.baseline_step import MIN_DISTANCE, Situation
+from drake_starnav.baselines.baseline_step import MIN_DISTANCE, BaselineInput
 from drake_starnav.baselines.dsm_circles import directional_mean
 from drake_starnav.control.inputs import Proposal
 from drake_starnav.geometry.se2 import placed
@@ -46,12 +46,12 @@ class FoaParameters(Checked, place="foa"):
     known = False
     """It has its scan alone."""
 
-    def propose(self, situation: Situation) -> Proposal:
+    def propose(self, inputs: BaselineInput) -> Proposal:
         """The twist that follows `foa_velocity`, or `foa_cluster_velocity`, and its direction."""
-        nominal, radius = situation.nominal_velocity(self.max_speed), situation.robot.radius + self.margin
+        nominal, radius = inputs.nominal_velocity(self.max_speed), inputs.robot.radius + self.margin
         modulated = foa_cluster_velocity if self.clusters else foa_velocity
-        velocity = modulated(situation.pose[:2], nominal, situation.points, control_radius=radius)
-        return situation.followed(velocity, self.max_speed)
+        velocity = modulated(inputs.pose[:2], nominal, inputs.points, control_radius=radius)
+        return inputs.followed(velocity, self.max_speed)
 
 
 def foa_velocity(

@@ -18,7 +18,7 @@ from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.utils.stopwatch import Stopwatch
 
 
-class Needs(NamedTuple):
+class LoopConfig(NamedTuple):
     """What the systems of a loop are made of.
 
     Attributes:
@@ -71,7 +71,7 @@ class Method(NamedTuple):
         tracks: whether it tracks and avoids what moves; the paper's world is static.
     """
 
-    controller: Callable[[Needs], System]
+    controller: Callable[[LoopConfig], System]
     perceive: Perceive = perceive
     step: PlanStep = plan_step
     guided: bool = True
@@ -79,24 +79,24 @@ class Method(NamedTuple):
     tracks: bool = True
 
 
-def _guided(needs: Needs) -> System:
+def _guided(config: LoopConfig) -> System:
     return DsmController(
-        needs.scenario.robot,
-        needs.scenario.controller,
-        needs.margins,
-        obstacles=needs.obstacles,
-        state_lead=needs.state_lead,
-        stopwatch=needs.stopwatch,
+        config.scenario.robot,
+        config.scenario.controller,
+        config.margins,
+        obstacles=config.obstacles,
+        state_lead=config.state_lead,
+        stopwatch=config.stopwatch,
     )
 
 
-def _paper(needs: Needs) -> System:
-    return PaperController(needs.scenario.robot, stopwatch=needs.stopwatch)
+def _paper(config: LoopConfig) -> System:
+    return PaperController(config.scenario.robot, stopwatch=config.stopwatch)
 
 
-def _baseline(needs: Needs) -> System:
-    scenario = needs.scenario
-    return BaselineController(scenario.robot, getattr(scenario, scenario.controller.kind), stopwatch=needs.stopwatch)
+def _baseline(config: LoopConfig) -> System:
+    scenario = config.scenario
+    return BaselineController(scenario.robot, getattr(scenario, scenario.controller.kind), stopwatch=config.stopwatch)
 
 
 BY_KIND = {

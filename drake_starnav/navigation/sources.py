@@ -7,27 +7,27 @@ from pydrake.systems.primitives import ConstantValueSource
 from drake_starnav.baselines.known_obstacles import known_obstacles
 from drake_starnav.errors import UnsupportedError
 from drake_starnav.localization.scan_matching import UNSEEN_JUMP
-from drake_starnav.navigation.methods import Needs
+from drake_starnav.navigation.methods import LoopConfig
 from drake_starnav.navigation.parts import Navigation
 from drake_starnav.systems.connecting import output_port
 from drake_starnav.systems.jump_guard import JumpGuard
 from drake_starnav.systems.state_predictor import StatePredictor
 
 
-def control_sources(builder: DiagramBuilder, needs: Needs, navigation: Navigation) -> dict[str, OutputPort]:
+def control_sources(builder: DiagramBuilder, config: LoopConfig, navigation: Navigation) -> dict[str, OutputPort]:
     """What a controller of this package and the shield may read, by the name of the input port."""
-    if needs.method.guided:
-        return _guided_sources(builder, needs, navigation)
-    return _baseline_sources(builder, needs, navigation)
+    if config.method.guided:
+        return _guided_sources(builder, config, navigation)
+    return _baseline_sources(builder, config, navigation)
 
 
-def _guided_sources(builder: DiagramBuilder, needs: Needs, navigation: Navigation) -> dict[str, OutputPort]:
+def _guided_sources(builder: DiagramBuilder, config: LoopConfig, navigation: Navigation) -> dict[str, OutputPort]:
     """For controllers that follow guidance, and their shield, in the odometry's frame.
 
     The state is the one in which a command finds the robot.
     """
     assert navigation.perception is not None and navigation.twist_command is not None
-    scenario, rate = needs.scenario, needs.scenario.controller.rate
+    scenario, rate = config.scenario, config.scenario.controller.rate
     star = navigation.perception.GetOutputPort("certified_region")
     state = navigation.station.GetOutputPort("localization.state")
     sources = navigation.footprint_in_force
@@ -46,7 +46,7 @@ def _guided_sources(builder: DiagramBuilder, needs: Needs, navigation: Navigatio
         star = guard.get_output_port()
     if scenario.drive.delay > 0.0:
         predictor = builder.AddNamedSystem(
-            "predictor", StatePredictor(scenario.robot, delay=needs.state_lead, rate=rate)
+            "predictor", StatePredictor(scenario.robot, delay=config.state_lead, rate=rate)
         )
         builder.Connect(state, predictor.GetInputPort("state"))
         builder.Connect(navigation.twist_command, predictor.GetInputPort("twist_command"))
@@ -54,9 +54,9 @@ def _guided_sources(builder: DiagramBuilder, needs: Needs, navigation: Navigatio
     return {**sources, "certified_region": star, "state": state}
 
 
-def _baseline_sources(builder: DiagramBuilder, needs: Needs, navigation: Navigation) -> dict[str, OutputPort]:
+def _baseline_sources(builder: DiagramBuilder, config: LoopConfig, navigation: Navigation) -> dict[str, OutputPort]:
     """For baselines: the same scans at the same times as for our controller."""
-    world, station, scenario = navigation.world, navigation.station, needs.scenario
+    world, station, scenario = navigation.world, navigation.station, config.scenario
     kind = scenario.controller.kind
     sources = {
         "goal": navigation.goal_position,

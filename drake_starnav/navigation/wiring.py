@@ -9,7 +9,7 @@ from drake_starnav.control.zones import KeepOut
 from drake_starnav.errors import StarnavError, check_kind
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.localization.scan_matching import OdometryError
-from drake_starnav.navigation.methods import BY_KIND, SHIELDED, Needs
+from drake_starnav.navigation.methods import BY_KIND, SHIELDED, LoopConfig
 from drake_starnav.navigation.parts import AS_DECLARED, Navigation, Parts
 from drake_starnav.navigation.robot import Robot, robot_world, scan_ports
 from drake_starnav.navigation.sources import control_sources
@@ -64,7 +64,7 @@ def add_navigation(
         UnsupportedError: the controller must know all obstacles as circles, and the world has others; or it does not
             do what the scenario asks of it.
         StarnavError: the lidar sees too little; the start lies in an obstacle; the station was made with other
-            parameters; the builder has systems of the same names; or your system has not the ports it needs.
+            parameters; the builder has systems of the same names; or your system has not the ports it config.
     """
     check_kind(scenario, Scenario, "scenario", "as from load_scenario")
     check_kind(parts, Parts, "parts", "of your own")
@@ -75,18 +75,18 @@ def add_navigation(
     station = parts.station
     if station is None:
         station = builder.AddNamedSystem("station", NavigationStation(world, scenario, seed=seed))
-    needs = Needs(scenario, validated_margins(scenario, station.mounts), stopwatch)
+    config = LoopConfig(scenario, validated_margins(scenario, station.mounts), stopwatch)
     goal = add_system(builder, "goal", parts.goal or _goal(scenario, world), "goal")
-    navigation = Navigation(world, station, goal, footprint=_footprint(builder, needs, parts.footprint, station))
-    if needs.plans:
-        navigation = _add_planning(builder, needs, parts, _add_perception(builder, needs, navigation))
+    navigation = Navigation(world, station, goal, footprint=_footprint(builder, config, parts.footprint, station))
+    if config.plans:
+        navigation = _add_planning(builder, config, parts, _add_perception(builder, config, navigation))
     if isinstance(goal, GoalSequence):
         connect_inputs(builder, goal, {"state": navigation.localization("state")}, "goal")
-    shield = parts.shield or _shield(needs, parts)
-    controller = add_system(builder, "controller", parts.controller or needs.method.controller(needs), "controller")
+    shield = parts.shield or _shield(config, parts)
+    controller = add_system(builder, "controller", parts.controller or config.method.controller(config), "controller")
     shield = add_system(builder, "shield", shield, "shield")
     navigation = dataclasses.replace(navigation, controller=controller, shield=shield)
-    _connect_control(builder, needs, parts, navigation)
+    _connect_control(builder, config, parts, navigation)
     connect(builder, navigation.twist_command, station.GetInputPort("drive.twist_command"), "shield")
     if navigation.footprint is not None:
         builder.Connect(navigation.twist_command, navigation.footprint.GetInputPort("twist_command"))
@@ -95,11 +95,13 @@ def add_navigation(
     return navigation
 
 
-def _footprint(builder: DiagramBuilder, needs: Needs, given: System | None, station: Robot) -> FootprintHold | None:
+def _footprint(
+    builder: DiagramBuilder, config: LoopConfig, given: System | None, station: Robot
+) -> FootprintHold | None:
     """The system that decides which footprint counts, where a system of the user's changes it."""
     if given is None:
         return None
-    scenario, mounts = needs.scenario, station.mounts
+    scenario, mounts = config.scenario, station.mounts
 
     def margins(robot: RobotParameters) -> Margins:
         return validated_margins(dataclasses.replace(scenario, robot=robot), mounts)
@@ -169,61 +171,61 @@ def _checked_world(scenario: Scenario, parts: Parts, seed: int) -> World:
     return parts.world
 
 
-def _shield(needs: Needs, parts: Parts) -> System:
-    robot, controller = needs.scenario.robot, needs.scenario.controller
-    if not needs.method.shielded:
-        return Unshielded(robot, controller, stopwatch=needs.stopwatch)
+def _shield(config: LoopConfig, parts: Parts) -> System:
+    robot, controller = config.scenario.robot, config.scenario.controller
+    if not config.method.shielded:
+        return Unshielded(robot, controller, stopwatch=config.stopwatch)
     return TwistShield(
         robot,
         controller,
-        needs.margins,
-        certificates=_zones(needs, parts) + parts.certificates,
-        obstacles=needs.obstacles,
-        state_lead=needs.state_lead,
-        stopwatch=needs.stopwatch,
+        config.margins,
+        certificates=_zones(config, parts) + parts.certificates,
+        obstacles=config.obstacles,
+        state_lead=config.state_lead,
+        stopwatch=config.stopwatch,
     )
 
 
-def _zones(needs: Needs, parts: Parts) -> tuple[Certificate, ...]:
+def _zones(config: LoopConfig, parts: Parts) -> tuple[Certificate, ...]:
     """The scenario's zones that are not among the user's certificates."""
-    return tuple(zone for zone in needs.scenario.zones if zone not in parts.certificates)
+    return tuple(zone for zone in config.scenario.zones if zone not in parts.certificates)
 
 
-def _closed_areas(needs: Needs, parts: Parts) -> list[ClosedArea]:
+def _closed_areas(config: LoopConfig, parts: Parts) -> list[ClosedArea]:
     """What the planner knows of the places that certificates close."""
-    areas = [each for each in (*_zones(needs, parts), *parts.certificates) if isinstance(each, KeepOut)]
+    areas = [each for each in (*_zones(config, parts), *parts.certificates) if isinstance(each, KeepOut)]
     return [closed_area(each.name or "a KeepOut", each.corners, each.margin) for each in areas]
 
 
-def _add_perception(builder: DiagramBuilder, needs: Needs, navigation: Navigation) -> Navigation:
+def _add_perception(builder: DiagramBuilder, config: LoopConfig, navigation: Navigation) -> Navigation:
     """The navigation with what processes scans: tracker, perception and matcher."""
-    scenario, station = needs.scenario, navigation.station
+    scenario, station = config.scenario, navigation.station
     lidar, localization = scenario.lidar, scenario.localization
     mounts, tracker, matcher = station.mounts, None, None
     names = lidar_names("scan", len(mounts))
     scans = scan_ports(station)
     scan_pose = station.GetOutputPort("localization.scan_pose")
-    if needs.obstacles is not None:
-        tracker = ObstacleTracker(needs.obstacles, lidar, stopwatch=needs.stopwatch)
+    if config.obstacles is not None:
+        tracker = ObstacleTracker(config.obstacles, lidar, stopwatch=config.stopwatch)
         builder.AddNamedSystem("tracker", tracker)
         builder.Connect(scans[0], tracker.GetInputPort("scan"))  # others are refused among moving obstacles
         builder.Connect(scan_pose, tracker.GetInputPort("pose"))
         scans = [tracker.GetOutputPort("scan")]
     perception = StarPerception(
         scenario.robot,
-        needs.margins,
+        config.margins,
         _doubtful(scenario),
         mounts=mounts,
-        certifies=needs.method.shielded,
-        perceive=needs.method.perceive,
-        stopwatch=needs.stopwatch,
+        certifies=config.method.shielded,
+        perceive=config.method.perceive,
+        stopwatch=config.stopwatch,
     )
     builder.AddNamedSystem("perception", perception)
     for name, scan in zip(names, scans, strict=True):
         builder.Connect(scan, perception.GetInputPort(name))
     builder.Connect(scan_pose, perception.GetInputPort("pose"))
     connect_inputs(builder, perception, navigation.footprint_in_force, "perception")
-    if needs.matches:
+    if config.matches:
         error = OdometryError(localization.drift, localization.jump, _doubtful(scenario).noise)
         matcher = builder.AddNamedSystem("matcher", ScanMatcher(error))
         builder.Connect(perception.GetOutputPort("observation"), matcher.GetInputPort("observation"))
@@ -240,16 +242,16 @@ def _doubtful(scenario: Scenario) -> LidarParameters:
     return dataclasses.replace(lidars[0], rate=min(lidar.rate for lidar in lidars), noise=noise, outliers=outliers)
 
 
-def _add_planning(builder: DiagramBuilder, needs: Needs, parts: Parts, navigation: Navigation) -> Navigation:
-    scenario, matcher = needs.scenario, navigation.matcher
+def _add_planning(builder: DiagramBuilder, config: LoopConfig, parts: Parts, navigation: Navigation) -> Navigation:
+    scenario, matcher = config.scenario, navigation.matcher
     planner = parts.planner or StarRoadmapPlanner(
         scenario.robot,
         scenario.planner,
-        needs.margins,
+        config.margins,
         goal_tolerance=scenario.simulation.goal_tolerance,
-        step=needs.method.step,
-        closed_areas=_closed_areas(needs, parts),
-        stopwatch=needs.stopwatch,
+        step=config.method.step,
+        closed_areas=_closed_areas(config, parts),
+        stopwatch=config.stopwatch,
     )
     planner = add_system(builder, "planner", planner, "planner")
     connect_inputs(builder, planner, navigation.signals, "planner")
@@ -258,13 +260,13 @@ def _add_planning(builder: DiagramBuilder, needs: Needs, parts: Parts, navigatio
     return dataclasses.replace(navigation, planner=planner)
 
 
-def _connect_control(builder: DiagramBuilder, needs: Needs, parts: Parts, navigation: Navigation) -> None:
+def _connect_control(builder: DiagramBuilder, config: LoopConfig, parts: Parts, navigation: Navigation) -> None:
     """Connect the inputs of the controller, be it of the user's own or not, and of the shield."""
     assert navigation.controller is not None and navigation.shield is not None
     driven = {"twist_command": navigation.twist_command}
-    sources = driven | control_sources(builder, needs, navigation)
+    sources = driven | control_sources(builder, config, navigation)
     own = parts.controller is not None
-    if not own and needs.method.guided and "guidance" not in sources:
+    if not own and config.method.guided and "guidance" not in sources:
         names = ", ".join(outputs(navigation.planner)) or "none"
         raise StarnavError(f"planner has the output ports {names}; allowed: one named guidance, or your own controller")
     connect_inputs(builder, navigation.controller, navigation.signals | driven if own else sources, "controller")

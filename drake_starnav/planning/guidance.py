@@ -1,6 +1,5 @@
 """The interface from any planner to the controller."""
 
-import math
 from collections.abc import Sequence
 from dataclasses import field
 
@@ -55,12 +54,6 @@ class Guidance:
         if way.ndim != 2 or way.shape[1] != 2 or not np.isfinite(way).all():
             raise StarnavError(f"guidance: path has shape {way.shape}; allowed: (k, 2), finite x and y")
         return Guidance(way, True, united(regions))
-
-    def distance_to_goal(self, position: np.ndarray) -> float:
-        """Distance from a position (2,) to the goal, m; infinite if the path does not end at the goal."""
-        if not self.arrives or not len(self.path):
-            return math.inf
-        return math.hypot(self.path[-1, 0] - position[0], self.path[-1, 1] - position[1])
 
     def moved(self, frame: np.ndarray) -> "Guidance":
         """The same guidance in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""

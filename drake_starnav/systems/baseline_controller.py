@@ -7,7 +7,7 @@ from pydrake.common.value import Value
 from pydrake.systems.framework import Context
 
 from drake_starnav.baselines import paper
-from drake_starnav.baselines.baseline_step import Baseline, Situation, baseline_step
+from drake_starnav.baselines.baseline_step import Baseline, BaselineInput, baseline_step
 from drake_starnav.baselines.known_obstacles import KnownObstacles
 from drake_starnav.control import ControllerInputs, Proposal
 from drake_starnav.lidar.laser_scan import LaserScan
@@ -60,7 +60,7 @@ class BaselineController(Controller):
         self._twist = self.DeclareVectorInputPort("twist_command", 2)
         self._declare_outputs()
 
-    def _read(self, context: Context) -> tuple[LaserScan | None, np.ndarray, Situation]:
+    def _read(self, context: Context) -> tuple[LaserScan | None, np.ndarray, BaselineInput]:
         goal = self._goal.Eval(context)
         target = self._short_term_goal.Eval(context) if self._short_term_goal.HasValue(context) else goal
         scan, scan_pose, obstacles = None, NO_POSE, KnownObstacles.none()
@@ -69,13 +69,13 @@ class BaselineController(Controller):
         else:
             scan, scan_pose = self._scan.Eval(context), self._scan_pose.Eval(context)
         pose, twist = self._state.Eval(context)[:3], self._twist.Eval(context)
-        return scan, scan_pose, Situation(pose, twist, target, goal, NO_HITS, obstacles, self._robot)
+        return scan, scan_pose, BaselineInput(pose, twist, target, goal, NO_HITS, obstacles, self._robot)
 
-    def _propose(self, read: tuple[LaserScan | None, np.ndarray, Situation]) -> Proposal:
-        scan, scan_pose, situation = read
+    def _propose(self, read: tuple[LaserScan | None, np.ndarray, BaselineInput]) -> Proposal:
+        scan, scan_pose, inputs = read
         if scan is not None:
-            situation = dataclasses.replace(situation, points=scan.points(scan_pose))
-        return baseline_step(situation, self._baseline)
+            inputs = dataclasses.replace(inputs, points=scan.points(scan_pose))
+        return baseline_step(inputs, self._baseline)
 
 
 class PaperController(Controller):

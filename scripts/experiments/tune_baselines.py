@@ -20,7 +20,7 @@ import numpy as np
 from tqdm import tqdm
 
 from drake_starnav.baselines import dwa, paper
-from drake_starnav.baselines.baseline_step import Situation, baseline_step
+from drake_starnav.baselines.baseline_step import BaselineInput, baseline_step
 from drake_starnav.baselines.known_obstacles import KnownObstacles, known_obstacles
 from drake_starnav.cli.options import check_numbers, exit_code
 from drake_starnav.control import ControllerInputs
@@ -121,8 +121,8 @@ class Reactive:
         if scan is not None and not self._settings.known:
             self._points = scan.points(pose)
         robot = self._scenario.robot
-        situation = Situation(pose, twist, self._goal, self._goal, self._points, self._obstacles, robot)
-        return baseline_step(situation, self._settings).twist
+        inputs = BaselineInput(pose, twist, self._goal, self._goal, self._points, self._obstacles, robot)
+        return baseline_step(inputs, self._settings).twist
 
 
 class Guided:

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from drake_starnav.baselines.baseline_step import Situation, baseline_step
+from drake_starnav.baselines.baseline_step import BaselineInput, baseline_step
 from drake_starnav.baselines.dsm_circles import DsmParameters
 from drake_starnav.baselines.dwa import DwaParameters
 from drake_starnav.baselines.foa import FoaParameters
@@ -39,8 +39,8 @@ def drive(settings, goal, *, target=None, post=False, seconds=12.0, pose=(0.0, 0
     for _ in range(round(seconds / PERIOD)):
         points = hits(pose[:2]) if post else np.zeros((0, 2))
         aim = np.array(goal if target is None else target)
-        situation = Situation(pose, twist, aim, np.array(goal), points, obstacles, ROBOT)
-        desired, direction = baseline_step(situation, settings)
+        inputs = BaselineInput(pose, twist, aim, np.array(goal), points, obstacles, ROBOT)
+        desired, direction = baseline_step(inputs, settings)
         twist = limited_twist(twist, desired, ROBOT, PERIOD)
         assert np.hypot(*direction) == pytest.approx(1.0) or not direction.any()
         heading = pose[2] + 0.5 * twist[1] * PERIOD
