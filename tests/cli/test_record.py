@@ -16,7 +16,6 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.evaluation.jobs import make_cases
 from drake_starnav.evaluation.report.recordings import read_trial
 from drake_starnav.evaluation.trial_file import make_header
-from drake_starnav.visualization.clips import find_ffmpeg
 from tests.helpers.trials import record as trial_record
 
 WORLD = "world: !Obstacles {cylinders: [[0.9, 0.8, 0.3]], goal: [1.5, 0.0]}\nsimulation: {timeout: 1.5}\n"
@@ -43,20 +42,6 @@ def test_a_scenario_leaves_a_recording_stills_and_a_clip(scenario, capsys) -> No
     with Image.open("out/mine-star-2-0s.png") as first, Image.open("out/mine-star-2-1.25s.png") as second:
         assert np.abs(np.asarray(first, float) - np.asarray(second, float)).max() > 50.0
     assert "mine-star-2.gif" in capsys.readouterr().out
-
-
-def test_encoding_has_bars_of_its_own(scenario, monkeypatch, capsys) -> None:
-    clips = ["--gif", "--mp4"]
-    try:
-        find_ffmpeg()
-    except StarnavError:
-        clips.remove("--mp4")
-    monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
-    small = ["--width", "220", "--rate", "4"]
-    assert record([scenario, *clips, *small]) == 0
-    shown = capsys.readouterr().err
-    for bar in ("driving", "pictures", *(clip[2:] for clip in clips)):
-        assert f"\r{bar}: " in shown
 
 
 def test_a_trial_is_repeated_with_its_own_settings(scenario, capsys) -> None:

@@ -3,10 +3,9 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from benchmarks import numpy_pipeline
 from drake_starnav.baselines import paper
 from drake_starnav.control import ControllerInputs
 from drake_starnav.control.parameters import ControllerParameters
@@ -63,27 +62,6 @@ def test_limited_twists_keep_all_limits_and_approach_what_is_desired(v, omega, p
     reached = np.abs(wanted - twist) <= change
     np.testing.assert_allclose(out[reached], wanted[reached], atol=1e-12)
     np.testing.assert_allclose((out - twist)[~reached], (np.sign(wanted - twist) * change)[~reached], atol=1e-12)
-
-
-@settings(max_examples=60)
-@given(seeds)
-def test_the_compiled_step_is_the_plain_one(seed):
-    rng = np.random.default_rng(seed)
-    regions = united([smooth_region(rng, rng.uniform(-0.5, 0.5, 2)) for _ in range(3)])
-    pose = np.append(rng.uniform(-0.3, 0.3, 2), rng.uniform(-math.pi, math.pi))
-    path = pose[:2] + rng.uniform(0.05, 1.0) * rng.uniform(-1.0, 1.0, (rng.integers(1, 4), 2))
-    values = np.where(rng.random(360) < 0.9, rng.uniform(0.2, 1.0), rng.uniform(0.0, 0.3, 360))
-    hits = rng.uniform(-1.0, 1.0, (20, 2))
-    hits *= ((RADIUS + rng.uniform(0.0, 0.2, 20)) / np.hypot(*hits.T))[:, None]
-    star = CertifiedRegion(pose[:2] + rng.uniform(-0.05, 0.05, 2), rng.uniform(-3.0, 3.0), values, pose[:2] + hits)
-    twist = rng.uniform((0.0, -2.0), (0.8, 2.0))
-    guidance = Guidance(path, bool(rng.random() < 0.5), regions)
-    if math.dist(guidance.path[-1], pose[:2]) < 2.0 * GOAL_REACHED * RADIUS:
-        return
-    plain = numpy_pipeline.command(pose, twist, guidance, star, PARAMETERS, MARGINS, ROBOT)
-    assume(np.isfinite(plain).all())  # the star alone decides
-    command, _ = stepped(ControllerInputs(pose, twist, guidance, star), PARAMETERS, ROBOT)
-    np.testing.assert_allclose(command, plain, atol=1e-9)
 
 
 @pytest.mark.parametrize("twist", [(0.8, 0.0), (0.5, -2.0), (0.0, 1.0)])

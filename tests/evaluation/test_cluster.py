@@ -2,7 +2,6 @@
 
 import os
 import signal
-import socket
 import threading
 import time
 from collections.abc import Iterator
@@ -66,21 +65,6 @@ def kill_a_worker(running: Any, path: Path, lines: int) -> threading.Thread:
     return thread
 
 
-def test_a_killed_worker_costs_no_trial_and_resuming_works_the_same(two_workers, tiny: Path, tmp_path: Path) -> None:
-    path, cut = tmp_path / "trials.jsonl", tmp_path / "cut.jsonl"
-    killer = kill_a_worker(two_workers, path, TRIALS // 2)
-    assert benchmark(arguments(tiny, path, two_workers.scheduler_address)) == 0
-    killer.join()
-    assert set(results(path)) == set(range(TRIALS))
-    assert {record["outcome"] for record in results(path).values()} == {"reached"}
-
-    lines = path.read_bytes().splitlines(keepends=True)
-    cut.write_bytes(b"".join(lines[:8]) + lines[8][:40])
-    assert benchmark(arguments(tiny, cut, "local", "--jobs", "1", "--resume")) == 0
-    assert results(cut) == results(path)
-    assert cut.read_bytes().startswith(b"".join(lines[:8]))
-
-
 @pytest.mark.parametrize("address", ["localhost:1", "nowhere", "spoon://localhost:8786"])
 def test_no_dask_at_the_address_is_reported_and_nothing_is_lost(address, tiny: Path, tmp_path: Path, capsys) -> None:
     path = tmp_path / "trials.jsonl"
@@ -90,20 +74,6 @@ def test_no_dask_at_the_address_is_reported_and_nothing_is_lost(address, tiny: P
     assert f"--dask {address}: no Dask scheduler there" in printed
     assert printed.count("\n") == 1
     assert path.read_text() == "what was there\n"
-
-
-def test_something_else_at_the_address_is_reported() -> None:
-    with socket.create_server(("127.0.0.1", 0)) as server:
-
-        def answer() -> None:
-            connection, _ = server.accept()
-            connection.sendall(b"HTTP/1.1 400 Bad Request\r\n\r\n" * 100)
-            connection.close()
-
-        threading.Thread(target=answer, daemon=True).start()
-        address = f"127.0.0.1:{server.getsockname()[1]}"
-        with pytest.raises(StarnavError, match="no Dask scheduler there"), dask_pool(address, 1):
-            pass
 
 
 def test_a_cluster_without_workers_is_reported(monkeypatch) -> None:

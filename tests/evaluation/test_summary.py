@@ -2,8 +2,6 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from drake_starnav.evaluation.summary import (
     by_robot,
@@ -45,18 +43,6 @@ def record(trial: int, outcome: str = "reached", **fields) -> dict:
 )
 def test_wilson_interval(successes: int, trials: int, low: float, high: float) -> None:
     assert wilson_interval(successes, trials) == pytest.approx((low, high), abs=5.1e-5)
-
-
-@given(st.integers(1, 10000).flatmap(lambda n: st.tuples(st.integers(0, n), st.just(n))))
-def test_wilson_interval_solves_its_equation(counts: tuple[int, int]) -> None:
-    """Its ends are the rates p with |k/n - p| = z sqrt(p (1 - p)/n), and it mirrors."""
-    successes, trials = counts
-    rate = successes / trials
-    low, high = wilson_interval(successes, trials)
-    assert 0.0 <= low <= rate <= high <= 1.0
-    for end in (low, high):
-        assert (rate - end) ** 2 == pytest.approx(1.959964**2 * end * (1.0 - end) / trials, rel=1e-5, abs=1e-9)
-    assert wilson_interval(trials - successes, trials) == pytest.approx((1.0 - high, 1.0 - low), abs=1e-12)
 
 
 def test_summary_of_a_case() -> None:

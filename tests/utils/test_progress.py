@@ -49,18 +49,6 @@ def test_a_terminal_shows_a_bar_at_once_and_removes_it(clock, monkeypatch, capsy
     assert capsys.readouterr().err.split("\r")[-2].strip() == ""
 
 
-def test_equal_parts_take_equal_times(clock, monkeypatch, capsys) -> None:
-    monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
-    with Progress("pictures") as bar:
-        clock[0] += 3.0
-        bar.count(1, 5)
-        shown = capsys.readouterr().err
-        assert "1 of 5" in shown and "about 00:12 left" in shown
-        clock[0] += 3.0  # the second takes longer, and so may the others
-        bar.count(1, 5)
-        assert "about 00:24 left" in capsys.readouterr().err
-
-
 def test_a_terminal_without_columns_shows_a_bar() -> None:
     code = "from drake_starnav.utils.progress import Progress\nwith Progress('driving') as bar: bar.count(1, 2)"
     terminal, end = pty.openpty()

@@ -84,18 +84,6 @@ def test_an_mp4_shows_every_picture_and_then_stays(tmp_path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["x.mp4"]
 
 
-@pytest.mark.parametrize("write", [write_gif, write_mp4])
-def test_progress_is_of_each_picture(write, tmp_path) -> None:
-    if write is write_mp4:
-        try:
-            find_ffmpeg()
-        except StarnavError:
-            pytest.skip("there is no ffmpeg")
-    told: list[tuple[int, int]] = []
-    write(tmp_path / "x", pictures(), RATE, progress=lambda done, total: told.append((done, total)))
-    assert told == [(k, 6) for k in range(1, 7)]
-
-
 def test_without_ffmpeg_an_error_says_what_helps(monkeypatch, tmp_path) -> None:
     monkeypatch.setattr(clips.shutil, "which", lambda name: None)
     monkeypatch.setitem(__import__("sys").modules, "imageio_ffmpeg", None)

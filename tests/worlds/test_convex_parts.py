@@ -46,24 +46,6 @@ def test_star_polygons(polygon):
     check_parts(polygon, convex_parts(polygon))
 
 
-@given(
-    st.lists(st.tuples(st.floats(0.1, 2.0), st.floats(0.1, 2.0)), min_size=1, max_size=8),
-    st.sampled_from([1, -1]),
-    st.floats(0.0, 6.3),
-)
-@settings(max_examples=100)
-def test_combs(teeth, order, angle):
-    """Not star-shaped: teeth of different heights over a bar, turned."""
-    x, corners = 0.0, [(0.0, -0.1)]
-    for width, height in teeth:
-        corners += [(x, 0.0), (x, height), (x + 0.05, height), (x + 0.05, 0.0)]
-        x += width
-    corners += [(x, 0.0), (x, -0.1)]
-    turn = np.array([(math.cos(angle), math.sin(angle)), (-math.sin(angle), math.cos(angle))])
-    polygon = (np.array(corners) @ turn)[::order]
-    check_parts(polygon, convex_parts(polygon))
-
-
 @pytest.mark.parametrize("order", [1, -1])
 def test_a_convex_polygon_stays_whole(order):
     angles = 2.0 * math.pi / 9 * np.arange(9)

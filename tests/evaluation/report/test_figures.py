@@ -30,19 +30,6 @@ def test_each_panel_has_the_rates_and_intervals_of_its_scenario() -> None:
             assert axes.texts[row].get_text() == f"{100.0 * reached / len(case):.1f} %"
 
 
-@pytest.mark.parametrize("draw", [figures.success_figure, figures.path_figure])
-def test_each_number_stands_inside_its_own_axes_beside_its_marker(draw) -> None:
-    figure = draw(made_up(trials=10))
-    figure.draw_without_rendering()
-    for axes in figure.axes:
-        frame = axes.get_window_extent()
-        for text in axes.texts:
-            box = text.get_window_extent()
-            assert frame.x0 - 3 <= box.x0 and box.x1 <= frame.x1 + 3 and box.y1 <= frame.y1 + 3
-            x, y = axes.transData.transform(text.xy)
-            assert box.x0 - 6 <= x <= box.x1 + 6 and 0 <= box.y0 - y < 12
-
-
 def test_the_chart_of_paths_has_the_numbers_of_the_table() -> None:
     results = made_up(trials=10)
     charted = [text.get_text() for axes in figures.path_figure(results).axes for text in axes.texts]
@@ -156,16 +143,3 @@ def test_a_comparison_is_of_the_field_that_is_asked_for(field: str, percent: str
     slow = record(method="star_paper", time_s=30.0, path_length_m=28.0)
     results = make_results([made_up().headers[0]], [record(), slow])
     assert figures.comparison_figure(results, field, "it").axes[0].texts[0].get_text() == percent
-
-
-def test_a_world_between_two_bins_is_in_the_upper_one() -> None:
-    gaps = np.arange(11.0) + 1.0
-    outcomes = ["collision" if gap == 6.0 else "reached" for gap in gaps]
-    records = [record(trial=k, outcome=outcomes[k], tightest_gap_m=gap) for k, gap in enumerate(gaps)]
-    results = make_results([made_up(methods=("star",)).headers[0]], records)
-    edges = figures.difficulty_edges(records, figures.gap)
-    assert list(edges) == [1.0, 6.0, 11.0]
-    (axes,) = figures.difficulty_figure(results).axes
-    counts, _ = np.histogram(gaps, edges)
-    assert axes.lines[0].get_ydata() == pytest.approx([100.0, 100.0 * (counts[1] - 1) / counts[1]])
-    assert axes.lines[0].get_xdata() == pytest.approx([3.0, 8.5])

@@ -34,33 +34,6 @@ def rows_of(path: Path) -> list[str]:
 
 
 @pytest.mark.parametrize(
-    "image",
-    [
-        PIXELS,
-        b"P5\n# a comment\n3 2\n255\n" + PIXELS.tobytes(),
-        b"P5 3 2 255\n" + PIXELS.tobytes() + b"\n",
-        b"P2\n3 2 # columns, rows\n255\n0 254 205\n254 0 254\n",
-        b"P2\n3 2\n510\n0 508 410\n508 0 508\n",
-    ],
-)
-def test_every_kind_of_pgm(tmp_path: Path, image) -> None:
-    assert rows_of(write(tmp_path, image)) == ["#.?", ".#."]
-
-
-@pytest.mark.parametrize(
-    "image",
-    [
-        PIXELS,
-        np.dstack([PIXELS] * 3),
-        np.dstack([*[PIXELS] * 3, np.full_like(PIXELS, 255)]),
-        PIXELS.astype(np.uint16) * 257,
-    ],
-)
-def test_every_kind_of_png(tmp_path: Path, image) -> None:
-    assert rows_of(write(tmp_path, image, "m.png")) == ["#.?", ".#."]
-
-
-@pytest.mark.parametrize(
     "image", [PIXELS, np.dstack([PIXELS] * 3), np.dstack([*[PIXELS] * 3, np.full_like(PIXELS, 255)])]
 )
 def test_every_kind_of_bmp(tmp_path: Path, image) -> None:

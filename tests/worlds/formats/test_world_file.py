@@ -107,25 +107,6 @@ def test_a_file_that_cannot_be_read(name: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        (b'{"worlds": [', "is not JSON"),
-        (b"\xff\xfe\x00", "is not JSON"),
-        (b"[" * 100_000, "is not JSON"),
-        (b"[1, 2]", "has no list of worlds"),
-        (b'{"worlds": []}', "has no list of worlds"),
-        (b'{"worlds": [3]}', r"worlds\[0\] has the id None; allowed: a whole number"),
-        (b'{"worlds": [{"id": 1}, {"id": 1}]}', r"worlds\[1\] has the id 1; allowed: .* each once"),
-        (b'{"worlds": [{"id": 7, "start": [0, 0, 0]}]}', "world 7 has no cylinders, goal, path_length_official; all"),
-    ],
-)
-def test_a_file_of_something_else(file: Path, text: bytes, message: str) -> None:
-    file.write_bytes(text)
-    with pytest.raises(StarnavError, match=message):
-        make_world(Barn(file=str(file), id=7), 0, 0.334)
-
-
-@pytest.mark.parametrize(
     ("changes", "message"),
     [
         ({"cylinders": 3}, r"worlds\.json: world 7: world barn_7: cylinders is 3; allowed: a list"),
