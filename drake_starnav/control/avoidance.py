@@ -28,7 +28,7 @@ from drake_starnav.control.avoidance_rollout import (
 )
 from drake_starnav.control.certificates import Certificate, accepted
 from drake_starnav.control.inputs import ControllerInputs, TrackedObstacles
-from drake_starnav.control.motion import Actuation, roll_out, velocity_of
+from drake_starnav.control.motion import Actuation, Pose, roll_out, velocity_of
 from drake_starnav.control.moving_certificate import MOVING_MARGIN, STANDING_SPEED
 from drake_starnav.control.moving_modulation import moving_modulation
 from drake_starnav.control.rollout import GOAL_SLOWDOWN, FreeSpace, times_left
@@ -185,10 +185,12 @@ def thinned(places, position, reach, spacing):
 @njit(cache=True)
 def _first_velocities(ways, start, scene):
     """The velocities (n, 3) with which manoeuvres begin, within the robot's limits."""
-    firsts, limits = np.empty((len(ways), 3)), scene.limits
+    firsts, limits, row = np.empty((len(ways), 3)), scene.limits, start[0]
+    pose, k = Pose(row.x, row.y, row.yaw), row.way_point
+    way_point = scene.line[k, 0], scene.line[k, 1], k == len(scene.line) - 1
     for m in range(len(ways)):
         way = ways[m, 0], ways[m, 1], ways[m, 2], ways[m, 3]
-        wanted = wanted_velocity(way, start[0], scene.line, limits, scene.settings)
+        wanted = wanted_velocity(way, pose, way_point, limits, scene.settings)
         firsts[m, :2] = limited(wanted.ahead, limits.max_speed), limited(wanted.aside, limits.max_speed)
         firsts[m, 2] = limited(wanted.turning, limits.max_yaw_rate)
     return firsts

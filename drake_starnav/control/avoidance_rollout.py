@@ -25,7 +25,7 @@ from drake_starnav.control.rollout import (
     ARRIVED,
     CREEP,
     FreeSpace,
-    clearance_within,
+    nearest_hit,
     next_way_point,
     region_around,
     time_to_go,
@@ -124,42 +124,53 @@ def begun(pose: np.ndarray, twist: np.ndarray, hits: np.ndarray, radius: float) 
     row["x"], row["y"], row["yaw"] = pose
     row["ahead"], row["aside"], row["turning"] = velocity_of(twist)
     row["way_point"], row["region"], row["least"], row["arrival"] = 1, -1, np.inf, np.inf
-    row["clearance"] = row["closest"] = clearance_within(pose[0], pose[1], hits, radius, WALL_ZONE * radius)
+    room = min(nearest_hit(pose[0], pose[1], hits), (1.0 + WALL_ZONE) * radius)
+    row["clearance"] = row["closest"] = max(room - radius, 0.0)
     return row
 
 
 @leaf
-def wanted_velocity(way, row, line, limits, settings):
-    """The `Velocity` that a manoeuvre `way`, a row of `manoeuvres`, wants where the robot is."""
+def wanted_velocity(way, pose, way_point, limits, settings):
+    """The `Velocity` that a manoeuvre `way`, a row of `manoeuvres`, wants at a `Pose`.
+
+    The way point is (x, y, whether it is the last).
+    """
     kind, a, b, c = way
     if kind == TWIST:
         return Velocity(a, b, c)
     if kind == HEADING:
-        return aimed(wrapped_angle(a - row.yaw if b > 0.0 else a + math.pi - row.yaw), b, limits)
-    k, last = row.way_point, len(line) - 1
-    dx, dy = line[k, 0] - row.x, line[k, 1] - row.y
+        return aimed(wrapped_angle(a - pose.yaw if b > 0.0 else a + math.pi - pose.yaw), b, limits)
+    dx, dy, last = way_point[0] - pose.x, way_point[1] - pose.y, way_point[2]
     arrived = ARRIVED * settings.radius
-    if dx * dx + dy * dy < (arrived * arrived if k == last else 1e-12):
+    if dx * dx + dy * dy < (arrived * arrived if last else 1e-12):
         return Velocity(0.0, 0.0, 0.0)
-    wanted = aimed(wrapped_angle(math.atan2(dy, dx) - row.yaw), a * limits.max_speed, limits)
-    if k == last:
+    wanted = aimed(wrapped_angle(math.atan2(dy, dx) - pose.yaw), a * limits.max_speed, limits)
+    if last:
         wanted = slowed(wanted, settings.slowdown * math.hypot(dx, dy) + limits.max_speed / CREEP)
     return wanted
 
 
-@leaf
-def _place(trajectories, j, time):
-    """Predicted position and velocity of disc j."""
-    at = min(time / PREDICTION_STEP, trajectories.shape[1] - 1.001)
-    i = int(at)
-    share = at - i
-    dx, dy = trajectories[j, i + 1, 0] - trajectories[j, i, 0], trajectories[j, i + 1, 1] - trajectories[j, i, 1]
-    return (
-        trajectories[j, i, 0] + share * dx,
-        trajectories[j, i, 1] + share * dy,
-        dx / PREDICTION_STEP,
-        dy / PREDICTION_STEP,
-    )
+@njit(cache=True, error_model="numpy")
+def _foreseen(discs, spent, steps):
+    """The discs after `spent` and at the end of each step: (x, y), velocity, speed, radius, weight of distances to it.
+
+    Shape (steps + 1, n, 7), W, m and m/s.
+    """
+    trajectories, last = discs.trajectories, discs.trajectories.shape[1] - 1.001
+    foreseen = np.empty((steps + 1, len(discs.radius), 7))
+    for s in range(steps + 1):
+        at = min((discs.age + spent) / PREDICTION_STEP, last)
+        i = int(at)
+        share = at - i
+        for j in range(len(discs.radius)):
+            x, y = trajectories[j, i, 0], trajectories[j, i, 1]
+            dx, dy = trajectories[j, i + 1, 0] - x, trajectories[j, i + 1, 1] - y
+            foreseen[s, j, 0], foreseen[s, j, 1] = x + share * dx, y + share * dy
+            foreseen[s, j, 2], foreseen[s, j, 3] = dx / PREDICTION_STEP, dy / PREDICTION_STEP
+            foreseen[s, j, 4] = math.hypot(dx, dy) / PREDICTION_STEP
+            foreseen[s, j, 5], foreseen[s, j, 6] = discs.radius[j], COMFORT / discs.comfort[j]
+        spent += STEP
+    return foreseen
 
 
 @leaf
@@ -171,25 +182,30 @@ def _course(row):
 
 
 @leaf
-def _must_brake(row, time, trajectories, radius, limits, settings):
+def _must_brake(row, foreseen, s, limits, settings):
     """Whether a robot that brakes fully now might be touched before it stops, with the discs at their predictions.
 
     Checked at half the braking time and at its end, for all discs, whether it approaches them or not: a robot that only
-    watches those ahead is soon surrounded. `time` is that since the scan, s.
+    watches those ahead is soon surrounded. The discs are those of `_foreseen` at s.
     """
     v, course = _course(row)
     if abs(v) < STANDING_SPEED:
         return False
     caution, stop = settings.caution, abs(v) / limits.max_acceleration
     distance = settings.radius + settings.spacing + ROLLOUT_MARGIN
-    for share in (0.5, 1.0):
-        t = share * stop
-        way = v * t - 0.5 * math.copysign(limits.max_acceleration, v) * t * t
-        px, py = row.x + way * math.cos(course), row.y + way * math.sin(course)
-        for j in range(len(radius)):
-            disc_x, disc_y, vx, vy = _place(trajectories, j, time)
-            dx, dy = px - disc_x - (1.0 - caution) * vx * t, py - disc_y - (1.0 - caution) * vy * t
-            needed = distance + radius[j] + caution * settings.max_speed * t
+    for j in range(foreseen.shape[1]):
+        disc_x, disc_y, speed, radius = foreseen[s, j, 0], foreseen[s, j, 1], foreseen[s, j, 4], foreseen[s, j, 5]
+        most = 0.5 * abs(v) + (1.0 - caution) * speed + caution * settings.max_speed
+        far = distance + radius + most * stop + 1e-9
+        if (row.x - disc_x) ** 2 + (row.y - disc_y) ** 2 > far * far:
+            continue
+        for share in (0.5, 1.0):
+            t = share * stop
+            way = v * t - 0.5 * math.copysign(limits.max_acceleration, v) * t * t
+            px, py = row.x + way * math.cos(course), row.y + way * math.sin(course)
+            dx = px - disc_x - (1.0 - caution) * foreseen[s, j, 2] * t
+            dy = py - disc_y - (1.0 - caution) * foreseen[s, j, 3] * t
+            needed = distance + radius + caution * settings.max_speed * t
             if dx * dx + dy * dy < needed * needed:
                 return True
     return False
@@ -213,44 +229,58 @@ def _held(row, standing, limits, settings):
     return False
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def drive(rows, ways, steps, scene):
     """Continue rollouts (n,) in place by some steps, each of its manoeuvre: ways (n, 4), rows of `manoeuvres`.
 
-    One ends early if the robot is touched or reaches a frontier. Its cost is then that so far plus the time to the
-    goal, without the change of the velocity, s.
+    All have spent the same time. One ends early if the robot is touched or reaches a frontier. Its cost is then that so
+    far plus the time to the goal, without the change of the velocity, s.
     """
     line, left, known, discs, limits, settings = scene
     hits, star = known.hits, known.star
     center, bearing_0, values = star.center, star.bearing_0, star.values
-    trajectories, radius, comfort, standing, age = discs
+    if not len(rows):
+        return
+    foreseen = _foreseen(discs, rows[0].spent, steps)
     last, arrived, zone = len(line) - 1, ARRIVED * settings.radius, WALL_ZONE * settings.radius
     for r in range(len(rows)):
         row, way = rows[r], (ways[r, 0], ways[r, 1], ways[r, 2], ways[r, 3])
-        for _ in range(steps):
-            time = age + row.spent
-            wanted = wanted_velocity(way, row, line, limits, settings)
-            if _must_brake(row, time, trajectories, radius, limits, settings):
+        room = 0.0  # no hit is nearer than this, m
+        for s in range(steps):
+            pose, k = Pose(row.x, row.y, row.yaw), row.way_point
+            wanted = wanted_velocity(way, pose, (line[k, 0], line[k, 1], k == last), limits, settings)
+            if _must_brake(row, foreseen, s, limits, settings):
                 wanted = Velocity(0.0, 0.0, wanted.turning)
-            if _held(row, standing, limits, settings):
+            if _held(row, discs.standing, limits, settings):
                 wanted = Velocity(0.0, 0.0, wanted.turning)
                 row.held = 1
-            pose, moves = Pose(row.x, row.y, row.yaw), Velocity(row.ahead, row.aside, row.turning)
-            pose, moves, _ = advanced(pose, moves, wanted, STEP, limits)
+            moves = Velocity(row.ahead, row.aside, row.turning)
+            pose, moves, driven = advanced(pose, moves, wanted, STEP, limits)
             row.yaw, row.ahead, row.aside, row.turning = pose.yaw, moves.ahead, moves.aside, moves.turning
             free = covers(center, bearing_0, values, 0, pose.x, pose.y, 0.0)
             if not free:
                 row.region = region_around(known, row.region, pose.x, pose.y)
                 free = row.region >= 0
-            clearance = clearance_within(pose.x, pose.y, hits, settings.radius, zone)
+            room -= abs(driven) + 1e-9
+            if room <= settings.radius + zone:
+                room = nearest_hit(pose.x, pose.y, hits)
+            clearance = max(min(room, settings.radius + zone) - settings.radius, 0.0)
             if free or clearance > row.clearance:
                 row.x, row.y, row.clearance = pose.x, pose.y, clearance
                 row.closest = min(row.closest, clearance)
                 row.way_point = next_way_point(line, row.way_point, pose.x, pose.y, settings.radius)
             else:
-                row.ahead = row.aside = 0.0
+                row.ahead = row.aside = room = 0.0
             row.spent += STEP
-            _meet(row, age + row.spent, trajectories, radius, comfort, settings)
+            grown = 1.0 + UNCERTAINTY * (discs.age + row.spent)
+            apart = _worth(row.x, row.y, foreseen, s + 1, settings.radius, grown, max(row.least, COMFORT))
+            row.least = min(row.least, apart)
+            if apart < COMFORT:
+                share = 1.0 - max(apart, 0.0) / COMFORT
+                row.lost = max(row.lost, CONTACT_COST * share**2 * (1.0 - 0.5 * row.spent / HORIZON))
+            if apart < 0.0:  # it is touched
+                row.ended = 1
+                row.lost = CONTACT_COST * (1.0 + 3.0 * (1.0 - row.spent / HORIZON))
             at_end = (line[-1, 0] - row.x) ** 2 + (line[-1, 1] - row.y) ** 2 < arrived * arrived
             if row.ended == 0 and row.way_point == last and at_end:
                 row.arrival = min(row.arrival, row.spent)
@@ -267,18 +297,12 @@ def drive(rows, ways, steps, scene):
 
 
 @leaf
-def _meet(row, time, trajectories, radius, comfort, settings):
-    """Note how near a rollout comes to the discs at a time since the scan, s; it ends if one touches the robot."""
-    touched = False
-    for j in range(len(radius)):
-        disc_x, disc_y, _, _ = _place(trajectories, j, time)
-        away = math.hypot(row.x - disc_x, row.y - disc_y) - settings.radius - radius[j]
-        worth = away / (1.0 + UNCERTAINTY * time) * (COMFORT / comfort[j]) if away > 0.0 else away
-        row.least = min(row.least, worth)
-        if worth < COMFORT:
-            share = 1.0 - max(worth, 0.0) / COMFORT
-            row.lost = max(row.lost, CONTACT_COST * share**2 * (1.0 - 0.5 * row.spent / HORIZON))
-        touched = touched or away < 0.0
-    if touched:
-        row.ended = 1
-        row.lost = CONTACT_COST * (1.0 + 3.0 * (1.0 - row.spent / HORIZON))
+def _worth(x, y, foreseen, s, radius, grown, most):
+    """What the distance from a robot at (x, y) to the discs is worth, m: at most `most`, negative if one touches it."""
+    for j in range(foreseen.shape[1]):
+        dx, dy = x - foreseen[s, j, 0], y - foreseen[s, j, 1]
+        far = radius + foreseen[s, j, 5] + (most + 1e-9) * grown / foreseen[s, j, 6]
+        if dx * dx + dy * dy <= far * far:
+            away = math.hypot(dx, dy) - radius - foreseen[s, j, 5]
+            most = min(most, away / grown * foreseen[s, j, 6] if away > 0.0 else away)
+    return most

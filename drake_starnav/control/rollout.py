@@ -49,13 +49,13 @@ def region_around(known, region, x, y):
 
 
 @leaf
-def clearance_within(x, y, hits, radius, zone):
-    """Clearance of the robot to the nearest hit, from 0 to at most `zone`, m."""
-    nearest = (radius + zone) ** 2
+def nearest_hit(x, y, hits):
+    """Distance from a place to the nearest hit, m; infinite without any."""
+    nearest = np.inf
     for q in range(len(hits)):
         dx, dy = x - hits[q, 0], y - hits[q, 1]
         nearest = min(nearest, dx * dx + dy * dy)
-    return max(math.sqrt(nearest) - radius, 0.0)
+    return math.sqrt(nearest)
 
 
 @leaf

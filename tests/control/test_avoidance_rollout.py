@@ -20,6 +20,7 @@ from drake_starnav.control.avoidance_rollout import (
     drive,
     wanted_velocity,
 )
+from drake_starnav.control.motion import Pose
 from drake_starnav.control.moving_certificate import MOVING_MARGIN
 from drake_starnav.control.rollout import FreeSpace, times_left
 from drake_starnav.regions.safe_region import CertifiedRegion
@@ -63,7 +64,7 @@ def driven(start: np.ndarray, way: tuple[float, ...], steps: int, among: Scene) 
 
 @pytest.mark.parametrize("limits", BASES.values(), ids=BASES)
 def test_each_manoeuvre_wants_its_velocity(limits: Limits) -> None:
-    wants = begin(0.0, limits)[0], LINE, limits, SETTINGS
+    wants = Pose(0.0, 0.0, 0.0), (2.0, 0.0, True), limits, SETTINGS
     assert wanted_velocity((TWIST, 0.3, 0.1, -0.5), *wants) == (0.3, 0.1, -0.5)
     assert wanted_velocity((PATH, 1.0, 0.0, 0.0), *wants) == pytest.approx((0.8, 0.0, 0.0))
     assert wanted_velocity((HEADING, math.pi, -0.8, 0.0), *wants) == pytest.approx((-0.8, 0.0, 0.0))

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from drake_starnav.control.motion import Pose, Velocity
 from drake_starnav.control.rollout import (
     FreeSpace,
-    clearance_within,
     full_speed,
     heading_loss,
+    nearest_hit,
     next_way_point,
     region_around,
     time_to_go,
@@ -29,20 +29,13 @@ SLOW = Limits(1.3, 1.1, 0.6, 2.5)
 LINE = np.array(((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (2.0, 1.0)))
 
 
-def test_the_clearance_is_that_of_the_nearest_hit_up_to_the_zone() -> None:
-    hits = np.array(((1.0, 0.0), (0.0, 0.4)))
-    assert clearance_within(0.0, 0.0, hits, 0.25, 0.3) == pytest.approx(0.15)
-    assert clearance_within(0.0, 0.0, hits, 0.25, 0.1) == pytest.approx(0.1)
-    assert clearance_within(0.0, 0.0, hits, 0.5, 0.1) == 0.0
-
-
 @given(seeds)
-def test_the_clearance_is_the_same_wherever_robot_and_hits_are(seed: int) -> None:
+def test_the_nearest_hit_is_the_same_wherever_robot_and_hits_are(seed: int) -> None:
     rng = np.random.default_rng(seed)
     x, y = rng.uniform(-2.0, 2.0, 2)
     hits = (x, y) + rng.uniform(-1.0, 1.0, (5, 2))
-    nearest = np.hypot(*(hits - (x, y)).T).min()
-    assert clearance_within(x, y, hits, 0.25, 0.3) == pytest.approx(min(max(nearest - 0.25, 0.0), 0.3))
+    assert nearest_hit(x, y, hits) == pytest.approx(np.hypot(*(hits - (x, y)).T).min())
+    assert nearest_hit(x, y, hits[:0]) == np.inf
 
 
 def test_the_next_way_point_is_in_sight_beyond_the_backward_extension_of_its_leg() -> None:
