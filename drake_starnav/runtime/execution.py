@@ -1,13 +1,19 @@
-"""Whether the base does what it is told, within what is declared. Pure functions."""
+"""Whether the base does what it is told, within what is declared. Pure functions.
+
+One that does not is braked. When it stands, and has stood for REST, it is tried again: it may have hesitated. It is not
+if it fails again within AGAIN, or if the scans change while the odometry says that it stands, which is then false.
+"""
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
-from drake_starnav.runtime.intake import Odometry
+from drake_starnav.runtime.intake import Look, Odometry
 from drake_starnav.scenario.schema import Scenario
+from drake_starnav.utils.snapshot import snapshot
 
 WINDOW = 2.0
 """What is told and what is done are compared over this time, s."""
@@ -17,6 +23,13 @@ TURNED, TURNED_SHARE = 0.6, 0.2
 """The same of the angle turned, rad; wheels that slide turn a robot by some 0.3 rad in MuJoCo."""
 LEAST_ARM = 0.5
 """Distance of a wheel that slips from the robot's axis, as a share of its radius."""
+REST, AGAIN = 1.0, 10.0
+"""s"""
+STANDS, STAYS, CHANGED = 0.02, 0.05, 0.1
+"""A robot slower than this stands, m/s and rad/s; a pose stays that changes by less, m and rad; scans have changed if a
+fifth of their ranges differ by more, m."""
+FEWEST = 10
+"""So many beams must have a range for that."""
 
 
 class Told(NamedTuple):
@@ -26,6 +39,72 @@ class Told(NamedTuple):
     ahead: float
     aside: float
     turning: float
+
+
+@snapshot
+class Execution:
+    """What was told and done lately. Immutable.
+
+    Attributes:
+        told: commands, oldest first.
+        looks: of the first lidar, oldest first.
+        why: what the base does other than it is told; empty: nothing.
+        lasts: whether `why` lasts until the goal is given anew.
+        stands: since when it stands, s, while there is a `why`; infinite: it does not.
+        tried: when it was last tried again, s.
+    """
+
+    told: tuple[Told, ...] = ()
+    looks: tuple[Look, ...] = ()
+    why: str = ""
+    lasts: bool = False
+    stands: float = math.inf
+    tried: float = -math.inf
+
+    @property
+    def said(self) -> str:
+        """`why`, and whether it lasts."""
+        return f"{self.why}; until the goal is given anew" if self.lasts else self.why
+
+
+def with_command(execution: Execution, command: Told, delay: float) -> Execution:
+    """What is told from now on; what is too old to be compared is forgotten."""
+    told = tuple(each for each in execution.told if each.time > command.time - 2.0 * WINDOW - delay)
+    return replace(execution, told=(*told, command))
+
+
+def with_look(execution: Execution, look: Look) -> Execution:
+    """What the first lidar has seen."""
+    looks = tuple(each for each in execution.looks if each.scan.time > look.scan.time - WINDOW)
+    return replace(execution, looks=(*looks, look))
+
+
+def judged(execution: Execution, now: float, rows: Sequence[Odometry], scenario: Scenario) -> Execution:
+    """Whether the base does what it is told until now, s; without odometry it is not known."""
+    if execution.lasts or not rows:
+        return execution
+    if not execution.why:
+        why = not_executed(execution.told, rows, scenario)
+        lasts = bool(why) and (now < execution.tried + AGAIN or denied(execution.looks))
+        return replace(execution, why=why, lasts=lasts)
+    last, told = rows[-1], execution.told[-1][1:] if execution.told else ()
+    if any(abs(each) > STANDS for each in (last.v, last.aside, last.omega, *told)):
+        return replace(execution, stands=math.inf)
+    since = min(execution.stands, now)
+    return Execution((), execution.looks, tried=now) if now > since + REST else replace(execution, stands=since)
+
+
+def denied(looks: Sequence[Look]) -> bool:
+    """Whether scans change while the pose stays, or tell nothing."""
+    if not looks:
+        return False
+    poses, newest = np.array([each.pose for each in looks]), looks[-1].scan.ranges
+    left = np.flatnonzero(np.abs(poses - poses[-1]).max(axis=1) > STAYS)
+    oldest = looks[left[-1] + 1 if len(left) else 0].scan.ranges
+    if len(oldest) != len(newest):
+        return True
+    both = np.isfinite(oldest) & np.isfinite(newest)
+    return int(both.sum()) < FEWEST or float(np.quantile(np.abs(oldest[both] - newest[both]), 0.8)) > CHANGED
 
 
 def compared(told: Sequence[Told], rows: Sequence[Odometry], delay: float) -> tuple[np.ndarray, np.ndarray, float]:

@@ -24,8 +24,8 @@ OLDEST, KEPT = 1.0, 3.0
 CLOCK = 0.1
 """A stamp is at most this far ahead of the clock, s."""
 JUMP, JUMP_SHARE, TURN_JUMP = 0.05, 0.3, 0.1
-"""A pose jumps if it differs from what the twist predicts by more than this, m and rad, and this share of what the
-robot could have driven since."""
+"""A pose jumps if it differs from where the twist leads until then by more than this, m and rad, and this share of what
+the robot could have driven since."""
 FROZEN = 0.02
 """Ranges that stay equal to the bit while the robot moves by more than this, m or rad, are frozen."""
 
@@ -145,10 +145,13 @@ def _with_row(intake: Intake, now: float, row: Any, declared: Declared) -> Intak
 
 
 def _jump(last: Odometry, row: Odometry, robot: RobotParameters) -> str:
-    """How far a pose is from where the twist before it leads, if that is a jump."""
+    """How far a pose is from the way that the twist before it leads, if that is a jump: a robot may halt on it."""
     dt = row.time - last.time
-    x, y, yaw = extrapolated(last, row.time)
-    off, turned = math.hypot(row.x - x, row.y - y), abs(math.remainder(row.yaw - yaw, 2.0 * math.pi))
+    led = extrapolated(last, row.time) - last[1:4]
+    moved = np.array((row.x - last.x, row.y - last.y, math.remainder(row.yaw - last.yaw, 2.0 * math.pi)))
+    share = min(max(float(moved[:2] @ led[:2]), 0.0) / (float(led[:2] @ led[:2]) or 1.0), 1.0)
+    off = math.hypot(*(moved - share * led)[:2])
+    turned = abs(moved[2] - min(max(moved[2], min(led[2], 0.0)), max(led[2], 0.0)))
     if off > JUMP + JUMP_SHARE * robot.max_speed * dt:
         return f"the pose jumps by {off:.2g} m, and localization.jump is 0"
     if turned > TURN_JUMP + JUMP_SHARE * robot.max_yaw_rate * dt:

@@ -20,7 +20,7 @@ from drake_starnav.navigation.robot import robot_mounts
 from drake_starnav.planning import PlannerStatus
 from drake_starnav.regions.safe_region import SCAN_PATIENCE
 from drake_starnav.runtime import intake as take
-from drake_starnav.runtime.execution import WINDOW, Told, not_executed
+from drake_starnav.runtime.execution import STANDS, Execution, Told, judged, with_command, with_look
 from drake_starnav.runtime.intake import Declared, Intake, Look
 from drake_starnav.runtime.station import AskedGoal, DriverStation, no_scan
 from drake_starnav.scenario.schema import Scenario
@@ -30,9 +30,7 @@ from drake_starnav.systems.star_perception import lidar_names
 from drake_starnav.systems.twist_shield import Unshielded
 
 GAP = 0.1
-"""After so long without a step the twist that is driven is the measured one, s; the watchdog has braked by then."""
-STANDS = 0.02
-"""m/s and rad/s"""
+"""After so long without a step, or without odometry, the twist that is driven is the measured one, s."""
 
 
 class Command(NamedTuple):
@@ -128,9 +126,9 @@ class Navigator:
         self.intake, self.late = Intake.empty(len(self._declared.lidars)), 0
         self._now, self._origin, self._tick = math.nan, 0.0, 0
         self._command = Command(np.zeros(size), False, "standing", "nothing has come in")
-        self._told: tuple[Told, ...] = ()
+        self._execution = Execution()
         self._goal: tuple[float, ...] | None = None
-        self._reached, self._turning, self._latched = False, False, ""
+        self._reached, self._turning, self._blind = False, False, True
         self._begin()
 
     def _begin(self) -> None:
@@ -204,12 +202,13 @@ class Navigator:
         except StarnavError as error:
             wrong = str(error)
         if told_goal != self._goal:
-            self._goal, self._reached, self._turning, self._latched = told_goal, False, False, ""
+            self._goal, self._reached, self._turning = told_goal, False, False
+            self._execution = Execution(looks=self._execution.looks)
         state = take.state_at(self.intake.rows, now)
-        if not elapsed < GAP:  # the first step, or after a gap
-            self._told = ()
-            if state is not None:
-                self._command = self._command._replace(twist=self._measured())
+        if state is not None and (self._blind or not elapsed < GAP):  # what was done meanwhile is not known
+            self._execution = dataclasses.replace(self._execution, told=())
+            self._command = self._command._replace(twist=self._measured())
+        self._blind = state is None
         why = self._why_not(now, state, wrong)
         if state is None:
             return self._braking(why)
@@ -233,10 +232,8 @@ class Navigator:
             return self.intake.bad_odometry or stale
         if self.intake.jumped > self._forgotten:
             return self.intake.bad_odometry or "the pose has jumped"
-        self._latched = self._latched or not_executed(self._told, rows, self.scenario)
-        if self._latched:
-            return f"{self._latched}; until the goal is given anew"
-        return wrong or ("no goal" if self._goal is None else "")
+        self._execution = judged(self._execution, now, rows, self.scenario)
+        return self._execution.said or wrong or ("no goal" if self._goal is None else "")
 
     def _feed(self, now: float, state: np.ndarray) -> None:
         """Put goal and state into the diagram, and let it process all scans that have a pose, one after the other."""
@@ -266,6 +263,8 @@ class Navigator:
         self._fix(self._names[look.lidar], Value(scan))
         self._fix("scan_pose", look.pose)
         self._seen[look.lidar] = look.scan.time
+        if look.lidar == 0:
+            self._execution = with_look(self._execution, look)
         after = context.Clone()
         self.diagram.CalcForcedUnrestrictedUpdate(context, after.get_mutable_state())
         context.SetTimeStateAndParametersFrom(after)
@@ -299,10 +298,8 @@ class Navigator:
         ahead, aside, turning = velocity_of(command.twist)
         turning *= ahead if self.actuation.limits.steers > 0.0 else 1.0
         if math.isfinite(self._now):
-            told = tuple(
-                each for each in self._told if each.time > self._now - 2.0 * WINDOW - self.scenario.drive.delay
-            )
-            self._told = (*told, Told(self._now, ahead, aside, turning))
+            told = Told(self._now, ahead, aside, turning)
+            self._execution = with_command(self._execution, told, self.scenario.drive.delay)
         self._set_twist(self._simulator.get_mutable_context(), command.twist)
 
     def _set_twist(self, context: Context, twist: np.ndarray) -> None:

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from drake_starnav import Scenario, parse_scenario
+from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.runtime import Odometry
-from drake_starnav.runtime.execution import Told, compared, not_executed
+from drake_starnav.runtime.execution import Execution, Told, compared, denied, judged, not_executed, with_command
+from drake_starnav.runtime.intake import Look
 
 PLAIN = Scenario("plain", None)
 
@@ -66,3 +68,35 @@ def test_a_car_that_drives_backwards_and_aside() -> None:
         pose = pose + np.array(((-0.4 * c - 0.2 * s) * 0.02, (-0.4 * s + 0.2 * c) * 0.02, yaw))
     asked, driven, time = compared(told, rows, 0.0)
     assert driven == pytest.approx(asked, abs=5e-3) and time == pytest.approx(1.18)
+
+
+def looks(moved, ranges, pose=(0.0, 0.0, 0.0)):
+    """Two seconds of scans with these ranges, in a room in which all of them grow by `moved`, m."""
+    return [
+        Look(0, LaserScan(0.1 * k, -1.0, 0.02, 0.0, 5.0, ranges + 0.05 * k * moved, lost_beams=True), np.array(pose))
+        for k in range(20)
+    ]
+
+
+def test_scans_speak_against_a_pose_that_stays() -> None:
+    ranges = np.linspace(1.0, 3.0, 100)
+    assert denied(looks(0.5, ranges)) and not denied(looks(0.02, ranges))
+    few = np.where(np.arange(100) < 5, 1.0, math.inf)
+    assert denied(looks(0.0, few))  # nobody knows
+    moved = [look._replace(pose=np.array((0.1 * k, 0.0, 0.0))) for k, look in enumerate(looks(0.5, ranges))]
+    assert not denied(moved) and not denied([])
+    fewer = looks(0.0, ranges)[:1] + looks(0.0, ranges[:50])
+    assert denied(fewer)
+
+
+def test_a_base_is_tried_again_once_it_stands_and_once_only() -> None:
+    execution, rows, said = Execution(), [], []
+    for k in range(400):
+        t = 0.02 * k
+        rows.append(Odometry(t, 0.0, 0.0, 0.0, 0.0, 0.0))
+        execution = judged(execution, t, rows, PLAIN)
+        execution = with_command(execution, Told(t, 0.0 if execution.why else 0.8, 0.0, 0.0), 0.0)
+        said.append((bool(execution.why), execution.lasts))
+    changes = [each for each, before in zip(said[1:], said, strict=False) if each != before]
+    assert changes == [(True, False), (False, False), (True, True)]
+    assert execution.said.endswith("until the goal is given anew")

@@ -142,6 +142,20 @@ def test_odometry_that_is_dropped_is_counted(rows, why) -> None:
     assert dict(taken(Intake.empty(1), 0.1, [], rows, ONE).dropped) == {why: 1}
 
 
+@pytest.mark.parametrize("share", [0.0, 0.4, 1.0])
+def test_a_robot_that_halts_on_its_way_does_not_jump(share) -> None:
+    x, y, yaw = extrapolated(arc(0.0), 0.5 * share)
+    rows = [arc(0.0), Odometry(0.5, x, y, yaw, 0.0, 0.0)]
+    intake = taken(Intake.empty(1), 0.5, [], rows, ONE)
+    assert not intake.dropped and len(intake.rows) == 2
+
+
+@pytest.mark.parametrize("place", [(-0.4, 0.0, 0.0), (0.0, 0.4, 0.0), (0.9, 0.0, 0.0), (0.0, 0.0, -2.0)])
+def test_one_that_is_beside_its_way_does(place) -> None:
+    rows = [Odometry(0.0, 0.0, 0.0, 0.0, 0.8, 0.0), Odometry(0.5, *place, 0.0, 0.0)]
+    assert dict(taken(Intake.empty(1), 0.5, [], rows, ONE).dropped) == {"jump of the odometry": 1}
+
+
 def test_declared_jumps_are_no_fault() -> None:
     rows = [arc(0.0), arc(0.02)._replace(x=0.5)]
     intake = taken(Intake.empty(1), 0.1, [], rows, ONE._replace(jumps=True))

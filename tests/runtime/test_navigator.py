@@ -63,16 +63,74 @@ def test_silence_that_ends_is_forgiven(forest) -> None:
     assert robot.speed > 0.5
 
 
-def test_a_base_that_does_not_do_what_it_is_told_stands_until_the_goal_is_given_anew(forest) -> None:
+class Hesitating(BareRobot):
+    """Does nothing from `begin` to `end`, s, whatever it is told, then it goes on; if silent, its time stands still."""
+
+    def __init__(self, begin: float, end: float, silent: bool = False) -> None:
+        super().__init__(FOREST)
+        self.begin, self.end, self.silent = begin, end, silent
+
+    @property
+    def halted(self) -> bool:
+        return self.begin <= self.time < self.end
+
+    def read(self):
+        reading = super().read()
+        return reading._replace(scans=[], odometry=[]) if self.silent and self.halted else reading
+
+    def drive(self, command) -> None:
+        if self.silent and self.halted:
+            self.twist, self.ticks = command.twist.copy(), self.ticks + 1
+        else:
+            super().drive(command._replace(twist=np.zeros(2)) if self.halted else command)
+
+
+@pytest.mark.parametrize("seconds", [0.12, 0.2, 0.5, 3.0, 17.0])
+def test_a_base_whose_computer_halts_is_driven_on(forest, seconds) -> None:
     forest.reset()
-    robot, faults = BareRobot(FOREST), Faults()
-    driven(forest, robot, 3.0, faults.odometry_freezes)
-    commands = driven(forest, robot, 4.0)  # it is well again, but nobody has said so
-    assert commands[-1].status == "standing" and "not executed" in commands[-1].why
+    robot = Hesitating(BEGIN, BEGIN + seconds, silent=True)
+    commands = driven(forest, robot, BEGIN + seconds + 2.0)
+    assert commands[-1].status == "driving" and robot.speed > 0.5 and robot.clearance > 0.0
+    assert {command.why.rstrip("0123456789. s") for command in commands} <= {"", "no odometry for", "no scan for"}
+
+
+@pytest.mark.parametrize("seconds", [0.5, 1.0, 2.5])
+def test_a_base_that_hesitates_is_braked_and_driven_on(forest, seconds) -> None:
+    forest.reset()
+    robot = Hesitating(BEGIN, BEGIN + seconds)
+    commands = driven(forest, robot, BEGIN + seconds + 4.5)
+    said = [command for command in commands if "not executed" in command.why]
+    assert said and {command.status for command in said} <= {"braking", "standing"}
+    assert commands[-1].status == "driving" and robot.speed > 0.5 and robot.clearance > 0.0
+
+
+def test_a_base_that_does_nothing_for_good_stands_until_the_goal_is_given_anew(forest) -> None:
+    forest.reset()
+    robot = Hesitating(BEGIN, 20.0)
+    commands = driven(forest, robot, 15.0)
+    tries = np.flatnonzero(np.diff([command.status == "driving" for command in commands]))
+    assert len(tries) <= 4  # it was tried once more
+    commands = driven(forest, robot, 23.0)
+    assert {command.status for command in commands} == {"standing"}
+    assert commands[-1].why.endswith("until the goal is given anew")
     forest.step(*robot.read()._replace(goal=None))
     robot.ticks += 1
-    commands = driven(forest, robot, 6.0)
-    assert commands[-1].status == "driving"
+    commands = driven(forest, robot, 26.0)
+    assert commands[-1].status == "driving" and robot.speed > 0.3
+
+
+@pytest.mark.parametrize("fault", ["odometry_freezes", "odometry_stands"])
+def test_odometry_that_denies_what_the_scans_see_stops_the_robot_for_good(forest, fault) -> None:
+    forest.reset()
+    robot, kind = BareRobot(FOREST), getattr(Faults(), fault)
+    driven(forest, robot, BEGIN)
+    driven(forest, robot, BEGIN + 2.5, kind)
+    assert robot.stands
+    commands = driven(forest, robot, 20.0, kind)
+    assert robot.stands and {command.status for command in commands} == {"standing"}
+    assert commands[-1].why.endswith("until the goal is given anew")
+    driven(forest, robot, 22.0)  # it is well again, but nobody has said so
+    assert robot.stands
 
 
 def test_a_pose_that_jumps_begins_again_when_the_robot_stands(forest) -> None:
