@@ -15,6 +15,7 @@ import math
 import numpy as np
 from numba import njit
 
+from drake_starnav.geometry.compiled import leaf
 from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, UNKNOWN, LaserScan
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.tracking.surfaces import joined, runs, scan_chord
@@ -26,6 +27,8 @@ REACH = 6.0
 """Half the side of the grid about the robot, m."""
 RECENTRED = 1.0
 """The grid follows the robot when it is this far from the grid's middle, m."""
+SQUARE = 8
+"""Cells along a square of the grid that is seen through as a whole, or not; a power of two."""
 NEVER = -1.0
 RANGE_SLACK = 0.05
 """A cell is seen free if it ends by this much before all beams near it do, m."""
@@ -102,8 +105,7 @@ class OccupancyHistory:
 
     def walls(self, time: float) -> np.ndarray:
         """Centres of the cells that at a time (s) have been occupied for STANDING_AFTER, shape (n, 2), W, m."""
-        standing = _stands(self.first_hit, self.last_hit, time)
-        return (np.argwhere(standing) + self.first + 0.5) * CELL
+        return (_standing_cells(self.first_hit, self.last_hit, time) + self.first + 0.5) * CELL
 
     def updated(self, scan: LaserScan, pose: np.ndarray, large: np.ndarray) -> "OccupancyHistory":
         """The grid with one more scan; arguments as for `may_start`."""
@@ -114,7 +116,7 @@ class OccupancyHistory:
         distance = np.where(scan.lost, 0.0, scan.distances)
         beams = scan.angle_min + pose[2], scan.angle_increment, scan.full_circle
         free = _seen_through(grid.first, len(first_hit), pose[0], pose[1], beams, distance)
-        seen_free[free], first_hit[free], seen_large[free] = scan.time, NEVER, NEVER
+        _forget_hits(free, scan.time, seen_free, first_hit, seen_large)
         hit, i, j = grid._cells_hit(scan, pose, border=0)
         first_hit[i, j] = np.where(first_hit[i, j] < 0.0, scan.time, first_hit[i, j])
         last_hit[i, j] = scan.time
@@ -160,8 +162,65 @@ def _stands(first_hit: np.ndarray, last_hit: np.ndarray, time: float) -> np.ndar
 
 
 @njit(cache=True)
+def _standing_cells(first_hit, last_hit, time):
+    """Rows and columns of the cells that `_stands` tells of, shape (k, 2)."""
+    n = len(first_hit)
+    cells, k = np.empty((n * n, 2), np.int64), 0
+    for i in range(n):
+        for j in range(n):
+            since = first_hit[i, j]
+            if since >= 0.0 and time - since >= STANDING_AFTER and last_hit[i, j] - since >= HIT_SHARE * STANDING_AFTER:
+                cells[k, 0], cells[k, 1] = i, j
+                k += 1
+    return cells[:k].copy()
+
+
+@njit(cache=True)
+def _forget_hits(free, time, seen_free, first_hit, large):
+    """Note in grids that some cells (n, n) are free at a time, s."""
+    for i in range(len(free)):
+        for j in range(len(free)):
+            if free[i, j]:
+                seen_free[i, j], first_hit[i, j], large[i, j] = time, NEVER, NEVER
+
+
+@njit(cache=True, error_model="numpy")
+def _extremes(distance):
+    """Least and greatest distance of 2^k beams from each on, of two turns, shape (2, levels, 2 n)."""
+    n, levels = len(distance), 1
+    while 1 << levels <= n:
+        levels += 1
+    table = np.empty((2, levels, 2 * n))
+    for i in range(2 * n):
+        table[0, 0, i] = table[1, 0, i] = distance[i % n]
+    for k in range(1, levels):
+        half = 1 << (k - 1)
+        for i in range(2 * n):
+            j = min(i + half, 2 * n - 1)
+            table[0, k, i] = min(table[0, k - 1, i], table[0, k - 1, j])
+            table[1, k, i] = max(table[1, k - 1, i], table[1, k - 1, j])
+    return table
+
+
+@leaf
+def _extremes_of(table, first, last):
+    """The least and greatest distance of the beams from `first` to `last`, which may lie in the turns beside."""
+    n, k = table.shape[2] // 2, 0
+    if last - first >= n:
+        first, last = 0, n - 1
+    length = last - first + 1
+    first %= n
+    while 2 << k <= length:
+        k += 1
+    other = first + length - (1 << k)
+    return min(table[0, k, first], table[0, k, other]), max(table[1, k, first], table[1, k, other])
+
+
+@njit(cache=True, error_model="numpy")
 def _seen_through(origin, cells, x, y, beams, distance):
     """Which cells of a square grid all beams near them pass, shape (cells, cells), bool.
+
+    Squares of cells whose beams all end before them, or all beyond, are not looked at cell by cell.
 
     Args:
         origin: first cell of the grid, shape (2,).
@@ -171,35 +230,36 @@ def _seen_through(origin, cells, x, y, beams, distance):
         distance: up to which each sees, shape (n,), m.
     """
     bearing_0, increment, wrap = beams
-    n = len(distance)
-    around = np.concatenate((distance, distance, distance))  # by a beam's number, from -n: of a full circle
+    n, table = len(distance), _extremes(distance)
     through = np.zeros((cells, cells), np.bool_)
     half = 0.5 * math.sqrt(2.0) * CELL
-    reach = distance.max()
-    low_i = max(int(math.floor((x - reach) / CELL)) - origin[0], 0)
-    high_i = min(int(math.floor((x + reach) / CELL)) - origin[0] + 1, cells)
-    low_j = max(int(math.floor((y - reach) / CELL)) - origin[1], 0)
-    high_j = min(int(math.floor((y + reach) / CELL)) - origin[1] + 1, cells)
-    for i in range(low_i, high_i):
-        dx = (i + origin[0] + 0.5) * CELL - x
-        for j in range(low_j, high_j):
-            dy = (j + origin[1] + 0.5) * CELL - y
-            r = math.sqrt(dx * dx + dy * dy)
-            ends = r + half + RANGE_SLACK
-            if ends >= reach:
-                continue
-            # no beam that passes through the cell, nor the one beside it, may end before the cell does
-            middle = ((math.atan2(dy, dx) - bearing_0) % (2.0 * math.pi)) / increment
-            if distance[min(int(middle + 0.5), n - 1)] <= ends:
-                continue
-            width = math.asin(min(half / max(r, half), 1.0)) / increment + 1.0
-            first, last = int(math.floor(middle - width)), int(math.ceil(middle + width))
-            if last - first >= n:
-                first, last = 0, n - 1
-            free = wrap or (first >= 0 and last < n)
-            k = first
-            while free and k <= last:
-                free = around[k + n] > ends
-                k += 1
-            through[i, j] = free
+    squares, waiting = np.empty((cells * cells // SQUARE + 4 * SQUARE, 3), np.int64), 0
+    for i in range(0, cells, SQUARE):
+        for j in range(0, cells, SQUARE):
+            squares[waiting, 0], squares[waiting, 1], squares[waiting, 2] = i, j, SQUARE
+            waiting += 1
+    while waiting > 0:
+        waiting -= 1
+        i, j, side = squares[waiting, 0], squares[waiting, 1], squares[waiting, 2]
+        dx, dy = (i + origin[0] + 0.5 * side) * CELL - x, (j + origin[1] + 0.5 * side) * CELL - y
+        r, spread = math.sqrt(dx * dx + dy * dy), (side - 1) * half
+        middle = ((math.atan2(dy, dx) - bearing_0) % (2.0 * math.pi)) / increment
+        # no beam that passes through the cell, nor the one beside it, may end before the cell does
+        width = math.asin(min(half / max(r - spread, half), 1.0)) / increment + 1.0
+        if side > 1:
+            width += math.asin(min(spread / max(r, spread), 1.0)) / increment + 1.0
+        first, last = int(math.floor(middle - width)), int(math.ceil(middle + width))
+        least, most = _extremes_of(table, first, last)
+        known = wrap or (first >= 0 and last < n) or (side == 1 and last - first >= n)
+        ends = r + half + RANGE_SLACK
+        if side == 1:
+            through[i, j] = known and least > ends
+        elif known and least > ends + spread + 1e-9:
+            through[i : i + side, j : j + side] = True
+        elif not known or most > ends - spread - 1e-9:
+            for k in range(4):
+                a, b = i + k // 2 * (side // 2), j + k % 2 * (side // 2)
+                if a < cells and b < cells:
+                    squares[waiting, 0], squares[waiting, 1], squares[waiting, 2] = a, b, side // 2
+                    waiting += 1
     return through

@@ -6,9 +6,16 @@ from collections.abc import Callable, Iterator
 import numpy as np
 import pytest
 from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, UNKNOWN
-from drake_starnav.tracking.occupancy_history import STANDING_AFTER, OccupancyHistory
+from drake_starnav.tracking.occupancy_history import (
+    CELL,
+    RANGE_SLACK,
+    STANDING_AFTER,
+    OccupancyHistory,
+    _seen_through,
+)
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from tests.helpers.scans import scattered, seeds
 from tests.helpers.scenes import PERIOD, Scene, hall, moved, straight
@@ -146,3 +153,26 @@ def test_what_stands_where_a_large_surface_was_and_has_gone_may_start() -> None:
     assert not grid.may_start(first, np.zeros(3), NOTHING)[beams].any()
     grid = grid.updated(empty.scan(PERIOD, np.zeros(3)), np.zeros(3), NOTHING)
     assert grid.may_start(standing.scan(2 * PERIOD, np.zeros(3)), np.zeros(3), NOTHING)[beams].all()
+
+
+@settings(max_examples=25, deadline=None)
+@given(seed=seeds, full=st.booleans(), beams=st.sampled_from((5, 90, 360)))
+def test_a_cell_is_free_if_all_beams_beside_it_end_beyond(seed: int, full: bool, beams: int) -> None:
+    rng = np.random.default_rng(seed)
+    step = 2.0 * math.pi / beams if full else rng.uniform(1.0, 6.0) / (beams - 1)
+    begin, place, distance = rng.uniform(-7.0, 7.0), rng.uniform(-1.0, 1.0, 2), rng.uniform(0.0, 3.0, beams // 5 + 1)
+    distance = np.repeat(distance, 5)[:beams]
+    cells, half = 100, math.sqrt(0.5) * CELL
+    origin = np.floor(place / CELL).astype(int) - rng.integers(30, 70, 2)
+    free = _seen_through(origin, cells, *place, (begin, step, full), distance)
+    for i, j in rng.integers(0, cells, (200, 2)):
+        dx, dy = (origin + (i, j) + 0.5) * CELL - place
+        r = math.hypot(dx, dy)
+        middle, width = (
+            (math.atan2(dy, dx) - begin) % (2.0 * math.pi) / step,
+            math.asin(min(half / r, 1.0)) / step + 1.0,
+        )
+        near = np.arange(math.floor(middle - width), math.ceil(middle + width) + 1)
+        near = np.arange(beams) if len(near) > beams else near
+        seen = full or (near[0] >= 0 and near[-1] < beams)
+        assert free[i, j] == (seen and (distance[near % beams] > r + half + RANGE_SLACK).all())
