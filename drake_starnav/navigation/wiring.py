@@ -206,7 +206,7 @@ def _add_perception(builder: DiagramBuilder, config: LoopConfig, navigation: Nav
     scans = scan_ports(station)
     scan_pose = station.GetOutputPort("localization.scan_pose")
     if config.obstacles is not None:
-        tracker = ObstacleTracker(config.obstacles, lidar, stopwatch=config.stopwatch)
+        tracker = ObstacleTracker(config.obstacles, lidar, mounts[0], stopwatch=config.stopwatch)
         builder.AddNamedSystem("tracker", tracker)
         builder.Connect(scans[0], tracker.GetInputPort("scan"))  # others are refused among moving obstacles
         builder.Connect(scan_pose, tracker.GetInputPort("pose"))

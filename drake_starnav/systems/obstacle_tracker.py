@@ -5,8 +5,9 @@ from time import perf_counter
 from pydrake.common.value import Value
 from pydrake.systems.framework import Context, LeafSystem
 
+from drake_starnav.geometry.se2 import composed
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.lidar.mounts import newest
+from drake_starnav.lidar.mounts import ON_AXIS, Mount, newest, unturned
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.systems.release import declare_value
 from drake_starnav.systems.scan_state import ScanState
@@ -27,26 +28,31 @@ class ObstacleTracker(LeafSystem):
     ```
 
     Ports:
-        scan: abstract, `LaserScan` in the sensor frame S, whose origin is the robot's centre; as output, the last one
-            with the motion state of each hit.
-        pose: vector (x, y, yaw) of S in the world frame W at the time of the scan, m and rad.
+        scan: abstract, `LaserScan` in the sensor frame S; as output, the last one with the motion state of each hit.
+        pose: vector (x, y, yaw) of the robot in the world frame W at the time of the scan, m and rad.
         tracks: abstract, `Tracks` in W.
 
     A new scan with at least one beam that is not lost is in the outputs at once, see `ScanState`.
     """
 
     def __init__(
-        self, obstacles: DynamicObstacleParameters, lidar: LidarParameters, *, stopwatch: Stopwatch | None = None
+        self,
+        obstacles: DynamicObstacleParameters,
+        lidar: LidarParameters,
+        mount: Mount = ON_AXIS,
+        *,
+        stopwatch: Stopwatch | None = None,
     ) -> None:
-        """Track what is declared, by a lidar with these errors; a stopwatch, if given, notes `track` times."""
+        """Track what is declared, by a lidar with these errors there; a stopwatch, if given, notes `track` times."""
         super().__init__()
+        self._mount, self._flip = mount, ON_AXIS._replace(upside_down=mount.upside_down)
         self._obstacles, self._range_deviation = obstacles, lidar.range_deviation
         self._stopwatch = stopwatch or Stopwatch()
         self._scan = self.DeclareAbstractInputPort("scan", Value(LaserScan.nothing()))
         self._pose = self.DeclareVectorInputPort("pose", 3)
         self._tracked = ScanState(self, Tracked(), self._after, (self._scan, self._pose), stamp=self._stamp)
         depends = {self._tracked.ticket}
-        declare_value(self, "scan", Tracked().scan, lambda own, context: own._tracked.Eval(context).scan, depends)
+        declare_value(self, "scan", Tracked().scan, ObstacleTracker._last_scan, depends)
         declare_value(self, "tracks", Tracks(), lambda own, context: own._tracked.Eval(context).tracks, depends)
 
     def _stamp(self, context: Context) -> float:
@@ -56,7 +62,11 @@ class ObstacleTracker(LeafSystem):
         scan = self._scan.Eval(context)
         if scan.time == before.tracks.time:
             return before
-        pose, begin = self._pose.Eval(context).copy(), perf_counter()
-        after = track(before, scan, pose, self._obstacles, self._range_deviation)
+        begin = perf_counter()
+        place = composed(self._pose.Eval(context), self._mount[:3])
+        after = track(before, unturned(scan, self._flip), place, self._obstacles, self._range_deviation)
         self._stopwatch.note("track", begin)
         return after
+
+    def _last_scan(self, context: Context) -> LaserScan:
+        return unturned(self._tracked.Eval(context).scan, self._flip)

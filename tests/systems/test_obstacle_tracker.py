@@ -1,13 +1,17 @@
 """Scans go in, scans that know what moves and tracks come out."""
 
 import dataclasses
+import math
 
 import numpy as np
+import pytest
 from pydrake.common.value import Value
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context
 
+from drake_starnav.geometry.se2 import composed
 from drake_starnav.lidar.laser_scan import DYNAMIC, LaserScan
+from drake_starnav.lidar.mounts import Mount, unturned
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.navigation import make_diagram
 from drake_starnav.scenario.scenario_file import parse_scenario
@@ -94,3 +98,27 @@ def test_it_is_wired_only_where_obstacles_are_declared_to_move() -> None:
     assert not plain["controller"].HasInputPort("tracks")
     assert isinstance(crowd["tracker"], ObstacleTracker)
     assert crowd["controller"].HasInputPort("tracks")
+
+
+@pytest.mark.parametrize(
+    "mount", [Mount(0.0, 0.0, 2.0, False), Mount(0.0, 0.0, 0.7, True), Mount(0.2, -0.1, -1.0, False)], ids=str
+)
+def test_what_moves_is_tracked_where_it_is_wherever_the_lidar_is_mounted(mount: Mount) -> None:
+    """Turned, upside down or off the axis; and the scan comes out as it went in, but for what moves."""
+    system = ObstacleTracker(OBSTACLES, LidarParameters(rate=1.0 / PERIOD), mount)
+    simulator = Simulator(system)
+    context, pose = simulator.get_mutable_context(), np.array((-0.5, 0.3, 0.4))
+    system.GetInputPort("pose").FixValue(context, pose)
+    for k in range(30):
+        scan = SCENE.scan(k * PERIOD, composed(pose, mount[:3]))
+        if mount.upside_down:
+            scan = unturned(scan, Mount(0.0, 0.0, 0.0, True))
+        system.GetInputPort("scan").FixValue(context, Value(scan))
+        simulator.AdvanceTo((k + 0.2) * PERIOD)
+    tracks, out = (system.GetOutputPort(name).Eval(context) for name in ("tracks", "scan"))
+    assert tracks.confirmed.sum() == 1
+    assert math.dist(tracks.position[tracks.confirmed][0], SCENE.at(29 * PERIOD)[0]) < 0.06
+    np.testing.assert_array_equal(out.ranges, scan.ranges)
+    assert out.angle_min == pytest.approx(scan.angle_min) and (out.motion == DYNAMIC).sum() > 5
+    moving = scan.points(composed(pose, mount[:3]))[out.motion[scan.hits] == DYNAMIC] if not mount.upside_down else []
+    assert all(math.dist(point, SCENE.at(29 * PERIOD)[0]) < 0.3 for point in moving)
