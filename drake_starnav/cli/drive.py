@@ -1,7 +1,6 @@
 """The commands `drive`, `replay`, `watchdog`, `warm` and `calibrate`: a robot that is not simulated."""
 
 import argparse
-import importlib
 import json
 import math
 import sys
@@ -13,6 +12,7 @@ from typing import Any
 from drake_starnav.cli.options import NOT_REACHED, REACHED, Command, add_overrides, add_scenario
 from drake_starnav.errors import StarnavError, shown
 from drake_starnav.utils.files import check_outputs, write_text
+from drake_starnav.utils.imported import imported
 
 ROBOTS = {"ros2": "drake_starnav.runtime.ros2:Ros2"}
 """Robots by name."""
@@ -26,7 +26,7 @@ def made(kind: str, options: Sequence[str], *arguments: Any) -> Any:
         options: its arguments by name, as NAME=VALUE; a value is JSON, or a text.
         arguments: before these.
     """
-    module, _, name = ROBOTS.get(kind, kind).partition(":")
+    factory = imported("robot", ROBOTS.get(kind, kind))
     settings = {}
     for option in options:
         key, is_given, value = option.partition("=")
@@ -37,15 +37,9 @@ def made(kind: str, options: Sequence[str], *arguments: Any) -> Any:
         except json.JSONDecodeError:
             settings[key] = value
     try:
-        factory = getattr(importlib.import_module(module), name)
-    except (ImportError, AttributeError, ValueError) as error:
-        raise StarnavError(
-            f"robot {shown(kind)} cannot be imported: {error}; allowed: {', '.join(ROBOTS)}, or MODULE:NAME"
-        ) from None
-    try:
         return factory(*arguments, **settings)
     except TypeError as error:
-        raise StarnavError(f"robot {shown(kind)}: {error}; allowed: the arguments of {name}") from None
+        raise StarnavError(f"robot {shown(kind)}: {error}; allowed: the arguments of {factory.__name__}") from None
 
 
 def _add_robot(parser: argparse.ArgumentParser, what: str) -> None:

@@ -6,7 +6,6 @@ loads neither Drake nor NumPy, and does not hear Ctrl-C, which is the loop's to 
 """
 
 import contextlib
-import importlib
 import json
 import math
 import select
@@ -16,6 +15,8 @@ import sys
 import time
 from collections.abc import Sequence
 from typing import Any, NamedTuple
+
+from drake_starnav.utils.imported import imported
 
 DEADLINE, PERIOD = 0.1, 0.02
 """s"""
@@ -121,8 +122,7 @@ def main(arguments: Sequence[str]) -> int:
     for each in (signal.SIGINT, signal.SIGTERM):
         signal.signal(each, signal.SIG_IGN)
     base, settings, ramp = arguments
-    module, _, name = base.partition(":")
-    watch(getattr(importlib.import_module(module), name)(**json.loads(settings)), Ramp(*json.loads(ramp)))
+    watch(imported("base", base)(**json.loads(settings)), Ramp(*json.loads(ramp)))
     return 0
 
 

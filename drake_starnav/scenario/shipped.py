@@ -1,12 +1,10 @@
 """Names of methods and of shipped scenarios. Help texts show them before anything heavy is imported."""
 
-import importlib
-import os
-import sys
 from collections.abc import Callable
-from typing import Any
+from typing import Any, cast
 
-from drake_starnav.errors import StarnavError, said_by, shown
+from drake_starnav.errors import shown
+from drake_starnav.utils.imported import imported
 from drake_starnav.utils.resources import model_path
 
 METHODS: dict[str, dict[str, dict[str, Any]] | Callable[[Any], Any]] = {
@@ -38,26 +36,13 @@ def method_settings(name: str) -> dict[str, dict[str, Any]]:
 def own_method(name: str) -> Callable[[Any], Any] | None:
     """The function of a method of the user's own, from a scenario to its parts; None of a shipped one.
 
-    A module is imported from where Python finds modules, or from the folder in which the program runs.
-
     Raises:
-        StarnavError: there is no such method.
+        StarnavError: there is no such method, see `imported`.
     """
     if name in METHODS or ":" not in name:
         found = METHODS[name] if name in METHODS else method_settings(name)
         return None if isinstance(found, dict) else found
-    module, _, function = name.partition(":")
-    if os.getcwd() not in sys.path:
-        sys.path.append(os.getcwd())
-    try:
-        made = getattr(importlib.import_module(module), function)
-    except (ImportError, AttributeError, ValueError) as error:
-        raise StarnavError(
-            f"method {shown(name)}: {said_by(error)}; allowed: module:function, of a module that Python finds"
-        ) from None
-    if not callable(made):
-        raise StarnavError(f"method {shown(name)} is {shown(made)}; allowed: a function from a scenario to its parts")
-    return made
+    return cast(Callable[[Any], Any], imported("method", name))
 
 
 def scenario_names() -> list[str]:

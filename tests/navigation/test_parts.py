@@ -75,7 +75,7 @@ def test_a_method_can_be_entered_by_a_name(monkeypatch) -> None:
     [
         ("nowhere.at_all:make", "No module named 'nowhere'; allowed: module:function"),
         (f"{OWN}:ahaed", "has no attribute 'ahaed'; allowed: module:function"),
-        (f"{OWN}:NOT_A_FUNCTION", "is 3; allowed: a function from a scenario to its parts"),
+        (f"{OWN}:NOT_A_FUNCTION", "is 3; allowed: a function, or a class"),
         (f"{OWN}:nothing", f"what method {OWN}:nothing returns is None; allowed: "),
     ],
 )

@@ -1,0 +1,34 @@
+"""What users name as `module:function`."""
+
+import importlib
+import os
+import sys
+from typing import Any
+
+from drake_starnav.errors import StarnavError, said_by, shown
+
+
+def imported(what: str, name: str) -> Any:
+    """What a name, `module:function`, stands for.
+
+    A module is imported from where Python finds modules, or from the folder in which the program runs.
+
+    Args:
+        what: is named, for the message.
+        name: as the user wrote it.
+
+    Raises:
+        StarnavError: there is no such module, or nothing in it of that name that can be called.
+    """
+    module, _, function = name.partition(":")
+    if os.getcwd() not in sys.path:
+        sys.path.append(os.getcwd())
+    try:
+        found = getattr(importlib.import_module(module), function)
+    except (ImportError, AttributeError, ValueError) as error:
+        raise StarnavError(
+            f"{what} {shown(name)}: {said_by(error)}; allowed: module:function, of a module that Python finds"
+        ) from None
+    if not callable(found):
+        raise StarnavError(f"{what} {shown(name)} is {shown(found)}; allowed: a function, or a class")
+    return found
