@@ -26,6 +26,8 @@ from drake_starnav.worlds.footprints import ball_vertices, box_vertices, convex_
 
 TOLERANCE = 1e-3
 """Tolerance of places and headings of a model's wheels and lidars, of its radii and of `robot.radius`, m and rad."""
+GRAVITY = 9.81
+"""m/s^2."""
 FLOOR_CONTACT = ("starnav", "floor")
 """Group and name of a property of a robot's collision shapes."""
 
@@ -258,3 +260,22 @@ def wheel_rates(robot: RobotModel) -> np.ndarray:
         rates[joint.velocity_start()] = 1.0
         rows.append((*np.zeros(plant.num_positions(model)), *plant.GetVelocitiesFromArray(model, rates)))
     return np.array(rows)
+
+
+def turning_ability(robot: RobotModel) -> float:
+    """The yaw acceleration of a robot whose wheels carry all its weight and grip with it, rad/s^2.
+
+    It is that of base_link's z axis, by the efforts and arms of the wheels and by mass and inertia of all links.
+    """
+    inertia, mass = 0.0, 0.0
+    for index, X_BL in robot.poses().items():
+        link = robot.plant.get_body(index)
+        of_link = link.default_spatial_inertia().ReExpress(X_BL.rotation()).Shift(-X_BL.translation())
+        inertia += of_link.CalcRotationalInertia().CopyToFullMatrix3()[2, 2]
+        mass += link.default_mass()
+    (radii, arms), joints = drive_geometry(robot), robot.wheels
+    grip, torque = GRAVITY * mass / len(joints), 0.0
+    for joint, radius, arm in zip(joints, radii, arms, strict=True):
+        effort = robot.plant.GetJointActuatorByName(joint.name(), robot.index).effort_limit()
+        torque += min(effort / abs(radius), grip) * abs(arm)
+    return torque / inertia

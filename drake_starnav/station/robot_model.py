@@ -28,6 +28,7 @@ from drake_starnav.station.robot_geometry import (
     drive_geometry,
     massless_links,
     robot_outline,
+    turning_ability,
 )
 from drake_starnav.station.robot_wheels import found_wheels, stand_on_wheels
 from drake_starnav.utils.resources import model_path
@@ -36,6 +37,8 @@ WHEEL_GAIN = 10.0
 """Velocity servo of the wheels, N m s/rad, if those of `SERVO_LAG` do not need more."""
 SERVO_LAG = 0.02
 """A robot's speed follows its wheels' commands within this, s."""
+SPARE_GRIP = 3.0
+"""Wheels must be able to turn a robot by so many times what is asked: casters carry a part of its weight, and drag."""
 SIMPLIFIED = 0.004
 """Corners are left out where the outline grows by no more than about this, m."""
 
@@ -170,6 +173,12 @@ def model_faults(robot: RobotModel, declared: RobotParameters, floor: float | No
     yield from overhang_faults(robot, declared, 0.0 if floor is None else floor)
     if floor is None:
         return
+    most, asked = turning_ability(robot) / SPARE_GRIP, declared.max_yaw_acceleration
+    if declared.drive.turns_on_the_spot and most < asked:
+        yield (
+            f"its wheels turn it with at most {most:.3g} rad/s^2, and robot.max_yaw_acceleration is {asked:g} rad/s^2; "
+            "allowed: no more, wheels farther apart, a larger effort of their joints, or less inertia about the axis"
+        )
     for each in robot.extents(robot.poses()):
         if each.low < floor - TOLERANCE and each.floor is None:  # what would lift the wheels
             yield (

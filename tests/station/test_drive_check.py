@@ -18,7 +18,11 @@ FRICTION = (
     "</drake:proximity_properties></collision>"
 )
 CAUSES = {
-    "weak": ('<axis xyz="0 0 1"/>', '<axis xyz="0 0 1"/><limit effort="0.0001" velocity="9"/>', "wheels do not turn"),
+    "weak": (
+        '<axis xyz="0 0 1"/>',
+        '<axis xyz="0 0 1"/><limit effort="0.0001" velocity="9"/>',
+        "its wheels turn it with at most",
+    ),
     "slippery": (WHEEL, WHEEL.replace("</collision>", FRICTION), "wheels turn, but do not move it"),
 }
 
@@ -32,7 +36,7 @@ def test_a_robot_that_stays_where_it_is_is_reported(tmp_path: Path, kind: str) -
     path.write_text(text, encoding="utf-8")
     scenario = load_scenario("room", overrides=[f"simulation.timeout={SOONEST}"])
     robot = dataclasses.replace(scenario.robot, model=str(path), wheel_joints=JOINTS)
-    with pytest.raises(StarnavError, match=f"does not follow its commands: .*{cause}.*; allowed: |{cause}; allowed: "):
+    with pytest.raises(StarnavError, match=f"{cause}.*; allowed: "):
         run_trial(dataclasses.replace(scenario, robot=robot))
 
 

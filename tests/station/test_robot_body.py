@@ -98,7 +98,7 @@ def check_bodies(count: int, seed: int) -> int:
         try:
             plant = covered_by_plant(robot)
         except StarnavError as error:
-            assert "has no room for link" in str(error)
+            assert "has no room for link" in str(error) or "its wheels turn it" in str(error)
             continue
         declared, accepted = declared_area(robot), accepted + 1
         flat = 0.0022 * robot.radius if robot.base == "car" and not robot.footprint else 0.0  # a disc of 48 corners
