@@ -178,8 +178,9 @@ def drawn(seed: int) -> Case:
         half = 0.75 * math.pi if place == "two" else float(rng.uniform(2.0, 3.1))
         overrides += [f"lidar.angle_min={-half:.4f}", f"lidar.angle_max={half:.4f}"]
     faults = {key: rng.uniform(0.0, most) for key, most in FAULTS.items() if rng.uniform() < FAULTY}
-    ideal = () if body.base == "differential" else ("localization", "drive")  # refused with other bases
-    overrides += [f"{key}={value:.4f}" for key, value in faults.items() if not key.startswith(ideal)]
+    if body.base == "omnidirectional":  # it has no wheels
+        faults.pop("drive.slip", None)
+    overrides += [f"{key}={value:.4f}" for key, value in faults.items()]
     return Case(scenario, [f"robot.model={body.model}", *overrides], mounts)
 
 

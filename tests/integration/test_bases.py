@@ -4,7 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from drake_starnav.scenario.scenario_file import load_scenario, parse_scenario
+from drake_starnav.loading import load_scenario
+from drake_starnav.scenario.scenario_file import parse_scenario
 from drake_starnav.simulation.robots import run_robots
 from drake_starnav.simulation.run import run_trial
 
