@@ -191,7 +191,7 @@ def _first_velocities(ways, start, scene):
     for m in range(len(ways)):
         way = ways[m, 0], ways[m, 1], ways[m, 2], ways[m, 3]
         wanted = wanted_velocity(way, pose, way_point, limits, scene.settings)
-        firsts[m, :2] = limited(wanted.ahead, limits.max_speed), limited(wanted.aside, limits.max_speed)
+        firsts[m, 0], firsts[m, 1] = limited(wanted.ahead, limits.max_speed), limited(wanted.aside, limits.max_speed)
         firsts[m, 2] = limited(wanted.turning, limits.max_yaw_rate)
     return firsts
 

@@ -110,7 +110,8 @@ def _followed(pose, ahead, sizes, limits, found):
     velocity = aimed(wrapped_angle(math.atan2(uy, ux) - yaw), limits.max_speed, limits)
     most = GOAL_SLOWDOWN * distance + limits.max_speed / CREEP if arrives and count == 1 else np.inf
     velocity = slowed(velocity, most)
-    found[:] = ux, uy, velocity.ahead, velocity.aside, velocity.turning
+    found[0], found[1] = ux, uy
+    found[2], found[3], found[4] = velocity.ahead, velocity.aside, velocity.turning
 
 
 @njit(cache=True)

@@ -50,7 +50,8 @@ def bucket_dijkstra(weight, cost, goal, source, known):
     while waiting > 0:
         if used + 8 > len(entries):
             larger = np.empty((2 * len(entries), 3), np.int32)
-            larger[:used] = entries[:used]
+            for k in range(used):  # an assignment to a slice takes Numba 2 s to compile
+                larger[k, 0], larger[k, 1], larger[k, 2] = entries[k, 0], entries[k, 1], entries[k, 2]
             entries = larger
         while waiting > 0 and used + 8 <= len(entries):  # apart: Numba would count references to what a loop replaces
             while head[bucket] < 0:

@@ -176,7 +176,8 @@ def _descent(cost, weight, x, y):
     while least < 0:
         if n == len(out):
             longer = np.empty((2 * n, 2), np.int64)
-            longer[:n] = out
+            for k in range(n):  # an assignment to a slice takes Numba 2 s to compile
+                longer[k, 0], longer[k, 1] = out[k, 0], out[k, 1]
             out = longer
         out[n, 0], out[n, 1] = i, j
         n += 1

@@ -3,6 +3,7 @@
 import dataclasses
 import math
 from dataclasses import field
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -126,17 +127,17 @@ class Tracks:
     def __len__(self) -> int:
         return len(self.radius)
 
-    @property
+    @cached_property
     def confirmed(self) -> np.ndarray:
         """Which tracks are trusted to be moving obstacles, shape (n,), bool."""
         return (self.scans >= CONFIRMED_AFTER) & (self.pace > CONFIRMED_SPEED) & (self.motion > CONFIRMED_MOTION)
 
-    @property
+    @cached_property
     def settled(self) -> np.ndarray:
         """Which tracks are old enough for their speeds to be known, shape (n,), bool."""
         return self.scans >= SETTLED_AFTER
 
-    @property
+    @cached_property
     def creeping(self) -> np.ndarray:
         """Which tracks move too slowly to be told from what stands by single hits, shape (n,), bool."""
         age = self.time - self.since
@@ -145,12 +146,12 @@ class Tracks:
         least += np.where(self.motion > CREEPING_MOTION, 0.0, CREEPING_SWING * np.abs(self.swing))
         return ~self.confirmed & (age >= CREEPING_AFTER) & (np.hypot(*self.drift.T) > least)
 
-    @property
+    @cached_property
     def foreseen(self) -> np.ndarray:
         """Which tracks are avoided at their predicted positions, shape (n,), bool."""
         return self.confirmed | self.creeping
 
-    @property
+    @cached_property
     def expected_velocity(self) -> np.ndarray:
         """With which the tracks are predicted, shape (n, 2), m/s."""
         return np.where(self.confirmed[:, None], self.velocity, self.drift)

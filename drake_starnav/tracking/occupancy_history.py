@@ -255,7 +255,9 @@ def _seen_through(origin, cells, x, y, beams, distance):
         if side == 1:
             through[i, j] = known and least > ends
         elif known and least > ends + spread + 1e-9:
-            through[i : i + side, j : j + side] = True
+            for a in range(i, min(i + side, cells)):
+                for b in range(j, min(j + side, cells)):
+                    through[a, b] = True
         elif not known or most > ends - spread - 1e-9:
             for k in range(4):
                 a, b = i + k // 2 * (side // 2), j + k % 2 * (side // 2)

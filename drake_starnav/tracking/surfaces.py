@@ -6,9 +6,11 @@ Douglas-Peucker algorithm leaves of the hits; they run counter-clockwise about t
 turns to the left. A surface wider than the largest dynamic obstacle is static.
 """
 
+import itertools
 import math
 
 import numpy as np
+from numba import njit
 from scipy.spatial.distance import pdist
 
 from drake_starnav.geometry.polyline import simplified
@@ -54,26 +56,45 @@ def joined(distance: np.ndarray, hit: np.ndarray, angle: float | np.ndarray, wra
         angle: between each beam and the one before, one for all or of shape (n,), rad.
         wrap: whether the last beam is the one before the first.
     """
-    before = np.roll(distance, 1)
-    apart = np.sqrt(np.maximum(before * before + distance * distance - 2.0 * before * distance * np.cos(angle), 0.0))
-    near = apart <= np.maximum(CONNECTED, CONNECTED_PER_RANGE * np.minimum(before, distance))
-    near[0] &= wrap
-    return hit & np.roll(hit, 1) & near
+    return _joined(distance, hit, np.broadcast_to(np.cos(angle), distance.shape), wrap)
+
+
+@njit(cache=True)
+def _joined(distance, hit, cosine, wrap):
+    """The loop of `joined`, by the cosine of each angle."""
+    n = len(distance)
+    out = np.zeros(n, np.bool_)
+    for k in range(0 if wrap else 1, n):
+        a, b = distance[k - 1], distance[k]
+        if hit[k] and hit[k - 1]:
+            apart = math.sqrt(max(a * a + b * b - 2.0 * a * b * cosine[k], 0.0))
+            out[k] = apart <= max(CONNECTED, CONNECTED_PER_RANGE * min(a, b))
+    return out
 
 
 def runs(chosen: np.ndarray, continues: np.ndarray) -> list[np.ndarray]:
     """Beam numbers of the runs of `chosen` beams (n,) of which each continues the one before, as from `joined`."""
-    begins = chosen & ~(continues & np.roll(chosen, 1))
-    first = np.flatnonzero(begins)
-    last = np.flatnonzero(chosen & np.roll(begins | ~chosen, -1))
-    if not len(first):  # none, or one all around
-        return [np.flatnonzero(chosen)] if chosen.any() else []
-    if last[0] < first[0]:
-        last = np.roll(last, -1)
-    return [
-        (start + np.arange((end - start) % len(chosen) + 1)) % len(chosen)
-        for start, end in zip(first, last, strict=True)
-    ]
+    beams, ends = _runs(chosen, continues)
+    return [beams[i:j] for i, j in itertools.pairwise(ends.tolist())]
+
+
+@njit(cache=True)
+def _runs(chosen, continues):
+    """The beams of all runs, one after the other, and where each run begins in them and the last ends."""
+    n = len(chosen)
+    beams, ends, first, count = np.empty(n, np.int64), [0], 0, 0
+    while first < n and not (chosen[first] and not (continues[first] and chosen[first - 1])):
+        first += 1
+    first %= n  # none begins: there is none, or one all around
+    for m in range(first, first + n):
+        k = m % n
+        if chosen[k]:
+            beams[count] = k
+            count += 1
+            after = (k + 1) % n
+            if m + 1 == first + n or not (chosen[after] and continues[after]):
+                ends.append(count)
+    return beams[:count], np.array(ends)
 
 
 def scan_chord(scan: LaserScan, run: np.ndarray) -> float:
