@@ -89,9 +89,9 @@ def surfaces(hits, own, place, body):
     bearing = np.empty(count)
     for k in range(count):
         bearing[k] = math.atan2(hits[begin + k, 1] - place[1], hits[begin + k, 0] - place[0])
-    order[:count] = np.argsort(bearing, kind="mergesort") + begin
-    order[count : count + begin] = np.arange(begin)
-    order[count + begin :] = np.arange(end, n)
+    by_bearing = np.argsort(bearing, kind="mergesort")
+    for k in range(n):  # an assignment to a slice takes Numba 2 s to compile
+        order[k] = by_bearing[k] + begin if k < count else k - count if k < count + begin else k
     ends, shades, m = np.empty((n, 4)), np.zeros(n, np.bool_), 0
     for group in range(2):
         first, last = (0, count) if group == 0 else (count, n)

@@ -239,12 +239,15 @@ def known(part, n, looks, asked):
         if not _seen_by_any(part[i : i + 1], 1, looks, asked):
             return False
     stack, sizes, depth = np.empty((DEPTH, n + 2 * DEPTH, 2)), np.empty(DEPTH, np.int64), 1
-    stack[0, :n], sizes[0] = part[:n], n
+    sizes[0] = n
+    for i in range(n):  # an assignment to a slice takes Numba 2 s to compile
+        stack[0, i, 0], stack[0, i, 1] = part[i, 0], part[i, 1]
     piece = np.empty((n + 2 * DEPTH, 2))
     while depth > 0:
         depth -= 1
         m = sizes[depth]
-        piece[:m] = stack[depth, :m]
+        for i in range(m):
+            piece[i, 0], piece[i, 1] = stack[depth, i, 0], stack[depth, i, 1]
         if _seen_by_any(piece, m, looks, asked):
             continue
         low_x, high_x, low_y, high_y = piece[0, 0], piece[0, 0], piece[0, 1], piece[0, 1]
