@@ -10,6 +10,7 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from drake_starnav.control import ControllerParameters
+from drake_starnav.control.free_heading import FREE_HEADING_RANGE, OPEN_WAY, SAMPLES, STEP
 from drake_starnav.control.modulation import CENTER, FARTHEST, NEAR_WALL_SCALE, SIGMA
 from drake_starnav.control.motion import LONGEST_STEP
 from drake_starnav.control.path_following import (
@@ -204,6 +205,7 @@ def command(
     zone = NEAR_WALL_ZONE * robot.radius
     push = zone / max(TURNING_TIMES / HEADING_GAIN * robot.max_speed, zone)
     direction = _off_walls(pose[:2], direction, star.near_hits, (radius, zone), push)
+    direction = _free_heading(pose[:2], direction, star, OPEN_WAY * robot.radius)
     heading = (math.atan2(direction[1], direction[0]) - pose[2] + math.pi) % (2.0 * math.pi) - math.pi
     stop_at = distance if guidance.arrives and len(path) == 1 else math.inf
     v = min(robot.max_speed * max(math.cos(heading), 0.0) ** 3, GOAL_SLOWDOWN * stop_at + robot.max_speed / CREEP)
@@ -259,6 +261,22 @@ def _off_walls(
     direction = direction - share * min(float(direction @ push), 0.0) * push + min(share, most) * push
     length = np.hypot(*direction)
     return push if length < 1e-6 else direction / length
+
+
+def _free_heading(position: np.ndarray, direction: np.ndarray, star: CertifiedRegion, most: float) -> np.ndarray:
+    way = most * np.arange(1, SAMPLES + 1) / SAMPLES
+    steps = STEP * np.arange(1, int(FREE_HEADING_RANGE / STEP) + 1)
+    bearing = math.atan2(direction[1], direction[0])
+
+    def is_open(angle: float) -> bool:
+        return _covered(position + np.outer(way, (math.cos(angle), math.sin(angle))) - star.center, star)
+
+    if is_open(bearing):
+        return direction
+    for turn in np.column_stack((steps, -steps)).ravel():
+        if is_open(bearing + turn) and is_open(bearing + turn + math.copysign(STEP, turn)):
+            return np.array((math.cos(bearing + turn), math.sin(bearing + turn)))
+    return direction
 
 
 def _certified_twist(

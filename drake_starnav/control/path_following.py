@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from drake_starnav.control.free_heading import free_heading
 from drake_starnav.control.inputs import ControllerInputs, Proposal
 from drake_starnav.control.manoeuvre_following import followed_manoeuvre
 from drake_starnav.control.modulation import modulated_direction, near_wall_direction
@@ -66,7 +67,7 @@ def followed(inputs: ControllerInputs, margins: Margins, robot: RobotParameters)
         return Proposal(*followed_manoeuvre(pose, guidance.poses, robot.drive, limits))
     ahead = guidance.path, guidance.arrives, tuple(guidance.regions), star.near_hits
     sizes, found = Clearances.of(robot.shape.narrow, margins.safety), np.zeros(5)
-    _followed(pose, ahead, tuple(sizes), tuple(limits), found)
+    _followed(pose, ahead, star.alone[:3], tuple(sizes), tuple(limits), found)
     return Proposal(twist_of(found[2:], robot.drive), found[:2])
 
 
@@ -95,7 +96,7 @@ def guiding_vector(
 
 
 @njit(cache=True)
-def _followed(pose, ahead, sizes, limits, found):
+def _followed(pose, ahead, star, sizes, limits, found):
     """Write guiding vector (2,) and `Velocity` into `found` (5,), where the robot shall not stand."""
     x, y, yaw = pose
     path, arrives, regions, hits = ahead
@@ -107,6 +108,7 @@ def _followed(pose, ahead, sizes, limits, found):
     ux, uy, distance = guided(x, y, path, regions, hits, sizes, limits.max_speed)
     if ux == 0.0 and uy == 0.0:
         return
+    ux, uy = free_heading(x, y, ux, uy, star, sizes.radius)
     velocity = aimed(wrapped_angle(math.atan2(uy, ux) - yaw), limits.max_speed, limits)
     most = GOAL_SLOWDOWN * distance + limits.max_speed / CREEP if arrives and count == 1 else np.inf
     velocity = slowed(velocity, most)

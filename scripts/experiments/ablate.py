@@ -64,6 +64,7 @@ INTERPRETED = {
 UNCERTIFIED = {
     **INTERPRETED,
     "drake_starnav.systems.twist_shield.shielded": replacements.uncertified_twist,
+    f"{FOLLOWING}.free_heading": replacements.same_direction,
 }
 
 
@@ -162,6 +163,13 @@ ABLATIONS = (
         "blends with all hits that are near",
         "7",
         {**INTERPRETED, f"{FOLLOWING}.near_wall_direction": replacements.same_direction},
+    ),
+    Ablation(
+        "no_free_heading",
+        "-",
+        "the vector turns to the nearest bearing that the certified region leaves",
+        "9",
+        {**INTERPRETED, f"{FOLLOWING}.free_heading": replacements.same_direction},
     ),
     Ablation("no_certificate", "nothing is certified", "only twists from which the robot can stop", "9", UNCERTIFIED),
     Ablation(
