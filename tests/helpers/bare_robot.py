@@ -1,19 +1,22 @@
 """A robot that does exactly what it is told, in a world that its lidar sees, as drivers deliver it: for the runtime."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
 from drake_starnav.control.motion import Pose, advanced, velocity_of
 from drake_starnav.geometry.raycast import Fan, cast_groups
+from drake_starnav.geometry.se2 import composed
 from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.lidar.mounts import Mount
 from drake_starnav.lidar.sensor_model import measure
 from drake_starnav.runtime import Odometry
 from drake_starnav.runtime.loop import Reading
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.worlds import make_world
 from drake_starnav.worlds.clearance import body_clearance
-from drake_starnav.worlds.view import visible_shapes
+from drake_starnav.worlds.view import scan_from, visible_shapes
 from drake_starnav.worlds.world import World
 
 EPOCH = 1.7e9
@@ -78,3 +81,17 @@ class BareRobot:
 
     def close(self) -> None:
         """Nothing to give back."""
+
+
+class TwoEyes(BareRobot):
+    """Two lidars, ahead and behind the axis, the second of which scans half a period later."""
+
+    MOUNTS = Mount(0.15, 0.0, 0.0, False), Mount(-0.15, 0.0, math.pi, False)
+
+    def read(self):
+        reading, lidar, scans = super().read(), self.scenario.lidar, []
+        for k, mount in enumerate(self.MOUNTS):
+            if self.ticks % 5 == 2 * k:  # 10 Hz each
+                scan = scan_from(self.shapes, composed(self.pose, mount[:3]), lidar, k, self.ticks)
+                scans.append((k, replace(scan, time=reading.now)))
+        return reading._replace(scans=scans)

@@ -128,12 +128,13 @@ class Restarted(Ros2):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        self.restart, self.ticks, self.twists = None, 0, []
+        self.restart, self.ticks, self.twists, self.said = None, 0, [], collections.Counter()
 
     def drive(self, command) -> None:
         super().drive(command)
         self.ticks += 1
         self.twists.append(command.twist)
+        self.said[command.status, command.why] += 1
         if self.ticks == 150:
             self.restart()
 
@@ -144,19 +145,21 @@ def test_the_robot_s_side_is_killed_and_started_again(ros_python, tmp_path) -> N
 
     def restart() -> None:
         processes[0].kill()
-        processes[0].communicate()
+        processes[0].wait()
+        processes[0].stdout.close()
         processes.append(robot(ros_python, tmp_path, "room", domain, "--seconds", "120"))
 
     try:
         base = Restarted(scenario, domain=domain, interface="lo", wait=30.0)
         base.restart = restart
-        driven = drive(navigator_of("room"), base, seconds=90.0, until_reached=True)
+        driven = drive(navigator_of("room"), base, seconds=60.0, until_reached=True)
         said = ended(processes[1])
     finally:
         for process in processes:
             process.kill()
-            process.communicate()
-    print(driven, {**said, "scans": len(said["scans"])})
+            process.wait()
+            process.stdout.close()
+    print(driven, {**said, "scans": len(said["scans"])}, base.said.most_common(8))
     assert abs(base.twists[149][0]) > 0.3 and not any(base.twists[205])  # it stands a second later
     assert driven.end == "reached" and said["touched"] == 0
 

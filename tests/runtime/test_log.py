@@ -12,7 +12,7 @@ from drake_starnav.runtime import Navigator, read_log, replay
 from drake_starnav.runtime.log import RunLog, scan_message, scan_of
 from drake_starnav.runtime.loop import Reading
 from drake_starnav.worlds.world import World
-from tests.helpers.bare_robot import BareRobot
+from tests.helpers.bare_robot import BareRobot, TwoEyes
 
 pytest.importorskip("mcap")
 FOREST = load_scenario("forest")
@@ -23,13 +23,16 @@ RUNS = {
     "movers": ("obstacles: {max_speed: 0.5}", ""),
     "polygon": ("robot: {footprint: [[-0.2, -0.15], [0.3, -0.15], [0.3, 0.15], [-0.2, 0.15]]}", ""),
     "car": ("robot: {base: car, model: carbot}", ""),
+    "omnidirectional": ("robot: {base: omnidirectional, model: omnibot}", ""),
+    "two lidars": ("lidar: {rate: 10}\nlidars: [{}, {}]\nrobot: {max_speed: 0.5}", ""),
     "faults": ("", "faults"),
 }
 
 
 def logged(path, scenario, kind="", seconds=3.0):
     """Write the log of a run; returns its robot."""
-    navigator, robot = Navigator(scenario, warm=False), BareRobot(scenario, POSTS)
+    kind_of_robot, mounts = (TwoEyes, TwoEyes.MOUNTS) if len(scenario.all_lidars) == 2 else (BareRobot, None)
+    navigator, robot = Navigator(scenario, mounts=mounts, warm=False), kind_of_robot(scenario, POSTS)
     log, chance = RunLog(path, navigator), np.random.default_rng(0)
     while robot.time < seconds:
         reading = robot.read()

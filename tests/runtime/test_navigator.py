@@ -8,12 +8,10 @@ import pytest
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
 from drake_starnav import Parts, StarnavError, load_scenario, parse_scenario
-from drake_starnav.geometry.se2 import composed
-from drake_starnav.lidar.mounts import Mount
 from drake_starnav.runtime import Navigator, Odometry
 from drake_starnav.worlds.view import scan_from
 from drake_starnav.worlds.world import World
-from tests.helpers.bare_robot import EPOCH, BareRobot
+from tests.helpers.bare_robot import EPOCH, BareRobot, TwoEyes
 from tests.helpers.driver_faults import BEGIN, FAULTS, HARMLESS, SLOWER, Faults, Harmless, driven
 
 FOREST = load_scenario("forest")
@@ -249,20 +247,6 @@ def test_every_scan_is_processed_whatever_the_rates(forest) -> None:
     perception = forest.navigation.perception
     held = perception.GetMyContextFromRoot(forest._simulator.get_context()).get_abstract_state(0).get_value()
     assert held.value.safety.time == pytest.approx(EPOCH + 39 * 0.02 - forest._origin)  # none is forgotten by the next
-
-
-class TwoEyes(BareRobot):
-    """Two lidars, ahead and behind the axis, the second of which scans half a period later."""
-
-    MOUNTS = Mount(0.15, 0.0, 0.0, False), Mount(-0.15, 0.0, math.pi, False)
-
-    def read(self):
-        reading, lidar, scans = super().read(), self.scenario.lidar, []
-        for k, mount in enumerate(self.MOUNTS):
-            if self.ticks % 5 == 2 * k:  # 10 Hz each
-                scan = scan_from(self.shapes, composed(self.pose, mount[:3]), lidar, k, self.ticks)
-                scans.append((k, replace(scan, time=reading.now)))
-        return reading._replace(scans=scans)
 
 
 def test_two_lidars_that_scan_when_they_like() -> None:
