@@ -174,10 +174,14 @@ def model_faults(robot: RobotModel, declared: RobotParameters, floor: float | No
     if floor is None:
         return
     most, asked = turning_ability(robot) / SPARE_GRIP, declared.max_yaw_acceleration
-    if declared.drive.turns_on_the_spot and most < asked:
+    said = f"robot.max_yaw_acceleration is {asked:g} rad/s^2"
+    if not declared.drive.turns_on_the_spot:  # it speeds up on its tightest circle, and steers
+        asked += declared.max_acceleration / declared.least_radius
+        said += f" with robot.max_acceleration {declared.max_acceleration:g} m/s^2"
+    if most < asked:
         yield (
-            f"its wheels turn it with at most {most:.3g} rad/s^2, and robot.max_yaw_acceleration is {asked:g} rad/s^2; "
-            "allowed: no more, wheels farther apart, a larger effort of their joints, or less inertia about the axis"
+            f"its wheels turn it with at most {most:.3g} rad/s^2, and {said}; allowed: no more, wheels farther apart, "
+            "a larger effort of their joints, or less inertia about the axis"
         )
     for each in robot.extents(robot.poses()):
         if each.low < floor - TOLERANCE and each.floor is None:  # what would lift the wheels
