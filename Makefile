@@ -1,6 +1,7 @@
 # make demo    drive the default scenario and leave its recording in out/
 # make test    run the tests that take seconds
-# make test-all  run all tests, with long drives, notebooks, the wheel and the site
+# make test-all  run all tests, with long drives, notebooks, the wheel and the site, and `test-realtime`
+# make test-realtime  drive a ROS 2 robot in real time, one test after the other; needs an idle machine
 # make coverage  run the tests, and list the lines that none of them reaches
 # make fuzz    search for examples that break a property: random ones, for MINUTES=10
 # make check   lint, formatting and types
@@ -11,16 +12,16 @@
 # PYTHON=...   the interpreter for the environment; without it the best one found
 # VENV=...     the environment's folder
 # TESTS=...    the tests to run; without it all
-# MARKS=...    those with these marks: `slow`, `not slow`
+# MARKS=...    those with these marks: `slow`, `not slow and not realtime`
 
 VENV ?= .venv
 PYTHON ?=
 TESTS ?=
-MARKS ?= not slow
+MARKS ?= not slow and not realtime
 MINUTES ?= 10
 RUN = $(VENV)/bin/python
 
-.PHONY: demo test test-all coverage fuzz check docs wheels install clean
+.PHONY: demo test test-all test-realtime coverage fuzz check docs wheels install clean
 
 demo: install
 	$(RUN) -m drake_starnav demo
@@ -29,7 +30,11 @@ test: install
 	$(RUN) -m pytest -q -n logical --maxprocesses 8 -m "$(MARKS)" $(TESTS)
 
 test-all:
-	$(MAKE) test MARKS=
+	$(MAKE) test MARKS="not realtime"
+	$(MAKE) test-realtime
+
+test-realtime: install
+	$(RUN) -m pytest -q -m realtime $(TESTS)
 
 coverage: install
 	$(RUN) -m pytest -q -n logical --maxprocesses 8 -m "$(MARKS)" --cov --cov-report=term-missing $(TESTS)

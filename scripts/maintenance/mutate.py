@@ -132,7 +132,7 @@ def run_tests(files: Sequence[str], tests: Tests) -> Tests:
     """Run test files in this process until one fails."""
     without = [f"-pno:{plugin}" for plugin in ("cacheprovider", "xdist", "unraisableexception", "threadexception")]
     known = "-Wignore::pytest.PytestAssertRewriteWarning"  # an earlier run in this process has imported the plugins
-    code = pytest.main([*without, known, "-q", "-x", "-m", "not slow", "--tb=no", *files], plugins=[tests])
+    code = pytest.main([*without, known, "-q", "-x", "-m", "not slow and not realtime", "--tb=no", *files], plugins=[tests])
     if code and not tests.killer:
         tests.killer = f"pytest ended with {code}"
     return tests

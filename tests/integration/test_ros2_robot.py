@@ -27,6 +27,7 @@ from drake_starnav.runtime import Navigator, drive, read_log, replay
 from drake_starnav.runtime.ros2 import Ros2
 from drake_starnav.runtime.ros2_cyclone import Cyclone
 from drake_starnav.runtime.ros2_messages import MESSAGES
+from drake_starnav.scenario.schema import Scenario
 from drake_starnav.worlds import make_world
 
 PACKAGES = (
@@ -37,7 +38,9 @@ FOLDER = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "drake
 ROOT = Path(__file__).parents[2]
 ROBOT = ROOT / "tests" / "helpers" / "rclpy_robot.py"
 DOMAIN = iter(range(61, 101))
-pytestmark = pytest.mark.slow
+DECLARED = ["drive.delay=0.04"]
+"""From a scan to the command that answers it pass 15 ms, and 5 ms more to the base: `starnav calibrate` measures it."""
+pytestmark = pytest.mark.realtime
 
 
 @pytest.fixture(scope="session")
@@ -75,15 +78,20 @@ def environment_of(domain: int) -> dict[str, str]:
     return kept | {"ROS_DOMAIN_ID": str(domain), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
 
 
+def declared(name: str) -> Scenario:
+    """A scenario, and what a drive by ROS adds to it."""
+    return load_scenario(name, overrides=DECLARED)
+
+
 @functools.cache
 def navigator_of(name: str) -> Navigator:
     """One of a scenario, compiled."""
-    return Navigator(load_scenario(name))
+    return Navigator(declared(name))
 
 
 def robot(python: Path, folder: Path, name: str, domain: int, *options: str, seed: int = 0) -> subprocess.Popen:
     """The process of a robot in a scenario's world."""
-    scenario = load_scenario(name)
+    scenario = declared(name)
     world, lidar = make_world(scenario.world, seed, scenario.robot.radius), scenario.lidar
     path = folder / "model.xml"
     path.write_text(mjcf(scenario, world))
@@ -96,7 +104,7 @@ def robot(python: Path, folder: Path, name: str, domain: int, *options: str, see
 @pytest.mark.parametrize("seed", range(5))
 def test_a_robot_that_knows_nothing_of_us_is_driven(name: str, seconds: float, seed: int, ros_python, tmp_path) -> None:
     domain, log, navigator = next(DOMAIN), tmp_path / "run.mcap", navigator_of(name)
-    scenario = load_scenario(name)
+    scenario = declared(name)
     options = ["--seconds", str(seconds + 15.0), *["--stamped"] * (name == "room")]
     process = robot(ros_python, tmp_path, name, domain, *options, seed=seed)
     try:
@@ -140,7 +148,7 @@ class Restarted(Ros2):
 
 
 def test_the_robot_s_side_is_killed_and_started_again(ros_python, tmp_path) -> None:
-    domain, scenario = next(DOMAIN), load_scenario("room")
+    domain, scenario = next(DOMAIN), declared("room")
     processes = [robot(ros_python, tmp_path, "room", domain, "--seconds", "120")]
 
     def restart() -> None:
@@ -168,7 +176,7 @@ def test_our_side_is_killed_and_started_again(ros_python, tmp_path) -> None:
     domain = next(DOMAIN)
     process = robot(ros_python, tmp_path, "room", domain, "--seconds", "150")
     options = ["--option", f"domain={domain}", "--option", "interface=lo", "--option", "wait=30"]
-    command = [sys.executable, "-m", "drake_starnav", "drive", "room", *options, "--until-reached", "--quiet"]
+    command = [sys.executable, "-m", "drake_starnav", "drive", "room", "--set", *DECLARED, *options, "--until-reached", "--quiet"]
     ros, make, loops = Cyclone(domain, "lo"), MESSAGES, []
     speed, take = [], ros.subscribe("/odom", "nav_msgs/Odometry", 100)
     assert make is ros.types
