@@ -21,9 +21,9 @@ from benchmarks.building_world import LIDAR, building, tour, tour_log
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.planning import PlannerInput, PlannerState, plan_step, planner, route
 from drake_starnav.planning.distance_grid import DistanceGrid
-from drake_starnav.regions.perception import Perceived, PerceptionSettings, perceive
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.scenario.schema import Scenario
+from drake_starnav.surroundings.perception import Perceived, PerceptionSettings, perceive
 from drake_starnav.worlds.view import scan_from, visible_shapes
 
 SCENARIO = Scenario("default", None)

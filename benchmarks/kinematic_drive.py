@@ -7,16 +7,16 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from drake_starnav.control import ControllerInputs, followed
-from drake_starnav.control.certificates import standard_certificates
-from drake_starnav.control.motion import Actuation
-from drake_starnav.control.shield import shielded
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.planning import PlannerInput, PlannerState, PlannerStatus, StarRoadmap, plan_step
 from drake_starnav.planning.guidance import Guidance
-from drake_starnav.regions.perception import SCAN_MEMORY, Perceived, PerceptionSettings, perceive
-from drake_starnav.regions.safe_region import CertifiedRegion, ScanMemory, certified_region
+from drake_starnav.robot.motion import Actuation
+from drake_starnav.safety.certificates import standard_certificates
+from drake_starnav.safety.shield import shielded
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.scenario.schema import Scenario
+from drake_starnav.surroundings.perception import SCAN_MEMORY, Perceived, PerceptionSettings, perceive
+from drake_starnav.surroundings.safe_region import CertifiedRegion, ScanMemory, certified_region
 from drake_starnav.worlds import World
 from drake_starnav.worlds.view import scan_from, visible_shapes
 

@@ -12,7 +12,6 @@ from scipy.sparse.csgraph import dijkstra
 from drake_starnav.control import ControllerParameters
 from drake_starnav.control.free_heading import FREE_HEADING_RANGE, OPEN_WAY, SAMPLES, STEP
 from drake_starnav.control.modulation import CENTER, FARTHEST, NEAR_WALL_SCALE, SIGMA
-from drake_starnav.control.motion import LONGEST_STEP
 from drake_starnav.control.path_following import (
     MODULATION_DISTANCE,
     NEAR_WALL_ZONE,
@@ -25,19 +24,20 @@ from drake_starnav.planning import StarRoadmap
 from drake_starnav.planning.cost_field import BLOCKED_SLACK, NEAR_WALL_COST, SOFT_ZONE
 from drake_starnav.planning.distance_grid import STRIDE
 from drake_starnav.planning.guidance import PASSED_DISTANCE, Guidance
-from drake_starnav.regions import Margins, RegionUnion, piecewise_cubic
-from drake_starnav.regions.bearing_hits import CONNECTED_CHORD
-from drake_starnav.regions.erosion import BEARINGS, JUMP, SAME_SURFACE, SMOOTHING_BEAMS
-from drake_starnav.regions.passages import MARGIN_STEPS, PASSAGE_DEPTH, SHUT
-from drake_starnav.regions.perception import SCAN_MEMORY
-from drake_starnav.regions.piecewise_cubic import LARGEST_SHARE, SMALLEST_SPLIT
-from drake_starnav.regions.safe_region import CertifiedRegion, ScanMemory
 from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.limits import HEADING_GAIN
+from drake_starnav.robot.motion import LONGEST_STEP
+from drake_starnav.surroundings import Margins, RegionUnion, piecewise_cubic
+from drake_starnav.surroundings.bearing_hits import CONNECTED_CHORD
+from drake_starnav.surroundings.erosion import BEARINGS, JUMP, SAME_SURFACE, SMOOTHING_BEAMS
+from drake_starnav.surroundings.passages import MARGIN_STEPS, PASSAGE_DEPTH, SHUT
+from drake_starnav.surroundings.perception import SCAN_MEMORY
+from drake_starnav.surroundings.piecewise_cubic import LARGEST_SHARE, SMALLEST_SPLIT
+from drake_starnav.surroundings.safe_region import CertifiedRegion, ScanMemory
 
 
 def smoothed_distances(scan: LaserScan) -> np.ndarray:
-    """As `regions.erosion.smoothed_distances`."""
+    """As `surroundings.erosion.smoothed_distances`."""
     distance = scan.distances
     hit = distance < scan.range_max
     total, count, growing = distance.copy(), np.ones(len(distance)), hit.copy()
@@ -54,7 +54,7 @@ def smoothed_distances(scan: LaserScan) -> np.ndarray:
 
 
 def half_gaps(scan: LaserScan, distance: np.ndarray) -> np.ndarray:
-    """As `regions.bearing_hits.half_gaps`."""
+    """As `surroundings.bearing_hits.half_gaps`."""
     following = np.roll(distance, -1)
     squared = distance**2 + following**2 - 2.0 * distance * following * math.cos(scan.angle_increment)
     chord = np.sqrt(np.maximum(squared, 0.0))
@@ -64,7 +64,7 @@ def half_gaps(scan: LaserScan, distance: np.ndarray) -> np.ndarray:
 
 
 def eroded_range(distance: np.ndarray, gap: np.ndarray, offset: np.ndarray, radius: float, limit: float) -> np.ndarray:
-    """As `regions.erosion.erode`, for a lidar that looks as far at all bearings; infinite: no hit."""
+    """As `surroundings.erosion.erode`, for a lidar that looks as far at all bearings; infinite: no hit."""
     samples = len(distance)
     out = np.full(samples, max(limit, 0.0))
     inflated = radius + np.where(np.isfinite(distance), distance, 0.0) * offset
@@ -86,7 +86,7 @@ def eroded_range(distance: np.ndarray, gap: np.ndarray, offset: np.ndarray, radi
 
 
 def free_range(scan: LaserScan, distance: np.ndarray, radius: float, margins: Margins) -> np.ndarray:
-    """As the first result of `regions.erosion.free_range`."""
+    """As the first result of `surroundings.erosion.free_range`."""
     beams = len(distance)
     every = math.ceil(BEARINGS / beams)
     hits, gap = np.full(beams * every, np.inf), np.zeros(beams * every)
@@ -101,7 +101,7 @@ def free_range(scan: LaserScan, distance: np.ndarray, radius: float, margins: Ma
 
 
 def with_passages(free: np.ndarray, narrow: np.ndarray, radius: float) -> np.ndarray:
-    """As the first result of `regions.passages.with_passages`."""
+    """As the first result of `surroundings.passages.with_passages`."""
     deeper = narrow > free + PASSAGE_DEPTH * radius
     if deeper.all():
         return narrow

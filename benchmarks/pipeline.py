@@ -33,15 +33,15 @@ from benchmarks.kinematic_drive import (
     scan_processing,
 )
 from drake_starnav.baselines.foa import foa_velocity
-from drake_starnav.control.shield import ramped_twist
 from drake_starnav.planning import StarRoadmap
 from drake_starnav.planning.bucket_search import UNREACHED
 from drake_starnav.planning.cost_field import Terrain, cost_to_go
-from drake_starnav.regions.erosion import free_range, smoothed_distances
-from drake_starnav.regions.piecewise_cubic import fit_piecewise_cubic
-from drake_starnav.regions.safe_region import NEAR_HITS
 from drake_starnav.robot import BASES
 from drake_starnav.robot.limits import HEADING_GAIN
+from drake_starnav.safety.shield import ramped_twist
+from drake_starnav.surroundings.erosion import free_range, smoothed_distances
+from drake_starnav.surroundings.piecewise_cubic import fit_piecewise_cubic
+from drake_starnav.surroundings.safe_region import NEAR_HITS
 from drake_starnav.worlds import Corridor, Forest, Maze, Room, make_world
 
 TOLERANCE = 1e-9

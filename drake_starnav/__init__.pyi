@@ -42,9 +42,9 @@ from drake_starnav.geometry.footprint import Footprint as Footprint
 from drake_starnav.systems.dsm_controller import DsmController as DsmController
 from drake_starnav.systems.twist_shield import TwistShield as TwistShield
 from drake_starnav.systems.twist_shield import Unshielded as Unshielded
-from drake_starnav.control.certificates import Certificate as Certificate
-from drake_starnav.control.zones import KeepOut as KeepOut
-from drake_starnav.control.zones import SpeedZone as SpeedZone
+from drake_starnav.safety.certificates import Certificate as Certificate
+from drake_starnav.safety.zones import KeepOut as KeepOut
+from drake_starnav.safety.zones import SpeedZone as SpeedZone
 from drake_starnav.visualization.star_roadmap_visualizer import StarRoadmapVisualizer as StarRoadmapVisualizer
 from drake_starnav.visualization.recorder import Recorder as Recorder
 

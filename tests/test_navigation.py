@@ -16,13 +16,13 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.navigation import Parts, add_navigation, make_diagram
 from drake_starnav.planning import PlannerStatus
 from drake_starnav.planning.guidance import Guidance
-from drake_starnav.regions.observation import Observation
-from drake_starnav.regions.region_union import RegionUnion
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.scenario.scenario_file import parse_scenario
 from drake_starnav.scenario.schema import SimulationParameters
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.station.plant import make_simulator
+from drake_starnav.surroundings.observation import Observation
+from drake_starnav.surroundings.region_union import RegionUnion
 from drake_starnav.systems.baseline_controller import BaselineController
 from drake_starnav.systems.dsm_controller import DsmController
 from drake_starnav.systems.star_perception import StarPerception

@@ -26,17 +26,18 @@ from drake_starnav.control.avoidance_rollout import (
     drive,
     wanted_velocity,
 )
-from drake_starnav.control.certificates import Certificate, accepted
-from drake_starnav.control.inputs import ControllerInputs, TrackedObstacles
-from drake_starnav.control.motion import Actuation, Pose, roll_out, velocity_of
-from drake_starnav.control.moving_certificate import MOVING_MARGIN, STANDING_SPEED
+from drake_starnav.control.inputs import ControllerInputs
 from drake_starnav.control.moving_modulation import moving_modulation
 from drake_starnav.control.rollout import GOAL_SLOWDOWN, FreeSpace, times_left
 from drake_starnav.robot import Limits, RobotParameters
 from drake_starnav.robot.base import twist_of
 from drake_starnav.robot.limits import limited, wrapped_angle
+from drake_starnav.robot.motion import Actuation, Pose, roll_out, velocity_of
+from drake_starnav.safety.certificates import Certificate, accepted
+from drake_starnav.safety.moving_certificate import MOVING_MARGIN, STANDING_SPEED
 from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.prediction import HORIZON
+from drake_starnav.tracking.tracker import TrackedObstacles
 
 SEGMENT = 5
 """Steps of a manoeuvre."""

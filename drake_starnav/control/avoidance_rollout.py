@@ -19,8 +19,6 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from drake_starnav.control.motion import Pose, advanced, velocity_of
-from drake_starnav.control.moving_certificate import STANDING_SPEED
 from drake_starnav.control.rollout import (
     ARRIVED,
     CREEP,
@@ -31,9 +29,11 @@ from drake_starnav.control.rollout import (
     time_to_go,
 )
 from drake_starnav.geometry.compiled import leaf
-from drake_starnav.regions.region_union import covers
 from drake_starnav.robot import Limits
 from drake_starnav.robot.limits import Velocity, aimed, slowed, wrapped_angle
+from drake_starnav.robot.motion import Pose, advanced, velocity_of
+from drake_starnav.safety.moving_certificate import STANDING_SPEED
+from drake_starnav.surroundings.region_union import covers
 from drake_starnav.tracking.prediction import HORIZON, PREDICTION_STEP
 
 COMFORT = 0.4

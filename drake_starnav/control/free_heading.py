@@ -4,7 +4,7 @@ import math
 
 from numba import njit
 
-from drake_starnav.regions.region_union import covers
+from drake_starnav.surroundings.region_union import covers
 
 FREE_HEADING_RANGE = 0.8
 """Largest turn of the guiding vector to a free bearing, rad."""

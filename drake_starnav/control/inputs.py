@@ -5,9 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_starnav.planning.guidance import Guidance
-from drake_starnav.regions.safe_region import CertifiedRegion
-from drake_starnav.tracking.kalman_tracks import Tracks
-from drake_starnav.tracking.parameters import DynamicObstacleParameters
+from drake_starnav.surroundings.safe_region import CertifiedRegion
 
 
 class ControllerInputs(NamedTuple):
@@ -36,17 +34,3 @@ class Proposal(NamedTuple):
 
     twist: np.ndarray
     guiding_vector: np.ndarray
-
-
-class TrackedObstacles(NamedTuple):
-    """The moving obstacles as of the last scan.
-
-    Attributes:
-        tracks: of the last scan.
-        age: time since that scan, s.
-        parameters: what is declared about moving obstacles.
-    """
-
-    tracks: Tracks
-    age: float
-    parameters: DynamicObstacleParameters

@@ -12,11 +12,11 @@ from drake_starnav.control.manoeuvre_following import followed_manoeuvre
 from drake_starnav.control.modulation import modulated_direction, near_wall_direction
 from drake_starnav.control.rollout import CREEP, GOAL_SLOWDOWN
 from drake_starnav.planning.guidance import PASSED_DISTANCE
-from drake_starnav.regions.margins import Margins
-from drake_starnav.regions.region_union import RegionUnion
 from drake_starnav.robot import Limits, RobotParameters
 from drake_starnav.robot.base import twist_of
 from drake_starnav.robot.limits import HEADING_GAIN, aimed, slowed, wrapped_angle
+from drake_starnav.surroundings.margins import Margins
+from drake_starnav.surroundings.region_union import RegionUnion
 
 GOAL_REACHED = 0.08
 """A robot this near to its final goal stops, in its radii."""

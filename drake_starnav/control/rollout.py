@@ -8,9 +8,9 @@ from numba import njit
 
 from drake_starnav.geometry.compiled import leaf
 from drake_starnav.planning.guidance import PASSED_DISTANCE
-from drake_starnav.regions.region_union import RegionUnion, cover_at, covers
-from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.robot.limits import Velocity, wrapped_angle
+from drake_starnav.surroundings.region_union import RegionUnion, cover_at, covers
+from drake_starnav.surroundings.safe_region import CertifiedRegion
 
 GOAL_SLOWDOWN = 1.2
 """Speed per metre of distance to the goal on arrival, 1/s."""

@@ -8,10 +8,10 @@ from pydrake.systems.framework import System
 from drake_starnav.baselines import paper
 from drake_starnav.planning import plan_step
 from drake_starnav.planning.state import PlanStep
-from drake_starnav.regions.margins import Margins
-from drake_starnav.regions.perception import Perceive, perceive
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.robot_interface import delay_steps
+from drake_starnav.surroundings.margins import Margins
+from drake_starnav.surroundings.perception import Perceive, perceive
 from drake_starnav.systems.baseline_controller import BaselineController, PaperController
 from drake_starnav.systems.dsm_controller import DsmController
 from drake_starnav.tracking.parameters import DynamicObstacleParameters

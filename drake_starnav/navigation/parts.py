@@ -6,10 +6,10 @@ from typing import Any
 
 from pydrake.systems.framework import Context, OutputPort, System
 
-from drake_starnav.control.certificates import Certificate
 from drake_starnav.errors import StarnavError, check_kind, shown
 from drake_starnav.navigation.robot import Robot
 from drake_starnav.parameters import unknown_name
+from drake_starnav.safety.certificates import Certificate
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.scenario.shipped import own_method
 from drake_starnav.station.navigation_station import StationInterface

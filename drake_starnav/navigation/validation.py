@@ -12,8 +12,6 @@ from drake_starnav.lidar.mounts import ON_AXIS, Mount
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.navigation.methods import BY_KIND, SHIELDED
 from drake_starnav.navigation.robot import DECLARED, Robot
-from drake_starnav.regions.margins import Margins
-from drake_starnav.regions.perception import check_views
 from drake_starnav.robot import Limits, RobotParameters
 from drake_starnav.scenario.error_budget import error_budget
 from drake_starnav.scenario.margins import AVERAGED_NOISE, derive_margins
@@ -22,6 +20,8 @@ from drake_starnav.station.navigation_station import StationInterface
 from drake_starnav.station.robot_body import HOLDS_ALL
 from drake_starnav.station.robot_geometry import TOLERANCE
 from drake_starnav.station.robot_interface import RobotInterface
+from drake_starnav.surroundings.margins import Margins
+from drake_starnav.surroundings.perception import check_views
 
 HARDEST_BRAKING = 6.0
 """Deceleration up to which the shipped robots' wheels do not slide, m/s^2; braking unloads them."""

@@ -4,8 +4,6 @@ import dataclasses
 
 from pydrake.systems.framework import DiagramBuilder, System
 
-from drake_starnav.control.certificates import Certificate
-from drake_starnav.control.zones import KeepOut
 from drake_starnav.errors import StarnavError, check_kind
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.localization.scan_matching import OdometryError
@@ -15,10 +13,12 @@ from drake_starnav.navigation.robot import Robot, robot_world, scan_ports
 from drake_starnav.navigation.sources import control_sources
 from drake_starnav.navigation.validation import check_interface, validated_margins
 from drake_starnav.planning.closed_areas import ClosedArea, closed_area
-from drake_starnav.regions.margins import Margins
 from drake_starnav.robot import RobotParameters
+from drake_starnav.safety.certificates import Certificate
+from drake_starnav.safety.zones import KeepOut
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.navigation_station import NavigationStation
+from drake_starnav.surroundings.margins import Margins
 from drake_starnav.systems.connecting import add_system, connect, connect_inputs, output_port, outputs
 from drake_starnav.systems.fixed_goal import FixedGoal
 from drake_starnav.systems.footprint_hold import FootprintHold

@@ -4,7 +4,7 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.geometry.compiled import largest
-from drake_starnav.regions.region_union import cover_at
+from drake_starnav.surroundings.region_union import cover_at
 
 UNREACHED = 2**30
 """Costs are stored less this, so that 0, of which memory is full at no cost, stands for what was not reached."""

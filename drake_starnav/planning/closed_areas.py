@@ -11,9 +11,9 @@ from drake_starnav.planning.cost_field import Terrain, cost_to_go
 from drake_starnav.planning.distance_grid import DistanceGrid
 from drake_starnav.planning.impassable import impassable_points
 from drake_starnav.planning.state import PlannerState
-from drake_starnav.regions.margins import Margins
-from drake_starnav.regions.observation import Observation
-from drake_starnav.regions.star_region import clear_of
+from drake_starnav.surroundings.margins import Margins
+from drake_starnav.surroundings.observation import Observation
+from drake_starnav.surroundings.star_region import clear_of
 
 SPACING = 0.05
 """Between points on the border of an area, m: no robot fits between two of them."""

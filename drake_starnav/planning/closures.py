@@ -10,9 +10,9 @@ from drake_starnav.planning.distance_grid import HIT_ERROR
 from drake_starnav.planning.impassable import narrowest_place
 from drake_starnav.planning.roadmap import CLOSED, extended, refitted, revised
 from drake_starnav.planning.state import EMPTY_PATH, PlannerInput, PlannerState
-from drake_starnav.regions.erosion import smoothed_distances
-from drake_starnav.regions.scan_averaging import AVERAGED_WITHIN, mean_scan
-from drake_starnav.regions.star_region import StarRegion, clear_of
+from drake_starnav.surroundings.erosion import smoothed_distances
+from drake_starnav.surroundings.scan_averaging import AVERAGED_WITHIN, mean_scan
+from drake_starnav.surroundings.star_region import StarRegion, clear_of
 
 AHEAD = 3.2
 """A way that failed is closed at its narrowest place within this distance, in radii of the robot."""

@@ -10,7 +10,7 @@ from numba import njit
 from drake_starnav.planning.bucket_search import UNREACHED, bucket_dijkstra
 from drake_starnav.planning.distance_grid import STRIDE, TILE, DistanceGrid
 from drake_starnav.planning.roadmap import CLOSED
-from drake_starnav.regions.region_union import RegionUnion
+from drake_starnav.surroundings.region_union import RegionUnion
 
 NEAR_WALL_COST = 0.4
 """Additional cost of a metre right at an obstacle, as a multiple of its length: wide paths are preferred."""

@@ -8,7 +8,7 @@ from numba import njit
 
 from drake_starnav.planning.distance_grid import HIT_ERROR
 from drake_starnav.planning.roadmap import CLOSED, StarRoadmap
-from drake_starnav.regions.region_union import RegionUnion, cover_at
+from drake_starnav.surroundings.region_union import RegionUnion, cover_at
 
 STEP, BEYOND, COVER_SLACK, LEAST = 0.4, 0.4, 0.2, 0.8
 """In radii of the robot: boundaries are looked at in steps of at most the first length; a place beyond by the second

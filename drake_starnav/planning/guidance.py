@@ -7,8 +7,8 @@ import numpy as np
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.se2 import placed
-from drake_starnav.regions.region_union import RegionUnion
-from drake_starnav.regions.star_region import StarRegion, united
+from drake_starnav.surroundings.region_union import RegionUnion
+from drake_starnav.surroundings.star_region import StarRegion, united
 from drake_starnav.utils.snapshot import snapshot
 
 PASSED_DISTANCE = 0.24

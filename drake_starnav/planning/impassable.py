@@ -6,9 +6,9 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.lidar.laser_scan import MAPPABLE, placed_ends
-from drake_starnav.regions.erosion import smoothed_distances
-from drake_starnav.regions.margins import Margins
-from drake_starnav.regions.observation import Observation
+from drake_starnav.surroundings.erosion import smoothed_distances
+from drake_starnav.surroundings.margins import Margins
+from drake_starnav.surroundings.observation import Observation
 
 BRIDGE_SPACING = 0.2
 """Spacing of the points between two hits that the robot does not fit between, as a share of its diameter."""

@@ -15,11 +15,11 @@ import numpy as np
 from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.geometry.polyline import arc_lengths, distance_to_segment, resampled
 from drake_starnav.planning.pose_search import NEAR_GOAL, REACH, SPACING, found_way
-from drake_starnav.regions.chords import thinned
-from drake_starnav.regions.looks import Chords
-from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.robot import Base
 from drake_starnav.robot.limits import wrapped_angle
+from drake_starnav.surroundings.chords import thinned
+from drake_starnav.surroundings.looks import Chords
+from drake_starnav.surroundings.safe_region import CertifiedRegion
 
 RANK_COST = 0.5
 """A goal is worth so long a detour more than the next one, beside what it is nearer than the first, m."""

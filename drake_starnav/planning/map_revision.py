@@ -12,12 +12,12 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.planning.roadmap import StarRoadmap
-from drake_starnav.regions.bearing_hits import half_gaps
-from drake_starnav.regions.margins import Margins
-from drake_starnav.regions.observation import Observation
-from drake_starnav.regions.piecewise_cubic import JUMP
-from drake_starnav.regions.region_union import CELL, WORD
-from drake_starnav.regions.star_region import StarRegion, cut_back, refitted
+from drake_starnav.surroundings.bearing_hits import half_gaps
+from drake_starnav.surroundings.margins import Margins
+from drake_starnav.surroundings.observation import Observation
+from drake_starnav.surroundings.piecewise_cubic import JUMP
+from drake_starnav.surroundings.region_union import CELL, WORD
+from drake_starnav.surroundings.star_region import StarRegion, cut_back, refitted
 
 CONTRADICTION = 0.8
 """A region with hits of a new scan deeper inside than this is contradicted, in radii of the robot: smaller

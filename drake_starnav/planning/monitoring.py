@@ -11,9 +11,9 @@ from drake_starnav.planning.guidance import PASSED_DISTANCE
 from drake_starnav.planning.impassable import bridged_ends
 from drake_starnav.planning.state import EMPTY_PATH, PlannerInput, PlannerState
 from drake_starnav.planning.string_pulling import last_in_sight
-from drake_starnav.regions.erosion import SMOOTHING_BEAMS, moving_average
-from drake_starnav.regions.region_union import cover_at, first_gap
-from drake_starnav.regions.star_region import StarRegion
+from drake_starnav.surroundings.erosion import SMOOTHING_BEAMS, moving_average
+from drake_starnav.surroundings.region_union import cover_at, first_gap
+from drake_starnav.surroundings.star_region import StarRegion
 
 OUTSIDE_TOLERANCE = 0.12
 """The robot counts as outside the regions only when it is this far out, in its radii."""

@@ -15,10 +15,10 @@ from drake_starnav.planning.monitoring import PlanCheck, check_plan, distance_to
 from drake_starnav.planning.roadmap import StarRoadmap, revised, uncovered_share
 from drake_starnav.planning.route import Route, find_route
 from drake_starnav.planning.state import EMPTY_PATH, PlannerInput, PlannerState, PlannerStatus
-from drake_starnav.regions.observation import Observation
-from drake_starnav.regions.obstruction import AVOIDED
-from drake_starnav.regions.region_union import cover_at
-from drake_starnav.regions.star_region import StarRegion
+from drake_starnav.surroundings.observation import Observation
+from drake_starnav.surroundings.obstruction import AVOIDED
+from drake_starnav.surroundings.region_union import cover_at
+from drake_starnav.surroundings.star_region import StarRegion
 
 PROGRESS_DISTANCE = 0.6
 """Motion that counts as progress, in radii of the robot."""

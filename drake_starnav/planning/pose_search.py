@@ -14,9 +14,9 @@ from numba import njit
 
 from drake_starnav.geometry.footprint import Body, Footprint
 from drake_starnav.geometry.polyline import point_to_segment_squared
-from drake_starnav.regions.looks import Chords, Looks
-from drake_starnav.regions.separation import keeps_clear
 from drake_starnav.robot.limits import wrapped_angle
+from drake_starnav.surroundings.looks import Chords, Looks
+from drake_starnav.surroundings.separation import keeps_clear
 
 CELL, HEADINGS = 0.04, 96
 """Of the search: cell size, m, and headings in a turn."""

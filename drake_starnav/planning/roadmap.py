@@ -12,11 +12,11 @@ from numba import njit
 from drake_starnav.planning.distance_grid import DistanceGrid
 from drake_starnav.planning.impassable import impassable_points
 from drake_starnav.planning.parameters import PlannerParameters
-from drake_starnav.regions.margins import Margins
-from drake_starnav.regions.observation import Observation
-from drake_starnav.regions.region_index import indexed
-from drake_starnav.regions.region_union import CELL, WORD, RegionUnion, covers, excess
-from drake_starnav.regions.star_region import StarRegion, united
+from drake_starnav.surroundings.margins import Margins
+from drake_starnav.surroundings.observation import Observation
+from drake_starnav.surroundings.region_index import indexed
+from drake_starnav.surroundings.region_union import CELL, WORD, RegionUnion, covers, excess
+from drake_starnav.surroundings.star_region import StarRegion, united
 from drake_starnav.utils.snapshot import snapshot
 
 AREA_BEARINGS = 4

@@ -13,8 +13,8 @@ from drake_starnav.planning.distance_grid import STRIDE
 from drake_starnav.planning.frontiers import gaps_of
 from drake_starnav.planning.state import EMPTY_PATH, PlannerInput, PlannerState
 from drake_starnav.planning.string_pulling import string_pulled
-from drake_starnav.regions.region_union import RegionUnion, cover_at, first_gap
-from drake_starnav.regions.star_region import StarRegion
+from drake_starnav.surroundings.region_union import RegionUnion, cover_at, first_gap
+from drake_starnav.surroundings.star_region import StarRegion
 
 LEFT = 0.8
 """The optimistic path leaves the regions where it stays outside for this length, in radii of the robot."""

@@ -16,8 +16,8 @@ from drake_starnav.planning.guidance import Guidance
 from drake_starnav.planning.manoeuvre import Body, Manoeuvring
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.roadmap import StarRoadmap, refitted, stamped_anew
-from drake_starnav.regions.margins import Margins
-from drake_starnav.regions.observation import Observation
+from drake_starnav.surroundings.margins import Margins
+from drake_starnav.surroundings.observation import Observation
 from drake_starnav.utils.snapshot import snapshot
 
 UNSET_POSITION = np.full(2, np.inf)

@@ -4,7 +4,7 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.geometry.polyline import subdivided
-from drake_starnav.regions.region_union import RegionUnion, cover_at, first_gap
+from drake_starnav.surroundings.region_union import RegionUnion, cover_at, first_gap
 
 FORWARD_STEP, BACKWARD_STEP = 0.8, 0.4
 """Spacing of the points that the path may skip to, in the first and in the second pass, in radii of the robot."""

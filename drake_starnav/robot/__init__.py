@@ -3,6 +3,7 @@
 import drake_starnav.utils.compilation  # noqa: F401  (shows what is compiled)
 from drake_starnav.robot.base import Base
 from drake_starnav.robot.limits import Limits
+from drake_starnav.robot.motion import BrakingMotion, Motion
 from drake_starnav.robot.parameters import BASES, MODEL_FILES, RobotParameters
 
-__all__ = ["BASES", "MODEL_FILES", "Base", "Limits", "RobotParameters"]
+__all__ = ["BASES", "MODEL_FILES", "Base", "BrakingMotion", "Limits", "Motion", "RobotParameters"]

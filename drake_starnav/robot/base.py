@@ -19,7 +19,7 @@ MOVE = 0.1
 class Base(Protocol):
     """A base, commanded by twists; inside the package as an array with one number for each of `components`.
 
-    The motion that follows a twist is `control.motion.roll_out`: two components are a speed along x and a turning rate,
+    The motion that follows a twist is `robot.motion.roll_out`: two components are a speed along x and a turning rate,
     or with `Limits.steers` a curvature; three are speeds along x and y, and a turning rate. The twist that drives in a
     direction is `aimed`.
     """

@@ -5,9 +5,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from drake_starnav.control.motion import velocity_of
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.robot.motion import velocity_of
 from drake_starnav.runtime.execution import Told, compared
 from drake_starnav.runtime.intake import Odometry
 from drake_starnav.runtime.log import Log

@@ -10,20 +10,20 @@ from pydrake.common.value import Value
 from pydrake.systems.analysis import InitializeParams, Simulator
 from pydrake.systems.framework import Context, DiagramBuilder, OutputPort
 
-from drake_starnav.control.motion import Actuation, velocity_of
-from drake_starnav.control.shield import braking_twist, ramped_twist
 from drake_starnav.errors import StarnavError, check_kind
 from drake_starnav.lidar.mounts import Mount
 from drake_starnav.navigation import Parts, add_navigation
 from drake_starnav.navigation.parts import AS_DECLARED
 from drake_starnav.navigation.robot import robot_mounts
 from drake_starnav.planning import PlannerStatus
-from drake_starnav.regions.safe_region import SCAN_PATIENCE
+from drake_starnav.robot.motion import Actuation, velocity_of
 from drake_starnav.runtime import intake as take
 from drake_starnav.runtime.execution import STANDS, Execution, Told, judged, with_command, with_look
 from drake_starnav.runtime.intake import Declared, Intake, Look
 from drake_starnav.runtime.station import AskedGoal, DriverStation, no_scan
+from drake_starnav.safety.shield import braking_twist, ramped_twist
 from drake_starnav.scenario.schema import Scenario
+from drake_starnav.surroundings.safe_region import SCAN_PATIENCE
 from drake_starnav.systems.connecting import output_port
 from drake_starnav.systems.goal_sequence import Arrival
 from drake_starnav.systems.star_perception import lidar_names

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numba.core.dispatcher import Dispatcher
 
-from drake_starnav.control.motion import Pose, advanced, velocity_of
 from drake_starnav.geometry.raycast import Fan, Shapes, cast_groups, circle_rows, segment_rows
 from drake_starnav.geometry.se2 import composed
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import Mount
 from drake_starnav.lidar.sensor_model import LidarParameters
+from drake_starnav.robot.motion import Pose, advanced, velocity_of
 from drake_starnav.runtime.intake import Odometry
 
 if TYPE_CHECKING:

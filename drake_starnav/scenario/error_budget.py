@@ -10,8 +10,8 @@ from typing import NamedTuple
 from drake_starnav.lidar.mounts import ON_AXIS, Mount
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.localization.scan_matching import UNSEEN_JUMP
-from drake_starnav.regions.safe_region import SCAN_PATIENCE
 from drake_starnav.scenario.schema import Scenario
+from drake_starnav.surroundings.safe_region import SCAN_PATIENCE
 
 
 class ErrorTerm(NamedTuple):

@@ -5,10 +5,10 @@ from collections.abc import Mapping, Sequence
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.mounts import ON_AXIS, Mount
-from drake_starnav.regions.looks import Kept
-from drake_starnav.regions.margins import Margins
 from drake_starnav.scenario.error_budget import error_budget
 from drake_starnav.scenario.schema import Scenario
+from drake_starnav.surroundings.looks import Kept
+from drake_starnav.surroundings.margins import Margins
 
 NOMINAL_NOISE = 0.04
 """Range noise that the steps within a surface allow for without slack, in narrow radii of the robot."""

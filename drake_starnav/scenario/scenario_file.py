@@ -10,11 +10,11 @@ from typing import Any
 
 import yaml
 
-from drake_starnav.control.zones import ZONE_KINDS
 from drake_starnav.errors import StarnavError, shown
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.parameters import build, declared, unknown_name
 from drake_starnav.robot import MODEL_FILES, RobotParameters
+from drake_starnav.safety.zones import ZONE_KINDS
 from drake_starnav.scenario import directives
 from drake_starnav.scenario.schema import DRAKE_CONFIGS, KEYS, LISTS, SECTIONS, Scenario
 from drake_starnav.scenario.shipped import method_settings, own_method, scenario_names

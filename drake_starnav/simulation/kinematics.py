@@ -4,15 +4,15 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from drake_starnav.control.certificates import Certificate, standard_certificates
-from drake_starnav.control.motion import Actuation, roll_out
-from drake_starnav.control.shield import certified_twist, ramped_twist
 from drake_starnav.geometry.se2 import composed
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import ON_AXIS, Mount
-from drake_starnav.regions.perception import Perceived, PerceptionSettings, perceive
+from drake_starnav.robot.motion import Actuation, roll_out
+from drake_starnav.safety.certificates import Certificate, standard_certificates
+from drake_starnav.safety.shield import certified_twist, ramped_twist
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.scenario.schema import Scenario
+from drake_starnav.surroundings.perception import Perceived, PerceptionSettings, perceive
 from drake_starnav.worlds.clearance import body_clearance
 from drake_starnav.worlds.view import scan_from, visible_shapes
 from drake_starnav.worlds.world import World

@@ -12,8 +12,8 @@ from drake_starnav.baselines.known_obstacles import KnownObstacles
 from drake_starnav.control import ControllerInputs, Proposal
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.planning.guidance import Guidance
-from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.robot import RobotParameters
+from drake_starnav.surroundings.safe_region import CertifiedRegion
 from drake_starnav.systems.controller import UNUSED_TWIST, Controller
 from drake_starnav.utils.stopwatch import Stopwatch
 

@@ -5,7 +5,7 @@ import shapely
 from pydrake.geometry.optimization import HPolyhedron, Iris, IrisOptions, VPolytope
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.regions.star_region import StarRegion
+from drake_starnav.surroundings.star_region import StarRegion
 
 TOLERANCE = 0.004
 """The outline that is given to IRIS lies inside the region by this share of its reach, or a little more."""

@@ -5,17 +5,17 @@ from pydrake.systems.framework import Context, InputPort
 
 from drake_starnav.control import ControllerInputs, ControllerParameters, Proposal, followed
 from drake_starnav.control.avoidance import avoid_collision
-from drake_starnav.control.certificates import standard_certificates
-from drake_starnav.control.inputs import TrackedObstacles
-from drake_starnav.control.motion import Actuation
 from drake_starnav.planning.guidance import Guidance
-from drake_starnav.regions.margins import Margins
-from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.robot import RobotParameters
+from drake_starnav.robot.motion import Actuation
+from drake_starnav.safety.certificates import standard_certificates
+from drake_starnav.surroundings.margins import Margins
+from drake_starnav.surroundings.safe_region import CertifiedRegion
 from drake_starnav.systems.controller import UNUSED_TWIST, Controller
 from drake_starnav.systems.footprint_hold import FootprintInForce, FootprintInput
 from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
+from drake_starnav.tracking.tracker import TrackedObstacles
 from drake_starnav.utils.stopwatch import Stopwatch
 
 

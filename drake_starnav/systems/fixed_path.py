@@ -7,7 +7,7 @@ from pydrake.systems.framework import Context, DiscreteValues, EventStatus, Leaf
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.polyline import resampled
 from drake_starnav.planning.guidance import Guidance
-from drake_starnav.regions.observation import Observation
+from drake_starnav.surroundings.observation import Observation
 from drake_starnav.systems.release import declare_value, declare_vector
 
 SPACING = 0.05

@@ -5,12 +5,12 @@ from collections.abc import Callable
 from pydrake.common.value import Value
 from pydrake.systems.framework import Context, EventStatus, LeafSystem, State
 
-from drake_starnav.control.motion import AT_REST
 from drake_starnav.errors import StarnavError, check_kind
 from drake_starnav.geometry.footprint import Footprint, contains, fastest_point, joined
 from drake_starnav.geometry.trajectory import STANDING
-from drake_starnav.regions.margins import Margins
 from drake_starnav.robot import RobotParameters
+from drake_starnav.robot.motion import AT_REST
+from drake_starnav.surroundings.margins import Margins
 from drake_starnav.systems.release import declare_value, weakly
 from drake_starnav.utils.snapshot import snapshot
 from drake_starnav.utils.timing import checked_period

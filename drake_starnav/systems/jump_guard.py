@@ -5,7 +5,7 @@ import math
 from pydrake.common.value import Value
 from pydrake.systems.framework import Context, DiscreteValues, EventStatus, LeafSystem
 
-from drake_starnav.regions.safe_region import CertifiedRegion
+from drake_starnav.surroundings.safe_region import CertifiedRegion
 from drake_starnav.systems.release import declare_value
 from drake_starnav.utils.timing import checked_period
 

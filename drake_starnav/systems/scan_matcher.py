@@ -4,12 +4,12 @@ import numpy as np
 from pydrake.common.value import Value
 from pydrake.systems.framework import Context, LeafSystem
 
-from drake_starnav.control.motion import BrakingMotion
 from drake_starnav.geometry.se2 import inverse
 from drake_starnav.localization.scan_matching import OdometryError, ScanMap, matched
 from drake_starnav.planning.guidance import Guidance
-from drake_starnav.regions import Observation
-from drake_starnav.regions.safe_region import CertifiedRegion
+from drake_starnav.robot.motion import BrakingMotion
+from drake_starnav.surroundings import Observation
+from drake_starnav.surroundings.safe_region import CertifiedRegion
 from drake_starnav.systems.release import declare_value, declare_vector
 from drake_starnav.systems.scan_state import ScanState
 

@@ -11,10 +11,10 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import ON_AXIS, Mount, newest
 from drake_starnav.lidar.sensor_model import LidarParameters
-from drake_starnav.regions.margins import Margins
-from drake_starnav.regions.perception import Perceive, Perceived, PerceptionSettings, check_views, perceive
-from drake_starnav.regions.safe_region import SCAN_PATIENCE, CertifiedRegion
 from drake_starnav.robot import RobotParameters
+from drake_starnav.surroundings.margins import Margins
+from drake_starnav.surroundings.perception import Perceive, Perceived, PerceptionSettings, check_views, perceive
+from drake_starnav.surroundings.safe_region import SCAN_PATIENCE, CertifiedRegion
 from drake_starnav.systems.footprint_hold import FootprintInput
 from drake_starnav.systems.release import declare_value
 from drake_starnav.systems.scan_state import ScanState

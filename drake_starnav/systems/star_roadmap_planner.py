@@ -17,11 +17,11 @@ from drake_starnav.planning.guidance import Guidance
 from drake_starnav.planning.manoeuvre import Body
 from drake_starnav.planning.monitoring import distance_to
 from drake_starnav.planning.state import PlannerStatus, PlanStep
-from drake_starnav.regions import Observation
-from drake_starnav.regions.margins import Margins
-from drake_starnav.regions.obstruction import obstruction
-from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.robot import RobotParameters
+from drake_starnav.surroundings import Observation
+from drake_starnav.surroundings.margins import Margins
+from drake_starnav.surroundings.obstruction import obstruction
+from drake_starnav.surroundings.safe_region import CertifiedRegion
 from drake_starnav.systems.footprint_hold import FootprintInForce, FootprintInput
 from drake_starnav.systems.release import declare_value, declare_vector
 from drake_starnav.systems.scan_state import ScanState

@@ -5,8 +5,8 @@ import math
 import numpy as np
 from pydrake.systems.framework import Context, DiscreteValues, EventStatus, LeafSystem
 
-from drake_starnav.control.motion import predicted_pose, velocity_of
 from drake_starnav.robot import RobotParameters
+from drake_starnav.robot.motion import predicted_pose, velocity_of
 from drake_starnav.systems.release import declare_vector
 from drake_starnav.utils.timing import checked_period
 

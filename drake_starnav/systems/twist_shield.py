@@ -9,18 +9,18 @@ from pydrake.common.value import Value
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
 from drake_starnav.control import ControllerParameters
-from drake_starnav.control.certificates import Certificate, standard_certificates
-from drake_starnav.control.inputs import TrackedObstacles
-from drake_starnav.control.motion import Actuation, BrakingMotion, roll_out
-from drake_starnav.control.shield import braking_twist, ramped_twist, shielded
 from drake_starnav.errors import StarnavError, shown
-from drake_starnav.regions.margins import Margins
-from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.robot import RobotParameters
+from drake_starnav.robot.motion import Actuation, BrakingMotion, roll_out
+from drake_starnav.safety.certificates import Certificate, standard_certificates
+from drake_starnav.safety.shield import braking_twist, ramped_twist, shielded
+from drake_starnav.surroundings.margins import Margins
+from drake_starnav.surroundings.safe_region import CertifiedRegion
 from drake_starnav.systems.footprint_hold import FootprintInput
 from drake_starnav.systems.release import declare_value
 from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
+from drake_starnav.tracking.tracker import TrackedObstacles
 from drake_starnav.utils.stopwatch import Stopwatch
 from drake_starnav.utils.timing import checked_period
 

@@ -2,6 +2,7 @@
 
 import dataclasses
 from dataclasses import field
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,6 +16,20 @@ from drake_starnav.utils.snapshot import snapshot
 
 _BLIND = LaserScan(0.0, -1.0, 1.0, 0.0, 1.0, np.full(3, np.nan), lost_beams=True)
 """A scan of lost beams only, which carries no information."""
+
+
+class TrackedObstacles(NamedTuple):
+    """The moving obstacles as of the last scan.
+
+    Attributes:
+        tracks: of the last scan.
+        age: time since that scan, s.
+        parameters: what is declared about moving obstacles.
+    """
+
+    tracks: Tracks
+    age: float
+    parameters: DynamicObstacleParameters
 
 
 @snapshot

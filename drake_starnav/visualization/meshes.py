@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 import shapely
 
-from drake_starnav.control import KeepOut, SpeedZone
-from drake_starnav.control.certificates import Certificate
 from drake_starnav.errors import shown
 from drake_starnav.geometry.footprint import Footprint, covered
 from drake_starnav.parameters import unknown_name
+from drake_starnav.safety import KeepOut, SpeedZone
+from drake_starnav.safety.certificates import Certificate
 from drake_starnav.worlds.moving_obstacles import MOVING_OBSTACLE_COLOR
 from drake_starnav.worlds.world import World
 

@@ -8,10 +8,10 @@ import numpy as np
 from pydrake.geometry import FrameId, Meshcat
 from pydrake.systems.framework import DiagramBuilder
 
-from drake_starnav.control.certificates import Certificate
 from drake_starnav.errors import StarnavError, check_kind
 from drake_starnav.geometry.trajectory import Motion
 from drake_starnav.navigation import Navigation
+from drake_starnav.safety.certificates import Certificate
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.navigation_station import StationInterface, simulated
 from drake_starnav.systems.star_perception import lidar_names

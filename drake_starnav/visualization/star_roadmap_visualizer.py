@@ -12,15 +12,15 @@ from pydrake.common.value import Value
 from pydrake.geometry import Meshcat
 from pydrake.systems.framework import Context, EventStatus, InputPort, LeafSystem
 
-from drake_starnav.control.certificates import Certificate
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import ON_AXIS, Mount, unturned
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.roadmap import StarRoadmap
 from drake_starnav.planning.state import PlannerState
-from drake_starnav.regions import StarRegion
 from drake_starnav.robot import RobotParameters
+from drake_starnav.safety.certificates import Certificate
 from drake_starnav.scenario.schema import RecordingParameters
+from drake_starnav.surroundings import StarRegion
 from drake_starnav.systems.star_perception import lidar_names
 from drake_starnav.visualization import meshes
 from drake_starnav.visualization.body_marks import BodyMarks

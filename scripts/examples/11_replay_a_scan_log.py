@@ -15,7 +15,7 @@ from drake_starnav import RobotParameters, Scenario, World, derive_margins
 from drake_starnav.lidar import LoggedScan, read_scan_log
 from drake_starnav.planning import PlannerInput, PlannerState, plan_step
 from drake_starnav.plotting import draw_goal, draw_robot, save_figure, world_axes
-from drake_starnav.regions import Observation, scan_region
+from drake_starnav.surroundings import Observation, scan_region
 
 BLUE, ORANGE = "#0072B2", "#D55E00"
 

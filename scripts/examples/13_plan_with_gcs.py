@@ -32,8 +32,8 @@ from drake_starnav import (
     make_world,
 )
 from drake_starnav.plotting import Motion, draw_goal, draw_robot, save_figure, world_axes
-from drake_starnav.regions import StarRegion
 from drake_starnav.station import simulated
+from drake_starnav.surroundings import StarRegion
 from drake_starnav.systems import convex_cover
 
 BLUE, ORANGE, GREY = "#0072B2", "#D55E00", "#999999"

@@ -56,7 +56,7 @@ REFERENCE = Ablation("star", "", "all below", "1 to 9")
 
 FOLLOWING = "drake_starnav.control.path_following"
 PLANNER, ROUTE = "drake_starnav.planning.planner", "drake_starnav.planning.route"
-CUBIC = "drake_starnav.regions.piecewise_cubic"
+CUBIC = "drake_starnav.surroundings.piecewise_cubic"
 INTERPRETED = {
     f"{FOLLOWING}._followed": replacements.interpreted_followed,
     f"{FOLLOWING}.guided": replacements.interpreted_guided,
@@ -76,8 +76,8 @@ ABLATIONS = (
         "each hit excludes a disc as wide as the robot; without it, ranges less the radius",
         "1",
         {
-            "drake_starnav.regions.perception.scan_region": replacements.shortened_region,
-            "drake_starnav.regions.observation.scan_region": replacements.shortened_region,
+            "drake_starnav.surroundings.perception.scan_region": replacements.shortened_region,
+            "drake_starnav.surroundings.observation.scan_region": replacements.shortened_region,
         },
     ),
     Ablation(
@@ -177,7 +177,7 @@ ABLATIONS = (
         "-",
         "the certified region remembers the last scans",
         "9",
-        {"drake_starnav.regions.perception.SCAN_MEMORY": 1},
+        {"drake_starnav.surroundings.perception.SCAN_MEMORY": 1},
     ),
     Ablation(
         "no_protection",

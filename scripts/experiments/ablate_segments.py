@@ -21,11 +21,11 @@ from numba import njit
 from tqdm import tqdm
 
 from drake_starnav.lidar.sensor_model import LidarParameters
-from drake_starnav.regions.erosion import BEARINGS, free_range, smoothed_distances
-from drake_starnav.regions.piecewise_cubic import JUMP, PiecewiseCubic, fit_piecewise_cubic, fit_segments
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.scenario.schema import Scenario
+from drake_starnav.surroundings.erosion import BEARINGS, free_range, smoothed_distances
+from drake_starnav.surroundings.piecewise_cubic import JUMP, PiecewiseCubic, fit_piecewise_cubic, fit_segments
 from scripts.experiments.scan_sample import Measured, View, sample_text, sample_views, scan_experiment
 
 FIXED = (4, 8, 16, 32, 64)

@@ -19,13 +19,13 @@ from tqdm import tqdm
 from drake_starnav.baselines.paper.perception import sight_range
 from drake_starnav.lidar.laser_scan import USUAL_BODY
 from drake_starnav.lidar.sensor_model import LidarParameters
-from drake_starnav.regions import Margins, StarRegion
-from drake_starnav.regions.bearing_hits import CONNECTED_CHORD
-from drake_starnav.regions.erosion import smoothed_distances
-from drake_starnav.regions.star_region import fit_region
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.scenario.schema import Scenario
+from drake_starnav.surroundings import Margins, StarRegion
+from drake_starnav.surroundings.bearing_hits import CONNECTED_CHORD
+from drake_starnav.surroundings.erosion import smoothed_distances
+from drake_starnav.surroundings.star_region import fit_region
 from drake_starnav.visualization.world_figure import draw_world
 from scripts.experiments.scan_sample import Measured, View, sample_text, sample_views, scan_experiment
 

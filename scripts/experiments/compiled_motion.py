@@ -9,16 +9,16 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from drake_starnav.control.clear import Clear, covered
-from drake_starnav.control.motion import SAMPLES, ramped_velocity, sample, velocity_of
-from drake_starnav.control.shield import braking_twist
 from drake_starnav.geometry.footprint import Footprint
-from drake_starnav.regions.looks import Chords, Looks
-from drake_starnav.regions.region_union import RegionUnion
-from drake_starnav.regions.safe_region import CertifiedRegion
-from drake_starnav.regions.separation import keeps_clear
 from drake_starnav.robot import Limits
+from drake_starnav.robot.motion import SAMPLES, ramped_velocity, sample, velocity_of
+from drake_starnav.safety.clear import Clear, covered
+from drake_starnav.safety.shield import braking_twist
 from drake_starnav.simulation.kinematics import KinematicMotion
+from drake_starnav.surroundings.looks import Chords, Looks
+from drake_starnav.surroundings.region_union import RegionUnion
+from drake_starnav.surroundings.safe_region import CertifiedRegion
+from drake_starnav.surroundings.separation import keeps_clear
 from drake_starnav.worlds.clearance import body_clearance
 from drake_starnav.worlds.world import World
 

@@ -25,8 +25,8 @@ from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.planning.bucket_search import bucket_dijkstra
 from drake_starnav.planning.cost_field import CostField
 from drake_starnav.planning.distance_grid import DistanceGrid
-from drake_starnav.regions.region_union import RegionUnion
 from drake_starnav.scenario.scenario_file import parse_scenario
+from drake_starnav.surroundings.region_union import RegionUnion
 from drake_starnav.worlds import World, make_world
 from drake_starnav.worlds.view import scan_from, visible_shapes
 

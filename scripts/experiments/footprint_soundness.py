@@ -19,16 +19,16 @@ import shapely
 from numba import njit
 from tqdm import tqdm
 
-from drake_starnav.control.certificates import accepted, standard_certificates
-from drake_starnav.control.motion import Actuation, roll_out
 from drake_starnav.geometry.footprint import Footprint, covered
 from drake_starnav.geometry.polyline import point_to_segment_squared
-from drake_starnav.regions.perception import Perceived, PerceptionSettings, perceive
-from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.robot import Limits
+from drake_starnav.robot.motion import Actuation, roll_out
+from drake_starnav.safety.certificates import accepted, standard_certificates
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.scenario.scenario_file import parse_scenario
 from drake_starnav.scenario.schema import Scenario
+from drake_starnav.surroundings.perception import Perceived, PerceptionSettings, perceive
+from drake_starnav.surroundings.safe_region import CertifiedRegion
 from drake_starnav.worlds.outlines import rectangle
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import cast, noisy

@@ -16,17 +16,17 @@ import numpy as np
 from drake_starnav.baselines.paper.control import modulated_vector
 from drake_starnav.baselines.paper.perception import sight_range
 from drake_starnav.control.modulation import SIGMA
-from drake_starnav.control.motion import Actuation
 from drake_starnav.control.path_following import _followed, guided
-from drake_starnav.control.shield import ramped_twist
 from drake_starnav.evaluation.workers import Pool
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.planning import PlannerInput, PlannerState
-from drake_starnav.regions import Margins, StarRegion
-from drake_starnav.regions.erosion import smoothed_distances
-from drake_starnav.regions.piecewise_cubic import adaptive_fit
-from drake_starnav.regions.region_union import RegionUnion
-from drake_starnav.regions.star_region import fit_region
+from drake_starnav.robot.motion import Actuation
+from drake_starnav.safety.shield import ramped_twist
+from drake_starnav.surroundings import Margins, StarRegion
+from drake_starnav.surroundings.erosion import smoothed_distances
+from drake_starnav.surroundings.piecewise_cubic import adaptive_fit
+from drake_starnav.surroundings.region_union import RegionUnion
+from drake_starnav.surroundings.star_region import fit_region
 from scripts.experiments.ablate_segments import fit_equal
 
 Replaced = Mapping[str, Any]

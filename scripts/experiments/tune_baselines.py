@@ -24,8 +24,6 @@ from drake_starnav.baselines.baseline_step import BaselineInput, baseline_step
 from drake_starnav.baselines.known_obstacles import KnownObstacles, known_obstacles
 from drake_starnav.cli.options import check_numbers, exit_code
 from drake_starnav.control import ControllerInputs
-from drake_starnav.control.motion import Actuation
-from drake_starnav.control.shield import ramped_twist
 from drake_starnav.evaluation.jobs import trial_seed
 from drake_starnav.evaluation.summary import markdown_table
 from drake_starnav.geometry.footprint import disc
@@ -33,12 +31,14 @@ from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.parameters import unknown_name
 from drake_starnav.planning import PlannerInput, PlannerState, PlannerStatus
 from drake_starnav.planning.guidance import Guidance
-from drake_starnav.regions.perception import Perceived, PerceptionSettings
-from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.robot import BASES
+from drake_starnav.robot.motion import Actuation
+from drake_starnav.safety.shield import ramped_twist
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.scenario.scenario_file import load_scenario
 from drake_starnav.scenario.schema import Scenario
+from drake_starnav.surroundings.perception import Perceived, PerceptionSettings
+from drake_starnav.surroundings.safe_region import CertifiedRegion
 from drake_starnav.utils.files import check_writable, write_text
 from drake_starnav.worlds import World, clearance, make_world
 from drake_starnav.worlds.view import scan_from, visible_shapes

@@ -22,12 +22,12 @@ from drake_starnav.planning import PlannerState
 from drake_starnav.planning.frontiers import gaps_of
 from drake_starnav.planning.roadmap import StarRoadmap, extended
 from drake_starnav.planning.state import EMPTY_PATH
-from drake_starnav.regions import Observation
-from drake_starnav.regions.erosion import smoothed_distances
-from drake_starnav.regions.star_region import StarRegion
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.scenario.scenario_file import load_scenario
 from drake_starnav.scenario.schema import Scenario
+from drake_starnav.surroundings import Observation
+from drake_starnav.surroundings.erosion import smoothed_distances
+from drake_starnav.surroundings.star_region import StarRegion
 from drake_starnav.visualization.world_figure import draw_world
 from drake_starnav.worlds import World, clearance
 

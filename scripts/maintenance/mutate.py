@@ -39,31 +39,31 @@ from scripts.maintenance.mutants import mutants
 
 ROOT = Path(__file__).resolve().parents[2]
 EQUIVALENT = Path(__file__).with_name("equivalent_mutants.yaml")
-CONTROL, BODIES = "tests/control/test_", "tests/integration/test_clear_bodies.py"
+SAFETY, BODIES = "tests/safety/test_", "tests/integration/test_clear_bodies.py"
 GROUPS: dict[str, dict[str, tuple[str, ...]]] = {
     "certificate": {
-        "control/clear": (f"{CONTROL}clear.py", BODIES, f"{CONTROL}certificates.py"),
-        "control/certificates": (f"{CONTROL}certificates.py",),
-        "control/motion": (f"{CONTROL}motion.py",),
-        "control/rollout": (f"{CONTROL}rollout.py",),
-        "regions/separation": ("tests/regions/test_separation.py", BODIES),
+        "safety/clear": (f"{SAFETY}clear.py", BODIES, f"{SAFETY}certificates.py"),
+        "safety/certificates": (f"{SAFETY}certificates.py",),
+        "robot/motion": ("tests/robot/test_motion.py",),
+        "control/rollout": ("tests/control/test_rollout.py",),
+        "surroundings/separation": ("tests/surroundings/test_separation.py", BODIES),
     },
     "safety region": {
-        "regions/safe_region": ("tests/regions/test_safe_region.py", "tests/regions/test_views.py"),
-        "regions/chords": ("tests/regions/test_chords.py",),
-        "regions/looks": ("tests/regions/test_looks.py",),
+        "surroundings/safe_region": ("tests/surroundings/test_safe_region.py", "tests/surroundings/test_views.py"),
+        "surroundings/chords": ("tests/surroundings/test_chords.py",),
+        "surroundings/looks": ("tests/surroundings/test_looks.py",),
     },
     "shield": {
-        "control/shield": (f"{CONTROL}shield.py", f"{CONTROL}clear.py"),
+        "safety/shield": (f"{SAFETY}shield.py", f"{SAFETY}clear.py"),
         "systems/twist_shield": ("tests/systems/test_twist_shield.py",),
     },
-    "moving certificate": {"control/moving_certificate": (f"{CONTROL}moving_certificate.py",)},
+    "moving certificate": {"safety/moving_certificate": (f"{SAFETY}moving_certificate.py",)},
     "error budget": {
         "scenario/error_budget": ("tests/scenario/test_error_budget.py", "tests/scenario/test_margins.py"),
         "scenario/margins": ("tests/scenario/test_margins.py",),
     },
 }
-"""The modules, and the tests that must kill their mutants. Records without code, as `regions/margins`, have none."""
+"""The modules, and the tests that must kill their mutants. Records without code have none."""
 WANTED = 0.95
 """Least share of the mutants of a group, but for equivalent ones, that must be killed."""
 LONGEST = 3.0
@@ -132,7 +132,9 @@ def run_tests(files: Sequence[str], tests: Tests) -> Tests:
     """Run test files in this process until one fails."""
     without = [f"-pno:{plugin}" for plugin in ("cacheprovider", "xdist", "unraisableexception", "threadexception")]
     known = "-Wignore::pytest.PytestAssertRewriteWarning"  # an earlier run in this process has imported the plugins
-    code = pytest.main([*without, known, "-q", "-x", "-m", "not slow and not realtime", "--tb=no", *files], plugins=[tests])
+    code = pytest.main(
+        [*without, known, "-q", "-x", "-m", "not slow and not realtime", "--tb=no", *files], plugins=[tests]
+    )
     if code and not tests.killer:
         tests.killer = f"pytest ended with {code}"
     return tests

@@ -6,19 +6,19 @@ import numpy as np
 
 from drake_starnav.control import ControllerInputs, ControllerParameters
 from drake_starnav.control.avoidance import Avoidance, around, avoid_collision, manoeuvres, thinned
-from drake_starnav.control.certificates import accepted, standard_certificates
-from drake_starnav.control.inputs import TrackedObstacles
-from drake_starnav.control.motion import roll_out
-from drake_starnav.control.moving_certificate import MovingCertificate
 from drake_starnav.planning.guidance import Guidance
-from drake_starnav.regions.erosion import smoothed_distances
-from drake_starnav.regions.region_union import RegionUnion
-from drake_starnav.regions.safe_region import CertifiedRegion, ScanMemory, certified_region
-from drake_starnav.regions.star_region import scan_region, united
 from drake_starnav.robot import RobotParameters
+from drake_starnav.robot.motion import roll_out
+from drake_starnav.safety.certificates import accepted, standard_certificates
+from drake_starnav.safety.moving_certificate import MovingCertificate
+from drake_starnav.surroundings.erosion import smoothed_distances
+from drake_starnav.surroundings.region_union import RegionUnion
+from drake_starnav.surroundings.safe_region import CertifiedRegion, ScanMemory, certified_region
+from drake_starnav.surroundings.star_region import scan_region, united
 from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.tracking.prediction import predicted_trajectories
+from drake_starnav.tracking.tracker import TrackedObstacles
 from tests.helpers.motions import actuation
 from tests.helpers.scans import MARGINS, cast
 from tests.helpers.scenes import hall

@@ -20,12 +20,12 @@ from drake_starnav.control.avoidance_rollout import (
     drive,
     wanted_velocity,
 )
-from drake_starnav.control.motion import Pose
-from drake_starnav.control.moving_certificate import MOVING_MARGIN
 from drake_starnav.control.rollout import FreeSpace, times_left
-from drake_starnav.regions.safe_region import CertifiedRegion
-from drake_starnav.regions.star_region import scan_region, united
 from drake_starnav.robot import Limits
+from drake_starnav.robot.motion import Pose
+from drake_starnav.safety.moving_certificate import MOVING_MARGIN
+from drake_starnav.surroundings.safe_region import CertifiedRegion
+from drake_starnav.surroundings.star_region import scan_region, united
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import MARGINS, cast
 

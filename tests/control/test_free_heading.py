@@ -10,9 +10,9 @@ from drake_starnav.control import ControllerInputs
 from drake_starnav.control.free_heading import FREE_HEADING_RANGE, OPEN_WAY, SAMPLES, STEP, free_heading
 from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.planning.guidance import Guidance
-from drake_starnav.regions.region_union import RegionUnion
-from drake_starnav.regions.safe_region import CertifiedRegion, ScanMemory, certified_region
 from drake_starnav.robot import RobotParameters
+from drake_starnav.surroundings.region_union import RegionUnion
+from drake_starnav.surroundings.safe_region import CertifiedRegion, ScanMemory, certified_region
 from drake_starnav.worlds.world import World
 from tests.helpers.motions import stepped
 from tests.helpers.scans import MARGINS, RADIUS, cast, distance, seeds

@@ -4,8 +4,8 @@ import numpy as np
 
 from drake_starnav.control import ControllerInputs, followed
 from drake_starnav.planning.guidance import Guidance
-from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.robot import RobotParameters
+from drake_starnav.surroundings.safe_region import CertifiedRegion
 from tests.helpers.scans import MARGINS
 
 ROBOT = RobotParameters()

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from drake_starnav.control.manoeuvre_following import followed_manoeuvre
-from drake_starnav.control.motion import Actuation, Pose, Velocity, advanced
-from drake_starnav.control.shield import ramped_twist
 from drake_starnav.geometry.footprint import disc
 from drake_starnav.planning.manoeuvre import reached
 from drake_starnav.robot import BASES, RobotParameters
+from drake_starnav.robot.motion import Actuation, Pose, Velocity, advanced
+from drake_starnav.safety.shield import ramped_twist
 
 BASE = BASES["differential"]
 LIMITS = RobotParameters().limits

@@ -13,7 +13,7 @@ from drake_starnav.control.modulation import (
     modulated_direction,
     near_wall_direction,
 )
-from drake_starnav.regions.star_region import StarRegion, united
+from drake_starnav.surroundings.star_region import StarRegion, united
 from tests.helpers.scans import RADIUS, seeds, smooth_region
 
 ZONE = 0.1

@@ -18,11 +18,11 @@ from drake_starnav.control.path_following import (
 )
 from drake_starnav.control.rollout import GOAL_SLOWDOWN
 from drake_starnav.planning.guidance import PASSED_DISTANCE, Guidance
-from drake_starnav.regions.region_union import RegionUnion
-from drake_starnav.regions.safe_region import CertifiedRegion
-from drake_starnav.regions.star_region import united
 from drake_starnav.robot import BASES, RobotParameters
 from drake_starnav.robot.limits import HEADING_GAIN, aimed
+from drake_starnav.surroundings.region_union import RegionUnion
+from drake_starnav.surroundings.safe_region import CertifiedRegion
+from drake_starnav.surroundings.star_region import united
 from tests.helpers.motions import limited_twist, stepped
 from tests.helpers.scans import MARGINS, RADIUS, seeds, smooth_region
 

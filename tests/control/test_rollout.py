@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drake_starnav.control.motion import Pose, Velocity
 from drake_starnav.control.rollout import (
     FreeSpace,
     full_speed,
@@ -20,8 +19,9 @@ from drake_starnav.control.rollout import (
     turning_time,
 )
 from drake_starnav.planning.guidance import PASSED_DISTANCE
-from drake_starnav.regions.region_union import RegionUnion
 from drake_starnav.robot import Limits
+from drake_starnav.robot.motion import Pose, Velocity
+from drake_starnav.surroundings.region_union import RegionUnion
 from tests.helpers.scans import seeds
 
 LIMITS = Limits(0.8, 2.0, 1.0, 4.0)

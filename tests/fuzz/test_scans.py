@@ -9,11 +9,11 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.outlier_filter import HitHistory, without_outliers
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, plan_step
-from drake_starnav.regions import Observation
-from drake_starnav.regions.erosion import smoothed_distances
-from drake_starnav.regions.safe_region import ScanMemory, certified_region
-from drake_starnav.regions.scan_averaging import averaged
-from drake_starnav.regions.star_region import scan_region
+from drake_starnav.surroundings import Observation
+from drake_starnav.surroundings.erosion import smoothed_distances
+from drake_starnav.surroundings.safe_region import ScanMemory, certified_region
+from drake_starnav.surroundings.scan_averaging import averaged
+from drake_starnav.surroundings.star_region import scan_region
 from tests.helpers.inputs import fuzzed
 from tests.helpers.scans import MARGINS, RADIUS
 

@@ -3,7 +3,7 @@ import re
 import numpy as np
 from numba import njit
 
-from drake_starnav.regions.region_union import covers
+from drake_starnav.surroundings.region_union import covers
 
 
 @njit

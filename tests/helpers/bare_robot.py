@@ -5,12 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from drake_starnav.control.motion import Pose, advanced, velocity_of
 from drake_starnav.geometry.raycast import Fan, cast_groups
 from drake_starnav.geometry.se2 import composed
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import Mount
 from drake_starnav.lidar.sensor_model import measure
+from drake_starnav.robot.motion import Pose, advanced, velocity_of
 from drake_starnav.runtime import Odometry
 from drake_starnav.runtime.loop import Reading
 from drake_starnav.scenario.schema import Scenario

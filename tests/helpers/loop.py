@@ -7,16 +7,15 @@ import numpy as np
 
 from drake_starnav.control import ControllerInputs, ControllerParameters, followed
 from drake_starnav.control.avoidance import avoid_collision
-from drake_starnav.control.certificates import standard_certificates
-from drake_starnav.control.inputs import TrackedObstacles
-from drake_starnav.control.shield import certified_twist, ramped_twist
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, plan_step
 from drake_starnav.planning.guidance import Guidance
-from drake_starnav.regions.perception import Perceived, PerceptionSettings, perceive
-from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.robot import RobotParameters
+from drake_starnav.safety.certificates import standard_certificates
+from drake_starnav.safety.shield import certified_twist, ramped_twist
+from drake_starnav.surroundings.perception import Perceived, PerceptionSettings, perceive
+from drake_starnav.surroundings.safe_region import CertifiedRegion
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
-from drake_starnav.tracking.tracker import Tracked, track
+from drake_starnav.tracking.tracker import Tracked, TrackedObstacles, track
 from tests.helpers.motions import actuation
 from tests.helpers.scans import MARGINS
 from tests.helpers.scenes import PERIOD, Scene, hall, moved

@@ -5,13 +5,13 @@ import math
 import numpy as np
 
 from drake_starnav.control import ControllerInputs, ControllerParameters, followed
-from drake_starnav.control.certificates import accepted
-from drake_starnav.control.clear import Clear
-from drake_starnav.control.motion import Actuation, roll_out
-from drake_starnav.control.shield import certified_twist, ramped_twist
 from drake_starnav.geometry.footprint import disc
-from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.robot import BASES, Limits, RobotParameters
+from drake_starnav.robot.motion import Actuation, roll_out
+from drake_starnav.safety.certificates import accepted
+from drake_starnav.safety.clear import Clear
+from drake_starnav.safety.shield import certified_twist, ramped_twist
+from drake_starnav.surroundings.safe_region import CertifiedRegion
 from tests.helpers.scans import MARGINS
 
 PERIOD = 0.02

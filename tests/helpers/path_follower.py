@@ -6,8 +6,8 @@ from collections.abc import Callable
 import numpy as np
 
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, plan_step
-from drake_starnav.regions import Observation
-from drake_starnav.regions.star_region import scan_region
+from drake_starnav.surroundings import Observation
+from drake_starnav.surroundings.star_region import scan_region
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import MARGINS, RADIUS, cast, distance, noisy
 

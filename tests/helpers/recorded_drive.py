@@ -22,9 +22,9 @@ from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, plan_step
-from drake_starnav.regions import Observation, scan_region
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.schema import RecordingParameters
+from drake_starnav.surroundings import Observation, scan_region
 from drake_starnav.visualization.meshcat_stage import WORLD_PREFIX, quiet_meshcat
 from drake_starnav.visualization.meshes import LAYERS
 from drake_starnav.visualization.meshes import ROBOT as ROBOT_ROW

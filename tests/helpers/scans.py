@@ -10,12 +10,12 @@ from drake_starnav.geometry.se2 import composed, now_in
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.roadmap import StarRoadmap, extended
-from drake_starnav.regions.erosion import FreeRange
-from drake_starnav.regions.looks import Kept, Look
-from drake_starnav.regions.margins import Margins
-from drake_starnav.regions.observation import Observation
-from drake_starnav.regions.region_union import RegionUnion, first_gap
-from drake_starnav.regions.star_region import StarRegion, fit_region, scan_region
+from drake_starnav.surroundings.erosion import FreeRange
+from drake_starnav.surroundings.looks import Kept, Look
+from drake_starnav.surroundings.margins import Margins
+from drake_starnav.surroundings.observation import Observation
+from drake_starnav.surroundings.region_union import RegionUnion, first_gap
+from drake_starnav.surroundings.star_region import StarRegion, fit_region, scan_region
 from drake_starnav.worlds.world import World
 
 RADIUS = 0.25

@@ -5,14 +5,14 @@ import dataclasses
 import numpy as np
 
 from drake_starnav.control import ControllerInputs, followed
-from drake_starnav.control.certificates import standard_certificates
-from drake_starnav.control.shield import shielded
 from drake_starnav.planning import PlannerInput, PlannerState, plan_step
-from drake_starnav.regions.margins import Margins
-from drake_starnav.regions.perception import Perceived, PerceptionSettings, perceive
+from drake_starnav.safety.certificates import standard_certificates
+from drake_starnav.safety.shield import shielded
 from drake_starnav.scenario.scenario_file import load_scenario
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.simulation.run import run_trial
+from drake_starnav.surroundings.margins import Margins
+from drake_starnav.surroundings.perception import Perceived, PerceptionSettings, perceive
 from drake_starnav.worlds.formats.obstacles import Obstacles
 from drake_starnav.worlds.view import scan_from, visible_shapes
 from tests.helpers.motions import actuation

@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from drake_starnav.control.clear import Clear
-from drake_starnav.control.motion import Actuation, roll_out
 from drake_starnav.geometry.footprint import Footprint, disc, footprint
-from drake_starnav.regions.erosion import smoothed_distances
-from drake_starnav.regions.perception import Perceived, PerceptionSettings, perceive
-from drake_starnav.regions.safe_region import CertifiedRegion, ScanMemory, certified_region
 from drake_starnav.robot import BASES, RobotParameters
+from drake_starnav.robot.motion import Actuation, roll_out
+from drake_starnav.safety.clear import Clear
 from drake_starnav.scenario.scenario_file import parse_scenario
 from drake_starnav.simulation.kinematics import KinematicMotion
+from drake_starnav.surroundings.erosion import smoothed_distances
+from drake_starnav.surroundings.perception import Perceived, PerceptionSettings, perceive
+from drake_starnav.surroundings.safe_region import CertifiedRegion, ScanMemory, certified_region
 from drake_starnav.worlds.clearance import body_clearance
 from drake_starnav.worlds.world import World
 from scripts.experiments.footprint_soundness import least_distance, solid, sweep

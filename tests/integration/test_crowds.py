@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from drake_starnav.control.inputs import TrackedObstacles
 from drake_starnav.planning.guidance import Guidance
-from drake_starnav.regions.safe_region import CertifiedRegion
+from drake_starnav.surroundings.safe_region import CertifiedRegion
 from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
+from drake_starnav.tracking.tracker import TrackedObstacles
 from tests.helpers.loop import CONTROLLER, ROBOT, command, drive, pacing
 from tests.helpers.scans import seeds
 from tests.helpers.scenes import Scene, hall, straight

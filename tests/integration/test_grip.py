@@ -12,11 +12,11 @@ from pydrake.systems.analysis import Simulator
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.navigation.validation import validated_margins
-from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.scenario_file import load_scenario
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.navigation_station import NavigationStation
+from drake_starnav.surroundings.safe_region import CertifiedRegion
 from drake_starnav.worlds.world import World
 from tests.helpers.motions import limited_twist, starred_twist
 

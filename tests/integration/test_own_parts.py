@@ -7,10 +7,10 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput
 
-from drake_starnav.control.zones import KeepOut, SpeedZone
 from drake_starnav.errors import StarnavError
 from drake_starnav.navigation import Navigation, Parts, add_navigation
 from drake_starnav.planning.guidance import Guidance
+from drake_starnav.safety.zones import KeepOut, SpeedZone
 from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
 from drake_starnav.systems.twist_shield import TwistShield, Unshielded
 from tests.helpers.posts import GOALS, posts

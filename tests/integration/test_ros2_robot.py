@@ -175,8 +175,8 @@ def test_the_robot_s_side_is_killed_and_started_again(ros_python, tmp_path) -> N
 def test_our_side_is_killed_and_started_again(ros_python, tmp_path) -> None:
     domain = next(DOMAIN)
     process = robot(ros_python, tmp_path, "room", domain, "--seconds", "150")
-    options = ["--option", f"domain={domain}", "--option", "interface=lo", "--option", "wait=30"]
-    command = [sys.executable, "-m", "drake_starnav", "drive", "room", "--set", *DECLARED, *options, "--until-reached", "--quiet"]
+    options = ["--option", f"domain={domain}", "--option", "interface=lo", "--option", "wait=30", "--until-reached"]
+    command = [sys.executable, "-m", "drake_starnav", "drive", "room", "--set", *DECLARED, *options, "--quiet"]
     ros, make, loops = Cyclone(domain, "lo"), MESSAGES, []
     speed, take = [], ros.subscribe("/odom", "nav_msgs/Odometry", 100)
     assert make is ros.types

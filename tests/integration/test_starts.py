@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from drake_starnav.control.motion import roll_out
-from drake_starnav.control.moving_certificate import MOVING_MARGIN, STANDING_SPEED, MovingCertificate, reachable_discs
 from drake_starnav.robot import RobotParameters
+from drake_starnav.robot.motion import roll_out
+from drake_starnav.safety.moving_certificate import MOVING_MARGIN, STANDING_SPEED, MovingCertificate, reachable_discs
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.tracking.tracker import Tracked, track
 from drake_starnav.worlds.clearance import clearance

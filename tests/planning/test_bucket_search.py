@@ -2,7 +2,7 @@ import numpy as np
 from hypothesis import given, settings
 
 from drake_starnav.planning.bucket_search import bucket_dijkstra
-from drake_starnav.regions.region_union import RegionUnion
+from drake_starnav.surroundings.region_union import RegionUnion
 from tests.helpers.scans import seeds, wandered
 
 ALIKE = RegionUnion.none(), (0.0, 0.0), 1.0, 0

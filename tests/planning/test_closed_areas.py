@@ -5,8 +5,8 @@ import pytest
 
 from drake_starnav.planning import PlannerParameters, PlannerState
 from drake_starnav.planning.closed_areas import SPACING, closed_area, closing, kept_clear, mapped
-from drake_starnav.regions.observation import Observation
-from drake_starnav.regions.star_region import scan_region
+from drake_starnav.surroundings.observation import Observation
+from drake_starnav.surroundings.star_region import scan_region
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import MARGINS, RADIUS, cast
 

@@ -11,8 +11,8 @@ from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState
 from drake_starnav.planning.closures import AHEAD, AVERAGED_SCANS, AWAY, closed, open_part, reopened, too_narrow
 from drake_starnav.planning.manoeuvre import Manoeuvring
 from drake_starnav.planning.roadmap import CLOSED
-from drake_starnav.regions import Observation
-from drake_starnav.regions.star_region import scan_region
+from drake_starnav.surroundings import Observation
+from drake_starnav.surroundings.star_region import scan_region
 from drake_starnav.worlds.world import World
 from tests.helpers.path_follower import BAFFLES, PERIOD, VAULT, drive
 from tests.helpers.scans import MARGINS, RADIUS, cast, noisy

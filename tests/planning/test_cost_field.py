@@ -13,7 +13,7 @@ from drake_starnav.planning.bucket_search import UNREACHED
 from drake_starnav.planning.cost_field import BLOCKED_SLACK, SOFT_ZONE, UNKNOWN_COST, CostField, Terrain, cost_to_go
 from drake_starnav.planning.distance_grid import STRIDE, DistanceGrid
 from drake_starnav.planning.roadmap import CLOSED
-from drake_starnav.regions.region_union import RegionUnion
+from drake_starnav.surroundings.region_union import RegionUnion
 from tests.helpers.scans import RADIUS, in_view, seeds, wandered
 
 RESOLUTION = 0.05

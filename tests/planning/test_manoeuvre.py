@@ -17,9 +17,9 @@ from drake_starnav.planning.manoeuvre import (
     manoeuvring,
     reached,
 )
-from drake_starnav.regions.erosion import smoothed_distances
-from drake_starnav.regions.safe_region import ScanMemory, certified_region
 from drake_starnav.robot import BASES
+from drake_starnav.surroundings.erosion import smoothed_distances
+from drake_starnav.surroundings.safe_region import ScanMemory, certified_region
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import cast
 

@@ -16,8 +16,8 @@ from drake_starnav.planning.map_revision import (
 )
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.roadmap import StarRoadmap, extended, revised
-from drake_starnav.regions.region_union import RegionUnion
-from drake_starnav.regions.star_region import clear_of, cut_back
+from drake_starnav.surroundings.region_union import RegionUnion
+from drake_starnav.surroundings.star_region import clear_of, cut_back
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import MARGINS, RADIUS, cast, explored, observed, seeds, segment_distance, wandered
 

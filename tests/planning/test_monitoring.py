@@ -18,8 +18,8 @@ from drake_starnav.planning.monitoring import (
     points_ahead,
 )
 from drake_starnav.planning.roadmap import StarRoadmap
-from drake_starnav.regions import Observation, StarRegion
-from drake_starnav.regions.star_region import scan_region, united
+from drake_starnav.surroundings import Observation, StarRegion
+from drake_starnav.surroundings.star_region import scan_region, united
 from tests.helpers.scans import MARGINS, RADIUS, cast, free_point, in_view, wandered
 
 PARAMETERS = PlannerParameters()

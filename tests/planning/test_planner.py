@@ -9,8 +9,8 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, plan_step
 from drake_starnav.planning.monitoring import check_plan
 from drake_starnav.planning.planner import node_is_due
-from drake_starnav.regions import Observation
-from drake_starnav.regions.star_region import scan_region
+from drake_starnav.surroundings import Observation
+from drake_starnav.surroundings.star_region import scan_region
 from drake_starnav.worlds.world import World
 from tests.helpers.path_follower import BAFFLES, VAULT, drive
 from tests.helpers.scans import MARGINS, RADIUS, cast, distance, in_view

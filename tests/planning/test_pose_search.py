@@ -8,9 +8,9 @@ import shapely
 
 from drake_starnav.geometry.footprint import covered, footprint
 from drake_starnav.planning.pose_search import FIRST_SHARES, NEAR_GOAL, found_way
-from drake_starnav.regions.chords import Chords
-from drake_starnav.regions.looks import Looks
 from drake_starnav.robot import BASES
+from drake_starnav.surroundings.chords import Chords
+from drake_starnav.surroundings.looks import Looks
 
 SHAPE = footprint(((0.4, -0.25), (0.4, 0.25), (-0.4, 0.25), (-0.4, -0.25)))
 MARGIN, SPARE, ALIGNED = 0.02, 0.008, 0.3

@@ -7,8 +7,8 @@ from hypothesis import given, settings
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.roadmap import CLOSED, StarRoadmap, extended, refitted, revised, uncovered_share
 from drake_starnav.planning.state import PlannerState
-from drake_starnav.regions.region_union import RegionUnion
-from drake_starnav.regions.star_region import clear_of, scan_region, united
+from drake_starnav.surroundings.region_union import RegionUnion
+from drake_starnav.surroundings.star_region import clear_of, scan_region, united
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import MARGINS, RADIUS, cast, distance, explored, observed, seeds, wandered
 

@@ -14,8 +14,8 @@ from drake_starnav.planning.frontiers import gaps_of
 from drake_starnav.planning.monitoring import OBSTRUCTION_SLACK, REPLAN_DISTANCE, is_obstructed
 from drake_starnav.planning.roadmap import CLOSED, StarRoadmap
 from drake_starnav.planning.route import LEFT, SHIFT, _leaving, find_route, frontier_point
-from drake_starnav.regions import Observation
-from drake_starnav.regions.star_region import scan_region
+from drake_starnav.surroundings import Observation
+from drake_starnav.surroundings.star_region import scan_region
 from drake_starnav.worlds.world import World
 from tests.helpers.path_follower import BAFFLES, PERIOD, drive
 from tests.helpers.scans import MARGINS, RADIUS, cast, distance, explored, in_view, noisy, seeds, wandered

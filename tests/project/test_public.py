@@ -16,7 +16,7 @@ import drake_starnav
 SOURCE = Path(drake_starnav.__file__)
 
 
-ROOMS = ("plotting", "systems", "station", "planning", "regions", "control", "lidar", "runtime")
+ROOMS = ("plotting", "systems", "station", "planning", "surroundings", "safety", "control", "lidar", "runtime")
 """Whose `__all__` is public, too."""
 PUBLIC_MODULES = ("drake_starnav", *(f"drake_starnav.{room}" for room in ROOMS))
 MOST_NAMES = 47
@@ -59,7 +59,7 @@ def test_a_name_that_is_not_public_is_an_attribute_error() -> None:
 def test_numerics_do_without_drake() -> None:
     names = ("World", "make_world", "load_scenario", "derive_margins", "LaserScan", "PlannerParameters", "Guidance")
     uses = "; ".join(f"drake_starnav.{name}" for name in names)
-    rooms = "planning, drake_starnav.regions, drake_starnav.control, drake_starnav.lidar"
+    rooms = "planning, drake_starnav.surroundings, drake_starnav.control, drake_starnav.lidar"
     without = "assert not any('pydrake' in name for name in sys.modules)"
     code = f"import sys, drake_starnav; {uses}; import drake_starnav.{rooms}; {without}"
     environment = {**os.environ, "PYTHONPATH": str(SOURCE.parents[1])}

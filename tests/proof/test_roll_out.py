@@ -10,12 +10,12 @@ import numpy as np
 from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
-from drake_starnav.control.motion import Actuation, Motion, roll_out, slides
 from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.geometry.footprint import LEAST_SIZE, Footprint, disc, footprint
 from drake_starnav.navigation.validation import HARDEST_BRAKING, QUICKEST_LOCK, TIGHTEST_CIRCLE
 from drake_starnav.parameters import declared
 from drake_starnav.robot import BASES, Limits, RobotParameters
+from drake_starnav.robot.motion import Actuation, Motion, roll_out, slides
 from drake_starnav.scenario.schema import DriveParameters
 from tests.helpers.motions import exact_poses, exact_rates, turned
 

@@ -5,11 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from drake_starnav.control.motion import Actuation, roll_out
 from drake_starnav.geometry.footprint import disc
 from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.base import twist_of
 from drake_starnav.robot.limits import aimed
+from drake_starnav.robot.motion import Actuation, roll_out
 
 ROBOT = RobotParameters(base="omnidirectional")
 

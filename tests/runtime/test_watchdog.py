@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from drake_starnav import parse_scenario
-from drake_starnav.control.motion import Actuation
-from drake_starnav.control.shield import braking_twist, ramped_twist
+from drake_starnav.robot.motion import Actuation
 from drake_starnav.runtime.watchdog import DEADLINE, PERIOD, Ramp, Watched, ramp_of
+from drake_starnav.safety.shield import braking_twist, ramped_twist
 
 RAMP = Ramp(1.0, 4.0)
 

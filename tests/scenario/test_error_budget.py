@@ -11,15 +11,15 @@ from hypothesis import strategies as st
 from pydrake.systems.analysis import Simulator
 
 from drake_starnav.control import ControllerParameters
-from drake_starnav.control.motion import predicted_pose, velocity_of
 from drake_starnav.geometry.se2 import composed
 from drake_starnav.lidar.sensor_model import LidarParameters
-from drake_starnav.regions.safe_region import SCAN_PATIENCE
 from drake_starnav.robot import RobotParameters
+from drake_starnav.robot.motion import predicted_pose, velocity_of
 from drake_starnav.scenario.error_budget import error_budget
 from drake_starnav.scenario.scenario_file import load_scenario
 from drake_starnav.scenario.schema import DriveParameters, LocalizationParameters, Scenario, SimulationParameters
 from drake_starnav.station.navigation_station import NavigationStation
+from drake_starnav.surroundings.safe_region import SCAN_PATIENCE
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.worlds.world import World
 from tests.helpers.motions import limited_twist

@@ -7,11 +7,11 @@ import pytest
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.mounts import Mount
-from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.scenario.error_budget import error_budget
 from drake_starnav.scenario.margins import AVERAGED_NOISE, LARGEST_MARGIN, derive_margins
 from drake_starnav.scenario.scenario_file import load_scenario
 from drake_starnav.scenario.schema import Scenario
+from drake_starnav.surroundings.erosion import smoothed_distances
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import MARGINS, RADIUS, cast
 

@@ -9,7 +9,7 @@ import pytest
 from benchmarks import pipeline
 from benchmarks.kinematic_drive import ROBOT, Drive, drive
 from drake_starnav.lidar.sensor_model import LidarParameters
-from drake_starnav.regions.piecewise_cubic import TOLERANCE
+from drake_starnav.surroundings.piecewise_cubic import TOLERANCE
 from drake_starnav.worlds import Forest, Maze, Room, World, make_world
 from drake_starnav.worlds.view import scan_from, visible_shapes
 from scripts.experiments import ablate_segments, compare_regions

@@ -6,8 +6,8 @@ import shapely
 from pydrake.geometry.optimization import HPolyhedron, VPolytope
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.regions.erosion import FreeRange
-from drake_starnav.regions.star_region import StarRegion, fit_region, scan_region
+from drake_starnav.surroundings.erosion import FreeRange
+from drake_starnav.surroundings.star_region import StarRegion, fit_region, scan_region
 from drake_starnav.systems import convex_cover
 from tests.helpers.scans import MARGINS, cast, free_point, scattered
 

@@ -12,10 +12,10 @@ from pydrake.systems.framework import LeafSystem
 
 from drake_starnav.control import ControllerParameters
 from drake_starnav.planning.guidance import Guidance
-from drake_starnav.regions.region_union import RegionUnion
-from drake_starnav.regions.safe_region import CertifiedRegion
-from drake_starnav.regions.star_region import united
 from drake_starnav.robot import RobotParameters
+from drake_starnav.surroundings.region_union import RegionUnion
+from drake_starnav.surroundings.safe_region import CertifiedRegion
+from drake_starnav.surroundings.star_region import united
 from drake_starnav.systems.dsm_controller import DsmController
 from drake_starnav.systems.twist_shield import TwistShield
 from drake_starnav.tracking.kalman_tracks import Tracks

@@ -9,10 +9,10 @@ from pydrake.systems.analysis import Simulator
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.navigation import Parts
-from drake_starnav.regions import Observation
-from drake_starnav.regions.star_region import scan_region
 from drake_starnav.scenario.scenario_file import load_scenario
 from drake_starnav.simulation.run import run_trial
+from drake_starnav.surroundings import Observation
+from drake_starnav.surroundings.star_region import scan_region
 from drake_starnav.systems.fixed_path import NEAR, SPACING, FixedPath
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import MARGINS, RADIUS, cast

@@ -6,7 +6,7 @@ import numpy as np
 from pydrake.common.value import Value
 from pydrake.systems.analysis import Simulator
 
-from drake_starnav.regions.safe_region import CertifiedRegion
+from drake_starnav.surroundings.safe_region import CertifiedRegion
 from drake_starnav.systems.jump_guard import JumpGuard
 
 RATE = 50.0

@@ -5,14 +5,14 @@ import pytest
 from pydrake.common.value import Value
 from pydrake.systems.analysis import Simulator
 
-from drake_starnav.control.motion import BrakingMotion
 from drake_starnav.geometry.se2 import composed, inverse, placed
 from drake_starnav.localization.scan_matching import OdometryError
 from drake_starnav.planning.guidance import Guidance
-from drake_starnav.regions import Observation
-from drake_starnav.regions.erosion import smoothed_distances
-from drake_starnav.regions.safe_region import CertifiedRegion, ScanMemory, certified_region
-from drake_starnav.regions.star_region import scan_region
+from drake_starnav.robot.motion import BrakingMotion
+from drake_starnav.surroundings import Observation
+from drake_starnav.surroundings.erosion import smoothed_distances
+from drake_starnav.surroundings.safe_region import CertifiedRegion, ScanMemory, certified_region
+from drake_starnav.surroundings.star_region import scan_region
 from drake_starnav.systems.scan_matcher import ScanMatcher
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import MARGINS, RADIUS, cast

@@ -12,12 +12,12 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.planning import PlannerParameters
-from drake_starnav.regions.margins import Margins
-from drake_starnav.regions.observation import Observation
-from drake_starnav.regions.perception import SCAN_MEMORY
-from drake_starnav.regions.safe_region import SCAN_PATIENCE
-from drake_starnav.regions.star_region import scan_region
 from drake_starnav.robot import RobotParameters
+from drake_starnav.surroundings.margins import Margins
+from drake_starnav.surroundings.observation import Observation
+from drake_starnav.surroundings.perception import SCAN_MEMORY
+from drake_starnav.surroundings.safe_region import SCAN_PATIENCE
+from drake_starnav.surroundings.star_region import scan_region
 from drake_starnav.systems.star_perception import StarPerception
 from drake_starnav.utils.stopwatch import Stopwatch
 from drake_starnav.worlds.world import World

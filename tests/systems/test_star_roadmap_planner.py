@@ -10,10 +10,10 @@ from pydrake.systems.analysis import Simulator
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.planning import PlannerParameters, PlannerStatus, StarRoadmap
-from drake_starnav.regions import Observation
-from drake_starnav.regions.safe_region import ScanMemory, certified_region
-from drake_starnav.regions.star_region import scan_region
 from drake_starnav.robot import RobotParameters
+from drake_starnav.surroundings import Observation
+from drake_starnav.surroundings.safe_region import ScanMemory, certified_region
+from drake_starnav.surroundings.star_region import scan_region
 from drake_starnav.systems.star_roadmap_planner import STANDSTILL, StarRoadmapPlanner
 from drake_starnav.utils.stopwatch import Stopwatch
 from drake_starnav.worlds.world import World

@@ -10,8 +10,8 @@ from pydrake.systems.analysis import Simulator
 from drake_starnav.control import ControllerParameters
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.footprint import Footprint, disc
-from drake_starnav.regions.safe_region import CertifiedRegion
 from drake_starnav.robot import RobotParameters
+from drake_starnav.surroundings.safe_region import CertifiedRegion
 from drake_starnav.systems.footprint_hold import FootprintInForce
 from drake_starnav.systems.twist_shield import TwistShield, Unshielded
 from drake_starnav.tracking.kalman_tracks import Tracks

@@ -11,13 +11,13 @@ from pydrake.geometry import Meshcat
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
-from drake_starnav.control import KeepOut, SpeedZone
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, plan_step
 from drake_starnav.planning.roadmap import refitted
-from drake_starnav.regions import Observation, scan_region
 from drake_starnav.robot import RobotParameters
+from drake_starnav.safety import KeepOut, SpeedZone
 from drake_starnav.scenario.schema import RecordingParameters
+from drake_starnav.surroundings import Observation, scan_region
 from drake_starnav.visualization import meshes
 from drake_starnav.visualization.meshes import LAYERS
 from drake_starnav.visualization.star_roadmap_visualizer import (

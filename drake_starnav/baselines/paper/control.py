@@ -17,10 +17,10 @@ import numpy as np
 from drake_starnav.baselines.paper import constants
 from drake_starnav.control.inputs import ControllerInputs, Proposal
 from drake_starnav.control.modulation import boundary_at
-from drake_starnav.regions.region_union import RegionUnion
 from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.base import twist_of
 from drake_starnav.robot.limits import aimed, wrapped_angle
+from drake_starnav.surroundings.region_union import RegionUnion
 
 LARGEST_GAMMA = 1e6
 """Gamma at a reference point, where it has no bound."""

@@ -6,7 +6,7 @@ import numpy as np
 
 from drake_starnav.baselines.paper import constants
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.regions.star_region import StarRegion
+from drake_starnav.surroundings.star_region import StarRegion
 
 INSET = 0.05
 """A frontier point lies at least this far inside the boundary of its region, m."""

@@ -8,12 +8,12 @@ import numpy as np
 from drake_starnav.baselines.paper import constants
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.outlier_filter import HitHistory
-from drake_starnav.regions.erosion import FreeRange, bearing_count, free_limit
-from drake_starnav.regions.observation import Observation
-from drake_starnav.regions.perception import LastScan, Perceived, PerceptionSettings
-from drake_starnav.regions.piecewise_cubic import PiecewiseCubic, fit_piecewise_cubic
-from drake_starnav.regions.safe_region import CertifiedRegion
-from drake_starnav.regions.star_region import fit_region
+from drake_starnav.surroundings.erosion import FreeRange, bearing_count, free_limit
+from drake_starnav.surroundings.observation import Observation
+from drake_starnav.surroundings.perception import LastScan, Perceived, PerceptionSettings
+from drake_starnav.surroundings.piecewise_cubic import PiecewiseCubic, fit_piecewise_cubic
+from drake_starnav.surroundings.safe_region import CertifiedRegion
+from drake_starnav.surroundings.star_region import fit_region
 
 TOLERANCE = 0.4
 """Largest overshoot plus undershoot of a cubic, in radii of the robot: so much that noise makes no segments."""
@@ -25,7 +25,7 @@ def perceive(
     pose: np.ndarray,
     settings: PerceptionSettings,
 ) -> Perceived:
-    """Process a new scan; arguments as for `regions.perception.perceive`, of one lidar on the axis.
+    """Process a new scan; arguments as for `surroundings.perception.perceive`, of one lidar on the axis.
 
     Nothing is certified: of the certified region there are only the time and the hits.
     """

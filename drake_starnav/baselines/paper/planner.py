@@ -11,7 +11,7 @@ from drake_starnav.baselines.paper import constants
 from drake_starnav.baselines.paper.frontiers import frontier_points
 from drake_starnav.planning.roadmap import with_node
 from drake_starnav.planning.state import EMPTY_PATH, PlannerInput, PlannerState, PlannerStatus
-from drake_starnav.regions.observation import Observation
+from drake_starnav.surroundings.observation import Observation
 from drake_starnav.utils.snapshot import snapshot
 
 

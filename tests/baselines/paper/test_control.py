@@ -11,10 +11,10 @@ from drake_starnav.baselines.paper.control import blended_vector, modulated_vect
 from drake_starnav.control import ControllerInputs
 from drake_starnav.control.modulation import boundary_at
 from drake_starnav.planning.guidance import Guidance
-from drake_starnav.regions.safe_region import CertifiedRegion
-from drake_starnav.regions.star_region import united
 from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.limits import HEADING_GAIN
+from drake_starnav.surroundings.safe_region import CertifiedRegion
+from drake_starnav.surroundings.star_region import united
 from tests.helpers.scans import RADIUS, seeds, smooth_region
 
 

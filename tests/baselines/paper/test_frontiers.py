@@ -9,7 +9,7 @@ from drake_starnav.baselines.paper import constants
 from drake_starnav.baselines.paper.frontiers import WIDE_SHARE, frontier_points
 from drake_starnav.baselines.paper.perception import fit_scan, sight_range
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.regions.star_region import fit_region
+from drake_starnav.surroundings.star_region import fit_region
 from drake_starnav.worlds import World
 from tests.helpers.scans import RADIUS, cast
 

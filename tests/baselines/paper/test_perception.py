@@ -8,7 +8,7 @@ import pytest
 from drake_starnav.baselines.paper import constants
 from drake_starnav.baselines.paper.perception import TOLERANCE, perceive, sight_range
 from drake_starnav.geometry.footprint import disc
-from drake_starnav.regions.perception import Perceived, PerceptionSettings
+from drake_starnav.surroundings.perception import Perceived, PerceptionSettings
 from drake_starnav.worlds import World
 from tests.helpers.scans import MARGINS, RADIUS, cast, scattered
 

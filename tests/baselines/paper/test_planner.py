@@ -10,10 +10,10 @@ from drake_starnav.baselines.paper.perception import perceive
 from drake_starnav.baselines.paper.planner import PaperState, extended, plan_step, shortest_path, without_point
 from drake_starnav.geometry.footprint import disc
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus
-from drake_starnav.regions import Observation
-from drake_starnav.regions.perception import Perceived, PerceptionSettings
 from drake_starnav.scenario.scenario_file import load_scenario, parse_scenario
 from drake_starnav.simulation.run import run_trial
+from drake_starnav.surroundings import Observation
+from drake_starnav.surroundings.perception import Perceived, PerceptionSettings
 from drake_starnav.worlds import World
 from tests.helpers.scans import MARGINS, RADIUS, cast, free_point, scattered
 

@@ -6,7 +6,7 @@ import pytest
 from drake_starnav.baselines.paper import constants
 from drake_starnav.control.inputs import ControllerInputs
 from drake_starnav.planning.guidance import Guidance
-from drake_starnav.regions.safe_region import CertifiedRegion
+from drake_starnav.surroundings.safe_region import CertifiedRegion
 from scripts.experiments import trace_paper
 from tests.helpers.scans import RADIUS, smooth_region
 

@@ -1,0 +1,293 @@
+"""The motion that follows a command: kept for its period after the delay, then full braking, as samples.
+
+Every certificate is asked about this motion, and every prediction takes its steps.
+"""
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numba.extending import register_jitable
+
+from drake_starnav.geometry.footprint import Footprint
+from drake_starnav.robot.base import Base
+from drake_starnav.robot.limits import Limits, Velocity
+from drake_starnav.robot.parameters import BASES
+from drake_starnav.utils.snapshot import snapshot
+
+LONGEST_STEP = 0.04
+"""Longest time between two samples, s."""
+LARGEST_TURN = 0.25
+"""Largest turn between two samples, rad: the chord is then short of its arc by 0.3 %."""
+AT_REST = 1e-9
+"""A speed below this is zero, m/s or rad/s."""
+GRIP = 8.0
+"""Acceleration across the robot, speed times yaw rate, that its wheels follow without sliding, m/s^2."""
+GRIP_WHILE_BRAKING = 3.0
+"""GRIP holds up to this acceleration along the robot, m/s^2; beyond it grip falls with the third power."""
+SAMPLES = 128
+"""Room for so many samples is made at first; a motion may have more."""
+
+
+class Pose(NamedTuple):
+    """Of the robot in W; m and rad."""
+
+    x: float
+    y: float
+    yaw: float
+
+
+@snapshot
+class BrakingMotion:
+    """What the shield guarantees about the robot's motion. Immutable.
+
+    Attributes:
+        certified: whether the last command passed the certificates; if not, it brakes.
+        path: shape (n, 3), (x, y, yaw) in W of the robot braking fully from now on, m and rad.
+    """
+
+    certified: bool
+    path: np.ndarray
+
+    @staticmethod
+    def none() -> "BrakingMotion":
+        """Before the first command."""
+        return BrakingMotion(False, np.zeros((1, 3)))
+
+
+@dataclass(frozen=True)
+class Actuation:
+    """What a command does to the robot.
+
+    Attributes:
+        limits: of the robot.
+        footprint: of the robot.
+        hold: how long a command is followed, s: one control period.
+        delay: from a command to its effect, s.
+        base: how the robot moves.
+    """
+
+    limits: Limits
+    footprint: Footprint
+    hold: float
+    delay: float
+    base: Base = BASES["differential"]
+
+    @cached_property
+    def numbers(self) -> tuple[float, ...]:
+        """Delay, hold, lever, sampling, limits: for compiled functions, which take plain tuples faster than records."""
+        shape = self.footprint
+        return tuple(map(float, (self.delay, self.hold, shape.lever, shape.sampling, *self.limits)))
+
+    def carrying(self, footprint: Footprint) -> "Actuation":
+        """The same of a robot with this footprint."""
+        return self if footprint is self.footprint else replace(self, footprint=footprint)
+
+
+class Motion(NamedTuple):
+    """What the robot does if a command is sent and then it brakes, as samples.
+
+    No two neighbours are farther apart than LONGEST_STEP or LARGEST_TURN; nor than the footprint's `sampling`, each
+    point of one of polygons.
+
+    Attributes:
+        samples: shape (n, 6): x, y, yaw, speed, turning rate and the time from now; W, SI units. The first is the
+            robot now, in the last it stands.
+        commanded: index of the sample from which on the command has effect.
+        braking: index of the sample from which on the robot brakes.
+        grips: whether no sample after `commanded` asks the wheels for more than they grip.
+        footprint: of the robot.
+    """
+
+    samples: np.ndarray
+    commanded: int
+    braking: int
+    grips: bool
+    footprint: Footprint
+
+    @property
+    def position(self) -> np.ndarray:
+        """Of the robot's centre, shape (n, 2), W, m."""
+        return self.samples[:, :2]
+
+    @property
+    def pose(self) -> np.ndarray:
+        """(x, y, yaw), shape (n, 3), W, m and rad."""
+        return self.samples[:, :3]
+
+    @property
+    def twist(self) -> np.ndarray:
+        """Speed, with the sign of that along x, m/s, and turning rate, rad/s, shape (n, 2)."""
+        return self.samples[:, 3:5]
+
+    @property
+    def time(self) -> np.ndarray:
+        """From now, shape (n,), s."""
+        return self.samples[:, 5]
+
+
+def roll_out(pose: np.ndarray, twist: np.ndarray, target: np.ndarray, actuation: Actuation) -> Motion:
+    """The motion that follows a command.
+
+    Args:
+        pose: (x, y, yaw) of the robot in W, m and rad.
+        twist: commanded now, as many numbers as the base's twists have; the robot keeps it for the delay.
+        target: that is commanded, within the robot's limits.
+        actuation: what commands do.
+    """
+    does, samples = actuation.numbers, np.empty((SAMPLES, 6))  # made here, as Numba takes longer to hand out an array
+    count, commanded, braking, grips = sample(pose, twist, target, does, samples)
+    if count > SAMPLES:
+        samples = np.empty((count, 6))
+        sample(pose, twist, target, does, samples)
+    return Motion(samples[:count], commanded, braking, grips, actuation.footprint)
+
+
+@register_jitable
+def ramped(value, target, change):
+    """The value, moved towards the target by at most `change`."""
+    return value + min(max(target - value, -change), change)
+
+
+@register_jitable
+def ramp_mean(value, target, change):
+    """The mean of the value while it is moved towards the target by at most `change`, which it may reach on the way."""
+    gap = abs(target - value)
+    if gap >= change:
+        return value + 0.5 * math.copysign(change, target - value)
+    return target - 0.5 * (target - value) * gap / change
+
+
+@register_jitable
+def velocity_of(twist):
+    """A twist of 2 or 3 components as a `Velocity`."""
+    return Velocity(twist[0], twist[1] if len(twist) == 3 else 0.0, twist[-1])
+
+
+@njit(cache=True)
+def ramped_velocity(now, target, step, limits):
+    """The velocity after a step (s) towards a target, and the mean one of the step."""
+    faster, turned = limits.max_acceleration * step, limits.max_yaw_acceleration * step
+    turning, mean_turning = ramped(now.turning, target.turning, turned), ramp_mean(now.turning, target.turning, turned)
+    if now.aside == 0.0 and target.aside == 0.0:
+        after = Velocity(ramped(now.ahead, target.ahead, faster), 0.0, turning)
+        return after, Velocity(ramp_mean(now.ahead, target.ahead, faster), 0.0, mean_turning)
+    dx, dy = target.ahead - now.ahead, target.aside - now.aside
+    change = max(math.hypot(dx, dy), 1e-12)
+    end, mean = ramped(0.0, change, faster) / change, ramp_mean(0.0, change, faster) / change
+    after = Velocity(now.ahead + end * dx, now.aside + end * dy, turning)
+    return after, Velocity(now.ahead + mean * dx, now.aside + mean * dy, mean_turning)
+
+
+@njit(cache=True)
+def advanced(pose, velocity, target, step, limits):
+    """Pose and velocity after a step (s) towards a target velocity, and the way driven (m), at its mean rates."""
+    after, mean = ramped_velocity(velocity, target, step, limits)
+    way, side, turn = mean.ahead * step, mean.aside * step, mean.turning * step
+    if limits.steers > 0.0:
+        turn = mean.turning * way
+    middle = pose.yaw + 0.5 * turn
+    cosine, sine = math.cos(middle), math.sin(middle)
+    return Pose(pose.x + way * cosine - side * sine, pose.y + way * sine + side * cosine, pose.yaw + turn), after, way
+
+
+@njit(cache=True)
+def body_rates(velocity, limits):
+    """Speed, with the sign of that along x, m/s, and turning rate, rad/s."""
+    speed = velocity.ahead
+    if velocity.aside != 0.0:
+        speed = math.copysign(math.hypot(velocity.ahead, velocity.aside), velocity.ahead)
+    return speed, velocity.turning * speed if limits.steers > 0.0 else velocity.turning
+
+
+@njit(cache=True)
+def gripped(acceleration):
+    """Largest speed times yaw rate of a robot that may brake with this acceleration, m/s^2: more, and it slides."""
+    return GRIP * min(GRIP_WHILE_BRAKING / acceleration, 1.0) ** 3
+
+
+@njit(cache=True)
+def slides(v, omega, limits):
+    """Whether a robot that has this twist, and may brake as hard as its limits allow, slides."""
+    return abs(v * omega) > gripped(limits.max_acceleration) + 1e-9
+
+
+@njit(cache=True)
+def sample(pose, twist, target, does, samples):
+    """`roll_out` on arrays, and `Actuation.numbers`: how many samples it has, be there room or not, and the rest."""
+    (delay, hold, lever, spacing), limits = does[:4], Limits(*does[4:])
+    legs, begins = np.empty((3, 4)), np.empty(3, np.int64)
+    now, wanted = velocity_of(twist), velocity_of(target)
+    legs[0] = now.ahead, now.aside, now.turning, delay
+    legs[1] = wanted.ahead, wanted.aside, wanted.turning, hold
+    legs[2] = 0.0, 0.0, 0.0, np.inf
+    count = rolled(Pose(pose[0], pose[1], pose[2]), now, legs, (limits, lever, spacing), samples, begins)
+    commanded, grips = begins[1], True
+    for k in range(commanded + 1, min(count, len(samples))):
+        grips = grips and not slides(samples[k, 3], samples[k, 4], limits)
+    return count, commanded, begins[2], grips
+
+
+@njit(cache=True)
+def rolled(pose, velocity, legs, drive, samples, begins):
+    """The motion of any base over legs, as samples (n, 6) of a `Motion`: how many it has, be there room or not.
+
+    Args:
+        pose, velocity: now.
+        legs: shape (k, 4): a velocity that is approached as fast as the limits allow, and for how long, s. The robot
+            brakes on a leg that lasts for ever, until it stands; a base that steers keeps its curvature.
+        drive: limits, and of the footprint lever and sampling, m.
+        samples: shape (n, 6), to be written; the last of many goes into the last row.
+        begins: shape (k,), to be written: the index of the sample with which each leg begins.
+    """
+    limits, lever, spacing = drive
+    speed, rate = body_rates(velocity, limits)
+    samples[0] = pose.x, pose.y, pose.yaw, speed, rate, 0.0
+    count, time = 1, 0.0
+    for j in range(len(legs)):
+        begins[j], left = count - 1, legs[j, 3]
+        wanted = Velocity(legs[j, 0], legs[j, 1], legs[j, 2])
+        if left == np.inf and limits.steers > 0.0:
+            wanted = Velocity(wanted.ahead, wanted.aside, velocity.turning)
+        wanted_speed, wanted_rate = body_rates(wanted, limits)
+        while left >= 1e-9 and (left < np.inf or abs(speed) >= AT_REST or abs(rate) >= AT_REST):
+            fastest, turning = max(abs(speed), abs(wanted_speed)), max(abs(rate), abs(wanted_rate))
+            if limits.steers > 0.0:
+                turning = fastest * max(abs(velocity.turning), abs(wanted.turning))
+            fastest += lever * turning
+            step = min(LONGEST_STEP, spacing / max(fastest, 1e-9), LARGEST_TURN / max(turning, 1e-9))
+            if left < np.inf:
+                step = min(step, left)
+                left -= step
+            elif abs(speed) >= AT_REST:
+                step = min(step, abs(speed) / limits.max_acceleration)
+            else:
+                step = min(step, abs(rate) / limits.max_yaw_acceleration)
+            pose, velocity, _ = advanced(pose, velocity, wanted, step, limits)
+            speed, rate = body_rates(velocity, limits)
+            time += step
+            samples[min(count, len(samples) - 1)] = pose.x, pose.y, pose.yaw, speed, rate, time
+            count += 1
+    return count
+
+
+def predicted_pose(pose: np.ndarray, pending: np.ndarray, delay: float, limits: Limits) -> np.ndarray:
+    """The pose at which the command that is due now takes effect, shape (3,).
+
+    The certificate holds from there on: the motion up to it was certified when its commands were sent.
+
+    Args:
+        pose: (x, y, yaw) now, m and rad.
+        pending: shape (n, 4), a leg of `rolled` for each command on its way, the oldest first, with its period.
+        delay: from a command to its effect, s: of the oldest only the rest is still to come.
+        limits: of the robot; each command was ramped when it was sent, and is reached at once.
+    """
+    legs = pending.copy()
+    legs[:1, 3] -= legs[:, 3].sum() - delay
+    at_once = limits._replace(max_acceleration=math.inf, max_yaw_acceleration=math.inf)
+    begins, end = np.empty(len(legs), np.int64), np.empty((1, 6))
+    rolled(Pose(*map(float, pose)), velocity_of(legs[0, :3]), legs, (at_once, 0.0, math.inf), end, begins)
+    return end[0, :3]

@@ -1,0 +1,169 @@
+"""The braking certificate in time: a twist is sent only if the robot can stop before a dynamic obstacle can reach it.
+
+Guarantee. With caution 1: if a command is accepted, and the robot keeps its last twist for a declared delay, follows
+the command for one control period and then brakes as hard as its limits allow, then until no point of it moves no
+dynamic obstacle touches its footprint, provided that
+ (1) it is a disc no larger than `max_radius` and no faster than `max_speed`, whatever it did before,
+ (2) it is visible, or occluded by something visible: nothing comes from outside the lidar's view or from nowhere, and
+ (3) as for static obstacles, the robot follows its commands and the errors are at most the margin.
+A place q at the time of the scan is taken to be anywhere within
+
+    | p - q - (1 - c) u t | <= c g t        u its track's velocity, g = max_speed
+
+a time t later, with the caution c. With c = 1 that is all directions. The places are
+
+    hits of tracks                                trusted by 1 - c to continue with u
+    hits neither tracked nor static               always with c = 1: there is no motion to trust
+    hits on static objects that are small enough  with c = 1 only: they may start to move
+    the edges of occluded areas                   with c = 1 only: something may come out
+
+Obstacles that are declared to brake are left the room for it as well: the radius of each place is greater by their
+stopping distance, so that whoever begins to brake in time never meets the robot, be it driving or standing
+(passive-friendly safety).
+
+Near to what creeps the robot may make way: a motion that comes no nearer to the places than standing would is accepted
+with ESCAPE less of the margin.
+
+Convex surfaces wider than 2 max_radius are static (`surfaces`). No certificate prevents an obstacle from hitting the
+robot while it stands. A disc that turns about its centre stands; of polygons every point has to.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from drake_starnav.geometry.footprint import distance_to_point, fastest_point
+from drake_starnav.robot.motion import Actuation, Motion
+from drake_starnav.tracking.kalman_tracks import Tracks
+from drake_starnav.tracking.parameters import DynamicObstacleParameters
+from drake_starnav.tracking.prediction import OCCLUSION_SPACING
+from drake_starnav.tracking.tracker import TrackedObstacles
+
+MOVING_MARGIN = 0.03
+"""Clearance kept from obstacles that move, m."""
+ESCAPE = 0.02
+"""As far into that clearance may come what moves the robot no nearer to them than standing would, m: it makes way."""
+STANDING_SPEED = 0.005
+"""A command with which no point of the robot is faster counts as standing, m/s. The body does not follow exactly, so
+this is well below `trajectory.STANDING`, which is about the body."""
+X, Y, VX, VY, GROWTH, RADIUS = range(6)
+"""Columns of the reachable discs."""
+
+
+class MovingCertificate(NamedTuple):
+    """Accepts motions during which no moving obstacle can touch the robot while any point of it moves.
+
+    Attributes:
+        discs: shape (n, 6), as from `reachable_discs`.
+        distance: that the footprint keeps from them, m.
+        age: time since the scan that they are of, s.
+        escape: how much less than that distance is enough where standing would keep no more, m.
+    """
+
+    discs: np.ndarray
+    distance: float
+    age: float
+    escape: float = 0.0
+
+    @staticmethod
+    def near(tracked: TrackedObstacles, position: np.ndarray, actuation: Actuation) -> "MovingCertificate":
+        """Of what may come near a robot at a place, shape (2,), W, m, before it has stopped."""
+        (tracks, age, obstacles), (limits, footprint) = tracked, (actuation.limits, actuation.footprint)
+        braking = limits.max_speed / limits.max_acceleration
+        if not (footprint.is_disc or limits.steers):
+            braking = max(braking, limits.max_yaw_rate / limits.max_yaw_acceleration)
+        longest = age + actuation.delay + actuation.hold + braking
+        reach = footprint.radius + MOVING_MARGIN + (limits.max_speed + obstacles.max_speed) * longest
+        discs = within(reachable_discs(tracks, obstacles), position, reach)
+        return MovingCertificate(discs, MOVING_MARGIN, age, ESCAPE)
+
+    def accepts(self, motion: Motion) -> bool:
+        """Whether the robot stands, or keeps its distance, wherever the discs go until it has stopped."""
+        return _stays_clear(motion.samples, motion.braking, self, motion.footprint.body)
+
+
+def reachable_discs(tracks: Tracks, parameters: DynamicObstacleParameters) -> np.ndarray:
+    """The places that a braking robot must keep clear of, shape (n, 6), at the time of the tracks.
+
+    Columns: position, m, velocity, m/s, growth of its radius, m/s, and radius, m, with the room to brake. Hits have no
+    radius of their own. A track that counts but is not in view is a disc at its predicted position; what may come out
+    of its occlusion is listed as well.
+
+    Args:
+        tracks: of the last scan.
+        parameters: what is declared.
+    """
+    trusted = tracks.confirmed & tracks.settled
+    known = (tracks.owner >= 0) & trusted[tracks.owner] if len(tracks) else np.zeros(len(tracks.owner), bool)
+    lost = np.flatnonzero(trusted & (tracks.seen < tracks.time))
+    cautious = parameters.caution * parameters.max_speed
+    moving = (1.0 - parameters.caution) * tracks.velocity
+    still = np.zeros(2)
+    rows = [
+        _rows(tracks.hits[~known], still, parameters.max_speed, 0.0),
+        _rows(tracks.standing, still, parameters.max_speed, 0.0),
+        _rows(tracks.occlusions, still, parameters.max_speed, 0.5 * OCCLUSION_SPACING),
+        _rows(tracks.hits[known], moving[tracks.owner[known]], cautious, 0.0),
+        _rows(tracks.position[lost], moving[lost], cautious, tracks.radius[lost]),
+    ]
+    discs = np.vstack(rows)
+    discs[:, RADIUS] += parameters.stopping_distance
+    return discs
+
+
+def _rows(places: np.ndarray, velocity: np.ndarray, growth: float, radius: np.ndarray | float) -> np.ndarray:
+    rows = np.empty((len(places), 6))
+    rows[:, :VX], rows[:, VX:GROWTH] = places, velocity
+    rows[:, GROWTH], rows[:, RADIUS] = growth, radius
+    return rows
+
+
+def within(discs: np.ndarray, position: np.ndarray, reach: float) -> np.ndarray:
+    """The reachable discs whose edge is within `reach` (m) of a place (2,)."""
+    away = np.hypot(discs[:, X] - position[0], discs[:, Y] - position[1]) - discs[:, RADIUS]
+    return discs[away < reach]
+
+
+@njit(cache=True)
+def _clearance(sample, moving, time, body):
+    """Least distance of a robot at a sample to all places that discs may have reached at a time, less what it needs."""
+    least, discs, cosine, sine = np.inf, moving.discs, math.cos(sample[2]), math.sin(sample[2])
+    for k in range(len(discs)):
+        dx, dy = discs[k, X] + discs[k, VX] * time - sample[0], discs[k, Y] + discs[k, VY] * time - sample[1]
+        reached = discs[k, RADIUS] + discs[k, GROWTH] * time
+        near = least + reached + body.radius
+        if near < 0.0 or dx * dx + dy * dy < near * near:
+            x, y = cosine * dx + sine * dy, cosine * dy - sine * dx
+            least = min(least, distance_to_point(x, y, body) - reached)
+    return least - moving.distance
+
+
+@njit(cache=True)
+def _stays_clear(samples, braking, moving, body):
+    """Whether a robot stays clear of the discs of a `MovingCertificate` at all samples of a motion while it moves.
+
+    By `distance`; by up to `escape` less where it is no nearer to them than at the first sample's pose it were by then.
+    Samples are skipped while the last clearance cannot have been used up.
+    """
+    fastest = spare = 0.0
+    for disc in moving.discs:
+        fastest = max(fastest, math.hypot(disc[VX], disc[VY]) + disc[GROWTH])
+    before = fastest_point(samples[0, 3], samples[0, 4], body.lever)
+    for k in range(1, len(samples)):
+        last, now = samples[k - 1], samples[k]
+        spare -= math.hypot(now[0] - last[0], now[1] - last[1]) + body.lever * abs(now[2] - last[2])
+        spare -= fastest * (now[5] - last[5])
+        moves = fastest_point(now[3], now[4], body.lever)
+        if spare <= 0.0:
+            time = moving.age + now[5]
+            spare = _clearance(now, moving, time, body)
+            if spare < 0.0 and max(moves, before) >= STANDING_SPEED:
+                stood = _clearance(samples[0], moving, time, body)
+                if spare < max(stood, -moving.escape):
+                    return False
+        if k >= braking and moves < STANDING_SPEED:
+            return True
+        before = moves
+    return True

@@ -1,0 +1,118 @@
+"""Certificates for rules of a place: areas that the robot must stay out of, and areas in which it must be slow."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from drake_starnav.errors import StarnavError, shown
+from drake_starnav.geometry.se2 import places
+from drake_starnav.parameters import is_number
+from drake_starnav.robot.motion import Motion
+
+
+@dataclass(frozen=True)
+class KeepOut:
+    """Accepts motions on which the robot, as the discs that cover its footprint, stays out of a polygon.
+
+    A robot that begins nearer may move, but not nearer to the polygon.
+
+    Attributes:
+        polygon: corners, shape (n, 2), n >= 3, W, m; simple, in either order.
+        margin: kept beyond those discs, m: half the distance between two samples, and the base's error.
+        name: of the place, in messages.
+
+    Raises:
+        StarnavError: the polygon has another shape or is not finite, or the margin is negative.
+    """
+
+    polygon: Any
+    margin: float = 0.02
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        _keep_corners(self)
+        if not (is_number(self.margin) and self.margin >= 0.0):
+            raise StarnavError(f"KeepOut.margin is {shown(self.margin)}; allowed: 0 m or more")
+
+    @cached_property
+    def corners(self) -> np.ndarray:
+        """Of the polygon, shape (n, 2), W, m."""
+        return np.array(self.polygon)
+
+    def accepts(self, motion: Motion) -> bool:
+        """Whether the robot keeps its distance, or the one that it has."""
+        narrow, cover = motion.footprint.narrow, motion.footprint.cover
+        distance = signed_distance(self.corners, places(motion.pose, cover)).reshape(-1, len(cover)).min(axis=1)
+        return bool(distance.min() >= min(narrow + self.margin, distance[0]) - 1e-9)
+
+
+@dataclass(frozen=True)
+class SpeedZone:
+    """Accepts motions on which the robot is no faster than a limit while its centre is in a polygon.
+
+    A robot that is too fast already brakes.
+
+    Attributes:
+        polygon: corners, shape (n, 2), n >= 3, W, m; simple, in either order.
+        max_speed: m/s.
+        name: of the place, in messages.
+
+    Raises:
+        StarnavError: the polygon has another shape or is not finite, or the speed is not above 0.
+    """
+
+    polygon: Any
+    max_speed: float
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        _keep_corners(self)
+        if not (is_number(self.max_speed) and self.max_speed > 0.0):
+            raise StarnavError(f"SpeedZone.max_speed is {shown(self.max_speed)}; allowed: more than 0 m/s")
+
+    @cached_property
+    def corners(self) -> np.ndarray:
+        """Of the polygon, shape (n, 2), W, m."""
+        return np.array(self.polygon)
+
+    def accepts(self, motion: Motion) -> bool:
+        """Whether the robot is slow wherever the zone says so."""
+        fast = np.abs(motion.twist[:, 0]) > self.max_speed + 1e-9
+        if not fast.any():
+            return True
+        fast[1:] |= fast[:-1]  # where it is slow enough, it has just slowed down
+        return bool((signed_distance(self.corners, motion.position[fast]) > 0.0).all())
+
+
+def signed_distance(polygon: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Distance of points (m, 2) to a polygon (n, 2), negative inside; shape (m,), m."""
+    start, along = polygon, np.roll(polygon, -1, axis=0) - polygon
+    offset = points[:, None] - start
+    share = np.clip((offset * along).sum(axis=2) / np.maximum((along * along).sum(axis=1), 1e-18), 0.0, 1.0)
+    away = offset - share[..., None] * along
+    distance = np.sqrt((away * away).sum(axis=2).min(axis=1))
+    end_y = (start + along)[:, 1]
+    crosses = (start[:, 1] > points[:, 1, None]) != (end_y > points[:, 1, None])
+    rise = np.where(along[:, 1] == 0.0, 1.0, along[:, 1])
+    left = points[:, 0, None] < start[:, 0] + along[:, 0] * (points[:, 1, None] - start[:, 1]) / rise
+    return np.where((crosses & left).sum(axis=1) % 2 == 1, -distance, distance)
+
+
+def _keep_corners(zone: KeepOut | SpeedZone) -> None:
+    """Replace the polygon of a zone by a tuple of (x, y), or raise a `StarnavError`."""
+    kind, polygon = type(zone).__name__, zone.polygon
+    rows = polygon.tolist() if isinstance(polygon, np.ndarray) else polygon
+    if not isinstance(rows, (list, tuple)) or len(rows) < 3:
+        raise StarnavError(f"{kind}.polygon is {shown(rows)}; allowed: three or more [x, y], W, m")
+    for k, row in enumerate(rows):
+        if not isinstance(row, (list, tuple, np.ndarray)) or len(row) != 2 or not all(map(is_number, row)):
+            raise StarnavError(f"{kind}.polygon[{k}] is {shown(row)}; allowed: finite [x, y], W, m")
+    object.__setattr__(zone, "polygon", tuple((float(x), float(y)) for x, y in rows))
+    if not isinstance(zone.name, str):
+        raise StarnavError(f"{kind}.name is {shown(zone.name)}; allowed: a text")
+
+
+ZONE_KINDS: dict[str, type] = {kind.__name__: kind for kind in (KeepOut, SpeedZone)}
+"""Kinds of zones by the tag that a scenario has."""

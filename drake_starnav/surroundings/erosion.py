@@ -1,0 +1,266 @@
+"""From a laser scan to the free range of the robot's centre: erosion by the robot's disc in polar coordinates.
+
+For the bearing grid see `bearing_hits`.
+"""
+
+import math
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from drake_starnav.geometry.compiled import largest
+from drake_starnav.lidar.field_of_view import TURN
+from drake_starnav.lidar.laser_scan import MOVING, LaserScan
+from drake_starnav.surroundings.bearing_hits import beams_to_bearings, half_gaps
+from drake_starnav.surroundings.margins import Margins
+from drake_starnav.surroundings.passages import MARGIN_STEPS, PASSAGE_DEPTH, SHUT, with_passages
+
+BEARINGS = 720
+"""Samples of a region's boundary, rounded up to whole samples a beam: 20 mm apart at 2.3 m; rays of a merged scan."""
+SMOOTHING_BEAMS = 3
+"""Half width of the moving average over the planner's ranges, in beams."""
+JUMP = 0.48
+"""Smoothing stops at a step between neighbouring ranges that is larger than this, in radii of the body."""
+SAME_SURFACE = 0.16
+"""Ranges that differ by no more than this belong to one surface, in radii of the body: for 0.25 m four standard
+deviations of 1 cm. A smoothed range that differs by more from the measured one is rejected."""
+
+
+class FreeRange(NamedTuple):
+    """Distance that the robot's centre can move along each bearing; sample 0 is at the first beam.
+
+    Attributes:
+        values: shape (M,), m.
+        limit: upper bounds of the values, 0 outside the field of view, shape (M,), m.
+        margin: smallest clearance kept beyond the robot's radius, m.
+        radius: of the robot, m.
+    """
+
+    values: np.ndarray
+    limit: np.ndarray
+    margin: float
+    radius: float
+
+
+def smoothed_distances(scan: LaserScan, slack: float = 0.0, beams: int = SMOOTHING_BEAMS) -> np.ndarray:
+    """Smoothed ranges, shape (n,), m; corners and separate surfaces are preserved.
+
+    Args:
+        scan: the ranges.
+        slack: additional range step within a surface, and additional change, m.
+        beams: half width of the moving average.
+    """
+    return moving_average(scan.beams, beams, slack)
+
+
+def bearing_count(scan: LaserScan) -> int:
+    """Number of samples M: a multiple of the steps in the turn of a full-circle scan, so that samples lie on beams."""
+    if not scan.full_circle:
+        return BEARINGS
+    steps = round(TURN / scan.angle_increment)
+    return steps * math.ceil(BEARINGS / steps)
+
+
+def free_limit(scan: LaserScan, samples: int, view_range: float, radius: float, side: float = 0.0) -> np.ndarray:
+    """Upper bound of the distance that a disc's centre can move within observed space, shape (M,), m.
+
+    Args:
+        scan: defines the field of view, outside which the limit is 0.
+        samples: M.
+        view_range: range up to which the scan observes, m.
+        radius: of the disc with its margin, m.
+        side: bearings nearer than this to an edge of the field of view count as outside, rad.
+    """
+    return _limit(field_of_view(scan, side), samples, max(view_range - radius, 0.0))
+
+
+@lru_cache(maxsize=16)
+def _limit(view: tuple[float, float], samples: int, farthest: float) -> np.ndarray:
+    """The same within a view, as of `field_of_view`: that of every scan of one lidar."""
+    bearing = 2.0 * math.pi / samples * np.arange(samples)
+    return np.where((view[0] <= bearing) & (bearing <= view[1]), farthest, 0.0)
+
+
+def field_of_view(scan: LaserScan, side: float = 0.0) -> tuple[float, float]:
+    """First and last bearing from the first beam on, rad, without `side` (rad) at each edge of the field of view."""
+    if scan.full_circle:
+        return 0.0, TURN
+    return side, scan.field_of_view.span + 1e-9 - side
+
+
+def free_range(
+    scan: LaserScan, distance: np.ndarray, radius: float, margins: Margins, samples: int | None = None
+) -> FreeRange:
+    """Free range of the robot's centre at every bearing, as the planner uses it.
+
+    The clearance is `preferred`. Passages that it would close get a smaller one, down to `least`.
+
+    Args:
+        scan: in the sensor frame S at the robot's centre.
+        distance: shape (n,), the scan's `smoothed_distances`, m.
+        radius: of the robot, without margin, m.
+        margins: preferred and least.
+        samples: M; None: as many as suit the scan.
+
+    Source: paper, section III-A; the erosion, which the paper leaves to the controller: this project.
+    """
+    samples, kept = samples or bearing_count(scan), (margins.preferred, margins.least)
+    limit = free_limit(scan, samples, scan.range_max, radius + margins.preferred)
+    values, margin = disc_range(scan.beams, distance, limit, radius, kept, bearing_tables(samples))
+    return FreeRange(values, limit, margin, radius)
+
+
+@lru_cache(maxsize=16)
+def bearing_tables(samples: int) -> tuple[np.ndarray, np.ndarray]:
+    """cos and sin^2 of every difference of two bearings."""
+    angle = 2.0 * math.pi / samples * np.arange(samples)
+    return np.cos(angle), np.sin(angle) ** 2
+
+
+@njit(cache=True)
+def disc_range(beams, distance, limit, radius, margins, tables):
+    """The loop of `free_range`: values and margin of a `FreeRange`.
+
+    Args:
+        beams: of the scan.
+        distance: their smoothed distances, shape (n,), m.
+        limit: of a `FreeRange`, shape (M,), m.
+        radius: of the robot, m.
+        margins: margin and least margin, m.
+        tables: as of `bearing_tables`.
+    """
+    margin, least = margins
+    cosine, squares = tables
+    samples, inflated, shut = len(cosine), radius + margin, SHUT * radius
+    gap = half_gaps(distance, beams)
+    hits = beams_to_bearings(distance, gap, beams, samples)
+    sight = within_sight(limit, beams, inflated)
+    free = erode(hits[0], hits[1], hits[2], inflated, sight, cosine, squares)
+    # A look at the narrowest robot no farther than it takes to see whether there are passages: there rarely are.
+    look = np.zeros(samples)
+    for i in range(samples):
+        if free[i] < shut:
+            look[i] = min(sight[i], shut + 2.0 * PASSAGE_DEPTH * radius)
+    if least >= margin or largest(look) == 0.0:
+        return free, margin
+    narrowest = erode(hits[0], hits[1], hits[2], radius + least, look, cosine, squares)
+    if not with_passages(free, narrowest, radius)[1]:
+        return free, margin
+    kept = margin
+    for step in range(1, MARGIN_STEPS + 1):
+        tried = margin + (least - margin) * step / MARGIN_STEPS
+        narrow = erode(hits[0], hits[1], hits[2], radius + tried, sight, cosine, squares)
+        free, opened = with_passages(free, narrow, radius)
+        if opened:
+            kept = tried
+    return free, kept
+
+
+@njit(cache=True)
+def moving_average(beams, half_width, slack):
+    """The loop of `smoothed_distances`: of some `Beams`, over `half_width` of them to each side."""
+    distance, range_max, wrap = beams.distances, beams.range_max, beams.seam < np.inf
+    n = len(distance)
+    jump, limit = JUMP * beams.body + slack, SAME_SURFACE * beams.body + slack
+    out = distance.copy()
+    for i in range(n):
+        if distance[i] >= range_max:
+            continue
+        width = min(half_width, (n - 1) // 2) if wrap else min(half_width, i, n - 1 - i)
+        total = before = after = distance[i]
+        count = 0
+        for k in range(1, width + 1):  # grow a symmetric window while both sides stay on the surface
+            a = distance[i - k]  # a negative index counts from the end
+            b = distance[i + k if i + k < n else i + k - n]
+            if a >= range_max or b >= range_max:
+                break
+            if abs(a - before) > jump or abs(b - after) > jump:
+                break
+            total += a + b
+            before, after = a, b
+            count = k
+        mean = total / (2 * count + 1)
+        if abs(mean - distance[i]) < limit:
+            out[i] = mean
+    return out
+
+
+@njit(cache=True)
+def within_sight(limit, beams, radius):
+    """The limit (M,) of `free_limit`, m, reduced where a moving obstacle occludes the space behind it, by some `Beams`.
+
+    It occludes from the beam before to the beam after each that hit it. Such hits are not eroded: the obstacle will
+    have left, and until then obstacle avoidance keeps clear of it.
+    """
+    distance, kinds, increment, seam = beams.distances, beams.kinds, beams.increment, beams.seam
+    samples, count = len(limit), len(distance)
+    wrap = seam < np.inf
+    out = limit.copy()
+    step = 2.0 * math.pi / samples
+    for i in range(len(distance)):
+        if kinds[i] & MOVING:
+            seen = max(distance[i] - radius, 0.0)
+            before, after = (i - 1) * increment, (i + 1) * increment
+            if wrap and seam != increment:
+                before = -seam if i == 0 else before
+                after = i * increment + seam if i == count - 1 else after
+            first, last = int(math.ceil(before / step)), int(math.floor(after / step))
+            for k in range(first, last + 1):
+                if wrap or 0 <= k < samples:
+                    out[k % samples] = min(out[k % samples], seen)
+    return out
+
+
+@njit(cache=True)
+def erode(distance, gap, offset, radius, limit, cosine, sine_squared):
+    """Distance that a disc's centre can move along each bearing, shape (M,), m.
+
+    With the hits q_j at distance d_j and bearing theta_j,
+        Phi_r(theta) = min_j [ d_j cos(D) - sqrt(R_j^2 - d_j^2 sin^2(D)) ],   D = theta - theta_j,
+    over |D| < asin(R_j/d_j), and 0 where d_j <= R_j and |D| <= pi/2. A hit that lies off its sample's bearing
+    by at most delta gets R_j + d_j delta. Between two samples the true free range is at least the smaller of both.
+
+    Args:
+        distance, gap, offset: of the hits on M bearings, as from `points_to_bearings`.
+        radius: R, of the disc with its margin, m.
+        limit: shape (M,), upper bound, as from `free_limit`, m.
+        cosine, sine_squared: as of `bearing_tables`.
+    """
+    samples = len(distance)
+    quarter = samples // 4  # no disc covers more than a quarter turn to either side
+    reach = quarter + 1
+    # The full turn with an overlap, so that inner loops need no wrap-around; `mirrored` runs clockwise. Loops get
+    # vectorized that run over slices from 0 on.
+    line, mirrored = np.full(samples + 2 * reach, np.inf), np.full(samples + 2 * reach, np.inf)
+    farthest = largest(limit)
+    width = 0  # samples that the disc covers to either side: neighbouring hits differ little
+    for j in range(samples):
+        d = distance[j]
+        if d == np.inf:
+            continue
+        inflated = radius + d * offset[j]
+        if d - inflated - gap[j] >= farthest:
+            continue
+        squared = inflated * inflated + gap[j] * gap[j]
+        center = j + reach
+        if d * d <= squared:
+            line[center - quarter : center + quarter + 1] = 0.0
+            continue
+        d_squared = d * d
+        while width < quarter and d_squared * sine_squared[width + 1] <= squared:
+            width += 1
+        while d_squared * sine_squared[width] > squared:
+            width -= 1
+        left, right = line[center : center + width + 1], mirrored[-1 - center + len(line) :][: width + 1]
+        for i in range(width + 1):
+            entry = d * cosine[i] - math.sqrt(squared - d_squared * sine_squared[i])
+            left[i], right[i] = min(left[i], entry), min(right[i], entry)
+    line, out = np.minimum(line, mirrored[::-1]), limit.copy()
+    for i in range(samples):
+        out[i] = min(out[i], line[reach + i])
+    for i in range(reach):
+        out[i] = min(out[i], line[reach + samples + i])
+        out[samples - reach + i] = min(out[samples - reach + i], line[i])
+    return out

@@ -1,0 +1,303 @@
+"""What lidars saw, and when: the surfaces that they hit, what these hid, and which places are known to be free.
+
+In a static world a place is free if any look saw it. Else an obstacle stood there, and the beams of that look had ended
+on it. What no look has seen is unknown.
+"""
+
+import math
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from drake_starnav.geometry.se2 import composed, placed
+from drake_starnav.lidar.field_of_view import TURN
+from drake_starnav.lidar.laser_scan import Beams, LaserScan
+from drake_starnav.surroundings.chords import BINS, ROUNDING, Chords, hides, profile, surfaces
+from drake_starnav.utils.snapshot import snapshot
+
+KEPT_EVERY, KEPT_TURN, MOST_LOOKS = 0.125, 0.1, 32
+"""Looks are kept that are so many radii of the robot apart, or turned by so much, rad; the last so many."""
+AROUND = 1.5
+"""What a look sees within a wider angle may lie around its lidar, rad."""
+FINEST, MOST_ASKED, DEPTH = 0.004, 8000, 24
+"""A part of what is asked about that is no longer than this is seen by one look, or it is unknown, m; so is what it
+takes more questions to decide. And so many parts wait at a time."""
+
+
+@snapshot
+class Look:
+    """What one lidar saw at one time. Immutable; W, m.
+
+    Attributes:
+        hits: shape (n, 2), of the last scans of all lidars, those of each scan together.
+        own: the first and the end of the hits that are this lidar's in this scan.
+        beams: of this lidar.
+        place: (x, y, yaw) of the frame of the beams.
+        reach: farther places count as not seen.
+    """
+
+    hits: np.ndarray
+    own: tuple[int, int]
+    beams: Beams
+    place: tuple[float, float, float]
+    reach: float
+
+    @staticmethod
+    def none() -> "Look":
+        """One that saw nothing."""
+        return Look(np.zeros((0, 2)), (0, 0), LaserScan.nothing().beams, (0.0, 0.0, 0.0), 0.0)
+
+    @cached_property
+    def chords(self) -> Chords:
+        """The hits as surfaces; and what hides without being one: lost beams, what moves, where it does not look."""
+        ends, shades = surfaces(self.hits, self.own, self.place, self.beams.body)
+        hiding = hides(self.beams, self.place)
+        solid = np.arange(len(ends) + len(hiding)) < len(ends)
+        shades = np.concatenate((shades, np.ones(len(hiding), np.bool_)))
+        return Chords(np.vstack((ends, hiding)), solid, shades, np.array(self.place[:2]))
+
+    @cached_property
+    def free(self) -> np.ndarray:
+        """How far it saw on all bearings of each bin, from its yaw on, shape (BINS,)."""
+        return profile(self.chords.ends, self.place, self.reach)
+
+    def moved(self, frame: np.ndarray) -> "Look":
+        """The same look in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""
+        return Look(placed(frame, self.hits), self.own, self.beams, _moved(self.place, frame), self.reach)
+
+
+@snapshot
+class Start:
+    """The disc about a robot's first place within which nothing is assumed to stand but what is seen there.
+
+    Attributes:
+        free: as of `Look`, shape (BINS,), m.
+    """
+
+    free: np.ndarray
+
+    @staticmethod
+    def of(radius: float) -> "Start":
+        """Of a radius, m."""
+        return Start(np.full(BINS, radius))
+
+    def cut(self, place: tuple[float, float, float], look: Look) -> "Start":
+        """It, about a place (x, y, yaw) in W, without what lies at or behind the surfaces that a look saw."""
+        chords = look.chords
+        return Start(np.minimum(self.free, profile(chords.ends[chords.solid], place, float(self.free.max()))))
+
+
+class Known(NamedTuple):
+    """What a look knew, wherever its frame has moved meanwhile.
+
+    Attributes:
+        look: as it was.
+        place: of the lidar, and the bearing of the first bin: (x, y, yaw), W.
+        time: s.
+        way, turned: how far the robot had come by then, m, and turned, rad.
+    """
+
+    look: Look | Start
+    place: tuple[float, float, float]
+    time: float
+    way: float = 0.0
+    turned: float = 0.0
+
+    @property
+    def center(self) -> tuple[float, float]:
+        """Place of the lidar, W, m."""
+        return self.place[:2]
+
+    def moved(self, frame: np.ndarray) -> "Known":
+        """The same in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""
+        return self._replace(place=_moved(self.place, frame))
+
+
+class Looks(NamedTuple):
+    """Looks for compiled functions, the newest first.
+
+    Attributes:
+        places: (x, y, yaw) of each, shape (n, 3), W.
+        free: as of `Look`, shape (n, BINS), m.
+    """
+
+    places: np.ndarray
+    free: np.ndarray
+
+    @staticmethod
+    def of(known: tuple[Known, ...]) -> "Looks":
+        """Of what is known."""
+        if not known:
+            return Looks(np.zeros((0, 3)), np.zeros((0, BINS)))
+        return Looks(np.array([each.place for each in known]), np.array([each.look.free for each in known]))
+
+
+class Kept(NamedTuple):
+    """Which looks count: a pose that errs with the way, the turn or the time puts an end to them.
+
+    Attributes:
+        reach: so far from the robot, m.
+        apart: of looks that are no farther apart, m, the last one.
+        way, turn: that the robot has driven since, m, and turned, rad.
+        time: since, s.
+    """
+
+    reach: float = math.inf
+    apart: float = 0.04
+    way: float = math.inf
+    turn: float = math.inf
+    time: float = math.inf
+
+
+def remembered(
+    before: tuple[Known, ...],
+    new: tuple[Known, ...],
+    driven: tuple[float, float],
+    now: tuple[np.ndarray, float],
+    kept: Kept,
+) -> tuple[Known, ...]:
+    """What is known after a scan of what earlier ones saw, the newest first.
+
+    Args:
+        before: known at the scan before.
+        new: what that scan saw; one of each lidar.
+        driven: how far the robot has come, m, and turned, rad, since it began.
+        now: (x, y, yaw) of the robot, W, and the time, s.
+        kept: what is kept.
+    """
+    (pose, time), count = now, len(new)
+    if len(before) > count > 0:
+        last, older = before[:count], before[count:]
+        near = not _apart(last[0], older[0], kept.apart)  # then it is none of those that are kept
+        before = older if near else (*last, *(each for each in older if _apart(last[0], each, kept.apart)))
+    x, y = pose[:2].tolist()
+    least = driven[0] - kept.way, driven[1] - kept.turn, time - kept.time
+    lasting = [
+        each
+        for each in (*new, *before)
+        if math.dist(each.center, (x, y)) < kept.reach
+        and each.way >= least[0]
+        and each.turned >= least[1]
+        and each.time >= least[2]
+    ]
+    most = MOST_LOOKS * max(count, 1)
+    if len(lasting) > most:
+        lasting[most:] = [each for each in lasting[most:] if isinstance(each.look, Start)]
+    return tuple(lasting)
+
+
+def _moved(place: tuple[float, float, float], frame: np.ndarray) -> tuple[float, float, float]:
+    """A pose in another frame, in which this one's origin is at the pose `frame`; its yaw may leave [-pi, pi]."""
+    x, y, _ = composed(frame, place).tolist()
+    return x, y, place[2] + float(frame[2])
+
+
+def _apart(new: Known, old: Known, apart: float) -> bool:
+    """Whether looks are of different places or directions."""
+    if math.dist(new.center, old.center) > apart or isinstance(old.look, Start):
+        return True
+    return abs(math.remainder(new.place[2] - old.place[2], TURN)) > KEPT_TURN
+
+
+@njit(cache=True)
+def saw(look, looks, part, n):
+    """Whether a look saw all of a convex polygon, the first `n` of `part`: nothing was nearer on any bearing of it."""
+    x, y, yaw = looks.places[look]
+    far, mx, my = 0.0, 0.0, 0.0
+    for i in range(n):
+        dx, dy = part[i, 0] - x, part[i, 1] - y
+        far, mx, my = max(far, dx * dx + dy * dy), mx + dx, my + dy
+    far, left, right = math.sqrt(far), 0.0, 0.0
+    for i in range(n):
+        dx, dy = part[i, 0] - x, part[i, 1] - y
+        off = math.atan2(mx * dy - my * dx, mx * dx + my * dy)
+        left, right = max(left, off), min(right, off)
+    free, step = looks.free[look], TURN / BINS
+    first, last = 0, BINS - 1
+    if left - right < AROUND:  # else it may lie around the lidar
+        bearing = math.atan2(my, mx) - yaw
+        first = int(math.floor((bearing + right) / step - ROUNDING))
+        last = int(math.floor((bearing + left) / step + ROUNDING))
+    for b in range(first, last + 1):  # noqa: SIM110 - Numba takes no generator
+        if free[b % BINS] < far:
+            return False
+    return True
+
+
+@njit(cache=True)
+def known(part, n, looks, asked):
+    """Whether each place of a convex polygon, the first `n` of `part`, was seen by some look.
+
+    What no look saw whole is halved, down to FINEST. `asked` counts how often looks were asked, up to MOST_ASKED, from
+    when on nothing is known; and has the one that answered last, which is asked first.
+    """
+    if _seen_by_any(part, n, looks, asked):
+        return True
+    for i in range(n):  # mostly a corner decides
+        if not _seen_by_any(part[i : i + 1], 1, looks, asked):
+            return False
+    stack, sizes, depth = np.empty((DEPTH, n + 2 * DEPTH, 2)), np.empty(DEPTH, np.int64), 1
+    sizes[0] = n
+    for i in range(n):  # an assignment to a slice takes Numba 2 s to compile
+        stack[0, i, 0], stack[0, i, 1] = part[i, 0], part[i, 1]
+    piece = np.empty((n + 2 * DEPTH, 2))
+    while depth > 0:
+        depth -= 1
+        m = sizes[depth]
+        for i in range(m):
+            piece[i, 0], piece[i, 1] = stack[depth, i, 0], stack[depth, i, 1]
+        if _seen_by_any(piece, m, looks, asked):
+            continue
+        low_x, high_x, low_y, high_y = piece[0, 0], piece[0, 0], piece[0, 1], piece[0, 1]
+        for i in range(1, m):
+            low_x, high_x = min(low_x, piece[i, 0]), max(high_x, piece[i, 0])
+            low_y, high_y = min(low_y, piece[i, 1]), max(high_y, piece[i, 1])
+        wide, high = high_x - low_x, high_y - low_y
+        if max(wide, high) < FINEST or depth + 2 > DEPTH or asked[0] > MOST_ASKED:
+            return False
+        nx, ny, middle = (1.0, 0.0, low_x + 0.5 * wide) if wide > high else (0.0, 1.0, low_y + 0.5 * high)
+        for side in (1.0, -1.0):
+            size = clipped(piece, m, side * nx, side * ny, side * middle, stack[depth])
+            if size > 2:
+                sizes[depth] = size
+                depth += 1
+    return True
+
+
+@njit(cache=True)
+def _seen_by_any(part, n, looks, asked):
+    """Whether some look saw all of a polygon."""
+    if len(looks.places) == 0:
+        return False
+    first = asked[1]
+    asked[0] += 1
+    if saw(first, looks, part, n):
+        return True
+    for k in range(len(looks.places)):
+        if k != first:
+            asked[0] += 1
+            if saw(k, looks, part, n):
+                asked[1] = k
+                return True
+    return False
+
+
+@njit(cache=True)
+def clipped(part, n, nx, ny, offset, out):
+    """What of a convex polygon, the first `n` of `part`, lies where normal @ p <= offset, into `out`; its size."""
+    m = 0
+    for k in range(n):
+        j = k + 1 if k + 1 < n else 0
+        s = nx * part[k, 0] + ny * part[k, 1] - offset
+        t = nx * part[j, 0] + ny * part[j, 1] - offset
+        if s <= 0.0:
+            out[m] = part[k]
+            m += 1
+        if (s < 0.0 < t) or (t < 0.0 < s):
+            share = s / (s - t)
+            out[m, 0] = part[k, 0] + share * (part[j, 0] - part[k, 0])
+            out[m, 1] = part[k, 1] + share * (part[j, 1] - part[k, 1])
+            m += 1
+    return m

@@ -1,0 +1,75 @@
+"""Why a robot that stands is not certified to drive: where it is blind, or what is too near."""
+
+import math
+
+import numpy as np
+
+from drake_starnav.lidar.field_of_view import TURN
+from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.surroundings.erosion import field_of_view
+from drake_starnav.surroundings.safe_region import CertifiedRegion
+
+SHORTEST_WAY = 0.05
+"""Nothing that stands obstructs a robot that is certified to drive farther than this, m."""
+AVOIDED = 1.5
+"""What moves obstructs it within this distance, m, and it may be giving way."""
+
+
+def obstruction(star: CertifiedRegion, scan: LaserScan, towards: float, robot_radius: float) -> str:
+    """What keeps a robot from driving towards a bearing, in words: where it is blind or what is too near; or nothing.
+
+    Args:
+        star: of the last scans, about the robot; it may have certified nothing.
+        scan: the last one, in S.
+        towards: bearing in S, rad.
+        robot_radius: m.
+    """
+    if not star.seen:
+        return ""
+    samples = len(star.values)
+    turned = (towards - scan.angle_min) % TURN
+    left = int(turned * samples / TURN) % samples
+    if min(star.values[left], star.values[(left + 1) % samples]) > SHORTEST_WAY:
+        return _moving(scan)
+    first, last = field_of_view(scan)
+    if not first <= turned <= last:
+        return (
+            f"blind: the lidar looks from {math.degrees(scan.angle_min):.0f} to {math.degrees(scan.angle_max):.0f} "
+            f"degrees; the "
+            f"way leads towards {math.degrees(math.remainder(towards, TURN)):.0f} degrees"
+        )
+    offset = star.hits - star.center
+    distance, bearing = np.hypot(*offset.T), np.arctan2(offset[:, 1], offset[:, 0]) - star.bearing_0
+    off = np.mod(bearing - turned + math.pi, TURN) - math.pi
+    kept = np.hypot(star.radius, star.half_gaps)
+    across = distance * np.abs(np.sin(off))
+    ahead = (across < kept) & (np.abs(off) < 0.5 * math.pi)
+    way = distance * np.cos(off) - np.sqrt(np.maximum(kept**2 - across**2, 0.0))
+    ahead &= way < SHORTEST_WAY + kept * TURN / samples
+    if not ahead.any():
+        return _moving(scan)
+    hit = int(np.argmin(np.where(ahead, np.abs(off), math.inf)))
+    where = _direction(float(bearing[hit]) + scan.angle_min)
+    beam = round(float(bearing[hit] % TURN) / scan.angle_increment) % len(scan.ranges)
+    if scan.lost[beam]:
+        return f"blind: {int(scan.lost.sum())} of {len(scan.lost)} beams are lost, also {where}"
+    measured = distance[hit] >= scan.range_min
+    near = f"at {distance[hit]:.3f} m" if measured else f"nearer than lidar.range_min {scan.range_min:g} m"
+    return (
+        f"too near: a hit {near}, {where}; robot.radius {robot_radius:g} m with a safety margin of "
+        f"{star.radius - robot_radius:.3g} m keeps {kept[hit]:.3f} m from it"
+    )
+
+
+def _moving(scan: LaserScan) -> str:
+    """The nearest obstacle that moves, if any is near."""
+    distance = np.where(scan.moving, scan.distances, math.inf)
+    beam = int(np.argmin(distance))
+    if distance[beam] > AVOIDED:
+        return ""
+    return f"too near: an obstacle that moves, at {distance[beam]:.2f} m, {_direction(scan.bearings[beam])}"
+
+
+def _direction(bearing: float) -> str:
+    degrees = math.degrees(math.remainder(bearing, TURN))
+    return f"{abs(degrees):.0f} degrees to the {'left' if degrees >= 0.0 else 'right'}"

@@ -1,0 +1,300 @@
+"""From a scan to the planner's star-shaped region and the controller's certified region."""
+
+import dataclasses
+import math
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.geometry.footprint import Footprint
+from drake_starnav.geometry.se2 import now_in
+from drake_starnav.lidar.deskew import deskewed
+from drake_starnav.lidar.field_of_view import ROUNDING, TURN
+from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.lidar.mounts import ON_AXIS, Mount, newest, unturned
+from drake_starnav.lidar.outlier_filter import HitHistory, without_outliers
+from drake_starnav.surroundings.chords import hits_behind
+from drake_starnav.surroundings.erosion import smoothed_distances
+from drake_starnav.surroundings.looks import KEPT_EVERY, Known, Look, Start, remembered
+from drake_starnav.surroundings.margins import Margins
+from drake_starnav.surroundings.observation import Observation
+from drake_starnav.surroundings.safe_region import SCAN_PATIENCE, CertifiedRegion, ScanMemory, certified_region
+from drake_starnav.surroundings.scan_averaging import AVERAGED_WITHIN, averaged
+from drake_starnav.surroundings.star_region import NO_HITS, scan_region
+from drake_starnav.surroundings.views import hit_points, hits_seen, merged, view_range
+from drake_starnav.utils.snapshot import snapshot
+from drake_starnav.utils.timing import EARLY
+
+SCAN_MEMORY = 5
+"""Number of scans from which the certified region is made."""
+FRONT_VIEW, WIDE_VIEW = math.pi, math.radians(260.0)
+"""Smallest fields of view with the certificate, rad; the wide one off the axis, and among moving obstacles, where the
+robot may reverse."""
+FEWEST_BEAMS = 36
+"""Beams that a lidar needs per turn: with fewer, hits on one wall are not recognised as connected."""
+
+
+def check_views(scans: Sequence[LaserScan], mounts: Sequence[Mount], footprint: Footprint, *, backwards: bool) -> None:
+    """Raise a `StarnavError` if lidars observe too little for a certificate.
+
+    Args:
+        scans: of each lidar, any.
+        mounts: of the lidars.
+        footprint: of the robot.
+        backwards: whether the robot may reverse.
+    """
+    views = [mount.view(scan.field_of_view) for scan, mount in zip(scans, mounts, strict=True)]
+    for each, mount in zip(views, mounts, strict=True):
+        if each.angle_increment > TURN / FEWEST_BEAMS + 1e-9:
+            raise StarnavError(
+                f"lidar.beams is {each.beams}, one every {math.degrees(each.angle_increment):.3g} degrees, with "
+                f"a certificate; allowed: at least {FEWEST_BEAMS} a turn"
+            )
+        if mount.offset > footprint.radius:
+            raise StarnavError(
+                f"a lidar is mounted {mount.offset:g} m from the robot's axis; allowed: up to {footprint.radius:g} m, "
+                "the farthest point of the robot: a robot.radius or robot.footprint that reaches the lidar"
+            )
+    if len(mounts) > 1:
+        _check_cover(scans, mounts, footprint)
+        return
+    if mounts[0].offset > 0.0 and not views[0].full_circle and views[0].span < WIDE_VIEW - ROUNDING:
+        raise StarnavError(
+            f"a lidar off the robot's axis looks over {math.degrees(views[0].span):.0f} degrees; allowed: at least "
+            f"{math.degrees(WIDE_VIEW):.0f}, or one on the axis"
+        )
+    (lone,), wanted = views, 0.5 * (WIDE_VIEW if backwards else FRONT_VIEW)
+    if min(lone.sides) < wanted - ROUNDING:
+        raise StarnavError(
+            f"lidar.angle_min {lone.angle_min:g} and lidar.angle_max {lone.angle_max:g} with a certificate; "
+            f"allowed: a view that reaches {math.degrees(wanted):.0f} degrees to each side of straight ahead, as "
+            "space that no beam has observed is not certified"
+        )
+
+
+def _check_cover(scans: Sequence[LaserScan], mounts: Sequence[Mount], footprint: Footprint) -> None:
+    """Raise a `StarnavError` unless the views of lidars, in an empty world, meet all around as far as each sees."""
+    blank = [dataclasses.replace(scan, ranges=np.full(len(scan.ranges), math.inf), motion=None) for scan in scans]
+    around = merged([unturned(*each) for each in zip(blank, mounts, strict=True)], mounts, footprint)
+    least = min(view_range(*each) for each in zip(scans, mounts, strict=True))
+    unseen = np.flatnonzero(around.lost & (around.distances < least))
+    if len(unseen):
+        middle = np.exp(1j * around.bearings[unseen]).sum()
+        raise StarnavError(
+            f"the lidars' views end at the robot's own body for {360 * len(unseen) / len(around.lost):.0f} degrees, "
+            f"around {math.degrees(math.atan2(middle.imag, middle.real)):.0f} degrees from straight ahead; allowed: "
+            "views of several lidars that meet all around"
+        )
+
+
+@snapshot
+class LastScan:
+    """The last scan of one lidar. Immutable.
+
+    Attributes:
+        near, sure: its scan as `unturned`, de-skewed, without doubted hits: for the certificate, and for the roadmap.
+        pose: (x, y, yaw) of the robot when it was taken, W, m and rad.
+        history: hits of its last scans, which confirm or refute new ones.
+    """
+
+    near: LaserScan
+    sure: LaserScan
+    pose: np.ndarray
+    history: HitHistory
+
+    def counts_at(self, time: float) -> bool:
+        """Whether it is not too old at a time, s."""
+        return time - self.near.time <= SCAN_PATIENCE * self.near.scan_time + EARLY
+
+    def seen_from(self, pose: np.ndarray, time: float, mount: Mount) -> tuple[LaserScan, LaserScan, Mount]:
+        """Both scans and the mount as if taken at a later time, s, and pose of the robot in surroundings that stand."""
+        if self.near.time == time:
+            return self.near, self.sure, mount
+        moved = Mount(*now_in(pose, mount.unturned(self.pose)), upside_down=False)
+        near = unturned(dataclasses.replace(self.near, time=time), moved)
+        return near, near if self.sure is self.near else unturned(self.sure, moved), moved
+
+
+@snapshot
+class Perceived:
+    """Perception's state after a scan. Immutable.
+
+    Attributes:
+        observation: the scan, its pose, and its region with the planning margin.
+        safety: the certified region of the last scans.
+        memory: the scans from which the certified region is made.
+        looks: of each lidar, None before its first; empty before that of all.
+    """
+
+    observation: Observation
+    safety: CertifiedRegion
+    memory: ScanMemory
+    looks: tuple[LastScan | None, ...]
+
+    def lacks(self, scans: Sequence[LaserScan]) -> bool:
+        """Whether some of the `newest` scans were not processed."""
+        time, looks = newest(scans), self.looks or (None,) * len(scans)
+        return any(_is_new(look, scan, time) for look, scan in zip(looks, scans, strict=True))
+
+    @staticmethod
+    def nothing() -> "Perceived":
+        """The state before the first scan."""
+        return Perceived(Observation.none(), CertifiedRegion.none(), ScanMemory(), ())
+
+
+class PerceptionSettings(NamedTuple):
+    """What perception needs to know about robot and sensor.
+
+    Attributes:
+        margins: of the planner's region and of the certified region.
+        footprint: of the robot.
+        outlier_noise: standard deviation of the ranges at which outliers are removed, see `without_outliers`, m; None:
+            they are not.
+        mounts: of the lidars.
+    """
+
+    margins: Margins
+    footprint: Footprint
+    outlier_noise: float | None = None
+    mounts: tuple[Mount, ...] = (ON_AXIS,)
+
+
+Perceive = Callable[[Perceived, Sequence[LaserScan], np.ndarray, PerceptionSettings], Perceived]
+"""Perception as a pure function: `perceive`, or the paper's."""
+
+
+def perceive(
+    before: Perceived,
+    scans: Sequence[LaserScan],
+    pose: np.ndarray,
+    settings: PerceptionSettings,
+) -> Perceived:
+    """Process new scans.
+
+    Lidars may have different rates: of one without a new scan the last look counts, from where it was taken, for
+    SCAN_PATIENCE of its periods. Until all have looked, nothing is observed.
+
+    Args:
+        before: state before the scans.
+        scans: the last of each lidar in its sensor frame S; new are the `newest`. Rolling ones are de-skewed.
+        pose: (x, y, yaw) of the robot in the world frame W at the time of the newest, m and rad.
+        settings: of robot and sensors.
+    """
+    margins, footprint, noise, mounts = settings
+    robot_radius = footprint.narrow
+    looks = _looks(before.looks, scans, pose, settings)
+    time = newest(scans)
+    seen = [
+        look.seen_from(pose, time, mount)
+        for look, mount in zip(looks, mounts, strict=True)
+        if look is not None and look.counts_at(time)
+    ]
+    if len(seen) < len(mounts):
+        return dataclasses.replace(before, looks=looks)
+    near, scans, mounts = zip(*seen, strict=True)
+    first = before.observation.region
+    samples = None if first is None else len(first.free_range)  # though the number of beams may vary
+    smoothing = margins.smoothed_beams, margins.smoothing_slack
+    hits, around = hits_seen(near, mounts, smoothing), merged(near, mounts, footprint)
+    scan = around if noise is None else merged(scans, mounts, footprint)
+    safe_radius = robot_radius + margins.safety
+    memorised = margins.safety_range + 2.0 * safe_radius, SCAN_MEMORY
+    beside = NO_HITS
+    if not scan.full_circle:
+        chords = before.safety.look.chords
+        ends = chords.ends[chords.solid]
+        sizes = memorised[0], robot_radius
+        beside = hits_behind(before.observation.beside, ends, scan.field_of_view, pose, sizes)
+    distance = smoothed_distances(scan, margins.smoothing_slack)
+    region = scan_region(scan, pose, robot_radius, margins, samples, beside, distance)
+    arguments = distance, pose, safe_radius, margins.safety_range, memorised
+    safety, memory = certified_region(before.memory, around, *arguments, hits)
+    if margins.average_scans and around.motion is None:
+        (lone,) = near  # more are refused
+        measured = smoothed_distances(lone, margins.smoothing_slack, margins.smoothed_beams)
+        lone = dataclasses.replace(lone, ranges=np.where(lone.hits, measured, lone.ranges))
+        earlier, lone = averaged(before.memory, lone, pose, safe_radius + AVERAGED_WITHIN * robot_radius)
+        safety, _ = certified_region(earlier, lone, *arguments)
+    place = pose, memorised[0]
+    safety = _looking(before, safety, (near, mounts), place, settings, smoothing)
+    return Perceived(Observation(region, scan, pose, beside), safety, memory, looks)
+
+
+def _looking(
+    before: Perceived,
+    safety: CertifiedRegion,
+    lidars: tuple[Sequence[LaserScan], Sequence[Mount]],
+    place: tuple[np.ndarray, float],
+    settings: PerceptionSettings,
+    smoothing: tuple[int, float],
+) -> CertifiedRegion:
+    """The certified region with what each lidar sees now, and what was seen before.
+
+    `place` is the robot's pose, and within which distance of it looks are kept, m; `smoothing` as of `hits_seen`.
+    """
+    (scans, mounts), (pose, reach), look, last = lidars, place, safety.look, before.safety
+    earlier: tuple[Known, ...] = ()
+    driven = 0.0, 0.0
+    kept = settings.margins.looks._replace(reach=reach, apart=KEPT_EVERY * settings.footprint.radius)
+    if last.seen:
+        new = (Known(last.look, last.look.place, last.time, *last.driven), *last.others)
+        x, y, yaw = (pose - before.observation.pose).tolist()
+        driven = last.driven[0] + math.hypot(x, y), last.driven[1] + abs(math.remainder(yaw, TURN))
+        earlier = remembered(last.earlier, new, driven, (pose, safety.time), kept)
+    elif len(scans) > 1 or mounts[0].offset > 0.0 or not safety.sees_around:
+        start = Start.of(settings.footprint.radius + settings.margins.safety)
+        earlier = (Known(start, look.place, safety.time),)
+    begun = earlier[-1].look if earlier else None
+    if isinstance(begun, Start):
+        earlier = (*earlier[:-1], earlier[-1]._replace(look=begun.cut(earlier[-1].place, look)))
+    if len(scans) == 1 and mounts[0].offset == 0.0:
+        return dataclasses.replace(safety, earlier=earlier, driven=driven)
+    first, looks = look.own[0], []
+    for scan, mount in zip(scans, mounts, strict=True):
+        count = int((np.hypot(*hit_points(scan, mount, smoothing)[0].T) < look.reach).sum())
+        within = min(look.reach - mount.offset, scan.range_max)
+        looks.append(Look(look.hits, (first, first + count), scan.beams, _place(mount.unturned(pose)), within))
+        first += count
+    others = tuple(Known(each, each.place, safety.time, *driven) for each in looks[1:])
+    sight = safety.sight if safety.sees_around else (0.0, 0.0)  # its rays pass what no look has seen
+    return dataclasses.replace(safety, look=looks[0], others=others, earlier=earlier, driven=driven, sight=sight)
+
+
+def _place(pose: np.ndarray) -> tuple[float, float, float]:
+    x, y, yaw = pose.tolist()
+    return x, y, yaw
+
+
+def _looks(
+    before: tuple[LastScan | None, ...], scans: Sequence[LaserScan], pose: np.ndarray, settings: PerceptionSettings
+) -> tuple[LastScan | None, ...]:
+    """The last look of each lidar, with its new scan if it has one."""
+    time, looks = newest(scans), before or (None,) * len(scans)
+    return tuple(
+        _look(look, scan, mount, pose, settings) if _is_new(look, scan, time) else look
+        for look, scan, mount in zip(looks, scans, settings.mounts, strict=True)
+    )
+
+
+def _is_new(last: LastScan | None, scan: LaserScan, time: float) -> bool:
+    """Whether a lidar's scan is of a time and not its last look yet."""
+    return newest([scan]) == time and (last is None or last.near.time != time)
+
+
+def _look(
+    before: LastScan | None, scan: LaserScan, mount: Mount, pose: np.ndarray, settings: PerceptionSettings
+) -> LastScan:
+    """A new scan of a lidar whose last look is given."""
+    if scan.body != settings.footprint.narrow:
+        scan = dataclasses.replace(scan, body=settings.footprint.narrow)
+    scan, place = unturned(scan, mount), mount.unturned(pose)
+    if before is not None and scan.time_increment:
+        scan = deskewed(scan, mount.unturned(before.pose), before.near.time, place)
+    history = HitHistory() if before is None else before.history
+    if settings.outlier_noise is None:
+        return LastScan(scan, scan, pose, history)
+    body = settings.footprint.narrow - mount.offset
+    near, sure = without_outliers(scan, place, history, settings.outlier_noise, body)
+    return LastScan(near, sure, pose, history.remembered(scan.points(place)))

@@ -1,0 +1,102 @@
+"""Which regions of a union may cover a place: a coarse grid over W, so that queries look at a few regions only.
+
+The index only rules regions out. What it leaves is tested exactly, so that the answers are those of a loop over all.
+Among 340 regions of a building, a query takes 0.3 to 0.9 us instead of 1.5 to 2.0.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from drake_starnav.geometry.compiled import largest
+from drake_starnav.surroundings.region_union import CELL, WORD, RegionUnion
+
+SLACK = 0.01
+"""Regions are marked this far beyond their boundaries, m, for rounding."""
+PATCH = 0.2
+"""Regions are marked patch by patch, of this length and about this width, m."""
+SPARE_CELLS = 8
+"""A grid that grows gets so many cells more than it needs on the sides that grow."""
+
+
+def indexed(union: RegionUnion, before: RegionUnion, news: np.ndarray) -> RegionUnion:
+    """A union with an index.
+
+    Args:
+        union: to index.
+        before: an indexed union with the same regions in its rows, but for new ones.
+        news: indices of the new regions, shape (k,).
+    """
+    low, high = _cells(union, news)
+    old, first = before.marks, before.corner
+    last = first + old.shape[:2]
+    if not old.size:
+        first, last = low, low
+    corner, end = np.where(low < first, low - SPARE_CELLS, first), np.where(high > last, high + SPARE_CELLS, last)
+    marks = np.zeros((*(end - corner), union.size // WORD + 1), np.uint64)
+    (i, j), (nx, ny, words) = first - corner, old.shape
+    np.bitwise_and(old, ~_bits(news, words), out=marks[i : i + nx, j : j + ny, :words])
+    for k in news.tolist():
+        _mark(marks, corner, k, union.center[k], union.bearing_0[k], union.values[k])
+    return union._replace(marks=marks, corner=corner)
+
+
+def _bits(members: np.ndarray, words: int) -> np.ndarray:
+    """The bits of regions of these indices (k,) in a cell's words, shape (words,), uint64."""
+    chosen = np.zeros(WORD * words, bool)
+    chosen[members[members < len(chosen)]] = True
+    return np.packbits(chosen, bitorder="little").view(np.uint64)
+
+
+def _cells(union: RegionUnion, members: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The first cell and the one beyond the last that some regions may touch."""
+    if not len(members):
+        return union.corner, union.corner
+    values, step = union.values[members], 2.0 * math.pi / union.values.shape[1]
+    bearing = union.bearing_0[members, None] + step * np.arange(values.shape[1])
+    border = 3.0 * PATCH + SLACK + 2.0 * step * float(values.max())
+    edge = union.center[members, None] + values[..., None] * np.stack((np.cos(bearing), np.sin(bearing)), axis=-1)
+    low, high = edge.min(axis=(0, 1)) - border, edge.max(axis=(0, 1)) + border
+    return np.floor(low / CELL).astype(np.int64), np.floor(high / CELL).astype(np.int64) + 1
+
+
+@njit(cache=True)
+def _mark(marks, first, k, center, bearing_0, values):
+    """Set the bit of region k in each cell that it touches.
+
+    It is covered patch by patch: in rings whose radius doubles, by so many samples at once that they are about as wide
+    as PATCH.
+    """
+    samples = len(values)
+    step = 2.0 * math.pi / samples
+    _mark_box(marks, first, k, center[0], center[1], PATCH + SLACK)
+    low = PATCH
+    farthest = largest(values)
+    while low < farthest:
+        high = 2.0 * low
+        together = max(int(PATCH / (high * step)), 1)
+        half = 0.5 * math.hypot(PATCH, together * step * high) + SLACK
+        for begin in range(0, samples, together):
+            most = 0.0
+            for i in range(begin, min(begin + together, samples) + 1):
+                most = max(most, values[i if i < samples else 0])
+            if most <= low:
+                continue
+            bearing = bearing_0 + step * (begin + 0.5 * together)
+            ux, uy = math.cos(bearing), math.sin(bearing)
+            r = low
+            while r < min(most, high):
+                middle = r + 0.5 * PATCH
+                _mark_box(marks, first, k, center[0] + middle * ux, center[1] + middle * uy, half)
+                r += PATCH
+        low = high
+
+
+@njit(cache=True)
+def _mark_box(marks, first, k, x, y, half):
+    """Set the bit of region k in the cells of a square about (x, y)."""
+    word, bit = k // WORD, np.uint64(1) << np.uint64(k % WORD)
+    for i in range(math.floor((x - half) / CELL) - first[0], math.floor((x + half) / CELL) - first[0] + 1):
+        for j in range(math.floor((y - half) / CELL) - first[1], math.floor((y + half) / CELL) - first[1] + 1):
+            marks[i, j, word] |= bit

@@ -1,0 +1,254 @@
+"""The certified region: positions of the robot's centre that are free according to the last few scans.
+
+The hits are used as measured. If the declared noise makes the nearest hit too unreliable, they are smoothed or averaged
+first.
+"""
+
+import dataclasses
+import math
+from dataclasses import field
+from functools import cached_property
+
+import numpy as np
+from numba import njit
+
+from drake_starnav.geometry.se2 import placed
+from drake_starnav.lidar.field_of_view import TURN
+from drake_starnav.lidar.laser_scan import HIT, LOST, LaserScan, placed_ends
+from drake_starnav.lidar.mounts import ON_AXIS
+from drake_starnav.surroundings.bearing_hits import CONNECTED_CHORD, points_to_bearings
+from drake_starnav.surroundings.erosion import (
+    bearing_count,
+    bearing_tables,
+    erode,
+    field_of_view,
+    free_limit,
+    within_sight,
+)
+from drake_starnav.surroundings.looks import Known, Look, Looks
+from drake_starnav.surroundings.region_union import RegionUnion
+from drake_starnav.surroundings.views import NEAREST, hit_points
+from drake_starnav.utils.snapshot import snapshot
+
+SCAN_PATIENCE = 3.0
+"""A certified region lasts so many scan periods beyond the lidar's delay; without a new scan the robot then brakes."""
+NEAR_HITS = 4.0
+"""Hits nearer than this enter the near-wall term, in radii with the margin: farther than a scan period leads."""
+QUARTER = 0.25 * TURN
+"""A disc that drives straight on, so far from the edges of its view, rad, covers of what it does not see only where it
+stood."""
+
+
+@snapshot
+class CertifiedRegion:
+    """A star-shaped set of positions of the robot's centre that the last scans certify, and what they saw. Immutable.
+
+    At every point inside, and along the straight segment from the centre to it, the distance to all hits exceeds the
+    robot's radius plus the safety margin. In W; m.
+
+    Attributes:
+        center: where the last scan was taken, shape (2,).
+        bearing_0: bearing of sample 0, rad.
+        values: shape (M,), boundary distance at the samples; between two samples the smaller one counts.
+        near_hits: shape (k, 2), the planner's smoothed hits close to the robot.
+        hits: shape (n, 2), all hits of the remembered scans, as used by the certificate.
+        half_gaps: shape (n,), half the chord from each hit to its neighbour on the same surface, m.
+        seen: whether `hits` come from scans; if not, they certify no motion.
+        time: when the last scan was taken, s.
+        previous: when the scan before the last was taken, s; its pose also serves to de-skew a rolling scan.
+        radius: distance that is kept from the hits, the robot's narrow radius with the safety margin, m.
+        sight: bearings, from `bearing_0` on, between which the last scan looked, rad.
+        look: what the first lidar saw at the last scan.
+        others: what the other lidars saw at it.
+        earlier: what was seen before, the newest first.
+        driven: how far the robot has come, m, and turned, rad.
+    """
+
+    center: np.ndarray
+    bearing_0: float
+    values: np.ndarray
+    near_hits: np.ndarray
+    hits: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
+    half_gaps: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    seen: bool = False
+    time: float = -math.inf
+    previous: float = -math.inf
+    radius: float = 0.0
+    sight: tuple[float, float] = (0.0, TURN)
+    look: Look = field(default_factory=Look.none)
+    others: tuple[Known, ...] = ()
+    earlier: tuple[Known, ...] = ()
+    driven: tuple[float, float] = (0.0, 0.0)
+
+    @cached_property
+    def alone(self) -> RegionUnion:
+        """Center and boundary as a union of one region."""
+        return RegionUnion.alone(self.center, self.bearing_0, self.values, np.zeros(0))
+
+    @property
+    def sees_around(self) -> bool:
+        """Whether the last scan looked all around."""
+        first, last = self.sight
+        return last - first >= TURN
+
+    @cached_property
+    def enough(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Center, bearings of the first samples and values of the star in which a disc needs no other look."""
+        (first, last), values = self.sight, self.values
+        if not self.sees_around:
+            bearing = TURN / len(values) * np.arange(len(values))
+            values = np.where((first + QUARTER <= bearing) & (bearing <= last - QUARTER), values, 0.0)
+        return RegionUnion.alone(self.center, self.bearing_0, values, np.zeros(0))[:3]
+
+    @cached_property
+    def looks(self) -> Looks:
+        """All but `look`, for compiled functions."""
+        return Looks.of(self.others + self.earlier)
+
+    def since(self, time: float) -> "CertifiedRegion":
+        """It without what was seen before a time, s."""
+        earlier = tuple(known for known in self.earlier if known.time >= time)
+        return self if len(earlier) == len(self.earlier) else dataclasses.replace(self, earlier=earlier)
+
+    def keeping(self, radius: float) -> "CertifiedRegion":
+        """What it says to a robot that keeps `radius` from hits, m: no star if that is more than it was made for."""
+        if radius <= self.radius:
+            return self
+        return dataclasses.replace(self, values=np.zeros_like(self.values))
+
+    def moved(self, frame: np.ndarray) -> "CertifiedRegion":
+        """The same region in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""
+        return dataclasses.replace(
+            self,
+            center=placed(frame, self.center[None])[0],
+            bearing_0=self.bearing_0 + float(frame[2]),
+            near_hits=placed(frame, self.near_hits),
+            hits=placed(frame, self.hits),
+            look=self.look.moved(frame),
+            others=tuple(known.moved(frame) for known in self.others),
+            earlier=tuple(known.moved(frame) for known in self.earlier),
+        )
+
+    @staticmethod
+    def none() -> "CertifiedRegion":
+        """Before any scan: no motion can be certified."""
+        return CertifiedRegion(np.zeros(2), 0.0, np.zeros(4), np.zeros((0, 2)))
+
+
+@snapshot
+class ScanMemory:
+    """The hits of the last scans near the robot, oldest first. Immutable.
+
+    Attributes:
+        points: of all scans, shape (n, 2), W, m.
+        half_gaps: shape (n,), half the chord from each to the neighbouring hit on the same surface, m.
+        counts: number of hits of each scan.
+        time: of the last scan, s.
+    """
+
+    points: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
+    half_gaps: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    counts: tuple[int, ...] = ()
+    time: float = -math.inf
+
+
+def certified_region(
+    memory: ScanMemory,
+    scan: LaserScan,
+    distance: np.ndarray,
+    pose: np.ndarray,
+    radius: float,
+    reach: float,
+    remembered: tuple[float, int],
+    hits: tuple[np.ndarray, np.ndarray] | None = None,
+) -> tuple[CertifiedRegion, ScanMemory]:
+    """The certified region about the latest scan, and the memory with this scan, in one compiled call.
+
+    Args:
+        memory: the last scans, without the latest.
+        scan: the latest, about the robot's axis.
+        distance: shape (n,), its `smoothed_distances`, used for the near hits, m.
+        pose: (x, y, yaw) of the robot in W when it was taken.
+        radius: of the robot with the safety margin, m.
+        reach: maximum extent of the star, m.
+        remembered: farther hits are dropped, m; and the number of scans to keep.
+        hits: as of `hits_seen`; None: those of the scan.
+    """
+    far, count = min(remembered[0], scan.range_max), remembered[1]
+    latest, latest_gaps = hits or hit_points(scan, ON_AXIS)
+    forgotten = max(len(memory.counts) + 1 - count, 0)
+    first = sum(memory.counts[:forgotten])
+    samples, bearing_0 = bearing_count(scan), float(pose[2]) + scan.angle_min
+    limit = free_limit(scan, samples, min(scan.range_max, reach + radius), radius)
+    place = float(pose[0]), float(pose[1]), math.cos(pose[2]), math.sin(pose[2])
+    known, known_gaps, remembered_hits, values, near = _certified_region(
+        (memory.points, memory.half_gaps, first),
+        (latest, latest_gaps, far, scan.free is not None),
+        scan.beams,
+        distance,
+        place,
+        (bearing_0, limit),
+        bearing_tables(samples),
+        (radius, reach),
+    )
+    newest = len(memory.points) - first
+    counts = *memory.counts[forgotten:], remembered_hits - newest
+    center = np.array(pose[:2], dtype=float)
+    look = Look(
+        known[:remembered_hits], (newest, remembered_hits), scan.beams, (place[0], place[1], float(pose[2])), far
+    )
+    star = CertifiedRegion(
+        center,
+        bearing_0,
+        values,
+        near,
+        known,
+        known_gaps,
+        True,
+        scan.time,
+        memory.time,
+        radius,
+        field_of_view(scan),
+        look,
+    )
+    return star, ScanMemory(known[:remembered_hits], known_gaps[:remembered_hits], counts, scan.time)
+
+
+@njit(cache=True)
+def _certified_region(known, seen, beams, distance, place, bearings, tables, sizes):
+    """The star's hits and half gaps, how many of them the memory keeps, the first; its values, and the near hits.
+
+    Args:
+        known: points and half gaps of the memory, and the first that is kept.
+        seen: latest points and half gaps, up to which distance they are remembered, m, and whether the scan is merged:
+            then the ends of all its rays are among the star's hits, too.
+        beams: of the latest scan.
+        distance: their smoothed distances, shape (n,), m.
+        place: x, y, m, and cosine and sine of the yaw of the robot.
+        bearings: that of sample 0 in W, rad, and the star's `free_limit`, shape (M,), m.
+        tables: as of `bearing_tables`.
+        sizes: radius and reach as of `certified_region`, m.
+    """
+    measured, range_max, directions = beams.distances, beams.range_max, beams.directions
+    x, y, cosine, sine = place
+    bearing_0, limit = bearings
+    cosines, squares = tables
+    radius, reach = sizes
+    old_points, old_gaps, begin = known
+    latest, latest_gaps, far, is_merged = seen
+    away = np.hypot(latest[:, 0], latest[:, 1])
+    ends = placed_ends(latest, np.ones(len(latest)), away < far, x, y, cosine, sine)
+    hits = np.concatenate((old_points[begin:], ends))
+    gaps = np.concatenate((old_gaps[begin:], latest_gaps[away < far]))
+    remembered = len(hits)
+    if is_merged or not beams.complete:  # space behind lost beams of the latest scan is not certified
+        bounded = (beams.kinds & (LOST | HIT * is_merged) != 0) & (measured < range_max)
+        edge = placed_ends(directions, np.maximum(measured, NEAREST), bounded, x, y, cosine, sine)
+        hits, gaps = np.concatenate((hits, edge)), np.concatenate((gaps, np.zeros(len(edge))))
+    within = reach + radius + CONNECTED_CHORD * beams.body  # farther hits restrict nothing
+    nearest, gap, offset = points_to_bearings(hits, gaps, x, y, bearing_0, within, len(cosines))
+    sight = within_sight(limit, beams, radius)
+    near = (distance < min(NEAR_HITS * radius, range_max)) & (beams.kinds & HIT != 0)
+    near_hits = placed_ends(directions, distance, near, x, y, cosine, sine)
+    values = erode(nearest, gap, offset, radius, sight, cosines, squares)
+    return hits, gaps, remembered, values, near_hits

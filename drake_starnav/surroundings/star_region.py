@@ -1,0 +1,164 @@
+"""Star-shaped regions: the free space seen from one place, bounded by a distance Phi(theta) at each bearing.
+
+Source: paper, section III-B; corrected here: theta by atan2.
+"""
+
+import dataclasses
+import math
+from collections.abc import Callable, Iterable
+from functools import cached_property
+
+import numpy as np
+
+from drake_starnav.geometry.se2 import placed
+from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.surroundings.bearing_hits import points_to_bearings
+from drake_starnav.surroundings.erosion import FreeRange, bearing_tables, erode, free_range, smoothed_distances
+from drake_starnav.surroundings.margins import Margins
+from drake_starnav.surroundings.piecewise_cubic import PiecewiseCubic, fit_piecewise_cubic
+from drake_starnav.surroundings.region_union import RegionUnion
+from drake_starnav.utils.snapshot import snapshot
+
+CUT_BORDER = 0.4
+"""Hits farther beyond a region than this and the robot's radius do not cut it back, in its radii."""
+NO_HITS = np.zeros((0, 2))
+Fit = Callable[[np.ndarray, float], PiecewiseCubic]
+"""From the free range at M bearings and the robot's radius, m, to its boundary, as `fit_piecewise_cubic`."""
+
+
+@snapshot
+class StarRegion:
+    """A star-shaped set of free positions of the robot's centre, in the world frame W. Immutable.
+
+    Attributes:
+        center: p_ref, shape (2,), m.
+        bearing_0: bearing of sample 0, rad.
+        boundary: the fitted cubics.
+        free_range: shape (M,), the samples that were fitted, m.
+        limit: shape (M,), free range at a bearing without obstacles, m; 0 outside the field of view.
+        margin: smallest clearance kept beyond the robot's radius, m.
+        radius: of the robot, m.
+    """
+
+    center: np.ndarray
+    bearing_0: float
+    boundary: PiecewiseCubic
+    free_range: np.ndarray
+    limit: np.ndarray
+    margin: float
+    radius: float
+
+    @cached_property
+    def reach(self) -> float:
+        """Largest distance from the centre to the boundary, m."""
+        return float(self.boundary.values.max())
+
+    @cached_property
+    def alone(self) -> RegionUnion:
+        """This region as a union."""
+        return RegionUnion.alone(*self.row)
+
+    @property
+    def row(self) -> tuple[np.ndarray, float, np.ndarray, np.ndarray]:
+        """What `RegionUnion` holds of this region."""
+        return self.center, self.bearing_0, self.boundary.values, self.boundary.slopes
+
+    def phi(self, theta: np.ndarray | float) -> np.ndarray:
+        """Distance Phi up to which all is inside at bearings theta in W, m; shape of `theta`.
+
+        Between two samples the smaller one counts: it bounds the free range there.
+        """
+        values = self.boundary.values
+        turns = (np.asarray(theta, dtype=float) - self.bearing_0) / (2.0 * math.pi)
+        left = np.floor(turns * len(values)).astype(int) % len(values)
+        return np.minimum(values[left], values[(left + 1) % len(values)])
+
+    def contains(self, points: np.ndarray) -> np.ndarray:
+        """Whether points in W are inside, no farther than `phi`; shape (..., 2) -> (...), bool."""
+        points = np.asarray(points, dtype=float)
+        return self.alone.contains(points.reshape(-1, 2)).reshape(points.shape[:-1])
+
+    def moved(self, frame: np.ndarray) -> "StarRegion":
+        """The same region in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""
+        center = placed(frame, self.center[None, :])[0]
+        return dataclasses.replace(self, center=center, bearing_0=self.bearing_0 + float(frame[2]))
+
+    def outline(self, count: int | None = None) -> np.ndarray:
+        """Boundary points in W, shape (about `count`, 2), m; default all M samples."""
+        step = 1 if count is None else max(1, math.ceil(len(self.boundary.values) / count))
+        phi = self.boundary.values[::step]
+        theta = self.bearing_0 + 2.0 * math.pi / len(self.boundary.values) * np.arange(0, len(phi) * step, step)
+        return self.center + phi[:, None] * np.column_stack((np.cos(theta), np.sin(theta)))
+
+
+def fit_region(profile: FreeRange, center: np.ndarray, bearing_0: float, fit: Fit = fit_piecewise_cubic) -> StarRegion:
+    """The star-shaped region about `center` in W whose boundary fits a free range, as from `free_range`."""
+    return StarRegion(
+        center=np.asarray(center, dtype=float),
+        bearing_0=bearing_0,
+        boundary=fit(profile.values, profile.radius),
+        free_range=profile.values,
+        limit=profile.limit,
+        margin=profile.margin,
+        radius=profile.radius,
+    )
+
+
+def scan_region(
+    scan: LaserScan,
+    pose: np.ndarray,
+    radius: float,
+    margins: Margins,
+    samples: int | None = None,
+    beside: np.ndarray = NO_HITS,
+    distance: np.ndarray | None = None,
+) -> StarRegion:
+    """The star-shaped region of one scan.
+
+    Args:
+        scan: in the sensor frame S, at the robot's centre.
+        pose: (x, y, yaw) of S in W when the scan was taken.
+        radius: of the robot, m.
+        margins: kept, and how ranges are smoothed.
+        samples: M, the same for all scans of a roadmap; None: as many as suit this one.
+        beside: hits of earlier scans where this one did not look, shape (k, 2), W, m: the robot does not touch them.
+        distance: shape (n,), the scan's `smoothed_distances`, m; None: they are computed.
+    """
+    if distance is None:
+        distance = smoothed_distances(scan, margins.smoothing_slack)
+    profile = free_range(scan, distance, radius, margins, samples)
+    return clear_of(fit_region(profile, pose[:2], float(pose[2]) + scan.angle_min), beside, radius)
+
+
+def cut_back(region: StarRegion, points: np.ndarray, gaps: np.ndarray, radius: float) -> np.ndarray:
+    """The free range of a region, cut back where another scan has hits; shape (M,), m.
+
+    Args:
+        region: made from one scan.
+        points: hits of another one, shape (n, 2), W, m.
+        gaps: shape (n,), their `half_gaps`, m.
+        radius: of the robot with the margin that it keeps from them, m.
+    """
+    within, samples = float(region.free_range.max()) + radius + CUT_BORDER * region.radius, len(region.free_range)
+    hits = points_to_bearings(points, gaps, *region.center, region.bearing_0, within, samples)
+    return erode(*hits, radius, region.free_range, *bearing_tables(samples))
+
+
+def clear_of(region: StarRegion, places: np.ndarray, radius: float) -> StarRegion:
+    """The part of a region that is farther than `radius` (m) from places (k, 2) in W."""
+    if not len(places):
+        return region
+    values = cut_back(region, places, np.zeros(len(places)), radius)
+    return region if (values == region.free_range).all() else refitted(region, values)
+
+
+def refitted(region: StarRegion, free_range: np.ndarray) -> StarRegion:
+    """The region with another free range, shape (M,), m."""
+    boundary = fit_piecewise_cubic(free_range, region.radius)
+    return dataclasses.replace(region, free_range=free_range, boundary=boundary)
+
+
+def united(regions: Iterable[StarRegion]) -> RegionUnion:
+    """The union of regions that share one number of samples M."""
+    rows = [region.row for region in regions]
+    return RegionUnion(*(np.array(row) for row in zip(*rows, strict=True))) if rows else RegionUnion.none()

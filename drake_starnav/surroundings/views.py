@@ -1,0 +1,281 @@
+"""The scans of lidars anywhere on the robot as one scan about its axis, and their hits as points.
+
+What one lidar sees is the polygon of its beam ends: the space on the near side of it is free, or was when the scan was
+taken. A ray from the robot's axis is free as far as it stays in the union of these polygons. It ends at an obstacle
+where it crosses the chord between two connected hits, and at unknown space where it leaves the union through the edge
+of a shadow or of a field of view. Such an edge is not radial: a robot beside the ray could enter what is behind it.
+Hence a ray that ends there is a lost beam with a bound of its own, which regions are eroded by like by a hit.
+"""
+
+import math
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from drake_starnav.geometry.footprint import Footprint, polygons_of
+from drake_starnav.lidar.field_of_view import TURN
+from drake_starnav.lidar.laser_scan import HIT, LaserScan, placed_ends, third_side
+from drake_starnav.lidar.mounts import Mount
+from drake_starnav.surroundings.bearing_hits import CONNECTED_CHORD, half_gaps
+from drake_starnav.surroundings.erosion import BEARINGS, moving_average
+
+CROSSINGS = 64
+"""Edges of views that a ray is followed across; along a rough wall it may cross more, and ends at the last of these."""
+ROUNDING = 1e-6
+"""By which a merged scan's range falls short, m, so that no ray leaves a view by rounding before it ends."""
+NEAREST = 0.001
+"""A hit that is too close to be measured is placed at this distance along its beam, to give it a direction, m."""
+UNSEEN_BESIDE = 0.5
+"""Rays of a robot whose views do not meet all around may be outside of them so far from its body, m: the planner takes
+that for free, the certificate does not."""
+BODY_SLACK = 0.001
+"""Views may begin so far outside the robot, m: within the margin that is kept from everything."""
+PARALLEL = 1e-9
+"""Sine of the angle up to which an edge counts as lying on a ray."""
+FREE, SURFACE, OPEN = 0, 1, 2
+"""Where a ray ends: at its range, at an obstacle, at unknown space."""
+
+
+def hits_seen(
+    scans: Sequence[LaserScan], mounts: Sequence[Mount], smoothing: tuple[int, float]
+) -> tuple[np.ndarray, np.ndarray]:
+    """What lidars saw at one time: all static or possibly moving hits, in the robot's frame B, with its axis as origin.
+
+    Args:
+        scans: taken at the same time, as of `unturned`.
+        mounts: of the lidars.
+        smoothing: of the ranges, half width in beams and slack, m, as of `smoothed_distances`.
+
+    Returns:
+        The points, shape (k, 2), m; rays of the merged scan may pass beside a thin obstacle. And half the chord from
+        each to its lidar's neighbouring hit on the same surface, shape (k,), m.
+    """
+    ends = [hit_points(*each, smoothing) for each in zip(scans, mounts, strict=True)]
+    if len(ends) == 1:
+        return ends[0]
+    points, half_gaps = zip(*ends, strict=True)
+    return np.concatenate(points), np.concatenate(half_gaps)
+
+
+def hit_points(scan: LaserScan, mount: Mount, smoothing: tuple[int, float] = (0, 0.0)) -> tuple[np.ndarray, np.ndarray]:
+    """The same of one lidar."""
+    return _hit_points(scan.beams, smoothing, mount.x, mount.y)
+
+
+@njit(cache=True)
+def _hit_points(beams, smoothing, x, y):
+    """The same of its `Beams`, at (x, y)."""
+    measured, hits = moving_average(beams, smoothing[0], smoothing[1]), beams.kinds & HIT != 0
+    points = placed_ends(beams.directions, np.maximum(measured, NEAREST), hits, x, y, 1.0, 0.0)
+    return points, half_gaps(measured, beams)[hits]
+
+
+def merged(scans: Sequence[LaserScan], mounts: Sequence[Mount], body: Footprint) -> LaserScan:
+    """One scan about the robot's axis; that of a single lidar on the axis is as it is.
+
+    Where the view of a single one does not surround the robot, it has the rays around straight ahead that get into it.
+
+    Args:
+        scans, mounts: as of `hits_seen`.
+        body: of the robot: what is inside it is the robot itself.
+    """
+    if len(scans) == 1 and mounts[0].offset == 0.0:
+        return scans[0]
+    parts = tuple(part.tobytes() for part in body.parts)
+    outside, (first, last) = _reach(parts, body.radius) + BODY_SLACK, (0, BEARINGS)
+    if len(scans) == 1:
+        outside, (first, last) = _outside((*scans[0].field_of_view, scans[0].range_max), mounts[0], parts, body.radius)
+    distance, kind, far = _followed(scans, mounts, outside)
+    for scan, mount in zip(scans, mounts, strict=True):
+        _add_thin(distance, kind, *hit_points(scan, mount))
+    ranges = np.where(kind == SURFACE, distance, np.where(kind == OPEN, math.nan, math.inf))[first:last]
+    return LaserScan(
+        scans[0].time, first * (TURN / BEARINGS) - math.pi, TURN / BEARINGS, 0.0, far, ranges, lost_beams=True,
+        free=distance[first:last], scan_time=scans[0].scan_time, body=scans[0].body,
+    )  # fmt: skip
+
+
+def _followed(
+    scans: Sequence[LaserScan], mounts: Sequence[Mount], outside: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, float]:
+    """How far each ray is free, shape (BEARINGS,), m, and where it ends; and how far any ray is followed, m.
+
+    Up to `outside`, of the same shape, m, it may be outside all views.
+    """
+    crossings = _Crossings(
+        np.empty((BEARINGS, CROSSINGS)),
+        np.empty((BEARINGS, CROSSINGS), np.int64),
+        np.empty((BEARINGS, CROSSINGS), np.int8),
+        np.zeros(BEARINGS, np.int64),
+        np.zeros(BEARINGS, np.int64),
+    )
+    far = 0.0
+    for bit, (scan, mount) in enumerate(zip(scans, mounts, strict=True)):
+        _cross_view(crossings, scan.beams, mount.x, mount.y, 1 << bit)
+        far = max(far, view_range(scan, mount))
+    return *_walked(crossings, outside, far), far
+
+
+def view_range(scan: LaserScan, mount: Mount) -> float:
+    """Distance from the robot's axis up to which a view without hits surely reaches, between beams as well, m."""
+    return scan.range_max * math.cos(0.5 * scan.field_of_view.widest_gap) - mount.offset - ROUNDING
+
+
+@lru_cache(maxsize=16)
+def _outside(
+    view: tuple[float, float, int, float], mount: Mount, parts: tuple[bytes, ...], radius: float
+) -> tuple[np.ndarray, tuple[int, int]]:
+    """Up to where rays may be outside a view, shape (BEARINGS,), m; the first and the end of those that are seen.
+
+    That is the robot's body; and farther, where the view does not meet it all around in an empty world. `view` has the
+    first bearing, the step, the number of beams and the range.
+    """
+    body, (first, step, beams, far) = _reach(parts, radius) + BODY_SLACK, view
+    blank = [LaserScan(0.0, first, step, 0.0, far, np.full(beams, math.inf))]
+    unseen = _followed(blank, [mount], body)[1] == OPEN
+    if not unseen.any():
+        return body, (0, BEARINGS)
+    wider = np.where(unseen, body + UNSEEN_BESIDE, body)
+    ends, ahead = np.flatnonzero(_followed(blank, [mount], wider)[1] == OPEN), BEARINGS // 2
+    before, after = ends[ends < ahead], ends[ends > ahead]
+    return wider, (int(before[-1]) + 1 if len(before) else 0, int(after[0]) if len(after) else BEARINGS)
+
+
+def _reach(parts: tuple[bytes, ...], radius: float) -> np.ndarray:
+    """How far the robot reaches along each ray, shape (BEARINGS,), m; `parts` as of `polygons_of`."""
+    if not parts:
+        return np.full(BEARINGS, radius)
+    bearing = TURN / BEARINGS * np.arange(BEARINGS) - math.pi
+    rays = np.column_stack((np.cos(bearing), np.sin(bearing)))
+    _, normals, offsets, ends = polygons_of(parts)
+    reach, begin = np.zeros(BEARINGS), 0
+    for end in ends.tolist():
+        outward, off = rays @ normals[begin:end].T, offsets[begin:end]
+        begin = end
+        if (off > 0.0).all():  # the axis is inside
+            leaves = np.where(outward > PARALLEL, off / np.maximum(outward, PARALLEL), np.inf)
+            reach = np.maximum(reach, leaves.min(axis=1))
+    return reach
+
+
+class _Crossings(NamedTuple):
+    """Where the ray of each bearing first crosses edges of views, by distance.
+
+    Attributes:
+        distance: shape (BEARINGS, CROSSINGS), m.
+        view: bit of the lidar whose view the edge bounds, of that shape.
+        kind: SURFACE or OPEN, of that shape.
+        number: of all crossings of each ray, shape (BEARINGS,), also of those that are too far away to be kept.
+        inside: bits of the views in which each ray begins, of that shape: those whose edges it crosses an odd number of
+            times.
+    """
+
+    distance: np.ndarray
+    view: np.ndarray
+    kind: np.ndarray
+    number: np.ndarray
+    inside: np.ndarray
+
+
+@njit(cache=True)
+def _cross_view(crossings, beams, x, y, bit):
+    """Add the edges of the view of one lidar at (x, y) to the crossings.
+
+    Between two connected hits the edge is their chord. Between other beams the view ends at the nearer one, and the
+    edge of a shadow lies on the farther one.
+    """
+    distance, hits, directions = beams.distances, beams.kinds & HIT != 0, beams.directions
+    n, full, cosine = len(distance), beams.seam < np.inf, math.cos(beams.increment)
+    seam = math.cos(beams.seam) if full else cosine
+    cells, connected = n if full else n - 1, CONNECTED_CHORD * beams.body
+    vertices, kinds = np.empty((2 * cells + 1, 2)), np.full(2 * cells + 1, OPEN, np.int8)
+    for i in range(cells):
+        j = (i + 1) % n
+        a, b = distance[i], distance[j]
+        if hits[i] and hits[j] and third_side(a, b, seam if j == 0 else cosine) < connected:
+            kinds[2 * i] = SURFACE
+        else:
+            a = b = min(a, b)
+        vertices[2 * i, 0], vertices[2 * i, 1] = x + a * directions[i, 0], y + a * directions[i, 1]
+        vertices[2 * i + 1, 0], vertices[2 * i + 1, 1] = x + b * directions[j, 0], y + b * directions[j, 1]
+    vertices[2 * cells] = vertices[0]
+    if not full:
+        vertices[2 * cells, 0], vertices[2 * cells, 1] = x, y
+    last = len(vertices) - 1
+    ax, ay, place = 0.0, 0.0, -1.0  # and its bearing as a real number of rays; -1 on the axis, where all rays begin
+    for k in range(-1, last + 1):  # the edge that leads to each vertex
+        bx, by, there = vertices[k, 0], vertices[k, 1], -1.0
+        if bx * bx + by * by > 1e-18:
+            there = (math.atan2(by, bx) + math.pi) * (BEARINGS / TURN)
+        if place >= 0.0 and there >= 0.0:
+            _cross_edge(crossings, (ax, ay, place), (bx, by, there), kinds[k - 1], bit)
+        ax, ay, place = bx, by, there
+
+
+@njit(cache=True)
+def _cross_edge(crossings, start, end, kind, bit):
+    """Add an edge to the rays that cross it. One through an end belongs to the edge that begins there on its left."""
+    distance, view, kinds, count, inside = crossings
+    (ax, ay, a), (bx, by, b) = start, end
+    low, high = (a, b) if a < b else (b, a)
+    first, beyond = int(math.ceil(low)), int(math.ceil(high))
+    if high - low > 0.5 * BEARINGS:
+        first, beyond = beyond, first + BEARINGS
+    ex, ey = bx - ax, by - ay
+    for n in range(first, beyond):
+        k = n % BEARINGS
+        bearing = k * (TURN / BEARINGS) - math.pi
+        across = math.cos(bearing) * ey - math.sin(bearing) * ex
+        t, most = math.hypot(ax, ay), math.hypot(bx, by)
+        t, most = min(t, most), max(t, most)
+        if abs(across) > PARALLEL * (abs(ex) + abs(ey)):
+            t = min(max((ax * ey - ay * ex) / across, 0.0), most)
+        inside[k] ^= bit
+        i = min(count[k], CROSSINGS - 1)
+        count[k] += 1
+        if count[k] > CROSSINGS and t >= distance[k, i]:
+            continue
+        while i > 0 and distance[k, i - 1] > t:
+            distance[k, i], view[k, i], kinds[k, i] = distance[k, i - 1], view[k, i - 1], kinds[k, i - 1]
+            i -= 1
+        distance[k, i], view[k, i], kinds[k, i] = t, bit, kind
+
+
+@njit(cache=True)
+def _walked(crossings, body, far):
+    """How far each ray is free, m, up to `far`, and where it ends; within `body` (m) it may be outside all views."""
+    distance, view, kinds, count, begin = crossings
+    free, end = np.full(len(count), far), np.zeros(len(count), np.int8)
+    for k in range(len(count)):
+        inside, reached = begin[k], body[k]
+        for i in range(min(count[k], CROSSINGS)):
+            t = distance[k, i]
+            if inside == 0 and t > body[k]:
+                break
+            if t >= far:
+                reached = far
+                break
+            if kinds[k, i] == SURFACE:
+                reached, end[k] = t, SURFACE
+                break
+            inside ^= view[k, i]
+            if t >= body[k] and (inside == 0 or i == CROSSINGS - 1):
+                reached = t
+                break
+        free[k] = reached
+        if reached < far and end[k] == FREE:
+            end[k] = OPEN
+    return free, end
+
+
+def _add_thin(distance: np.ndarray, end: np.ndarray, points: np.ndarray, half_gaps: np.ndarray) -> None:
+    """Let rays end at hits that they may pass beside: those whose chords are no longer than rays are apart there."""
+    away, bearing = np.hypot(*points.T), np.arctan2(points[:, 1], points[:, 0])
+    thin = 2.0 * half_gaps <= away * (TURN / BEARINGS)
+    away, ray = away[thin], np.rint((bearing[thin] + math.pi) * (BEARINGS / TURN)).astype(int) % BEARINGS
+    nearer = away < distance[ray]
+    end[ray[nearer]] = SURFACE
+    np.minimum.at(distance, ray[nearer], away[nearer])

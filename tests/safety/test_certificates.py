@@ -1,0 +1,120 @@
+"""The standard certificates: what one of them refuses is refused, and others may be added."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from drake_starnav.robot import RobotParameters
+from drake_starnav.robot.motion import Motion, roll_out
+from drake_starnav.safety.certificates import accepted, standard_certificates
+from drake_starnav.safety.clear import Clear
+from drake_starnav.safety.moving_certificate import MOVING_MARGIN, MovingCertificate
+from drake_starnav.safety.shield import certified_twist
+from drake_starnav.surroundings.erosion import smoothed_distances
+from drake_starnav.surroundings.safe_region import CertifiedRegion, ScanMemory, certified_region
+from drake_starnav.tracking.kalman_tracks import Tracks
+from drake_starnav.tracking.parameters import DynamicObstacleParameters
+from drake_starnav.tracking.tracker import TrackedObstacles
+from tests.helpers.motions import actuation
+from tests.helpers.scans import MARGINS, cast, remembered_hits, seeds
+from tests.helpers.scenes import hall
+
+ROBOT = RobotParameters()
+OBSTACLES = DynamicObstacleParameters(max_speed=0.8)
+NOTHING = Tracks(time=0.0)
+AHEAD = Tracks(time=0.0, hits=np.array([(0.7, 0.0)]), owner=np.array([-1]))
+
+
+def accepts(
+    star: CertifiedRegion,
+    want: tuple[float, float],
+    tracks: Tracks = NOTHING,
+    v: float = 0.0,
+    margin: float = MARGINS.safety,
+) -> bool:
+    commands = actuation(ROBOT)
+    tracked = TrackedObstacles(tracks, 0.0, OBSTACLES)
+    asked = standard_certificates(star, margin, commands, np.zeros(2), tracked)
+    return accepted(roll_out(np.zeros(3), np.array((v, 0.0)), np.array(want), commands), asked)
+
+
+def seen(wall: float) -> CertifiedRegion:
+    """What is certified in a hall whose column's face is `wall` (m) ahead."""
+    scan, pose = cast(hall((wall + 0.2, 0.0, 0.2))), np.zeros(3)
+    return certified_region(ScanMemory(), scan, smoothed_distances(scan), pose, ROBOT.radius + 0.01, 1.2, (2.0, 1))[0]
+
+
+def test_either_certificate_may_refuse() -> None:
+    assert accepts(seen(2.0), (0.8, 0.0), v=0.7)
+    assert not accepts(seen(0.5), (0.8, 0.0), v=0.7)  # what stays
+    assert not accepts(seen(2.0), (0.8, 0.0), AHEAD, v=0.7)  # what moves
+    assert accepts(seen(2.0), (-0.3, 0.0), AHEAD)
+
+
+def test_without_a_scan_nothing_is_accepted() -> None:
+    assert not accepts(CertifiedRegion.none(), (0.5, 0.0))
+
+
+@settings(max_examples=200, deadline=None)
+@given(seeds, st.sampled_from([0.0, 0.03]), st.sampled_from([0.0, 0.05]))
+def test_all_certificates_are_asked_for_all_that_is_declared(seed: int, margin: float, delay: float) -> None:
+    rng = np.random.default_rng(seed)
+    hits, gaps = rng.uniform(-1.2, 1.2, (8, 2)), rng.uniform(0.0, 0.1, 8)
+    hits = hits[np.hypot(*hits.T) > 0.3]
+    look = remembered_hits(hits, reach=0.8)
+    star = CertifiedRegion(np.zeros(2), 0.0, np.full(8, 0.5), hits, hits, gaps[: len(hits)], seen=True, look=look)
+    tracks = Tracks(time=0.0, hits=rng.uniform(-2.0, 2.0, (1, 2)), owner=np.array([-1]))
+    tracked = TrackedObstacles(tracks, rng.uniform(0.0, 0.3), OBSTACLES)
+    pose, twist = rng.uniform(-0.2, 0.2, 3), rng.uniform((0.0, -2.0), (0.8, 2.0))
+    commands = actuation(ROBOT, hold=0.1, delay=delay)
+    motion = roll_out(pose, twist, rng.uniform((-0.3, -2.0), (0.8, 2.0)), commands)
+    clear = Clear(star, margin, ROBOT.shape)
+    near_by = MovingCertificate.near(tracked, pose[:2], commands)
+    assert near_by.distance == MOVING_MARGIN
+    asked = standard_certificates(star, margin, commands, pose[:2], tracked)
+    assert accepted(motion, asked) == (clear.accepts(motion) and near_by.accepts(motion))
+    assert accepted(motion, standard_certificates(star, margin, commands, pose[:2])) == clear.accepts(motion)
+
+
+@pytest.mark.parametrize(("twist", "grips"), [((0.8, 2.0), True), ((2.0, 5.0), False)])
+def test_a_motion_in_which_the_wheels_slide_is_refused_whatever_is_asked(twist: tuple[float, float], grips: bool):
+    commands = actuation(RobotParameters(max_speed=2.0, max_yaw_rate=5.0))
+    driven = roll_out(np.zeros(3), np.array(twist), np.array(twist), commands)
+    assert accepted(driven, ()) == grips
+
+
+class Slow:
+    """Accepts what is slower than a limit, and remembers what it was asked."""
+
+    def __init__(self, limit: float) -> None:
+        self.limit, self.asked = limit, 0
+
+    def accepts(self, motion: Motion) -> bool:
+        self.asked += 1
+        return bool(np.abs(motion.twist[:, 0]).max() < self.limit)
+
+
+def test_the_first_proposal_that_all_accept_is_taken_and_later_ones_are_not_asked_about() -> None:
+    slow, pose, still, desired = Slow(0.5), np.zeros(3), np.zeros(2), np.array((0.8, 0.0))
+    twist, certified = certified_twist(pose, still, desired, (slow,), actuation(ROBOT, hold=2.0))
+    assert certified and twist == pytest.approx((0.48, 0.0)) and slow.asked == 3
+    assert not certified_twist(pose, still, desired, (slow, Slow(0.0)), actuation(ROBOT, hold=2.0))[1]
+
+
+def beside(clearance: float) -> CertifiedRegion:
+    """A hit to the left of the robot; known up to 2 m."""
+    hits = np.array([(0.0, ROBOT.radius + clearance)])
+    look = remembered_hits(hits, reach=2.0)
+    return CertifiedRegion(np.zeros(2), 0.0, np.zeros(8), hits, hits, np.zeros(1), seen=True, look=look)
+
+
+@pytest.mark.parametrize(("clearance", "passes"), [(0.0025, True), (0.0015, False)])
+def test_without_a_margin_two_millimetres_are_kept(clearance: float, passes: bool) -> None:
+    assert accepts(beside(clearance), (0.3, 0.0), margin=0.0) == passes
+
+
+def test_outside_of_the_star_only_the_way_away_from_the_wall_is_accepted() -> None:
+    close = seen(ROBOT.radius + 0.005)
+    assert not accepts(close, (0.3, 0.0))
+    assert accepts(close, (-0.3, 0.0))

@@ -1,0 +1,285 @@
+"""The theorem of the certificate: an accepted command leads to no contact, and hardly anything safe is refused."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from drake_starnav.geometry.footprint import footprint
+from drake_starnav.robot import BASES, RobotParameters
+from drake_starnav.robot.base import SHARES
+from drake_starnav.robot.motion import Actuation, roll_out
+from drake_starnav.safety.clear import Clear
+from drake_starnav.surroundings.erosion import smoothed_distances
+from drake_starnav.surroundings.safe_region import CertifiedRegion, ScanMemory, certified_region
+from drake_starnav.worlds.world import World
+from tests.helpers.motions import certified, limited_twist, motion, starred_twist
+from tests.helpers.scans import RADIUS, cast, distance, free_point, scattered, seeds
+
+ROBOT = RobotParameters()
+LIMITS = ROBOT.limits
+SPEEDS, ACCELERATIONS = np.array(LIMITS[:2]), np.array(LIMITS[2:4])
+SAFE, REACH = RADIUS + 0.01, 1.2
+PERIOD, MARGIN, NOISE = 0.02, 0.0145, 0.01
+ROBOTS = {name: RobotParameters(base=name) for name in BASES}
+OPEN = CertifiedRegion(np.zeros(2), 0.0, np.full(720, 10.0), np.zeros((0, 2)))
+
+
+def sensed(world: World, pose: np.ndarray, memory: ScanMemory) -> tuple[CertifiedRegion, ScanMemory]:
+    scan = cast(world, pose)
+    return certified_region(memory, scan, smoothed_distances(scan), pose, SAFE, REACH, (REACH + 2.0 * SAFE, 5))
+
+
+def moved(pose: np.ndarray, twist: np.ndarray, target: np.ndarray, time: float, step: float = 1e-3) -> tuple:
+    """Poses every `step` (s) of a robot that ramps continuously to the target twist, and its last twist."""
+    poses = []
+    change = step * ACCELERATIONS
+    for _ in range(round(time / step)):
+        after = twist + np.clip(target - twist, -change, change)
+        v, omega = 0.5 * (twist + after)
+        middle = pose[2] + 0.5 * omega * step
+        pose = pose + step * np.array((v * math.cos(middle), v * math.sin(middle), omega))
+        twist = after
+        poses.append(pose)
+    return np.array(poses), twist
+
+
+def random_situation(seed: int) -> tuple[World, CertifiedRegion, ScanMemory, np.ndarray, np.ndarray, np.ndarray]:
+    """A random world, what is known of it, a pose near the scan's, a twist and a desired twist."""
+    rng = np.random.default_rng(seed)
+    world = scattered(rng, discs=14, walls=8)
+    scan_pose = np.array((*free_point(rng, world, SAFE), rng.uniform(-4.0, 4.0)))
+    star, memory = sensed(world, scan_pose, ScanMemory())
+    pose = scan_pose + (*rng.uniform(-0.03, 0.03, 2), rng.uniform(-0.1, 0.1))
+    limit = SPEEDS
+    return world, star, memory, pose, rng.uniform((0.0, -limit[1]), limit), rng.uniform((-0.2, -limit[1]), limit)
+
+
+@settings(max_examples=150)
+@given(seeds, st.sampled_from([PERIOD, 0.1, 0.3]))
+def test_an_accepted_command_and_full_braking_touch_nothing(seed, hold):
+    _, star, memory, pose, twist, desired = random_situation(seed)
+    hits = memory.points
+    if not certified(pose, twist, desired, hold, LIMITS, star):
+        *tried, accepted = starred_twist(pose, twist, desired, hold, LIMITS, star)
+        if not accepted:
+            return
+        desired = np.array(tried)
+    held, at_end = moved(pose, twist, desired, hold)
+    braked, standing = moved(held[-1], at_end, np.zeros(2), 1.0)
+    np.testing.assert_allclose(standing, 0.0, atol=1e-9)
+    path = np.vstack((held, braked))
+    away = np.hypot(*np.moveaxis(path[::3, None, :2] - hits, -1, 0))
+    assert away.min() >= RADIUS
+
+
+def test_most_random_commands_are_decided_both_ways():
+    accepted = []
+    for seed in range(100):
+        _, star, _, pose, twist, desired = random_situation(seed)
+        accepted.append(certified(pose, twist, desired, PERIOD, LIMITS, star))
+    assert 20 < sum(accepted) < 95
+
+
+def adversary(rng: np.random.Generator) -> np.ndarray:
+    """A twist that likes full speed."""
+    v, omega = rng.uniform(-0.2, 2.0), rng.uniform(-0.7, 0.7)
+    return np.clip((v, omega), (-1.0, -1.0), (1.0, 1.0)) * SPEEDS
+
+
+def recklessly_driven(
+    seed: int, delay: float = 0.0, robot: RobotParameters = ROBOT, scans: float = 20.0
+) -> tuple[float, float, int]:
+    """10 s of random commands through the certificate: scans at that rate, Hz, commands at 50 Hz that take effect late.
+
+    Returns the least distance to an obstacle, the way driven (both in m) and how often a command was held back.
+    """
+    limits = robot.limits
+    rng = np.random.default_rng(seed)
+    world = scattered(rng, discs=14, walls=8)
+    pose, memory = np.array((0.0, 0.0, rng.uniform(-4.0, 4.0))), ScanMemory()
+    commanded = actual = np.zeros(2)
+    waiting = [commanded] * round(delay / PERIOD)
+    least, driven, wanted, refused = np.inf, 0.0, adversary(rng), 0
+    for k in range(500):
+        if (k * PERIOD * scans) % 1.0 < PERIOD * scans - 1e-9:  # the first command after each scan
+            star, memory = sensed(world, pose, memory)
+        if rng.random() < 0.03:
+            wanted = adversary(rng) * (robot.max_speed / ROBOT.max_speed, 1.0)
+        v, omega, accepted = starred_twist(pose, commanded, wanted, PERIOD, limits, star, delay)
+        refused += not (accepted and v == wanted[0])
+        commanded = limited_twist(commanded, np.array((v, omega)), robot, PERIOD)
+        waiting.append(commanded)
+        poses, actual = moved(pose, actual, waiting.pop(0), PERIOD, step=2e-3)
+        driven += float(np.hypot(*np.diff(poses[:, :2], axis=0).T).sum())
+        pose = poses[-1]
+        least = min(least, distance(world, poses[:, :2]).min())
+    return least, driven, refused
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_a_reckless_driver_never_touches_anything(seed):
+    least, driven, refused = recklessly_driven(seed)
+    assert least >= RADIUS
+    assert driven > 0.3 and refused > 0  # it did drive, and it was held back
+
+
+def test_a_reckless_driver_touches_nothing_when_commands_take_effect_after_the_declared_delay():
+    assert min(recklessly_driven(seed, delay=PERIOD)[0] for seed in range(8)) >= RADIUS
+
+
+def test_a_fast_reckless_driver_with_rare_and_short_scans_never_touches_anything():
+    fast = RobotParameters(max_speed=1.5)
+    for seed in range(8):
+        least, driven, _ = recklessly_driven(seed, robot=fast, scans=1.25)
+        assert least >= RADIUS and driven > 0.3
+
+
+def test_the_certified_motion_keeps_the_last_twist_for_the_declared_delay():
+    twist, desired = np.array((0.5, 1.0)), np.array((0.8, -2.0))
+    path = motion(np.zeros(3), twist, desired, PERIOD, LIMITS, delay=0.1)
+    kept = motion(np.zeros(3), twist, twist, 0.1, LIMITS)
+    later = motion(kept[kept[:, 2] <= 0.1 + 1e-9][-1], twist, desired, PERIOD, LIMITS)
+    np.testing.assert_allclose(path[-1], later[-1], atol=1e-9)
+    farthest = np.hypot(*path[:, :2].T).max()
+    assert certified(np.zeros(3), twist, desired, PERIOD, LIMITS, ring(farthest + 1e-9), delay=0.1)
+    assert not certified(np.zeros(3), twist, desired, PERIOD, LIMITS, ring(farthest - 1e-9), delay=0.1)
+
+
+@settings(max_examples=60)
+@given(seeds, st.sampled_from([PERIOD, 0.1, 0.3]))
+def test_the_braking_path_is_what_is_certified(seed, hold):
+    _, star, _, pose, twist, desired = random_situation(seed)
+    path = motion(pose, twist, desired, hold, LIMITS)
+    np.testing.assert_array_equal(path[0], pose)
+    if star.alone.contains(path[1:, :2]).all():
+        assert certified(pose, twist, desired, hold, LIMITS, star)
+    assert np.hypot(*np.diff(path[:, :2], axis=0).T).max() <= ROBOT.shape.sampling + 1e-9
+    held, at_end = moved(pose, twist, desired, hold)
+    braked, _ = moved(held[-1], at_end, np.zeros(2), 1.0)
+    exact = np.vstack((held, braked))
+    off = np.hypot(*np.moveaxis(path[:, None, :2] - exact[None, :, :2], -1, 0))
+    assert off.min(axis=0).max() < 0.01  # near every place of the real motion there is a sample
+
+
+@settings(max_examples=60)
+@given(seeds)
+def test_the_first_certified_share_is_taken(seed):
+    _, star, _, pose, twist, desired = random_situation(seed)
+    tried = SHARES * desired
+    good = [t for t in tried if certified(pose, twist, np.array(t), PERIOD, LIMITS, star)]
+    v, omega, accepted = starred_twist(pose, twist, desired, PERIOD, LIMITS, star)
+    assert accepted == bool(good)
+    if good:
+        assert (v, omega) == pytest.approx(good[0])
+    else:
+        assert v == 0.0
+    assert (SHARES[0] == 1.0).all() and (np.diff(SHARES[:7, 0]) < 0.0).all()
+
+
+def test_braking_is_all_that_is_left_when_nothing_can_be_certified():
+    blind, pose = CertifiedRegion.none(), np.array((1.0, 1.0, 0.0))
+    assert starred_twist(pose, np.array((0.5, 0.3)), np.array((0.8, 1.0)), PERIOD, LIMITS, blind) == (0.0, 0.0, False)
+    standing = starred_twist(pose, np.zeros(2), np.array((0.8, 1.0)), PERIOD, LIMITS, blind)
+    assert standing == (0.0, 1.0, False)  # a disc that turns about its centre covers no new ground
+
+
+@pytest.mark.parametrize(("speed", "turn"), [(0.044, 1.0), (-0.044, 1.0), (0.046, 0.0), (-0.3, 0.0)])
+def test_without_a_certificate_only_a_robot_that_stops_within_a_millimetre_turns(speed, turn):
+    twist, desired = np.array((speed, 0.0)), np.array((0.8, 1.0))
+    assert starred_twist(np.zeros(3), twist, desired, PERIOD, LIMITS, CertifiedRegion.none()) == (0.0, turn, False)
+
+
+def test_in_the_open_everything_is_certified():
+    desired = np.array((0.8, -1.0))
+    assert starred_twist(np.zeros(3), np.zeros(2), desired, PERIOD, LIMITS, OPEN) == (0.8, -1.0, True)
+
+
+def test_a_robot_at_the_edge_of_the_star_may_drive_into_it_but_not_along_its_edge():
+    """Only where it goes counts, not where it is: an estimate may lie outside."""
+    outside, inwards = np.array((-0.3005, 0.0, 0.0)), np.array((0.3, 0.0))
+    assert certified(outside, inwards, inwards, PERIOD, LIMITS, ring(0.3))
+    assert not certified(outside, -inwards, -inwards, PERIOD, LIMITS, ring(0.3))
+    assert not certified(outside + (0.0, 0.0, 0.5 * math.pi), inwards, inwards, PERIOD, LIMITS, ring(0.3))
+
+
+@settings(max_examples=60)
+@given(seeds)
+def test_of_polygons_all_discs_that_cover_them_stay_inside_however_the_robot_is_turned(seed):
+    rng = np.random.default_rng(seed)
+    shape = footprint(
+        (((0.1, -0.1), (0.5, -0.1), (0.5, 0.1), (0.1, 0.1)), ((0.1, 0.1), (0.3, 0.1), (0.3, 0.6), (0.1, 0.6)))
+    )
+    star = CertifiedRegion(np.zeros(2), 0.0, rng.uniform(0.4, 1.0, 8).repeat(4), np.zeros((0, 2)))
+    pose = np.array((*rng.uniform(-0.3, 0.3, 2), rng.uniform(-math.pi, math.pi)))
+    driven = roll_out(pose, np.zeros(2), rng.uniform(-SPEEDS, SPEEDS), Actuation(LIMITS, shape, 0.2, 0.0))
+    turns = np.array([((math.cos(a), -math.sin(a)), (math.sin(a), math.cos(a))) for a in driven.pose[1:, 2]])
+    centers = driven.position[1:, None] + np.einsum("nij,mj->nmi", turns, shape.cover)
+    assert Clear(star, 0.01, shape).accepts(driven) == star.alone.contains(centers.reshape(-1, 2)).all()
+
+
+def ring(reach: float) -> CertifiedRegion:
+    return CertifiedRegion(np.zeros(2), 0.0, np.full(720, reach), np.zeros((0, 2)))
+
+
+@pytest.mark.parametrize("speed", [0.05, 0.2, 0.5, 0.8])
+def test_the_braking_distance_is_never_underestimated(speed):
+    twist = np.array((speed, 0.0))
+    needed = speed * PERIOD + speed**2 / (2.0 * ROBOT.max_acceleration)
+    assert not certified(np.zeros(3), twist, twist, PERIOD, LIMITS, ring(needed - 1e-4))
+    assert certified(np.zeros(3), twist, twist, PERIOD, LIMITS, ring(needed + 0.012))
+
+
+@given(st.floats(-0.8, 0.8), st.floats(-1.5, 1.5), st.sampled_from([PERIOD, 0.04, 0.3]))
+@example(0.1, 0.12, 0.04)  # at the wanted speed in the middle of a step
+def test_a_straight_way_is_never_underestimated(speed, wanted, hold):
+    target, a = min(max(wanted, -0.8), 0.8), ROBOT.max_acceleration
+    if speed * target < 0.0:
+        return
+    ramp = min(abs(target - speed) / a, hold)
+    end = speed + math.copysign(a * ramp, target - speed)
+    way = 0.5 * abs(speed + end) * ramp + abs(target) * (hold - ramp) + end**2 / (2.0 * a)
+    path = motion(np.zeros(3), np.array((speed, 0.0)), np.array((wanted, 0.0)), hold, LIMITS)
+    assert way - 1e-9 <= np.abs(np.diff(path[:, 0])).sum() <= way + 0.012
+
+
+@pytest.mark.parametrize("omega", [2.0, -0.5])
+def test_a_steady_turn_is_followed_along_its_circle(omega):
+    twist = np.array((0.8, omega))
+    path = motion(np.zeros(3), twist, twist, 0.6, LIMITS)
+    held = path[np.abs(path[:, 2]) <= 0.6 * abs(omega) + 1e-9]
+    assert len(held) > 50
+    np.testing.assert_allclose(np.hypot(held[:, 0], held[:, 1] - 0.8 / omega), 0.8 / abs(omega), atol=1e-4)
+
+
+def test_driving_backwards_is_sampled_as_finely_and_mirrors_driving_forwards():
+    back, forth = (motion(np.zeros(3), np.zeros(2), np.array((v, 1.0)), 0.8, LIMITS) for v in (-0.8, 0.8))
+    assert np.hypot(*np.diff(back[:, :2], axis=0).T).max() <= ROBOT.shape.sampling + 1e-9
+    np.testing.assert_allclose(back * (-1.0, -1.0, 1.0), forth, atol=1e-12)
+
+
+def test_what_the_robot_drives_through_during_the_delay_is_checked_too():
+    """A gap in the star that is behind the robot when its command takes effect."""
+    bearing = 2.0 * math.pi / 720 * np.arange(720)
+    cut = CertifiedRegion(np.zeros(2), 0.0, np.where(np.abs(bearing - 0.5 * math.pi) < 0.1, 0.2, 5.0), np.zeros((0, 2)))
+    pose, ahead = np.array((-0.3, 0.3, 0.0)), np.array((0.8, 0.0))
+    assert certified(pose, ahead, ahead, PERIOD, LIMITS, OPEN, delay=0.5)
+    assert certified(pose + (0.4, 0.0, 0.0), ahead, ahead, PERIOD, LIMITS, cut)
+    assert not certified(pose, ahead, ahead, PERIOD, LIMITS, cut, delay=0.5)
+
+
+def test_a_longer_hold_never_makes_a_straight_approach_safer():
+    twist, holds, tried = np.array((0.8, 0.0)), np.array((0.02, 0.1, 0.3, 0.6)), np.arange(0.3, 1.5, 0.01)
+    reaches = [next(r for r in tried if certified(np.zeros(3), twist, twist, h, LIMITS, ring(r))) for h in holds]
+    np.testing.assert_allclose(np.diff(reaches), 0.8 * np.diff(holds), atol=0.011)
+
+
+def test_the_certified_motion_keeps_the_speed_limits():
+    beyond = np.array((2.0, 6.0))
+    path = motion(np.zeros(3), SPEEDS, beyond, 0.3, LIMITS)
+    np.testing.assert_allclose(path, motion(np.zeros(3), SPEEDS, SPEEDS, 0.3, LIMITS))
+    for reach in np.arange(0.1, 0.8, 0.05):
+        decided = {certified(np.zeros(3), SPEEDS, wanted, 0.3, LIMITS, ring(reach)) for wanted in (beyond, SPEEDS)}
+        assert len(decided) == 1

@@ -1,0 +1,427 @@
+"""The theorem of the certificate in time: whatever moves no faster than declared never touches a robot that moves."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from drake_starnav.geometry.footprint import disc, fastest_point, footprint
+from drake_starnav.geometry.trajectory import STANDING
+from drake_starnav.robot import BASES, Limits, RobotParameters
+from drake_starnav.robot.motion import Actuation, Motion, Pose, advanced, roll_out, velocity_of
+from drake_starnav.safety.moving_certificate import (
+    ESCAPE,
+    MOVING_MARGIN,
+    STANDING_SPEED,
+    MovingCertificate,
+    reachable_discs,
+    within,
+)
+from drake_starnav.safety.shield import braking_twist
+from drake_starnav.tracking.kalman_tracks import SETTLED_AFTER, Tracks
+from drake_starnav.tracking.parameters import DynamicObstacleParameters
+from drake_starnav.tracking.prediction import OCCLUSION_SPACING
+from drake_starnav.tracking.tracker import TrackedObstacles
+from drake_starnav.worlds.moving_obstacles import MovingObstacles, moving_obstacle_clearance
+from tests.helpers.motions import limited_twist
+from tests.helpers.scans import RADIUS, seeds
+from tests.helpers.scenes import moved
+
+ROBOT = RobotParameters()
+LIMITS = ROBOT.limits
+OBSTACLES = DynamicObstacleParameters(max_speed=0.8, caution=1.0)
+MARGIN = 0.01
+PERIOD, SCANS, STEP = 0.02, 3, 0.005
+"""Of the commands, s; commands from one scan to the next; of the simulation, s."""
+
+
+def rim(centers: np.ndarray, radius: float) -> np.ndarray:
+    """Hits all around discs."""
+    angle = np.linspace(0.0, 2.0 * math.pi, 60, endpoint=False)
+    return (centers[:, None] + radius * np.column_stack((np.cos(angle), np.sin(angle)))).reshape(-1, 2)
+
+
+def seen(centers: np.ndarray, radius: float, time: float = 0.0) -> Tracks:
+    """Hits of which nothing else is known."""
+    hits = rim(centers, radius)
+    return Tracks(time=time, hits=hits, owner=np.full(len(hits), -1))
+
+
+def stays_clear(pose, twist, desired, certificate: MovingCertificate, hold: float = PERIOD, delay: float = 0.0) -> bool:
+    """Whether the certificate accepts what follows from a command."""
+    return certificate.accepts(roll_out(pose, twist, desired, Actuation(LIMITS, disc(RADIUS), hold, delay)))
+
+
+@pytest.mark.parametrize(("margin", "escape"), [(MARGIN, 0.0), (MOVING_MARGIN, ESCAPE)])
+@settings(max_examples=40, deadline=None)
+@given(seed=seeds, hunters=st.booleans())
+def test_discs_within_the_declared_speed_never_touch_a_robot_that_moves(
+    margin: float, escape: float, seed: int, hunters: bool
+) -> None:
+    rng = np.random.default_rng(seed)
+    pose, twist = np.zeros(3), np.zeros(2)
+    centers = rng.uniform(-3.0, 3.0, (4, 2))
+    centers = centers[np.hypot(*centers.T) > RADIUS + 0.5]
+    headings, desired = rng.uniform(-math.pi, math.pi, len(centers)), np.zeros(2)
+    for k in range(300):
+        if k % SCANS == 0:
+            rows, scan_time = reachable_discs(seen(centers, 0.2), OBSTACLES), k * PERIOD
+        if k % 15 == 0:  # a reckless driver
+            desired = rng.uniform((-0.8, -2.0), (0.8, 2.0))
+            headings = rng.uniform(-math.pi, math.pi, len(centers))
+        age = k * PERIOD - scan_time
+        certificate = MovingCertificate(rows, margin, age, escape)
+        certified = stays_clear(pose, twist, desired, certificate)
+        target = desired if certified else np.zeros(2)
+        before, twist = twist, limited_twist(twist, target, ROBOT, PERIOD)
+        for i in range(round(PERIOD / STEP)):
+            share = (i + 0.5) * STEP / PERIOD
+            pose = moved(pose, before + share * (twist - before), STEP)
+            aim = np.arctan2(*(pose[:2] - centers).T[::-1]) if hunters else headings
+            centers = centers + STEP * OBSTACLES.max_speed * np.column_stack((np.cos(aim), np.sin(aim)))
+            gap = np.hypot(*(centers - pose[:2]).T).min() - 0.2 - RADIUS if len(centers) else math.inf
+            if gap < 0.0:
+                assert abs(before[0] + share * (twist[0] - before[0])) <= STANDING_SPEED
+                return  # it was struck while it stood
+
+
+BODIES = {
+    "carrier": footprint(((-0.4, -0.25), (0.4, -0.25), (0.4, 0.25), (-0.4, 0.25))),
+    "behind its axis": footprint(((-0.7, -0.2), (0.1, -0.2), (0.1, 0.2), (-0.7, 0.2))),
+    "tee": footprint((((-0.3, -0.1), (0.2, -0.1), (0.2, 0.1), (-0.3, 0.1)), ((0.15, -0.4), (0.3, -0.4), (0.3, 0.4)))),
+}
+
+
+@pytest.mark.parametrize("base", BASES)
+@pytest.mark.parametrize("name", BODIES)
+@settings(max_examples=25, deadline=None)
+@given(seed=seeds)
+def test_nor_do_they_touch_any_point_of_a_polygon_that_moves(name: str, base: str, seed: int) -> None:
+    """The driver likes to turn on the spot, and whatever moves comes for the robot."""
+    rng, shape, robot = np.random.default_rng(seed), BODIES[name], RobotParameters(base=base)
+    acting = Actuation(robot.limits, shape, PERIOD, 0.0, robot.drive)
+    pose, twist, desired = np.zeros(3), np.zeros(len(robot.drive.components)), None
+    centers = rng.uniform(-2.0, 2.0, (4, 2))
+    centers = centers[np.hypot(*centers.T) > shape.radius + 0.3]
+    most = np.full(len(twist), robot.max_speed)
+    most[-1] = robot.limits.max_yaw_rate
+    for k in range(200):
+        if k % SCANS == 0:
+            rows, scan_time = reachable_discs(seen(centers, 0.2), OBSTACLES), k * PERIOD
+        if k % 15 == 0:
+            desired = robot.drive.saturated(rng.uniform(-most, most) * (rng.random(len(most)) < 0.7), robot.limits)
+        certificate = MovingCertificate(rows, MARGIN, k * PERIOD - scan_time, rng.choice([0.0, 0.5 * MARGIN]))
+        accepts = certificate.accepts(roll_out(pose, twist, desired, acting))
+        target = desired if accepts else braking_twist(twist, desired, robot.limits, False)
+        for _ in range(round(PERIOD / STEP)):
+            now, moves, _ = advanced(Pose(*pose), velocity_of(twist), velocity_of(target), STEP, robot.limits)
+            pose, twist = np.array(now), np.array(moves)[[0, 2] if len(twist) == 2 else [0, 1, 2]]
+            aim = np.arctan2(*(pose[:2] - centers).T[::-1])
+            centers = centers + STEP * OBSTACLES.max_speed * np.column_stack((np.cos(aim), np.sin(aim)))
+            if np.hypot(*(centers - pose[:2]).T).min(initial=math.inf) > 0.2 + shape.radius:
+                continue
+            discs = MovingObstacles([0.2] * len(centers), tuple(np.array([(0, *c), (1, *c)]) for c in centers))
+            if moving_obstacle_clearance(discs, pose[None], np.zeros(1), shape)[0] < 0.0:
+                assert fastest_point(*robot.drive.body_rates(twist), shape.lever) <= STANDING_SPEED
+                return  # it was struck while it stood
+
+
+@settings(max_examples=40, deadline=None)
+@given(seed=seeds, deceleration=st.floats(0.5, 10.0))
+def test_obstacles_that_brake_in_time_never_meet_a_robot_that_leaves_them_room(seed: int, deceleration: float) -> None:
+    """They hurry towards it, and brake when they are no farther away than they need; it may be driving or standing."""
+    rng = np.random.default_rng(seed)
+    obstacles = DynamicObstacleParameters(max_speed=0.8, caution=1.0, deceleration=deceleration)
+    pose, twist, desired = np.zeros(3), np.zeros(2), np.zeros(2)
+    centers = rng.uniform(-3.0, 3.0, (4, 2))
+    centers = centers[np.hypot(*centers.T) > RADIUS + 0.3 + obstacles.stopping_distance]
+    speeds = np.full(len(centers), obstacles.max_speed)
+    for k in range(300):
+        if k % SCANS == 0:
+            rows, scan_time = reachable_discs(seen(centers, 0.2), obstacles), k * PERIOD
+        if k % 15 == 0:  # a reckless driver
+            desired = rng.uniform((-0.8, -2.0), (0.8, 2.0))
+        certificate = MovingCertificate(rows, MARGIN, k * PERIOD - scan_time)
+        target = desired if stays_clear(pose, twist, desired, certificate) else np.zeros(2)
+        before, twist = twist, limited_twist(twist, target, ROBOT, PERIOD)
+        for i in range(round(PERIOD / STEP)):
+            share = (i + 0.5) * STEP / PERIOD
+            pose = moved(pose, before + share * (twist - before), STEP)
+            to_robot = pose[:2] - centers
+            gaps = np.hypot(*to_robot.T) - 0.2 - RADIUS
+            assert (gaps > 0.0).all()
+            brakes = gaps - STEP * obstacles.max_speed <= speeds**2 / (2.0 * deceleration)
+            speeds = np.where(brakes, np.maximum(speeds - deceleration * STEP, 0.0), speeds)
+            centers = centers + STEP * speeds[:, None] * to_robot / np.hypot(*to_robot.T)[:, None]
+
+
+def test_the_room_to_brake_is_that_of_the_fastest_obstacle() -> None:
+    tracks, still = seen(np.array([[1.0, 0.0]]), 0.2), np.zeros(2)
+    obstacles = DynamicObstacleParameters(max_speed=0.8, deceleration=2.0)
+    without = reachable_discs(tracks, DynamicObstacleParameters(max_speed=0.8))
+    discs = reachable_discs(tracks, obstacles)
+    assert obstacles.stopping_distance == pytest.approx(0.16)
+    np.testing.assert_allclose(discs - without, [[0.0, 0.0, 0.0, 0.0, 0.0, 0.16]] * len(discs))
+    creep, room = np.array((0.05, 0.0)), 0.8 - RADIUS
+    assert stays_clear(np.zeros(3), still, creep, MovingCertificate(without, room - 0.1, 0.0))
+    assert not stays_clear(np.zeros(3), still, creep, MovingCertificate(discs, room - 0.1, 0.0))
+
+
+@settings(max_examples=40, deadline=None)
+@given(seed=seeds, desired=st.tuples(st.floats(-0.8, 0.8), st.floats(-2.0, 2.0)))
+def test_a_larger_speed_or_a_later_command_certifies_nothing_more(seed: int, desired: tuple[float, float]) -> None:
+    rng = np.random.default_rng(seed)
+    tracks = seen(rng.uniform(-2.0, 2.0, (3, 2)), 0.2)
+    twist = np.array((rng.uniform(0.0, 0.8), 0.0))
+
+    def certified(speed: float, age: float) -> bool:
+        rows = reachable_discs(tracks, DynamicObstacleParameters(max_speed=speed))
+        return stays_clear(np.zeros(3), twist, np.array(desired), MovingCertificate(rows, 0.0, age))
+
+    if not certified(0.4, 0.0):
+        assert not certified(0.8, 0.0)
+        assert not certified(0.4, 0.1)
+
+
+def least_room(pose, twist, desired, hold: float, delay: float, rows: np.ndarray, age: float) -> float:
+    """Least distance (m) of a robot that follows `desired` and brakes to where a threat may be, at every sample."""
+    motion, least = roll_out(pose, twist, desired, Actuation(LIMITS, disc(RADIUS), hold, delay)), math.inf
+    speed = np.abs(motion.twist[:, 0])
+    for k in range(1, len(speed)):
+        if max(speed[k], speed[k - 1]) >= STANDING_SPEED:
+            time = age + motion.time[k]
+            places, grown = rows[:, :2] + time * rows[:, 2:4], rows[:, 5] + time * rows[:, 4]
+            least = min(least, float((np.hypot(*(places - motion.position[k]).T) - grown).min()))
+        if k >= motion.braking and speed[k] < STANDING_SPEED:
+            break
+    return least
+
+
+@settings(max_examples=60, deadline=None)
+@given(seeds, st.sampled_from([PERIOD, 0.1, 0.3]), st.sampled_from([0.0, 0.05, 0.2]))
+def test_reachable_discs_go_where_their_tracks_say_and_grow_meanwhile(seed: int, hold: float, delay: float) -> None:
+    rng = np.random.default_rng(seed)
+    rows = np.hstack((rng.uniform(-3.0, 3.0, (6, 2)), rng.uniform(-1.0, 1.0, (6, 2)), rng.uniform(0.0, 0.5, (6, 2))))
+    twist, desired = rng.uniform((0.1, -2.0), (0.8, 2.0)), rng.uniform((-0.8, -2.0), (0.8, 2.0))
+    pose, age = rng.uniform(-1.0, 1.0, 3), rng.uniform(0.0, 0.2)
+    room = least_room(pose, twist, desired, hold, delay, rows, age)
+    assert stays_clear(pose, twist, desired, MovingCertificate(rows, room - RADIUS - 1e-9, age), hold, delay)
+    assert not stays_clear(pose, twist, desired, MovingCertificate(rows, room - RADIUS + 1e-9, age), hold, delay)
+
+
+def room(places: np.ndarray, times: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Distance of the robot at each place and time to what may be nearest by then, shape (n,), m; exact."""
+    centers = rows[:, :2] + times[:, None, None] * rows[:, 2:4]
+    grown = rows[:, 5] + times[:, None] * rows[:, 4]
+    return (np.hypot(*np.moveaxis(centers - places[:, None], -1, 0)) - grown).min(axis=1)
+
+
+@settings(max_examples=400)
+@given(seeds, st.sampled_from([0.0, ESCAPE]))
+def test_a_robot_that_moves_is_far_enough_from_all_that_may_have_come_near_until_it_has_stopped(seed, escape) -> None:
+    """Any motion: what is not far enough may be so only within `escape`, and no nearer than standing would be."""
+    rng = np.random.default_rng(seed)
+    count = rng.integers(3, 10)
+    samples = np.zeros((count, 6))
+    samples[:, :2] = rng.uniform(-2.0, 2.0, 2) + np.cumsum(
+        rng.choice([0.003, 0.2]) * rng.standard_normal((count, 2)), 0
+    )
+    samples[:, 3] = rng.choice([0.0, 0.004, -0.004, 0.006, 0.5, -0.5], count)
+    samples[:, 5] = np.concatenate(([0.0], np.cumsum(rng.uniform(0.0, 0.2, count - 1))))
+    motion = Motion(samples, 0, int(rng.integers(1, count)), True, disc(RADIUS))
+    rows = np.hstack((samples[0, :2] + rng.uniform(-1.0, 1.0, (3, 2)), rng.uniform(-0.5, 0.5, (3, 4))))
+    rows[:, 4:] = rng.uniform(0.0, 0.3, (3, 2))
+    age = rng.uniform(0.0, 0.3)
+    speed, times = np.abs(motion.twist[:, 0]), age + motion.time
+    distance = rng.choice(room(motion.position, times, rows)) + rng.uniform(-1.5, 1.5) * ESCAPE  # close to what counts
+    left, stood = (room(p, times, rows) - distance for p in (motion.position, motion.position[:1].repeat(count, 0)))
+    stops = np.flatnonzero((np.arange(count) >= motion.braking) & (speed < STANDING_SPEED))
+    last = stops[0] if len(stops) else count - 1
+    moves = np.maximum(speed[1:], speed[:-1]) >= STANDING_SPEED
+    clear = (left >= 0.0) | ((left >= -escape) & (left >= stood))
+    expected = (clear[1:] | ~moves)[:last].all()
+    assert MovingCertificate(rows, distance - RADIUS, age, escape).accepts(motion) == expected
+
+
+@settings(max_examples=150)
+@given(seeds)
+def test_what_is_not_near_could_not_have_come_near(seed) -> None:
+    """Fast obstacles, late commands and old scans: leaving out what is far changes no decision."""
+    rng = np.random.default_rng(seed)
+    limits = Limits(rng.uniform(0.1, 1.5), 2.0, rng.uniform(0.5, 8.0), 4.0)
+    acting = Actuation(limits, disc(RADIUS), *rng.uniform(0.0, 0.3, 2) + (0.01, 0.0))
+    age, obstacles = rng.choice([0.0, 0.2]), DynamicObstacleParameters(max_speed=rng.uniform(0.2, 3.0), caution=1.0)
+    place, yaw = rng.uniform(-3.0, 3.0, 2), rng.uniform(-4.0, 4.0)
+    ahead = np.array((math.cos(yaw), math.sin(yaw)))
+    straight = np.array((limits.max_speed, 0.0))
+    driven = roll_out(np.array((*place, yaw)), straight, straight, acting)
+    needed = room(
+        driven.position, age + driven.time, np.array([(*(place + 9.0 * ahead), 0.0, 0.0, obstacles.max_speed, 0.0)])
+    )
+    for spare in (-1e-3, 1e-3):  # a hit ahead that just comes too near, or just does not
+        hit = place + (9.0 - needed.min() + RADIUS + MOVING_MARGIN + spare) * ahead
+        tracks = Tracks(time=0.0, hits=hit[None], owner=np.array([-1]))
+        everything = MovingCertificate(reachable_discs(tracks, obstacles), MOVING_MARGIN, age, ESCAPE)
+        near_by = MovingCertificate.near(TrackedObstacles(tracks, age, obstacles), place, acting)
+        assert near_by.accepts(driven) == everything.accepts(driven)
+        assert near_by.age == age
+
+
+def test_what_cannot_come_near_at_full_speed_while_the_robot_stops_is_left_out() -> None:
+    """Both at 0.8 m/s, for 0.2 + 0.1 + 0.3 s, and the 0.8 s that braking takes."""
+    acting = Actuation(LIMITS, disc(RADIUS), 0.3, 0.1)
+    farthest = RADIUS + MOVING_MARGIN + (0.8 + 0.8) * (0.2 + 0.1 + 0.3 + 0.8)
+    hits = np.array([(1.0, 2.0 + farthest - 1e-6), (1.0, 2.0 - farthest - 1e-6)])
+    tracked = TrackedObstacles(Tracks(time=0.0, hits=hits, owner=np.full(2, -1)), 0.2, OBSTACLES)
+    np.testing.assert_array_equal(MovingCertificate.near(tracked, np.array((1.0, 2.0)), acting).discs[:, :2], hits[:1])
+
+
+def test_of_tracks_that_are_out_of_sight_the_place_is_predicted_as_far_as_they_are_trusted() -> None:
+    """Where it is by its track, as large as it was, with the share of its velocity that is trusted."""
+    tracks = Tracks(
+        time=1.0,
+        position=np.array([(1.0, 0.0), (4.0, 0.0), (7.0, 0.0)]),
+        velocity=np.array([(0.5, 0.1), (0.5, 0.0), (0.5, 0.0)]),
+        radius=np.array([0.2, 0.3, 0.4]),
+        scans=np.array([20, 20, SETTLED_AFTER - 1]),
+        seen=np.array([0.5, 1.0, 0.5]),  # the second is in view, the third is not known for long
+        motion=np.array([1.0, 1.0, 1.0]),
+        pace=np.array([0.5, 0.5, 0.5]),
+        hits=np.array([(3.8, 0.0), (6.8, 0.0)]),
+        owner=np.array([1, 2]),
+    )
+    unknown, known, lost = reachable_discs(tracks, DynamicObstacleParameters(max_speed=0.8, caution=0.25))
+    np.testing.assert_allclose(unknown, (6.8, 0.0, 0.0, 0.0, 0.8, 0.0))
+    np.testing.assert_allclose(known, (3.8, 0.0, 0.75 * 0.5, 0.0, 0.25 * 0.8, 0.0))
+    np.testing.assert_allclose(lost, (1.0, 0.0, 0.75 * 0.5, 0.75 * 0.1, 0.25 * 0.8, 0.2))
+
+
+@pytest.mark.parametrize("way", [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.6, -0.8)])
+@pytest.mark.parametrize(("speed", "growth"), [(0.0, 0.0), (0.0, 0.8), (0.8, 0.0), (0.3, 0.3)])
+def test_in_long_steps_it_is_no_less_noticed_what_comes_near_meanwhile(way, speed, growth) -> None:
+    """The robot goes from one side of the origin to the other and back, and something comes near in between."""
+    way, half = np.array(way), 0.5
+    for count in (2, 3, 40):
+        there = np.linspace(-half, half, count)[:, None] * way
+        places = np.vstack((there[:1], there, there[-2::-1]))
+        samples = np.zeros((len(places), 6))
+        samples[:, :2], samples[:-1, 3] = places, 1.0
+        samples[:, 5] = np.linspace(0.0, 1.0, len(places))
+        motion = Motion(samples, 0, len(places) - 1, True, disc(RADIUS))
+        met = samples[count, 5]
+        for distance, accepted in ((RADIUS - 0.05, True), (RADIUS + 0.05, False)):
+            start = (half + RADIUS + (speed + growth) * met) * way  # touches the robot at the far end, then follows
+            row = np.array([(*start, *(-speed * way), growth, 0.0)])
+            reached = room(places, samples[:, 5], row).min()
+            assert (reached >= distance) == accepted or (speed or growth)
+            clear = MovingCertificate(row, distance - RADIUS, 0.0).accepts(motion)
+            assert clear == (reached >= distance)
+
+
+@pytest.mark.parametrize(("gap", "accepted"), [(MOVING_MARGIN - 0.5 * 0.02, True), (MOVING_MARGIN - 1.5 * 0.02, False)])
+def test_no_robot_makes_way_that_is_nearer_than_a_centimetre(gap: float, accepted: bool) -> None:
+    still = np.array([(RADIUS + gap, 0.0, 0.0, 0.0, 0.0, 0.0)])
+    tracked = Tracks(time=0.0, hits=still[:, :2], owner=np.array([-1]))
+    slow = DynamicObstacleParameters(max_speed=1e-3, caution=1.0)
+    commands = Actuation(LIMITS, disc(RADIUS), PERIOD, 0.0)
+    certificate = MovingCertificate.near(TrackedObstacles(tracked, 0.0, slow), np.zeros(2), commands)
+    assert stays_clear(np.zeros(3), np.zeros(2), np.array((-0.1, 0.0)), certificate) == accepted
+
+
+def test_where_nothing_may_come_near_any_motion_is_accepted() -> None:
+    nothing = MovingCertificate(reachable_discs(Tracks(time=0.0), OBSTACLES), 0.0, 0.0)
+    assert stays_clear(np.zeros(3), np.zeros(2), np.array((0.8, 1.0)), nothing)
+
+
+def test_standing_and_turning_is_always_certified() -> None:
+    rows = reachable_discs(seen(np.array([(0.4, 0.0)]), 0.2), OBSTACLES)
+    turning = np.array((0.0, 1.0))
+    beside = MovingCertificate(rows, 0.0, 0.0)
+    assert stays_clear(np.zeros(3), np.zeros(2), turning, beside)
+    assert not stays_clear(np.zeros(3), np.zeros(2), np.array((0.8, 0.0)), beside, hold=0.1)
+
+
+def test_caution_is_how_much_of_the_motion_is_not_trusted() -> None:
+    tracks = Tracks(
+        time=0.0,
+        position=np.array([(1.0, 0.0)]),
+        velocity=np.array([(0.0, 0.5)]),
+        radius=np.array([0.2]),
+        scans=np.array([20]),
+        seen=np.array([0.0]),
+        motion=np.array([1.0]),
+        pace=np.array([0.5]),
+        hits=np.array([(0.8, 0.0), (2.0, 2.0)]),
+        owner=np.array([0, -1]),
+    )
+    for caution in (1.0, 0.5, 0.0):
+        unknown, tracked = reachable_discs(tracks, DynamicObstacleParameters(max_speed=0.8, caution=caution))
+        np.testing.assert_allclose(unknown, (2.0, 2.0, 0.0, 0.0, 0.8, 0.0))
+        np.testing.assert_allclose(tracked, (0.8, 0.0, 0.0, 0.5 * (1.0 - caution), 0.8 * caution, 0.0))
+
+
+def test_what_stands_may_start_and_what_is_hidden_may_come_out() -> None:
+    tracks = Tracks(time=0.0, standing=np.array([(1.0, 0.0)]), occlusions=np.array([(3.0, 1.0)]))
+    stands, hides = reachable_discs(tracks, OBSTACLES)
+    np.testing.assert_allclose(stands, (1.0, 0.0, 0.0, 0.0, 0.8, 0.0))
+    np.testing.assert_allclose(hides, (3.0, 1.0, 0.0, 0.0, 0.8, 0.5 * OCCLUSION_SPACING))
+
+
+def test_what_is_not_known_for_long_may_do_anything() -> None:
+    tracks = Tracks(
+        time=0.0,
+        position=np.array([(1.0, 0.0)]),
+        velocity=np.array([(0.0, 0.5)]),
+        radius=np.array([0.2]),
+        scans=np.array([SETTLED_AFTER - 1]),
+        seen=np.array([0.0]),
+        motion=np.array([1.0]),
+        pace=np.array([0.5]),
+        hits=np.array([(0.8, 0.0)]),
+        owner=np.array([0]),
+    )
+    assert tracks.confirmed.all()
+    rows = reachable_discs(tracks, DynamicObstacleParameters(max_speed=0.8, caution=0.5))
+    np.testing.assert_allclose(rows, [(0.8, 0.0, 0.0, 0.0, 0.8, 0.0)])
+
+
+def test_a_moving_obstacle_out_of_sight_is_counted_with_and_what_is_far_is_not() -> None:
+    tracks = Tracks(
+        time=1.0,
+        position=np.array([(1.0, 0.0)]),
+        velocity=np.array([(0.5, 0.0)]),
+        radius=np.array([0.2]),
+        scans=np.array([20]),
+        seen=np.array([0.5]),
+        motion=np.array([1.0]),
+        pace=np.array([0.5]),
+        hits=np.array([(9.0, 0.0)]),
+        owner=np.array([-1]),
+    )
+    rows = reachable_discs(tracks, OBSTACLES)
+    assert len(rows) == 2
+    (disc,) = within(rows, np.zeros(2), 3.0)
+    np.testing.assert_allclose(disc[:2], (1.0, 0.0))
+    assert len(within(rows, np.zeros(2), 0.85)) == 1  # its edge counts
+    assert len(within(rows, np.zeros(2), 0.75)) == 0
+
+
+@pytest.mark.parametrize("gap", [0.0151, 0.025, 0.034])
+@pytest.mark.parametrize(("way", "accepted"), [((-0.1, 0.0), True), ((0.1, 0.0), False), ((-0.8, 0.0), True)])
+def test_a_robot_may_make_way_to_what_creeps_near_to_it(gap: float, way: tuple[float, float], accepted: bool) -> None:
+    """Away from it, where the full margin is used up, but not towards it."""
+    slow = DynamicObstacleParameters(max_speed=0.05, caution=1.0)
+    rows = reachable_discs(seen(np.array([[RADIUS + gap + 0.3, 0.0]]), 0.3), slow)
+    certificate = MovingCertificate(rows, MOVING_MARGIN, 0.05, ESCAPE)
+    assert stays_clear(np.zeros(3), np.zeros(2), np.array(way), certificate) == accepted
+
+
+def test_a_robot_that_creeps_does_not_count_as_standing() -> None:
+    """Its body does not follow a command exactly, and may be faster than a monitor takes for standing."""
+    near_by = reachable_discs(seen(np.array([(RADIUS + 0.2 + MARGIN + 0.001, 0.0)]), 0.2), OBSTACLES)
+    creeping = np.array((0.6 * STANDING, 0.0))
+    keeps = MovingCertificate(near_by, MARGIN, 0.0)
+    assert not stays_clear(np.zeros(3), creeping, creeping, keeps)
+    assert stays_clear(np.zeros(3), np.zeros(2), np.zeros(2), keeps)

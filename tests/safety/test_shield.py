@@ -1,0 +1,131 @@
+"""The shield: a free twist passes, one towards a wall is slowed down, and nothing unseen is driven into."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from drake_starnav.robot import BASES, RobotParameters
+from drake_starnav.robot.base import SHARES
+from drake_starnav.robot.motion import roll_out
+from drake_starnav.safety.clear import STOPPED_DISTANCE, Clear
+from drake_starnav.safety.shield import certified_twist, ramped_twist, shielded
+from drake_starnav.surroundings.safe_region import CertifiedRegion
+from tests.helpers.motions import PERIOD, actuation, limited_twist, starred_twist
+
+ROBOT = RobotParameters()
+REFUSING = type("Refusing", (), {"accepts": lambda self, motion: False})()
+HITS = np.column_stack((np.full(81, 1.0), np.linspace(-2.0, 2.0, 81)))
+
+
+def driven(desired, star: CertifiedRegion, periods: int = 200) -> tuple[np.ndarray, list[bool]]:
+    """Where a perfect robot gets in so many periods, and which commands were certified."""
+    pose, twist, certified = np.zeros(3), np.zeros(2), []
+    for _ in range(periods):
+        *target, accepted = starred_twist(pose, twist, np.array(desired), PERIOD, ROBOT.limits, star)
+        certified.append(accepted)
+        after = np.array(ramped_twist(twist, target, actuation(ROBOT)))
+        v, omega = 0.5 * (twist + after)
+        middle = pose[2] + 0.5 * omega * PERIOD
+        pose = pose + PERIOD * np.array((v * np.cos(middle), v * np.sin(middle), omega))
+        twist = after
+    return pose, certified
+
+
+def wall() -> CertifiedRegion:
+    """A wall at x = 1 m, and free space up to 0.7 m for the robot's centre."""
+    bearings = 2.0 * np.pi * np.arange(720) / 720
+    values = np.where(np.cos(bearings) > 0.0, np.minimum(0.7 / np.maximum(np.cos(bearings), 1e-9), 5.0), 5.0)
+    return CertifiedRegion(np.zeros(2), 0.0, values, HITS, HITS, np.full(81, 0.025), seen=True)
+
+
+def test_it_stops_before_a_wall_that_the_twist_leads_to() -> None:
+    pose, certified = driven((0.8, 0.0), wall())
+    assert 0.6 < pose[0] < 0.75
+    assert certified[0]
+
+
+def test_a_free_twist_passes_within_the_limits() -> None:
+    pose, certified = driven((-9.0, 0.0), wall(), periods=100)
+    assert all(certified)
+    assert pose[0] == pytest.approx(-(0.8 * 2.0 - 0.5 * 0.8**2), abs=0.02)
+
+
+def test_nothing_seen_is_nothing_driven() -> None:
+    pose, _ = driven((0.8, 0.0), CertifiedRegion.none())
+    assert pose == pytest.approx(np.zeros(3))
+
+
+def test_no_proposal_asks_for_more_than_is_desired_or_backwards_and_each_is_another() -> None:
+    speeds, turns = SHARES.T
+    assert tuple(SHARES[0]) == (1.0, 1.0)
+    assert (speeds >= 0.0).all() and (speeds <= 1.0).all() and (np.abs(turns) <= 1.0).all()
+    assert len(np.unique(SHARES, axis=0)) == len(SHARES)
+
+
+def test_when_the_turn_is_not_possible_less_of_it_none_and_the_other_way_are_tried_driving_and_standing() -> None:
+    turned = {turn: set(SHARES[SHARES[:, 1] == turn, 0]) for turn in SHARES[:, 1]}
+    assert set(turned) == {1.0, 0.5, 0.0, -0.5}
+    assert all(0.0 in speeds and len(speeds) > 1 for speeds in turned.values())
+
+
+@pytest.mark.parametrize("base", list(BASES))
+@pytest.mark.parametrize("braking", [0.5, 4.0])  # more samples than there is room for at first; and wheels that slide
+def test_the_ordinary_case_in_one_call_drives_what_the_certificates_do_one_by_one(base, braking) -> None:
+    robot = dataclasses.replace(ROBOT, base=base, max_acceleration=braking, max_speed=2.0, max_yaw_rate=4.0)
+    star, now, edge = Clear(wall(), 0.0, robot.shape), actuation(robot, delay=0.05), 0.7 - robot.shape.cover[:, 0].max()
+    rng, size, ordinary, sliding = np.random.default_rng(1), len(robot.drive.components), 0, 0
+    for _ in range(200):
+        pose = np.array((edge - rng.uniform(0.0, 1.0 / braking), 0.0, 0.5 * rng.random()))
+        twist, desired = (robot.drive.saturated(rng.uniform(-2.5, 2.5, size), robot.limits) for _ in range(2))
+        target, certified = certified_twist(pose, twist, desired, (star,), now)
+        driven, accepted = shielded(pose, twist, desired, (star,), now)
+        assert accepted == certified
+        np.testing.assert_array_equal(driven, ramped_twist(twist, target, now))
+        assert not shielded(pose, twist, desired, (star, REFUSING), now)[1]
+        assert not shielded(pose, twist, desired, (REFUSING,), now)[1]
+        ordinary += certified and (target == desired).all()
+        motion = roll_out(pose, twist, desired, now)
+        sliding += star.accepts(motion) and not motion.grips
+    assert 40 < ordinary < 180
+    assert sliding > 5 or braking < 1.0
+
+
+@pytest.mark.parametrize("braking", [0.4, 1.0, 4.0])
+@pytest.mark.parametrize(("distance", "turns"), [(0.99 * STOPPED_DISTANCE, True), (1.01 * STOPPED_DISTANCE, False)])
+def test_a_robot_that_may_drive_nowhere_turns_if_it_stops_within_a_millimetre(braking, distance, turns) -> None:
+    robot = dataclasses.replace(ROBOT, max_acceleration=braking)
+    twist, desired = np.array((math.sqrt(2.0 * braking * distance), 0.0)), np.array((0.5, 1.5))
+    target, certified = certified_twist(np.zeros(3), twist, desired, (REFUSING,), actuation(robot))
+    assert not certified
+    assert tuple(target) == (0.0, 1.5 if turns else 0.0)
+    square = dataclasses.replace(robot, footprint=[[0.2, 0.2], [-0.2, 0.2], [-0.2, -0.2], [0.2, -0.2]])
+    target, _ = certified_twist(np.zeros(3), twist, desired, (REFUSING,), actuation(square))
+    assert tuple(target) == (0.0, 0.0)  # its corners would cover new ground
+    sideways = dataclasses.replace(robot, base="omnidirectional")
+    twist, desired = np.array((0.0, twist[0], 0.0)), np.array((0.5, 0.5, 1.5))
+    target, _ = certified_twist(np.zeros(3), twist, desired, (REFUSING,), actuation(sideways))
+    assert tuple(target) == (0.0, 0.0, 1.5 if turns else 0.0)
+    steering, steered = dataclasses.replace(robot, base="car"), np.array((0.0, 0.7))
+    target, _ = certified_twist(np.zeros(3), steered, desired[1:], (REFUSING,), actuation(steering))
+    assert tuple(target) == (0.0, 0.7)
+
+
+def test_a_robot_that_drives_in_any_direction_changes_its_velocity_along_a_straight_line() -> None:
+    robot = dataclasses.replace(ROBOT, base="omnidirectional", max_acceleration=1.0, max_yaw_acceleration=4.0)
+    twist = ramped_twist((0.3, -0.4, 0.5), (0.0, 0.0, 0.0), actuation(robot, hold=0.1))
+    np.testing.assert_allclose(twist, (0.24, -0.32, 0.1))
+
+
+@given(st.tuples(st.floats(-0.8, 0.8), st.floats(-2.0, 2.0)), st.tuples(st.floats(-9.0, 9.0), st.floats(-9.0, 9.0)))
+def test_a_period_s_twist_keeps_speeds_and_accelerations(twist, desired) -> None:
+    after = limited_twist(np.array(twist), np.array(desired), ROBOT, 0.02)
+    largest = np.array((ROBOT.max_speed, ROBOT.max_yaw_rate))
+    change = 0.02 * np.array((ROBOT.max_acceleration, ROBOT.max_yaw_acceleration))
+    assert (np.abs(after) <= largest + 1e-12).all()
+    assert (np.abs(after - twist) <= change + 1e-12).all()
+    reachable = np.abs(np.clip(desired, -largest, largest) - twist) <= change
+    np.testing.assert_allclose(after[reachable], np.clip(desired, -largest, largest)[reachable], atol=1e-12)

@@ -1,0 +1,185 @@
+"""Hits as chords, and hits that a limited view has left behind."""
+
+import math
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import given
+
+from drake_starnav.lidar.field_of_view import FieldOfView
+from drake_starnav.lidar.laser_scan import DYNAMIC, USUAL_BODY, Beams, LaserScan
+from drake_starnav.surroundings.bearing_hits import CONNECTED_CHORD
+from drake_starnav.surroundings.chords import BINS, FILLED, Chords, hides, hits_behind, profile, surfaces
+from tests.helpers.scans import seeds
+
+CHORD, APART = CONNECTED_CHORD * USUAL_BODY, FILLED * USUAL_BODY
+NOTHING = np.zeros((0, 2))
+
+
+def chords(hits: np.ndarray, newest: int, center: np.ndarray) -> Chords:
+    """Hits as surfaces, of which the last scan's begin at an index."""
+    ends, shades = surfaces(hits, (newest, len(hits)), (*map(float, center), 0.0), USUAL_BODY)
+    return Chords(ends, np.ones(len(ends), bool), shades, center)
+
+
+def on_circle(*degrees: float) -> np.ndarray:
+    angle = np.radians(degrees)
+    return np.column_stack((np.cos(angle), np.sin(angle)))
+
+
+def test_neighbours_on_a_surface_are_joined_and_others_stay_alone():
+    hits = on_circle(0.0, 4.0, 8.0, 90.0, 180.0)
+    ends = chords(hits, 0, np.zeros(2)).ends
+    lengths = np.hypot(*(ends[:, 2:] - ends[:, :2]).T)
+    assert sorted(lengths > 0.0) == [False, False, True, True]
+    assert lengths.max() < CHORD
+    for hit in hits:  # none is lost
+        assert (np.hypot(*(ends[:, :2] - hit).T).min() < 1e-12) or (np.hypot(*(ends[:, 2:] - hit).T).min() < 1e-12)
+
+
+def test_the_last_scan_shades_in_order_of_its_bearings_and_joins_over_its_seam():
+    earlier, latest = on_circle(0.0, 90.0), on_circle(179.0, -179.0, 165.0)
+    found = chords(np.vstack((earlier, latest)), 2, np.zeros(2))
+    ((ax, ay, bx, by),) = found.ends[found.shades]
+    assert math.dist((ax, ay), (bx, by)) == pytest.approx(2.0 * math.sin(math.radians(1.0)))
+    assert (~found.shades).sum() == 3  # a hit without a neighbour shades nothing by itself
+
+
+def expected(points: np.ndarray, closed: bool) -> list[tuple]:
+    """Pairs of neighbours nearer than CHORD, and points without such a neighbour twice."""
+    count = len(points)
+    pairs = [(i, (i + 1) % count) for i in range(count if closed else count - 1) if count > 1]
+    joined = [(i, j) for i, j in pairs if math.dist(points[i], points[j]) < CHORD]
+    alone = [(i, i) for i in range(count) if not any(i in pair for pair in joined)]
+    return sorted((*points[i].tolist(), *points[j].tolist()) for i, j in joined + alone)
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 5, 12])
+@given(seeds)
+def test_each_hit_is_joined_to_its_neighbours_on_the_surface_or_stands_alone(count: int, seed: int) -> None:
+    """Of the last scan in the order of its bearings from its place, all around; of the earlier as they come."""
+    rng = np.random.default_rng(seed)
+    center = rng.uniform(-5.0, 5.0, 2)
+    steps = rng.choice([0.5, 2.0], (2, count)) * CHORD
+    turns = rng.uniform(-math.pi, math.pi) + np.cumsum(steps, axis=1) * rng.choice([0.5, 1.0])
+    turns = turns[:, (turns - turns[:, :1]).max(axis=0) < 2.0 * math.pi]
+    earlier, latest = (center + np.column_stack((np.cos(t), np.sin(t))) for t in turns)
+    latest = latest[rng.permutation(len(latest))]  # as of several lidars
+    found = chords(np.vstack((earlier, latest)), len(earlier), center)
+    bearings = np.arctan2(*(latest - center).T[::-1])
+    last = expected(latest[np.argsort(bearings, kind="stable")], closed=True)
+    assert sorted(map(tuple, found.ends.tolist())) == sorted(expected(earlier, closed=False) + last)
+    shading = [ends for ends in last if ends[:2] != ends[2:]]
+    assert sorted(map(tuple, found.ends[found.shades].tolist())) == shading
+
+
+def test_the_first_and_the_last_hit_of_earlier_scans_are_not_of_one_surface() -> None:
+    hits = on_circle(0.0, 90.0, 359.0)
+    np.testing.assert_array_equal(chords(hits, 3, np.zeros(2)).ends, np.hstack((hits, hits)))
+
+
+@given(seeds)
+def test_between_what_is_kept_of_a_surface_no_corner_fits(seed: int) -> None:
+    """However far apart its hits were: no place of it is farther from what is kept than the least margin allows."""
+    rng = np.random.default_rng(seed)
+    view, along = FieldOfView(-1.0, 2.0 / 99, 100), rng.uniform(0.0, math.pi)
+    wall = (-0.6, 0.0) + np.outer(np.arange(-0.3, 0.3, rng.uniform(0.004, 0.1)), (math.cos(along), math.sin(along)))
+    found = chords(wall, len(wall), np.zeros(2))
+    kept = hits_behind(NOTHING, found.ends, view, np.zeros(3), (2.0, USUAL_BODY))
+    for _ in range(2):  # and of later scans
+        kept = hits_behind(kept, np.zeros((0, 4)), view, np.zeros(3), (2.0, USUAL_BODY))
+    places = wall[0] + np.outer(np.linspace(0.0, 1.0, 400), wall[-1] - wall[0])
+    assert np.hypot(*(places[:, None] - kept).T).min(axis=0).max() < 0.006
+
+
+@given(seeds)
+def test_surfaces_are_kept_from_end_to_end_and_nothing_beside_them(seed: int) -> None:
+    """One place for each cell that they run through, of several surfaces along x."""
+    rng = np.random.default_rng(seed)
+    starts, lengths = np.cumsum(rng.uniform(0.06, 0.1, 4)), rng.choice([0.0, 0.002, 0.0031, 0.03, 0.05], 4)
+    walls = np.column_stack((starts, np.full(4, 0.001), starts + lengths, np.full(4, 0.001)))
+    kept = hits_behind(NOTHING, walls, FieldOfView(2.0, 0.01, 2), np.zeros(3), (2.0, USUAL_BODY))
+    cells = [np.arange(math.floor(a / APART), math.floor(b / APART) + 1) for a, b in walls[:, ::2]]
+    np.testing.assert_array_equal(np.floor(kept / APART)[:, 0], np.concatenate(cells))
+    on_surfaces = (kept[:, :1] >= starts - 1e-12) & (kept[:, :1] <= starts + lengths + 1e-12)
+    assert on_surfaces.any(axis=1).all()
+
+
+@given(seeds)
+def test_what_a_turned_lidar_does_not_see_is_kept_once_for_each_cell(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    view, pose = FieldOfView(-1.0, 2.0 / 99, 100), rng.uniform(-3.0, 3.0, 3)
+    hits = pose[:2] + rng.uniform(-1.5, 1.5, (40, 2))
+    kept = hits_behind(hits[:20], np.hstack((hits[20:], hits[20:])), view, pose, (1.2, USUAL_BODY))
+    away = hits - pose[:2]
+    off = np.abs((np.arctan2(away[:, 1], away[:, 0]) - pose[2] + math.pi) % (2.0 * math.pi) - math.pi)
+    unseen = hits[(off > 1.0) & (np.hypot(*away.T) < 1.2)]
+    cells = [tuple(cell) for cell in np.floor(unseen / 0.003).astype(int).tolist()]
+    np.testing.assert_array_equal(kept, [hit for k, hit in enumerate(unseen) if cells[k] not in cells[:k]])
+
+
+def test_hits_are_remembered_only_where_the_lidar_does_not_look():
+    view = FieldOfView(-0.75 * math.pi, 1.5 * math.pi / 269, 270)
+    hits = np.vstack((on_circle(0.0, 130.0, 140.0, 180.0, 220.0), 3.0 * on_circle(180.0)))
+    kept = hits_behind(NOTHING, np.hstack((hits, hits)), view, np.zeros(3), (2.0, USUAL_BODY))
+    np.testing.assert_allclose(kept, on_circle(140.0, 180.0, 220.0))
+    turned = hits_behind(kept, np.zeros((0, 4)), view, np.array((0.0, 0.0, math.pi)), (2.0, USUAL_BODY))
+    assert len(turned) == 0
+    again = hits_behind(kept, np.hstack((kept, kept)) + 1e-3, view, np.zeros(3), (2.0, USUAL_BODY))
+    assert len(again) <= 2 * len(kept)
+
+
+def test_hits_as_far_apart_as_a_chord_may_be_long_stay_alone():
+    for length, joined in ((CHORD, False), (math.nextafter(CHORD, 0.0), True)):
+        ends = chords(np.array(((0.0, 0.0), (length, 0.0))), 2, np.zeros(2)).ends
+        assert (ends[:, :2] != ends[:, 2:]).any() == joined
+
+
+def blind(beams: Beams, place: tuple[float, float, float]) -> shapely.Geometry:
+    """What chords that hide without being surfaces hide, as far as 9 m."""
+    center, wedges = np.array(place[:2]), []
+    for ends in hides(beams, place).reshape(-1, 2, 2):
+        far = center + 9.0 / np.hypot(*(ends - center).T)[:, None] * (ends - center)
+        wedges.append(shapely.MultiPoint(np.vstack((ends, far))).convex_hull)
+    return shapely.union_all(wedges)
+
+
+@given(seeds)
+def test_lost_beams_what_moves_and_bearings_beside_the_view_hide(seed: int) -> None:
+    """Half a beam more to each side, and nothing else."""
+    rng, place = np.random.default_rng(seed), (0.3, -0.2, 1.0)
+    ranges = np.full(61, np.inf)
+    lost, moving, lone = rng.choice(np.arange(5, 56, 5), 3, replace=False)
+    ranges[lost], ranges[moving], ranges[lone] = np.nan, 1.0, 2.0
+    motion = np.where(np.arange(61) == moving, DYNAMIC, 0)
+    scan = LaserScan(0.0, -1.5, 0.05, 0.0, 5.0, ranges, lost_beams=True, motion=motion)
+    hidden = blind(scan.beams, place)
+    for beam, distance in ((lost, scan.distances[lost]), (moving, 1.0), (lone, 2.0)):
+        for beside in (-0.4, 0.0, 0.4):
+            bearing = place[2] - 1.5 + 0.05 * (beam + beside)
+            ray = np.array(place[:2]) + np.outer((distance - 0.05, distance + 0.05), (np.cos(bearing), np.sin(bearing)))
+            assert [hidden.contains(shapely.Point(p)) for p in ray] == [False, True]
+    for off in np.arange(1.6, 4.6, 0.2):
+        assert hidden.contains(shapely.Point(place[0] + 0.1 * np.cos(off + 1.0), place[1] + 0.1 * np.sin(off + 1.0)))
+    free = np.setdiff1d(np.arange(1, 60), [k for beam in (lost, moving, lone) for k in (beam - 1, beam, beam + 1)])
+    for bearing in place[2] - 1.5 + 0.05 * free:
+        assert not hidden.contains(shapely.Point(place[0] + 4.0 * np.cos(bearing), place[1] + 4.0 * np.sin(bearing)))
+
+
+def test_a_lidar_that_sees_all_around_and_hits_surfaces_hides_nothing_else() -> None:
+    scan = LaserScan(0.0, -np.pi, 2.0 * np.pi / 90, 0.0, 5.0, np.full(90, 2.0))
+    assert len(hides(scan.beams, (0.0, 0.0, 0.0))) == 0
+
+
+@given(seeds)
+def test_no_bin_says_free_where_a_chord_is(seed: int) -> None:
+    rng, place = np.random.default_rng(seed), (0.5, 0.5, 2.0)
+    ends = rng.uniform(-2.0, 2.0, (6, 4))
+    ends[:, 2:] = ends[:, :2] + rng.uniform(-0.3, 0.3, (6, 2)) * rng.integers(0, 2, (6, 1))
+    free = profile(ends, place, 3.0)
+    assert free.shape == (BINS,) and free.max() <= 3.0
+    for share in np.linspace(0.0, 1.0, 30):
+        away = ends[:, :2] + share * (ends[:, 2:] - ends[:, :2]) - place[:2]
+        bins = np.floor((np.arctan2(away[:, 1], away[:, 0]) - place[2]) / (2.0 * np.pi / BINS)).astype(int) % BINS
+        assert (free[bins] <= np.hypot(*away.T) + 1e-9).all()

@@ -1,0 +1,70 @@
+"""What keeps a standing robot from driving is named: where it is blind, what is too near, and by which margin."""
+
+import math
+import re
+
+import numpy as np
+import pytest
+
+from drake_starnav.lidar.laser_scan import DYNAMIC, LaserScan
+from drake_starnav.surroundings.erosion import smoothed_distances
+from drake_starnav.surroundings.obstruction import obstruction
+from drake_starnav.surroundings.safe_region import CertifiedRegion, ScanMemory, certified_region
+from tests.helpers.scans import RADIUS
+
+MARGIN, REACH = 0.0145, 1.2
+AHEAD, BEHIND = 0.0, math.radians(130.0)
+
+
+def said(scan: LaserScan, towards: float = AHEAD, yaw: float = 2.0) -> str:
+    """Why a robot that took a scan anywhere does not drive towards a bearing."""
+    pose = np.array((3.0, -1.0, yaw))
+    kept = REACH + 2.0 * (RADIUS + MARGIN), 5
+    star, _ = certified_region(ScanMemory(), scan, smoothed_distances(scan), pose, RADIUS + MARGIN, REACH, kept)
+    return obstruction(star, scan, towards, RADIUS)
+
+
+def seen(ranges: dict[int, float], **changes) -> LaserScan:
+    """A scan of 360 beams with given ranges at some bearings in whole degrees; the others end nowhere."""
+    found = np.full(360, math.inf)
+    for degrees, value in ranges.items():
+        found[(degrees + 180) % 360] = value
+    usual = {"angle_min": -math.pi, "angle_increment": math.radians(1.0), "range_min": 0.1}
+    return LaserScan(**{**usual, "time": 0.0, "range_max": 5.0, "ranges": found, "lost_beams": True, **changes})
+
+
+def test_nothing_obstructs_where_there_is_room() -> None:
+    assert said(seen({})) == said(seen({0: 0.4})) == said(seen({120: 0.25})) == ""
+
+
+@pytest.mark.parametrize(("degrees", "side"), [(0, "0 degrees to the"), (-30, "30 degrees to the right")])
+def test_what_is_too_near_is_named_with_the_margin(degrees: int, side: str) -> None:
+    reason = said(seen({degrees: 0.26, 170: 0.2}))
+    assert reason.startswith(f"too near: a hit at 0.260 m, {side}")
+    assert reason.endswith("robot.radius 0.25 m with a safety margin of 0.0145 m keeps 0.265 m from it")
+
+
+def test_a_hit_that_is_too_close_to_be_measured_has_no_distance() -> None:
+    assert said(seen({5: -math.inf})).startswith("too near: a hit nearer than lidar.range_min 0.1 m, 5 degrees to the")
+
+
+def test_a_direction_that_the_lidar_does_not_see_is_named() -> None:
+    scan = LaserScan(0.0, -2.0, 4.0 / 300, 0.1, 5.0, np.full(301, math.inf))
+    assert said(scan) == ""
+    reason = said(scan, BEHIND)
+    assert re.search(r"^blind: the lidar looks from -115 to 115 degrees; the way leads towards 130 deg", reason)
+
+
+def test_lost_beams_make_blind() -> None:
+    reason = said(seen({degrees: math.nan for degrees in range(-180, 180) if degrees % 60}))
+    assert reason.startswith("blind: 354 of 360 beams are lost")
+
+
+def test_what_moves_is_named_too() -> None:
+    motion = np.zeros(360, np.int8)
+    motion[185] = DYNAMIC
+    assert said(seen({5: 0.6}, motion=motion)) == "too near: an obstacle that moves, at 0.60 m, 5 degrees to the left"
+
+
+def test_without_scans_no_hit_is_to_blame() -> None:
+    assert obstruction(CertifiedRegion.none(), LaserScan.nothing(), AHEAD, RADIUS) == ""

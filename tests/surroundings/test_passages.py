@@ -1,0 +1,219 @@
+"""The margin is reduced in passages that it would close, and kept everywhere else."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.surroundings.bearing_hits import beams_to_bearings, half_gaps
+from drake_starnav.surroundings.erosion import (
+    FreeRange,
+    bearing_tables,
+    erode,
+    free_limit,
+    free_range,
+    smoothed_distances,
+    within_sight,
+)
+from drake_starnav.surroundings.margins import Margins
+from drake_starnav.surroundings.passages import PASSAGE_DEPTH, SHUT, with_passages
+from drake_starnav.surroundings.star_region import scan_region
+from drake_starnav.worlds.world import World
+from tests.helpers.scans import MARGINS, RADIUS, cast, scattered, seeds, segment_distance
+
+PLAIN = dataclasses.replace(MARGINS, least=MARGINS.preferred)
+MARGIN, LEAST = MARGINS.preferred, MARGINS.least
+
+
+def profile(scan: LaserScan, margins: Margins = MARGINS) -> FreeRange:
+    return free_range(scan, scan.distances, RADIUS, margins)
+
+
+def eroded(scan: LaserScan, margin: float) -> np.ndarray:
+    """The free range with a margin, m, that no passage changes."""
+    samples, inflated = 720, RADIUS + margin
+    limit = free_limit(scan, samples, scan.range_max, RADIUS + MARGIN)
+    hits = beams_to_bearings(scan.distances, half_gaps(scan.distances, scan.beams), scan.beams, samples)
+    return erode(*hits, inflated, within_sight(limit, scan.beams, RADIUS + MARGIN), *bearing_tables(samples))
+
+
+def door(half: float, x: float = 0.3) -> World:
+    """A wall ahead with a door of twice `half` (m), its near side at x, and plenty of room behind."""
+    sides = [[(x, low), (x + 0.1, low), (x + 0.1, high), (x, high)] for low, high in ((-3.0, -half), (half, 3.0))]
+    return World("door", (0, 0, 0), (2, 0), polygons=sides, bounds=(-3.0, -3.0, 4.0, 3.0))
+
+
+def ahead(found: np.ndarray) -> float:
+    """The free range straight ahead, m."""
+    return float(found[len(found) // 2])
+
+
+def test_a_narrow_door_is_entered_at_once_with_the_margin_it_allows():
+    scan = cast(door(RADIUS + 0.02))
+    assert ahead(eroded(scan, MARGIN)) < SHUT * RADIUS
+    found = profile(scan)
+    assert ahead(found.values) > 3.0 and LEAST - 1e-9 < found.margin < 0.02
+
+
+def test_the_widest_margin_that_opens_a_door_is_kept():
+    """Two are tried: the mean of the full and the least margin, and the least."""
+    half_way = 0.5 * (MARGIN + LEAST)
+    found = profile(cast(door(RADIUS + half_way + 0.004)))
+    assert ahead(found.values) > 3.0 and found.margin == pytest.approx(half_way)
+    narrow = profile(cast(door(RADIUS + LEAST + 0.004)))
+    assert ahead(narrow.values) > 3.0 and narrow.margin == pytest.approx(LEAST)
+
+
+@pytest.mark.parametrize("half", [RADIUS - 0.03, RADIUS + LEAST - 0.005])
+def test_a_door_that_leaves_too_little_stays_shut(half):
+    scan = cast(door(half))
+    found = profile(scan)
+    assert ahead(found.values) < SHUT * RADIUS and found.margin == MARGIN
+    np.testing.assert_array_equal(found.values, eroded(scan, MARGIN))
+
+
+def test_a_comfortable_opening_keeps_its_margin():
+    scan = cast(door(RADIUS + 0.1))
+    found = profile(scan)
+    assert ahead(found.values) > 3.0 and found.margin == MARGIN
+    np.testing.assert_array_equal(found.values, eroded(scan, MARGIN))
+
+
+def test_beside_a_narrow_door_all_keeps_the_margin():
+    """Away from the door the clearance is at least the margin; through it, at least the margin that the door allows."""
+    world = door(RADIUS + 0.02)
+    scan = cast(world)
+    found = profile(scan)
+    plain = eroded(scan, MARGIN)
+    changed = np.flatnonzero(found.values != plain)
+    bearing = -math.pi + 2.0 * math.pi / 720 * changed
+    assert len(changed) and np.abs(bearing).max() < 0.2
+    angle = -math.pi + 2.0 * math.pi / 720 * np.arange(720)
+    ends = found.values[:, None] * np.column_stack((np.cos(angle), np.sin(angle)))
+    clear = segment_distance(scan.points()[None], np.zeros(2), ends[:, None]).min(axis=1)
+    assert clear.min() > RADIUS + found.margin - 1e-9
+    assert np.delete(clear, changed).min() > RADIUS + MARGIN - 1e-9
+
+
+def test_a_corner_is_not_cut():
+    """Beside the end of a wall the path is open: the extra view of a narrower robot is no gain."""
+    wall = [(0.6, -3.0), (0.7, -3.0), (0.7, 0.0), (0.6, 0.0)]
+    world = World("corner", (0, 0, 0), (2, 0), polygons=[wall], bounds=(-3.0, -3.0, 4.0, 3.0))
+    scan = cast(world)
+    gained = eroded(scan, LEAST) > eroded(scan, MARGIN) + PASSAGE_DEPTH * RADIUS
+    assert gained.any()
+    found = profile(scan)
+    np.testing.assert_array_equal(found.values, eroded(scan, MARGIN))
+    assert found.margin == MARGIN
+
+
+def test_a_door_farther_off_is_looked_at_from_nearer():
+    scan = cast(door(RADIUS + 0.02, x=1.5))
+    assert ahead(eroded(scan, MARGIN)) > SHUT * RADIUS
+    np.testing.assert_array_equal(profile(scan).values, eroded(scan, MARGIN))
+
+
+def test_a_robot_nearer_to_walls_than_the_margin_sees_along_them():
+    half = RADIUS + 0.5 * (MARGIN + LEAST)
+    scan = cast(World("lane", (0, 0, 0), (2, 0), bounds=(-2.0, -half, 3.0, half)))
+    assert eroded(scan, MARGIN).max() < 0.05
+    found = profile(scan)
+    assert ahead(found.values) > 1.0 and found.margin < MARGIN
+
+
+def test_a_robot_enclosed_on_all_sides_gets_the_space_there_is():
+    half = RADIUS + 0.5 * (MARGIN + LEAST)
+    scan = cast(World("cell", (0, 0, 0), (0, 0), bounds=(-half, -half, half, half)))
+    found = profile(scan)
+    assert (found.values <= eroded(scan, LEAST)).all() and found.values.max() < 0.05
+
+
+def test_without_less_margin_none_is_entered():
+    scan = cast(door(RADIUS + 0.02))
+    for least in (MARGIN, 2.0 * MARGIN):
+        found = profile(scan, dataclasses.replace(MARGINS, least=least))
+        np.testing.assert_array_equal(found.values, eroded(scan, MARGIN))
+        assert found.margin == MARGIN
+
+
+@settings(max_examples=60)
+@given(seeds)
+def test_between_the_margin_and_the_least_one(seed):
+    """In any world: never less than with the full margin, never more than with the least margin."""
+    scan = cast(scattered(np.random.default_rng(seed), discs=12, walls=10, clear=0.3))
+    found, plain, narrow = profile(scan), eroded(scan, MARGIN), eroded(scan, LEAST)
+    assert (found.values >= plain).all() and (found.values <= narrow).all()
+    assert (found.values <= eroded(scan, found.margin)).all()
+    assert LEAST - 1e-9 < found.margin <= MARGIN
+    opened = found.values > plain + 1e-12
+    assert (opened.any()) == (found.margin < MARGIN)
+    np.testing.assert_array_equal(profile(scan, PLAIN).values, plain)
+    np.testing.assert_array_equal(found.limit, profile(scan, PLAIN).limit)
+    assert (plain[opened] < SHUT * RADIUS).all()  # no corner is cut of a way that is open
+
+
+@settings(max_examples=20)
+@given(seeds)
+def test_in_any_world_a_disc_with_the_margin_kept_touches_nothing(seed):
+    scan = cast(scattered(np.random.default_rng(seed), discs=12, walls=10, clear=0.3))
+    found, plain = profile(scan), eroded(scan, MARGIN)
+    angle = scan.angle_min + 2.0 * math.pi / 720 * np.arange(720)
+    ends = found.values[:, None] * np.column_stack((np.cos(angle), np.sin(angle)))
+    clear = segment_distance(scan.points()[None], np.zeros(2), ends[:, None]).min(axis=1)
+    moves = found.values > 0.0
+    assert clear[moves].min(initial=np.inf) > RADIUS + found.margin - 1e-9
+    assert clear[moves & (found.values == plain)].min(initial=np.inf) > RADIUS + MARGIN - 1e-9
+    region = scan_region(scan, np.zeros(3), RADIUS, MARGINS)
+    smoothed = free_range(scan, smoothed_distances(scan), RADIUS, MARGINS)
+    np.testing.assert_array_equal(region.free_range, smoothed.values)
+    assert region.margin == smoothed.margin
+
+
+def opened(scan: LaserScan) -> np.ndarray:
+    """The free range with its passages, from erosions of the whole scan."""
+    free, narrowest = eroded(scan, MARGIN), eroded(scan, LEAST)
+    if with_passages(free, narrowest, RADIUS)[1]:
+        for narrow in (eroded(scan, 0.5 * (MARGIN + LEAST)), narrowest):
+            free, _ = with_passages(free, narrow, RADIUS)
+    return free
+
+
+@settings(max_examples=100)
+@given(seeds)
+def test_the_narrower_robot_is_only_looked_at_where_a_passage_can_be(seed):
+    scan = cast(scattered(np.random.default_rng(seed), discs=12, walls=10, clear=0.3))
+    np.testing.assert_array_equal(profile(scan).values, opened(scan))
+
+
+def runs(flags: np.ndarray) -> list[np.ndarray]:
+    """The indices of each run of set flags, around the end of the array."""
+    if flags.all() or not flags.any():
+        return [np.arange(len(flags))] if flags.all() else []
+    start = int(np.flatnonzero(~flags)[0])
+    index = (start + np.arange(len(flags))) % len(flags)
+    return [part[flags[part]] for part in np.split(index, np.flatnonzero(np.diff(flags[index].astype(int)) == 1) + 1)
+            if flags[part].any()]  # fmt: skip
+
+
+@settings(max_examples=200)
+@given(seeds, st.integers(3, 40))
+@example(0, 3)
+def test_passages_are_whole_runs_between_ends_that_are_shut(seed, n):
+    rng = np.random.default_rng(seed)
+    free = rng.choice((0.0, 0.2, 0.45, 0.8, 2.0), n)
+    narrow = free + rng.choice((0.0, 0.1, 1.0), n)
+    before = free.copy(), narrow.copy()
+    out, opened = with_passages(free, narrow, RADIUS)
+    np.testing.assert_array_equal(free, before[0])
+    np.testing.assert_array_equal(narrow, before[1])
+    expected = free.copy()
+    for run in runs(narrow > free + PASSAGE_DEPTH * RADIUS):
+        whole = np.concatenate(((run[:1] - 1) % n, run, (run[-1:] + 1) % n))
+        if len(run) == n or free[whole].max() < SHUT * RADIUS:
+            expected[run] = narrow[run]
+    np.testing.assert_array_equal(out, expected)
+    assert opened == bool((expected != free).any())

@@ -1,0 +1,80 @@
+"""Perception of one scan; `tests/systems/test_star_perception.py` follows many of them."""
+
+import dataclasses
+import math
+
+import numpy as np
+
+from drake_starnav.geometry.footprint import disc
+from drake_starnav.planning import PlannerParameters
+from drake_starnav.surroundings import scan_region
+from drake_starnav.surroundings.perception import Perceived, PerceptionSettings, perceive
+from drake_starnav.worlds import World
+from tests.helpers.scans import MARGINS, cast
+
+RADIUS, PLANNER = 0.25, PlannerParameters()
+SETTINGS = PerceptionSettings(MARGINS, disc(RADIUS))
+POST = World("post", (0.0, 0.0, 0.0), (5.0, 0.0), cylinders=[(1.5, 0.2, 0.3)])
+POSES = np.array([(0.0, 0.0, 0.3), (0.2, 0.05, 0.4)])
+
+
+def looks(*poses: np.ndarray) -> list[Perceived]:
+    """Perception's state after each scan of `POST` from these poses."""
+    known = [Perceived.nothing()]
+    for number, pose in enumerate(poses):
+        scan = dataclasses.replace(cast(POST, pose), time=0.1 * number)
+        known.append(perceive(known[-1], (scan,), pose, SETTINGS))
+    return known[1:]
+
+
+def test_the_region_is_that_of_the_scan_and_the_star_also_of_the_one_before() -> None:
+    first, second = looks(*POSES)
+    assert first.observation.region is not None and second.observation.region is not None
+    expected = scan_region(second.observation.scan, POSES[1], RADIUS, MARGINS)
+    assert np.array_equal(second.observation.region.boundary.values, expected.boundary.values)
+    assert (first.safety.time, second.safety.time, second.safety.previous) == (0.0, 0.1, 0.0)
+    (alone,) = looks(POSES[1])
+    assert len(second.safety.hits) > len(alone.safety.hits)
+    assert (second.safety.values <= alone.safety.values + 1e-12).all()
+
+
+def test_perception_is_repeatable_and_leaves_the_state_before_unchanged() -> None:
+    first, second = looks(*POSES)
+    kept = first.safety.values.copy()
+    again = perceive(first, (second.observation.scan,), POSES[1], SETTINGS)
+    assert np.array_equal(again.safety.values, second.safety.values)
+    assert np.array_equal(first.safety.values, kept)
+
+
+def test_the_number_of_beams_may_vary_from_scan_to_scan() -> None:
+    known, free = Perceived.nothing(), []
+    for number, beams in enumerate((450, 455, 449, 456)):
+        scan = cast(POST, POSES[0], beams=beams, angle_min=0.0, angle_increment=2.0 * math.pi / (beams - 1))
+        known = perceive(known, (dataclasses.replace(scan, time=0.1 * number),), POSES[0], SETTINGS)
+        free.append(known.observation.region.free_range)
+    assert {len(samples) for samples in free} == {898}
+    assert max(np.abs(samples - free[0]).mean() for samples in free) < 0.03
+
+
+def test_the_region_of_a_limited_view_ends_at_what_was_hit_beside_the_view() -> None:
+    """Rays along the edge of a view tell nothing of what stands beside them: the robot is as wide on both sides."""
+    post, view = np.array((1.0, 0.0)), math.radians(135.0)
+    world = World("post", (0.0, 0.0, 0.0), (5.0, 0.0), cylinders=[(*post, 0.05)])
+    state = Perceived.nothing()
+    for number, turned in enumerate((0.0, -view - 0.1)):  # the post is 0.1 rad beside the view at last
+        pose = np.array((0.0, 0.0, turned))
+        scan = dataclasses.replace(
+            cast(world, pose, beams=541, angle_min=-view, angle_increment=view / 270), time=0.1 * number
+        )
+        state = perceive(state, (scan,), pose, SETTINGS)
+    region = state.observation.region
+    assert region is not None
+    assert not state.observation.scan.hits.any()
+    again = state.observation.refitted(RADIUS, MARGINS).region
+    assert again is not None and np.array_equal(again.free_range, region.free_range)
+    wider = state.observation.refitted(RADIUS + 0.05, MARGINS).region
+    assert wider is not None and wider.free_range.sum() < region.free_range.sum()
+    around = 0.05 + RADIUS - 0.01
+    ring = post + around * np.column_stack((np.cos(np.linspace(0, 6.28, 99)), np.sin(np.linspace(0, 6.28, 99))))
+    assert not region.contains(ring).any()
+    assert region.contains(np.array((0.0, -2.0)))

@@ -1,0 +1,118 @@
+import math
+
+import numpy as np
+from hypothesis import given, settings
+
+from drake_starnav.geometry.se2 import placed
+from drake_starnav.surroundings.bearing_hits import half_gaps
+from drake_starnav.surroundings.erosion import FreeRange, free_range
+from drake_starnav.surroundings.star_region import (
+    StarRegion,
+    fit_region,
+    scan_region,
+    united,
+)
+from tests.helpers.scans import MARGINS, RADIUS, cast, scattered, seeds, smooth_region
+
+STEP = 2.0 * math.pi / 720
+
+
+def unit(theta: np.ndarray | float) -> np.ndarray:
+    return np.stack((np.cos(theta), np.sin(theta)), axis=-1)
+
+
+def seen_from(seed: int) -> tuple[StarRegion, np.ndarray, np.ndarray]:
+    """A region in a random world, the hits it was made from, in W, and their half gaps."""
+    rng = np.random.default_rng(seed)
+    pose = np.array((*rng.uniform(-0.2, 0.2, 2), rng.uniform(-4.0, 4.0)))
+    scan = cast(scattered(rng), pose)
+    profile = free_range(scan, scan.distances, RADIUS, MARGINS)
+    region = fit_region(profile, pose[:2], pose[2] + scan.angle_min)
+    return region, scan.points(pose), half_gaps(scan.distances, scan.beams)[scan.hits]
+
+
+@settings(max_examples=20)
+@given(seeds)
+def test_what_is_nearer_than_phi_is_inside_and_nothing_else(seed):
+    region, _, _ = seen_from(seed)
+    theta = np.random.default_rng(seed).uniform(-math.pi, math.pi, 200)
+    phi = region.phi(theta)
+    theta, phi = theta[phi > 0.01], phi[phi > 0.01]
+    for share in (0.0, 0.5, 1.0 - 1e-6, 1.0 + 1e-6, 2.0):
+        inside = region.contains(region.center + share * phi[:, None] * unit(theta))
+        assert (inside == (share < 1.0)).all()
+
+
+@settings(max_examples=20)
+@given(seeds)
+def test_phi_is_the_smaller_of_the_samples_beside_a_bearing(seed):
+    region, _, _ = seen_from(seed)
+    values = region.boundary.values
+    for share in (0.01, 0.5, 0.99):
+        theta = region.bearing_0 + STEP * (np.arange(720) + share)
+        np.testing.assert_array_equal(region.phi(theta), np.minimum(values, np.roll(values, -1)))
+    assert region.phi(np.zeros((2, 3))).shape == (2, 3)
+
+
+@settings(max_examples=20)
+@given(seeds)
+def test_bearings_are_periodic(seed):
+    region, _, _ = seen_from(seed)
+    theta = region.bearing_0 + STEP * (np.arange(720) + 0.37)
+    for turns in (-3, -1, 2):
+        np.testing.assert_allclose(region.phi(theta + turns * 2.0 * math.pi), region.phi(theta), atol=1e-6)
+
+
+@settings(max_examples=30)
+@given(seeds)
+def test_contained_points_have_the_clearance_that_the_region_states(seed):
+    region, hits, gap = seen_from(seed)
+    points = region.center + np.random.default_rng(seed).uniform(-3.0, 3.0, (2000, 2))
+    inside = region.contains(points)
+    assert inside.any() and not inside.all()
+    away = np.hypot(*np.moveaxis(points[inside][:, None] - hits, -1, 0))
+    assert (away - np.hypot(RADIUS + region.margin, gap)).min() > -1e-9
+    assert (np.hypot(*(points[inside] - region.center).T) <= region.reach).all()
+
+
+@settings(max_examples=20)
+@given(seeds)
+def test_a_region_moves_with_the_pose_of_its_scan(seed):
+    rng = np.random.default_rng(seed)
+    scan = cast(scattered(rng))
+    pose = rng.uniform(-3.0, 3.0, 3)
+    at_origin, moved = (scan_region(scan, p, RADIUS, MARGINS) for p in (np.zeros(3), pose))
+    points = rng.uniform(-3.0, 3.0, (300, 2))
+    c, s = math.cos(pose[2]), math.sin(pose[2])
+    there = points @ np.array(((c, s), (-s, c))) + pose[:2]
+    assert (moved.contains(there) == at_origin.contains(points)).all()
+
+
+def test_the_outline_consists_of_the_samples():
+    region = smooth_region(np.random.default_rng(3), np.array((1.0, -2.0)))
+    offset = region.outline() - region.center
+    np.testing.assert_allclose(np.hypot(*offset.T), region.boundary.values)
+    np.testing.assert_allclose(region.outline(36), region.outline()[::20])
+    assert region.contains(region.outline() - 1e-2 * offset).all()
+
+
+def test_where_nothing_was_seen_there_is_no_room():
+    region = fit_region(FreeRange(np.zeros(720), np.zeros(720), 0.0, RADIUS), np.ones(2), 0.0)
+    assert region.contains(np.ones(2)) and not region.contains(np.array((1.001, 1.0)))
+    assert region.phi(0.4) == 0.0
+
+
+@settings(max_examples=10)
+@given(seeds)
+def test_a_region_in_another_frame_contains_the_same_points(seed):
+    region, _, _ = seen_from(seed)
+    rng = np.random.default_rng(seed)
+    frame = rng.uniform(-3.0, 3.0, 3)
+    points = region.center + rng.uniform(-3.0, 3.0, (500, 2))
+    there = placed(frame, points)
+    union, offset = united((region,)).moved(frame), points - region.center
+    share = np.hypot(*offset.T) / np.maximum(region.phi(np.arctan2(offset[:, 1], offset[:, 0])), 1e-9)
+    away = np.abs(share - 1.0) > 1e-2  # not where rounding decides
+    assert np.mean(region.moved(frame).contains(there[away]) == region.contains(points[away])) > 0.99
+    found = union.contains(there[away])
+    assert np.mean(found == region.contains(points[away])) > 0.99

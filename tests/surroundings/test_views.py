@@ -1,0 +1,256 @@
+"""The scans of lidars anywhere on the robot as one scan about its axis."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import given
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.geometry.footprint import covered, disc, footprint
+from drake_starnav.geometry.se2 import composed
+from drake_starnav.lidar.laser_scan import USUAL_BODY, LaserScan
+from drake_starnav.lidar.mounts import ON_AXIS, Mount, unturned
+from drake_starnav.surroundings.bearing_hits import CONNECTED_CHORD
+from drake_starnav.surroundings.erosion import BEARINGS
+from drake_starnav.surroundings.perception import Perceived, PerceptionSettings, check_views, perceive
+from drake_starnav.surroundings.separation import keeps_clear
+from drake_starnav.surroundings.views import hit_points, merged, view_range
+from drake_starnav.worlds.world import World
+from tests.helpers.mounts import AHEAD, CENTRED, CORNERS, LIDARS, Lidar, looks, mounts
+from tests.helpers.scans import MARGINS, ORIGIN, RADIUS, cast, distance, scattered, seeds
+
+NAMES = pytest.mark.parametrize("name", LIDARS)
+BODY = disc(RADIUS)
+CLEAR = 0.28
+"""Nothing is nearer to the robot's centre in these worlds, m."""
+
+
+def seen(world: World, lidars: tuple[Lidar, ...], pose: np.ndarray = ORIGIN) -> LaserScan:
+    """What lidars see, about the robot's axis."""
+    scans = [unturned(scan, lidar.mount) for scan, lidar in zip(looks(world, lidars, pose), lidars, strict=True)]
+    return merged(scans, mounts(lidars), BODY)
+
+
+def blocks(rng: np.random.Generator, discs: int, walls: int, size: float) -> World:
+    """A `scattered` world without sharp corners, of a size in parts of the usual one."""
+    world = scattered(rng, discs=discs, walls=walls, clear=CLEAR / size)
+    rounds = [tuple(size * value for value in cylinder) for cylinder in world.cylinders]
+    corners = tuple(size * np.asarray(polygon) for polygon in world.polygons if len(polygon) == 4)
+    return World("blocks", (0, 0, 0), (0, 0), cylinders=rounds, polygons=corners, bounds=world.bounds)
+
+
+def needles(rng: np.random.Generator, lidars: tuple[Lidar, ...], pose: np.ndarray) -> World:
+    """Poles of 4 to 30 mm, those that a lidar hits."""
+    poles: list[tuple[float, float, float]] = []
+    while len(poles) < 14:
+        x, y, radius = *rng.uniform(-1.6, 1.6, 2), rng.uniform(0.004, 0.03)
+        if math.hypot(x, y) - radius > CLEAR:
+            poles.append((x, y, radius))
+    world = World("needles", (0, 0, 0), (0, 0), cylinders=poles, bounds=(-3.0, -3.0, 3.0, 3.0))
+    ends = [
+        unturned(scan, lidar.mount).points(lidar.mount.unturned(pose))
+        for scan, lidar in zip(looks(world, lidars, pose), lidars, strict=True)
+    ]
+    away = [np.abs(np.hypot(*(np.vstack(ends) - pole[:2]).T) - pole[2]).min() for pole in poles]
+    kept = [pole for pole, least in zip(poles, away, strict=True) if least < 1e-6]
+    return World("needles", (0, 0, 0), (0, 0), cylinders=kept, bounds=(-3.0, -3.0, 3.0, 3.0))
+
+
+def test_a_lone_lidar_on_the_axis_passes_through() -> None:
+    scan = cast(scattered(np.random.default_rng(3)))
+    assert merged([scan], (ON_AXIS,), BODY) is scan
+    points, _ = hit_points(scan, ON_AXIS)
+    assert np.array_equal(points, scan.points())
+
+
+def test_a_ray_along_a_rough_wall_is_free_up_to_it() -> None:
+    mount, beams = Mount(0.3, 0.3, 0.0, False), 2000
+    bearing = np.linspace(-math.pi, math.pi, beams, endpoint=False)
+    rough = np.where(np.arange(beams) % 2, 0.302, 0.298)  # below the lidar, about the x axis
+    ranges = np.where(bearing < 0.0, rough / np.maximum(-np.sin(bearing), 1e-9), np.inf)
+    x = mount.x + ranges * np.cos(bearing)
+    ranges[~((x > 1.0) & (x < 3.0))] = np.inf
+    scan = LaserScan(0.0, -math.pi, 2.0 * math.pi / beams, 0.05, 5.0, ranges)
+    free = merged([scan], (mount,), BODY).distances[BEARINGS // 2]
+    assert 0.99 < free < 1.1
+
+
+@NAMES
+def test_space_at_the_rim_of_certified_regions_is_free(name: str) -> None:
+    lidars, rng = LIDARS[name], np.random.default_rng(11)
+    settings, least = PerceptionSettings(MARGINS, BODY, None, mounts(lidars)), math.inf
+    for k in range(90):
+        pose = np.array((0.0, 0.0, rng.uniform(-3.0, 3.0)))
+        world = needles(rng, lidars, pose) if k % 3 == 2 else blocks(rng, *((6, 8, 1.0), (10, 14, 0.45))[k % 3])
+        star = perceive(Perceived.nothing(), looks(world, lidars, pose), pose, settings).safety
+        chosen = rng.integers(0, len(star.values), 60)
+        bearing = star.bearing_0 + 2.0 * math.pi / len(star.values) * chosen
+        reach = star.values[chosen] * np.repeat((1.0, rng.random()), 30)
+        centers = reach[:, None] * np.column_stack((np.cos(bearing), np.sin(bearing)))
+        least = min(least, (distance(world, centers) - RADIUS).min())
+        assert star.values.mean() > 0.1
+    assert least > 0.0
+
+
+@NAMES
+def test_rays_end_where_space_is_free(name: str) -> None:
+    lidars, rng = LIDARS[name], np.random.default_rng(12)
+    for _ in range(20):
+        world, pose = blocks(rng, 6, 8, 1.0), np.array((0.0, 0.0, rng.uniform(-3.0, 3.0)))
+        scan = seen(world, lidars, pose)
+        truth = cast(world, pose, beams=BEARINGS)
+        past = scan.distances - truth.distances
+        assert past.max() < 0.5 * CONNECTED_CHORD * USUAL_BODY  # chords cut corners
+        assert (np.abs(past[scan.hits]) < 0.02).mean() > 0.97
+        assert scan.full_circle and scan.distances.mean() > 0.9 * np.minimum(truth.distances, scan.range_max).mean()
+
+
+@NAMES
+def test_rays_end_where_space_is_free_though_one_lidar_looked_from_elsewhere(name: str) -> None:
+    lidars, rng = LIDARS[name], np.random.default_rng(21)
+    settings = PerceptionSettings(MARGINS, BODY, None, mounts(lidars))
+    for _ in range(20):
+        world, earlier = blocks(rng, 6, 8, 1.0), np.array((0.0, 0.0, rng.uniform(-3.0, 3.0)))
+        pose = composed(earlier, rng.uniform((-0.05, 0.0, -0.2), (0.05, 0.0, 0.2)))
+        first = [dataclasses.replace(scan, scan_time=0.1) for scan in looks(world, lidars, earlier)]
+        known = perceive(Perceived.nothing(), first, earlier, settings)
+        second = [dataclasses.replace(scan, time=0.05) for scan in looks(world, lidars, pose)]
+        scan = perceive(known, [second[0], *first[1:]], pose, settings).observation.scan
+        assert scan.time == 0.05
+        past = scan.distances - cast(world, pose, beams=BEARINGS).distances
+        assert (past < 0.02).mean() > 0.98 and (np.abs(past[scan.hits]) < 0.02).mean() > 0.95
+
+
+def test_what_only_the_axis_would_see_is_unknown() -> None:
+    world = World("post", (0, 0, 0), (0, 0), cylinders=[(0.2, 0.6, 0.1)])
+    scan = seen(world, (Lidar(Mount(0.2, 0.0, 0.0, False)),))
+    bearing = math.radians(86.0)  # past the post's left side, behind which the lidar sees nothing
+    beam = round((bearing + math.pi) / scan.angle_increment) % BEARINGS
+    assert scan.lost[beam] and 0.6 < scan.distances[beam] < 4.0
+    beyond = scan.distances[beam] * np.array((math.cos(bearing), math.sin(bearing))) - (0.2, 0.0)
+    edge = 0.5 * math.pi + math.asin(0.1 / 0.6)
+    assert math.atan2(beyond[1], beyond[0]) == pytest.approx(edge, abs=math.radians(1.0))
+
+
+def test_two_lidars_see_what_one_does_not() -> None:
+    world = World("post", (0, 0, 0), (0, 0), cylinders=[(0.2, 0.6, 0.1)])
+    pair = (*AHEAD, Lidar(Mount(-0.2, 0.0, math.pi, False)))
+    assert seen(world, pair).lost.sum() < 0.5 * seen(world, AHEAD).lost.sum()
+
+
+@given(seed=seeds)
+def test_upside_down_and_turned_change_nothing(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    world, step = blocks(rng, 6, 8, 1.0), 2.0 * math.pi / 360
+    x, y, turns = *rng.uniform(-0.15, 0.15, 2), int(rng.integers(0, 360))
+    plain = seen(world, (Lidar(Mount(x, y, 0.0, False)),))
+    for upside_down in (False, True):  # the same beams
+        turned = seen(world, (Lidar(Mount(x, y, turns * step, upside_down)),))
+        assert np.abs(turned.distances - plain.distances).max() < 1e-6
+
+
+def test_the_range_shrinks_by_the_offset() -> None:
+    scan = seen(World("empty", (0, 0, 0), (0, 0)), AHEAD)
+    assert not scan.lost.any() and not scan.hits.any()
+    assert 5.0 - 0.2 - 1e-3 < scan.range_max < 5.0 - 0.2
+
+
+def test_an_obstacle_at_the_robot_s_side_is_seen() -> None:
+    world = World("wall", (0, 0, 0), (0, 0), polygons=(np.array(((-3, 0.26), (3, 0.26), (3, 0.4), (-3, 0.4))),))
+    for lidars in LIDARS.values():
+        scan = seen(world, lidars)
+        beam = round(1.5 * math.pi / scan.angle_increment)
+        assert scan.hits[beam] and scan.distances[beam] == pytest.approx(0.26, abs=1e-3)
+
+
+def checked(*lidars: Lidar) -> None:
+    """Check whether the views of lidars suffice."""
+    check_views(looks(World("empty", (0, 0, 0), (0, 0)), lidars), mounts(lidars), BODY, backwards=False)
+
+
+def test_views_that_meet_all_around_suffice() -> None:
+    for lidars in (CENTRED, *LIDARS.values()):
+        checked(*lidars)
+    checked(Lidar(ON_AXIS, math.pi, 181))
+    checked(Lidar(Mount(0.0, 0.0, 0.3, True), math.radians(220.0), 221))
+
+
+@pytest.mark.parametrize("shorter", [0, 1])
+@pytest.mark.parametrize("range_max", [1.0, 2.5, 4.0])
+def test_lidars_of_different_range_see_as_far_as_each_does(shorter: int, range_max: float) -> None:
+    empty = World("empty", (0, 0, 0), (0, 0))
+    scans = looks(empty, CORNERS)
+    scans[shorter] = looks(empty, CORNERS, range_max=range_max)[shorter]
+    check_views(scans, mounts(CORNERS), BODY, backwards=False)
+    scans = [unturned(scan, lidar.mount) for scan, lidar in zip(scans, CORNERS, strict=True)]
+    around = merged(scans, mounts(CORNERS), BODY)
+    least = min(view_range(*each) for each in zip(scans, mounts(CORNERS), strict=True))
+    assert around.distances.min() >= least > 0.6 * range_max
+    assert around.lost.any() and (around.distances > 4.5).any(), "beyond the shorter range it is unknown"
+
+
+def test_views_that_tell_too_little_are_refused() -> None:
+    checked(CORNERS[0])  # whose blind side is looked at on the way
+    with pytest.raises(StarnavError, match="off the robot's axis looks over 220 degrees; allowed: at least 260"):
+        checked(Lidar(Mount(0.2, 0.0, 0.0, False), math.radians(220.0), 221))
+    narrow = [Lidar(Mount(x, 0.0, 0.0, False), math.radians(220.0), 221) for x in (0.1, 0.2)]
+    with pytest.raises(StarnavError, match="end at the robot's own body for .* around -?180 degrees .*; allowed: "):
+        checked(*narrow)
+    with pytest.raises(StarnavError, match="reaches 90 degrees to each side"):
+        checked(Lidar(Mount(0.0, 0.0, 0.3, False), math.pi, 181))
+    with pytest.raises(StarnavError, match="a lidar is mounted 0.3 m from the robot's axis; allowed: up to"):
+        checked(Lidar(Mount(0.3, 0.0, 0.0, False)))
+    with pytest.raises(StarnavError, match="lidar.beams is 30, one every 12 degrees"):
+        checked(Lidar(Mount(0.1, 0.0, 0.0, False), beams=30))
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.01])
+def test_outliers_are_found_by_each_lidar_before_their_scans_are_merged(noise: float) -> None:
+    world = World("room", (0, 0, 0), (0, 0), bounds=(-3.0, -3.0, 3.0, 3.0))
+    settings = PerceptionSettings(MARGINS, BODY, noise, mounts(CORNERS))
+    scans = looks(world, CORNERS)
+    ranges = scans[1].ranges.copy()
+    ranges[100] = 0.9
+    scans[1] = type(scans[1])(0.0, scans[1].angle_min, scans[1].angle_increment, 0.0, 5.0, ranges)
+    known = perceive(Perceived.nothing(), scans, ORIGIN, settings)
+    assert len(known.looks) == 2
+    assert np.hypot(*known.safety.hits.T).min() > 1.2  # the stray hit is none
+    plain = perceive(Perceived.nothing(), scans, ORIGIN, settings._replace(outlier_noise=None))
+    assert np.hypot(*plain.safety.hits.T).min() < 1.2
+
+
+def test_a_polygon_s_lidars_see_from_its_corners() -> None:
+    x, y = 0.4, 0.25
+    box = footprint(((x, y), (-x, y), (-x, -y), (x, -y)))
+    pair = (
+        Lidar(Mount(x, -y, -0.25 * math.pi, False), 1.5 * math.pi, 271),
+        Lidar(Mount(-x, y, 0.75 * math.pi, False), 1.5 * math.pi, 271),
+    )
+    empty = World("empty", (0, 0, 0), (0, 0))
+    check_views(looks(empty, pair), mounts(pair), box, backwards=False)
+    check_views(looks(empty, pair[:1]), mounts(pair[:1]), box, backwards=False)
+
+
+@pytest.mark.parametrize("name", ["ahead", "corners"])
+def test_polygons_that_keep_clear_of_chords_and_shadows_touch_nothing(name: str) -> None:
+    box = footprint(((0.3, 0.2), (-0.3, 0.2), (-0.3, -0.2), (0.3, -0.2)))
+    lidars, rng = LIDARS[name], np.random.default_rng(13)
+    settings, accepted, least = PerceptionSettings(MARGINS, box, None, mounts(lidars)), 0, math.inf
+    for _ in range(60):
+        world, pose = blocks(rng, 10, 14, 0.5), np.array((0.0, 0.0, rng.uniform(-3.0, 3.0)))
+        solid = [shapely.Point(x, y).buffer(radius, quad_segs=64) for x, y, radius in world.discs]
+        obstacles = shapely.union_all([*solid, *(shapely.Polygon(polygon) for polygon in world.polygons)])
+        if shapely.distance(covered(box, pose), obstacles) < MARGINS.safety:
+            continue
+        star = perceive(Perceived.nothing(), looks(world, lidars, pose), pose, settings).safety
+        certificate = MARGINS.safety, star.look.reach - box.radius
+        for _ in range(40):
+            move = np.array((*rng.uniform(-0.4, 0.4, 2), rng.uniform(-1.0, 1.0)))
+            way = pose + np.linspace(0.0, 1.0, 120)[:, None] * move
+            if keeps_clear(way, star.look.chords, star.looks, box.body, certificate):
+                accepted += 1
+                least = min(least, shapely.distance(covered(box, way[-1]), obstacles))
+    assert accepted > 200 and least > 0.0
