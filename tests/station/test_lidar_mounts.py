@@ -155,7 +155,7 @@ def test_each_lidar_has_ports_and_noise_of_its_own(model: str) -> None:
 def test_lidars_that_the_loop_cannot_use_are_refused(model: str) -> None:
     for overrides, said in (
         ((*NARROW, "lidar.frame=ahead"), "at least 260"),
-        (("lidar.frame=ahead", "obstacles.max_speed=0.5"), "obstacles.max_speed is 0.5 with a lidar at x 0.2, y 0 m"),
+        ((*CORNERS, "obstacles.max_speed=0.5"), "obstacles.max_speed is 0.5 with 2 lidars"),
         (
             ("lidar.frame=ahead", "lidar.noise=0.05"),
             "lidar.noise is 0.05 with a lidar at x 0.2.*: one on the axis",

@@ -19,7 +19,7 @@ WITH_PERIOD = {
 }
 WITH_RATE = {
     "JumpGuard": lambda **times: JumpGuard(tolerance=0.1, **times),
-    "StatePredictor": lambda **times: StatePredictor(delay=0.1, **times),
+    "StatePredictor": lambda **times: StatePredictor(RobotParameters(), delay=0.1, **times),
 }
 
 
