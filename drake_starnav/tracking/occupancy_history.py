@@ -14,6 +14,7 @@ import math
 
 import numpy as np
 from numba import njit
+from numba.extending import register_jitable
 
 from drake_starnav.geometry.compiled import leaf
 from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, UNKNOWN, LaserScan
@@ -154,8 +155,9 @@ def _on_static_surface(scan: LaserScan, width: float, stands: np.ndarray) -> np.
     return out
 
 
-def _stands(first_hit: np.ndarray, last_hit: np.ndarray, time: float) -> np.ndarray:
-    """Which of some cells have been occupied for long enough."""
+@register_jitable
+def _stands(first_hit, last_hit, time):
+    """Which cells have been occupied for long enough; of arrays, or in compiled code of one cell."""
     return (
         (first_hit >= 0.0) & (time - first_hit >= STANDING_AFTER) & (last_hit - first_hit >= HIT_SHARE * STANDING_AFTER)
     )
@@ -168,8 +170,7 @@ def _standing_cells(first_hit, last_hit, time):
     cells, k = np.empty((n * n, 2), np.int64), 0
     for i in range(n):
         for j in range(n):
-            since = first_hit[i, j]
-            if since >= 0.0 and time - since >= STANDING_AFTER and last_hit[i, j] - since >= HIT_SHARE * STANDING_AFTER:
+            if _stands(first_hit[i, j], last_hit[i, j], time):
                 cells[k, 0], cells[k, 1] = i, j
                 k += 1
     return cells[:k].copy()

@@ -67,8 +67,7 @@ def _joined(distance, hit, cosine, wrap):
     for k in range(0 if wrap else 1, n):
         a, b = distance[k - 1], distance[k]
         if hit[k] and hit[k - 1]:
-            apart = math.sqrt(max(a * a + b * b - 2.0 * a * b * cosine[k], 0.0))
-            out[k] = apart <= max(CONNECTED, CONNECTED_PER_RANGE * min(a, b))
+            out[k] = third_side(a, b, cosine[k]) <= max(CONNECTED, CONNECTED_PER_RANGE * min(a, b))
     return out
 
 
