@@ -27,12 +27,12 @@ from drake_starnav.planning.guidance import PASSED_DISTANCE, Guidance
 from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.limits import HEADING_GAIN
 from drake_starnav.robot.motion import LONGEST_STEP
-from drake_starnav.surroundings import Margins, RegionUnion, piecewise_cubic
+from drake_starnav.surroundings import Margins, RegionUnion
 from drake_starnav.surroundings.bearing_hits import CONNECTED_CHORD
-from drake_starnav.surroundings.erosion import BEARINGS, JUMP, SAME_SURFACE, SMOOTHING_BEAMS
+from drake_starnav.surroundings.erosion import BEARINGS, SAME_SURFACE, SMOOTHING_BEAMS
 from drake_starnav.surroundings.passages import MARGIN_STEPS, PASSAGE_DEPTH, SHUT
 from drake_starnav.surroundings.perception import SCAN_MEMORY
-from drake_starnav.surroundings.piecewise_cubic import LARGEST_SHARE, SMALLEST_SPLIT
+from drake_starnav.surroundings.piecewise_cubic import JUMP, LARGEST_SHARE, SMALLEST_SPLIT, TOLERANCE
 from drake_starnav.surroundings.safe_region import CertifiedRegion, ScanMemory
 
 
@@ -116,10 +116,10 @@ def with_passages(free: np.ndarray, narrow: np.ndarray, radius: float) -> np.nda
 
 
 def adaptive_fit(samples: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """As `stars.piecewise_cubic.fit_piecewise_cubic`: starts, values, slopes; all segments of one depth at once."""
+    """As `fit_piecewise_cubic`: starts, values, slopes; all segments of one depth at once."""
     count = len(samples)
     longest = max(count // LARGEST_SHARE, 1)
-    jumps = np.flatnonzero(np.abs(np.diff(samples)) > piecewise_cubic.JUMP * radius) + 1
+    jumps = np.flatnonzero(np.abs(np.diff(samples)) > JUMP * radius) + 1
     bounds = np.concatenate(([0], jumps, [count]))
     starts = np.concatenate([np.arange(a, b, longest) for a, b in zip(bounds[:-1], bounds[1:], strict=True)])
     ends = np.append(starts[1:], count)
@@ -144,7 +144,7 @@ def adaptive_fit(samples: np.ndarray, radius: float) -> tuple[np.ndarray, np.nda
         fitted = c0[of] + s * (c1[of] + s * (c2[of] + s * c3[of]))
         over = np.maximum.reduceat(fitted - y, first)
         under = np.maximum.reduceat(y - fitted, first)
-        split = (over + under > piecewise_cubic.TOLERANCE * radius) & (n >= SMALLEST_SPLIT)
+        split = (over + under > TOLERANCE * radius) & (n >= SMALLEST_SPLIT)
         lowered = fitted - np.maximum(over, 0.0)[of]
         keep = ~split[of]
         values[index[keep]] = np.maximum(lowered, 0.0)[keep]

@@ -16,13 +16,12 @@ from drake_starnav.lidar.laser_scan import MOVING, LaserScan
 from drake_starnav.surroundings.bearing_hits import beams_to_bearings, half_gaps
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.passages import MARGIN_STEPS, PASSAGE_DEPTH, SHUT, with_passages
+from drake_starnav.surroundings.piecewise_cubic import JUMP
 
 BEARINGS = 720
 """Samples of a region's boundary, rounded up to whole samples a beam: 20 mm apart at 2.3 m; rays of a merged scan."""
 SMOOTHING_BEAMS = 3
 """Half width of the moving average over the planner's ranges, in beams."""
-JUMP = 0.48
-"""Smoothing stops at a step between neighbouring ranges that is larger than this, in radii of the body."""
 SAME_SURFACE = 0.16
 """Ranges that differ by no more than this belong to one surface, in radii of the body: for 0.25 m four standard
 deviations of 1 cm. A smoothed range that differs by more from the measured one is rejected."""

@@ -15,7 +15,8 @@ SMALLEST_SPLIT = 5
 LARGEST_SHARE = 8
 """No adaptive segment is longer than one turn divided by this."""
 JUMP = 0.48
-"""A step between neighbouring samples larger than this separates surfaces, in radii of the robot."""
+"""A step between neighbouring samples larger than this separates surfaces, in radii of the robot; smoothing stops at
+such a step, too."""
 TOLERANCE = 0.12
 """Largest overshoot plus undershoot of an adaptive cubic, in radii: as much as the planner's usual margin."""
 
