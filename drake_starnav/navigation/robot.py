@@ -1,6 +1,5 @@
 """What navigation needs of a robot: ports by name, where its lidars are, and what is declared of it."""
 
-import dataclasses
 from collections.abc import Callable, Sequence
 from typing import Protocol, TypeVar
 
@@ -8,12 +7,11 @@ from pydrake.systems.framework import InputPort, OutputPort
 
 from drake_starnav.lidar.mounts import Mount
 from drake_starnav.scenario.schema import Scenario
-from drake_starnav.station.model_world import with_footprints
+from drake_starnav.station.model_world import make_world_with_footprints
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.station.robot_interface import RobotInterface
 from drake_starnav.systems.release import release
 from drake_starnav.systems.star_perception import lidar_names
-from drake_starnav.worlds import check_world, make_world
 from drake_starnav.worlds.world import World
 
 Asked = TypeVar("Asked")
@@ -61,15 +59,13 @@ def robot_world(scenario: Scenario, seed: int) -> World:
     Raises:
         StarnavError: as in `make_world_with_footprints`.
     """
-    shape, goals = scenario.robot.shape, scenario.goals
-    world = make_world(scenario.world, seed, shape, goals)
-    if world.model is None and not len(world.spheres):
-        return world
-    height = _by_model(scenario, lambda robot: robot.body_top)
-    world = with_footprints(dataclasses.replace(world, height=height))
-    if world.model is not None:
-        check_world(world, scenario.world, shape, goals)
-    return world
+    return make_world_with_footprints(
+        scenario.world,
+        seed,
+        scenario.robot.shape,
+        scenario.goals,
+        lambda: _by_model(scenario, lambda robot: robot.body_top),
+    )
 
 
 def _by_model(scenario: Scenario, asked: Callable[[RobotInterface], Asked]) -> Asked:

@@ -6,7 +6,7 @@ convex hull, with which Drake collides; one that is hollow that of its surface.
 """
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -48,14 +48,24 @@ SHEET = 0.001
 
 
 def make_world_with_footprints(
-    kind: Any, seed: int, robot: Footprint | float, goals: Sequence[Sequence[float]] = ()
+    kind: Any,
+    seed: int,
+    robot: Footprint | float,
+    goals: Sequence[Sequence[float]] = (),
+    height: Callable[[], float] | None = None,
 ) -> World:
-    """The same as `make_world`, and the world of a model file has its footprints; arguments and errors as there."""
+    """The same as `make_world`, and the world of a model file has its footprints; errors as there.
+
+    Args:
+        kind, seed, robot, goals: as in `make_world`.
+        height: makes that of the robot, m, where something may stand below its top or bulge over it; None: the usual.
+    """
     world = make_world(kind, seed, robot, goals)
-    if world.model is None:
-        return world
-    world = with_footprints(world)
-    check_world(world, kind, robot, goals)
+    if height is not None and (world.model is not None or len(world.spheres)):
+        world = dataclasses.replace(world, height=height())
+    if world.model is not None:
+        world = with_footprints(world)
+        check_world(world, kind, robot, goals)
     return world
 
 
