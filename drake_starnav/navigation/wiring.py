@@ -64,7 +64,7 @@ def add_navigation(
         UnsupportedError: the controller must know all obstacles as circles, and the world has others; or it does not
             do what the scenario asks of it.
         StarnavError: the lidar sees too little; the start lies in an obstacle; the station was made with other
-            parameters; the builder has systems of the same names; or your system has not the ports it config.
+            parameters; the builder has systems of the same names; or your system has not the ports it needs.
     """
     check_kind(scenario, Scenario, "scenario", "as from load_scenario")
     check_kind(parts, Parts, "parts", "of your own")

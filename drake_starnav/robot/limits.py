@@ -9,8 +9,6 @@ from drake_starnav.geometry.compiled import leaf
 
 HEADING_GAIN = 4.0
 """Turning rate per heading error, 1/s."""
-
-
 LEAST_SHARE = 0.3
 """Of its speed, with which a car drives towards what lies aside or behind."""
 

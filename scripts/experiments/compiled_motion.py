@@ -104,11 +104,11 @@ def _burst(pose, twist, asked, seen, does, shape, poses):
     """
     (desired, proposals), (cover, body) = asked, shape
     is_disc, samples, limits = len(body.polygons.ends) == 0, np.empty((SAMPLES, 6)), Limits(*does[4:])
-    changed = braked = 0
+    changed = braked = braking = 0
     for k in range(len(poses)):
         chosen = -1
         for p in range(len(proposals)):
-            count, _, _, grips = sample(pose, twist, proposals[p], does, samples)
+            count, _, braking, grips = sample(pose, twist, proposals[p], does, samples)
             if count > len(samples):
                 samples = np.empty((count, 6))
                 sample(pose, twist, proposals[p], does, samples)
@@ -124,10 +124,10 @@ def _burst(pose, twist, asked, seen, does, shape, poses):
         else:
             braked += 1
             target = braking_twist(twist, desired, limits, is_disc)
-        count, _, braking, _ = sample(pose, twist, target, does, samples)
-        if count > len(samples):
-            samples = np.empty((count, 6))
-            sample(pose, twist, target, does, samples)
+            count, _, braking, _ = sample(pose, twist, target, does, samples)
+            if count > len(samples):
+                samples = np.empty((count, 6))
+                sample(pose, twist, target, does, samples)
         velocity = velocity_of(twist)
         after, _ = ramped_velocity(velocity, velocity_of(target), does[1], limits)
         twist[0], twist[-1] = after.ahead, after.turning

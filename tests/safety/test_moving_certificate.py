@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from drake_starnav.geometry.footprint import disc, fastest_point, footprint
 from drake_starnav.geometry.trajectory import STANDING
 from drake_starnav.robot import BASES, Limits, RobotParameters
+from drake_starnav.robot.base import twist_of
 from drake_starnav.robot.motion import Actuation, Motion, Pose, advanced, roll_out, velocity_of
 from drake_starnav.safety.moving_certificate import (
     ESCAPE,
@@ -117,7 +118,7 @@ def test_nor_do_they_touch_any_point_of_a_polygon_that_moves(name: str, base: st
         target = desired if accepts else braking_twist(twist, desired, robot.limits, False)
         for _ in range(round(PERIOD / STEP)):
             now, moves, _ = advanced(Pose(*pose), velocity_of(twist), velocity_of(target), STEP, robot.limits)
-            pose, twist = np.array(now), np.array(moves)[[0, 2] if len(twist) == 2 else [0, 1, 2]]
+            pose, twist = np.array(now), twist_of(moves, robot.drive)
             aim = np.arctan2(*(pose[:2] - centers).T[::-1])
             centers = centers + STEP * OBSTACLES.max_speed * np.column_stack((np.cos(aim), np.sin(aim)))
             if np.hypot(*(centers - pose[:2]).T).min(initial=math.inf) > 0.2 + shape.radius:
