@@ -1,12 +1,9 @@
 """The base class of all errors that this package raises on purpose, and helpers for their messages."""
 
-from collections.abc import Iterator
 from typing import Any
 
 LONGEST_VALUE = 100
 """Characters of a value that a message shows at most."""
-MOST_DIGITS = 1000
-"""Larger whole numbers are not written out."""
 
 
 class StarnavError(ValueError):
@@ -31,43 +28,9 @@ def check_kind(value: Any, kind: type, name: str, source: str) -> None:
 
 
 def shown(value: Any, most: int = LONGEST_VALUE) -> str:
-    """`repr(value)` for a message, shortened to `most` characters without building more of it.
-
-    A value from a file may not fit in memory once it is written out: a few aliases of YAML may expand to billions of
-    entries.
-    """
-    text = ""
-    for piece in _pieces(value, most):
-        text += piece
-        if len(text) > most:
-            return f"{text[: most - 3]}..."
-    return text
-
-
-def _pieces(value: Any, most: int) -> Iterator[str]:
-    """The parts of `repr(value)` one after another."""
-    if isinstance(value, dict):
-        yield "{"
-        for k, (key, entry) in enumerate(value.items()):
-            yield ", " if k else ""
-            yield from _pieces(key, most)
-            yield ": "
-            yield from _pieces(entry, most)
-        yield "}"
-    elif isinstance(value, (list, tuple)):
-        left, right = "[]" if isinstance(value, list) else ("(", ",)" if len(value) == 1 else ")")
-        yield left
-        for k, entry in enumerate(value):
-            yield ", " if k else ""
-            yield from _pieces(entry, most)
-        yield right
-    elif isinstance(value, (str, bytes)):
-        dots = "..." if isinstance(value, str) else b"..."
-        yield repr(value if len(value) <= most else value[: most - 10] + dots)  # type: ignore[operator]
-    elif isinstance(value, int) and value.bit_length() > 3.3 * MOST_DIGITS:
-        yield f"a whole number of {value.bit_length()} bits"
-    else:
-        yield repr(value)
+    """`repr(value)` for a message, shortened to `most` characters."""
+    text = repr(value)
+    return text if len(text) <= most else f"{text[: most - 3]}..."
 
 
 def one_line(text: str) -> str:

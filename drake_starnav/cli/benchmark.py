@@ -118,8 +118,6 @@ def _benchmark(options: argparse.Namespace) -> int:
         chosen_pool(options) as pool,
         TrialFile(options.json, header, resume=options.resume) if options.json else nullcontext() as file,
     ):
-        if file and file.repaired:
-            print(file.repaired, file=sys.stderr)
         try:
             records = run_batch(cases, trials=worlds or options.trials, seed=options.seed, pool=pool, file=file)
         except BatchInterrupted as interruption:

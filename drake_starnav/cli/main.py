@@ -1,7 +1,7 @@
 """`starnav`: its commands, by name, and what it lists without one."""
 
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -24,16 +24,7 @@ def find_command(name: str) -> "Command":
 
 def script(name: str) -> int:
     """The program of a script: the command of this name with the arguments of the process; returns its exit code."""
-    return _interruptible(f"{name}.py", lambda: find_command(name)())
-
-
-def _interruptible(name: str, work: Callable[[], int]) -> int:
-    """Do the work of a program; Ctrl-C before a command can say what was kept is reported here."""
-    try:
-        return work()
-    except KeyboardInterrupt:
-        print(f"{name}: interrupted", file=sys.stderr)
-        return 130
+    return find_command(name)()
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -44,7 +35,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     arguments = sys.argv[1:] if arguments is None else arguments
     if arguments and arguments[0] in MODULES:
-        return _interruptible("starnav", lambda: find_command(arguments[0])(arguments[1:]))
+        return find_command(arguments[0])(arguments[1:])
     from drake_starnav.cli.options import exit_code, program_name
 
     return exit_code(program_name(), lambda: _list(arguments))

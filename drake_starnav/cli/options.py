@@ -7,12 +7,12 @@ import shlex
 import sys
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NoReturn, TextIO
+from typing import Any, NoReturn
 
-from drake_starnav.errors import StarnavError, one_line, said_by, shown
+from drake_starnav.errors import StarnavError, one_line, said_by
 from drake_starnav.scenario.shipped import scenario_names
 from drake_starnav.utils.progress import Progress, silence
 
@@ -89,21 +89,14 @@ def run_command(
 
 @contextmanager
 def plain_warnings(prog: str) -> Iterator[None]:
-    """Print each warning for the user once, in one line, without the place in the code."""
+    """Print each warning for the user in one line, without the place in the code."""
     before = warnings.formatwarning
-    printed: set[str] = set()
 
-    def plain(
-        message: Warning | str, category: type[Warning], filename: str, lineno: int, line: str | None = None
-    ) -> str:
-        if category is not UserWarning:
-            return before(message, category, filename, lineno, line)
-        text = f"{prog}: warning: {one_line(str(message))}\n"
-        known = text in printed
-        printed.add(text)
-        return "" if known else text
+    def plain(message: Warning | str, category: type[Warning], *place: Any) -> str:
+        text = one_line(str(message))
+        return f"{prog}: warning: {text}\n" if category is UserWarning else before(message, category, *place)
 
-    warnings.formatwarning = plain
+    warnings.formatwarning = plain  # type: ignore[assignment]
     try:
         yield
     finally:
@@ -115,43 +108,27 @@ def exit_code(prog: str, work: Callable[[], int]) -> int:
 
     It may raise `StarnavError`, and `KeyboardInterrupt` with a text that says what was kept.
     """
-    for stream in (sys.stdout, sys.stderr):
-        if hasattr(stream, "reconfigure"):  # so that a terminal can show every file name
-            stream.reconfigure(errors="backslashreplace")
     try:
-        try:
-            return work()
-        finally:
-            if sys.stdout is not None:
-                sys.stdout.flush()  # or the interpreter flushes at exit, where an error can no longer be reported
+        code = work()
+        sys.stdout.flush()  # or the interpreter flushes at exit, where an error can no longer be reported
+        return code
     except KeyboardInterrupt as interruption:
-        return _reported(f"{prog}: {'; '.join(filter(None, ('interrupted', str(interruption))))}", INTERRUPTED)
-    except ImportError as error:
-        if not isinstance(error.__cause__, KeyboardInterrupt):  # as Drake's modules raise it
-            raise
-        return _reported(f"{prog}: interrupted", INTERRUPTED)
+        text, code = "; ".join(filter(None, ("interrupted", str(interruption)))), INTERRUPTED
     except StarnavError as error:
-        return _reported(f"{prog}: {error}", BAD_INPUT)
-    except MemoryError as error:
-        return _reported(f"{prog}: {said_by(error) or 'the memory is full'}; allowed: what fits into memory", BAD_INPUT)
+        text, code = str(error), BAD_INPUT
     except BrokenPipeError:  # the reader of the output has gone, as `head` does
-        _drop_output(sys.stdout)
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return NOT_REACHED
     except OSError as error:
-        _drop_output(sys.stdout)
-        what = "the output" if error.filename is None else shown(str(error.filename))
-        reason = error.strerror or said_by(error)
-        return _reported(
-            f"{prog}: cannot read or write {what}: {reason}; allowed: what can be, with room for it", BAD_INPUT
-        )
+        what, reason = error.filename or "the output", error.strerror or said_by(error)
+        text, code = f"cannot read or write {what}: {reason}; allowed: what can be, with room for it", BAD_INPUT
+    print(f"{prog}: {one_line(text)}", file=sys.stderr)
+    return code
 
 
 @contextmanager
 def progress_bar(label: str) -> Iterator[Callable[[float, float], None]]:
-    """A bar of simulated time; the function it yields takes the time now and its limit, s.
-
-    What it says to be left is a bound: up to the limit, which a run that arrives does not need.
-    """
+    """A bar of simulated time; the function it yields takes the time now and its limit, s."""
     with Progress(label) as bar:
         first = last = math.inf
 
@@ -162,7 +139,7 @@ def progress_bar(label: str) -> Iterator[Callable[[float, float], None]]:
                 bar.restart()
             last = now
             share = (now - first) / max(limit - first, 1e-9)
-            bar.show(share, f"{now:.1f} s of at most {limit:g} s", at_most=True)
+            bar.show(share, f"{now:.1f} s of at most {limit:g} s")
 
         yield progress
 
@@ -172,26 +149,6 @@ def print_written(paths: Iterable[Path | None]) -> None:
     for path in paths:
         if path is not None:
             print(f"wrote {path}")
-
-
-def _reported(text: str, code: int) -> int:
-    """Print the text to standard error, if that is open, and return the code."""
-    try:
-        print(one_line(text), file=sys.stderr, flush=True)
-    except OSError:
-        _drop_output(sys.stderr)
-    return code
-
-
-def _drop_output(stream: TextIO | None) -> None:
-    """Discard what is pending for a stream that is closed or full, or the interpreter would fail on it at exit."""
-    if stream is None:  # it was closed from the beginning
-        return
-    try:
-        stream.flush()
-    except OSError:
-        with suppress(OSError):  # no file at all, as in tests
-            os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 def add_scenario(parser: argparse.ArgumentParser) -> None:

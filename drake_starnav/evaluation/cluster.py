@@ -8,7 +8,6 @@ from typing import Any
 from drake_starnav.errors import StarnavError
 from drake_starnav.evaluation.trial_file import versions
 from drake_starnav.evaluation.workers import Pool
-from drake_starnav.utils.interrupts import deaf_children
 
 LOCAL = "local"
 """In place of an address: a cluster is started on this machine and stopped afterwards."""
@@ -39,15 +38,8 @@ def dask_pool(address: str, count: int) -> Iterator[Pool]:
     with ExitStack() as stack:
         target: Any = address
         if address == LOCAL:
-            with deaf_children():
-                cluster = LocalCluster(
-                    n_workers=count,
-                    threads_per_worker=1,
-                    host=LOOPBACK,
-                    dashboard_address=f"{LOOPBACK}:0",
-                    silence_logs=logging.CRITICAL,
-                )
-            target = stack.enter_context(cluster)
+            alone = {"host": LOOPBACK, "dashboard_address": f"{LOOPBACK}:0", "silence_logs": logging.CRITICAL}
+            target = stack.enter_context(LocalCluster(n_workers=count, threads_per_worker=1, **alone))
         try:
             client = stack.enter_context(Client(target, timeout=TIMEOUT))
         except Exception as error:  # any kind: the server there may speak another protocol

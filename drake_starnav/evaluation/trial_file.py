@@ -1,32 +1,23 @@
 """Files of trials: a header line that describes the run, then one JSON line for each finished trial."""
 
-import contextlib
 import json
 import os
 import platform
 import re
+import shutil
 import subprocess
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from drake_starnav.errors import StarnavError
-from drake_starnav.evaluation.jobs import NEVER_RAN, Case, Key, Record
-from drake_starnav.scenario.scenario_file import differences
-from drake_starnav.scenario.schema import KEYS
-from drake_starnav.utils.files import check_regular, reason_of, unwritable
-from drake_starnav.utils.stopwatch import STEPS
+from drake_starnav.errors import StarnavError, said_by
+from drake_starnav.evaluation.jobs import Case, Key, Record
+from drake_starnav.utils.files import reason_of, unwritable
 
 Header = dict[str, Any]
-HEADER_KEYS = ("versions", "machine", "seed", "overrides", "cases")
-RECORD_KEYS = ("scenario", "method", "trial", "seed", "outcome")
-RUN_KEYS = (
-    "time_s", "path_length_m", "shortest_path_m", "straight_line_m", "tightest_gap_m", "min_clearance_m", "wall_s",
-    "state_hash", "path", *STEPS,
-)  # fmt: skip
-"""What a trial that ran has besides `RECORD_KEYS`."""
+HEADER_KEYS = {"versions", "machine", "seed", "overrides", "cases"}
 
 
 def make_header(
@@ -72,25 +63,10 @@ def versions() -> dict[str, str]:
 def git_commit() -> str:
     """The commit of the checkout, with `-dirty` where files differ from it; empty for an installed wheel."""
     root = Path(__file__).parents[2]
-    command = [
-        "git",
-        "-C",
-        str(root),
-        "--no-optional-locks",
-        "describe",
-        "--always",
-        "--dirty",
-        "--abbrev=12",
-        "--exclude=*",
-    ]
-    try:
-        return (
-            subprocess.run(command, capture_output=True, text=True, check=False).stdout.strip()
-            if (root / ".git").exists()
-            else ""
-        )
-    except OSError:  # there is no git
+    command = ["git", "-C", str(root), "--no-optional-locks", "describe", "--always", "--dirty", "--abbrev=12"]
+    if not (root / ".git").exists() or shutil.which("git") is None:
         return ""
+    return subprocess.run([*command, "--exclude=*"], capture_output=True, text=True, check=False).stdout.strip()
 
 
 def processor_name() -> str:
@@ -116,43 +92,33 @@ def record_key(record: Record) -> Key:
 
 
 class TrialFile:
-    """A file of trials that is being written: what has been appended stays, whatever happens to this process.
-
-    `repaired` is what had to be repaired on opening, as a sentence; empty if nothing.
-    """
+    """A file of trials that is being written: what has been appended stays, whatever happens to this process."""
 
     def __init__(self, path: Path, header: Header, *, resume: bool = False) -> None:
         """Begin a new file, or if `resume` continue one with this header; see `make_header`.
+
+        A last line that was cut off is removed.
 
         Raises:
             StarnavError: the file cannot be written, holds something and `resume` is false, is not a file of trials,
                 or one of other versions or settings. It is left as it was.
         """
-        self.path, self.repaired = path, ""
-        self._records: dict[Key, Record] = {}
+        self.path, self._records = path, dict[Key, Record]()
         try:
-            check_regular(path)
             path.parent.mkdir(parents=True, exist_ok=True)
             data = path.read_bytes() if path.exists() else b""
             if data and not resume:
                 raise StarnavError(f"{path} exists and is not empty; allowed: a new file, or --resume to continue it")
-            whole = data[: data.rfind(b"\n") + 1]
             if data:
-                found, records = parse_trials(whole.splitlines(), str(path))
+                found, records = read_trials(path)
                 check_same(found, header, str(path))
                 self._records = {record_key(record): record for record in records}
             self._file = open(path, "ab")  # noqa: SIM115 (closed by close)
-            if whole != data:
-                self._file.truncate(len(whole))
-                self.repaired = f"{path}: the last line was cut off and is removed; its trial runs again"
-            if not data:
-                try:
-                    self._write(header)
-                except StarnavError:  # the disk is full
-                    path.unlink()
-                    raise
-        except (OSError, ValueError) as error:
+            self._file.truncate(data.rfind(b"\n") + 1)
+        except OSError as error:
             raise unwritable(path, error) from None
+        if not data:
+            self._write(header)
 
     @property
     def records(self) -> list[Record]:
@@ -179,83 +145,39 @@ class TrialFile:
             self._file.write(json.dumps(entry, allow_nan=False).encode() + b"\n")
             self._file.flush()
         except OSError as error:
-            with contextlib.suppress(OSError):  # what is still in its buffer has no room either
-                self._file.close()
             raise unwritable(self.path, error) from None
 
 
 def read_trials(path: Path) -> tuple[Header, list[Record]]:
-    """Header and records of a file; a truncated last line is ignored.
+    """Header and records of a file; a last line that was cut off is ignored.
+
+    A trial with the outcome `error` may have run again: its later line counts.
 
     Raises:
         StarnavError: the file cannot be read, or is not a file of trials.
     """
+    allowed = "allowed: a file written by `starnav benchmark --json`"
     try:
-        check_regular(path)
         with open(path, "rb") as file:
-            return parse_trials((line for line in file if line.endswith(b"\n")), str(path))
-    except StarnavError:
-        raise
-    except (OSError, ValueError) as error:
-        raise StarnavError(
-            f"cannot read {path}: {reason_of(error)}; allowed: a file written by `starnav benchmark --json`"
-        ) from None
-
-
-def parse_trials(lines: Iterable[bytes], place: str) -> tuple[Header, list[Record]]:
-    """Header and records of whole lines; `place` names them in the messages of a `StarnavError`.
-
-    A trial with the outcome `error` may have run again: its later line counts.
-    """
-    header: Header | None = None
-    cases: list[tuple[str, str]] = []
-    trials: dict[Key, Record] = {}
-    for number, line in enumerate(lines, start=1):
-        if header is None:
-            header = _entry(line, HEADER_KEYS, f"{place} line {number} is not the header of a file of trials")
-            cases = [(case["scenario"], case["method"]) for case in header["cases"]]
-            continue
-        record = _entry(line, RECORD_KEYS, f"{place} line {number} is not a trial")
-        if record_key(record)[:2] not in cases:
-            names, known = f"{record['scenario']} {record['method']}", ", ".join(" ".join(case) for case in cases)
-            raise StarnavError(f"{place} line {number} is a trial of {names}; allowed: as its header has, {known}")
-        if trials.get(record_key(record), {"outcome": "error"})["outcome"] != "error":
-            raise StarnavError(f"{place} line {number} repeats a trial; allowed: each once")
-        trials[record_key(record)] = record
-    if header is None:
-        raise StarnavError(f"{place} is not a file of trials; allowed: one written by `starnav benchmark --json`")
-    return header, list(trials.values())
-
-
-def _entry(line: bytes, keys: Sequence[str], fault: str) -> dict[str, Any]:
-    """The mapping in a line, with these keys, and as the record of a trial that ran, with all figures."""
-    try:
-        entry = json.loads(line)
-    except (ValueError, RecursionError):
-        entry = None
-    if not isinstance(entry, dict):
-        raise StarnavError(f"{fault}: it is not a mapping in JSON; allowed: as `starnav benchmark --json` writes it")
-    ran = "outcome" in entry and entry["outcome"] not in NEVER_RAN
-    lacking = [key for key in (*keys, *(RUN_KEYS if ran else ())) if key not in entry]
-    if lacking:
-        raise StarnavError(f"{fault}: it has no {lacking[0]}; allowed: as `starnav benchmark --json` writes it")
-    return entry
+            header, *records = (json.loads(line) for line in file if line.endswith(b"\n"))
+        if not header.keys() >= HEADER_KEYS:
+            raise ValueError("it has no header")
+        return header, list({record_key(record): record for record in records}.values())
+    except OSError as error:
+        raise StarnavError(f"cannot read {path}: {reason_of(error)}; {allowed}") from None
+    except (ValueError, AttributeError, KeyError, TypeError) as error:
+        raise StarnavError(f"{path} is not a file of trials ({said_by(error)}); {allowed}") from None
 
 
 def check_same(found: Header, wanted: Header, place: str) -> None:
     """Raise `StarnavError` unless trials of two headers may share a file; the number of trials may differ."""
-    ways = ["by world" if header.get("in_worlds") else "by seed" for header in (found, wanted)]
     pairs = [(name, found["versions"].get(name), value) for name, value in wanted["versions"].items()]
-    pairs += [("seed", found["seed"], wanted["seed"]), ("trials", ways[0], ways[1])]
+    pairs += [(name, found.get(name), wanted[name]) for name in ("seed", "in_worlds", "overrides")]
+    names = [", ".join(f"{c['scenario']} {c['method']}" for c in header["cases"]) for header in (found, wanted)]
+    pairs.append(("cases", names[0], names[1]))
     changed = [f"{name} {one}, now {other}" for name, one, other in pairs if one != other]
-    before, now = ({f"{c['scenario']} {c['method']}": c["text"] for c in h["cases"]} for h in (found, wanted))
-    if before.keys() != now.keys():
-        changed.append(f"cases {', '.join(before)}, now {', '.join(now)}")
-    else:
-        for name in now:
-            if before[name] != now[name]:
-                parameters = differences(before[name], now[name], KEYS) or ["names of files"]
-                changed.append(f"other parameters of {name} ({', '.join(parameters)})")
+    if not changed and found["cases"] != wanted["cases"]:
+        changed = ["other parameters"]
     if changed:
         raise StarnavError(
             f"{place} was written with {'; '.join(changed)}; allowed: --resume with the same, or another file"

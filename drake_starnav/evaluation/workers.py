@@ -2,19 +2,18 @@
 
 import multiprocessing
 import os
+import signal
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor
 from contextlib import AbstractContextManager, closing, contextmanager
 from dataclasses import dataclass
 from queue import SimpleQueue
-from typing import Any
 
 from drake_starnav.errors import StarnavError, one_line
 from drake_starnav.evaluation.jobs import Case, Job, Record, error_record, make_jobs, run_job
 from drake_starnav.evaluation.summary import UNSUPPORTED
 from drake_starnav.evaluation.trial_file import TrialFile, record_key
-from drake_starnav.utils.interrupts import deaf_children
 from drake_starnav.utils.progress import Progress
 
 THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
@@ -44,67 +43,41 @@ def local_pool(count: int) -> Pool:
 def run_jobs(jobs: Iterable[Job], pool: Pool) -> Generator[Record, None, None]:
     """Run trials in a pool and yield the record of each as it ends.
 
-    Trials whose worker was lost, or that ran beside one that was, run once more, each alone; one whose worker is lost
-    again yields a record with the outcome `error`.
+    Trials whose worker was lost, or that ran beside one that was, run once more; one that is lost again yields a record
+    with the outcome `error`.
 
     Raises:
-        StarnavError: the workers cannot be started, or can no longer be reached.
+        StarnavError: the workers can no longer be reached.
     """
-    waiting = deque(jobs)
+    waiting, lost = deque(jobs), set[Job]()
     while waiting:
-        for job in (yield from _run(waiting, pool, pool.in_flight)):
-            for again in (yield from _run(deque((job,)), pool, 1)):
-                yield error_record(again, "its worker process died, twice")
-
-
-def _run(queue: deque[Job], pool: Pool, limit: int) -> Generator[Record, None, list[Job]]:
-    """Run jobs from the queue, at most `limit` at a time, until it is empty or a worker is lost; returns those lost."""
-    running: dict[Future[Record], Job] = {}
-    lost: list[Job] = []
-    ended: SimpleQueue[Future[Record]] = SimpleQueue()  # `wait` would not notice those that are cancelled from outside
-    with pool.make_executor() as executor:
-        _check(executor)
-        while running or (queue and not lost):
-            while queue and not lost and len(running) < limit:
-                job = queue.popleft()
-                try:
-                    future = executor.submit(run_job, job)
-                except BrokenExecutor:
-                    lost.append(job)
+        running: dict[Future[Record], Job] = {}
+        ended: SimpleQueue[Future[Record]] = SimpleQueue()  # `wait` would not notice those cancelled from outside
+        broken = False
+        with pool.make_executor() as executor:
+            while running or (waiting and not broken):
+                while waiting and not broken and len(running) < pool.in_flight:
+                    try:
+                        future = executor.submit(run_job, waiting[0])
+                    except BrokenExecutor:
+                        broken = True
+                        break
+                    running[future] = waiting.popleft()
+                    future.add_done_callback(ended.put)
+                if not running:
                     continue
-                running[future] = job
-                future.add_done_callback(ended.put)
-            if not running:
-                continue
-            future = ended.get()
-            job = running.pop(future)
-            if future.cancelled():
-                raise StarnavError("the workers cannot be reached any more; allowed: --resume once they can")
-            if future.exception() is None:  # never the trial's own: run_job turns that into a record
-                yield future.result()
-            else:
-                lost.append(job)
-    return lost
-
-
-def _check(executor: Executor) -> None:
-    """Raise `StarnavError` unless a worker can be started, and Drake be imported there."""
-    try:
-        executor.submit(_load).result()
-    except Exception as error:
-        raise StarnavError(f"a worker process cannot run trials: {error}; allowed: a working installation") from None
-
-
-def _load() -> None:
-    import drake_starnav.simulation.run  # noqa: F401
-
-
-class _Processes(ProcessPoolExecutor):
-    """Starts its processes as they are needed, deaf to Ctrl-C."""
-
-    def submit(self, function: Callable, /, *args: Any, **kwargs: Any) -> Future:
-        with deaf_children():
-            return super().submit(function, *args, **kwargs)
+                job = running.pop(future := ended.get())
+                if future.cancelled():
+                    raise StarnavError("the workers cannot be reached any more; allowed: --resume once they can")
+                if future.exception() is None:  # never the trial's own: run_job turns that into a record
+                    yield future.result()
+                elif job in lost:
+                    broken = True
+                    yield error_record(job, "its worker process died, twice")
+                else:
+                    broken = True
+                    lost.add(job)
+                    waiting.append(job)
 
 
 @contextmanager
@@ -112,24 +85,20 @@ def local_processes(count: int) -> Iterator[Executor]:
     """An executor of `count` processes of this machine, with one thread each.
 
     They are spawned, not forked: forking with Drake's threads deadlocks. If the context is left by an exception, as by
-    Ctrl-C, which they themselves do not hear, they end at once.
+    Ctrl-C, which they themselves ignore, they end at once.
     """
     for name in THREAD_VARIABLES:
         os.environ.setdefault(name, "1")  # children read them before they import NumPy
-    try:
-        executor = _Processes(count, mp_context=multiprocessing.get_context("spawn"))
-    except OSError as error:  # without /dev/shm there are no semaphores
-        raise StarnavError(f"processes cannot share memory: {error}; allowed: a /dev/shm to write to") from None
+    spawn, deaf = multiprocessing.get_context("spawn"), (signal.SIGINT, signal.SIG_IGN)
+    executor = ProcessPoolExecutor(count, spawn, initializer=signal.signal, initargs=deaf)
     try:
         yield executor
         executor.shutdown()
     except BaseException:
         executor.shutdown(wait=False, cancel_futures=True)
-        workers = multiprocessing.active_children()
-        for worker in workers:
+        for worker in multiprocessing.active_children():
             worker.terminate()
-        for worker in workers:
-            worker.join(1.0)
+            worker.join()
         raise
 
 

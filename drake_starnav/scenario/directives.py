@@ -11,7 +11,7 @@ from drake_starnav.errors import StarnavError, shown
 from drake_starnav.robot import MODEL_FILES
 from drake_starnav.utils.files import read_text, reason_of
 from drake_starnav.utils.resources import model_path
-from drake_starnav.utils.yaml_text import LARGEST_TEXT, Loader, SectionDumper, Tagged, load_yaml
+from drake_starnav.utils.yaml_text import Loader, SectionDumper, Tagged, load_yaml
 from drake_starnav.worlds import WORLD_KINDS, Model
 from drake_starnav.worlds.formats.world_file import shipped_file
 
@@ -113,7 +113,7 @@ def of_model(model: str, sections: Mapping[str, Any]) -> dict[str, Any]:
     path = limits_file(model)
     if path is None:
         return {}
-    content = load_yaml(read_text(path, largest=LARGEST_TEXT), str(path), Loader)
+    content = load_yaml(read_text(path), str(path), Loader)
     if not isinstance(content, dict):
         return {}
     found: dict[str, Any] = {"lidars": content["lidars"]} if "lidars" in content else {}

@@ -20,7 +20,7 @@ from drake_starnav.scenario.schema import DRAKE_CONFIGS, KEYS, LISTS, SECTIONS, 
 from drake_starnav.scenario.shipped import method_settings, own_method, scenario_names
 from drake_starnav.utils.files import read_text, write_text
 from drake_starnav.utils.resources import model_path
-from drake_starnav.utils.yaml_text import LARGEST_TEXT, Loader, SectionDumper, Tagged, load_yaml, read_mapping, section
+from drake_starnav.utils.yaml_text import Loader, SectionDumper, Tagged, load_yaml, read_mapping, section
 from drake_starnav.worlds import WORLD_KINDS, Model
 from drake_starnav.worlds.world import check_numbers
 
@@ -53,7 +53,7 @@ def load_scenario(name_or_path: str | Path, *, method: str = "star", overrides: 
     """
     path = scenario_path(name_or_path)
     own_method(method)  # a module that is missing is told before anything runs
-    text = read_text(path, f"scenario file {path}", LARGEST_TEXT)
+    text = read_text(path, f"scenario file {path}")
     name = os.fsencode(path.stem).decode("utf-8", errors="replace")
     return parse_scenario(
         text, name=name, place=str(path), method=method, overrides=overrides, folder=path.absolute().parent
@@ -190,26 +190,6 @@ def _robot_section(robot: Scenario) -> Tagged:
     return section({**ends, **_declared(robot.robot), "lidar": section(_declared(robot.lidar)), **lidars})
 
 
-def differences(text: str, other: str, sections: Sequence[str], place: str = "scenario") -> list[str]:
-    """Where two texts from `scenario_text` differ in some sections: "robot.radius 0.3 and 0.25", or only its key.
-
-    Keys of only one of them (from another version) and the folders of the files that they name are ignored.
-    """
-    both, found = [read_mapping(part, place, (*KEYS, "directives")) for part in (text, other)], []
-    for name in sections:
-        ours, theirs = ({} if sides.get(name) is None else sides[name] for sides in both)
-        tags = [getattr(side, "tag", "") for side in (ours, theirs)]
-        if tags[0] != tags[1]:
-            found.append(f"{name} !{tags[0]} and !{tags[1]}")
-        elif isinstance(ours, dict) and isinstance(theirs, dict):
-            pairs = [(f"{name}.{key}", ours[key], theirs[key]) for key in ours if key in theirs]
-            pairs = [pair for pair in pairs if _without_folder(pair[1]) != _without_folder(pair[2])]
-            found += [key if "\n" in f"{a}{b}" else f"{key} {a} and {b}" for key, a, b in pairs]
-        elif isinstance(ours, list) and ours != theirs:
-            found.append(f"{name} {ours} and {theirs}")
-    return found
-
-
 def _lidars(listed: Any, base: LidarParameters) -> dict[str, Any]:
     """The sections `lidar` and `lidars` of a scenario that lists lidars, each with the values of a base."""
     if listed is None:
@@ -265,10 +245,6 @@ def _drake_config(mapping: Any, key: str) -> dict[str, Any]:
     ):
         raise StarnavError(f"{key} is {shown(mapping)}; allowed: a mapping of names to numbers, texts, true and false")
     return dict(mapping)
-
-
-def _without_folder(value: Any) -> Any:
-    return Path(value).name if isinstance(value, str) else value
 
 
 def _declared(part: Any) -> dict[str, Any]:

@@ -1,10 +1,8 @@
 """What Numba compiles: all that its cache lacks, as in the first run after an installation."""
 
-import signal
-import threading
 from typing import Any
 
-from numba.core import event
+from numba.core import caching, event
 
 from drake_starnav.utils.progress import Progress
 
@@ -14,13 +12,10 @@ PACKAGE = __name__.partition(".")[0]
 
 
 class _Compilation(event.Listener):
-    """Shows the number of this package's functions that have been compiled, while one is, and keeps Ctrl-C waiting for
-    its end: LLVM's callbacks lose it, or leave objects half made."""
+    """Shows the number of this package's functions that have been compiled, while one is."""
 
     def __init__(self) -> None:
         self._depth, self._done = 0, 0
-        self._handler: Any = None
-        self._interrupted = False
         self._progress: Progress | None = None
 
     def on_start(self, event: event.Event) -> None:
@@ -28,10 +23,6 @@ class _Compilation(event.Listener):
         if self._depth == 0 and not (event.data["dispatcher"].py_func.__module__ or "").startswith(f"{PACKAGE}."):
             return
         self._depth += 1
-        if self._depth == 1 and threading.current_thread() is threading.main_thread():
-            self._handler = signal.getsignal(signal.SIGINT)
-            if callable(self._handler):
-                signal.signal(signal.SIGINT, self._wait)
         if self._progress is None:
             self._progress = Progress(COMPILING)
         self._progress.show(0.0, f"{self._done} functions")
@@ -41,19 +32,27 @@ class _Compilation(event.Listener):
         if self._depth == 0:
             return
         self._depth, self._done = self._depth - 1, self._done + 1
-        if self._depth > 0:
-            return
-        if self._progress is not None:
-            self._progress.close()
-        if callable(self._handler) and threading.current_thread() is threading.main_thread():
-            signal.signal(signal.SIGINT, self._handler)
-            if self._interrupted:
-                self._interrupted = False
-                self._handler(signal.SIGINT, None)
+        if self._depth == 0 and self._progress is not None:
+            self._progress.hide()
 
-    def _wait(self, *signal: Any) -> None:
-        self._interrupted = True
+
+class _Cache(caching.IndexDataCacheFile):
+    """A cache in which functions that name modules of an earlier version, since renamed, count as not compiled yet."""
+
+    def _load_index(self) -> dict[Any, str]:
+        try:
+            found: dict[Any, str] = super()._load_index()
+        except (ImportError, AttributeError):
+            return {}
+        return found
+
+    def _load_data(self, name: str) -> Any:
+        try:
+            return super()._load_data(name)
+        except (ImportError, AttributeError) as error:
+            raise OSError(str(error)) from None
 
 
 _compilation = _Compilation()
 event.register("numba:compile", _compilation)
+caching.IndexDataCacheFile = _Cache

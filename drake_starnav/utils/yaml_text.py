@@ -1,4 +1,4 @@
-"""YAML from untrusted sources: plain values and tagged mappings, as `world: !Forest {width: 20}`, of checked size."""
+"""YAML of plain values and tagged mappings, as `world: !Forest {width: 20}`."""
 
 import re
 from collections.abc import Iterable
@@ -8,12 +8,6 @@ import yaml
 
 from drake_starnav.errors import StarnavError, said_by, shown
 
-LARGEST_TEXT = 16 * 2**20
-"""Of a file, bytes."""
-MOST_VALUES = 1_000_000
-"""Values that a text may represent once its aliases are expanded."""
-DEEPEST = 100
-"""Greatest depth of nested lists and mappings."""
 OTHER_BREAKS = "\x85\u2028\u2029"
 """Line breaks of YAML that are only kept where they are escaped."""
 
@@ -34,11 +28,9 @@ def load_yaml(text: str, place: str, loader: type = PlainLoader) -> Any:
     """The content of a YAML text of one document, by `PlainLoader` or a subclass; `place` names it in messages.
 
     Raises:
-        StarnavError: it is not valid YAML, or represents too many values: a few aliases of aliases may expand to
-            billions.
+        StarnavError: it is not valid YAML.
     """
     try:
-        _check_size(text)
         return yaml.load(text, Loader=loader)
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None)
@@ -47,33 +39,6 @@ def load_yaml(text: str, place: str, loader: type = PlainLoader) -> Any:
     except (ValueError, RecursionError) as error:  # no such date, too many digits
         where, reason = "", error
     raise StarnavError(f"{place}{where}: {said_by(ValueError(reason))}; allowed: valid YAML")
-
-
-def _check_size(text: str) -> None:
-    """Raise a `YAMLError` unless the values that a text stands for are few enough, and none holds itself."""
-    sizes: dict[str, int] = {}
-    open_: list[tuple[str | None, int]] = []  # anchors of the collections around, and how many values stood before
-    count = 0
-    for event in yaml.parse(text, Loader=PlainLoader):
-        if isinstance(event, yaml.CollectionStartEvent):
-            open_.append((event.anchor, count))
-            count += 1
-            if len(open_) > DEEPEST:
-                raise yaml.MarkedYAMLError(None, None, "it is nested too deeply", event.start_mark)
-        elif isinstance(event, yaml.CollectionEndEvent):
-            anchor, before = open_.pop()
-            if anchor is not None:
-                sizes[anchor] = count - before
-        elif isinstance(event, yaml.AliasEvent):
-            if any(anchor == event.anchor for anchor, _ in open_):
-                raise yaml.MarkedYAMLError(None, None, f"{event.anchor} holds itself", event.start_mark)
-            count += sizes.get(event.anchor, 1)
-        elif isinstance(event, yaml.ScalarEvent):
-            count += 1
-            if event.anchor is not None:
-                sizes[event.anchor] = 1
-        if count > MOST_VALUES:
-            raise yaml.MarkedYAMLError(None, None, f"it stands for more than {MOST_VALUES} values", event.start_mark)
 
 
 class Tagged(dict):

@@ -11,7 +11,6 @@ from PIL import Image
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.utils.files import replacing
-from drake_starnav.utils.interrupts import deaf_children
 
 GIF_COLORS, PALETTE_PICTURES, KMEANS = 128, 5, 3
 """Of the palette that all pictures of a GIF share, so that none shimmers: its size, the pictures it is made from, and
@@ -67,8 +66,8 @@ def write_mp4(path: Path, pictures: Sequence[Image.Image], rate: int, progress: 
         command = [find_ffmpeg(), "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s", size]
         command += ["-r", str(rate), "-i", "-", "-vf", "crop=trunc(iw/2)*2:trunc(ih/2)*2", "-c:v", "libx264"]
         command += ["-pix_fmt", "yuv420p", "-crf", "20", "-movflags", "+faststart", "-f", "mp4", str(temporary)]
-        with deaf_children():
-            encoder = subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE)
+        # in a session of its own it does not hear Ctrl-C, and ends with this process
+        encoder = subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True)
         assert encoder.stdin is not None and encoder.stderr is not None
         try:
             with contextlib.suppress(BrokenPipeError):  # ffmpeg reports the reason itself

@@ -113,8 +113,6 @@ def _run_variants(
         for name, overrides, cases in batches:
             header = make_header(cases, options.seed, overrides, command=getattr(options, "typed", ""))
             with TrialFile(options.out / f"{name}.jsonl", header, resume=options.resume) as file:
-                if file.repaired:
-                    print(file.repaired, file=sys.stderr)
                 try:
                     results[name] = run_batch(
                         cases, trials=options.trials, seed=options.seed, pool=pool_of(pool, name), file=file, title=name

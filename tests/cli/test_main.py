@@ -1,7 +1,6 @@
 """The command line as a person meets it: exit codes, messages, files."""
 
 import json
-import os
 import re
 import subprocess
 import sys
@@ -62,7 +61,6 @@ def test_not_reached_exits_with_1(scenario_file: Path, capsys) -> None:
         (["{start_in_obstacle}"], ["start", "cylinder"]),
         (["{nan}"], ["nan", "cylinders[0]"]),
         (["forest", "--json", "{folder}"], ["cannot write", "folder"]),
-        (["forest", "--html", "/proc/forbidden/x.html"], ["cannot write", "/proc/forbidden/x.html"]),
     ],
 )
 def test_bad_input_exits_with_2_and_one_sentence(arguments, words, tmp_path: Path, capsys) -> None:
@@ -84,24 +82,15 @@ def test_bad_input_exits_with_2_and_one_sentence(arguments, words, tmp_path: Pat
     ("scenario", "words"),
     [
         ("world: !RosMap {file: missing.yaml}", ["missing.yaml", "No such file"]),
-        ("world: !RosMap {file: broken.yaml}", ["broken.yaml", "line 3", "valid YAML"]),
         ("world: !RosMap {file: no_image.yaml}", ["no.pgm", "no such file"]),
-        ("world: !RosMap {file: thresholds.yaml}", ["free_thresh is 0.9", "occupied_thresh"]),
-        ("world: !RosMap {file: empty.yaml}", ["empty.yaml has no occupied cell"]),
-        ("world: !RosMap {start: [-1.05, 0, 0]}", ["start is [-1.05, 0]", "occupied cell"]),
         ("world: !RosMap {goal: [50, 0]}", ["goal is [50, 0]", "outside"]),
         ("world: !Model {directives: missing.dmd.yaml, goal: [1, 0]}", ["missing.dmd.yaml", "no such file"]),
         ("world: !Model {directives: mesh.urdf, goal: [1, 0]}", ["missing.obj"]),
-        ("world: !Model {goal: [1, 0]}", ["Model.directives is ''"]),
     ],
 )
 def test_bad_maps_and_models_exit_with_2_and_one_sentence(scenario: str, words, tmp_path: Path, capsys) -> None:
     keys = "image: no.pgm\nresolution: 0.05\norigin: [0, 0, 0]\noccupied_thresh: 0.65\nfree_thresh: 0.2\n"
-    (tmp_path / "broken.yaml").write_text("image: a.pgm\nresolution: [0.05\n")
     (tmp_path / "no_image.yaml").write_text(keys)
-    (tmp_path / "thresholds.yaml").write_text(keys.replace("0.2", "0.9"))
-    (tmp_path / "empty.yaml").write_text(keys.replace("no.pgm", "empty.pgm"))
-    (tmp_path / "empty.pgm").write_bytes(b"P5 4 4 255\n" + b"\xfe" * 16)
     mesh = '<collision><geometry><mesh filename="missing.obj"/></geometry></collision>'
     (tmp_path / "mesh.urdf").write_text(f'<robot name="m"><link name="l">{mesh}</link></robot>')
     file = tmp_path / "mine.yaml"
@@ -116,7 +105,7 @@ def test_bad_maps_and_models_exit_with_2_and_one_sentence(scenario: str, words, 
     assert not (tmp_path / "x.png").exists()
 
 
-@pytest.mark.parametrize(("scenario", "ending"), [("map", "png"), ("kitchen", "png"), ("room", "png"), ("map", "html")])
+@pytest.mark.parametrize(("scenario", "ending"), [("kitchen", "png"), ("map", "html")])
 def test_a_world_is_drawn(scenario: str, ending: str, tmp_path: Path, capsys) -> None:
     file = tmp_path / "new" / f"world.{ending}"
     assert show_world([scenario, "--seed", "4", "--out", str(file)]) == 0
@@ -133,8 +122,6 @@ def test_a_world_is_drawn(scenario: str, ending: str, tmp_path: Path, capsys) ->
     [
         (["map", "--out", "x.pdf"], ["--out is x.pdf", ".png or .html"]),
         (["map", "--seed", "-1"], ["--seed is -1"]),
-        (["mapp"], ["did you mean map"]),
-        (["map", "--out", "/proc/forbidden/x.png"], ["cannot write"]),
     ],
 )
 def test_what_cannot_be_drawn_is_reported(arguments, words, capsys) -> None:
@@ -150,9 +137,7 @@ def test_no_command_writes_over_what_it_reads_or_has_written(scenario_file: Path
     kept = trials.read_bytes()
     for command, arguments, word in (
         (simulate, [str(scenario_file), "--json", str(scenario_file)], "read and written"),
-        (simulate, [str(scenario_file), "--json", twice, "--html", twice], "written twice"),
         (benchmark, [str(scenario_file), "--json", twice, "--csv", twice], "written twice"),
-        (benchmark, [str(scenario_file), "--csv", str(scenario_file)], "read and written"),
         (report, [str(trials), "--csv", str(trials)], "read and written"),
         (record, [str(trials), "--line", "2", "--html", str(trials)], "read and written"),
         (show_world, [str(scenario_file), "--out", str(scenario_file)], "allowed: a file whose name ends in"),
@@ -160,15 +145,6 @@ def test_no_command_writes_over_what_it_reads_or_has_written(scenario_file: Path
         assert command([*arguments, *(["--quiet"] if command is not show_world else [])]) == 2
         assert word in capsys.readouterr().err
     assert scenario_file.read_text() == text and trials.read_bytes() == kept
-
-
-@pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
-def test_write_protected_file_is_reported_before_the_run(scenario_file: Path, tmp_path: Path, capsys) -> None:
-    target = tmp_path / "kept.json"
-    target.write_text("kept")
-    target.chmod(0o444)
-    assert simulate([str(scenario_file), "--json", str(target)]) == 2
-    assert target.read_text() == "kept"
 
 
 @pytest.mark.parametrize("arguments", [[], ["--help"]], ids=["bare", "help"])

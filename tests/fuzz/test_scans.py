@@ -1,7 +1,7 @@
 """Whatever a scan holds, it is refused in one sentence, or perceived without certifying what it did not see."""
 
 import numpy as np
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
@@ -14,10 +14,10 @@ from drake_starnav.surroundings.erosion import smoothed_distances
 from drake_starnav.surroundings.safe_region import ScanMemory, certified_region
 from drake_starnav.surroundings.scan_averaging import averaged
 from drake_starnav.surroundings.star_region import scan_region
-from tests.helpers.inputs import fuzzed
 from tests.helpers.scans import MARGINS, RADIUS
 
 PARAMETERS = PlannerParameters()
+fuzzed = settings(max_examples=60, deadline=None)
 numbers = st.one_of(st.floats(), st.floats(-1.0, 7.0))
 arrays = hnp.arrays(float, hnp.array_shapes(max_dims=2, max_side=40), elements=numbers)
 ranges = hnp.arrays(

@@ -8,7 +8,7 @@ from tests.project.test_import_direction import WITHOUT_DRAKE
 PACKAGE, TESTS = Path(drake_starnav.__file__).parent, Path(__file__).parents[1]
 OTHERS = {
     "benchmarks": "benchmarks/",
-    "fuzz": "readers of files, with arbitrary input",
+    "fuzz": "scans of arbitrary content",
     "helpers": "shared by tests; contains none",
     "integration": "several modules or rooms together",
     "models": "the robots in models/",

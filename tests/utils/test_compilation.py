@@ -1,6 +1,7 @@
-"""What Numba compiles, and who says so."""
+"""What Numba compiles, who says so, and what it finds in a cache."""
 
-import signal
+import subprocess
+import sys
 from pathlib import Path
 
 import numba
@@ -16,15 +17,13 @@ PATH = Path(drake_starnav.__file__).parent
 
 
 @pytest.fixture
-def listener(monkeypatch):
+def _listening(monkeypatch):
     """A listener of its own, as in a new process, which takes any compilation for a long one."""
-    fresh = _Compilation()
-    monkeypatch.setattr(progress, "FIRST_LINE", 0.0)
+    monkeypatch.setattr(progress, "SILENCE", 0.0)
     event.unregister("numba:compile", compilation._compilation)
     try:
-        with monkeypatch.context() as patch, event.install_listener("numba:compile", fresh):
-            patch.setattr(compilation, "_compilation", fresh)
-            yield fresh
+        with event.install_listener("numba:compile", _Compilation()):
+            yield
     finally:
         event.register("numba:compile", compilation._compilation)
 
@@ -39,19 +38,19 @@ def compile_in(module: str) -> None:
     numba.njit(double)(1)
 
 
-def test_only_functions_of_this_package_count(listener, capsys) -> None:
+@pytest.mark.usefixtures("_listening")
+def test_functions_of_this_package_are_counted(capsys) -> None:
     compile_in("somebody.elses")
     assert capsys.readouterr().err == ""
     compile_in(f"{PACKAGE}.room.module")
-    assert capsys.readouterr().err.startswith(f"{COMPILING}: ")
+    assert capsys.readouterr().err.startswith(f"{COMPILING}: 0 functions")
 
 
-def test_it_is_counted_but_not_in_silence(listener, capsys) -> None:
+@pytest.mark.usefixtures("_listening")
+def test_nothing_is_said_in_silence(capsys) -> None:
     with silence(True):
         compile_in(f"{PACKAGE}.room.module")
     assert capsys.readouterr().err == ""
-    compile_in(f"{PACKAGE}.room.module")
-    assert "functions" in capsys.readouterr().err
 
 
 def test_every_room_with_compiled_functions_is_followed_whoever_calls_it() -> None:
@@ -62,22 +61,16 @@ def test_every_room_with_compiled_functions_is_followed_whoever_calls_it() -> No
         assert f"import {compilation.__name__}" in sources[PATH / room / "__init__.py"]
 
 
-def test_ctrl_c_waits_until_a_function_is_compiled(listener) -> None:
-    steps = []
-
-    class Pressing(event.Listener):
-        def on_start(self, event) -> None:
-            signal.raise_signal(signal.SIGINT)
-            steps.append("compiling")
-
-        def on_end(self, event) -> None:
-            steps.append("compiled")
-
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # workers of pytest ignore it
-    try:
-        with event.install_listener("numba:compile", Pressing()), pytest.raises(KeyboardInterrupt):
-            compile_in(f"{PACKAGE}.room.module")
-        assert steps[0] == "compiling"
-        assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
-    finally:
-        signal.signal(signal.SIGINT, before)
+def test_what_was_compiled_with_a_module_since_renamed_is_compiled_anew(tmp_path: Path) -> None:
+    """As after an update of the package in place, which leaves the cache of the version before."""
+    caller = "import {0}, numba, drake_starnav.utils.compilation\n"
+    caller += "double = numba.njit(cache=True)(lambda p: 2 * p.x)\nprint(double({0}.Point(1)))\n"
+    for name in ("before", "after"):
+        point = "from typing import NamedTuple\nclass Point(NamedTuple):\n    x: int\n"
+        (tmp_path / f"{name}.py").write_text(point)
+        (tmp_path / "caller.py").write_text(caller.format(name))
+        code = "import caller"
+        done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
+        assert done.stdout == "2\n", done.stderr
+        (tmp_path / f"{name}.py").unlink()
+    assert [*tmp_path.rglob("*.nbi")]

@@ -8,16 +8,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from drake_starnav.errors import StarnavError, shown
+from drake_starnav.errors import StarnavError
 from drake_starnav.evaluation.jobs import NEVER_RAN, Record
-from drake_starnav.evaluation.report.results import Results
-from drake_starnav.evaluation.trial_file import read_trials, record_key
+from drake_starnav.evaluation.report.results import Results, page_name
+from drake_starnav.evaluation.trial_file import read_trials
 from drake_starnav.evaluation.workers import local_processes
 from drake_starnav.scenario.schema import Scenario
-from drake_starnav.utils.files import read_bytes, reason_of
-
-SINGLE_KINDS = {"scenario": str, "method": str, "seed": int}
-"""Required fields of a file with a single trial; the scenario, `text`, is optional."""
 
 
 @dataclass(frozen=True)
@@ -58,20 +54,12 @@ def read_trial(path: Path, line: int | None = None) -> dict[str, Any]:
         StarnavError: the file cannot be read, has no trial in this line, from 1, or has several and no line is given.
     """
     try:
-        data = read_bytes(path)
-    except OSError as error:
-        raise StarnavError(f"cannot read {path}: {reason_of(error)}; allowed: a file with a trial") from None
-    try:
-        single = json.loads(data)
-    except (ValueError, RecursionError):
+        single = json.loads(path.read_bytes())
+    except (OSError, ValueError):
         single = None
-    if isinstance(single, dict) and SINGLE_KINDS.keys() <= single.keys():
-        if line not in (None, 1):
-            raise StarnavError(f"{path} has no trial in line {line}; allowed: 1, the only trial")
-        for name, kind in {**SINGLE_KINDS, "text": str}.items():
-            value = single.get(name, kind())
-            if not isinstance(value, kind) or isinstance(value, bool):
-                raise StarnavError(f"{path}: {name} is {shown(single[name])}; allowed: as `simulate --json` writes it")
+    if isinstance(single, dict) and "cases" not in single:
+        if missing := [name for name in ("scenario", "method", "seed") if name not in single]:
+            raise StarnavError(f"{path} has no {missing[0]}; allowed: as `simulate --json` writes it")
         return single
     header, records = read_trials(path)
     if line is None and len(records) == 1:
@@ -109,7 +97,7 @@ def record_chosen(
         if recording.record["outcome"] != "reached":
             counts[key] = counts.get(key, 0) + 1
         if recording.record["outcome"] == "reached" or counts[key] <= failures:
-            wanted[k] = results.page_names[record_key(recording.record)]
+            wanted[k] = page_name(recording.record)
     if not wanted:
         return recordings
     folder.mkdir(parents=True, exist_ok=True)

@@ -6,19 +6,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.evaluation.jobs import Key, Record
+from drake_starnav.evaluation.jobs import Record
 from drake_starnav.evaluation.trial_file import Header, read_trials, record_key
 from drake_starnav.loading import parse_scenario
-from drake_starnav.scenario.scenario_file import differences
 from drake_starnav.scenario.schema import Scenario, in_world
 from drake_starnav.scenario.shipped import scenario_names
 
 PROGRAM = "starnav"
 """The program of the commands in a file that does not say what was typed; a checkout's scripts are the same."""
-SHARED = ("world", "robot", "simulation")
-"""Sections of a scenario that must be equal for all methods, so that trials of the same number are the same task."""
 
 
 @dataclass(frozen=True)
@@ -63,20 +61,6 @@ class Results:
         name, method = record["scenario"], record["method"]
         return in_world(parse_scenario(self.texts[name, method], name=name, method=method), record.get("world"))
 
-    @cached_property
-    def page_names(self) -> dict[Key, str]:
-        """The file name of each trial's recording, by its key; unique also on case-insensitive file systems."""
-        names: dict[Key, str] = {}
-        taken: set[str] = set()
-        for record in self.records:
-            name, again = page_name(record), 2
-            while name.casefold() in taken:
-                name = f"{page_name(record).removesuffix('.html')}-{again}.html"
-                again += 1
-            taken.add(name.casefold())
-            names[record_key(record)] = name
-        return names
-
     def commands(self) -> list[str]:
         """The commands that ran the trials, one for each file, as they were typed; empty if none was."""
         return [_typed(header) for header in self.headers]
@@ -94,13 +78,13 @@ class Results:
         parts += [part for override in header["overrides"] for part in ("--set", override)]
         if "world" in record:
             parts += ["--set", f"world.id={record['world']}"]
-        parts += ["--html", f"out/{self.page_names[record_key(record)]}"]
+        parts += ["--html", f"out/{page_name(record)}"]
         program, _, typed = _typed(header).partition(" benchmark ")
         return f"{program if typed else PROGRAM} simulate {shlex.join(parts)}"
 
 
 def page_name(record: Record) -> str:
-    """A file name for a trial's recording, of plain characters; `Results.page_names` tells equal ones apart."""
+    """The file name of a trial's recording, of plain characters."""
     name, method, trial = record_key(record)
     plain, method = (re.sub(r"[^\w-]+", "_", text)[:60] for text in (name, method))
     return f"{plain}_{method}_{trial}.html"
@@ -124,7 +108,7 @@ def read_results(paths: Sequence[Path]) -> Results:
     headers: list[Header] = []
     records: list[Record] = []
     origin: dict[tuple[str, str], Path] = {}
-    tasks: dict[str, _Task] = {}
+    tasks: dict[str, tuple[Path, dict[str, Any]]] = {}
     for path in paths:
         header, found = read_trials(path)
         if headers and header["seed"] != headers[0]["seed"]:
@@ -136,10 +120,13 @@ def read_results(paths: Sequence[Path]) -> Results:
             name = case["scenario"], case["method"]
             if name in origin:
                 raise StarnavError(f"{path} has {' '.join(name)}, and so has {origin[name]}; allowed: each once")
-            origin[name] = path
-            task = _Task(path, case, bool(header.get("in_worlds")))
-            if (first := tasks.setdefault(case["scenario"], task)) is not task:
-                _check_same_task(first, task)
+            origin[name], task = path, _task(case, header)
+            first, other = tasks.setdefault(name[0], (path, task))
+            if changed := [key for key in task if task[key] != other[key]]:
+                raise StarnavError(
+                    f"{first} and {path} have other {', '.join(changed)} in scenario {name[0]}; allowed: the same "
+                    "worlds, robot and simulation for all methods, as else their trials are not comparable"
+                )
         headers.append(header)
         records += found
     if not records:
@@ -147,27 +134,11 @@ def read_results(paths: Sequence[Path]) -> Results:
     return make_results(headers, records)
 
 
-@dataclass(frozen=True)
-class _Task:
-    """The task that methods of a scenario share: a case of a file, and whether its trials are numbered by world."""
-
-    path: Path
-    case: Mapping[str, str]
-    in_worlds: bool
-
-
-def _check_same_task(first: _Task, other: _Task) -> None:
-    """Raise `StarnavError` unless trials of the same number are the same task in two cases of a scenario."""
-    found = differences(first.case["text"], other.case["text"], SHARED, f"{first.path} or {other.path}")
-    if first.in_worlds != other.in_worlds:
-        ways = ["trials by world" if task.in_worlds else "trials by seed" for task in (first, other)]
-        found.insert(0, " and ".join(ways))
-    if found:
-        name, methods = first.case["scenario"], (first.case["method"], other.case["method"])
-        raise StarnavError(
-            f"{first.path} ({methods[0]}) and {other.path} ({methods[1]}) have {'; '.join(found)} in scenario {name}; "
-            "allowed: the same worlds, robot and simulation for all methods, as else their trials are not comparable"
-        )
+def _task(case: Mapping[str, str], header: Header) -> dict[str, Any]:
+    """What must be equal for all methods in a scenario, so that trials of the same number are the same task."""
+    scenario = parse_scenario(case["text"], name=case["scenario"], method=case["method"])
+    shared: dict[str, Any] = {name: getattr(scenario, name) for name in ("world", "robot", "simulation")}
+    return shared | {"numbers of trials": header["in_worlds"]}
 
 
 def _typed(header: Header) -> str:

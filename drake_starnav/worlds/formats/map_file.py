@@ -5,7 +5,6 @@ Source: wiki.ros.org/map_server, and `map_io.cpp` of navigation2/nav2_map_server
 
 import math
 import os
-import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,7 +14,7 @@ import numpy as np
 from drake_starnav.errors import StarnavError, shown
 from drake_starnav.parameters import is_number
 from drake_starnav.utils.files import read_text
-from drake_starnav.utils.yaml_text import LARGEST_TEXT, load_yaml
+from drake_starnav.utils.yaml_text import load_yaml
 from drake_starnav.worlds.world import check_keys, check_numbers
 
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
@@ -150,8 +149,6 @@ def read_image(path: Path) -> tuple[np.ndarray, np.ndarray | None]:
                 raise StarnavError(
                     f"map image {path} has {image.width} x {image.height} pixels; allowed: at most {LARGEST_MAP}"
                 )
-            if image.format == "PPM":
-                _check_pgm_size(path, image)
             image.load()
             return _brightness(image)
     except StarnavError:
@@ -175,24 +172,10 @@ def _brightness(image: Any) -> tuple[np.ndarray, np.ndarray | None]:
     return (pixels if pixels.ndim == 2 else pixels.mean(axis=-1)), None
 
 
-def _check_pgm_size(path: Path, image: Any) -> None:
-    """Raise `StarnavError` if a PGM file has more pixels than its header says; Pillow only finds too few."""
-    offset, data = image.tile[0].offset, path.read_bytes()
-    if data.startswith(b"P2"):
-        found = len(re.sub(rb"#[^\r\n]*", b"", data[offset:]).split())
-    else:
-        found = (len(data.rstrip(b"\r\n")) - offset) // (2 if image.mode == "I" else 1)
-    if found > image.width * image.height:
-        raise StarnavError(
-            f"map image {path} says {image.width} x {image.height} pixels and has {found}; "
-            f"allowed: {image.width * image.height} pixels"
-        )
-
-
 def _read_yaml(path: Path) -> dict[str, Any]:
     if path.suffix.lower() in IMAGES:
         raise StarnavError(f"map {path} is an image; allowed: the map's YAML file, which names its image")
-    keys = load_yaml(read_text(path, f"map {path}", LARGEST_TEXT), f"map {path}")
+    keys = load_yaml(read_text(path, f"map {path}"), f"map {path}")
     check_keys(keys, f"map {path}", ("image", "resolution", "origin", "occupied_thresh", "free_thresh"))
     return keys
 

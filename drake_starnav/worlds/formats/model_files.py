@@ -15,7 +15,7 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
 from drake_starnav.errors import StarnavError, said_by, shown
-from drake_starnav.utils.files import read_bytes, reason_of
+from drake_starnav.utils.files import reason_of
 from drake_starnav.worlds.formats.model_folders import FOLDERS, find
 from drake_starnav.worlds.formats.obj_files import SOLIDS, converted, painted, write, write_obj
 
@@ -25,8 +25,6 @@ SHOWN_BY_DRAKE, PAINTED = (".obj", ".gltf"), (".dae", ".stl", ".glb")
 """Of visual meshes: those that Drake's Meshcat shows, and those that are converted."""
 EVERYWHERE = ("sun", "ground_plane")
 """Included models without which no world of Gazebo's is: there is a floor and light already."""
-LARGEST_MESH = 64 * 2**20
-"""Of a file to convert, bytes."""
 _PRIMITIVES = {"box", "sphere", "cylinder", "capsule", "ellipsoid", "empty"}
 _OF_WORLD = {"world", "model", "include", "frame", "joint"}
 _KEPT = {
@@ -240,7 +238,7 @@ class Models:
         if suffix not in CONVERTED:
             self.read.add(path.resolve())
             return [path.resolve()]
-        data = self._bytes(path, "mesh", LARGEST_MESH)
+        data = self._bytes(path, "mesh")
         try:
             return list(converted(data, suffix))
         except StarnavError as error:
@@ -265,16 +263,14 @@ class Models:
         for (copy, name), (_, color) in zip(copies, parts, strict=True):
             yield copy, name, " ".join(f"{c:g}" for c in color or ())
 
-    def _bytes(self, path: Path, what: str, largest: int = LARGEST_MESH) -> bytes:
+    def _bytes(self, path: Path, what: str) -> bytes:
         self.read.add(path.resolve())
         try:
-            return read_bytes(path, largest)
+            return path.read_bytes()
         except OSError as error:
             raise StarnavError(f"{what} {path} cannot be read: {reason_of(error)}; allowed: a file") from None
 
     def _parsed(self, data: bytes, path: Path) -> Element:
-        if re.search(rb"<!(DOCTYPE|ENTITY)", data):
-            raise StarnavError(f"model {path} has entities; allowed: plain XML")
         try:
             return parsed_xml(data)
         except ElementTree.ParseError as error:

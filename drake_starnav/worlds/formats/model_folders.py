@@ -7,7 +7,6 @@ from pathlib import Path
 from urllib.parse import unquote, urlsplit
 from xml.etree import ElementTree
 
-from drake_starnav.utils.files import read_bytes
 from drake_starnav.utils.resources import model_path
 
 FOLDERS = ("GAZEBO_MODEL_PATH", "GZ_SIM_RESOURCE_PATH", "IGN_GAZEBO_RESOURCE_PATH", "SDF_PATH", "ROS_PACKAGE_PATH")
@@ -46,7 +45,7 @@ def _folders_named(name: str, folder: Path) -> Iterator[Path]:
     for root in _roots():
         for manifest in root.rglob("package.xml"):
             with suppress(OSError, ElementTree.ParseError):
-                if ElementTree.fromstring(read_bytes(manifest)).findtext("name") == name:
+                if ElementTree.fromstring(manifest.read_bytes()).findtext("name") == name:
                     yield manifest.parent
 
 

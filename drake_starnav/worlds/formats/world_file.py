@@ -12,7 +12,7 @@ import numpy as np
 from drake_starnav.errors import StarnavError, said_by, shown
 from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.parameters import parameter
-from drake_starnav.utils.files import read_bytes, reason_of
+from drake_starnav.utils.files import reason_of
 from drake_starnav.utils.resources import model_path
 from drake_starnav.worlds.moving_obstacles import MovingObstacles
 from drake_starnav.worlds.outlines import place, rectangle
@@ -44,7 +44,7 @@ class WorldFile:
         """
         path = shipped_file(file) or Path(file)
         try:
-            content = json.loads(read_bytes(path))
+            content = json.loads(path.read_bytes())
         except OSError as error:
             names = ", ".join(sorted(p.stem for p in model_path("worlds").glob(f"{kind.lower()}_*.json")))
             raise StarnavError(

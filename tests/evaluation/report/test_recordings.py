@@ -89,18 +89,6 @@ def test_the_command_reports_without_running_again(trials: Path, tmp_path: Path,
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(path.name for path in out.values())
 
 
-def test_the_report_is_there_before_anything_is_recorded(trials: Path, tmp_path: Path, monkeypatch, capsys) -> None:
-    html = tmp_path / "report.html"
-
-    def interrupted(*arguments, **options):
-        assert "reached the goal" in html.read_text(encoding="utf-8")
-        assert f"wrote {html}" in capsys.readouterr().out
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr("drake_starnav.evaluation.report.recordings.record_chosen", interrupted)
-    assert report([str(trials), "--html", str(html), "--recordings"]) == 130
-
-
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
@@ -108,7 +96,6 @@ def test_the_report_is_there_before_anything_is_recorded(trials: Path, tmp_path:
         (["{trials}", "{trials}"], ["and so has"]),
         (["{trials}", "--html", "r.html", "--recordings", "-1"], ["--recordings is -1"]),
         (["{trials}", "--panels", "0"], ["--panels is 0"]),
-        (["{trials}", "--jobs", "0"], ["--jobs is 0"]),
         (["{trials}", "--html", "/proc/forbidden/r.html"], ["cannot write /proc/forbidden/r.html"]),
     ],
 )
@@ -119,13 +106,3 @@ def test_bad_input_exits_with_2_and_one_sentence(arguments, words, trials: Path,
     assert printed.count("\n") == 1
     for word in words:
         assert word in printed
-
-
-def test_a_file_where_the_recordings_shall_be_is_reported_before_anything_runs(tmp_path: Path, capsys) -> None:
-    (tmp_path / "r_recordings").touch()
-    trials = tmp_path / "trials.jsonl"
-    arguments = ["forest", "--trials", "1", "--json", str(trials), "--html", str(tmp_path / "r.html")]
-    arguments.append("--recordings")
-    assert benchmark(arguments) == 2
-    assert "cannot write" in capsys.readouterr().err
-    assert not trials.exists()

@@ -100,7 +100,7 @@ def test_an_unknown_number_is_told_the_known_ones(file: Path) -> None:
         Barn(file=str(file)).check_numbers([7, 10, 11])
 
 
-@pytest.mark.parametrize("name", ["nowhere.json", ".", "a" * 300])
+@pytest.mark.parametrize("name", ["nowhere.json", "."])
 def test_a_file_that_cannot_be_read(name: str) -> None:
     with pytest.raises(StarnavError, match=r"world\.file is '.*', which cannot be read .* allowed: .*barn_like.* or"):
         make_world(Barn(file=name), 0, 0.334)
