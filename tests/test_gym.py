@@ -18,16 +18,6 @@ YARD = parse_scenario(
 AHEAD = np.array([0.8, 0.0], dtype=np.float32)
 
 
-def test_several_lidars_are_no_observation() -> None:
-    with pytest.raises(UnsupportedError, match="lidars has 2 entries; allowed: the one lidar"):
-        NavigationEnv(parse_scenario("world: !Obstacles {}\nlidars: [{}, {}]", name="two"))
-
-
-def test_other_bases_have_other_actions() -> None:
-    with pytest.raises(UnsupportedError, match="robot.base is car; allowed: differential"):
-        NavigationEnv(parse_scenario("world: !Obstacles {}\nrobot: {base: car}", name="car"))
-
-
 @pytest.mark.filterwarnings("ignore::UserWarning")
 @pytest.mark.parametrize("plant", [False, True])
 @pytest.mark.parametrize("shield", [False, True])

@@ -3,9 +3,6 @@
 from html.parser import HTMLParser
 from pathlib import Path
 
-import pytest
-
-from drake_starnav import StarnavError
 from drake_starnav.plotting import InlinePage
 
 PAGE = '<!doctype html><p title="quoted">a &amp; b</p>'
@@ -25,8 +22,3 @@ def test_the_page_is_within_the_cell_s_output(tmp_path: Path) -> None:
     Frames().feed(shown._repr_html_())
     (frame,) = found
     assert frame["tag"] == "iframe" and frame["srcdoc"] == PAGE and "300px" in frame["style"]
-
-
-def test_a_missing_page_is_said(tmp_path: Path) -> None:
-    with pytest.raises(StarnavError, match="cannot read .*none.html: .*; allowed: an HTML file"):
-        InlinePage(tmp_path / "none.html")

@@ -7,7 +7,6 @@ from hypothesis import strategies as st
 
 from drake_starnav.baselines import dwa
 from drake_starnav.baselines.dwa import PERIOD, DwaParameters
-from drake_starnav.errors import StarnavError
 from drake_starnav.robot import RobotParameters
 from tests.helpers.arrays import taking_lists
 
@@ -98,8 +97,3 @@ def test_can_stop_at_the_goal():
             break
     assert math.hypot(pose[0] - 2.0, pose[1] - 1.0) < 0.1
     assert twist[0] <= 0.6
-
-
-def test_bad_parameters_are_refused_when_they_are_made():
-    with pytest.raises(StarnavError, match=r"dwa.margin is -1.0; allowed: 0 <= x <= 1 m"):
-        DwaParameters(margin=-1.0)

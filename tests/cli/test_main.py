@@ -2,8 +2,6 @@
 
 import json
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -117,19 +115,6 @@ def test_a_world_is_drawn(scenario: str, ending: str, tmp_path: Path, capsys) ->
     assert len(content) > 10_000
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["map", "--out", "x.pdf"], ["--out is x.pdf", ".png or .html"]),
-        (["map", "--seed", "-1"], ["--seed is -1"]),
-    ],
-)
-def test_what_cannot_be_drawn_is_reported(arguments, words, capsys) -> None:
-    assert show_world(arguments) == 2
-    printed = capsys.readouterr().err
-    assert all(word in printed for word in words)
-
-
 def test_no_command_writes_over_what_it_reads_or_has_written(scenario_file: Path, tmp_path: Path, capsys) -> None:
     text, twice = scenario_file.read_text(), str(tmp_path / "a.html")
     trials = tmp_path / "trials.jsonl"
@@ -155,14 +140,6 @@ def test_listing_names_every_command_scenario_method_and_world(arguments, capsys
         assert re.search(rf"(^|\W){re.escape(name)}(\W|$)", printed), name
 
 
-def test_a_command_is_called_what_it_was_called_by() -> None:
-    root = Path(__file__).parents[2]
-    for call in (["-m", "drake_starnav", "simulate"], [str(root / "scripts" / "simulate.py")]):
-        done = subprocess.run([sys.executable, *call, "nowhere"], cwd=root, capture_output=True, text=True, check=False)
-        name = "python -m drake_starnav simulate" if call[0] == "-m" else "simulate.py"
-        assert done.returncode == 2 and done.stderr.startswith(f"{name}: ")
-
-
 def test_the_version_is_printed(capsys) -> None:
     assert main(["--version"]) == 0
     assert re.fullmatch(r"drake_starnav \S+ \(.+\), Drake \S+\n", capsys.readouterr().out)
@@ -185,11 +162,3 @@ def test_the_demo_leaves_its_recording_where_it_says(tmp_path: Path, monkeypatch
     assert main(["demo", "--set", "simulation.timeout=0.5"]) == 1
     assert {path.name for path in (tmp_path / "out").iterdir()} == {"forest.html", "forest.json"}
     assert "out/forest.html" in capsys.readouterr().out
-
-
-def test_the_demo_explains_itself(capsys) -> None:
-    with pytest.raises(SystemExit):
-        main(["demo", "--help"])
-    said = " ".join(capsys.readouterr().out.split())
-    assert re.search("usage: (.* )?demo ", said) and "out/forest.html" in said
-    assert "--seed" in said and "--html" not in said

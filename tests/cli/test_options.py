@@ -1,23 +1,16 @@
 """How a command ends."""
 
-import argparse
-import importlib
-import math
 import os
 import subprocess
 import sys
-import tomllib
 import warnings
 from pathlib import Path
 
 import pytest
 
-from drake_starnav.cli.main import main
 from drake_starnav.cli.options import (
     BAD_INPUT,
-    ENTRY_POINT,
     INTERRUPTED,
-    check_numbers,
     command_name,
     exit_code,
     plain_warnings,
@@ -30,11 +23,6 @@ from drake_starnav.errors import StarnavError
 
 def raising(error: BaseException) -> int:
     raise error
-
-
-def test_a_command_ends_with_what_its_work_returns(capsys: pytest.CaptureFixture[str]) -> None:
-    assert [exit_code("name", lambda k=k: k) for k in (0, 1)] == [0, 1]
-    assert capsys.readouterr() == ("", "")
 
 
 def test_bad_input_and_interruption_are_reported_in_a_line(capsys: pytest.CaptureFixture[str]) -> None:
@@ -83,12 +71,6 @@ def test_the_bar_of_a_run_is_there_before_the_run(monkeypatch, capsys) -> None:
         assert "driving" in capsys.readouterr().err
 
 
-def test_the_entry_point_is_the_package_s_main() -> None:
-    project = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    module, _, function = project["scripts"][ENTRY_POINT].partition(":")
-    assert getattr(importlib.import_module(module), function) is main
-
-
 def test_a_reader_that_has_gone_is_no_error() -> None:
     code = "import sys\nfrom drake_starnav.cli.options import exit_code\n"
     code += "def work():\n    for _ in range(100_000): print('a line')\n    return 0\nsys.exit(exit_code('x', work))"
@@ -99,12 +81,3 @@ def test_a_reader_that_has_gone_is_no_error() -> None:
     )  # fmt: skip
     assert done.stdout.split() == ["a", "line", "1"]
     assert done.stderr == ""
-
-
-def test_a_number_out_of_its_range_is_refused() -> None:
-    options = argparse.Namespace(rate=5, speed=0.5)
-    check_numbers(options, rate=(1, 5), speed=(0.5, math.inf))
-    with pytest.raises(StarnavError, match=r"--rate is 5; allowed: 6 <= x <= 7$"):
-        check_numbers(options, rate=(6, 7))
-    with pytest.raises(StarnavError, match=r"--speed is 0.5; allowed: 1 <= x$"):
-        check_numbers(options, speed=(1, math.inf))

@@ -2,7 +2,6 @@
 
 import argparse
 import json
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -93,14 +92,6 @@ def test_a_trial_of_a_batch_is_chosen_by_its_line(scenario, capsys) -> None:
         assert "allowed: --line 2 to --line 3" in capsys.readouterr().err
 
 
-def test_a_run_that_differs_from_its_trial_is_reported(scenario, capsys) -> None:
-    simulate([scenario, "--json", "trial.json", "--quiet"])
-    fields = json.loads(Path("trial.json").read_text())
-    Path("trial.json").write_text(json.dumps({**fields, "state_hash": "of another version"}))
-    assert record(["trial.json", "--quiet"]) == 1
-    assert "differs from the trial it repeats" in capsys.readouterr().err
-
-
 @pytest.mark.parametrize(
     ("text", "words"),
     [
@@ -113,11 +104,6 @@ def test_a_file_of_something_else_is_reported(tmp_path, text, words, capsys) -> 
     path.write_text(text + "\n")
     assert record([str(path), "--html", str(tmp_path / "a.html")]) == 2
     assert words in capsys.readouterr().err
-
-
-def test_no_file_is_written_twice(scenario, capsys) -> None:
-    assert record([scenario, "--html", "a.html", "--mp4", "a.html"]) == 2
-    assert "a.html is to be written twice" in capsys.readouterr().err
 
 
 def test_a_record_of_a_batch_brings_its_scenario(scenario) -> None:
@@ -152,13 +138,6 @@ def test_bad_input_is_one_sentence(arguments, words, scenario, capsys) -> None:
     error = capsys.readouterr().err
     assert words in error
     assert error.count("\n") == 1
-
-
-def test_without_matplotlib_an_error_says_what_helps(scenario, monkeypatch, capsys) -> None:
-    monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
-    assert record([scenario, "--png", "0.5", "--quiet"]) == 2
-    assert "matplotlib is not installed; allowed: pip install" in capsys.readouterr().err
-    assert names(".") == {"mine.yaml"}
 
 
 def test_the_names_of_files_tell_what_they_show() -> None:

@@ -27,10 +27,3 @@ def test_each_term_is_printed_and_they_add_up(capsys) -> None:
     assert {
         name: str(round(value, 6)) if isinstance(value, float) else str(value) for name, value in values.items()
     } == printed
-
-
-def test_a_sum_that_no_margin_may_have_is_printed_before_it_is_refused(capsys) -> None:
-    assert margins(["room", "--set", "lidar.noise=2"]) == 2
-    printed = capsys.readouterr()
-    assert "1500.00 mm  3/4 * lidar.noise: range noise" in printed.out
-    assert "allowed: at most 0.5 m" in printed.err

@@ -62,12 +62,6 @@ def test_only_numbered_worlds_that_exist_can_be_asked_for() -> None:
         check_worlds([barn, forest], [0])
 
 
-def test_done_trials_are_left_out_and_cases_take_turns() -> None:
-    cases = [Case("a", "star", ""), Case("b", "star", "")]
-    jobs = make_jobs(cases, 2, 0, {("a", "star", 1)})
-    assert [job.key for job in jobs] == [("a", "star", 0), ("b", "star", 0), ("b", "star", 1)]
-
-
 def test_a_job_is_text_and_numbers_that_say_everything() -> None:
     (case,) = make_cases(["forest"], ["star_paper"], ["robot.radius=0.3"])
     (job,) = make_jobs([case], 1, 5)
@@ -102,12 +96,3 @@ def test_a_method_that_cannot_be_tried_in_a_world_is_recorded_as_unsupported() -
     assert record["outcome"] == "unsupported"
     assert "1 polygon" in record["message"]
     assert (record["scenario"], record["method"], record["trial"], record["seed"]) == ("walls", "dsm", 2, 7)
-
-
-def test_a_fault_that_nobody_foresaw_is_recorded_with_its_kind(monkeypatch) -> None:
-    def fail(*args: object, **kwargs: object) -> None:
-        raise ZeroDivisionError("float division")
-
-    monkeypatch.setattr("drake_starnav.simulation.records.run_trial", fail)
-    record = run_job(Job(Case("empty", "star", "world: !Obstacles {}"), 0, 0))
-    assert (record["outcome"], record["message"]) == ("error", "ZeroDivisionError: float division")

@@ -3,9 +3,8 @@
 import pytest
 
 from drake_starnav.cli.benchmark import benchmark
-from drake_starnav.errors import StarnavError
 from drake_starnav.evaluation.jobs import make_cases
-from drake_starnav.evaluation.suites import SUITES, Published, Suite, find_suite, suite_table
+from drake_starnav.evaluation.suites import SUITES, Published, Suite, suite_table
 from tests.evaluation.test_summary import record
 
 
@@ -52,33 +51,6 @@ def test_our_figures_stand_beside_the_published_ones() -> None:
         "150.0", "99.6", "120.0", "109.9", "1", "50.0 % (9.5 to 90.5)", "20.7", "0.020", "-",
     ]  # fmt: skip
     assert rows["forest", "dsm"] == ["-", "-", "-", "-", "0", "-", "-", "-", "-"]
-
-
-def test_without_the_reference_there_are_no_ratios() -> None:
-    rows = by_case(suite_table(SUITES["table1"], [record(0, method="foa")])[1])
-    assert rows["forest", "foa"][0] == "-"
-
-
-def test_unknown_suite_names_the_nearest(capsys) -> None:
-    with pytest.raises(StarnavError, match="unknown suite 'table2': did you mean table1"):
-        find_suite("table2")
-    assert benchmark(["--suite", "table2"]) == 2
-    assert "did you mean table1" in capsys.readouterr().err
-
-
-def test_scenarios_or_a_suite_are_needed(capsys) -> None:
-    assert benchmark([]) == 2
-    printed = capsys.readouterr().err
-    assert "--suite; allowed: one of the two" in printed
-    assert "Traceback" not in printed
-
-
-def test_help_names_every_suite(capsys) -> None:
-    with pytest.raises(SystemExit):
-        benchmark(["--help"])
-    printed = capsys.readouterr().out
-    for name in SUITES:
-        assert name in printed
 
 
 def test_a_suite_runs_and_prints_its_table(tmp_path, capsys, monkeypatch) -> None:

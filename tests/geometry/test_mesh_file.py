@@ -88,20 +88,6 @@ def test_what_is_no_mesh_is_refused(data: bytes, suffix: str) -> None:
         mesh_triangles(data, suffix)
 
 
-@pytest.mark.parametrize(
-    ("data", "suffix"),
-    [
-        (ascii_stl(np.where(CORNERS == 3, np.nan, CORNERS)), ".stl"),
-        (ascii_stl(np.where(CORNERS == 3, np.inf, CORNERS)), ".stl"),
-        (dae().replace(b"0 2 1 0", b"-5 2 1 0"), ".dae"),
-        (dae().replace(b"<p>0", b"<p>9"), ".dae"),
-    ],
-)
-def test_corners_that_are_no_points_are_refused(data: bytes, suffix: str) -> None:
-    with pytest.raises(StarnavError, match="not finite|not a valid|without triangles"):
-        mesh_triangles(data, suffix)
-
-
 @pytest.mark.parametrize("suffix", [".glb", ".dae"])
 def test_surfaces_have_the_colours_of_the_file(suffix: str) -> None:
     scene = trimesh.Scene()
@@ -117,11 +103,6 @@ def test_surfaces_have_the_colours_of_the_file(suffix: str) -> None:
     for surface, color, height in ((red, (1.0, 0.0, 0.0), 3.0), (green, (0.0, 0.502, 0.0), 4.0)):
         assert surface.color[:3] == pytest.approx(color, abs=0.01)
         assert np.ptp(surface.vertices, axis=0) == pytest.approx(up @ (1.0, 2.0, height))
-
-
-def test_a_mesh_without_colours_has_none() -> None:
-    (surface,) = mesh_surfaces(binary_stl(), ".stl")
-    assert surface.color is None and as_set(*surface[:2]) == as_set(CORNERS, FACES)
 
 
 def test_how_deep_a_mesh_is_dented() -> None:

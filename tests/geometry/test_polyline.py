@@ -57,8 +57,3 @@ def test_subdivided_polylines_keep_their_corners(step: float, count: int) -> Non
 def test_arc_lengths_are_those_up_to_each_point() -> None:
     assert arc_lengths(np.array([(0.0, 0.0), (3.0, 4.0), (3.0, 5.0)])).tolist() == [0.0, 5.0, 6.0]
     assert arc_lengths(np.ones((1, 2))).tolist() == [0.0]
-
-
-def test_a_robot_that_never_moved_has_one_point() -> None:
-    assert resampled(np.zeros((3, 2)), 0.1).tolist() == [[0.0, 0.0]]
-    assert simplified(np.zeros((1, 2)), 0.1).tolist() == [[0.0, 0.0]]

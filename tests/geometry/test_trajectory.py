@@ -18,7 +18,6 @@ from drake_starnav.geometry.trajectory import (
     stops,
     time_stuck,
     twist_energy,
-    window_means,
     yaw_rate_change,
 )
 
@@ -152,18 +151,3 @@ def test_to_and_fro_near_a_place_is_being_stuck_there(far: float, stuck: float) 
 def test_driving_in_a_small_circle_is_being_stuck() -> None:
     angle = np.linspace(0.0, 20.0 * math.pi, 400)
     assert time_stuck(0.1 * np.column_stack((np.cos(angle), np.sin(angle))), 0.1) == pytest.approx(39.9)
-
-
-def test_windows_drop_an_incomplete_one_at_the_end() -> None:
-    assert window_means(np.arange(7.0), 3) == pytest.approx([1.0, 4.0])
-
-
-def test_a_trial_of_one_step_has_figures() -> None:
-    found = metrics(np.zeros(1), np.zeros(1))
-    assert (found.jerk_mps3, found.yaw_rate_change_radps2, found.stops, found.stuck_s) == (0.0, 0.0, 0, 0.0)
-    assert metrics(np.zeros(50), np.zeros(50), clearances=np.full(50, math.inf)).mean_clearance_m == math.inf
-
-
-def test_the_mean_clearance_counts_every_moment() -> None:
-    mostly_near = np.repeat((0.1, 0.5), (30, 10))
-    assert metrics(np.zeros(40), np.zeros(40), clearances=mostly_near).mean_clearance_m == pytest.approx(0.2)

@@ -5,7 +5,6 @@ import pytest
 from pydrake.systems.analysis import SimulatorStatus
 from pydrake.systems.framework import DiagramBuilder
 
-from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.footprint import Footprint, disc
 from drake_starnav.navigation import Parts, add_navigation, make_diagram
 from drake_starnav.scenario.scenario_file import parse_scenario
@@ -16,7 +15,6 @@ from drake_starnav.station.plant import make_simulator
 from drake_starnav.worlds.clearance import body_clearance
 from drake_starnav.worlds.world import World
 from tests.helpers.footprints import LONG, ROUND, WIDE, ToldFootprint
-from tests.helpers.posts import POSTS, posts
 
 BASES = ("differential", "omnidirectional", "car")
 GAP = World(
@@ -104,14 +102,3 @@ def test_the_monitor_ends_a_run_in_which_what_is_in_force_touches() -> None:
     status = make_simulator(builder.Build()).AdvanceTo(1.0)
     assert status.reason() == SimulatorStatus.ReturnReason.kReachedTerminationCondition
     assert status.message() == "collision of base_link with cylinders[0] at 0.100 s"
-
-
-def test_one_that_never_changes_drives_as_none_does() -> None:
-    hashes = {run_trial(posts(), Parts(footprint=told)).state_hash for told in (None, ToldFootprint((0.0, ROUND)))}
-    assert len(hashes) == 1
-
-
-def test_methods_without_a_certificate_are_refused() -> None:
-    made = parse_scenario(POSTS, name="posts", method="dwa")
-    with pytest.raises(StarnavError, match="controller.kind is dwa with a footprint of your own; allowed: star"):
-        add_navigation(DiagramBuilder(), made, Parts(footprint=ToldFootprint((0.0, ROUND))))

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from drake_starnav.errors import StarnavError
 from drake_starnav.loading import parse_scenario
 from drake_starnav.navigation import Parts
 from drake_starnav.safety import KeepOut
@@ -68,26 +67,3 @@ def test_where_zones_leave_no_way_the_goal_is_given_up_early_and_they_are_named(
     trial = run_trial(parse_scenario(f"{HALL}zones:\n{zones}", name="closed"))
     assert (trial.outcome, trial.blocked_by) == ("unreachable", f"no way is left but through {names}")
     assert trial.time_s < 30.0 and trial.min_clearance_m > 0.0
-
-
-@pytest.mark.parametrize(
-    ("zones", "words"),
-    [
-        ("{a: 1}", r"zones is {'a': 1}; allowed: a list of mappings tagged !KeepOut, !SpeedZone"),
-        ("[!KeepOt {polygon: []}]", r"zones\[0\] is .*; allowed: a mapping tagged !KeepOut, !SpeedZone"),
-        ("[!KeepOut {polygn: []}]", r"key polygn in zones\[0\].*did you mean polygon"),
-        ("[!KeepOut {}]", r"zones\[0\] has no polygon; allowed: polygon, margin, name"),
-        ("[!KeepOut {polygon: [[0, 0], [1, 0], [1]]}]", r"zones\[0\]: KeepOut.polygon\[2\] is \[1\]; allowed"),
-        ("[!KeepOut {polygon: [[0, 0], [1, 0], [1, x]]}]", r"KeepOut.polygon\[2\] is \[1, 'x'\]; allowed"),
-        ("[!SpeedZone {polygon: [[0, 0], [1, 0], [1, 1]], max_speed: 0}]", r"SpeedZone.max_speed is 0; allowed: more"),
-    ],
-)
-def test_zones_that_are_none_are_refused(zones: str, words: str) -> None:
-    with pytest.raises(StarnavError, match=words):
-        parse_scenario(f"{HALL}zones: {zones}", name="wrong")
-
-
-def test_a_method_that_keeps_no_zones_is_refused() -> None:
-    text = f"{HALL}controller: {{kind: dwa}}\nzones: [!KeepOut {{polygon: [[3, -3], [5, -3], [5, 3]]}}]"
-    with pytest.raises(StarnavError, match="zones with controller.kind dwa, which does not keep them; allowed: star"):
-        run_trial(parse_scenario(text, name="dwa"))

@@ -13,12 +13,10 @@ from pydrake.systems.primitives import LogVectorOutput, VectorLogSink
 from drake_starnav.navigation import add_navigation, make_diagram
 from drake_starnav.planning import PlannerStatus
 from drake_starnav.planning.distance_grid import DistanceGrid
-from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.scenario.scenario_file import parse_scenario
 from drake_starnav.scenario.shipped import METHODS
 from drake_starnav.simulation.monitors import add_collision_monitor
 from drake_starnav.station.monitors import ArrivalMonitor, CollisionMonitor
-from drake_starnav.systems.twist_shield import TwistShield
 from drake_starnav.utils.stopwatch import Stopwatch
 from tests.helpers.posts import GOALS, POSTS, posts, simulated
 
@@ -113,19 +111,6 @@ def test_interleaved_contexts_go_as_they_would_alone() -> None:
             simulator.AdvanceTo(time)
     for simulator, expected in zip(simulators, alone, strict=True):
         assert all_states(diagram, simulator.get_context()) == expected
-
-
-def test_a_clone_of_a_context_goes_the_same_way() -> None:
-    diagram = make_diagram(posts())
-    simulator = simulated(diagram)
-    simulator.AdvanceTo(OFF_GRID)
-    clone = simulator.get_context().Clone()
-    held = all_states(diagram, clone)
-    simulator.AdvanceTo(2.0 * OFF_GRID)
-    assert all_states(diagram, clone) == held, "the run changed what the clone remembers"
-    twin = Simulator(diagram, clone)
-    twin.AdvanceTo(2.0 * OFF_GRID)
-    assert all_states(diagram, twin.get_context()) == all_states(diagram, simulator.get_context())
 
 
 @pytest.mark.parametrize(
@@ -238,26 +223,3 @@ def test_no_system_keeps_state_of_its_own() -> None:
     simulator.AdvanceTo(1.5)
     assert stopwatch.summary("plan")["count"] >= 1
     assert held() == before
-
-
-def test_structure_tells_hidden_state() -> None:
-    """The check above would see a counter, a list that grows, and an array that is written to."""
-
-    class Hoarder(TwistShield):
-        pass
-
-    scenario = posts()
-    hoarder = Hoarder(scenario.robot, scenario.controller, derive_margins(scenario))
-    hoarder.count, hoarder.seen, hoarder.last = 0, [], np.zeros(3)
-    before = structure(vars(hoarder))
-    assert structure(vars(hoarder)) == before
-    changes = (
-        lambda: setattr(hoarder, "count", 1),
-        lambda: hoarder.seen.append(1),
-        lambda: hoarder.last.__setitem__(0, 1.0),
-    )
-    for change in changes:
-        change()
-        after = structure(vars(hoarder))
-        assert after != before
-        before = after

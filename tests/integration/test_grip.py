@@ -9,11 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydrake.systems.analysis import Simulator
 
-from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.sensor_model import LidarParameters
-from drake_starnav.navigation.validation import validated_margins
 from drake_starnav.robot import RobotParameters
-from drake_starnav.scenario.scenario_file import load_scenario
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.surroundings.safe_region import CertifiedRegion
@@ -73,9 +70,3 @@ def test_robots_do_not_slide_by_what_is_certified(model, radius, acceleration):
         sideways = rates[4] * math.cos(yaw) - rates[3] * math.sin(yaw)
         slid.append(abs(sideways + v * omega * station.plant.time_step()))  # the plant turns the speed one step late
     assert max(slid) < 0.05
-
-
-def test_a_robot_that_brakes_harder_than_wheels_grip_is_refused():
-    with pytest.raises(StarnavError, match=r"robot.max_acceleration is 8 m/s\^2, .* at most 6 m/s\^2"):
-        validated_margins(load_scenario("room", overrides=["robot.max_acceleration=8"]))
-    validated_margins(load_scenario("room", method="star_paper", overrides=["robot.max_acceleration=8"]))

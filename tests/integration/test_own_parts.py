@@ -12,7 +12,7 @@ from drake_starnav.navigation import Navigation, Parts, add_navigation
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.safety.zones import KeepOut, SpeedZone
 from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
-from drake_starnav.systems.twist_shield import TwistShield, Unshielded
+from drake_starnav.systems.twist_shield import TwistShield
 from tests.helpers.posts import GOALS, posts
 
 
@@ -73,13 +73,6 @@ def test_the_shield_stops_a_controller_that_drives_into_a_post(faults: list[str]
     assert path[0, :2] == pytest.approx(pose[:2], abs=0.2)
 
 
-def test_without_the_shield_it_hits_the_post() -> None:
-    scenario = posts()
-    free = Unshielded(scenario.robot, scenario.controller)
-    pose, _, _ = driven(8.0, controller=Pursuit("goal"), shield=free)
-    assert np.hypot(*(pose[:2] - (1.7, 0.1))) - 0.4 - scenario.robot.radius < 0.002
-
-
 def test_the_shield_holds_among_obstacles_that_move() -> None:
     _, navigation, _ = driven(0.5, posts(overrides=["obstacles.max_speed=0.5"]), controller=Pursuit())
     assert navigation.tracker is not None
@@ -118,16 +111,6 @@ def test_a_planner_of_ones_own_guides_our_controller(faults: list[str]) -> None:
     assert navigation.planner is beeline
     assert pose[0] > 0.5  # as far as the certificate lets it
     assert np.hypot(*(pose[:2] - (1.7, 0.1))) > 0.65
-
-
-def test_a_planner_and_a_controller_of_ones_own_agree_on_their_ports() -> None:
-    class Targets(LeafSystem):
-        def __init__(self) -> None:
-            super().__init__()
-            self.DeclareVectorOutputPort("target", 2, lambda context, output: output.SetFromVector(GOALS[1]))
-
-    pose, _, _ = driven(10.0, planner=Targets(), controller=Pursuit("target"))
-    assert np.hypot(*(pose[:2] - GOALS[1])) < 0.1
 
 
 @pytest.mark.parametrize(

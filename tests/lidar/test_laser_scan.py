@@ -1,7 +1,6 @@
 import copy
 import dataclasses
 import math
-import warnings
 
 import numpy as np
 import pytest
@@ -160,16 +159,6 @@ def test_bad_scans_are_refused_with_place_value_and_what_is_allowed(changes, mes
         scan(**changes)
 
 
-def test_times_within_a_scan_are_not_negative():
-    fields = {"time": 1.0, "angle_min": 0.0, "angle_increment": 0.1, "range_min": 0.0, "range_max": 5.0}
-    scan = LaserScan(**fields, ranges=np.ones(4), time_increment=0.01, scan_time=0.1)
-    assert (scan.time_increment, scan.scan_time) == (0.01, 0.1)
-    with pytest.raises(StarnavError, match="scan_time is -1; allowed: 0 <= scan_time"):
-        LaserScan(**fields, ranges=np.ones(4), scan_time=-1.0)
-    with pytest.raises(StarnavError, match="time_increment is nan; allowed: a finite number"):
-        LaserScan(**fields, ranges=np.ones(4), time_increment=float("nan"))
-
-
 def test_lost_beams_are_neither_hit_nor_free():
     ranges = [np.nan, 3.0, 1.0, np.inf, np.nan, np.nan, np.nan, 2.0]
     seen = LaserScan(0.0, -math.pi, 2.0 * math.pi / 8, 0.0, 4.0, ranges, lost_beams=True)
@@ -188,23 +177,6 @@ def test_what_is_no_measurement_is_lost(value):
     seen = LaserScan(0.0, 0.0, 0.1, 0.12, 5.0, np.array([1.0, value, 0.12, 2.0]), lost_beams=True)
     assert seen.lost.tolist() == [False, True, False, False]
     assert seen.hits.tolist() == [True, False, True, True]
-
-
-@pytest.mark.parametrize("value", NO_MEASUREMENT)
-def test_a_lost_beam_is_refused_where_none_may_be(value):
-    message = rf"ranges\[1\] is {value:g} \(1 of 4 beams\); allowed: metres from range_min 0.12 m on, \+inf"
-    with pytest.raises(StarnavError, match=message):
-        LaserScan(0.0, 0.0, 0.1, 0.12, 5.0, np.array([1.0, value, 1.0, 2.0]))
-
-
-def test_infinities_of_both_signs_are_not_lost():
-    assert LaserScan(0.0, 0.0, 0.1, 0.0, 5.0, np.array([np.inf, -np.inf, 1.0, 2.0])).beams.complete
-
-
-def test_ranges_too_large_for_their_squares_are_not_lost():
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        assert LaserScan(0.0, 0.0, 0.1, 0.0, 5.0, np.array([1e200, 1.0, 1.0])).beams.complete
 
 
 @given(seeds, st.floats(0.0, 1.0))
@@ -245,12 +217,6 @@ def test_beams_are_free_up_to_a_moving_obstacle_which_is_no_hit():
     np.testing.assert_array_equal(reported.mappable_hits, [True, False, False, True, False, True, False, True])
     assert reported.distances[1] == 1.0
     assert len(reported.points()) == 5
-
-
-def test_without_motion_everything_is_static():
-    seen = scan()
-    assert not seen.moving.any() and not seen.lost.any()
-    assert seen.hits.all() and seen.mappable.all()
 
 
 @pytest.mark.parametrize("pose", [(0.0, 0.0, 0.0), (1.0, -2.0, 2.5)])

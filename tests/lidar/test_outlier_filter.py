@@ -115,9 +115,3 @@ def test_nearly_all_strays_and_hardly_any_surface_are_doubted(seed, share):
     assert survivors <= 0.05 * strays + 6
     assert entered <= 2
     assert doubted <= 0.01 * reported + 3
-
-
-@given(st.lists(st.sampled_from([np.nan, np.inf, -np.inf, 0.0, 0.5, 0.55, 4.9]), min_size=3, max_size=12))
-def test_any_ranges_are_accepted(ranges):
-    scan = circle(np.array(ranges))
-    assert (without_outliers(scan, ORIGIN, NOTHING)[0].hits <= scan.hits).all()

@@ -119,15 +119,6 @@ def test_keeps_its_grip_and_stays_level_in_a_fast_turn() -> None:
     assert result.tilt < np.radians(0.1)
 
 
-def test_two_drives_are_equal_bit_by_bit() -> None:
-    def final_state() -> bytes:
-        robot = Robot()
-        drive(robot, 0.8, 2.0, acceleration=1.0, yaw_acceleration=4.0)
-        return robot.plant.GetPositionsAndVelocities(robot.context).tobytes()
-
-    assert final_state() == final_state()
-
-
 def _geometry_span(robot: Robot, name: str) -> tuple[float, float, float]:
     """Lowest and highest point above the ground, and radius, of a cylinder of base_link at rest, m."""
     inspector = robot.scene_graph.model_inspector()
@@ -154,12 +145,3 @@ def test_nothing_reaches_out_of_the_hull() -> None:
         for geometry in robot.plant.GetCollisionGeometriesForBody(body):
             p_WG = (X_WB @ inspector.GetPoseInFrame(geometry)).translation()
             assert np.hypot(*p_WG[:2]) + inspector.GetShape(geometry).radius() <= 0.25 + 1e-12
-
-
-def test_names_that_the_station_relies_on() -> None:
-    robot = Robot()
-    assert robot.plant.GetModelInstanceName(robot.model) == "starbot"
-    for name in WHEELS:
-        joint = robot.plant.GetJointByName(name, robot.model)
-        assert joint.child_body().name() == name
-        assert robot.plant.GetJointActuatorByName(name, robot.model).joint().index() == joint.index()

@@ -13,9 +13,7 @@ from pydrake.systems.framework import BasicVector, DiagramBuilder, EventStatus, 
 from drake_starnav import Parts, StarnavError, add_navigation, load_scenario, make_world, parse_scenario
 from drake_starnav.lidar.mounts import ON_AXIS
 from drake_starnav.navigation.robot import robot_world
-from drake_starnav.station import simulated
 from drake_starnav.systems import release
-from drake_starnav.visualization.recorder import Recorder
 from drake_starnav.worlds.view import scan_from, visible_shapes
 from tests.helpers.robots import casters, joint, link, robot, wheel
 
@@ -94,24 +92,6 @@ def test_its_declarations_must_be_the_scenario_s() -> None:
     other = load_scenario("forest", overrides=["drive.delay=0.1"])
     with pytest.raises(StarnavError, match=r"drive\.delay 0\.0, the scenario 0\.1"):
         add_navigation(builder, other, Parts(WORLD, puck))
-
-
-def test_its_mounts_are_as_many_as_its_lidars() -> None:
-    builder = DiagramBuilder()
-    puck = builder.AddSystem(Puck(FOREST, WORLD))
-    puck.mounts = ()
-    with pytest.raises(StarnavError, match="mounts are given of 0"):
-        add_navigation(builder, FOREST, Parts(WORLD, puck))
-
-
-def test_a_recorder_says_that_it_has_no_scene(tmp_path) -> None:
-    builder = DiagramBuilder()
-    puck = builder.AddSystem(Puck(FOREST, WORLD))
-    navigation = add_navigation(builder, FOREST, Parts(WORLD, puck))
-    with pytest.raises(StarnavError, match="without a plant"):
-        Recorder(tmp_path / "run.html").add_to(builder, navigation, FOREST)
-    with pytest.raises(StarnavError, match="Puck"):
-        simulated(puck)
 
 
 def table_world(folder, mast: float, overhangs: str = "") -> tuple[int, int]:

@@ -50,12 +50,6 @@ def test_type_checkers_see_the_same_names_from_the_same_modules() -> None:
     assert (SOURCE.parent / "py.typed").is_file()
 
 
-def test_a_name_that_is_not_public_is_an_attribute_error() -> None:
-    with pytest.raises(AttributeError, match="has no attribute 'Robots'"):
-        _ = drake_starnav.Robots
-    assert dir(drake_starnav) == sorted(drake_starnav.__all__)
-
-
 def test_numerics_do_without_drake() -> None:
     names = ("World", "make_world", "load_scenario", "derive_margins", "LaserScan", "PlannerParameters", "Guidance")
     uses = "; ".join(f"drake_starnav.{name}" for name in names)

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from drake_starnav import LaserScan, Scenario, StarnavError
+from drake_starnav import LaserScan, Scenario
 from drake_starnav.geometry.raycast import Fan, Shapes, cast_groups, segment_rows
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.runtime import Odometry
@@ -165,10 +165,3 @@ def test_declared_jumps_are_no_fault() -> None:
 @pytest.mark.parametrize("goal", [(1, 2), [1.0, 2.0, 3.0], np.array((1.0, 2.0))])
 def test_goals(goal) -> None:
     assert goal_of(goal) == tuple(map(float, goal))
-
-
-@pytest.mark.parametrize("goal", ["here", (1.0,), (1.0, math.nan), 5.0, (1, 2, 3, 4)])
-def test_no_goals(goal) -> None:
-    assert goal_of(None) is None
-    with pytest.raises(StarnavError, match="goal is"):
-        goal_of(goal)

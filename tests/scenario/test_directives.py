@@ -1,6 +1,5 @@
 """Model directives in scenarios, and the files that these name."""
 
-import dataclasses
 import re
 import textwrap
 from pathlib import Path
@@ -82,35 +81,12 @@ def test_files_of_embedded_directives_are_found_beside_the_scenario(
     assert parse_scenario(scenario_text(scenario), name="mine") == scenario  # a worker may run elsewhere
 
 
-def test_directives_are_not_overridden() -> None:
-    with pytest.raises(StarnavError, match="unknown key directives.file"):
-        parse_scenario("world: !Model {goal: [4, 0]}" + DIRECTIVES, name="x", overrides=["directives.file=a.sdf"])
-
-
 def test_directives_are_written_as_they_would_be_by_hand() -> None:
     text = scenario_text(parse_scenario("world: !Model {goal: [4, 0]}" + DIRECTIVES, name="x"))
     lines = [line.strip() for line in text.splitlines()]
     for line in ("- add_model:", "name: barrel", "- add_weld:", "rotation: !Rpy {deg: [0, 0, 30]}", "goal: [4, 0]"):
         assert line in lines
     assert next(line for line in lines if line.startswith("robot:")).startswith("robot: {model: starbot, ")
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
-        "directives:\n# a table of 1 m\u00b2\n\n- add_model: {name: a, file: package://mine/\u00e4.sdf}\n",
-        "directives: []\n\n\n",
-        "directives:\n- add_model:\n    name: a",
-        "  directives: []\n  # indented\n",
-        "\ndirectives: []\n...\n",
-    ],
-)
-def test_directives_as_text_are_written_as_they_are(text: str) -> None:
-    scenario = parse_scenario("world: !Model {goal: [4, 0]}", name="x")
-    scenario = dataclasses.replace(scenario, world=dataclasses.replace(scenario.world, directives=text))
-    written = scenario_text(scenario)
-    assert all(line in map(str.strip, written.splitlines()) for line in map(str.strip, text.splitlines()))
-    assert parse_scenario(written, name="x") == scenario
 
 
 LIMITS = "robot: {radius: 0.4, max_speed: 0.6}\nlidar: {beams: 180}\nnavigation_node: {gain: 3}\n"
@@ -149,24 +125,6 @@ def test_a_model_may_have_several_lidars(tmp_path: Path) -> None:
 def test_radius_and_footprint_replace_each_other(tmp_path: Path, said: str, limits: str, radius: float) -> None:
     robot = of(tmp_path, said, limits).robot
     assert robot.radius == pytest.approx(radius) and Path(robot.model).name == "cart.urdf"
-
-
-@pytest.mark.parametrize(
-    ("limits", "said"),
-    [
-        ("robot: {radus: 0.4}", "cart.yaml: robot.radus: did you mean radius"),
-        ("robot: {radius: -1}", "robot.radius is -1.0; allowed: 0 <= x"),
-        ("robot: 3", "cart.yaml: robot is 3; allowed: a mapping"),
-        ("robot: {", "cart.yaml.*; allowed: valid YAML"),
-    ],
-)
-def test_what_is_wrong_in_it_is_said(tmp_path: Path, limits: str, said: str) -> None:
-    with pytest.raises(StarnavError, match=said):
-        of(tmp_path, limits=limits)
-
-
-def test_the_defaults_are_those_of_the_default_robot() -> None:
-    assert load_scenario("forest").robot == RobotParameters()
 
 
 @pytest.mark.parametrize("model", sorted(path.stem for path in model_path("robots").glob("*.urdf")))

@@ -7,9 +7,8 @@ import pytest
 from drake_starnav.control import ControllerParameters
 from drake_starnav.errors import StarnavError
 from drake_starnav.navigation.methods import BY_KIND
-from drake_starnav.parameters import build
 from drake_starnav.scenario.scenario_file import load_scenario
-from drake_starnav.scenario.schema import SECTIONS, DriveParameters, LocalizationParameters, RecordingParameters
+from drake_starnav.scenario.schema import SECTIONS, DriveParameters, LocalizationParameters
 from drake_starnav.scenario.shipped import METHODS
 
 
@@ -50,13 +49,3 @@ def test_every_kind_of_controller_is_some_method_s_and_has_its_section() -> None
     kinds = fields["kind"].metadata["choices"]
     assert {load_scenario("room", method=method).controller.kind for method in METHODS} == set(kinds) == set(BY_KIND)
     assert {kind for kind, method in BY_KIND.items() if not method.guided} <= set(SECTIONS)
-
-
-def test_the_defaults_of_recordings_are_within_their_limits() -> None:
-    assert build(RecordingParameters, {}, "recording") == RecordingParameters()
-
-
-@pytest.mark.parametrize("key, value", [("frames_per_second", 0), ("scan_rate", 0.0)])
-def test_other_recordings_are_refused_by_name(key: str, value: float) -> None:
-    with pytest.raises(StarnavError, match=f"recording.{key}"):
-        build(RecordingParameters, {key: value}, "recording")

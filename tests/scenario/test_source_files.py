@@ -75,15 +75,3 @@ def test_no_command_writes_over_any_of_them(chain: str, name: str, tmp_path: Pat
     assert simulate([scenario, "--json", str(tmp_path / name)]) == 2
     assert "is to be read and written" in capsys.readouterr().err
     assert (tmp_path / name).read_bytes() == before
-
-
-def test_files_that_name_each_other_or_nothing_readable_end(tmp_path: Path) -> None:
-    files = {
-        "scenario.yaml": MODEL % "a.sdf",
-        "a.sdf": "<sdf><world name='w'><include><uri>b.sdf</uri></include><include><uri>loop</uri></include></world>"
-        "</sdf>",
-        "b.sdf": "<sdf><world name='w'><include><uri>a.sdf</uri></include></world></sdf>",
-    }
-    scenario = write(tmp_path, files)
-    (tmp_path / "loop").symlink_to("loop")
-    assert {path.name for path in source_files(load_scenario(scenario))} == {"a.sdf", "b.sdf"}

@@ -1,19 +1,15 @@
 """The scripts that draw the paper's figures and the benchmark's references, on a few scans."""
 
-import math
 import sys
 
-import numpy as np
 import pytest
 
 from benchmarks import pipeline
 from benchmarks.kinematic_drive import ROBOT, Drive, drive
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.surroundings.piecewise_cubic import TOLERANCE
-from drake_starnav.worlds import Forest, Maze, Room, World, make_world
-from drake_starnav.worlds.view import scan_from, visible_shapes
+from drake_starnav.worlds import Forest, Maze, Room, make_world
 from scripts.experiments import ablate_segments, compare_regions
-from scripts.experiments.scan_sample import View
 from tests.helpers.scans import MARGINS
 
 
@@ -38,17 +34,6 @@ def test_adaptive_segments_keep_their_tolerance(segments) -> None:
             fixed = segments[side, f"{count} fixed"]
             assert (fixed.segments == count).all()
             assert adaptive.mean.mean() < fixed.mean.mean()
-
-
-def test_in_a_bare_square_star_and_polytope_both_cover_it_all() -> None:
-    world = World("square", (0, 0, 0), (0, 0), bounds=(-2.0, -2.0, 2.0, 2.0))
-    pose = np.array((0.5, 0.3, 0.2))
-    lidar = LidarParameters(noise=0.0)
-    view = View(world, pose, scan_from(visible_shapes(world), pose, lidar))
-    result = compare_regions.compare(view, MARGINS)
-    assert result.areas[:2] == pytest.approx((1.0, 1.0), abs=0.03)
-    assert result.areas[2] == pytest.approx(math.pi / 4.0, abs=0.04)
-    assert result.unseen < 0.01
 
 
 def test_no_region_covers_more_than_was_seen_and_the_ellipse_less_than_its_polytope() -> None:
@@ -81,10 +66,3 @@ def test_the_package_agrees_with_plain_numpy(kept) -> None:
     assert all(step.calls for step in steps)
     for step in steps:
         assert pipeline.difference(step) <= pipeline.TOLERANCE, step.name
-
-
-def test_foa_commands_keep_the_limits(kept) -> None:
-    for moment in kept.commands:
-        v, omega = pipeline.foa_command(moment)
-        assert abs(v) <= ROBOT.max_speed + 1e-9
-        assert abs(omega) <= ROBOT.max_yaw_rate + 1e-9

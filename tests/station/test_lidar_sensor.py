@@ -9,8 +9,6 @@ from pydrake.geometry import (
     FramePoseVector,
     GeometryFrame,
     GeometryInstance,
-    Mesh,
-    PerceptionProperties,
     ProximityProperties,
     Role,
     SceneGraph,
@@ -243,13 +241,6 @@ def test_own_bodies_are_invisible_unless_wanted():
     assert run(0.0, see_wheel=True).ranges[270] == pytest.approx(0.1, abs=1e-6)
 
 
-def test_a_sensor_on_the_world_frame_sees_the_world():
-    scan = run(1.0001, on_world=True)
-    assert scan.ranges[FORWARD] == pytest.approx(0.75, abs=1e-9)  # the hull's back
-    scan = run(0.0, on_world=True, speed=0.0)
-    assert np.isfinite(scan.ranges).all()  # from within the hull
-
-
 def test_too_close_is_minus_infinity_and_no_point():
     diagram, lidar = build(LidarParameters(range_min=3.0, noise=0.0))
     simulator = Simulator(diagram)
@@ -377,26 +368,3 @@ def test_bad_arguments_are_named():
         LidarSensor(EXACT, LidarMount(frame, RigidTransform()), point_cloud_frame="B")
     with pytest.raises(StarnavError, match="rolling is True with sampled=False"):
         LidarSensor(LidarParameters(rolling=True), LidarMount(frame, RigidTransform()), sampled=False)
-
-
-@pytest.mark.parametrize("sampled", [False, True])
-def test_a_mesh_file_that_does_not_exist_is_named_when_the_sensor_looks(sampled, tmp_path):
-    builder = DiagramBuilder()
-    graph = builder.AddSystem(SceneGraph())
-    source = graph.RegisterSource("test")
-    instance = GeometryInstance(RigidTransform(), Mesh(str(tmp_path / "gone.obj"), 1.0), "chair")
-    graph.AssignRole(source, graph.RegisterAnchoredGeometry(source, instance), PerceptionProperties())
-    lidar = builder.AddSystem(
-        LidarSensor(
-            EXACT,
-            LidarMount(graph.world_frame_id(), RigidTransform()),
-            role=Role.kPerception,
-            sampled=sampled,
-        )
-    )
-    builder.Connect(graph.get_query_output_port(), lidar.GetInputPort("geometry_query"))
-    simulator = Simulator(builder.Build())
-    with pytest.raises(StarnavError, match=r"gone\.obj of geometry chair: no such file; allowed: a readable"):
-        if sampled:
-            simulator.Initialize()
-        scan_of(lidar, simulator.get_context())

@@ -92,22 +92,3 @@ def test_a_hull_has_flat_faces_around_all_vertices(tmp_path):
         normal = np.cross(vertices[face[1]] - vertices[face[0]], vertices[face[2]] - vertices[face[0]])
         heights = (vertices - vertices[face[0]]) @ normal / np.linalg.norm(normal)
         assert (heights < 1e-9).all() and np.allclose(heights[face], 0.0, atol=1e-9)
-
-
-@pytest.mark.parametrize(
-    ("name", "content", "message"),
-    [
-        ("gone.gltf", None, "no such file"),
-        ("broken.gltf", "{", r"not a valid \.gltf file \(JSONDecodeError"),
-        ("broken.vtk", "# nothing", "."),
-        ("gone.vtk", None, "no such file"),
-        ("torn.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n", "a corner that is not among its 3 vertices"),
-        ("room.stl", "solid", r"a \.stl file"),
-    ],
-)
-def test_a_file_that_cannot_be_read_is_named(name, content, message, tmp_path):
-    if content is not None:
-        (tmp_path / name).write_text(content)
-    allowed = r"allowed: a readable \.obj, \.gltf, \.vtk file"
-    with pytest.raises(StarnavError, match=rf"mesh .*{name}.* of geometry chair: .*{message}.*; {allowed}"):
-        mesh_triangles(Mesh(str(tmp_path / name), 1.0), "chair")

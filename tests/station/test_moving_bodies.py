@@ -1,10 +1,5 @@
 """Moving obstacles are where their paths say, for the plant and for the lidar, and touch nothing but robots."""
 
-import dataclasses
-import hashlib
-import subprocess
-import sys
-
 import numpy as np
 import pytest
 from pydrake.geometry import Role
@@ -48,14 +43,6 @@ class Run:
         return sum(self.station.ground not in (pair.id_A, pair.id_B) for pair in pairs)
 
 
-def state_hash() -> str:
-    run = Run(make_world(Crowd(moving_obstacles=(20, 20)), 5, 0.25), twist=(0.0, 0.4))
-    run.simulator.AdvanceTo(2.0)
-    return hashlib.sha256(
-        run.station.plant.GetPositionsAndVelocities(run.station.plant.GetMyContextFromRoot(run.context)).tobytes()
-    ).hexdigest()
-
-
 @pytest.mark.parametrize("kind", [Crowd(moving_obstacles=(20, 20)), DynaBarn(id=3)])
 def test_bodies_are_where_their_paths_say(kind) -> None:
     """Also where a path restarts elsewhere, and whatever the robot does."""
@@ -67,14 +54,6 @@ def test_bodies_are_where_their_paths_say(kind) -> None:
         expected, _ = moving_obstacle_states(world.moving_obstacles, np.array([time]))
         assert run.places() == pytest.approx(expected[0], abs=1e-6)
         assert run.contacts() == 0
-
-
-def test_the_same_motion_in_another_process() -> None:
-    code = (
-        "import sys; sys.path[:0] = ['.']; from tests.station.test_moving_bodies import state_hash; print(state_hash())"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == state_hash()
 
 
 def test_moving_obstacles_pass_through_all_but_the_robot() -> None:
@@ -127,11 +106,3 @@ def test_each_moving_obstacle_can_be_hit_and_seen() -> None:
         frame = inspector.GetFrameId(geometry)
         for role in (Role.kIllustration, Role.kPerception):
             assert len(inspector.GetGeometries(frame, role)) == 1
-
-
-def test_without_moving_obstacles_nothing_is_added() -> None:
-    world = make_world(Crowd(), 2, 0.25)
-    station = Run(dataclasses.replace(world, moving_obstacles=MovingObstacles())).station
-    assert station.moving_obstacle_geometries == []
-    assert not station.plant.HasModelInstanceNamed(MOVING_OBSTACLES)
-    assert not station.HasSubsystemNamed("moving_obstacle_drive")

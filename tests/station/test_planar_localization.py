@@ -70,20 +70,6 @@ def test_yaw_does_not_depend_on_the_quaternion_s_length() -> None:
         assert localized(positions, np.zeros(8))[0][2] == pytest.approx(yaw, abs=1e-9)
 
 
-def test_sliding_sideways_is_no_speed() -> None:
-    yaw = 0.7
-    sideways = np.array([0.0, 0.0, 0.0, -math.sin(yaw), math.cos(yaw), 0.0])
-    _, state = localized(floating(0.0, 0.0, (0.0, 0.0, yaw), wheels=0), sideways)
-    assert state[3] == pytest.approx(0.0, abs=1e-12)
-
-
-def test_ports() -> None:
-    system = PlanarLocalization(num_positions=9, num_velocities=8, lidars=[LidarParameters()])
-    assert system.GetInputPort("multibody_state").size() == 17
-    names = [system.get_output_port(k).get_name() for k in range(system.num_output_ports())]
-    assert names == ["pose", "state", "scan_pose"]
-
-
 def test_the_pose_of_a_scan_is_that_at_the_last_one_of_any_lidar() -> None:
     lidars = [LidarParameters(rate=20.0), LidarParameters(rate=8.0)]
     system = PlanarLocalization(num_positions=3, num_velocities=3, lidars=lidars)

@@ -8,13 +8,12 @@ from pydrake.common.eigen_geometry import Quaternion
 from pydrake.common.value import Value
 from pydrake.geometry import QueryObject
 from pydrake.math import RigidTransform
-from pydrake.systems.analysis import Simulator, SimulatorConfig
 from pydrake.systems.framework import Context, DiagramBuilder, DiscreteValues, EventStatus, LeafSystem
 from pydrake.systems.primitives import ConstantVectorSource
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.sensor_model import LidarParameters
-from drake_starnav.navigation import Parts, add_navigation, make_diagram
+from drake_starnav.navigation import make_diagram
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.scenario_file import parse_scenario
 from drake_starnav.scenario.schema import Scenario
@@ -28,9 +27,7 @@ from drake_starnav.station.plant import (
     make_simulator,
     plant_config,
     scenario_plant_config,
-    scenario_simulator_config,
 )
-from drake_starnav.worlds import make_world
 from drake_starnav.worlds.world import World
 
 LIDAR = LidarParameters(beams=36)
@@ -93,29 +90,6 @@ def test_steps_are_no_longer_than_they_may_be_whatever_the_plants_error() -> Non
     assert run.simulator.get_num_steps_taken() == pytest.approx(LIDAR.rate * between_scans, abs=2)
 
 
-def test_a_clone_under_a_new_simulator_goes_the_same_way() -> None:
-    """Off the grid of all events, with faults, close to an obstacle."""
-    text = """
-world: !Obstacles {cylinders: [[1.7, 0.1, 0.4]], goal: [3.5, 0.0]}
-drive: {delay: 0.04, slip: 0.1}
-localization: {drift: 0.03}
-"""
-    scenario, builder = parse_scenario(text, name="clone"), DiagramBuilder()
-    world = make_world(scenario.world, 0, scenario.robot.radius)
-    station = add_station(builder, world, scenario, continuous=True, seed=1)
-    add_navigation(builder, scenario, Parts(world, station), seed=1)
-    diagram = builder.Build()
-    simulator = make_simulator(diagram)
-    simulator.AdvanceTo(1.2013)
-    twin = make_simulator(diagram, simulator.get_context().Clone())
-    assert twin.get_context().get_time() == 1.2013
-    for until in (1.2217, 2.0, 3.1003):
-        simulator.AdvanceTo(until)
-        twin.AdvanceTo(until)
-        states = [each.get_context().get_continuous_state_vector().CopyToVector() for each in (simulator, twin)]
-        assert states[0].tobytes() == states[1].tobytes()
-
-
 def test_what_is_not_asked_to_be_continuous_goes_under_any_simulator() -> None:
     builder = DiagramBuilder()
     station = add_station(builder, OPEN, Scenario("test", None, RobotParameters(), LIDAR))
@@ -143,17 +117,6 @@ def test_settings_that_a_continuous_plant_ignores_make_it_discrete(key: str) -> 
         continuous=True,
     )
     assert kept.plant.time_step() == 0.0
-
-
-def test_a_discrete_plant_has_a_simulator_as_any() -> None:
-    run = Drive(continuous=False)
-    assert run.station.plant.time_step() == 0.005
-    other = Simulator(run.simulator.get_system())
-    run.simulator.AdvanceTo(0.5)
-    other.AdvanceTo(0.5)
-    states = [run.station.plant.GetMyContextFromRoot(each.get_context()) for each in (run.simulator, other)]
-    states = [run.station.plant.GetPositionsAndVelocities(each).tobytes() for each in states]
-    assert states[0] == states[1]
 
 
 def test_the_plant_is_the_one_that_is_asked_for() -> None:
@@ -219,22 +182,6 @@ def test_a_state_that_is_not_finite_ends_the_run_where_it_arises(continuous: boo
     assert "\n" not in str(caught.value)
 
 
-class Broken(LeafSystem):
-    """A user's system that has a defect."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.DeclarePeriodicDiscreteUpdateEvent(0.1, 0.0, self._fail)
-
-    def _fail(self, context: Context, values: DiscreteValues) -> EventStatus:
-        raise RuntimeError("mine")
-
-
-def test_errors_of_systems_in_python_come_as_they_are() -> None:
-    with pytest.raises(RuntimeError, match="^mine$"):
-        advance(Simulator(Broken()), 1.0)
-
-
 def test_settings_are_laid_over_ours() -> None:
     scenario = parse_scenario(WORLD + "plant_config: {penetration_allowance: 0.002}", name="x")
     config = scenario_plant_config(scenario.plant_config, plant_config(0.005))
@@ -242,13 +189,6 @@ def test_settings_are_laid_over_ours() -> None:
     scenario = parse_scenario(WORLD, name="x", overrides=["plant_config.contact_model=hydroelastic_with_fallback"])
     station = make_diagram(scenario).GetSubsystemByName("station")
     assert station.plant.get_contact_model().name == "kHydroelasticWithFallback"
-
-
-def test_the_simulator_of_a_trial_has_them() -> None:
-    scenario = parse_scenario(WORLD + "simulator_config: {accuracy: 0.002}", name="x")
-    assert scenario_simulator_config(scenario.simulator_config).accuracy == 0.002
-    assert run_trial(scenario).outcome == "reached"
-    assert scenario_simulator_config({}).accuracy == SimulatorConfig().accuracy
 
 
 @pytest.mark.parametrize(

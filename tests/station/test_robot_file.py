@@ -1,7 +1,6 @@
 """Robots as ROS users write them drive, with their own names for joints and frames."""
 
 import dataclasses
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -83,12 +82,6 @@ def test_the_lidar_is_where_its_link_is(tmp_path: Path) -> None:
     simulator.Initialize()
     X_WS = station.GetOutputPort("lidar.X_WS").Eval(simulator.get_context())
     assert X_WS.translation() == pytest.approx((1.0, -2.0, 0.18), abs=1e-6)
-
-
-def test_what_a_plain_urdf_needs_is_said(tmp_path: Path) -> None:
-    robot = written(tmp_path, ros_urdf())
-    with pytest.raises(StarnavError, match="lidar.frame is lidar; allowed: .*, base_scan$"):
-        standing(robot)
 
 
 def test_joints_that_are_no_wheels_are_held_still_and_motors_ignored(tmp_path: Path) -> None:
@@ -225,17 +218,3 @@ def test_the_base_may_be_called_anything(tmp_path: Path, name: str, prefixed: bo
         station = NavigationStation(World("open", (1.0, -2.0, 0.6), (5.0, 0.0)), scenario)
         height = 0.06 + (0.12 if lidar == frame else 0.0)
         assert station.robot_interface.heights == pytest.approx((height,), abs=1e-6)
-
-
-def test_of_several_bases_the_one_nearest_the_root_is_the_robot_s(tmp_path: Path) -> None:
-    arm = f'<link name="arm_base_link">{inertial(0.2, 0.001)}</link><joint name="arm" type="fixed">'
-    arm += '<parent link="r1_base_link"/><child link="arm_base_link"/></joint></robot>'
-    text = EDITED.replace('"base_link"', '"r1_base_link"').replace("</robot>", arm)
-    station = standing(written(tmp_path, text))
-    assert station.plant.HasFrameNamed("r1_base_link") and station.plant.HasBodyNamed("arm_base_link")
-
-
-def test_macros_without_the_extra_are_refused(tmp_path: Path, monkeypatch) -> None:
-    monkeypatch.setitem(sys.modules, "xacro", None)
-    with pytest.raises(StarnavError, match="has macros of xacro; allowed: pip install .*xacro.*, or a file"):
-        standing(written(tmp_path, EDITED.replace('<robot name="plain">', MACROS)))

@@ -1,6 +1,5 @@
 """Robot models: what one must have, where its meshes are found, and what is refused."""
 
-import re
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +11,6 @@ from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.scenario_file import parse_scenario, scenario_text
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.navigation_station import NavigationStation
-from drake_starnav.station.robot_model import with_own_shape
 from drake_starnav.utils.resources import model_path
 from drake_starnav.worlds.world import World
 
@@ -30,12 +28,6 @@ WHEEL = """
 def standing(robot: RobotParameters) -> NavigationStation:
     """A station in which the robot stands in the open."""
     return NavigationStation(World("open", (1.0, -2.0, 0.6), (5.0, 0.0)), Scenario("test", None, robot))
-
-
-@pytest.mark.parametrize("radius", [0.05, 0.04])
-def test_a_hull_without_room_for_its_wheels_is_refused(radius: float) -> None:
-    with pytest.raises(StarnavError, match=rf"robot.radius is {radius} m, which has no room for link .* of starbot; "):
-        standing(RobotParameters(radius=radius))
 
 
 def test_unknown_robot_model_names_the_shipped_ones() -> None:
@@ -75,12 +67,6 @@ def test_a_robot_model_says_what_it_lacks(tmp_path: Path, old: str, new: str, me
     path = changed_starbot(tmp_path, old, new)
     with pytest.raises(StarnavError, match=rf"robot model .*changed.urdf.*{message}.*; allowed: "):
         standing(RobotParameters(model=path))
-
-
-def test_a_broken_model_is_reported_whatever_is_to_be_changed_in_it(tmp_path: Path) -> None:
-    path = changed_starbot(tmp_path, "</robot>", "")
-    with pytest.raises(StarnavError, match="changed.urdf cannot be read: .*; allowed: a URDF file"):
-        standing(RobotParameters(model=path, mass_error=0.2))
 
 
 def test_wheels_of_two_sizes_are_refused(tmp_path: Path) -> None:
@@ -141,20 +127,6 @@ def test_a_model_lies_within_its_footprint_but_for_what_swings_above(
         standing(RobotParameters(model=path, **said))
 
 
-def test_a_robot_without_an_end_is_refused(tmp_path: Path) -> None:
-    path = changed_starbot(tmp_path, '<cylinder radius="0.25" length="0.1"/>', "<plane/>")
-    with pytest.raises(StarnavError, match="is a HalfSpace; allowed: a solid shape|cannot be read"):
-        standing(RobotParameters(model=path))
-
-
-def test_a_base_without_mass_is_refused(tmp_path: Path) -> None:
-    text = model_path("robots", "starbot.urdf").read_text(encoding="utf-8")
-    path = tmp_path / "massless.urdf"
-    path.write_text(re.sub("<inertial>.*?</inertial>", "", text, count=1, flags=re.DOTALL), encoding="utf-8")
-    with pytest.raises(StarnavError, match="link base_link has no mass; allowed: <inertial> with a mass and an in"):
-        standing(RobotParameters(model=str(path)))
-
-
 @pytest.mark.parametrize("package", ["mine", "other"])
 def test_packages_of_the_ros_environment_are_found(tmp_path: Path, package: str, monkeypatch) -> None:
     (tmp_path / "package.xml").write_text('<package format="2"><name>mine</name></package>')
@@ -176,34 +148,6 @@ def test_a_robot_model_finds_the_meshes_beside_it(tmp_path: Path, mass_error: fl
     robot = RobotParameters(model=path, mass_error=mass_error)
     inspector = standing(robot).scene_graph.model_inspector()
     assert "Mesh" in {type(inspector.GetShape(g)).__name__ for g in inspector.GetAllGeometryIds()}
-
-
-def test_what_is_missing_hides_nothing_else(tmp_path: Path) -> None:
-    path = changed_starbot(tmp_path, 'type="continuous"', 'type="fixed"')
-    text = Path(path).read_text(encoding="utf-8")
-    text = text.replace('<cylinder radius="0.25" length="0.1"/>', '<cylinder radius="0.28" length="0.1"/>')
-    Path(path).write_text(text, encoding="utf-8")
-    with pytest.raises(StarnavError) as caught:
-        standing(RobotParameters(model=path))
-    for said in ("no two joints about y", "sticks out of robot.radius 0.25 m by 30 mm"):
-        assert said in str(caught.value)
-
-
-def test_all_that_a_model_lacks_is_said_at_once(tmp_path: Path) -> None:
-    path = changed_starbot(tmp_path, 'xyz="0.15 0 -0.02995"', 'xyz="0.15 0 -0.04"')
-    text = Path(path).read_text(encoding="utf-8")
-    text = text.replace('<cylinder radius="0.25" length="0.1"/>', '<cylinder radius="0.28" length="0.1"/>')
-    Path(path).write_text(re.sub("<inertial>.*?</inertial>", "", text, count=1, flags=re.DOTALL), encoding="utf-8")
-    with pytest.raises(StarnavError) as caught:
-        standing(RobotParameters(model=path))
-    said = str(caught.value)
-    for words in (
-        "(1) link base_link has no mass",
-        "base_link sticks out of robot.radius 0.25 m by 30 mm",
-        "mm lower than the wheels",
-    ):
-        assert words in said
-    assert said.count("changed.urdf") == 1 and "(3)" in said
 
 
 def cart(folder: Path, body: str) -> Path:
@@ -243,14 +187,3 @@ def test_what_is_said_of_the_shape_counts_and_a_saved_scenario_holds_what_was_re
     assert parse_scenario(scenario_text(read), name="room").robot == read.robot
     path.with_suffix(".yaml").write_text("robot: {radius: 0.38}\n")
     assert load_scenario("room", overrides=[f"robot.model={path}"]).robot.radius == 0.38
-
-
-def test_a_shape_that_was_not_read_is_named(tmp_path):
-    path = cart(tmp_path, '<box size="0.5 0.3 0.1"/>')
-    text = f"{{world: !Forest {{}}, robot: {{model: {path}}}}}"
-    unread = parse_scenario(text, name="w")
-    with pytest.raises(StarnavError, match="was not read"):
-        _ = unread.robot.shape
-    assert with_own_shape(unread).robot.footprint
-    with pytest.raises(StarnavError, match="allowed: 0, or at least"):
-        parse_scenario("{world: !Forest {}, robot: {radius: 0.001}}", name="w")

@@ -334,15 +334,3 @@ def test_a_mesh_that_cannot_be_read_is_named(tmp_path, name, content, message):
         scene = Scene(moving=[(Mesh(str(tmp_path / name), 1.0), RigidTransform())], role=Role.kPerception)
         with pytest.raises(StarnavError, match=message):
             scene.cast(RigidTransform())
-
-
-def test_a_hull_that_cannot_be_read_is_named(tmp_path):
-    shape = Convex(str(tmp_path / "gone.obj"), 1.0)
-    scene = Scene(moving=[(shape, RigidTransform())], role=Role.kPerception)
-    with pytest.raises(StarnavError, match=r"gone\.obj.* of geometry moving0"):
-        scene.cast(RigidTransform())
-
-
-def test_only_the_wanted_role_is_seen():
-    scene = Scene((Sphere(0.5), RigidTransform([2.0, 0.0, 0.0])))
-    assert np.isinf(scene.cast(RigidTransform(), SceneSlices(Role.kPerception))).all()

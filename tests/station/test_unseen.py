@@ -95,21 +95,6 @@ def test_what_the_lidar_does_not_see_is_named(tmp_path: Path, shape, z, lidar, m
         assert float(text.split("(by ")[1].split(" mm")[0]) == pytest.approx(unseen, rel=0.15)
 
 
-def test_of_many_things_the_widest_are_named_and_the_rest_is_counted(tmp_path: Path) -> None:
-    (tmp_path / "racks.sdf").write_text(
-        '<sdf version="1.7"><model name="m"><static>1</static><link name="l"><pose>2 2 0.1 0 0 0</pose>'
-        + "".join(
-            f'<collision name="rack_{k}"><pose>{k} 0 0 0 0 0</pose><geometry><box><size>{0.1 + 0.1 * k} 0.1 0.2</size>'
-            "</box></geometry></collision>"
-            for k in range(6)
-        )
-        + "</link></model></sdf>"
-    )
-    world = f"!Model {{directives: {tmp_path / 'racks.sdf'}, start: [0, 0, 0], goal: [5, 0]}}"
-    (text,) = said(tmp_path, world, lidar=0.5)
-    assert "m::rack_5 (by 600 mm), m::rack_4 (by 500 mm), m::rack_3 (by 400 mm) and 3 more" in text
-
-
 def test_spheres_that_a_lidar_looks_over_are_named(tmp_path: Path) -> None:
     scenario = driven(cart(tmp_path, lidar=0.6), "!Obstacles {}")
     world = World("balls", (0, 0, 0), (5, 0), spheres=[(2.0, 0.0, 0.2), (3.0, 0.0, 0.5)])

@@ -189,10 +189,6 @@ def test_more_polygons_than_a_plant_can_pair_are_one_surface() -> None:
     assert sorted(shapes(world, Role.kPerception)) == ["cylinder_0", "polygons"]
 
 
-def test_an_empty_world_has_no_shapes() -> None:
-    assert shapes(world_of()) == {}
-
-
 def test_the_ground_is_a_box_below_the_floor_far_beyond_the_world() -> None:
     builder = DiagramBuilder()
     plant, scene_graph = AddMultibodyPlantSceneGraph(builder, time_step=0.01)

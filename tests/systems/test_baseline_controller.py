@@ -13,11 +13,9 @@ from drake_starnav.control import ControllerParameters
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.robot import RobotParameters
 from drake_starnav.systems.baseline_controller import BaselineController
-from drake_starnav.systems.dsm_controller import DsmController
 from drake_starnav.systems.twist_shield import Unshielded
 from drake_starnav.utils.stopwatch import Stopwatch
 from tests.helpers.controlling import Controlling
-from tests.helpers.scans import MARGINS
 
 ROBOT, CONTROLLER = RobotParameters(), ControllerParameters()
 SCANNING = pytest.mark.parametrize(
@@ -50,12 +48,6 @@ def controlling_of(baseline: Baseline, *, stopwatch: Stopwatch | None = None, **
 
 def known(discs: list[tuple[float, float, float]]) -> Value:
     return Value(known_obstacles(np.array(discs).reshape(-1, 3), None, ROBOT.radius))
-
-
-def test_outputs_are_those_of_the_star_controller() -> None:
-    systems = BaselineController(ROBOT, FoaParameters()), DsmController(ROBOT, CONTROLLER, MARGINS)
-    names = [[system.get_output_port(k).get_name() for k in range(system.num_output_ports())] for system in systems]
-    assert names[0] == names[1]
 
 
 @EVERY
@@ -97,10 +89,3 @@ def test_dsm_knows_its_obstacles_and_needs_no_scan() -> None:
     ahead = controlling_of(DsmParameters(), obstacles=known([(0.6, 0.02, 0.3)]), scan=None, scan_pose=None)
     assert free.update(60)[0] > 0.3
     assert abs(ahead.update(20)[1]) > 0.5
-
-
-@EVERY
-def test_each_period_is_one_command(settings) -> None:
-    stopwatch = Stopwatch()
-    controlling_of(settings, stopwatch=stopwatch, obstacles=known([])).update(7)
-    assert len(stopwatch.seconds["command"]) == 7

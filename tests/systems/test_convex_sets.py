@@ -5,7 +5,6 @@ import pytest
 import shapely
 from pydrake.geometry.optimization import HPolyhedron, VPolytope
 
-from drake_starnav.errors import StarnavError
 from drake_starnav.surroundings.erosion import FreeRange
 from drake_starnav.surroundings.star_region import StarRegion, fit_region, scan_region
 from drake_starnav.systems import convex_cover
@@ -65,8 +64,3 @@ def test_fewer_sets_are_the_first_ones() -> None:
 def test_a_region_without_area_has_no_sets() -> None:
     region = fit_region(FreeRange(np.zeros(720), np.full(720, 3.0), 0.0, 0.25), np.zeros(2), 0.0)
     assert convex_cover(region) == []
-
-
-def test_a_count_below_one_is_refused() -> None:
-    with pytest.raises(StarnavError, match="count is 0; allowed: a whole number 1 <= x"):
-        convex_cover(region_of(1), 0)

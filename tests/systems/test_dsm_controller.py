@@ -15,19 +15,16 @@ from drake_starnav.planning.guidance import Guidance
 from drake_starnav.robot import RobotParameters
 from drake_starnav.surroundings.region_union import RegionUnion
 from drake_starnav.surroundings.safe_region import CertifiedRegion
-from drake_starnav.surroundings.star_region import united
 from drake_starnav.systems.dsm_controller import DsmController
 from drake_starnav.systems.twist_shield import TwistShield
 from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
-from drake_starnav.utils.stopwatch import Stopwatch
 from tests.helpers.controlling import PERIOD, Controlling
-from tests.helpers.scans import MARGINS, smooth_region
+from tests.helpers.scans import MARGINS
 
 ROBOT, PARAMETERS = RobotParameters(), ControllerParameters()
 WIDE = CertifiedRegion(np.zeros(2), 0.0, np.full(720, 5.0), np.zeros((0, 2)))
 AHEAD = Guidance(np.array([[3.0, 0.0]]), False, RegionUnion.none())
-SEEN = Guidance(np.array([[3.0, 0.5]]), False, united([smooth_region(np.random.default_rng(0), np.zeros(2), mean=8.0)]))
 
 
 def inputs(guidance: Guidance = AHEAD, star: CertifiedRegion = WIDE, state=(0.0,) * 5) -> dict:
@@ -141,18 +138,6 @@ def test_certificate_path_is_where_the_robot_stops_when_sight_is_lost() -> None:
     assert np.hypot(*(pose[:2] - promised[:2])) < 0.02
 
 
-def test_a_context_owns_the_last_twist() -> None:
-    controlling = controlling_of()
-    controlling.update(10)
-    port, shield = controlling.shield.GetOutputPort("twist_command"), controlling.shield
-    clone = shield.GetMyContextFromRoot(controlling.context.Clone())
-    before = port.Eval(clone).copy()
-    controlling.update(10)
-    assert np.array_equal(port.Eval(clone), before)
-    assert controlling.out("twist_command")[0] > before[0] > 0.0
-    assert np.array_equal(port.Eval(shield.CreateDefaultContext()), np.zeros(2))
-
-
 @pytest.mark.parametrize("lead", [0.0, 0.3])
 @pytest.mark.parametrize("kind", [DsmController, TwistShield])
 def test_what_moves_is_as_old_as_its_scan_when_the_command_takes_effect(kind, lead: float, monkeypatch) -> None:
@@ -168,10 +153,3 @@ def test_what_moves_is_as_old_as_its_scan_when_the_command_takes_effect(kind, le
     controlling = Controlling(controller, shield, {**inputs(), "tracks": Value(Tracks(-0.05))})
     controlling.simulator.AdvanceTo(1.5 * PERIOD)
     assert ages == pytest.approx([0.05 + lead, 0.05 + PERIOD + lead])
-
-
-def test_each_period_is_one_command() -> None:
-    stopwatch = Stopwatch()
-    controller = DsmController(ROBOT, PARAMETERS, MARGINS, stopwatch=stopwatch)
-    Controlling(controller, TwistShield(ROBOT, PARAMETERS, MARGINS, stopwatch=stopwatch), inputs()).update(7)
-    assert len(stopwatch.seconds["command"]) == 7

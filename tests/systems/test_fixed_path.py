@@ -7,7 +7,6 @@ import pytest
 from pydrake.common.value import Value
 from pydrake.systems.analysis import Simulator
 
-from drake_starnav.errors import StarnavError
 from drake_starnav.navigation import Parts
 from drake_starnav.scenario.scenario_file import load_scenario
 from drake_starnav.simulation.run import run_trial
@@ -86,16 +85,3 @@ def test_the_robot_drives_it_to_the_end() -> None:
     assert trial.outcome == "reached" and trial.min_clearance_m > 0.0
     length = np.hypot(*np.diff(EIGHT, axis=0).T).sum()
     assert 0.8 * length < trial.path_length_m < 1.2 * length
-
-
-@pytest.mark.parametrize(
-    ("path", "message"),
-    [
-        (np.zeros((0, 2)), "path has no way point"),
-        (np.zeros((4, 3)), r"path has shape \(4, 3\)"),
-        ([(0.0, np.nan)], "finite x and y"),
-    ],
-)
-def test_a_path_that_is_none_is_refused(path: np.ndarray, message: str) -> None:
-    with pytest.raises(StarnavError, match=message):
-        FixedPath(path)

@@ -126,16 +126,6 @@ def test_one_that_is_contained_changes_nothing_and_one_that_contains_replaces() 
     assert len(held.told(square, DRIVES, DRIVES).parts) == 1
 
 
-def test_the_same_footprint_again_is_the_same_object() -> None:
-    """Or the planner would begin anew with each scan."""
-    held = Held()
-    held.told(footprint(((-0.4, -0.25), (0.4, -0.25), (0.4, 0.25), (-0.4, 0.25))))
-    first = held.system.get_output_port().Eval(held.context)
-    for state in (STANDS, DRIVES):
-        held.told(footprint(((0.4, 0.25), (-0.4, 0.25), (-0.4, -0.25), (0.4, -0.25))), state, state)
-        assert held.system.get_output_port().Eval(held.context) is first
-
-
 def test_a_car_s_disc_is_a_polygon_and_its_command_stands_without_speed() -> None:
     held = Held(RobotParameters(base="car"))
     assert not held.told(LONG, STANDS, (0.0, 1.5)).is_disc
@@ -154,12 +144,6 @@ def test_the_margins_are_those_of_the_robot_in_force() -> None:
     held.told(LONG)
     assert [robot.shape.radius for robot in asked] == pytest.approx([ROUND.radius, LONG.radius])
     assert all(robot.max_speed == 0.4 for robot in asked)
-
-
-@pytest.mark.parametrize("bad", [(), 0.3, [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]])
-def test_what_is_no_footprint_is_refused(bad) -> None:
-    with pytest.raises(StarnavError, match="port footprint is .*; allowed: a Footprint, as the shape of RobotParam"):
-        Held().told(bad)
 
 
 def test_one_for_which_the_scenario_is_refused_ends_the_run() -> None:

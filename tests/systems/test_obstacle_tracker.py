@@ -10,13 +10,12 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context
 
 from drake_starnav.geometry.se2 import composed
-from drake_starnav.lidar.laser_scan import DYNAMIC, LaserScan
+from drake_starnav.lidar.laser_scan import DYNAMIC
 from drake_starnav.lidar.mounts import Mount, unturned
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.navigation import make_diagram
 from drake_starnav.scenario.scenario_file import parse_scenario
 from drake_starnav.systems.obstacle_tracker import ObstacleTracker
-from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.tracking.tracker import Tracked, track
 from tests.helpers.scans import silence
@@ -60,12 +59,6 @@ def test_it_tracks_as_the_function_does() -> None:
     np.testing.assert_array_equal(scan.ranges, SCENE.scan(29 * PERIOD, np.zeros(3)).ranges)
 
 
-def test_before_the_first_scan_it_says_nothing() -> None:
-    _, system, context = started()
-    assert system.GetOutputPort("scan").Eval(context).lost.all()
-    assert len(system.GetOutputPort("tracks").Eval(context)) == 0
-
-
 def test_a_scan_that_says_nothing_or_is_known_changes_nothing() -> None:
     simulator, system, context = started()
     advance(simulator, system, context, 5)
@@ -77,15 +70,6 @@ def test_a_scan_that_says_nothing_or_is_known_changes_nothing() -> None:
     system.GetInputPort("scan").FixValue(context, Value(lost))
     simulator.AdvanceTo(6.2 * PERIOD)
     assert system.GetOutputPort("tracks").Eval(context) is before
-
-
-def test_two_contexts_do_not_meet() -> None:
-    simulator, system, context = started()
-    other = system.CreateDefaultContext()
-    put_nothing(system, other)
-    advance(simulator, system, context, 5)
-    assert system.GetOutputPort("tracks").Eval(other).time == Tracks().time
-    assert system.GetOutputPort("scan").Eval(other).time == LaserScan.nothing().time
 
 
 def test_it_is_wired_only_where_obstacles_are_declared_to_move() -> None:

@@ -69,14 +69,6 @@ def driven() -> tuple[Matching, np.ndarray, np.ndarray]:
     return matching, pose, believed
 
 
-def test_before_the_first_scan_all_passes_as_it_is() -> None:
-    matching = Matching()
-    matching.simulator.AdvanceTo(0.1)
-    assert matching.out("observation").region is None
-    assert np.array_equal(matching.out("guidance").path, PATH)
-    assert np.array_equal(matching.out("state"), (0.0, 0.0, 0.0, 0.8, -0.1))
-
-
 def test_what_the_planner_sees_is_where_it_truly_is(driven) -> None:
     matching, pose, believed = driven
     assert believed[0] - pose[0] > 0.09

@@ -148,35 +148,6 @@ def test_a_scan_is_seen_at_once_whenever_it_comes() -> None:
     assert perceived.out("observation") is second
 
 
-def test_a_context_owns_its_memory() -> None:
-    """An update of one context is not seen by another, nor by a clone taken before it."""
-    perceived = Perceived()
-    perceived.see(POST)
-    perceived.update()
-    other = perceived.context.Clone()
-    held = perceived.system.GetOutputPort("certified_region").Eval(other).values.copy()
-    perceived.see(EMPTY)
-    for _ in range(SCAN_MEMORY):
-        perceived.update()
-    assert np.array_equal(perceived.system.GetOutputPort("certified_region").Eval(other).values, held)
-    assert not np.array_equal(perceived.out("certified_region").values, held)
-    fresh = perceived.system.CreateDefaultContext()
-    perceived.system.GetInputPort("scan").FixValue(fresh, Value(silence()))
-    perceived.system.GetInputPort("pose").FixValue(fresh, POSE)
-    assert perceived.system.GetOutputPort("observation").Eval(fresh).region is None
-
-
-def test_each_scan_is_processed_once() -> None:
-    stopwatch = Stopwatch()
-    perceived = Perceived(stopwatch)
-    perceived.see(POST)
-    for _ in range(3):
-        perceived.update()
-        for _ in range(2):
-            perceived.out("observation"), perceived.out("certified_region")
-    assert {name: len(times) for name, times in stopwatch.seconds.items()} == {"scan": 3}
-
-
 def test_a_scan_that_was_seen_is_not_taken_for_a_new_one() -> None:
     stopwatch = Stopwatch()
     perceived = Perceived(stopwatch)
@@ -238,22 +209,6 @@ def test_averaged_scans_tell_more_exactly_where_walls_are() -> None:
     assert -error[True].min() < 0.6 * -error[False].min()
 
 
-def test_when_time_is_set_back_another_run_begins() -> None:
-    perceived = Perceived()
-    perceived.see(POST)
-    for _ in range(10):
-        perceived.update()
-    late = perceived.out("certified_region")
-    assert late.seen
-    perceived.context.SetTime(0.0)
-    perceived.simulator.Initialize()
-    assert not perceived.out("certified_region").seen  # a star from the future certifies nothing
-    perceived.see(EMPTY)
-    perceived.update()
-    star = perceived.out("certified_region")
-    assert star.seen and star.time < late.time and len(star.hits) < len(late.hits)
-
-
 def test_the_star_says_when_the_scan_before_was_taken() -> None:
     perceived = Perceived()
     perceived.see(POST)
@@ -283,14 +238,6 @@ def test_with_the_certificate_a_lidar_that_sees_too_little_is_refused(view: dict
     perceived.system.GetInputPort("scan").FixValue(perceived.context, Value(scan))
     perceived.update(silent=True)
     assert perceived.out("observation").region is not None
-
-
-def test_a_pose_that_is_no_number_is_refused() -> None:
-    perceived = Perceived()
-    perceived.see(POST)
-    perceived.system.GetInputPort("pose").FixValue(perceived.context, (0.0, np.nan, 0.0))
-    with pytest.raises(StarnavError, match="the perception's pose is .*nan.*; allowed: finite"):
-        perceived.update(silent=True)
 
 
 def test_scans_of_several_lidars_count_once_each_has_one_and_while_none_is_old() -> None:

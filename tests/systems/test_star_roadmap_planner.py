@@ -129,13 +129,6 @@ def test_at_the_goal_a_robot_may_stand() -> None:
     assert planning.out("status") is PlannerStatus.APPROACHING and planning.out("blocked_by") == ""
 
 
-def test_state_is_one_snapshot() -> None:
-    context = Planning().context
-    assert context.num_abstract_states() == 1
-    assert context.num_discrete_state_groups() == 0
-    assert context.num_continuous_states() == 0
-
-
 def test_waits_where_it_is_until_something_is_seen() -> None:
     planning = Planning()
     planning.simulator.Initialize()
@@ -191,19 +184,6 @@ def test_a_goal_that_is_no_place_is_reported() -> None:
         planning.see(SCREEN)
         with pytest.raises(StarnavError, match=words):
             planning.update()
-
-
-def test_after_time_was_set_back_the_roadmap_of_the_run_before_is_forgotten() -> None:
-    planning = Planning()
-    planning.simulator.AdvanceTo(3.0)
-    planning.see(SCREEN)
-    planning.update()
-    assert np.allclose(planning.roadmap.regions[0].center, POSE[:2])
-    planning.context.SetTime(0.0)
-    planning.simulator.Initialize()
-    elsewhere = POSE - (0.5, 0.5, 0.0)
-    planning.see(SCREEN, elsewhere)
-    assert [region.center.tolist() for region in planning.roadmap.regions] == [elsewhere[:2].tolist()]
 
 
 def test_a_scan_is_planned_with_at_once_and_once() -> None:
@@ -287,24 +267,3 @@ def test_a_snapshot_once_read_never_changes() -> None:
     assert len(before.roadmap) == 1
     assert np.array_equal(before.roadmap.union.values, values)
     assert np.array_equal(before.frontiers(0.25), viewpoint)
-
-
-def test_a_context_owns_its_roadmap() -> None:
-    planning = Planning(goal=BEHIND)
-    planning.see(SCREEN)
-    planning.update()
-    clone = planning.context.Clone()
-    for step in (0.8, 1.6):
-        planning.see(SCREEN, POSE + (0.0, step, 0.0))
-        planning.update()
-    roadmap = planning.system.GetOutputPort("planner_state")
-    assert [len(roadmap.Eval(context).roadmap) for context in (planning.context, clone)] == [3, 1]
-
-
-def test_only_updates_with_a_search_count_as_plans() -> None:
-    stopwatch = Stopwatch()
-    planning = Planning(goal=IN_SIGHT, stopwatch=stopwatch)
-    for _ in range(4):
-        planning.see(OPEN)
-        planning.update()
-    assert len(stopwatch.seconds["plan"]) == planning.out("planner_state").plans == 1

@@ -1,7 +1,6 @@
 """A disc at constant velocity is tracked to its place, speed and size."""
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -134,17 +133,6 @@ def test_a_disc_out_of_sight_is_forgotten_and_one_that_is_gone_sooner() -> None:
     behind = Scene(hall((1.0, 0.5, 0.4)), (0.2,), lambda t: np.array(((2.6, min(0.9 * t - 0.9, 1.0)),)))
     assert tracked(behind, 1.8)[0].tracks.confirmed.sum() == 1  # out of sight
     assert tracked(behind, 4.0)[0].tracks.confirmed.sum() == 0
-
-
-def bouncing() -> Callable[[float], np.ndarray]:
-    return lambda t: np.array(((1.5 - abs(0.7 * t - 1.0), 1.0), (-1.0, 1.5 - 0.4 * t)))
-
-
-def test_the_same_scans_make_the_same_tracks() -> None:
-    scene = Scene(hall((2.0, -1.0, 0.3)), (0.25, 0.3), bouncing())
-    a, b = (tracked(scene, 2.0, twist=(0.1, 0.3), seed=7)[0].tracks for _ in range(2))
-    for name in vars(a):
-        np.testing.assert_array_equal(getattr(a, name), getattr(b, name))
 
 
 def test_a_track_moves_on_evenly() -> None:

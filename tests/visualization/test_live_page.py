@@ -178,19 +178,3 @@ def test_the_goal_is_the_worlds_until_a_slider_moves(meshcat) -> None:
     meshcat.SetSliderValue("goal x", 4.0)
     simulator.AdvanceTo(1.25)
     assert port.Eval(simulator.get_context()) == pytest.approx([4.0, WORLD.goal[1]], abs=0.5 * STEP)
-
-
-def test_between_updates_the_goal_is_held(meshcat) -> None:
-    system = SliderGoal(WORLD.goal, add_goal_sliders(meshcat, WORLD), period=0.5)
-    simulator = Simulator(system)
-    simulator.AdvanceTo(0.1)
-    meshcat.SetSliderValue("goal y", 1.0)
-    simulator.AdvanceTo(0.4)
-    assert np.array_equal(system.GetOutputPort("goal").Eval(simulator.get_context()), WORLD.goal)
-
-
-def test_the_sliders_reach_over_the_world_and_no_further(meshcat) -> None:
-    add_goal_sliders(meshcat, WORLD)
-    for label, low, high in zip(SLIDERS, WORLD.extent[:2], WORLD.extent[2:], strict=True):
-        assert meshcat.SetSliderValue(label, -100.0) == pytest.approx(low)
-        assert meshcat.SetSliderValue(label, 100.0) == pytest.approx(high)

@@ -7,10 +7,7 @@ import shapely
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.footprint import covered, disc, footprint
-from drake_starnav.parameters import build
-from drake_starnav.scenario.schema import RecordingParameters
 from drake_starnav.visualization import meshes
 from drake_starnav.visualization.meshes import LAYERS
 
@@ -56,11 +53,6 @@ def test_ribbon_has_the_area_of_its_line():
     assert area(meshes.ribbon(straight, 0.2, 0.0)) == pytest.approx(0.6)
     square = np.array([(0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (0.0, 2.0)])
     assert area(meshes.ribbon(square, 0.2, 0.0, closed=True)) == pytest.approx(2.2**2 - 1.8**2)
-
-
-@pytest.mark.parametrize("points", [np.zeros((0, 2)), np.zeros((1, 2)), np.ones((4, 2))])
-def test_ribbon_of_nothing_is_empty(points):
-    assert len(meshes.ribbon(points, 0.1, 0.0)) == 0
 
 
 @given(st.lists(st.floats(0.1, 5.0), min_size=3, max_size=60))
@@ -120,11 +112,6 @@ def test_layers_lie_apart_and_their_colors_differ():
     assert len(signs) == len(LAYERS)
 
 
-def test_a_parameter_out_of_range_is_named():
-    with pytest.raises(StarnavError, match=r"recording\.scan_rate is 0\.0; allowed: 0\.1 <= x <= 100 Hz"):
-        build(RecordingParameters, {"scan_rate": 0.0}, "recording")
-
-
 @pytest.mark.parametrize("corners", [((0.6, 0.2), (-0.2, 0.2), (-0.2, -0.2), (0.6, -0.2)), None])
 def test_rim_and_front_lie_inside_the_footprint(corners) -> None:
     shape = disc(0.3) if corners is None else footprint(corners)
@@ -133,17 +120,6 @@ def test_rim_and_front_lie_inside_the_footprint(corners) -> None:
         drawn = shapely.union_all(shapely.polygons(mesh.vertices[mesh.faces][..., :2]))
         assert whole.buffer(1e-6).covers(drawn) and drawn.distance(whole.exterior) < 1e-6
     assert meshes.front(shape, 0.1).vertices[:, 0].max() == pytest.approx(0.3 if corners is None else 0.6)
-
-
-@pytest.mark.parametrize("length", [0.1, 1.5])
-def test_an_arrow_has_its_length(length: float) -> None:
-    points = meshes.arrow(length, 0.05).vertices
-    assert (points[:, 0].min(), points[:, 0].max()) == pytest.approx((0.0, length))
-    assert np.ptp(points[:, 1]) == pytest.approx(min(0.15, length))
-
-
-def test_marks_grow_with_the_world() -> None:
-    assert [meshes.mark_scale((0.0, 0.0, 5.0, x)) for x in (3.0, 10.0, 40.0)] == [1.0, 1.0, 2.0]
 
 
 def test_every_layer_is_explained_to_users() -> None:

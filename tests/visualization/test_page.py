@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from drake_starnav.errors import StarnavError
 from drake_starnav.station.world_geometry import OBSTACLE_HEIGHT
-from drake_starnav.visualization.meshes import LAYERS, Layer
-from drake_starnav.visualization.page import VIEWS, Cameras, Caption, css_color, with_panel
+from drake_starnav.visualization.meshes import Layer
+from drake_starnav.visualization.page import VIEWS, Cameras, Caption, with_panel
 from tests.helpers.browser import PAGE as SIZE
 from tests.helpers.camera import PANEL_WIDTH, SCENE, camera_pose, projected
 
@@ -25,19 +24,6 @@ def test_texts_are_escaped_and_the_legend_is_ordered_by_height() -> None:
     assert "<h1>&lt;room&gt;</h1>" in text and "<title>&lt;room&gt; · seed 0</title>" in text
     assert text.index(">high<") < text.index(">low &amp; wide<")
     assert text.endswith("</body></html>")
-
-
-def test_without_layers_the_legend_is_of_all() -> None:
-    assert len(Caption("room").legend) == len([layer for layer in LAYERS.values() if layer.label])
-
-
-def test_an_unknown_view_is_refused() -> None:
-    with pytest.raises(StarnavError, match="camera view is 'side'"):
-        Cameras((0.0, 0.0, 4.0, 3.0), "side", "robot", (0.0, 0.0))
-
-
-def test_colours_in_css() -> None:
-    assert css_color((1.0, 0.5, 0.0)) == "rgb(255,128,0)"
 
 
 def test_a_caption_says_what_is_shown() -> None:

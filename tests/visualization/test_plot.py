@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from drake_starnav.cli.record import record
-from drake_starnav.errors import StarnavError
 from drake_starnav.scenario.scenario_file import parse_scenario
 from drake_starnav.simulation.run import run_trial
 from drake_starnav.visualization.meshes import LAYERS, selected_layers
@@ -38,11 +37,6 @@ def test_axes_are_in_metres_and_equal(recorded) -> None:
     corners = rim.get_path().get_extents().get_points()
     assert corners.mean(axis=0) == pytest.approx(recorded.robots[0].motion.at(2.0)[:2], abs=0.01)
     assert corners[1] - corners[0] == pytest.approx(2.0 * recorded.robots[0].shape.radius, abs=0.01)
-
-
-def test_both_axes_have_the_same_ticks(recorded) -> None:
-    axes = moment_figure(recorded, 2.0).axes[0]
-    assert np.diff(axes.get_xticks())[0] == np.diff(axes.get_yticks())[0] == 1.0
 
 
 def test_trails_have_no_seams(recorded) -> None:
@@ -87,13 +81,6 @@ def test_only_chosen_layers_are_drawn_and_in_the_legend(recorded, tmp_path) -> N
         assert ("laser scan" in text) == ("scan" in names) and "robot" in text and "star-shaped" not in text
         sizes[names] = len(text)
     assert sizes["trail"] < sizes["trail,scan,frontiers"]
-
-
-def test_layers_are_chosen_by_name_or_folder() -> None:
-    chosen = selected_layers("scan,roadmap", LAYERS) & set(LAYERS)
-    assert chosen == {"scan", "roadmap/nodes", "roadmap/edges"}
-    with pytest.raises(StarnavError, match="unknown layer 'scam': did you mean scan"):
-        selected_layers("trail,scam", LAYERS)
 
 
 @pytest.mark.parametrize("compared", [[], ["--compare", "star", "star_paper"]], ids=["one", "compared"])

@@ -92,13 +92,6 @@ def test_what_is_removed_is_hidden_or_deleted_and_clearing_deletes_all(keep: boo
     assert visible(stage, 1.0) == []
 
 
-def test_keyframes_may_come_in_any_order_and_the_last_of_a_time_counts() -> None:
-    track = Track()
-    for time, value in ((2.0, 4.0), (0.0, 0.0), (1.0, 9.0), (1.0, 2.0)):
-        track.set(value, time)
-    assert [track.at(time) for time in (-1.0, 0.5, 1.0, 1.5, 3.0)] == [0.0, 1.0, 2.0, 3.0, 4.0]
-
-
 WORLD = World("own", (0.0, 0.0, 0.0), (3.0, 0.0), bounds=(-1.0, -2.0, 4.0, 2.0))
 SCENARIO = parse_scenario("world: !Obstacles {}\nlidar: {beams: 36}", name="own")
 BLUE, RED = (0.1, 0.2, 0.8), (0.8, 0.1, 0.1)
@@ -172,12 +165,6 @@ def test_browser_shows_own_bodies_in_colour(recorded) -> None:
         picture = camera.picture(1.0)
     assert shade(picture, PLACES["floor"]) == pytest.approx(1.0, abs=0.03)
     assert shade(picture, PLACES["rack"]) == pytest.approx(BLUE, abs=0.15)
-
-
-def test_edge_on_wall_covers_nothing() -> None:
-    track = Track([0.0], [np.eye(3, 4)])
-    wall = np.array([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (1.0, 0.0, 1.0), (0.0, 0.0, 1.0)])
-    assert Solid(wall, None, BLUE, track).seen_from_above(0.0) == ([], 1.0)
 
 
 def test_turned_and_hollow_shapes() -> None:

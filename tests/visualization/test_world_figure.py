@@ -1,13 +1,12 @@
 """Pictures of worlds show what moves and its way."""
 
 import numpy as np
-import pytest
 from matplotlib.colors import to_rgb
 from PIL import Image
 
 from drake_starnav.loading import parse_scenario
 from drake_starnav.visualization.meshes import MOVING_OBSTACLES
-from drake_starnav.visualization.world_figure import draw_world, new_figure, world_axes, write_png
+from drake_starnav.visualization.world_figure import world_axes, write_png
 from drake_starnav.worlds import Crowd, make_world
 
 WORLD = make_world(Crowd(moving_obstacles=(3, 3)), 0, 0.25)
@@ -22,19 +21,6 @@ def test_moving_obstacles_are_drawn_at_first_with_their_paths() -> None:
     ]
     for line, path in zip(axis.lines, WORLD.moving_obstacles.paths, strict=True):
         assert np.array_equal(np.transpose(line.get_data()), path[:, 1:])
-
-
-def test_their_paths_can_be_left_out() -> None:
-    axes = new_figure(3.0).add_subplot()
-    draw_world(axes, WORLD, paths=False)
-    moving = [patch for patch in axes.patches if to_rgb(patch.get_facecolor()) == pytest.approx(MOVING_OBSTACLES.color)]
-    assert len(moving) == 3 and not axes.lines
-
-
-def test_a_picture_is_written(tmp_path) -> None:
-    path = np.array([WORLD.start[:2], WORLD.goal])
-    write_png(WORLD, parse_scenario("world: !Room {}", name="crowd"), path, "crowd", tmp_path / "x.png")
-    assert (tmp_path / "x.png").stat().st_size > 10_000
 
 
 def test_zones_are_drawn_in_their_colours(tmp_path) -> None:

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 import shapely
 
-from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.footprint import covered, footprint
 from drake_starnav.worlds import World, clearance
 from drake_starnav.worlds.clearance import body_clearance, nearest_obstacle
@@ -55,23 +54,12 @@ def test_agrees_with_brute_force_inside_and_outside(order):
     np.testing.assert_allclose(clearance(w, points), brute_force(w, points), atol=1e-12)
 
 
-def test_an_empty_plane_is_infinitely_clear():
-    w = World("empty", (0.0, 0.0, 0.0), (1.0, 0.0))
-    assert np.isinf(clearance(w, np.zeros((3, 2)))).all()
-    assert nearest_obstacle(w, (0.0, 0.0)) == ("nothing", np.inf)
-
-
 @pytest.mark.parametrize(
     ("point", "name"),
     [((0.9, 3.0), "cylinders[0]"), ((2.0, 2.7), "spheres[0]"), ((2.0, 1.4), "polygons[0]"), ((3.9, 2.0), "bounds")],
 )
 def test_nearest_obstacle_is_named(point, name):
     assert nearest_obstacle(world(), point)[0] == name
-
-
-def test_points_of_another_shape_are_refused():
-    with pytest.raises(StarnavError, match=r"\(3,\); allowed: \(n, 2\)"):
-        clearance(world(), np.zeros(3))
 
 
 def test_sphere_section_below_robot_height() -> None:

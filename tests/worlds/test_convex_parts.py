@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.worlds.convex_parts import EVEN, MOST_CORNERS, convex_parts, evened
+from drake_starnav.worlds.convex_parts import EVEN, convex_parts
 from drake_starnav.worlds.outlines import rectangle, trap
 
 
@@ -114,16 +114,3 @@ def test_thousands_of_corners_are_cut_at_once(name: str, most: int):
 
 def perimeter(polygon: np.ndarray) -> float:
     return float(np.hypot(*(np.roll(polygon, -1, axis=0) - polygon).T).sum())
-
-
-@pytest.mark.parametrize("corners", [MOST_CORNERS + 1, 10 * MOST_CORNERS])
-def test_too_many_corners_are_refused(corners):
-    with pytest.raises(StarnavError, match=f"polygon has {corners} corners; allowed: at most {MOST_CORNERS}"):
-        convex_parts(np.column_stack((np.arange(corners), np.arange(corners) % 2)))
-
-
-def test_evened_keeps_corners_beyond_tolerance():
-    rough = np.array([(0, 0), (1, 0.5 * EVEN), (2, -0.5 * EVEN), (3, 0), (3, 1), (1.5, 1 - 2 * EVEN), (0, 1)])
-    np.testing.assert_array_equal(evened(rough), rough[[0, 3, 4, 5, 6]])
-    sliver = np.array([(0, 0), (0.5 * EVEN, 0), (0, 0.5 * EVEN)])
-    np.testing.assert_array_equal(evened(sliver), sliver)

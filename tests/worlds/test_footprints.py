@@ -53,12 +53,6 @@ def test_a_box_on_its_edge_is_cut_at_both_heights() -> None:
     assert np.ptp(polygon, axis=0) == pytest.approx([1.0, 0.2])
 
 
-@pytest.mark.parametrize("height", [0.64, -0.51])
-def test_nothing_is_left_of_what_is_above_or_below(height: float) -> None:
-    assert convex_footprint(CUBE + (0.0, 0.0, height), LOW, HIGH) is None
-    assert sphere_footprint(np.array([0.0, 0.0, height]), 0.5, LOW, HIGH) is None
-
-
 def test_spheres_are_widest_at_their_middle() -> None:
     assert sphere_footprint(np.array([1.0, 2.0, 0.1]), 0.5, LOW, HIGH) == (1.0, 2.0, 0.5)
     x, y, radius = sphere_footprint(np.array([1.0, 2.0, 0.43]), 0.5, LOW, HIGH)

@@ -8,17 +8,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import ndimage
 
-from drake_starnav.worlds.outlines import place, rectangle, solid_rectangles, trap
+from drake_starnav.worlds.outlines import place, solid_rectangles, trap
 
 
 def area(outline: np.ndarray) -> float:
     """Signed; positive if counter-clockwise."""
     x, y = outline.T
     return 0.5 * float(x @ np.roll(y, -1) - y @ np.roll(x, -1))
-
-
-def test_a_rectangle_has_its_area() -> None:
-    assert area(rectangle(1.0, 2.0, 3.0, 5.0)) == 6.0
 
 
 @pytest.mark.parametrize("arms", [0, 1, 2])
@@ -86,7 +82,3 @@ def test_an_outside_that_nobody_sees_is_left_out(thickness: int) -> None:
     rectangles = solid_rectangles(solid)
     assert len(rectangles) == 4
     assert np.minimum(rectangles[:, 2] - rectangles[:, 0], rectangles[:, 3] - rectangles[:, 1]).max() <= 3
-
-
-def test_none_for_an_empty_grid() -> None:
-    assert solid_rectangles(np.zeros((5, 5), bool)).shape == (0, 4)

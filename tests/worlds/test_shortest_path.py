@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from drake_starnav.errors import StarnavError
 from drake_starnav.worlds import Forest, Maze, World, clearance, make_world, shortest_path
 from drake_starnav.worlds.outlines import rectangle, trap
 from drake_starnav.worlds.shortest_path import blocker, blocks, capsules_around
@@ -112,18 +111,6 @@ def test_through_a_door():
     assert exact - 1e-9 <= length <= 1.001 * exact
 
 
-def test_a_door_too_narrow_is_no_way():
-    walls = (rectangle(-0.05, -5.0, 0.05, 0.0), rectangle(-0.05, 0.49, 0.05, 5.0))
-    world = World("door", (-3.0, 0.0, 0.0), (3.0, 0.0), polygons=walls, bounds=(-5.0, -5.0, 5.0, 5.0))
-    assert shortest_path(world, 0.25) is None
-    assert shortest_path(world, 0.2) is not None
-
-
-def test_a_walled_in_goal_is_out_of_reach():
-    ring = [(5.0 + 1.5 * math.cos(a), 1.5 * math.sin(a), 0.5) for a in np.linspace(0.0, 2.0 * math.pi, 12)]
-    assert shortest_path(World("ring", (0.0, 0.0, 0.0), (5.0, 0.0), cylinders=ring), 0.25) is None
-
-
 def test_a_thin_robot_does_not_slip_through_a_zero_width_gap():
     walls = (rectangle(-0.2, -5.0, 0.0, 0.0), rectangle(-0.1, 0.0, 0.1, 5.0))
     world = World("slit", (-3.0, 0.0, 0.0), (3.0, 0.0), polygons=walls, bounds=(-5.0, -5.0, 5.0, 5.0))
@@ -154,16 +141,3 @@ def test_paths_in_worlds_are_clear_and_no_longer_than_with_a_larger_robot(kind, 
     check_path(world, 0.3, larger, wide)
     # the two may go round obstacles on different sides, of nearly equal lengths
     assert math.dist(world.start[:2], world.goal) <= length <= 1.01 * larger
-
-
-def test_the_grid_hardly_matters():
-    world = make_world(Forest(), 7, 0.25)
-    lengths = [shortest_path(world, 0.25, resolution)[0] for resolution in (0.03, 0.05, 0.08)]
-    assert max(lengths) <= 1.01 * min(lengths)
-
-
-@pytest.mark.parametrize(("radius", "resolution"), [(0.0, 0.05), (math.nan, 0.05), (0.25, 0.0), (0.25, 1e-5)])
-def test_bad_arguments_are_refused(radius, resolution):
-    world = World("disc", (-3.0, 0.0, 0.0), (3.0, 0.0), cylinders=[(0.0, 0.0, 0.5)])
-    with pytest.raises(StarnavError, match="allowed"):
-        shortest_path(world, radius, resolution)

@@ -1,6 +1,5 @@
 """The report's plots show the numbers of the records, told apart by more than colour."""
 
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -41,15 +40,6 @@ def test_methods_differ_in_colour_or_line_and_mostly_in_both() -> None:
     looks = [figures.style(METHODS, method) for method in METHODS]
     assert len({(look["color"], look["linestyle"]) for look in looks}) == len(METHODS)
     assert len({look["marker"] for look in looks[:9]}) == 9
-
-
-def test_neighbouring_colours_differ_in_a_colour_blind_eye() -> None:
-    """With Machado's matrix of deuteranopia, no two colours become one."""
-    matrix = np.array([(0.367322, 0.860646, -0.227968), (0.280085, 0.672501, 0.047413), (-0.011820, 0.04294, 0.968881)])
-    rgb = np.array([[int(c[k : k + 2], 16) / 255.0 for k in (1, 3, 5)] for c in figures.COLORS])
-    seen = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4) @ matrix.T
-    apart = np.linalg.norm(seen[:, None] - seen[None], axis=2) + np.eye(len(seen))
-    assert apart.min() > 0.03
 
 
 def test_bins_hold_about_as_many_worlds_each() -> None:
@@ -116,30 +106,3 @@ def test_obstacles_of_a_model_file_are_drawn_too() -> None:
     figure = figures.trajectory_figure(make_results([header], [record(scenario="kitchen")]), "kitchen", 1)
     axes = next(axes for axes in figure.axes if axes.get_title())
     assert sum(len(drawn.get_paths()) for drawn in axes.collections) > 10
-
-
-def test_a_picture_is_the_same_each_time() -> None:
-    results = made_up(trials=3)
-    assert figures.svg(figures.success_figure(results)) == figures.svg(figures.success_figure(results))
-
-
-def test_detour() -> None:
-    assert figures.detour(record()) == pytest.approx(13.0 / 12.0)
-    assert figures.detour(record(shortest_path_m=None)) is None
-    assert math.isclose(figures.gap(record()), 0.9)
-
-
-def test_a_scenario_may_be_called_anything() -> None:
-    name = "we$ir_{d$"
-    results = made_up(("forest",), trials=4)
-    header = results.headers[0]
-    renamed = {**header, "cases": [{**case, "scenario": name} for case in header["cases"]]}
-    strange = make_results([renamed], [{**r, "scenario": name} for r in results.records])
-    assert figures.svg(figures.success_figure(strange))
-
-
-@pytest.mark.parametrize(("field", "percent"), [("time_s", "150.0 %"), ("path_length_m", "200.0 %")])
-def test_a_comparison_is_of_the_field_that_is_asked_for(field: str, percent: str) -> None:
-    slow = record(method="star_paper", time_s=30.0, path_length_m=28.0)
-    results = make_results([made_up().headers[0]], [record(), slow])
-    assert figures.comparison_figure(results, field, "it").axes[0].texts[0].get_text() == percent

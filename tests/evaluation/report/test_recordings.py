@@ -43,13 +43,6 @@ def test_failures_the_median_and_the_worst_success_are_chosen() -> None:
     ]  # fmt: skip
 
 
-def test_slow_means_slow_for_its_world() -> None:
-    header = made_up().headers[0]
-    records = [record(trial=0, time_s=40.0, shortest_path_m=30.0), record(trial=1, time_s=30.0, shortest_path_m=10.0)]
-    *_, worst = chosen_trials(make_results([header], records))
-    assert worst.record["trial"] == 1
-
-
 def test_recordings_are_of_the_same_runs_and_failures_are_limited(trials: Path) -> None:
     page = trials.with_name("report.html").read_text(encoding="utf-8")
     folder = trials.with_name("report_recordings")

@@ -60,11 +60,6 @@ def test_a_trial_s_command_names_a_file_as_it_was_given(tmp_path: Path) -> None:
     assert f"starnav simulate {scenario} --method" in results.trial_command(results.records[0])
 
 
-def test_the_scenario_of_a_record_is_the_one_it_was_run_with(tmp_path: Path) -> None:
-    results = read_results([written(tmp_path / "a.jsonl")])
-    assert results.scenario(results.records[0]).robot.radius == 0.3
-
-
 @pytest.mark.parametrize(
     ("other", "words"),
     [({"seed": 6}, "has seed 6"), ({"method": "star"}, "forest star, and so has"), ({"trials": 0}, None)],

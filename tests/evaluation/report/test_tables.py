@@ -9,7 +9,6 @@ import pytest
 from drake_starnav.evaluation.report.results import make_results
 from drake_starnav.evaluation.report.tables import (
     further_figures,
-    label_of,
     result_tables,
     summary_csv,
     tables_markdown,
@@ -30,13 +29,6 @@ def test_csv_has_a_line_for_each_case_with_all_figures() -> None:
         assert int(row["collision"]) == sum(r["outcome"] == "collision" for r in case)
         assert float(row["success_low"]) <= int(row["reached"]) / 6 <= float(row["success_high"])
         assert float(row["mean_clearance_m"]) == pytest.approx(0.5)
-
-
-def test_csv_counts_0_where_an_outcome_is_only_another_case_s() -> None:
-    records = [record(), record("room", trial=0), record("room", trial=1, outcome="struck")]
-    results = make_results(made_up(methods=("star",)).headers, records)
-    forest, room = csv.DictReader(io.StringIO(summary_csv(results)))
-    assert (forest["struck"], room["struck"]) == ("0", "1")
 
 
 def test_figures_of_later_days_are_shown_where_a_goal_was_reached() -> None:
@@ -62,18 +54,6 @@ def test_methods_are_compared_with_the_first_on_trials_that_both_reached() -> No
     (_, (head, rows)) = result_tables(make_results([header], records))[-1]
     assert rows == [("forest", "star_paper", "1", "150.0", "150.0")]
     assert head[2] == "both reached"
-
-
-def test_one_method_is_compared_with_none() -> None:
-    assert len(result_tables(made_up(methods=("star",)))) == 2
-
-
-@pytest.mark.parametrize(
-    ("name", "label"),
-    [("min_clearance_m", "min clearance, m"), ("stops", "stops"), ("mean_jerk_mps3", "mean jerk, m/s³"), ("s", "s")],
-)
-def test_labels(name: str, label: str) -> None:
-    assert label_of(name) == label
 
 
 ODD = (

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from drake_starnav.evaluation.jobs import make_cases, make_jobs, run_job
 from drake_starnav.evaluation.trial_file import read_trials
 from drake_starnav.scenario.shipped import METHODS
 from scripts.experiments.ablate import ABLATIONS, REFERENCE, Ablation, main
@@ -32,16 +31,6 @@ def current(names: Iterable[str]) -> list[object]:
         module, _, attribute = name.rpartition(".")
         found.append(getattr(importlib.import_module(module), attribute))
     return found
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("row", [row for row in ABLATIONS if row.replaced], ids=lambda row: row.name)
-def test_a_trial_of_a_row_runs(row: Ablation, tmp_path: Path) -> None:
-    scenario = tmp_path / "few.yaml"
-    scenario.write_text("world: !Room {}\nsimulation: {timeout: 4.0}\n")
-    (job,) = make_jobs(make_cases([str(scenario)], [row.method]), 1, 0)
-    record = run_replaced(row.replaced, run_job, job)
-    assert record["outcome"] != "error", record
 
 
 def test_script_leaves_table_plot_and_trials(tmp_path: Path, capsys) -> None:

@@ -16,7 +16,7 @@ from scripts.experiments.random_drives import PACE, PLANT_ONLY, drawn
 from tests.helpers.scans import seeds
 
 
-@pytest.mark.parametrize("seed", [11, 14, 13, 22, 6, 0, 3])
+@pytest.mark.parametrize("seed", [11, 13, 22, 6])
 def test_each_command_is_decided_and_driven_as_one_by_one(seed: int) -> None:
     """By discs and polygons of all bases, with one lidar, with two, and with one of a limited view."""
     case, rng = drawn(seed), np.random.default_rng(seed)

@@ -7,7 +7,7 @@ import pytest
 import shapely
 
 from drake_starnav.geometry.footprint import covered
-from scripts.experiments.footprint_soundness import SHAPES, least_distance, scenario_of, sweep, tried
+from scripts.experiments.footprint_soundness import SHAPES, least_distance, scenario_of, tried
 
 
 @pytest.mark.parametrize("robot", SHAPES)
@@ -34,10 +34,3 @@ def test_the_least_distance_is_that_of_the_shapes(robot: str) -> None:
             max(shapely.distance(body, shapely.Point(*discs[0, :2])) - discs[0, 2], 0.0),
         )
         assert least_distance(pose[None], shape.parts, shape.radius, segments, discs) == pytest.approx(exact, abs=2e-3)
-
-
-def test_a_sweep_ends_at_rest_where_it_should() -> None:
-    robot = scenario_of("jackal").robot
-    limits, speed = robot.limits, 0.5 * robot.max_speed
-    poses = sweep(np.zeros(3), (np.array((speed, 0.0)), np.array((speed, 0.0))), (0.02, 0.1), limits)
-    assert poses[-1] == pytest.approx((0.12 * speed + 0.5 * speed**2 / limits.max_acceleration, 0.0, 0.0), abs=2e-3)

@@ -1,7 +1,7 @@
 """Drives at random: what is drawn can be loaded, and a contact is reported with all that repeats it."""
 
 from drake_starnav.scenario.scenario_file import load_scenario
-from scripts.experiments.random_drives import BODIES, FAULTS, RANGES, SCENARIOS, drawn, driven, report
+from scripts.experiments.random_drives import BODIES, FAULTS, RANGES, SCENARIOS, drawn, driven
 
 
 def test_what_is_drawn_is_a_scenario_and_the_same_for_a_seed() -> None:
@@ -24,12 +24,3 @@ def test_random_commands_reach_obstacles_and_touch_none() -> None:
     assert 0.0 < min(record["min_clearance_m"] for record in records) < 0.1
     assert all(record["commands"] >= 8000 and record["path_m"] > 0.5 for record in records)
     assert {**driven(11, commands=8000), "time_s": records[0]["time_s"]} == records[0]
-
-
-def test_a_contact_is_reported_with_what_repeats_it() -> None:
-    touched = {"seed": 7, "scenario": "maze", "set": ["robot.radius=0.3"], "outcome": "collision", "contact": "hull"}
-    touched |= {"path_m": 3.0, "min_clearance_m": -0.001}
-    refused = {"seed": 8, "scenario": "room", "set": [], "outcome": "refused", "why": "too fast"}
-    text = report([touched, refused, {**touched, "seed": 9, "outcome": "reached", "min_clearance_m": 0.02}])
-    assert text.startswith("3 drives: 1 collision, 1 reached, 1 refused\n6 m driven; least clearance -1.0 mm")
-    assert "seed 7: hull, maze robot.radius=0.3" in text and "seed 9" not in text

@@ -12,7 +12,6 @@ from pathlib import Path
 import pytest
 
 import drake_starnav
-from scripts.maintenance import check_wheel
 from scripts.maintenance.compile_wheel import compile_into, packed
 
 CHECKOUT = Path(__file__).resolve().parents[3]
@@ -70,13 +69,6 @@ def test_holds_the_package_the_models_and_the_licence(wheel: Path) -> None:
     assert {name.split("/")[0].split("-")[0] for name in names} == {"drake_starnav"}
 
 
-def test_a_wheel_made_for_a_python_goes_before_the_pure_one() -> None:
-    pure, made = Path("starnav-1-py3-none-any.whl"), Path("starnav-1-cp313-cp313-manylinux_2_34_x86_64.whl")
-    assert check_wheel.wheel_for([pure, made], "3.13") == made
-    assert check_wheel.wheel_for([pure, made], "3.12") == pure
-    assert check_wheel.wheel_for([made], "3.12") is None
-
-
 @pytest.mark.skipif((sys.platform, platform.machine()) != ("linux", "x86_64"), reason="made for x86-64 Linux alone")
 def test_what_a_compiled_wheel_holds_is_not_compiled_again(wheel: Path, tmp_path: Path) -> None:
     first, second, out = tmp_path / "first", tmp_path / "second", tmp_path / "out"
@@ -91,14 +83,6 @@ def test_what_a_compiled_wheel_holds_is_not_compiled_again(wheel: Path, tmp_path
     held = {path.relative_to(second) for path in second.rglob("*.nbc")}
     assert compile_into(second, [command]) == count > 20
     assert {path.relative_to(second) for path in second.rglob("*.nbc")} == held
-
-
-def test_finds_its_models_away_from_the_checkout(installed: Path, tmp_path: Path) -> None:
-    code = "import drake_starnav.utils.resources as m; print(m.__file__); print(m.model_path('robots', 'starbot.urdf'))"
-    module, urdf = map(Path, run("-c", code, cwd=tmp_path, python_path=installed).splitlines())
-    assert module.is_relative_to(installed)
-    assert urdf.is_relative_to(installed)
-    assert urdf.read_bytes() == (CHECKOUT / "models" / "robots" / "starbot.urdf").read_bytes()
 
 
 @pytest.mark.skipif(

@@ -8,7 +8,6 @@ from pydrake.systems.framework import PortDataType
 from drake_starnav.parameters import build, declared
 from drake_starnav.scenario.scenario_file import load_scenario
 from drake_starnav.scenario.schema import SECTIONS
-from drake_starnav.scenario.shipped import METHODS
 from drake_starnav.worlds import WORLD_KINDS
 from scripts.maintenance import write_tables
 
@@ -92,15 +91,3 @@ def test_a_written_default_can_be_set_on_the_command_line() -> None:
             value = getattr(getattr(scenario, section), name.strip("`").partition(".")[2])
             standard = getattr(cls(), name.strip("`").partition(".")[2])
             assert value == (pytest.approx(standard, rel=1e-5) if isinstance(standard, float) else standard)
-
-
-def test_what_methods_set_is_shown_beside_the_default() -> None:
-    head = ("default", *METHODS)
-    rows = {name.strip("`"): dict(zip(head, values, strict=True)) for name, *values in write_tables.method_rows()}
-    own = {name: {key for key, row in rows.items() if row[name]} for name in METHODS}
-    for method, sections in METHODS.items():
-        for section, values in sections.items():
-            for key, value in values.items():
-                assert rows[f"{section}.{key}"][method] == f"`{write_tables.yaml_text(value)}`"
-                assert rows[f"{section}.{key}"][method] != rows[f"{section}.{key}"]["default"]
-        assert own[method] == {f"{section}.{key}" for section, values in sections.items() for key in values}

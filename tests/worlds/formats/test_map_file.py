@@ -34,13 +34,6 @@ def rows_of(path: Path) -> list[str]:
 
 
 @pytest.mark.parametrize(
-    "image", [PIXELS, np.dstack([PIXELS] * 3), np.dstack([*[PIXELS] * 3, np.full_like(PIXELS, 255)])]
-)
-def test_every_kind_of_bmp(tmp_path: Path, image) -> None:
-    assert rows_of(write(tmp_path, image, "m.bmp")) == ["#.?", ".#."]
-
-
-@pytest.mark.parametrize(
     ("changes", "rows"),
     [
         ({"resolution": "1e-1"}, ["#.?", ".#."]),
@@ -157,24 +150,3 @@ def test_bad_images_are_refused(tmp_path: Path, image: bytes, message: str) -> N
     with pytest.raises(StarnavError, match=message) as error:
         read_map(write(tmp_path, image))
     assert "\n" not in str(error.value)
-
-
-def test_a_truncated_png_is_refused(tmp_path: Path) -> None:
-    path = write(tmp_path, np.random.default_rng(0).integers(0, 255, (40, 40), np.uint8), "m.png")
-    content = (tmp_path / "m.png").read_bytes()
-    (tmp_path / "m.png").write_bytes(content[: len(content) // 2])
-    with pytest.raises(StarnavError, match="cannot be read"):
-        read_map(path)
-
-
-def test_a_missing_file_and_one_without_keys_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(StarnavError, match="nothing.yaml cannot be read: No such file"):
-        read_map(tmp_path / "nothing.yaml")
-    with pytest.raises(StarnavError, match="map.pgm is an image; allowed: the map's YAML file"):
-        read_map(tmp_path / "map.pgm")
-    (tmp_path / "list.yaml").write_text("- 1\n")
-    with pytest.raises(StarnavError, match="list.yaml has no image, resolution"):
-        read_map(tmp_path / "list.yaml")
-    (tmp_path / "binary.yaml").write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(StarnavError, match="cannot be read"):
-        read_map(tmp_path / "binary.yaml")

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
-from drake_starnav.worlds.formats import obj_files
 from drake_starnav.worlds.formats.obj_files import MOST_PIECES, SOLIDS, converted, write_obj
 from tests.geometry.test_mesh_file import CORNERS, FACES, ascii_stl
 
@@ -64,7 +63,3 @@ def test_a_plane_is_a_slab_below_it(normal: str) -> None:
     heights = vertices @ direction / np.linalg.norm(direction)
     np.testing.assert_allclose(np.sort(heights), [-1.0] * 4 + [0.0] * 4, atol=1e-9)
     assert is_closed_outwards(vertices, triangles)
-
-
-def test_the_files_lie_in_one_folder() -> None:
-    assert write_obj(CORNERS, FACES).parent == obj_files.write(b"x", ".txt").parent

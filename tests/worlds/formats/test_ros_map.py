@@ -113,20 +113,6 @@ def test_the_way_may_lead_around_the_map_where_that_is_free(folder: Path) -> Non
     assert len({(world.start[0] < 0.75) == (world.goal[0] < 0.75) for world in worlds}) == 2
 
 
-def test_a_room_without_a_door_needs_no_boxes(folder: Path) -> None:
-    noisy = [row[:22] + "".join("#" if k % 3 else c for k, c in enumerate(row[22:])) for row in TWO_ROOMS]
-    world = make_world(map_of(noisy, folder, start=[1.0, 1.0, 0.0]), 0, RADIUS)
-    assert len(world.polygons) == 4
-
-
-def test_pockets_in_a_noisy_wall_need_no_boxes(folder: Path) -> None:
-    noisy = [*TWO_ROOMS]
-    noisy[1] = "?#.#.##..#.####.#..#.#.#.#.##.#.#####.#?"
-    assert len(make_world(map_of(noisy, folder), 0, RADIUS).polygons) == len(
-        make_world(map_of(TWO_ROOMS, folder), 0, RADIUS).polygons
-    )
-
-
 @pytest.mark.parametrize(
     ("rows", "changes", "message"),
     [
@@ -150,15 +136,6 @@ def test_bad_maps_and_places_are_refused(folder: Path, rows, changes, message: s
     with pytest.raises(StarnavError, match=message) as error:
         make_world(map_of(rows, folder, **changes), 0, RADIUS)
     assert "\n" not in str(error.value)
-
-
-def test_any_number_of_walls_is_read_as_it_is(folder: Path) -> None:
-    cells = np.full((130, 130), FREE, np.int8)
-    cells[60:124:2, 2:126:2] = OCCUPIED  # 1,984 posts, one apart from the other
-    write_map(OccupancyMap(cells, RESOLUTION, (0.0, 0.0, 0.0)), folder / "m.yaml")
-    world = make_world(RosMap(file=str(folder / "m.yaml"), unknown="free", min_distance=0.4), 0, RADIUS)
-    assert sum(len(polygon) == 4 for polygon in world.polygons) >= 32 * 62
-    np.testing.assert_array_equal(clearance(world, np.array([(0.25, 6.05), (0.35, 6.05)])) < 0.0, [True, False])
 
 
 def test_the_shipped_map_is_as_drawn() -> None:

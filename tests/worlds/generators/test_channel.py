@@ -5,7 +5,6 @@ import math
 import numpy as np
 import pytest
 
-from drake_starnav.errors import StarnavError
 from drake_starnav.worlds import clearance, make_world, shortest_path
 from drake_starnav.worlds.generators import channel
 from drake_starnav.worlds.generators.channel import _SHAPES, Channel, _middle_line
@@ -63,21 +62,3 @@ def test_any_channel_is_solvable_and_its_walls_close_it(seed):
     ends = clearance(world, np.array((world.start[:2], world.goal)))
     np.testing.assert_allclose(ends, RADIUS + Channel().clearance, atol=1e-6)
     assert -math.pi <= world.start[2] < math.pi
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_equal_seeds_make_equal_channels(seed):
-    one, other = (make_world(Channel(), seed, RADIUS) for _ in range(2))
-    assert (one.start, one.goal, one.timeout) == (other.start, other.goal, other.timeout)
-    assert len(one.polygons) == len(other.polygons)
-    for a, b in zip(one.polygons, other.polygons, strict=True):
-        np.testing.assert_array_equal(a, b)
-
-
-@pytest.mark.parametrize(
-    ("kind", "message"),
-    [(Channel(shape="ring"), "one of any, corridor"), (Channel(clearance=0.0), r"Channel\.clearance")],
-)
-def test_bad_parameters_are_refused(kind, message):
-    with pytest.raises(StarnavError, match=message):
-        make_world(kind, 0, RADIUS)

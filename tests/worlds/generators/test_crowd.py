@@ -6,7 +6,7 @@ import pytest
 from drake_starnav.errors import StarnavError
 from drake_starnav.scenario.scenario_file import load_scenario
 from drake_starnav.worlds import Crowd, StopAndGo, World, clearance, make_world
-from drake_starnav.worlds.generators.crowd import _walk, wander
+from drake_starnav.worlds.generators.crowd import wander
 from drake_starnav.worlds.moving_obstacles import moving_obstacle_states
 
 RADIUS = 0.25
@@ -62,11 +62,6 @@ def test_moving_obstacles_wander_far() -> None:
     world = make_world(Crowd(), 0, RADIUS)
     for path in world.moving_obstacles.paths:
         assert np.ptp(path[:, 1:], axis=0).max() > 2.0
-
-
-def test_shipped_scenarios() -> None:
-    assert make_world(load_scenario("crowd_room").world, 0, RADIUS).bounds == (0.0, 0.0, 12.0, 12.0)
-    assert make_world(load_scenario("crowd_hall").world, 0, RADIUS).bounds == (0.0, 0.0, 20.0, 12.0)
 
 
 def test_numbers_and_speeds_as_asked() -> None:
@@ -158,25 +153,3 @@ def test_the_shipped_scenario_declares_what_moves() -> None:
     scenario = load_scenario("stop_and_go")
     assert make_world(scenario.world, 0, RADIUS).moving_obstacles.max_speed <= scenario.obstacles.max_speed
     assert scenario.obstacles.caution == 1.0
-
-
-@pytest.mark.parametrize(
-    ("kind", "message"),
-    [
-        (
-            StopAndGo(speed=(2.0, 1.5)),
-            r"StopAndGo\.speed is \[2\.0, 1\.5\]; allowed: \[least, most\], 0.01 <= x <= 5 m/s",
-        ),
-        (StopAndGo(moving_obstacles=-1), r"StopAndGo\.moving_obstacles is -1; allowed: 0 <= x <= 1000"),
-    ],
-)
-def test_bad_parameters_of_stop_and_go_are_refused(kind: StopAndGo, message: str) -> None:
-    with pytest.raises(StarnavError, match=message):
-        make_world(kind, 0, RADIUS)
-
-
-def test_what_finds_no_room_is_refused() -> None:
-    with pytest.raises(StarnavError, match="none of 1000 walks at 50 m/s stays in the room"):
-        _walk(np.zeros(2), 50.0, np.full(2, -3.0), np.full(2, 3.0), np.random.default_rng(0))
-    with pytest.raises(StarnavError, match=r"robot.radius 0\.9 m does not fit at the start; allowed: below 0\.8 m"):
-        make_world(StopAndGo(), 0, 0.9)

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from drake_starnav.errors import StarnavError
 from drake_starnav.worlds import Forest, PaperForest, make_world
 
 
@@ -16,11 +15,6 @@ def test_trees_keep_their_gap_and_leave_both_ends_clear(seed: int) -> None:
     apart = np.hypot(*(trees[:, None, :2] - trees[None, :, :2]).transpose(2, 0, 1))
     assert apart[~np.eye(len(trees), dtype=bool)].min() >= 2.0 * kind.radius + kind.gap[0]
     assert world.start[0] < trees[:, 0].min() - kind.radius and world.goal[0] > trees[:, 0].max() + kind.radius
-
-
-def test_bounds_out_of_order_are_refused() -> None:
-    with pytest.raises(StarnavError, match=r"Forest\.trees is \[9, 3\]; allowed: \[least, most\]"):
-        make_world(Forest(trees=(9, 3)), 0, 0.25)
 
 
 @pytest.mark.parametrize("seed", range(5))

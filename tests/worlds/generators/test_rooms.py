@@ -57,14 +57,6 @@ def test_doors_are_as_wide_as_asked_and_join_all_rooms(shut, seed, count, monkey
         assert len(open_doors) == (2 * count * (count - 1) if shut == 0.0 else count * count - 1)
 
 
-@pytest.mark.parametrize("seed", range(4))
-def test_equal_seeds_make_equal_rooms(seed):
-    one, other = (make_world(Rooms(), seed, RADIUS) for _ in range(2))
-    assert (one.start, one.goal) == (other.start, other.goal)
-    for a, b in zip(one.polygons, other.polygons, strict=True):
-        np.testing.assert_array_equal(a, b)
-
-
 def test_each_kind_of_goal_comes_about():
     goals = [make_world(Rooms(), seed, RADIUS) for seed in range(20)]
     side = Rooms().count * _SIZE
@@ -90,8 +82,3 @@ def test_each_kind_of_goal_comes_about():
 def test_sizes_that_make_no_world_are_refused(kind, message):
     with pytest.raises(StarnavError, match=message):
         make_world(kind, 0, RADIUS)
-
-
-@pytest.mark.parametrize("kind", [Rooms(door=0.52), Rooms(door=2.3), Rooms(goal="niche", goal_clearance=1.45)], ids=str)
-def test_the_largest_and_smallest_sizes_make_a_world(kind):
-    make_world(kind, 0, RADIUS)
