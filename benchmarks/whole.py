@@ -88,11 +88,10 @@ def compare(folders: dict[str, Path], scenarios: list[str], trials: int) -> None
     drivers = {name: Driver(folder) for name, folder in folders.items()}
     for scenario in scenarios:
         found: dict[str, list[dict[str, float]]] = {name: [] for name in drivers}
-        for driver in drivers.values():
-            driver.drive(scenario, FIRST_SEED)  # compiles
-        for k in range(trials):
-            for name in list(drivers)[:: (-1) ** k]:
-                found[name].append(drivers[name].drive(scenario, FIRST_SEED + k))
+        for k in range(-trials, trials):
+            for name in list(drivers)[:: 1 - 2 * (k % 2)]:
+                row = drivers[name].drive(scenario, FIRST_SEED + k % trials)
+                found[name] += [row] * (k >= 0)  # before, what it takes is compiled
         base: dict[str, float] = {}
         for name, rows in found.items():
             simulated = sum(row["time"] for row in rows)
