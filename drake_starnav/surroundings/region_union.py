@@ -102,7 +102,7 @@ def _covers_at(union, points, slack):
     return out
 
 
-@njit(cache=True, error_model="numpy")
+@leaf
 def cover_at(union, x, y, slack):
     """Index of the newest region of a union that contains (x, y), or up to `slack` beyond its boundary, m; or -1."""
     center, bearing_0, values, marks, corner = union.center, union.bearing_0, union.values, union.marks, union.corner
@@ -115,16 +115,16 @@ def cover_at(union, x, y, slack):
     for i in range(math.floor((x - slack) / CELL) - corner[0], math.floor((x + slack) / CELL) - corner[0] + 1):
         for j in range(math.floor((y - slack) / CELL) - corner[1], math.floor((y + slack) / CELL) - corner[1] + 1):
             if 0 <= i < marks.shape[0] and 0 <= j < marks.shape[1]:
-                found = max(found, _newest(union, marks[i, j], x, y, slack))
+                found = max(found, _newest(center, bearing_0, values, marks, (i, j), (x, y, slack)))
     return found
 
 
-@njit(cache=True, error_model="numpy")
-def _newest(union, words, x, y, slack):
-    """The same of the regions in a cell's words of the index (w,)."""
-    center, bearing_0, values = union.center, union.bearing_0, union.values
-    for w in range(len(words) - 1, -1, -1):
-        word = words[w]
+@leaf
+def _newest(center, bearing_0, values, marks, cell, place):
+    """The same of the regions in a cell (i, j) of the index, at a place (x, y) with its slack."""
+    (i, j), (x, y, slack) = cell, place
+    for w in range(marks.shape[2] - 1, -1, -1):
+        word = marks[i, j, w]
         while word != 0:
             k, rest = w * WORD, word
             for shift in (32, 16, 8, 4, 2, 1):  # to the highest bit
