@@ -243,6 +243,11 @@ class LaserScan:
         view = self.range_max, self.angle_increment, seam
         return Beams(directions, *view, float(self.body), *classified(self.ranges, motion, free, *view))
 
+    @cached_property
+    def measured_at(self) -> float:
+        """Its time, s; -inf if all its beams are lost."""
+        return self.time if self.beams.complete or not self.lost.all() else -math.inf
+
     @property
     def full_circle(self) -> bool:
         """Whether the last beam's neighbour is the first one."""

@@ -48,8 +48,7 @@ class Mount(NamedTuple):
 
 def newest(scans: Sequence[LaserScan]) -> float:
     """Time of the newest of some scans that measured anything, s; -inf if there is none."""
-    seen = (scan.time for scan in scans if scan.beams.complete or not scan.lost.all())
-    return max(seen, default=-math.inf)
+    return max([scan.measured_at for scan in scans])
 
 
 ON_AXIS = Mount(0.0, 0.0, 0.0, False)

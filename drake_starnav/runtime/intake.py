@@ -176,7 +176,7 @@ def _with_scan(intake: Intake, now: float, k: Any, scan: Any, declared: Declared
 def false_scan(scan: LaserScan, lidar: LidarParameters) -> str:
     """What a scan has less of than its lidar is declared to; empty if nothing."""
     view = lidar.field_of_view
-    if bool(scan.lost.all()):
+    if scan.measured_at == -math.inf:
         return "a scan measures nothing: all beams are lost"
     if scan.angle_increment > 1.05 * view.angle_increment:
         return f"a scan has {len(scan.ranges)} beams over {scan.field_of_view.span:.3g} rad; declared: {lidar.beams}"

@@ -105,11 +105,6 @@ class Known(NamedTuple):
     way: float = 0.0
     turned: float = 0.0
 
-    @property
-    def center(self) -> tuple[float, float]:
-        """Place of the lidar, W, m."""
-        return self.place[:2]
-
     def moved(self, frame: np.ndarray) -> "Known":
         """The same in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""
         return self._replace(place=_moved(self.place, frame))
@@ -170,17 +165,17 @@ def remembered(
     (pose, time), count = now, len(new)
     if len(before) > count > 0:
         last, older = before[:count], before[count:]
-        near = not _apart(last[0], older[0], kept.apart)  # then it is none of those that are kept
-        before = older if near else (*last, *(each for each in older if _apart(last[0], each, kept.apart)))
-    x, y = pose[:2].tolist()
-    least = driven[0] - kept.way, driven[1] - kept.turn, time - kept.time
+        other = _apart(last[0], older[:1], kept.apart)  # else it is none of those that are kept
+        before = (*last, *_apart(last[0], older, kept.apart)) if other else older
+    x, y, _ = pose.tolist()
+    way, turned, begin = driven[0] - kept.way, driven[1] - kept.turn, time - kept.time
     lasting = [
         each
         for each in (*new, *before)
-        if math.dist(each.center, (x, y)) < kept.reach
-        and each.way >= least[0]
-        and each.turned >= least[1]
-        and each.time >= least[2]
+        if each.way >= way
+        and each.turned >= turned
+        and each.time >= begin
+        and math.hypot(each.place[0] - x, each.place[1] - y) < kept.reach
     ]
     most = MOST_LOOKS * max(count, 1)
     if len(lasting) > most:
@@ -194,11 +189,16 @@ def _moved(place: tuple[float, float, float], frame: np.ndarray) -> tuple[float,
     return x, y, place[2] + float(frame[2])
 
 
-def _apart(new: Known, old: Known, apart: float) -> bool:
-    """Whether looks are of different places or directions."""
-    if math.dist(new.center, old.center) > apart or isinstance(old.look, Start):
-        return True
-    return abs(math.remainder(new.place[2] - old.place[2], TURN)) > KEPT_TURN
+def _apart(new: Known, looks: tuple[Known, ...], apart: float) -> list[Known]:
+    """Those of some looks that are of other places or directions than one."""
+    x, y, yaw = new.place
+    return [
+        each
+        for each in looks
+        if math.hypot(each.place[0] - x, each.place[1] - y) > apart
+        or abs(math.remainder(each.place[2] - yaw, TURN)) > KEPT_TURN
+        or isinstance(each.look, Start)
+    ]
 
 
 @njit(cache=True)

@@ -6,6 +6,7 @@ And it owns what calculates an output port or a cache entry, which is a method t
 `declare_value` and `declare_vector` make of it does not.
 """
 
+import types
 import weakref
 from collections.abc import Callable
 from typing import Any, TypeVar
@@ -22,8 +23,7 @@ R = TypeVar("R")
 def weakly(method: Callable[..., R]) -> Callable[..., R]:
     """A system's method as a function that does not keep the system alive."""
     bound: Any = method
-    owner, function = weakref.ref(bound.__self__), bound.__func__
-    return lambda *arguments: function(owner(), *arguments)
+    return types.MethodType(bound.__func__, weakref.proxy(bound.__self__))
 
 
 def declare_value(
@@ -37,10 +37,10 @@ def declare_value(
         value: its value, by the system and a context.
         depends: tickets of what that follows from; None for everything.
     """
-    owner = weakref.ref(system)
+    owner = weakref.proxy(system)
 
     def calc(context: Context, output: AbstractValue) -> None:
-        output.set_value(value(owner(), context))
+        output.set_value(value(owner, context))
 
     return system.DeclareAbstractOutputPort(name, lambda: Value(model), calc, depends or {system.all_sources_ticket()})
 
@@ -49,10 +49,10 @@ def declare_vector(
     system: Any, name: str, size: int, value: Callable[[Any, Context], Any], depends: set | None = None
 ) -> OutputPort:
     """Declare a vector output port of a system, likewise."""
-    owner = weakref.ref(system)
+    owner = weakref.proxy(system)
 
     def calc(context: Context, output: BasicVector) -> None:
-        output.SetFromVector(value(owner(), context))
+        output.SetFromVector(value(owner, context))
 
     return system.DeclareVectorOutputPort(name, size, calc, depends or {system.all_sources_ticket()})
 
