@@ -103,8 +103,13 @@ def undressed(root: ElementTree.Element, robot: RobotParameters) -> tuple[tuple[
     own = RobotParameters(**own_body(robot.model))
     changed = (robot.footprint, robot.radius) != (own.footprint, own.radius)
     heights = _without_body(root, keeps_looks=not changed)
-    _pull_in(root, robot)
+    _place(root, robot, _growth(robot.shape, own.shape))
     return heights, changed
+
+
+def _growth(shape: Footprint, own: Footprint) -> float:
+    """By how much a shape is larger than a model's own; 1 if it is smaller in any way."""
+    return max(min(shape.narrow / own.narrow, shape.radius / own.radius), 1.0)
 
 
 def own_body(model: str) -> dict[str, Any]:
@@ -131,17 +136,22 @@ def _without_body(root: ElementTree.Element, *, keeps_looks: bool) -> tuple[floa
     return float(low.min()), float(high.max())
 
 
-def _pull_in(root: ElementTree.Element, robot: RobotParameters) -> None:
-    """Move wheels, casters and marks of a shipped robot towards its axis where they would reach out of its footprint.
+def _place(root: ElementTree.Element, robot: RobotParameters, growth: float) -> None:
+    """Move wheels, casters and marks of a shipped robot outwards by its growth, as far as its footprint holds them.
 
-    The wheels stay opposite each other, and are as wide as they look, as they roll on the planes of spheres; marks for
-    which there is no room are left out.
+    A robot that brakes would pitch on casters near its axis, and a lidar of long range see the floor. Its inertia about
+    x and y grows alike, as of a body that is higher, too; that about its axis stays, so that the wheels turn it as
+    before. The wheels stay opposite each other, and are as wide as they look, as they roll on the planes of spheres;
+    marks for which there is no room are left out.
     """
-    base = root.find("link[@name='base_link']")
-    assert base is not None
+    base, inertia = root.find("link[@name='base_link']"), root.find("link[@name='base_link']/inertial/inertia")
+    assert base is not None and inertia is not None
+    about = {axis: float(inertia.get(axis, "0")) for axis in ("ixx", "iyy")}
+    for axis, before in about.items():
+        inertia.set(axis, repr(before + (growth**2 - 1.0) * max(about.values())))
     wheels = list(root.iterfind("joint"))
     for element in [each for each in base if each.tag in ("collision", "visual")]:
-        share = _share(robot.shape, [(element, [element])])
+        share = _share(robot.shape, growth, [(element, [element])])
         if element.find("geometry/sphere") is None and element.get("name") not in MARKS:
             continue
         if share is None and element.get("name") not in MARKS:
@@ -151,7 +161,7 @@ def _pull_in(root: ElementTree.Element, robot: RobotParameters) -> None:
         else:
             _scale_place(element, share)
     looks = [(joint, [*root.iterfind(f"link[@name='{link_at(joint, 'child')}']/visual")]) for joint in wheels]
-    share = _share(robot.shape, looks)
+    share = _share(robot.shape, growth, looks)
     for joint, parts in looks:
         width = max(float(_print(part)[0][:, 1].max()) for part in parts)
         if share is None or share * abs(pose_of(joint).translation()[1]) <= width:  # it would be in its opposite
@@ -169,11 +179,13 @@ def _refuse_size(robot: RobotParameters, link: str) -> NoReturn:
     )
 
 
-def _share(shape: Footprint, placed: list[tuple[ElementTree.Element, list[ElementTree.Element]]]) -> float | None:
-    """To which share of their distances from the axis elements are to be moved, that the parts of all lie in a
+def _share(
+    shape: Footprint, most: float, placed: list[tuple[ElementTree.Element, list[ElementTree.Element]]]
+) -> float | None:
+    """To which share of their distances from the axis elements are to be moved, at most, that the parts of all lie in a
     footprint."""
     prints = [(pose_of(element).translation()[:2], *_print(part)) for element, parts in placed for part in parts]
-    for share in np.linspace(1.0, 0.0, 101):
+    for share in np.linspace(most, 0.0, 101):
         if all(protrusion(shape, points + share * place, grown) <= ROUNDING for place, points, grown in prints):
             return float(share)
     return None
@@ -192,7 +204,7 @@ def _print(element: ElementTree.Element) -> tuple[np.ndarray, float]:
 
 def _scale_place(element: ElementTree.Element, share: float) -> None:
     X = pose_of(element)
-    if share < 1.0:
+    if share != 1.0:
         set_pose(element, RigidTransform(X.rotation(), X.translation() * (share, share, 1.0)))
 
 

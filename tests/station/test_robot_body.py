@@ -7,11 +7,15 @@ import numpy as np
 import pytest
 import shapely
 from pydrake.geometry import Box, Convex, Cylinder, Role, Sphere
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import TrajectorySource
+from pydrake.trajectories import PiecewisePolynomial
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.schema import Scenario
-from drake_starnav.station.navigation_station import NavigationStation
+from drake_starnav.station.navigation_station import NavigationStation, add_station
+from drake_starnav.station.plant import make_simulator, value_of
 from drake_starnav.worlds.world import World
 
 START = (1.0, -2.0, 0.6)
@@ -132,3 +136,23 @@ def test_a_body_of_ones_own_is_given_to_every_shipped_robot(model: str) -> None:
 def test_a_body_without_room_for_the_wheels_is_refused(said: dict, words: str) -> None:
     with pytest.raises(StarnavError, match=words):
         NavigationStation(WORLD, Scenario("test", None, RobotParameters(**said)))
+
+
+@pytest.mark.parametrize("radius", [1.0, 3.0])
+@pytest.mark.parametrize("model", ["starbot", "carrier", "jackal", "carbot"])
+def test_the_lidar_of_a_large_body_sees_no_floor_where_it_brakes(model: str, radius: float) -> None:
+    """Up to 60 m, however hard it turns and stops: what stands on the wheels and casters grows with the body."""
+    asked = {"radius": radius, "max_speed": 3.0, "max_acceleration": 3.0, "max_yaw_acceleration": 1.0}
+    builder = DiagramBuilder()
+    scenario = Scenario("test", None, RobotParameters(model=model, base=ROBOTS[model], **asked))
+    station = add_station(builder, WORLD, scenario, continuous=True)
+    twists = np.array(((3.0, 0.0, -3.0, 0.0, 0.0), (0.0, 0.0, 0.3, 0.0, 0.0)))
+    command = builder.AddSystem(TrajectorySource(PiecewisePolynomial.ZeroOrderHold(np.arange(5.0), twists)))
+    builder.Connect(command.get_output_port(), station.GetInputPort("drive.twist_command"))
+    simulator = make_simulator(builder.Build())
+    lowest = np.inf
+    for time in np.arange(0.0, 4.0, 0.02):
+        simulator.AdvanceTo(time)
+        X_WS = value_of(station.GetOutputPort("lidar.X_WS"), simulator.get_context())
+        lowest = min(lowest, X_WS.translation()[2] - 60.0 * np.hypot(*X_WS.rotation().matrix()[2, :2]))
+    assert lowest > 0.0
