@@ -71,6 +71,8 @@ def timed_round(executor: Executor, jobs: Sequence[Job]) -> tuple[float, list[Re
 
 def filing_rate(count: int) -> float:
     """Trials per second that go to a cluster, come back at once and are filed, 1/s."""
+    from distributed import LocalCluster
+
     cases = make_cases(SCENARIOS[:1], ["star"])
     jobs = make_jobs(cases, count, seed=0)
     kept = workers_module.run_job
@@ -78,7 +80,8 @@ def filing_rate(count: int) -> float:
     try:
         with (
             tempfile.TemporaryDirectory() as folder,
-            dask_pool("local", 2) as pool,
+            LocalCluster(n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address=":0") as cluster,
+            dask_pool(cluster.scheduler_address) as pool,
             TrialFile(Path(folder) / "trials.jsonl", make_header(cases, 0)) as file,
         ):
             for record in run_jobs(jobs[:100], pool):  # the connections are up

@@ -51,9 +51,7 @@ def add_batch_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--trials", type=int, default=30, help="of each scenario and method (default: 30)")
     parser.add_argument("--seed", type=int, default=0, help="that all trials' seeds are derived from (default: 0)")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="processes (default: one for each core)")
-    parser.add_argument(
-        "--dask", metavar="ADDRESS", help="run on a Dask cluster: its scheduler's address, or local for --jobs workers"
-    )
+    parser.add_argument("--dask", metavar="ADDRESS", help="run on the Dask cluster whose scheduler has this address")
     parser.add_argument("--resume", action="store_true", help="continue a file: run only the trials it lacks")
     parser.add_argument("--quiet", action="store_true", help="no progress bar and no tables")
 
@@ -69,7 +67,7 @@ def chosen_pool(options: argparse.Namespace) -> AbstractContextManager["Pool"]:
     from drake_starnav.evaluation.cluster import dask_pool
     from drake_starnav.evaluation.workers import local_pool
 
-    return dask_pool(options.dask, options.jobs) if options.dask else nullcontext(local_pool(options.jobs))
+    return dask_pool(options.dask) if options.dask else nullcontext(local_pool(options.jobs))
 
 
 def world_numbers(text: str) -> list[int]:
@@ -101,7 +99,7 @@ def _benchmark(options: argparse.Namespace) -> int:
     from drake_starnav.evaluation.suites import find_suite
     from drake_starnav.evaluation.trial_file import TrialFile, make_header
     from drake_starnav.evaluation.workers import BatchInterrupted, run_batch
-    from drake_starnav.scenario.source_files import input_files
+    from drake_starnav.scenario.scenario_file import scenario_path
 
     suite = find_suite(options.suite) if options.suite else None
     methods = options.method or (suite.methods if suite else ["star"])
@@ -109,8 +107,7 @@ def _benchmark(options: argparse.Namespace) -> int:
     cases = make_cases(sources, methods, options.overrides)
     if worlds is not None:
         check_worlds(cases, worlds)
-    read = {file for case in cases for file in input_files(case.source, case.read())}
-    _check_report_outputs(options, read, options.json)
+    _check_report_outputs(options, map(scenario_path, sources), options.json)
     header = make_header(
         cases, options.seed, options.overrides, suite=options.suite, in_worlds=worlds is not None, command=options.typed
     )

@@ -24,7 +24,6 @@ from drake_starnav.loading import load_scenario, parse_scenario
 from drake_starnav.scenario.scenario_file import scenario_path
 from drake_starnav.scenario.schema import Scenario, in_world
 from drake_starnav.scenario.shipped import METHODS, scenario_names
-from drake_starnav.scenario.source_files import source_files
 from drake_starnav.utils.files import check_outputs, file_name
 
 if TYPE_CHECKING:
@@ -104,7 +103,7 @@ def _record(options: argparse.Namespace) -> int:
     clips = {kind: path if path.name else html.with_suffix(f".{kind}") for kind, path in _clips(options).items()}
     _check_numbers(options)
     stills = _stills(html, options)
-    read = {run.log or Path(options.run), *(file for each in run.scenarios.values() for file in source_files(each))}
+    read = {run.log or Path(options.run)}
     if run.log is None and not Path(options.run).name.endswith(TRIAL_SUFFIXES):
         read.add(scenario_path(options.run))
     check_outputs([html, *clips.values(), *(path for path, _ in stills)], read)
@@ -184,13 +183,13 @@ def _check_numbers(options: argparse.Namespace) -> None:
 
 def _check_pictures(options: argparse.Namespace) -> None:
     """Raise a `StarnavError` before the run where its pictures cannot be drawn."""
-    from drake_starnav.visualization.clips import find_ffmpeg
+    from drake_starnav.visualization.clips import ffmpeg
     from drake_starnav.visualization.world_figure import new_figure
 
     if options.view == "oblique":
         raise StarnavError("--view oblique with stills or clips, which are drawn from above; allowed: top or follow")
     if options.mp4 is not None:
-        find_ffmpeg()
+        ffmpeg()
     new_figure(1.0)
 
 

@@ -16,20 +16,19 @@ def _add_scenario_options(parser: argparse.ArgumentParser) -> None:
 def _add_options(parser: argparse.ArgumentParser) -> None:
     _add_scenario_options(parser)
     parser.add_argument("--seed", type=int, default=0, help="of the world (default: 0)")
-    parser.add_argument("--out", type=Path, metavar="FILE", help="a .png or an .html (default: out/SCENARIO.png)")
+    parser.add_argument("--out", type=Path, metavar="FILE", help="a .png (default: out/SCENARIO.png)")
 
 
 def _work(options: argparse.Namespace) -> int:
     from drake_starnav.loading import load_scenario
-    from drake_starnav.scenario.source_files import input_files
     from drake_starnav.worlds import make_world
 
     check_seed(options.seed)
     scenario = load_scenario(options.scenario, overrides=options.overrides)
     file = Path("out", f"{file_name(scenario.name)}.png") if options.out is None else options.out
-    if file.suffix not in (".png", ".html"):
-        raise StarnavError(f"--out is {file}; allowed: a file whose name ends in .png or .html")
-    check_outputs([file], input_files(options.scenario, scenario))
+    if file.suffix != ".png":
+        raise StarnavError(f"--out is {file}; allowed: a file whose name ends in .png")
+    check_outputs([file])
     with progress_bar(f"{scenario.name} seed {options.seed}"):
         # bad input is reported before Drake is loaded
         make_world(scenario.world, options.seed, scenario.robot.shape, scenario.goals)
@@ -37,16 +36,13 @@ def _work(options: argparse.Namespace) -> int:
         from drake_starnav.simulation.trial import omniscient_path
         from drake_starnav.station.navigation_station import NavigationStation
         from drake_starnav.visualization.world_figure import write_png
-        from drake_starnav.visualization.world_page import write_world_page
 
         world = robot_world(scenario, options.seed)
         found = omniscient_path(world, scenario.robot.shape)
         length = "no shortest path" if found is None else f"shortest path {found[0]:.2f} m"
         title = f"{scenario.name} · seed {options.seed} · {length}"
-        if file.suffix == ".png":
-            NavigationStation(world, scenario)  # it warns of what lidars do not see
-        write = write_png if file.suffix == ".png" else write_world_page
-        write(world, scenario, None if found is None else found[1], title, file)
+        NavigationStation(world, scenario)  # it warns of what lidars do not see
+        write_png(world, scenario, None if found is None else found[1], title, file)
     moving = f", {len(world.moving_obstacles)} that move" if len(world.moving_obstacles) else ""
     print(f"{title}\nobstacles: {len(world.discs)} round, {len(world.polygons)} polygons{moving}\nwrote {file}")
     return REACHED

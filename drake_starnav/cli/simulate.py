@@ -60,14 +60,13 @@ def _add_run_options(parser: argparse.ArgumentParser) -> None:
 
 def _simulate(options: argparse.Namespace) -> int:
     from drake_starnav.loading import load_scenario
-    from drake_starnav.scenario.scenario_file import scenario_text
-    from drake_starnav.scenario.source_files import input_files
+    from drake_starnav.scenario.scenario_file import scenario_path, scenario_text
     from drake_starnav.worlds import make_world
 
     check_seed(options.seed)
     _check_live_options(options)
     scenario = load_scenario(options.scenario, method=options.method, overrides=options.overrides)
-    check_outputs((options.html, options.json), input_files(options.scenario, scenario))
+    check_outputs((options.html, options.json), [scenario_path(options.scenario)])
     if options.meshcat:
         return _simulate_live(scenario, options)
     with progress_bar(f"{scenario.name} seed {options.seed}") as progress:

@@ -1,4 +1,4 @@
-"""Run trials on a Dask cluster: a running one, or one of local processes."""
+"""Run trials on a Dask cluster."""
 
 import logging
 from collections.abc import Iterator
@@ -9,10 +9,6 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.evaluation.trial_file import versions
 from drake_starnav.evaluation.workers import Pool
 
-LOCAL = "local"
-"""In place of an address: a cluster is started on this machine and stopped afterwards."""
-LOOPBACK = "127.0.0.1"
-"""A local cluster listens here only: every machine that can reach it could run code in it."""
 TIMEOUT = 10.0
 """Time limit for the scheduler's answer and for the first worker, s."""
 LEAST_IN_FLIGHT = 1000
@@ -20,33 +16,29 @@ LEAST_IN_FLIGHT = 1000
 
 
 @contextmanager
-def dask_pool(address: str, count: int) -> Iterator[Pool]:
+def dask_pool(address: str) -> Iterator[Pool]:
     """Workers of a Dask cluster. If a worker is lost, the scheduler assigns its trial to another one.
 
     Args:
-        address: of the scheduler, e.g. `tcp://10.0.0.1:8786`; `LOCAL` for a cluster of `count` local processes.
+        address: of the scheduler, e.g. `tcp://10.0.0.1:8786`.
 
     Raises:
         StarnavError: Dask is not installed, there is no cluster at the address, it has no workers, or their versions
             differ from this process's.
     """
     try:
-        from distributed import Client, LocalCluster
+        from distributed import Client
     except ImportError:
         raise StarnavError("Dask is not installed; allowed: pip install 'drake-starnav[cluster]'") from None
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
     with ExitStack() as stack:
-        target: Any = address
-        if address == LOCAL:
-            alone = {"host": LOOPBACK, "dashboard_address": f"{LOOPBACK}:0", "silence_logs": logging.CRITICAL}
-            target = stack.enter_context(LocalCluster(n_workers=count, threads_per_worker=1, **alone))
         try:
-            client = stack.enter_context(Client(target, timeout=TIMEOUT))
+            client = stack.enter_context(Client(address, timeout=TIMEOUT))
         except Exception as error:  # any kind: the server there may speak another protocol
             reason = error if isinstance(error, (OSError, ValueError)) else "something else answers"
             raise StarnavError(
-                f"--dask {address}: no Dask scheduler there ({reason}); allowed: {LOCAL}, or the address of a running "
-                "one, e.g. tcp://10.0.0.1:8786"
+                f"--dask {address}: no Dask scheduler there ({reason}); allowed: the address of a running one, "
+                "e.g. tcp://10.0.0.1:8786"
             ) from None
         threads = _check_workers(client, address)
         executor = client.get_executor(pure=False)

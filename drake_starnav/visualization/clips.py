@@ -1,15 +1,13 @@
 """Stills and clips: a sequence of pictures as PNG, GIF or MP4."""
 
-import contextlib
-import shutil
-import subprocess
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from PIL import Image
 
-from drake_starnav.errors import StarnavError
+from drake_starnav.errors import StarnavError, said_by
 from drake_starnav.utils.files import replacing
 
 GIF_COLORS, PALETTE_PICTURES, KMEANS = 128, 5, 3
@@ -61,27 +59,20 @@ def write_mp4(path: Path, pictures: Sequence[Image.Image], rate: int, progress: 
     Raises:
         StarnavError: there is no ffmpeg, or it fails.
     """
-    size = f"{pictures[0].width}x{pictures[0].height}"
+    even = "crop=trunc(iw/2)*2:trunc(ih/2)*2"
+    more = ["-vf", even, "-crf", "20", "-movflags", "+faststart", "-f", "mp4"]
+    look: dict[str, Any] = {"fps": rate, "codec": "libx264", "quality": None, "macro_block_size": 1}
     with replacing(path) as temporary:
-        command = [find_ffmpeg(), "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s", size]
-        command += ["-r", str(rate), "-i", "-", "-vf", "crop=trunc(iw/2)*2:trunc(ih/2)*2", "-c:v", "libx264"]
-        command += ["-pix_fmt", "yuv420p", "-crf", "20", "-movflags", "+faststart", "-f", "mp4", str(temporary)]
-        # in a session of its own it does not hear Ctrl-C, and ends with this process
-        encoder = subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True)
-        assert encoder.stdin is not None and encoder.stderr is not None
         try:
-            with contextlib.suppress(BrokenPipeError):  # ffmpeg reports the reason itself
-                for picture in _reported(pictures, progress):
-                    encoder.stdin.write(picture.tobytes())
-                for _ in range(round(FINAL_PAUSE * rate) - 1):
-                    encoder.stdin.write(pictures[-1].tobytes())
-            complaint = encoder.communicate()[1].decode(errors="replace").strip()
-        finally:
-            if encoder.poll() is None:
-                encoder.kill()
-                encoder.wait()
-        if encoder.returncode != 0:
-            raise StarnavError(f"ffmpeg failed on {path}: {complaint.splitlines()[-1] if complaint else 'no reason'}")
+            encoder = ffmpeg().write_frames(str(temporary), pictures[0].size, output_params=more, **look)
+            encoder.send(None)
+            for picture in _reported(pictures, progress):
+                encoder.send(picture.tobytes())
+            for _ in range(round(FINAL_PAUSE * rate) - 1):
+                encoder.send(pictures[-1].tobytes())
+            encoder.close()
+        except OSError as error:
+            raise StarnavError(f"ffmpeg failed on {path}: {said_by(error)}; allowed: a clip that it encodes") from None
 
 
 def _reported(pictures: Sequence[Image.Image], progress: Progress | None) -> Iterator[Image.Image]:
@@ -92,16 +83,12 @@ def _reported(pictures: Sequence[Image.Image], progress: Progress | None) -> Ite
             progress(done, len(pictures))
 
 
-def find_ffmpeg() -> str:
-    """The program, from PATH or from the package imageio-ffmpeg; a `StarnavError` if neither is installed."""
-    found = shutil.which("ffmpeg")
-    if found is None:
-        try:
-            import imageio_ffmpeg  # an extra
-
-            found = imageio_ffmpeg.get_ffmpeg_exe()
-        except (ImportError, RuntimeError):
-            raise StarnavError(
-                "an MP4 needs ffmpeg, which is not on PATH; allowed: install it or imageio-ffmpeg, or write a GIF"
-            ) from None
-    return str(found)
+def ffmpeg() -> Any:
+    """The package that encodes MP4; a `StarnavError` if it is not installed."""
+    try:
+        import imageio_ffmpeg
+    except ImportError:
+        raise StarnavError(
+            "an MP4 needs imageio-ffmpeg; allowed: pip install 'drake-starnav[video]', or a GIF"
+        ) from None
+    return imageio_ffmpeg

@@ -113,7 +113,7 @@ def save_figure(figure: Any, file: str | Path, *, dpi: int = 80) -> None:
 
 
 def write_png(world: World, scenario: Scenario, path: np.ndarray | None, title: str, file: Path) -> None:
-    """Draw a world with zones, start, goal and shortest path; arguments as in `world_page.write_world_page`."""
+    """Draw a world, a scenario's zones, start, goal and the shortest path (k, 2), W, m, if there is one, as PNG."""
     figure, axis = world_axes(world, title)
     if path is not None:
         axis.plot(*path.T, color=PATH, linewidth=1.6, label="shortest path", zorder=2)

@@ -103,16 +103,13 @@ def test_bad_maps_and_models_exit_with_2_and_one_sentence(scenario: str, words, 
     assert not (tmp_path / "x.png").exists()
 
 
-@pytest.mark.parametrize(("scenario", "ending"), [("kitchen", "png"), ("map", "html")])
-def test_a_world_is_drawn(scenario: str, ending: str, tmp_path: Path, capsys) -> None:
-    file = tmp_path / "new" / f"world.{ending}"
-    assert show_world([scenario, "--seed", "4", "--out", str(file)]) == 0
+def test_a_world_is_drawn(tmp_path: Path, capsys) -> None:
+    file = tmp_path / "new" / "world.png"
+    assert show_world(["kitchen", "--seed", "4", "--out", str(file)]) == 0
     printed = capsys.readouterr().out
     assert re.search(r"shortest path \d+\.\d\d m", printed)
     assert f"wrote {file}" in printed
-    content = file.read_bytes()
-    assert content.startswith(b"\x89PNG") if ending == "png" else b"<title>map" in content
-    assert len(content) > 10_000
+    assert file.read_bytes().startswith(b"\x89PNG") and file.stat().st_size > 10_000
 
 
 def test_no_command_writes_over_what_it_reads_or_has_written(scenario_file: Path, tmp_path: Path, capsys) -> None:

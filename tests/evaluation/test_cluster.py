@@ -64,7 +64,7 @@ def test_workers_of_other_versions_are_refused(two_workers, monkeypatch) -> None
     monkeypatch.setattr(cluster, "versions", lambda: {"source": str(os.getpid())})
     with (
         pytest.raises(StarnavError, match=f"source [0-9]+, here {os.getpid()}"),
-        dask_pool(two_workers.scheduler_address, 1),
+        dask_pool(two_workers.scheduler_address),
     ):
         pass
 

@@ -6,10 +6,9 @@ import sys
 import pytest
 
 from drake_starnav.cli.live import LiveRun
-from drake_starnav.evaluation.cluster import dask_pool
 from drake_starnav.scenario.scenario_file import parse_scenario
 from drake_starnav.visualization.meshcat_stage import quiet_meshcat
-from tests.helpers.sockets import LOOPBACK, children, listening
+from tests.helpers.sockets import LOOPBACK, listening
 
 pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="sockets are looked up in /proc")
 
@@ -19,13 +18,3 @@ def test_pages_of_meshcat_listen_on_loopback() -> None:
     live = LiveRun(parse_scenario("world: !Obstacles {goal: [1.5, 0.0]}", name="empty"), say=lambda text: None)
     assert recording.port() != live.meshcat.port()
     assert listening(os.getpid()) and listening(os.getpid()) <= LOOPBACK
-
-
-def test_a_local_cluster_listens_on_loopback() -> None:
-    pytest.importorskip("distributed", reason="Dask is not installed")
-    before = set(children(os.getpid()))
-    with dask_pool("local", 1):
-        started = set(children(os.getpid())) - before
-        found = [listening(process) for process in (os.getpid(), *started)]
-    assert sum(map(bool, found)) >= 2, "scheduler and worker"
-    assert set().union(*found) <= LOOPBACK

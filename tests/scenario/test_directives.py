@@ -9,7 +9,6 @@ import pytest
 from drake_starnav.errors import StarnavError
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.scenario_file import load_scenario, parse_scenario, scenario_text
-from drake_starnav.scenario.source_files import source_files
 from drake_starnav.utils.resources import model_path
 
 DIRECTIVES = """
@@ -104,7 +103,6 @@ def test_what_the_scenario_does_not_say_is_taken_from_beside_the_model(tmp_path:
     scenario = of(tmp_path, ", max_speed: 0.7", name=name)
     assert (scenario.robot.radius, scenario.robot.max_speed, scenario.lidar.beams) == (0.4, 0.7, 180)
     assert scenario.robot.max_yaw_rate == RobotParameters.max_yaw_rate
-    assert tmp_path / "cart.yaml" in source_files(scenario)
     assert parse_scenario(scenario_text(scenario), name="test") == scenario
 
 

@@ -16,13 +16,11 @@ from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.scenario_file import load_scenario, parse_scenario, scenario_text
 from drake_starnav.scenario.schema import Scenario
-from drake_starnav.scenario.source_files import source_files
 from drake_starnav.simulation.run import run_trial
 from drake_starnav.simulation.trial import omniscient_path
 from drake_starnav.station.model_world import FLOOR_TOLERANCE, add_model, make_world_with_footprints, with_footprints
 from drake_starnav.station.navigation_station import NavigationStation, add_station
 from drake_starnav.station.plant import add_plant, make_simulator
-from drake_starnav.utils.resources import model_path
 from drake_starnav.worlds import Model, World, clearance, make_world
 from drake_starnav.worlds.clearance import nearest_obstacle
 from drake_starnav.worlds.world import ROBOT_HEIGHT
@@ -287,4 +285,3 @@ def test_directives_may_stand_in_the_scenario() -> None:
     assert len(world.polygons) > 3
     assert any(np.allclose(cylinder[:2], (3.0, 2.0)) for cylinder in world.cylinders)
     assert parse_scenario(scenario_text(scenario), name="inline") == scenario
-    assert model_path("worlds", "furniture.sdf") in source_files(scenario)

@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 from PIL import Image, ImageSequence
 
-from drake_starnav.errors import StarnavError
 from drake_starnav.visualization.clips import (
     FINAL_PAUSE,
-    find_ffmpeg,
     picture_times,
     write_gif,
     write_mp4,
@@ -66,10 +64,7 @@ def test_a_gif_keeps_the_colours_of_small_things(tmp_path) -> None:
 
 
 def test_an_mp4_shows_every_picture_and_then_stays(tmp_path) -> None:
-    try:
-        ffmpeg = find_ffmpeg()
-    except StarnavError:
-        pytest.skip("there is no ffmpeg")
+    ffmpeg = pytest.importorskip("imageio_ffmpeg", reason="needs the extra video").get_ffmpeg_exe()
     write_mp4(tmp_path / "x.mp4", pictures(), RATE)
     raw = subprocess.run(
         [ffmpeg, "-loglevel", "error", "-i", tmp_path / "x.mp4", "-f", "rawvideo", "-pix_fmt", "rgb24", "-"],

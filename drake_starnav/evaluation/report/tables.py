@@ -28,8 +28,6 @@ TABLED = (
     "nodes", "wall_s", "score", "straight_line_m", "tightest_gap_m",
 )  # fmt: skip
 """Numbers of a record that other tables show, or whose mean has no meaning."""
-FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n")
-"""Prefixes that make a spreadsheet read a cell as a formula."""
 UNITS = {
     "m": "m", "s": "s", "rad": "rad", "mps": "m/s", "mps2": "m/s²", "mps3": "m/s³", "m2ps": "m²/s", "radps": "rad/s",
     "radps2": "rad/s²",
@@ -87,14 +85,9 @@ def summary_csv(results: Results) -> str:
     names = list(dict.fromkeys(name for row in rows for name in row))
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n", quoting=csv.QUOTE_NONNUMERIC)
-    writer.writerow(map(_csv_text, names))
-    writer.writerows([_csv_text(row.get(name, "")) for name in names] for row in rows)
+    writer.writerow(names)
+    writer.writerows([row.get(name, "") for name in names] for row in rows)
     return text.getvalue()
-
-
-def _csv_text(value: Any) -> Any:
-    """A cell; an apostrophe precedes a text that a spreadsheet would read as a formula."""
-    return f"'{value}" if isinstance(value, str) and value.startswith(FORMULA) else value
 
 
 def mean_of(records: Sequence[Record], name: str) -> float | None:

@@ -88,11 +88,6 @@ def read_map(path: Path) -> OccupancyMap:
     return OccupancyMap(cells[::-1].copy(), resolution, (x, y, yaw))
 
 
-def image_path(path: Path) -> Path:
-    """The image that a map_server YAML file names; errors as in `read_map`."""
-    return _image(_read_yaml(path), path)
-
-
 def _image(keys: dict[str, Any], path: Path) -> Path:
     if not isinstance(keys["image"], str):
         raise StarnavError(f"map {path}: image is {shown(keys['image'])}; allowed: a path relative to the map's folder")

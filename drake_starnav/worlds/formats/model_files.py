@@ -42,12 +42,11 @@ _KEPT = {
 
 
 class Models:
-    """Reads model files; `read` are all that have been opened, and `unseen` visual meshes that are not shown, as there
-    is no such file or none that can be read."""
+    """Reads model files; `unseen` are visual meshes that are not shown, as there is no such file or none that can be
+    read."""
 
     def __init__(self, *, weld: bool = False) -> None:
         """`weld`: whether bodies that no joint holds will not move."""
-        self.read: set[Path] = set()
         self.unseen: set[str] = set()
         self._weld = weld
         self._open: list[Path] = []
@@ -236,7 +235,6 @@ class Models:
             raise StarnavError(f"{place}: mesh {shown(uri.strip())}: no such file; allowed: a mesh file")
         suffix = path.suffix.lower()
         if suffix not in CONVERTED:
-            self.read.add(path.resolve())
             return [path.resolve()]
         data = self._bytes(path, "mesh")
         try:
@@ -251,7 +249,6 @@ class Models:
         parts: tuple[tuple[Path, tuple[float, ...] | None], ...] = ()
         suffix = "" if path is None else path.suffix.lower()
         if path is not None and path.is_file() and suffix in SHOWN_BY_DRAKE:
-            self.read.add(path.resolve())
             parts = ((path.resolve(), None),)
         elif path is not None and path.is_file() and suffix in PAINTED:
             with contextlib.suppress(StarnavError):
@@ -264,7 +261,6 @@ class Models:
             yield copy, name, " ".join(f"{c:g}" for c in color or ())
 
     def _bytes(self, path: Path, what: str) -> bytes:
-        self.read.add(path.resolve())
         try:
             return path.read_bytes()
         except OSError as error:

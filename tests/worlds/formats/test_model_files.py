@@ -217,4 +217,3 @@ def test_the_files_of_directives_are_replaced(tmp_path: Path) -> None:
     text = models.model(path).read_text()
     assert "package://drake_models/none.urdf" in text
     assert text.count('file: "file:///') == 2
-    assert {read.name for read in models.read} == {"w.dmd.yaml", "more.dmd.yaml", "model.sdf"}
