@@ -10,7 +10,6 @@ from drake_starnav.planning.distance_grid import distance_at
 from drake_starnav.planning.guidance import PASSED_DISTANCE
 from drake_starnav.planning.impassable import bridged_ends
 from drake_starnav.planning.state import EMPTY_PATH, PlannerInput, PlannerState
-from drake_starnav.planning.string_pulling import last_in_sight
 from drake_starnav.surroundings.erosion import SMOOTHING_BEAMS, moving_average
 from drake_starnav.surroundings.region_union import cover_at, first_gap
 from drake_starnav.surroundings.star_region import StarRegion
@@ -25,8 +24,6 @@ REPLAN_DISTANCE = 0.4
 OBSTRUCTION_SLACK = 0.24
 """A hit blocks a path if it is nearer than the robot's radius minus this share of it: noise and the size of cells."""
 
-NEXT = 4.0
-"""Length of the next part of the optimistic path, to which the robot may turn, in its radii."""
 DOUBTED_WITHIN = 4.8
 """Ways through gaps that hits may only seem to close are measured from this distance on, in radii."""
 
@@ -41,8 +38,6 @@ class PlanCheck(NamedTuple):
         passed: number of way points that the robot has passed, or can see past; never the last one.
         strayed: whether the robot, inside the union of regions, has lost the line of sight to the next way point.
         doubtful: whether hits seem to close the way near the robot, so that it is to be measured.
-        ahead: index of the last point of the optimistic path in sight inside the latest region, no farther along it
-            than NEXT; -1 while there is none, and on the way to another way point or to the goal.
     """
 
     sees_probe: bool
@@ -51,7 +46,6 @@ class PlanCheck(NamedTuple):
     passed: int
     strayed: bool
     doubtful: bool
-    ahead: int
 
 
 def check_plan(state: PlannerState, region: StarRegion, inputs: PlannerInput) -> PlanCheck:
@@ -76,14 +70,6 @@ def check_plan(state: PlannerState, region: StarRegion, inputs: PlannerInput) ->
     return PlanCheck(*_checked(place[0], place[1], (driven, since_plan), plan, known, seen, inputs.robot_radius))
 
 
-def points_ahead(path: np.ndarray, region: StarRegion, position: np.ndarray) -> int:
-    """Index of the last of points (k, 2) in W, no farther along than NEXT, in line of sight inside a region, or -1.
-
-    The robot is at a position (2,) in it.
-    """
-    return int(_ahead(path, *position.tolist(), region.alone, region.radius))
-
-
 def distance_to(a: np.ndarray, b: np.ndarray) -> float:
     """Distance of two places (2,), m; from lists, which `math.dist` reads several times faster than arrays."""
     return math.dist(a.tolist(), b.tolist())
@@ -101,31 +87,19 @@ def _checked(x, y, driven, plan, known, seen, robot_radius):
     )
     outside = driven[0] > tolerance and cover_at(union, x, y, tolerance) < 0
     if len(path) == 0:
-        return sees_probe, outside, False, 0, False, False, -1
+        return sees_probe, outside, False, 0, False, False
     passed = passed_points(x, y, path, sight, robot_radius)
     strayed = (
         cover_at(union, x, y, 0.0) >= 0
         and first_gap(union, (x, y), (path[passed, 0], path[passed, 1]), 0.0, robot_radius) > 0.0
     )
     doubtful = _is_doubtful(path, x, y, hits, robot_radius) or _is_doubtful(optimistic, x, y, hits, robot_radius)
-    ahead = _ahead(optimistic, x, y, here, robot_radius) if passed == len(path) - 1 else -1
     obstructed = False
     if driven[1] > REPLAN_DISTANCE * robot_radius and len(optimistic) > 1:  # there is something beyond the probe
         beams, place, slack = seen
         distance = moving_average(beams, SMOOTHING_BEAMS, slack)
         obstructed = is_obstructed(optimistic, bridged_ends(beams, distance, place, 2.0 * robot_radius), robot_radius)
-    return sees_probe, outside, obstructed, passed, strayed, doubtful, ahead
-
-
-@njit(cache=True)
-def _ahead(path, x, y, here, radius):
-    """The loop of `points_ahead`."""
-    count, along = 0, 0.0
-    while count < len(path) and along < NEXT * radius:
-        count += 1
-        if count < len(path):
-            along += math.hypot(path[count, 0] - path[count - 1, 0], path[count, 1] - path[count - 1, 1])
-    return last_in_sight(path[:count], x, y, here, radius)
+    return sees_probe, outside, obstructed, passed, strayed, doubtful
 
 
 @njit(cache=True)

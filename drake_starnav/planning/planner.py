@@ -7,11 +7,11 @@ import numpy as np
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.planning.closures import AVERAGED_SCANS, closed, open_part, reopened, too_narrow, with_latest
-from drake_starnav.planning.guidance import PASSED_DISTANCE, Guidance
+from drake_starnav.planning.guidance import PASSED_DISTANCE
 from drake_starnav.planning.impassable import impassable_points
 from drake_starnav.planning.manoeuvre import docking, manoeuvring
 from drake_starnav.planning.map_revision import remaining
-from drake_starnav.planning.monitoring import PlanCheck, check_plan, distance_to, points_ahead
+from drake_starnav.planning.monitoring import PlanCheck, check_plan, distance_to
 from drake_starnav.planning.roadmap import StarRoadmap, revised, uncovered_share
 from drake_starnav.planning.route import Route, find_route
 from drake_starnav.planning.state import EMPTY_PATH, PlannerInput, PlannerState, PlannerStatus
@@ -35,8 +35,7 @@ MOST_CLOSED = 6
 def plan_step(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     """One update of the planner: learn from the scan, close a way that failed, and plan a path if there is none.
 
-    A new path is also planned as soon as the latest scan blocks the optimistic path beyond the exit. On its way to the
-    exit, the robot turns towards that path as soon as the latest scan shows it to be free.
+    A new path is also planned as soon as the latest scan blocks the optimistic path beyond the exit.
 
     Args:
         state: before; it is not changed.
@@ -50,7 +49,7 @@ def plan_step(state: PlannerState, inputs: PlannerInput) -> PlannerState:
         return state
     check_beams(state.roadmap, observation)
     state, stalled = watched(state, inputs)
-    here, closures = open_part(state, observation.region), state.closures
+    here = open_part(state, observation.region)
     check = check_plan(state, here, inputs)
     failed = _failed_way(state, inputs) if stalled else EMPTY_PATH
     state = _remembered(state, check, observation)
@@ -59,12 +58,9 @@ def plan_step(state: PlannerState, inputs: PlannerInput) -> PlannerState:
         state = closed(state, failed, inputs)
     if len(state.path):
         state = _along_path(state, check, inputs)
-    ahead = check.ahead
     if not len(state.path):
         state = _planned(state, stalled, inputs)
-        here = here if state.closures is closures else open_part(state, observation.region)
-        ahead = points_ahead(state.optimistic_path, here, inputs.position)
-    return _manoeuvred(_with_anticipation(state, here, ahead), inputs)
+    return _manoeuvred(state, inputs)
 
 
 def _manoeuvred(state: PlannerState, inputs: PlannerInput) -> PlannerState:
@@ -259,19 +255,3 @@ def _searched(
             break
         state = closed(state, np.vstack((route.path, route.beyond)), inputs)
     return state, route
-
-
-def _with_anticipation(state: PlannerState, here: StarRegion, ahead: int) -> PlannerState:
-    """The state with guidance to a point of the optimistic path in line of sight inside the latest region.
-
-    None on the way to another way point or to the goal, and while none of the next part of that path is in sight.
-
-    Args:
-        state: with a path.
-        here: what is open of the region of the latest scan.
-        ahead: index of that point, or -1.
-    """
-    anticipated = None
-    if ahead >= 0 and state.status is PlannerStatus.EXPLORING and len(state.path) == 1:
-        anticipated = Guidance(state.optimistic_path[ahead : ahead + 1], False, here.alone)
-    return state if anticipated is state.anticipated else dataclasses.replace(state, anticipated=anticipated)

@@ -62,8 +62,6 @@ class PlannerState:
         doubting: whether no way was left once. Then only standing still, or enough scans, speak against a way.
         recent: the latest observations while hits seem to close the way ahead, oldest first.
         manoeuvring: of a robot that is no disc.
-        anticipated: guidance that replaces the path once the latest scan shows the next part of the optimistic path; or
-            None.
     """
 
     roadmap: StarRoadmap
@@ -81,7 +79,6 @@ class PlannerState:
     doubting: bool = False
     recent: tuple[Observation, ...] = ()
     manoeuvring: Manoeuvring = Manoeuvring()
-    anticipated: Guidance | None = None
 
     @staticmethod
     def initial(parameters: PlannerParameters, robot_radius: float, swept_radius: float = 0.0) -> "PlannerState":
@@ -107,7 +104,6 @@ class PlannerState:
             progress_position=UNSET_POSITION,
             doubting=False,
             recent=(),
-            anticipated=None,
             began_with_map=len(self.roadmap) > 0,
         )
 
@@ -134,8 +130,6 @@ class PlannerState:
     @property
     def guidance(self) -> Guidance:
         """The plan as the controller receives it."""
-        if self.anticipated is not None and not len(self.manoeuvring.poses):
-            return self.anticipated
         if not len(self.path):
             return Guidance.none()
         arrives = self.status is PlannerStatus.APPROACHING

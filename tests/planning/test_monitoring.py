@@ -5,21 +5,18 @@ import dataclasses
 import numpy as np
 import pytest
 
-from drake_starnav.geometry.polyline import arc_lengths
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus
 from drake_starnav.planning.guidance import PASSED_DISTANCE
 from drake_starnav.planning.impassable import impassable_points
 from drake_starnav.planning.monitoring import (
     DOUBTED_WITHIN,
-    NEXT,
     OBSTRUCTION_SLACK,
     OUTSIDE_TOLERANCE,
     check_plan,
-    points_ahead,
 )
 from drake_starnav.planning.roadmap import StarRoadmap
 from drake_starnav.surroundings import Observation, StarRegion
-from drake_starnav.surroundings.star_region import scan_region, united
+from drake_starnav.surroundings.star_region import scan_region
 from tests.helpers.scans import MARGINS, RADIUS, cast, free_point, in_view, wandered
 
 PARAMETERS = PlannerParameters()
@@ -64,9 +61,6 @@ def test_a_check_finds_what_its_parts_find_alone() -> None:
         inside = stack.contains(place[None])[0]
         hits = impassable_points(now.observation, MARGINS, RADIUS)
         away = np.linalg.norm(state.optimistic_path[1::2, None] - hits[None], axis=2)
-        here = united([region])
-        near = state.optimistic_path[: 1 + int((arc_lengths(state.optimistic_path)[1:] < NEXT * RADIUS).sum())]
-        ahead = [k for k, point in enumerate(near) if in_view(here, place, point)]
         way = np.vstack((state.path, state.optimistic_path))
         way = way[np.hypot(*(way - place).T) < DOUBTED_WITHIN * RADIUS]
         assert check.sees_probe == region.contains(state.target[1])
@@ -74,9 +68,7 @@ def test_a_check_finds_what_its_parts_find_alone() -> None:
         assert check.obstructed == bool((away < RADIUS - OBSTRUCTION_SLACK * RADIUS).any())
         assert check.passed == passed
         assert check.strayed == (inside and not in_view(stack, place, state.path[passed]))
-        assert check.ahead == (max(ahead, default=-1) if passed == len(state.path) - 1 else -1)
         assert check.doubtful == bool((roadmap.hits.distance(way) < RADIUS).any())
-        assert points_ahead(state.optimistic_path, region, place) == max(ahead, default=-1)
         for name, value in check._asdict().items():
             found.setdefault(name, set()).add(value)
     assert all(len(values) > 1 for values in found.values()), found
@@ -94,11 +86,9 @@ def test_what_is_too_early_or_not_wanted_is_not_checked() -> None:
         optimistic_path=impassable_points(now.observation, MARGINS, RADIUS)[:4],
     )
     check = check_plan(state, region, now)
-    assert check.sees_probe and check.obstructed and check.ahead >= -1
+    assert check.sees_probe and check.obstructed
     assert not check_plan(dataclasses.replace(state, node_position=place), region, now).sees_probe
     assert not check_plan(dataclasses.replace(state, plan_position=place), region, now).obstructed
-    on = dataclasses.replace(state, path=np.vstack((place + (0.1, 0.0), place + (9.0, 0.0), place + (9.0, 9.0))))
-    assert check_plan(on, region, now).ahead == -1
 
 
 @pytest.mark.parametrize("beyond", [0.5, 2.0])
