@@ -87,7 +87,7 @@ def safety(moment: ScanMoment, distance: np.ndarray) -> tuple[CertifiedRegion, S
 def command(moment: CommandMoment) -> np.ndarray:
     """The twist that controller and shield command."""
     inputs = ControllerInputs(moment.pose, moment.twist, moment.guidance, moment.star)
-    desired = followed(inputs, MARGINS, ROBOT).twist
+    desired = followed(inputs, ROBOT).twist
     asked = standard_certificates(moment.star, MARGINS.safety, COMMANDS, moment.pose[:2])
     return shielded(moment.pose, moment.twist, desired, asked, COMMANDS)[0]
 

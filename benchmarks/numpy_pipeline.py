@@ -11,13 +11,8 @@ from scipy.sparse.csgraph import dijkstra
 
 from drake_starnav.control import ControllerParameters
 from drake_starnav.control.free_heading import FREE_HEADING_RANGE, OPEN_WAY, SAMPLES, STEP
-from drake_starnav.control.modulation import CENTER, FARTHEST, NEAR_WALL_SCALE, SIGMA
-from drake_starnav.control.path_following import (
-    MODULATION_DISTANCE,
-    NEAR_WALL_ZONE,
-    TURNING_TIMES,
-    Clearances,
-)
+from drake_starnav.control.modulation import CENTER, FARTHEST, SIGMA
+from drake_starnav.control.path_following import MODULATION_DISTANCE
 from drake_starnav.control.rollout import CREEP, GOAL_SLOWDOWN
 from drake_starnav.lidar.laser_scan import USUAL_BODY, LaserScan
 from drake_starnav.planning import StarRoadmap
@@ -188,7 +183,6 @@ def command(
     guidance: Guidance,
     star: CertifiedRegion,
     parameters: ControllerParameters,
-    margins: Margins,
     robot: RobotParameters,
 ) -> np.ndarray:
     """As the command of `kinematic_drive`, or NaN where the star alone does not decide; the path must not be empty."""
@@ -201,10 +195,6 @@ def command(
     direction = offset[ahead] / distance
     if distance > MODULATION_DISTANCE * robot.radius:
         direction = _modulated(pose[:2], direction, guidance.regions, robot.radius)
-    radius = Clearances.of(robot.radius, margins.safety).near_wall
-    zone = NEAR_WALL_ZONE * robot.radius
-    push = zone / max(TURNING_TIMES / HEADING_GAIN * robot.max_speed, zone)
-    direction = _off_walls(pose[:2], direction, star.near_hits, (radius, zone), push)
     direction = _free_heading(pose[:2], direction, star, OPEN_WAY * robot.radius)
     heading = (math.atan2(direction[1], direction[0]) - pose[2] + math.pi) % (2.0 * math.pi) - math.pi
     stop_at = distance if guidance.arrives and len(path) == 1 else math.inf
@@ -243,24 +233,6 @@ def _modulated(position: np.ndarray, direction: np.ndarray, regions: RegionUnion
     total = (weight / np.hypot(bent[:, 0], bent[:, 1])) @ bent
     length, most = np.hypot(*total), weight.sum()
     return direction if most <= 0.0 or length < 1e-3 * most else total / length
-
-
-def _off_walls(
-    position: np.ndarray, direction: np.ndarray, hits: np.ndarray, sizes: tuple[float, float], most: float
-) -> np.ndarray:
-    radius, zone = sizes
-    offset = position - hits
-    distance = np.hypot(offset[:, 0], offset[:, 1])
-    nearest = distance.min(initial=np.inf)
-    share = min(max((zone - (nearest - radius)) / zone, 0.0), 1.0)
-    if share <= 0.0:
-        return direction
-    beyond = (distance - nearest) / (NEAR_WALL_SCALE * zone)
-    weight = np.where(beyond < 4.6, np.exp(-beyond), 0.0)
-    push = (weight / distance) @ offset / weight.sum()
-    direction = direction - share * min(float(direction @ push), 0.0) * push + min(share, most) * push
-    length = np.hypot(*direction)
-    return push if length < 1e-6 else direction / length
 
 
 def _free_heading(position: np.ndarray, direction: np.ndarray, star: CertifiedRegion, most: float) -> np.ndarray:

@@ -98,7 +98,7 @@ def package_fit(samples: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray
 
 def numpy_command(moment: CommandMoment) -> np.ndarray:
     """`command` in NumPy."""
-    return numpy_pipeline.command(moment.pose, moment.twist, moment.guidance, moment.star, CONTROLLER, MARGINS, ROBOT)
+    return numpy_pipeline.command(moment.pose, moment.twist, moment.guidance, moment.star, CONTROLLER, ROBOT)
 
 
 def cost_arguments(roadmap: StarRoadmap, goal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

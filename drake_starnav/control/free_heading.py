@@ -34,7 +34,7 @@ def free_heading(x, y, ux, uy, star, radius):
 
     Ranges are noisy, and the nearest of many hits has the largest error. Once a hit lies within the certificate's
     distance of a robot beside a wall, no motion along that wall is certified. A few degrees off the wall the space may
-    be free, but between two walls the near-wall term does not lead there: the robot would stop. `star` is center,
+    be free, but the guiding vector does not lead there: the robot would stop. `star` is center,
     bearing_0 and values of the certified region as a union of one region, `radius` the robot's, m.
     """
     angle, way = math.atan2(uy, ux), OPEN_WAY * radius

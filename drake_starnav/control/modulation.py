@@ -10,7 +10,6 @@ Source: paper, section III-B; E by columns and t from Phi' are corrections, with
 
 import math
 
-import numpy as np
 from numba import njit
 
 from drake_starnav.geometry.compiled import leaf
@@ -21,8 +20,6 @@ CENTER = 0.08
 """Nearer than this to its reference point a region does not modulate, in radii of the robot."""
 FARTHEST = 12.0
 """Farther than this from its reference point a region does not modulate, in radii of the robot."""
-NEAR_WALL_SCALE = 0.6
-"""Width of the soft minimum over the nearest hits, as a share of the near-wall zone."""
 
 
 @leaf
@@ -81,47 +78,3 @@ def modulated_direction(x, y, ux, uy, regions, radius):
     if length < 1e-3 * total or total <= 0.0:
         return ux, uy
     return sum_x / length, sum_y / length
-
-
-@njit(cache=True)
-def near_wall_direction(x, y, ux, uy, hits, radius, zone, push):
-    """The direction (ux, uy) with its part towards close hits (n, 2) removed and a push away from them added.
-
-    With the clearance c to the nearest hit beyond `radius`, the share is a = clip((zone - c)/zone, 0, 1), and q the
-    soft mean of the unit vectors away from the nearest hits, weights exp(-(d - d_min)/(NEAR_WALL_SCALE zone)): remove
-    a share a of (u q) q if it is against q, add min(a, push) q, normalise. Between two walls q is short, and the term
-    hardly affects the path through the gap.
-    """
-    nearest = np.inf
-    for i in range(len(hits)):
-        dx, dy = x - hits[i, 0], y - hits[i, 1]
-        nearest = min(nearest, dx * dx + dy * dy)
-    nearest = math.sqrt(nearest)
-    share = min(max((zone - (nearest - radius)) / zone, 0.0), 1.0)
-    if share <= 0.0:
-        return ux, uy
-    scale = NEAR_WALL_SCALE * zone
-    qx = qy = total = 0.0
-    for i in range(len(hits)):
-        dx, dy = x - hits[i, 0], y - hits[i, 1]
-        distance = math.sqrt(dx * dx + dy * dy)
-        beyond = (distance - nearest) / scale
-        if beyond < 4.6 and distance > 0.0:
-            weight = math.exp(-beyond)
-            qx += weight * dx / distance
-            qy += weight * dy / distance
-            total += weight
-    if total <= 0.0:
-        return ux, uy
-    qx, qy = qx / total, qy / total
-    against = ux * qx + uy * qy
-    if against < 0.0:
-        ux -= share * against * qx
-        uy -= share * against * qy
-    push = min(share, push)
-    ux += push * qx
-    uy += push * qy
-    length = math.sqrt(ux * ux + uy * uy)
-    if length < 1e-6:
-        return qx, qy
-    return ux / length, uy / length

@@ -33,7 +33,7 @@ from drake_starnav.utils.snapshot import snapshot
 SCAN_PATIENCE = 3.0
 """A certified region lasts so many scan periods beyond the lidar's delay; without a new scan the robot then brakes."""
 NEAR_HITS = 4.0
-"""Hits nearer than this enter the near-wall term, in radii with the margin: farther than a scan period leads."""
+"""Hits nearer than this count as near, in radii with the margin: among movers no wall is to be approached."""
 QUARTER = 0.25 * TURN
 """A disc that drives straight on, so far from the edges of its view, rad, covers of what it does not see only where it
 stood."""

@@ -90,7 +90,7 @@ class DsmController(Controller):
 
     def _propose(self, read: tuple[ControllerInputs, TrackedObstacles | None, FootprintInForce]) -> Proposal:
         inputs, tracked, now = read
-        proposal = followed(inputs, now.margins, now.robot)
+        proposal = followed(inputs, now.robot)
         if tracked is None:
             return proposal
         actuation = self._actuation.carrying(now.robot.shape)

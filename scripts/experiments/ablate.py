@@ -59,7 +59,7 @@ PLANNER, ROUTE = "drake_starnav.planning.planner", "drake_starnav.planning.route
 CUBIC = "drake_starnav.surroundings.piecewise_cubic"
 INTERPRETED = {
     f"{FOLLOWING}._followed": replacements.interpreted_followed,
-    f"{FOLLOWING}.guided": replacements.interpreted_guided,
+    f"{FOLLOWING}.guiding_vector": replacements.interpreted_guiding_vector,
 }
 UNCERTIFIED = {
     **INTERPRETED,
@@ -151,13 +151,6 @@ ABLATIONS = (
         {**INTERPRETED, f"{FOLLOWING}.modulated_direction": replacements.paper_direction},
     ),
     Ablation(
-        "no_near_wall",
-        "blends with the nearest point",
-        "blends with all hits that are near",
-        "7",
-        {**INTERPRETED, f"{FOLLOWING}.near_wall_direction": replacements.same_direction},
-    ),
-    Ablation(
         "no_free_heading",
         "-",
         "the vector turns to the nearest bearing that the certified region leaves",
@@ -175,13 +168,9 @@ ABLATIONS = (
     Ablation(
         "no_protection",
         "modulation and nearest point",
-        "certificate, modulation and near-wall term",
+        "certificate and modulation",
         "7, 9",
-        {
-            **UNCERTIFIED,
-            f"{FOLLOWING}.modulated_direction": replacements.same_direction,
-            f"{FOLLOWING}.near_wall_direction": replacements.same_direction,
-        },
+        {**UNCERTIFIED, f"{FOLLOWING}.modulated_direction": replacements.same_direction},
     ),
     Ablation("star_paper", "as printed", "all above", "1 to 9", method="star_paper"),
 )

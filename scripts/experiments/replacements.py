@@ -16,7 +16,7 @@ import numpy as np
 from drake_starnav.baselines.paper.control import modulated_vector
 from drake_starnav.baselines.paper.perception import sight_range
 from drake_starnav.control.modulation import SIGMA
-from drake_starnav.control.path_following import _followed, guided
+from drake_starnav.control.path_following import _followed, guiding_vector
 from drake_starnav.evaluation.workers import Pool
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.planning import PlannerInput, PlannerState
@@ -71,9 +71,9 @@ def interpreted_followed(*arguments: Any) -> None:
     _followed.py_func(*arguments)
 
 
-def interpreted_guided(*arguments: Any) -> tuple:
-    """For `path_following.guided`: not compiled."""
-    return guided.py_func(*arguments)
+def interpreted_guiding_vector(*arguments: Any) -> tuple:
+    """For `path_following.guiding_vector`: not compiled."""
+    return guiding_vector.py_func(*arguments)
 
 
 def same_direction(x: float, y: float, ux: float, uy: float, *others: Any) -> tuple[float, float]:

@@ -150,15 +150,13 @@ def draw_roadmap(axis: Any, moment: PlannerInput) -> None:
 
 def draw_field(axis: Any, moment: PlannerInput) -> None:
     """The guiding vector at many places: bent along the boundary of the regions, towards the short-term goal."""
-    margins, robot = derive_margins(moment.scenario), moment.scenario.robot
-    union, path = moment.state.roadmap.union, moment.state.path
+    robot, union, path = moment.scenario.robot, moment.state.roadmap.union, moment.state.path
     x0, y0, x1, y1 = moment.world.extent
     step = max(x1 - x0, y1 - y0) / GRID
     places = np.stack(np.meshgrid(np.arange(x0, x1, step), np.arange(y0, y1, step)), axis=-1).reshape(-1, 2)
     inside = np.any([region.contains(places) for region in moment.state.roadmap.regions], axis=0)
     places = places[inside & (clearance(moment.world, places) > robot.radius)]
-    none = np.zeros((0, 2))
-    vectors = np.array([guiding_vector(p, path[:1], union, none, margins, robot.radius)[0] for p in places])
+    vectors = np.array([guiding_vector(*p, path[:1], union, robot.radius)[:2] for p in places])
     for region in moment.state.roadmap.regions:
         axis.fill(*region.outline().T, facecolor=BLUE, alpha=0.06, linewidth=0.0)
     axis.quiver(*places.T, *vectors.T, angles="xy", scale=1.25 / step, scale_units="xy", width=0.003, color="0.25")

@@ -11,12 +11,9 @@ from drake_starnav.control.modulation import (
     SIGMA,
     boundary_at,
     modulated_direction,
-    near_wall_direction,
 )
 from drake_starnav.surroundings.star_region import StarRegion, united
 from tests.helpers.scans import RADIUS, seeds, smooth_region
-
-ZONE = 0.1
 
 
 def unit(angle: float) -> np.ndarray:
@@ -47,11 +44,6 @@ def expected(point: np.ndarray, direction: np.ndarray, regions: list[StarRegion]
 
 def modulated(point: np.ndarray, direction: np.ndarray, regions: list[StarRegion]) -> np.ndarray:
     return np.array(modulated_direction(*point, *direction, united(regions), RADIUS))
-
-
-def led_off_walls(direction: np.ndarray, hits: np.ndarray) -> np.ndarray:
-    """The near-wall term of a robot at the origin."""
-    return np.array(near_wall_direction(0.0, 0.0, *direction, hits, RADIUS, ZONE, 1.0))
 
 
 def inside(rng: np.random.Generator, region: StarRegion) -> np.ndarray:
@@ -184,47 +176,3 @@ def test_it_turns_with_the_world(seed, angle):
     point, direction = inside(rng, regions[0]), unit(rng.uniform(-math.pi, math.pi))
     out = modulated(rotation @ point, rotation @ direction, turned)
     np.testing.assert_allclose(out, rotation @ modulated(point, direction, regions), atol=1e-7)
-
-
-@settings(max_examples=60)
-@given(seeds)
-def test_the_near_wall_term_is_the_identity_outside_of_its_zone(seed):
-    rng = np.random.default_rng(seed)
-    direction = unit(rng.uniform(-math.pi, math.pi))
-    angle = rng.uniform(-math.pi, math.pi, 30)
-    hits = (RADIUS + ZONE + rng.uniform(0.0, 1.0, 30))[:, None] * np.column_stack((np.cos(angle), np.sin(angle)))
-    np.testing.assert_array_equal(led_off_walls(direction, hits), direction)
-    np.testing.assert_array_equal(led_off_walls(direction, np.zeros((0, 2))), direction)
-
-
-@settings(max_examples=60)
-@given(seeds, st.floats(0.0, 0.3))
-def test_at_contact_no_part_against_the_wall_is_left(seed, spread):
-    rng = np.random.default_rng(seed)
-    wall = rng.uniform(-math.pi, math.pi)
-    angle = wall + rng.uniform(-spread, spread, 20)
-    hits = RADIUS * np.column_stack((np.cos(angle), np.sin(angle)))
-    q = -hits.mean(axis=0) / RADIUS
-    direction = unit(rng.uniform(-math.pi, math.pi))
-    out = led_off_walls(direction, hits)
-    assert out @ q > 0.0 and np.hypot(*out) == pytest.approx(1.0)
-    one = led_off_walls(direction, hits[:1])
-    against = min(float(direction @ -hits[0]) / RADIUS, 0.0)
-    reference = direction + (1.0 - against) * -hits[0] / RADIUS
-    np.testing.assert_allclose(one, reference / np.hypot(*reference), atol=1e-9)
-
-
-def test_between_two_walls_the_way_through_the_gap_is_left_alone():
-    hits = RADIUS * np.array([unit(0.5 * math.pi), unit(-0.5 * math.pi)])
-    np.testing.assert_allclose(led_off_walls(unit(0.0), hits), unit(0.0), atol=1e-9)
-
-
-@settings(max_examples=40)
-@given(seeds)
-def test_the_near_wall_term_sets_in_continuously(seed):
-    rng = np.random.default_rng(seed)
-    hit, direction = unit(rng.uniform(-math.pi, math.pi)), unit(rng.uniform(-math.pi, math.pi))
-    closer = [led_off_walls(direction, (RADIUS + c) * hit[None]) for c in np.linspace(1.1 * ZONE, 0.0, 2000)]
-    towards = np.array(closer) @ hit
-    assert np.abs(np.diff(towards)).max() < 0.05
-    assert (np.diff(towards) < 1e-9).all()  # the nearer, the less towards the hit

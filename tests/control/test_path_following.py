@@ -24,13 +24,12 @@ from drake_starnav.surroundings.region_union import RegionUnion
 from drake_starnav.surroundings.safe_region import CertifiedRegion
 from drake_starnav.surroundings.star_region import united
 from tests.helpers.motions import limited_twist, stepped
-from tests.helpers.scans import MARGINS, RADIUS, seeds, smooth_region
+from tests.helpers.scans import RADIUS, seeds, smooth_region
 
 ROBOT = RobotParameters()
 PARAMETERS = ControllerParameters()
 PERIOD = 1.0 / PARAMETERS.rate
 OPEN = CertifiedRegion(np.zeros(2), 0.0, np.full(720, 100.0), np.zeros((0, 2)))
-NO_HITS = np.zeros((0, 2))
 components = st.floats(-5.0, 5.0)
 
 
@@ -135,17 +134,16 @@ def test_the_guiding_vector_points_to_the_first_way_point_that_is_not_passed(see
     passed = position + rng.uniform(-0.7, 0.7, 2) * PASSED_DISTANCE * RADIUS
     ahead, later = position + rng.uniform(0.1, 0.2, 2), position + 5.0
     path = np.array((passed, ahead, later))
-    direction, distance = guiding_vector(position, path, RegionUnion.none(), NO_HITS, MARGINS, RADIUS)
+    *direction, distance = guiding_vector(*position, path, RegionUnion.none(), RADIUS)
     assert distance == pytest.approx(np.hypot(*(ahead - position)))
     np.testing.assert_allclose(direction, (ahead - position) / distance)
-    last, left = guiding_vector(position, path[:1], RegionUnion.none(), NO_HITS, MARGINS, RADIUS)
+    *last, left = guiding_vector(*position, path[:1], RegionUnion.none(), RADIUS)
     assert left == pytest.approx(np.hypot(*(passed - position)))
     np.testing.assert_allclose(last, (passed - position) / left)
 
 
 def test_at_the_last_way_point_there_is_nowhere_to_go():
-    direction, distance = guiding_vector(np.ones(2), np.ones((1, 2)), RegionUnion.none(), NO_HITS, MARGINS, RADIUS)
-    assert not direction.any() and distance == 0.0
+    assert guiding_vector(1.0, 1.0, np.ones((1, 2)), RegionUnion.none(), RADIUS) == (0.0, 0.0, 0.0)
 
 
 def test_modulation_ends_near_the_short_term_goal():
@@ -153,19 +151,8 @@ def test_modulation_ends_near_the_short_term_goal():
     regions = united((region,))
     for away, bent in ((MODULATION_DISTANCE * RADIUS - 0.01, False), (MODULATION_DISTANCE * RADIUS + 0.01, True)):
         path = away * np.array(((0.6, 0.8),))
-        direction, _ = guiding_vector(np.zeros(2), path, regions, NO_HITS, MARGINS, RADIUS)
-        assert (np.abs(direction - (0.6, 0.8)).max() > 1e-3) == bent
-
-
-@settings(max_examples=60)
-@given(st.floats(0.0, 0.2), st.floats(-math.pi, 0.0))
-def test_where_the_certificate_ends_the_robot_is_led_off_the_wall(margin, towards):
-    along = np.linspace(-1.0, 1.0, 201)
-    wall = np.column_stack((along, np.full(201, -(RADIUS + margin))))
-    margins = dataclasses.replace(MARGINS, safety=margin)
-    path = 2.0 * np.array([(math.cos(towards), math.sin(towards))])
-    vector, _ = guiding_vector(np.zeros(2), path, RegionUnion.none(), wall, margins, RADIUS)
-    assert vector[1] > 0.0
+        *direction, _ = guiding_vector(0.0, 0.0, path, regions, RADIUS)
+        assert (math.dist(direction, (0.6, 0.8)) > 1e-3) == bent
 
 
 def test_without_a_scan_the_robot_brakes():
@@ -191,7 +178,7 @@ def test_a_round_robot_of_any_base_heads_for_its_way_point_beside_hits(base: str
     star = dataclasses.replace(OPEN, hits=hits, near_hits=hits, half_gaps=np.zeros(2), seen=True)
     guidance = Guidance(np.array([(3.0, 0.0)]), False, RegionUnion.none())
     inputs = ControllerInputs(np.zeros(3), np.zeros(len(robot.drive.components)), guidance, star)
-    twist = followed(inputs, MARGINS, robot).twist
+    twist = followed(inputs, robot).twist
     assert len(twist) == len(robot.drive.components)
     assert robot.drive.body_rates(twist)[0] > 0.5
 
@@ -200,6 +187,6 @@ def test_a_round_robot_of_any_base_heads_for_its_way_point_beside_hits(base: str
 def test_a_robot_of_any_base_without_a_way_stands(base: str) -> None:
     robot = RobotParameters(base=base)
     size = len(robot.drive.components)
-    proposal = followed(ControllerInputs(np.zeros(3), np.zeros(size), Guidance.none(), OPEN), MARGINS, robot)
+    proposal = followed(ControllerInputs(np.zeros(3), np.zeros(size), Guidance.none(), OPEN), robot)
     np.testing.assert_array_equal(proposal.twist, np.zeros(size))
     assert not proposal.guiding_vector.any()

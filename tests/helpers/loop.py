@@ -42,7 +42,7 @@ def command(
     commands, inputs = actuation(ROBOT, 1.0 / CONTROLLER.rate), ControllerInputs(pose, twist, guidance, star)
     certificates = standard_certificates(star, MARGINS.safety, commands, pose[:2], tracked)
     way = avoid_collision(inputs, tracked, certificates, commands, ROBOT).twist
-    proposed = followed(inputs, MARGINS, ROBOT).twist if way is None else way
+    proposed = followed(inputs, ROBOT).twist if way is None else way
     return np.array(ramped_twist(twist, certified_twist(pose, twist, proposed, certificates, commands)[0], commands))
 
 

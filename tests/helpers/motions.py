@@ -12,7 +12,6 @@ from drake_starnav.safety.certificates import accepted
 from drake_starnav.safety.clear import Clear
 from drake_starnav.safety.shield import certified_twist, ramped_twist
 from drake_starnav.surroundings.safe_region import CertifiedRegion
-from tests.helpers.scans import MARGINS
 
 PERIOD = 0.02
 FINE = 2e-4
@@ -78,7 +77,7 @@ def stepped(
     """The twist after one period of our controller and the shield in a static world, and whether it is certified."""
     pose, twist, _, star = inputs
     period = 1.0 / parameters.rate
-    proposed = followed(inputs, MARGINS, robot).twist
+    proposed = followed(inputs, robot).twist
     *target, accepted = starred_twist(pose, twist, proposed, period, robot.limits, star, parameters.delay)
     return limited_twist(twist, np.array(target), robot, period), accepted
 

@@ -98,7 +98,7 @@ def driven_states(scenario: Scenario, margins: Margins, seed: int, commands: int
             state = plan_step(state, now)
         inputs = ControllerInputs(pose, twist, state.guidance, known.safety)
         asked = standard_certificates(known.safety, margins.safety, commanding, pose[:2])
-        twist, _ = shielded(pose, twist, followed(inputs, margins, robot).twist, asked, commanding)
+        twist, _ = shielded(pose, twist, followed(inputs, robot).twist, asked, commanding)
         middle = pose[2] + 0.5 * twist[1] / rate
         pose = pose + np.array((twist[0] * np.cos(middle), twist[0] * np.sin(middle), twist[1])) / rate
         poses.append(pose)
