@@ -6,7 +6,7 @@ clipped by its two end faces. A face within the plane is cut if the solid is bel
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +19,8 @@ RESOLUTION = 1e-6
 """Rounding of a plane: of its unit normal, and of its distance from the origin in metres."""
 EVERYWHERE = 0.0, 0.0, math.inf
 """A circle around all."""
+SLAB = 0.01
+"""Faces are kept that come this near to a plane, m: a robot that pitches as it brakes cuts no others."""
 
 
 @dataclass(frozen=True)
@@ -48,6 +50,43 @@ class _Conic(NamedTuple):
     b0: float
     b1: float
     c: float
+
+
+class Slab(NamedTuple):
+    """Solids with only those of their faces that planes near one may cut.
+
+    Attributes:
+        solids: with these faces, in their order.
+        plane: rows of that one, as of `slice_solids`.
+        far: distance of their farthest vertex from its origin, m.
+    """
+
+    solids: Solids
+    plane: tuple[list[float], ...]
+    far: float
+
+    @staticmethod
+    def of(solids: Solids, plane: np.ndarray) -> "Slab":
+        """The faces within SLAB of a plane (3, 3)."""
+        if not len(solids.face_vertices):
+            return Slab(solids, tuple(plane.tolist()), 0.0)
+        away, starts = solids.vertices - plane[2], solids.face_starts
+        height = (away @ np.cross(plane[0], plane[1]))[solids.face_vertices]
+        lowest, highest = (least.reduceat(height, starts[:-1]) for least in (np.minimum, np.maximum))
+        near, sizes = (lowest <= SLAB) & (highest >= -SLAB), np.diff(starts)
+        used, vertices = np.unique(solids.face_vertices[np.repeat(near, sizes)], return_inverse=True)
+        starts = np.concatenate((starts[:1], np.cumsum(sizes[near])))
+        kept = replace(solids, vertices=solids.vertices[used], face_starts=starts, face_vertices=vertices)
+        return Slab(kept, tuple(plane.tolist()), float(np.sqrt((away * away).sum(axis=1).max())))
+
+    def holds(self, plane: np.ndarray) -> bool:
+        """Whether it has all faces that a plane (3, 3) cuts: no vertex is higher over one than over the other by more.
+
+        Of a vertex v the heights n (v - o) differ by at most |n' - n| |v - o| + |o' - o|, and normals by no more than
+        the two vectors of the planes together.
+        """
+        turned = [math.dist(*both) for both in zip(self.plane, plane.tolist(), strict=True)]
+        return (turned[0] + turned[1]) * self.far + turned[2] < SLAB
 
 
 def slice_solids(solids: Solids, plane: np.ndarray, near: tuple[float, float, float] = EVERYWHERE) -> np.ndarray:

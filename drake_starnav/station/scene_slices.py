@@ -4,7 +4,8 @@ Shapes are read once per geometry version into the solids of `drake_starnav.geom
 
 Slices are kept in the frame F that the shapes move with (the world frame for anchored ones), and recomputed only
 when the scan plane has moved relative to F. The plane is rounded first (its normal to 1e-6, its distance from F's
-origin to 1e-6 m), so that trembling does not re-slice and the result does not depend on what was sliced before.
+origin to 1e-6 m), so that trembling does not re-slice and the result does not depend on what was sliced before. Of
+meshes only faces near the plane are looked at.
 """
 
 import math
@@ -32,7 +33,7 @@ from pydrake.geometry import (
 )
 from pydrake.math import RigidTransform
 
-from drake_starnav.geometry.plane_slices import EVERYWHERE, Solids, scan_planes, slice_solids
+from drake_starnav.geometry.plane_slices import EVERYWHERE, Slab, Solids, scan_planes, slice_solids
 from drake_starnav.geometry.raycast import Fan, Shapes, cast_groups, cast_rolling
 from drake_starnav.station.mesh_files import hull_faces, mesh_triangles
 from drake_starnav.worlds.footprints import box_vertices
@@ -87,6 +88,7 @@ class SceneSlices:
         self._version = GeometryVersion()
         self._frames: list[FrameId] = []
         self._solids: list[Solids] = []
+        self._slabs: list[Slab | None] = []
         self._keys = np.zeros((0, 4))
         self._rows: list[np.ndarray] = []
         self._groups = Shapes.of([])
@@ -129,7 +131,10 @@ class SceneSlices:
         for k in stale.tolist():
             if k == 0:
                 self._kept = x, y, 2.0 * reach
-            self._rows[k] = slice_solids(self._solids[k], planes[k], EVERYWHERE if k else self._kept)
+            slab = self._slabs[k]
+            if slab is None or not slab.holds(planes[k]):
+                slab = self._slabs[k] = Slab.of(self._solids[k], planes[k])
+            self._rows[k] = slice_solids(slab.solids, planes[k], EVERYWHERE if k else self._kept)
         if len(stale):
             self._keys, self._groups = keys, Shapes.of(self._rows)
         ranges = np.empty(len(fan.directions))
@@ -144,7 +149,7 @@ class SceneSlices:
         solids = read_solids(inspector, self._role, self._exclude)
         self._frames, self._solids = list(solids), list(solids.values())
         self._keys = np.full((len(solids), 4), np.nan)
-        self._rows = [np.zeros(0)] * len(solids)
+        self._slabs, self._rows = [None] * len(solids), [np.zeros(0)] * len(solids)
         self._version = GeometryVersion(inspector.geometry_version())
 
 

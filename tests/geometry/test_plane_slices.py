@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from drake_starnav.geometry.plane_slices import Solids, scan_planes, slice_solids
+from drake_starnav.geometry.plane_slices import SLAB, Slab, Solids, scan_planes, slice_solids
 from drake_starnav.geometry.raycast import CIRCLE, CONIC, SEGMENT
 
 NOTHING = {
@@ -87,3 +87,31 @@ def test_a_scan_plane_keeps_its_key_while_the_frame_slides_in_it() -> None:
     assert len(changed) == 0
     np.testing.assert_allclose(end[0], (-1.5, -2.5, 0.0), atol=1e-9)
     np.testing.assert_array_equal(begin, end)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_faces_near_a_plane_are_all_that_planes_near_it_cut(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    corners = rng.uniform(-2.0, 2.0, (400, 1, 3)) + rng.uniform(-0.1, 0.1, (400, 3, 3))
+    solids = Solids(np.zeros((0, 15)), corners.reshape(-1, 3), np.arange(0, 1201, 3), np.arange(1200))
+    slab = Slab.of(solids, tilted(rng, 0.2))
+    assert 0 < len(slab.solids.vertices) < 400
+    held = 0
+    for size in np.geomspace(1e-5, 0.02, 40):
+        plane = np.array(slab.plane) + size * (tilted(rng, 1.0) - level(0.0))
+        plane[0] /= np.linalg.norm(plane[0])
+        plane[1] -= (plane[1] @ plane[0]) * plane[0]
+        plane[1] /= np.linalg.norm(plane[1])
+        if slab.holds(plane):
+            held += 1
+            np.testing.assert_array_equal(slice_solids(slab.solids, plane), slice_solids(solids, plane))
+    assert 5 < held < 35
+    assert not slab.holds(level(10.0 * SLAB))
+
+
+def tilted(rng: np.random.Generator, lean: float) -> np.ndarray:
+    """A plane that leans by up to so much in both directions, through a place near the origin."""
+    (a, b), height = rng.uniform(-lean, lean, 2), rng.uniform(-0.3, 0.3)
+    first = np.array((1.0, 0.0, a)) / math.hypot(1.0, a)
+    second = np.cross((-a, -b, 1.0), first) / math.sqrt(1.0 + a * a + b * b)
+    return np.array((first, second, (0.0, 0.0, height)))
