@@ -97,7 +97,11 @@ def station_alone(scenario: Scenario, world: World, twists: Twists) -> Simulator
 
 
 def mjcf(scenario: Scenario, world: World) -> str:
-    """The shipped robot in a world, as a model of MuJoCo."""
+    """The shipped robot in a world, as a model of MuJoCo.
+
+    The motors' rotors have an inertia. MuJoCo solves contacts without the damping by which it then integrates, a
+    servo's gain times the step; where the wheels' inertia is far below that, they slide, and the robot swerves.
+    """
     x, y, yaw = world.start
     height, assets, geoms = 0.5 * OBSTACLE_HEIGHT, [], []
     for cx, cy, radius in world.cylinders:
@@ -116,6 +120,7 @@ def mjcf(scenario: Scenario, world: World) -> str:
         geoms.append(f'<geom type="mesh" mesh="m{k}"/>')
     wheel = '<inertial pos="0 0 0" mass="0.5" diaginertia="3.5e-4 6.25e-4 3.5e-4"/>'
     wheel += '<geom type="sphere" size="0.05" group="1"/>'
+    rotor, motor = 'armature="0.005"', 'kv="2" forcerange="-2 2"'
     caster = 'size="0.02" condim="1" priority="1" group="1"'
     return f"""<mujoco><option timestep="{MUJOCO_STEP}" integrator="implicitfast"/><asset>{"".join(assets)}</asset>
 <worldbody><geom type="plane" size="50 50 1"/>{"".join(geoms)}
@@ -124,9 +129,9 @@ def mjcf(scenario: Scenario, world: World) -> str:
 <geom type="cylinder" size="{scenario.robot.radius} 0.05" pos="0 0 0.03" group="1"/>
 <geom type="sphere" pos="0.15 0 -0.02995" {caster}/><geom type="sphere" pos="-0.15 0 -0.02995" {caster}/>
 <site name="lidar" pos="0 0 0.08"/>
-<body pos="0 0.16 0"><joint name="l" axis="0 1 0"/>{wheel}</body>
-<body pos="0 -0.16 0"><joint name="r" axis="0 1 0"/>{wheel}</body></body></worldbody>
-<actuator><velocity joint="l" kv="10" forcerange="-2 2"/><velocity joint="r" kv="10" forcerange="-2 2"/></actuator>
+<body pos="0 0.16 0"><joint name="l" axis="0 1 0" {rotor}/>{wheel}</body>
+<body pos="0 -0.16 0"><joint name="r" axis="0 1 0" {rotor}/>{wheel}</body></body></worldbody>
+<actuator><velocity joint="l" {motor}/><velocity joint="r" {motor}/></actuator>
 </mujoco>"""
 
 
@@ -170,40 +175,46 @@ class Mujoco:
         return np.where(self._ranges < 0.0, np.inf, noisy)
 
 
+def irsim_world(scenario: Scenario, world: World, step: float, noise: bool = True) -> Any:
+    """A disc with a lidar in a world, as an environment of ir-sim, which goes on by a step, s, and then scans."""
+    lidar = scenario.lidar
+    circles = [(x, y, r) for x, y, r in (*world.cylinders.tolist(), *world.spheres.tolist())]
+    outlines = [corners.tolist() for corners in polygons(world)]
+    groups = (
+        ([{"name": "circle", "radius": r} for _, _, r in circles], [[x, y, 0.0] for x, y, _ in circles]),
+        ([{"name": "polygon", "vertices": o} for o in outlines], [[0.0, 0.0, 0.0]] * len(outlines)),
+    )
+    sensor = {
+        "name": "lidar2d", "range_min": 0.0, "range_max": lidar.range_max, "number": lidar.beams, "noise": noise,
+        "angle_range": 6.2831853, "std": lidar.noise, "angle_std": 0.0,
+    }  # fmt: skip
+    robot = {
+        "kinematics": {"name": "diff"}, "shape": {"name": "circle", "radius": scenario.robot.radius},
+        "state": list(world.start), "goal": [*world.goal, 0.0], "vel_max": [2, 6], "vel_min": [-2, -6],
+        "sensors": [sensor],
+    }  # fmt: skip
+    obstacles = [
+        {"number": len(shapes), "distribution": {"name": "manual"}, "shape": shapes, "state": states}
+        for shapes, states in groups
+        if shapes
+    ]
+    x0, y0, x1, y1 = world.extent
+    settings = {
+        "width": x1 - x0, "height": y1 - y0, "offset": [x0, y0], "step_time": step, "sample_time": step,
+        "collision_mode": "unobstructed", "control_mode": "auto",
+    }  # fmt: skip
+    with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()):
+        path = Path(folder) / "world.yaml"
+        path.write_text(yaml.safe_dump({"world": settings, "robot": [robot], "obstacle": obstacles}))
+        return importlib.import_module("irsim").make(str(path), display=False, disable_all_plot=True)
+
+
 class Irsim:
     """A disc with a lidar in ir-sim."""
 
     def __init__(self, scenario: Scenario, world: World, twists: Twists) -> None:
-        self._twists, self._steps, lidar = twists, 0, scenario.lidar
-        circles = [(x, y, r) for x, y, r in (*world.cylinders.tolist(), *world.spheres.tolist())]
-        outlines = [corners.tolist() for corners in polygons(world)]
-        groups = (
-            ([{"name": "circle", "radius": r} for _, _, r in circles], [[x, y, 0.0] for x, y, _ in circles]),
-            ([{"name": "polygon", "vertices": o} for o in outlines], [[0.0, 0.0, 0.0]] * len(outlines)),
-        )
-        sensor = {
-            "name": "lidar2d", "range_min": 0.0, "range_max": lidar.range_max, "number": lidar.beams, "noise": True,
-            "angle_range": 6.2831853, "std": lidar.noise, "angle_std": 0.0,
-        }  # fmt: skip
-        robot = {
-            "kinematics": {"name": "diff"}, "shape": {"name": "circle", "radius": scenario.robot.radius},
-            "state": list(world.start), "goal": [*world.goal, 0.0], "vel_max": [2, 6], "vel_min": [-2, -6],
-            "sensors": [sensor],
-        }  # fmt: skip
-        obstacles = [
-            {"number": len(shapes), "distribution": {"name": "manual"}, "shape": shapes, "state": states}
-            for shapes, states in groups
-            if shapes
-        ]
-        x0, y0, x1, y1 = world.extent
-        settings = {
-            "width": x1 - x0, "height": y1 - y0, "offset": [x0, y0], "step_time": IRSIM_STEP, "sample_time": IRSIM_STEP,
-            "collision_mode": "unobstructed", "control_mode": "auto",
-        }  # fmt: skip
-        with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()):
-            path = Path(folder) / "world.yaml"
-            path.write_text(yaml.safe_dump({"world": settings, "robot": [robot], "obstacle": obstacles}))
-            self._env = importlib.import_module("irsim").make(str(path), display=False, disable_all_plot=True)
+        self._twists, self._steps = twists, 0
+        self._env = irsim_world(scenario, world, IRSIM_STEP)
 
     def AdvanceTo(self, time: float) -> None:
         """Simulate until then, s."""

@@ -1,6 +1,7 @@
 """A robot in MuJoCo drives through a forest: the runtime gets scans and odometry, and says the twists.
 
-The step is 2 ms: at 5 ms this model swerves when it brakes. Needs `pip install drake-starnav[simulators]`.
+Its motors' rotors have an inertia (`armature`): without one the contacts let the wheels slide, and the robot swerves.
+Needs `pip install drake-starnav[simulators]`.
 
 Run: python scripts/examples/17_drive_in_mujoco.py [--png FILE]
 """
@@ -15,15 +16,16 @@ from drake_starnav import LaserScan, load_scenario, make_world
 from drake_starnav.plotting import draw_goal, save_figure, world_axes
 from drake_starnav.runtime import Navigator, Odometry
 
-MODEL = """<mujoco><option timestep="0.002" integrator="implicitfast"/><worldbody><geom type="plane" size="50 50 1"/>
+MODEL = """<mujoco><option timestep="0.005" integrator="implicitfast"/>
+<default><joint axis="0 1 0" armature="0.005"/></default><worldbody><geom type="plane" size="50 50 1"/>
 {obstacles}
 <body name="base" pos="{x} {y} 0.05" euler="0 0 {yaw}"><freejoint/><site name="lidar" pos="0 0 0.08"/>
 <geom type="cylinder" size="{radius} 0.05" pos="0 0 0.03" mass="8.2" group="1"/>
 <geom type="sphere" size="0.02" pos="0.15 0 -0.02995" condim="1" priority="1" group="1"/>
 <geom type="sphere" size="0.02" pos="-0.15 0 -0.02995" condim="1" priority="1" group="1"/>
-<body pos="0 0.16 0"><joint name="l" axis="0 1 0"/><geom size="0.05" mass="0.5" group="1"/></body>
-<body pos="0 -0.16 0"><joint name="r" axis="0 1 0"/><geom size="0.05" mass="0.5" group="1"/></body></body></worldbody>
-<actuator><velocity joint="l" kv="10" forcerange="-2 2"/><velocity joint="r" kv="10" forcerange="-2 2"/></actuator>
+<body pos="0 0.16 0"><joint name="l"/><geom size="0.05" mass="0.5" group="1"/></body>
+<body pos="0 -0.16 0"><joint name="r"/><geom size="0.05" mass="0.5" group="1"/></body></body></worldbody>
+<actuator><velocity joint="l" kv="2" forcerange="-2 2"/><velocity joint="r" kv="2" forcerange="-2 2"/></actuator>
 </mujoco>"""
 OBSTACLES = np.array((1, 0, 0, 0, 0, 0), np.uint8)
 
@@ -52,7 +54,7 @@ def main(png: Path | None) -> None:
         odometry = Odometry(data.time, x, y, yaw, vx * np.cos(yaw) + vy * np.sin(yaw), omega)
         v, turning = navigator.step(data.time, scans, [odometry], world.goal).twist
         data.ctrl[:] = (v - 0.16 * turning) / 0.05, (v + 0.16 * turning) / 0.05
-        mujoco.mj_step(model, data, 10)
+        mujoco.mj_step(model, data, 4)
         roots = (model.body_rootid[model.geom_bodyid[each.geom]] for each in data.contact if 0 not in each.geom)
         contacts += sum(a != b for a, b in roots)
     away = np.hypot(*(data.qpos[:2] - world.goal))

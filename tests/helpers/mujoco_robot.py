@@ -5,7 +5,7 @@ import math
 import mujoco
 import numpy as np
 
-from benchmarks.simulators import mjcf
+from benchmarks.simulators import MUJOCO_STEP, mjcf
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.runtime import Odometry
 from drake_starnav.runtime.loop import Reading
@@ -13,8 +13,6 @@ from drake_starnav.scenario.schema import Scenario
 from drake_starnav.worlds.world import World
 from tests.helpers.bare_robot import EPOCH, BareRobot
 
-STEP = 0.002
-"""At 5 ms the model swerves when it brakes, s."""
 TRACK, WHEEL = 0.16, 0.05
 
 
@@ -27,8 +25,7 @@ class MujocoRobot(BareRobot):
 
     def __init__(self, scenario: Scenario, world: World | None = None, seed: int = 0) -> None:
         super().__init__(scenario, world, seed)
-        text = mjcf(scenario, self.world).replace('timestep="0.005"', f'timestep="{STEP}"')
-        self.model = mujoco.MjModel.from_xml_string(text)
+        self.model = mujoco.MjModel.from_xml_string(mjcf(scenario, self.world))
         self.data = mujoco.MjData(self.model)
         bearings = LaserScan(0.0, ranges=np.ones(scenario.lidar.beams), **scenario.lidar.scan_fields).bearings
         self.rays = np.column_stack((np.cos(bearings), np.sin(bearings), np.zeros(len(bearings))))
@@ -59,7 +56,7 @@ class MujocoRobot(BareRobot):
     def drive(self, command) -> None:
         v, omega = command.twist
         self.data.ctrl[:2] = (v - TRACK * omega) / WHEEL, (v + TRACK * omega) / WHEEL
-        mujoco.mj_step(self.model, self.data, round(self.period / STEP))
+        mujoco.mj_step(self.model, self.data, round(self.period / MUJOCO_STEP))
         before = self.pose
         self._observe()
         self.way += math.dist(before[:2], self.pose[:2])
