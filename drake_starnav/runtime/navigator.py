@@ -324,4 +324,9 @@ class Navigator:
 
     def value(self, port: OutputPort) -> Any:
         """What an output port of the diagram holds."""
-        return port.Eval(port.get_system().GetMyContextFromRoot(self._simulator.get_context()))
+        return port.Eval(port.get_system().GetMyContextFromRoot(self.context))
+
+    @property
+    def context(self) -> Context:
+        """Of the diagram, now."""
+        return self._simulator.get_context()

@@ -12,8 +12,9 @@ from drake_starnav.geometry.se2 import composed
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import Mount
 from drake_starnav.lidar.sensor_model import LidarParameters
-from drake_starnav.robot.motion import Pose, advanced, velocity_of
+from drake_starnav.robot.motion import Pose, advanced, roll_out, velocity_of
 from drake_starnav.runtime.intake import Odometry
+from drake_starnav.systems.twist_shield import Unshielded
 
 if TYPE_CHECKING:
     from drake_starnav.runtime.navigator import Navigator
@@ -33,8 +34,8 @@ WALLS = np.array(
 """Discs (x, y, radius) and walls (x1, y1, x2, y2), in widths of twice a robot: posts, a dead end, a corner."""
 GOALS = (8.0, 0.0), (0.0, 0.0, 1.0), (6.5, 0.0), (14.0, 8.0)
 """Behind the dead end, back with a heading, in a wall, and outside."""
-STEPS, LOST = 400, 7
-"""Steps to each goal; one of so many scans loses beams."""
+STEPS, LOST, FAST = 400, 7, 1e3
+"""Steps to each goal; one of so many scans loses beams; more than any limit, m/s and rad/s."""
 
 
 def warm_up(navigator: "Navigator") -> None:
@@ -59,9 +60,26 @@ def warm_up(navigator: "Navigator") -> None:
         x, y, yaw = pose.tolist()
         row = Odometry(now, x, y, yaw, velocity.ahead, turning, velocity.aside)
         command = navigator.step(now, scans, [row], goal)
+        if scans:
+            _ask_of_fast_motions(navigator, pose)
         moved, _, _ = advanced(Pose(*pose), velocity, velocity_of(command.twist), act.hold, act.limits)
         pose, twist = np.array(moved), command.twist
     load_uncalled()
+
+
+def _ask_of_fast_motions(navigator: "Navigator", pose: np.ndarray) -> None:
+    """Ask the certificates about motions that no star covers: what decides then may not be asked for a long time."""
+    shield = navigator.navigation.shield
+    if not isinstance(shield, Unshielded):
+        return
+    asked = shield.certificates(shield.GetMyContextFromRoot(navigator.context), pose[:2])
+    if asked is not None:
+        certificates, act = asked
+        fast = act.base.saturated(np.full(len(act.base.components), FAST), act.limits)
+        for twist in (fast, -fast):
+            motion = roll_out(pose, twist, twist, act)
+            for each in certificates:
+                each.accepts(motion)
 
 
 def load_uncalled() -> None:

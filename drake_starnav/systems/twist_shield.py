@@ -64,7 +64,7 @@ class Unshielded(LeafSystem):
 
     def _update(self, context: Context, values: DiscreteValues) -> None:
         pose = self._state.Eval(context)[:3]
-        certified_by = self._certificates(context, pose[:2])
+        certified_by = self.certificates(context, pose[:2])
         count = self._stopwatch.count("command")
         desired, begin = self._desired.Eval(context), perf_counter()
         if not math.isfinite(sum(desired.tolist()) + sum(pose.tolist())):
@@ -81,7 +81,7 @@ class Unshielded(LeafSystem):
         twist[:] = driven
         values.get_mutable_value(self._certified)[0] = certified
 
-    def _certificates(self, context: Context, position: np.ndarray) -> tuple[tuple[Certificate, ...], Actuation] | None:
+    def certificates(self, context: Context, position: np.ndarray) -> tuple[tuple[Certificate, ...], Actuation] | None:
         """The certificates that must accept what is driven, and the effect of commands; None: there are none."""
         return None
 
@@ -146,7 +146,7 @@ class TwistShield(Unshielded):
         if obstacles is not None:
             self._tracks = self.DeclareAbstractInputPort("tracks", Value(Tracks()))
 
-    def _certificates(self, context: Context, position: np.ndarray) -> tuple[tuple[Certificate, ...], Actuation] | None:
+    def certificates(self, context: Context, position: np.ndarray) -> tuple[tuple[Certificate, ...], Actuation] | None:
         star, tracked, now = self._certified_region.Eval(context), None, self._footprint.Eval(context)
         shape, margin = now.robot.shape, now.margins.safety
         if now is not self._footprint.own:  # the scan may be from before it changed
