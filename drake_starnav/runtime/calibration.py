@@ -31,12 +31,14 @@ class Observed(NamedTuple):
         scans: of the first lidar, with the time at which each came, s.
         rows: odometry, in order.
         told: commands.
+        took: how long after its time each was sent, s.
     """
 
     scenario: Scenario
     scans: tuple[tuple[float, LaserScan], ...]
     rows: tuple[Odometry, ...]
     told: tuple[Told, ...]
+    took: tuple[float, ...]
 
 
 def observed(log: Log, scenario: Scenario) -> Observed:
@@ -45,7 +47,9 @@ def observed(log: Log, scenario: Scenario) -> Observed:
     rows: list[Odometry] = []
     told: list[Told] = []
     steers = scenario.robot.limits.steers > 0.0
-    for (now, came, odometry, _), command in log.ticks:
+    took: list[float] = []
+    for (now, came, odometry, _), command, sent in log.ticks:
+        took.append(sent)
         scans += [(now, scan) for k, scan in filter(None, came) if k == 0]
         for row in filter(None, odometry):
             if all(map(math.isfinite, row)) and (not rows or row.time > rows[-1].time):
@@ -54,7 +58,7 @@ def observed(log: Log, scenario: Scenario) -> Observed:
         told.append(Told(now, ahead, aside, turning * ahead if steers else turning))
     if len(scans) < ENOUGH or len(rows) < ENOUGH:
         raise StarnavError(f"the log has {len(scans)} scans and {len(rows)} poses; allowed: at least {ENOUGH} of each")
-    return Observed(scenario, tuple(scans), tuple(rows), tuple(told))
+    return Observed(scenario, tuple(scans), tuple(rows), tuple(told), tuple(took))
 
 
 def lidar_of(seen: Observed) -> dict[str, float]:
@@ -138,6 +142,7 @@ def drive_of(seen: Observed) -> dict[str, float]:
     error = max(float(np.quantile(strayed, 0.98)) - SHIPPED, 0.0)
     explained = slip * robot.max_speed * braking
     delay = delay if delay > 1.0 / seen.scenario.controller.rate else 0.0  # a command is reached within its period
+    delay = max(delay, float(np.quantile(seen.took, 0.99)))
     return {"delay": _up(delay), "slip": _up(slip, 0.01), "error": _up(max(error - explained, 0.0), 0.005)}
 
 

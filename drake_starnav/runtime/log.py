@@ -94,8 +94,8 @@ class RunLog:
         for frame, mount in zip(self._frames, navigator.mounts, strict=True):
             self._transform(0, "base_link", frame, mount)
 
-    def note(self, reading: Any, command: Command) -> None:
-        """What came, and what was commanded; `reading` is as of `Navigator.step`."""
+    def note(self, reading: Any, command: Command, took: float = 0.0) -> None:
+        """What came, as of `Navigator.step`, what was commanded, and how long after `now` it was sent, s."""
         now, scans, odometry, goal = reading
         at, came = _nanoseconds(now), []
         for item in scans:
@@ -116,6 +116,7 @@ class RunLog:
             "odometry": rows,
             "goal": _row(goal),
             "twist": command.twist.tolist(),
+            "took": took,
         }
         self._json(TICK, at, tick | {"certified": command.certified, "status": command.status, "why": command.why})
 
@@ -158,10 +159,11 @@ def _number(value: float | None) -> float:
 
 
 class Tick(NamedTuple):
-    """A command of a log, with what `Navigator.step` was called with."""
+    """A command of a log, with what `Navigator.step` was called with, and how long after `now` it was sent, s."""
 
     inputs: tuple[float, list[Any], list[Any], Any]
     command: Command
+    took: float
 
 
 class Log(NamedTuple):
@@ -212,7 +214,7 @@ def _ticks(messages: Iterator[tuple[str, bytes]]) -> Iterator[Tick]:
             goal = None if tick["goal"] is None else tuple(map(_number, tick["goal"]))
             twist = np.array(tick["twist"])
             command = Command(twist, tick["certified"], tick["status"], tick["why"])
-            yield Tick((_number(tick["now"]), scans, rows, goal), command)
+            yield Tick((_number(tick["now"]), scans, rows, goal), command, tick.get("took", 0.0))
         elif topic not in (RUN, TF):
             waiting.append(data)
 

@@ -13,10 +13,13 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
+from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.runtime.navigator import Command, Navigator
 
 ZEROS = 5
 """So often a base that stands is told to, at the end."""
+MANY = 200
+"""Of the last scans the status says how late they are answered."""
 LONGEST_RAMP = 10.0
 """The ramp at the end takes this long at most, s."""
 
@@ -49,6 +52,8 @@ class Driven(NamedTuple):
         late: periods that passed without a command.
         step: p50, p99 and longest time of read, step and drive together, s.
         dropped: why inputs were dropped, and how often.
+        answer: in 99 of 100 cases a scan's stamp was no older than this when the command that follows it was sent, s.
+        declared: `lidar.delay`, `drive.delay` and a control period together, s, which `answer` shall not exceed.
     """
 
     end: str
@@ -56,12 +61,15 @@ class Driven(NamedTuple):
     late: int
     step: tuple[float, float, float]
     dropped: dict[str, int]
+    answer: float = 0.0
+    declared: float = math.inf
 
     def __str__(self) -> str:
         p50, p99, worst = (1e3 * each for each in self.step)
         said = f"{self.end} after {self.ticks} commands, {self.late} periods late; a command takes {p50:.1f} ms "
         said += f"(p99 {p99:.1f}, longest {worst:.1f})"
-        return said + "".join(f"; {count} x {why}" for why, count in self.dropped.items())
+        said += "".join(f"; {count} x {why}" for why, count in self.dropped.items())
+        return said + ("; " + _slow(self.answer, self.declared) if self.answer > self.declared else "")
 
 
 def drive(
@@ -87,6 +95,8 @@ def drive(
     from drake_starnav.runtime.log import RunLog  # late: an extra
 
     period, took, ticks, late = navigator.actuation.hold, [0.0], 0, 0
+    scenario, answers = navigator.scenario, [0.0]
+    declared = scenario.lidar.delay + scenario.drive.delay + period
     noted = None if log is None else RunLog(Path(log), navigator)
     navigator.reset()
     gc.collect()
@@ -98,14 +108,16 @@ def drive(
             for tick in _ticks(begin, period, begin + seconds):
                 late += tick - ticks - 1 if ticks else 0
                 ticks, since = tick, time.perf_counter()
-                reading = robot.read()
+                reading = Reading(*robot.read())
                 command = navigator.step(*reading)
                 robot.drive(command)
                 took.append(time.perf_counter() - since)
+                answers += _ages(reading, took[-1])
                 if noted is not None:
-                    noted.note(reading, command)
+                    noted.note(reading, command, took[-1])
                 if not quiet and len(took) % max(round(0.5 / period), 1) == 0:
-                    _say(command)
+                    answer = float(np.percentile(answers[-MANY:], 99.0))
+                    _say(command, _slow(answer, declared) if answer > declared else "")
                 if stopped.is_set():
                     end = "stopped"
                     break
@@ -118,7 +130,8 @@ def drive(
             noted.close()
         gc.unfreeze()
     p50, p99, worst = np.percentile(took[1:] or [0.0], (50.0, 99.0, 100.0)).tolist()
-    return Driven(end, len(took) - 1, late, (p50, p99, worst), dict(navigator.intake.dropped))
+    answer = float(np.percentile(answers, 99.0))
+    return Driven(end, len(took) - 1, late, (p50, p99, worst), dict(navigator.intake.dropped), answer, declared)
 
 
 def _ticks(begin: float, period: float, end: float) -> Iterator[int]:
@@ -166,8 +179,23 @@ def _signals() -> Iterator[threading.Event]:
             signal.signal(each, handler)
 
 
-def _say(command: Command) -> None:
+def _ages(reading: Reading, took: float) -> list[float]:
+    """How old the scans that came were when the command was sent, s, whatever else came."""
+    came = reading.scans if isinstance(reading.scans, (list, tuple)) else ()
+    scans = (each[-1] if isinstance(each, tuple) and each else each for each in came)
+    ages = [reading.now + took - scan.time for scan in scans if isinstance(scan, LaserScan)]
+    return [age for age in ages if math.isfinite(age)]
+
+
+def _slow(answer: float, declared: float) -> str:
+    return (
+        f"warning: a command follows its scan after {1e3 * answer:.0f} ms; declared are {1e3 * declared:.0f} ms, with "
+        "lidar.delay and drive.delay"
+    )
+
+
+def _say(command: Command, warning: str) -> None:
     """Status on one line."""
     twist = ", ".join(f"{each:+.2f}" for each in command.twist)
-    line = f"{command.status}  {twist}  {command.why}"
+    line = f"{command.status}  {twist}  {command.why or warning}"
     print(f"\r{line[:118]:<118}", end="", file=sys.stderr, flush=True)

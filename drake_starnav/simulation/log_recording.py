@@ -151,7 +151,7 @@ def record_log(
     diagram = builder.Build()
     recorder.start()
     simulator, begin, command = Simulator(diagram), math.nan, None
-    for inputs, _ in ticks:
+    for inputs, *_ in ticks:
         command = navigator.step(*inputs)
         begin = inputs[0] if math.isnan(begin) else begin
         drawn.note()

@@ -42,7 +42,7 @@ class Flawed(BareRobot):
         super().drive(Command(self.pending.pop(0), True, "driving", ""))
 
 
-def logged(tmp_path, text="", seconds=14.0, **flaws):
+def logged(tmp_path, text="", seconds=14.0, took=0.0, **flaws):
     """The log of a robot that stands, drives a curve there and back, and stands."""
     scenario = parse_scenario(text or "{}", name="robot")
     navigator, robot = Navigator(scenario, warm=False), Flawed(scenario, **flaws)
@@ -51,7 +51,7 @@ def logged(tmp_path, text="", seconds=14.0, **flaws):
         reading, t = robot.read(), robot.time
         v = 0.0 if t < 1.5 or t > seconds - 1.5 else 0.5 * math.sin(1.1 * (t - 1.5))
         command = Command(np.array((v, 1.2 * v)), True, "driving", "")
-        log.note(reading, command)
+        log.note(reading, command, took)
         robot.drive(command)
     log.close()
     read = read_log(tmp_path / "run.mcap")
@@ -71,6 +71,10 @@ def test_a_good_robot_needs_no_faults_declared(tmp_path) -> None:
 @pytest.mark.parametrize("late", [0, 3, 10])
 def test_the_delay_of_commands(tmp_path, late) -> None:
     assert drive_of(observed(*logged(tmp_path, late=late)))["delay"] == pytest.approx(0.02 * late, abs=0.0101)
+
+
+def test_the_time_that_commands_take_to_be_sent(tmp_path) -> None:
+    assert drive_of(observed(*logged(tmp_path, took=0.03)))["delay"] == pytest.approx(0.03)
 
 
 @pytest.mark.parametrize("slip", [0.05, 0.15])

@@ -4,12 +4,13 @@ import os
 import signal
 import threading
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from drake_starnav import load_scenario
-from drake_starnav.runtime import Navigator, drive
+from drake_starnav.runtime import Driven, Navigator, drive
 from tests.helpers.bare_robot import BareRobot
 
 FOREST = load_scenario("forest")
@@ -100,6 +101,20 @@ def test_late_commands_are_counted_and_do_not_delay_others(navigator) -> None:
     assert driven.late >= 3 and driven.step[2] > 0.09
     assert abs(driven.ticks + driven.late - 50) <= 2
     assert base.closed
+
+
+def test_commands_that_follow_their_scans_later_than_declared_are_said(navigator, capsys) -> None:
+    class Slow(Base):
+        def read(self):
+            reading = super().read()
+            return reading._replace(scans=[replace(scan, time=scan.time - 0.06) for scan in reading.scans])
+
+    assert navigator.scenario.lidar.delay == navigator.scenario.drive.delay == 0.0
+    said = "warning: a command follows its scan after"
+    assert said not in str(Driven("over", 30, 0, (0.0, 0.0, 0.0), {}, answer=0.02, declared=0.02))
+    driven = drive(navigator, Slow(), seconds=0.6, quiet=False)
+    assert driven.answer > 0.06 and f"{said} {1e3 * driven.answer:.0f} ms; declared are 20 ms" in str(driven)
+    assert said in capsys.readouterr().err
 
 
 def test_it_ends_at_the_goal_on_request(navigator) -> None:
