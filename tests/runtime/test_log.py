@@ -3,39 +3,71 @@
 import math
 import subprocess
 import sys
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 import pytest
 
 from drake_starnav import load_scenario, parse_scenario
+from drake_starnav.geometry.se2 import composed, now_in
 from drake_starnav.runtime import Navigator, read_log, replay
 from drake_starnav.runtime.log import RunLog, scan_message, scan_of
 from drake_starnav.runtime.loop import Reading
+from drake_starnav.worlds.view import visible_shapes
 from drake_starnav.worlds.world import World
 from tests.helpers.bare_robot import BareRobot, TwoEyes
 
 pytest.importorskip("mcap")
 FOREST = load_scenario("forest")
 POSTS = World("posts", (0.0, 0.0, 0.0), (6.0, 0.0), cylinders=np.array([(1.5, 0.3, 0.25), (3.0, -0.6, 0.3)]))
+POLYGON = "robot: {footprint: [[-0.2, -0.15], [0.3, -0.15], [0.3, 0.15], [-0.2, 0.15]]}\n"
+TWO = "lidar: {rate: 10}\nlidars: [{}, {}]\nrobot: {max_speed: 0.5}\n"
+DRIFT, MOVERS = "localization: {drift: 0.02}\n", "obstacles: {max_speed: 0.5}\n"
 RUNS = {
     "static": ("", ""),
-    "drift": ("localization: {drift: 0.02}", ""),
-    "movers": ("obstacles: {max_speed: 0.5}", ""),
-    "polygon": ("robot: {footprint: [[-0.2, -0.15], [0.3, -0.15], [0.3, 0.15], [-0.2, 0.15]]}", ""),
+    "drift": (DRIFT, "drift"),
+    "movers": (MOVERS, "movers"),
+    "movers and drift": (MOVERS + DRIFT, "drift movers"),
+    "polygon": (POLYGON, ""),
+    "polygon and drift": (POLYGON + DRIFT, "drift"),
     "car": ("robot: {base: car, model: carbot}", ""),
     "omnidirectional": ("robot: {base: omnidirectional, model: omnibot}", ""),
-    "two lidars": ("lidar: {rate: 10}\nlidars: [{}, {}]\nrobot: {max_speed: 0.5}", ""),
+    "two lidars": (TWO, ""),
+    "two lidars and drift": (TWO + DRIFT, "drift"),
     "faults": ("", "faults"),
 }
+"""Scenario, and what happens."""
+DRIFTS = 0.008
+"""The odometry turns by this along its way, rad/m, and measures it too long by this share."""
+
+
+class Drifted(NamedTuple):
+    """Odometry that errs: where it is, and where the robot was then."""
+
+    believed: np.ndarray
+    true: np.ndarray
+
+    def after(self, true) -> "Drifted":
+        ahead, aside, turned = now_in(self.true, true)
+        step = (1.0 + DRIFTS) * ahead, (1.0 + DRIFTS) * aside, turned + DRIFTS * math.hypot(ahead, aside)
+        return Drifted(np.array(composed(self.believed, step)), true.copy())
 
 
 def logged(path, scenario, kind="", seconds=3.0):
     """Write the log of a run; returns its robot."""
     kind_of_robot, mounts = (TwoEyes, TwoEyes.MOUNTS) if len(scenario.all_lidars) == 2 else (BareRobot, None)
     navigator, robot = Navigator(scenario, mounts=mounts, warm=False), kind_of_robot(scenario, POSTS)
-    log, chance = RunLog(path, navigator), np.random.default_rng(0)
+    log, chance, drifted = RunLog(path, navigator), np.random.default_rng(0), Drifted(robot.pose, robot.pose)
     while robot.time < seconds:
+        if "movers" in kind:
+            ball = (4.5, 1.5 - 0.3 * robot.time, 0.2)
+            robot.shapes = visible_shapes(replace(POSTS, cylinders=np.vstack((POSTS.cylinders, ball))))
         reading = robot.read()
+        if "drift" in kind:
+            drifted = drifted.after(robot.pose)
+            x, y, yaw = drifted.believed.tolist()
+            reading = reading._replace(odometry=[reading.odometry[0]._replace(x=x, y=y, yaw=yaw)])
         if kind == "faults" and robot.time > 1.0:
             odometry = [reading.odometry[0]._replace(x=math.nan), None, reading.odometry[0]]
             scans = [*reading.scans, *reading.scans, None]
@@ -44,18 +76,23 @@ def logged(path, scenario, kind="", seconds=3.0):
         command = navigator.step(*reading)
         log.note(reading, command)
         robot.drive(command)
+        if command.status == "reached" and robot.stands:
+            break
     log.close()
     return robot
 
 
+@pytest.mark.parametrize("seconds", [3.0, pytest.param(30.0, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("kind", RUNS)
-def test_every_command_is_repeated(tmp_path, kind) -> None:
-    text, faults = RUNS[kind]
+def test_every_command_is_repeated(tmp_path, kind, seconds) -> None:
+    text, happens = RUNS[kind]
     scenario = parse_scenario(text or "{}", name=kind)
-    robot = logged(tmp_path / "run.mcap", scenario, faults)
-    assert robot.way > 0.5
+    robot = logged(tmp_path / "run.mcap", scenario, happens, seconds)
+    whole = seconds > 3.0 and happens != "faults"
+    assert robot.way > (5.0 if whole else 0.5) and (robot.clearance > 0.0 or "movers" in happens)
     replayed = replay(tmp_path / "run.mcap")
-    assert replayed.ticks == 150 and replayed.differs is None, str(replayed)
+    assert replayed.ticks == robot.ticks and replayed.differs is None, str(replayed)
+    print(f"{kind}: {replayed}")
 
 
 def test_the_first_that_differs_is_named(tmp_path) -> None:
