@@ -22,7 +22,8 @@ from tests.helpers.mujoco_robot import EPOCH, MujocoRobot  # noqa: E402
 
 pytestmark = pytest.mark.slow
 FOREST = load_scenario("forest")
-SPEED, BRAKING = FOREST.robot.max_speed, 0.5 * FOREST.robot.max_speed**2 / FOREST.robot.max_acceleration
+WAY, LONGER_WAY = 0.45, 0.6
+"""It drives on by less than this, and by less where it may take longer to be noticed, m."""
 WORLDS = range(20)
 
 
@@ -44,7 +45,7 @@ def test_what_goes_wrong_stops_the_robot(forest, seed) -> None:
         print(f"{seed:3} {kind:24} {speed:.2f} m/s, then {drove:.2f} m; {commands[-1].why}")
         assert stood and robot.stands and not robot.touched, kind
         assert commands[-1].status == "standing" and commands[-1].why, kind
-        assert drove < BRAKING + SPEED * (within - 0.8 + 0.05), kind
+        assert drove < (LONGER_WAY if kind in SLOWER else WAY), kind
 
 
 @pytest.mark.parametrize("seed", WORLDS)
