@@ -1,8 +1,8 @@
 """A run as an MCAP file: what came in, in order, and what was commanded; and its replay, bit for bit.
 
-Foxglove and Lichtblick show it: `/scan` (and `/scan_2`, ...) as `sensor_msgs/msg/LaserScan`, `/tf`, and
-`/starnav/tick`, one message a command with the time, odometry, goal, twist, status and reason. `/starnav/run` holds
-scenario and mounts.
+Foxglove and Lichtblick show it: `/scan` (and `/scan_2`, ...) as `sensor_msgs/msg/LaserScan`, `/tf`, path and regions as
+`/starnav/plan`, and `/starnav/tick`, one message a command with the time, odometry, goal, twist, status and reason.
+`/starnav/run` holds scenario and mounts.
 """
 
 import json
@@ -25,7 +25,17 @@ from drake_starnav.runtime.navigator import Command, Navigator
 from drake_starnav.scenario.scenario_file import scenario_text
 from drake_starnav.systems.star_perception import lidar_names
 
-RUN, TICK, TF = "/starnav/run", "/starnav/tick", "/tf"
+RUN, TICK, TF, PLAN = "/starnav/run", "/starnav/tick", "/tf", "/starnav/plan"
+SCHEMAS = {RUN: "starnav.Run", TICK: "starnav.Tick", TF: "foxglove.FrameTransform", PLAN: "foxglove.SceneUpdate"}
+SHOWN = 0.5
+"""Between two messages with the plan, s."""
+MOST, EACH = 20, 8
+"""So many regions are shown, of each every eighth sample."""
+STRIP, LOOP = 0, 1
+"""Types of lines."""
+PATH_COLOR, REGION_COLOR = (
+    dict(zip("rgba", each, strict=True)) for each in ((0.8, 0.3, 0.0, 1.0), (0.0, 0.6, 0.0, 0.5))
+)
 SCAN_NUMBERS = ("angle_min", "angle_max", "angle_increment", "time_increment", "scan_time", "range_min", "range_max")
 """Fields of the message in their order; `angle_max` follows from the others."""
 RULE = f"\n{80 * '='}\n"
@@ -77,6 +87,7 @@ class RunLog:
     def __init__(self, path: Path, navigator: Navigator) -> None:
         """Raises a `StarnavError` without the extra `mcap`, and an `OSError` where the file cannot be written."""
         mcap = _mcap()
+        self._navigator, self._shown = navigator, -math.inf
         self._file = path.open("wb")
         self._writer = writer = mcap.writer.Writer(self._file, chunk_size=CHUNK)
         writer.start(profile="ros2", library="drake_starnav")
@@ -85,7 +96,7 @@ class RunLog:
         self._frames = lidar_names("lidar", count)
         self._scans = [writer.register_channel(f"/{name}", "cdr", scan) for name in lidar_names("scan", count)]
         self._channels = {}
-        for topic, schema in ((RUN, "starnav.Run"), (TICK, "starnav.Tick"), (TF, "foxglove.FrameTransform")):
+        for topic, schema in SCHEMAS.items():
             number = writer.register_schema(schema, "jsonschema", b'{"type": "object"}')
             self._channels[topic] = writer.register_channel(topic, "json", number)
         text = scenario_text(navigator.scenario)
@@ -119,15 +130,24 @@ class RunLog:
             "took": took,
         }
         self._json(TICK, at, tick | {"certified": command.certified, "status": command.status, "why": command.why})
+        if not abs(now - self._shown) < SHOWN:
+            self._shown = now
+            self._show(at)
+
+    def _show(self, at: int) -> None:
+        path, outlines = planned(self._navigator)
+        lines = [_line(LOOP, each, REGION_COLOR) for each in outlines] + [_line(STRIP, path, PATH_COLOR)]
+        entity = {"timestamp": _stamp(at), "frame_id": "odom", "id": "plan", "lines": lines}
+        self._json(PLAN, at, {"entities": [entity], "deletions": []})
 
     def _transform(self, at: int, parent: str, child: str, mount: Mount) -> None:
-        half, seconds = 0.5 * mount.yaw, divmod(at, 10**9)
+        half = 0.5 * mount.yaw
         turn = {"x": 0.0, "y": 0.0, "z": math.sin(half), "w": math.cos(half)}
         if mount.upside_down:  # half a turn about x, then the yaw
             turn = {"x": math.cos(half), "y": math.sin(half), "z": 0.0, "w": 0.0}
         place = {"x": mount.x, "y": mount.y, "z": 0.0}
         frames = {"parent_frame_id": parent, "child_frame_id": child, "translation": place, "rotation": turn}
-        self._json(TF, at, {"timestamp": dict(zip(("sec", "nsec"), seconds, strict=True)), **frames})
+        self._json(TF, at, {"timestamp": _stamp(at), **frames})
 
     def _json(self, topic: str, at: int, value: dict[str, Any]) -> None:
         self._writer.add_message(self._channels[topic], at, json.dumps(value).encode(), at)
@@ -136,6 +156,28 @@ class RunLog:
         """Complete the file; without it all but the end can be read."""
         self._writer.finish()
         self._file.close()
+
+
+def planned(navigator: Navigator) -> tuple[np.ndarray, list[np.ndarray]]:
+    """The path (n, 2) from the robot on, and the outlines (m, 2) of the newest regions, m; both may be empty."""
+    port, rows = navigator.navigation.planned("guidance"), navigator.intake.rows
+    if port is None or not rows:
+        return np.zeros((0, 2)), []
+    guidance, outlines = navigator.value(port), []
+    for center, bearing, values in list(zip(*guidance.regions[:3], strict=True))[-MOST:]:
+        angles = bearing + 2.0 * math.pi * np.arange(0, len(values), EACH) / len(values)
+        outlines.append(center + values[::EACH, None] * np.column_stack((np.cos(angles), np.sin(angles))))
+    return np.vstack((rows[-1][1:3], np.reshape(guidance.path, (-1, 2)))), outlines
+
+
+def _line(kind: int, places: np.ndarray, color: dict[str, float]) -> dict[str, Any]:
+    points = [{"x": x, "y": y, "z": 0.0} for x, y in np.round(places, 3).tolist()]
+    pose = {"position": {"x": 0.0, "y": 0.0, "z": 0.0}, "orientation": {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}}
+    return {"type": kind, "pose": pose, "thickness": 0.02, "points": points, "color": color}
+
+
+def _stamp(at: int) -> dict[str, int]:
+    return dict(zip(("sec", "nsec"), divmod(at, 10**9), strict=True))
 
 
 def _nanoseconds(time: float) -> int:
@@ -215,7 +257,7 @@ def _ticks(messages: Iterator[tuple[str, bytes]]) -> Iterator[Tick]:
             twist = np.array(tick["twist"])
             command = Command(twist, tick["certified"], tick["status"], tick["why"])
             yield Tick((_number(tick["now"]), scans, rows, goal), command, tick.get("took", 0.0))
-        elif topic not in (RUN, TF):
+        elif topic not in SCHEMAS:
             waiting.append(data)
 
 

@@ -104,6 +104,7 @@ def drive(
     end, command = "over", None
     try:
         with _signals() as stopped:
+            robot.read()  # what waited while the navigator was built is old
             begin = time.monotonic()
             for tick in _ticks(begin, period, begin + seconds):
                 late += tick - ticks - 1 if ticks else 0
@@ -188,10 +189,8 @@ def _ages(reading: Reading, took: float) -> list[float]:
 
 
 def _slow(answer: float, declared: float) -> str:
-    return (
-        f"warning: a command follows its scan after {1e3 * answer:.0f} ms; declared are {1e3 * declared:.0f} ms, with "
-        "lidar.delay and drive.delay"
-    )
+    allowed = f"lidar.delay, drive.delay and a period allow {1e3 * declared:.0f} ms"
+    return f"warning: {1e3 * answer:.0f} ms from scan to command; {allowed}"
 
 
 def _say(command: Command, warning: str) -> None:

@@ -15,6 +15,7 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import Mount
 from drake_starnav.runtime.intake import CLOCK, Odometry
+from drake_starnav.runtime.log import SHOWN, planned
 from drake_starnav.runtime.loop import Reading
 from drake_starnav.runtime.navigator import Command, Navigator
 from drake_starnav.runtime.ros2_base import STAMPED, TWIST, header, middleware
@@ -28,12 +29,12 @@ SCAN, ODOMETRY, TRANSFORMS, POSE = (
 PATH, MARKERS = "nav_msgs/Path", "visualization_msgs/MarkerArray"
 DEPTH = {SCAN: 10, ODOMETRY: 100, TRANSFORMS: 100, POSE: 1}
 """So many messages wait."""
-POLL, SHOWN = 0.05, 0.5
-"""Between two looks at what is there, and between two pictures, s."""
+POLL = 0.05
+"""Between two looks at what is there, s."""
 OLDEST = 1.0
 """A first stamp that is older than this is of another clock, s."""
-LINE_LIST, MOST, EACH = 5, 20, 8
-"""Type of the marker; so many regions are shown, of each every eighth sample."""
+LINE_LIST = 5
+"""Type of the marker."""
 
 
 @dataclass
@@ -207,20 +208,17 @@ class Ros2:
             self._show(self.navigator)
 
     def _show(self, navigator: Navigator) -> None:
-        port = navigator.navigation.planned("guidance")
         (plan, send), (markers, mark) = self._plan, self._markers
-        if port is None or not (self._ros.endpoints(plan, False) or self._ros.endpoints(markers, False)):
+        if not (self._ros.endpoints(plan, False) or self._ros.endpoints(markers, False)):
             return
-        make, guidance = self._ros.types, navigator.value(port)
+        path, outlines = planned(navigator)
+        make = self._ros.types
         head = header(make, time.time(), self._frame)
-        places = [make.Pose(position=each) for each in self._points(guidance.path)]
+        places = [make.Pose(position=each) for each in self._points(path)]
         send(make.Path(header=head, poses=[make.PoseStamped(header=head, pose=each) for each in places]))
-        lines = []
-        for center, bearing, values in list(zip(*guidance.regions[:3], strict=True))[-MOST:]:
-            angles = bearing + 2.0 * math.pi * np.arange(len(values) + 1)[::EACH] / len(values)
-            reach = np.append(values, values[:1])[::EACH]
-            outline = center + reach[:, None] * np.column_stack((np.cos(angles), np.sin(angles)))
-            lines += self._points(np.repeat(outline, 2, axis=0)[1:-1])
+        lines = [
+            each for outline in outlines for each in self._points(np.roll(np.repeat(outline, 2, axis=0), -1, axis=0))
+        ]
         look = {"scale": make.Vector3(x=0.02), "color": make.ColorRGBA(g=0.6, a=1.0), "points": lines}
         mark(make.MarkerArray(markers=[make.Marker(header=head, ns="regions", type=LINE_LIST, **look)]))
 

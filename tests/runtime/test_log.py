@@ -1,5 +1,6 @@
 """A log repeats a run to the bit."""
 
+import json
 import math
 import subprocess
 import sys
@@ -126,6 +127,21 @@ def test_another_process_repeats_it(tmp_path) -> None:
     code = f"from drake_starnav.runtime import replay; print(replay({str(path)!r}))"
     out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=300, check=True)
     assert out.stdout.strip() == "all 100 commands are equal to the bit"
+
+
+def test_it_shows_path_and_regions(tmp_path) -> None:
+    reader = pytest.importorskip("mcap.reader")
+    robot = logged(tmp_path / "run.mcap", FOREST, seconds=2.0)
+    with (tmp_path / "run.mcap").open("rb") as file:
+        found = reader.make_reader(file).iter_messages(topics=["/starnav/plan"])
+        scenes = [(schema.name, json.loads(message.data)) for schema, _, message in found]
+    assert len(scenes) == 4 and {name for name, _ in scenes} == {"foxglove.SceneUpdate"}
+    *outlines, path = scenes[-1][1]["entities"][0]["lines"]
+    places = np.array([[each["x"], each["y"]] for each in path["points"]])
+    assert len(places) > 1 and math.dist(places[0], robot.pose[:2]) < 0.4 and places[-1][0] > robot.pose[0]
+    polygons = [np.array([(each["x"], each["y"]) for each in outline["points"]]) for outline in outlines]
+    assert polygons and any(np.linalg.norm(each - robot.pose[:2], axis=1).min() < 3.0 for each in polygons)
+    assert all(len(each) > 10 and outline["type"] == 1 for each, outline in zip(polygons, outlines, strict=True))
 
 
 def test_messages_are_ros_s(tmp_path) -> None:

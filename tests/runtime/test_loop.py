@@ -110,11 +110,23 @@ def test_commands_that_follow_their_scans_later_than_declared_are_said(navigator
             return reading._replace(scans=[replace(scan, time=scan.time - 0.06) for scan in reading.scans])
 
     assert navigator.scenario.lidar.delay == navigator.scenario.drive.delay == 0.0
-    said = "warning: a command follows its scan after"
+    said = "ms from scan to command; lidar.delay, drive.delay and a period allow 20 ms"
     assert said not in str(Driven("over", 30, 0, (0.0, 0.0, 0.0), {}, answer=0.02, declared=0.02))
     driven = drive(navigator, Slow(), seconds=0.6, quiet=False)
-    assert driven.answer > 0.06 and f"{said} {1e3 * driven.answer:.0f} ms; declared are 20 ms" in str(driven)
+    assert driven.answer > 0.06 and f"warning: {1e3 * driven.answer:.0f} {said}" in str(driven)
     assert said in capsys.readouterr().err
+
+
+def test_what_waited_before_the_drive_is_not_driven_by(navigator) -> None:
+    class Waiting(Base):
+        scanned = 0
+
+        def read(self):
+            reading, self.scanned = super().read(), self.scanned + 1
+            late = 5.0 if self.scanned == 1 else 0.0
+            return reading._replace(scans=[replace(scan, time=scan.time - late) for scan in reading.scans])
+
+    assert drive(navigator, Waiting(), seconds=0.6).answer < 4.0
 
 
 def test_it_ends_at_the_goal_on_request(navigator) -> None:
