@@ -6,11 +6,10 @@ import numpy as np
 
 from drake_starnav.planning.manoeuvre import reached
 from drake_starnav.robot import Base, Limits
+from drake_starnav.robot.limits import stopping
 
 SLOW_SHARE, SLOW_SPEED = 0.6, 0.1
 """Of a manoeuvre: share of the largest speed, at most of 0.8 m/s, and what is added to it, m/s."""
-APPROACH_GAIN, CREEP = 2.0, 0.05
-"""Speed for each metre that is left to a pose at which the gear changes, 1/s; and what remains of it, m/s."""
 
 
 def followed_manoeuvre(
@@ -30,7 +29,7 @@ def followed_manoeuvre(
     ahead, aside = cosine * dx + sine * dy, cosine * dy - sine * dx
     speed = SLOW_SHARE * min(limits.max_speed, 0.8) + SLOW_SPEED
     if k + 1 == len(poses) or poses[k + 1, 3] != gear:
-        speed = min(speed, APPROACH_GAIN * math.hypot(ahead, aside if base.holonomic else 0.0) + CREEP)
-    twist = base.pursued(ahead, aside, math.remainder(yaw - pose[2], 2.0 * math.pi), gear, speed)
+        speed = min(speed, stopping(math.hypot(ahead, aside if base.holonomic else 0.0), limits.max_acceleration))
+    twist = base.pursued(ahead, aside, math.remainder(yaw - pose[2], 2.0 * math.pi), gear, speed, limits)
     direction = np.array((dx, dy)) if base.holonomic else math.copysign(1.0, twist[0]) * np.array((cosine, sine))
     return base.saturated(twist, limits), direction / max(math.hypot(*direction), 1e-9)

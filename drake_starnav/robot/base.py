@@ -59,7 +59,9 @@ class Base(Protocol):
     def proposals(self, desired: np.ndarray, limits: Limits) -> Iterable[np.ndarray]:
         """Twists to try for a desired one, the best first: itself."""
 
-    def pursued(self, ahead: float, aside: float, turn: float, gear: float, speed: float) -> np.ndarray:
+    def pursued(
+        self, ahead: float, aside: float, turn: float, gear: float, speed: float, limits: Limits
+    ) -> np.ndarray:
         """The twist towards a pose of a manoeuvre.
 
         Args:
@@ -67,6 +69,7 @@ class Base(Protocol):
             turn: by how much it is turned against the robot, rad.
             gear: in which it is to be reached, as in `moves`.
             speed: at which, m/s.
+            limits: of the robot; its turns on the spot end at rest.
         """
 
 

@@ -6,12 +6,10 @@ from collections.abc import Iterable
 import numpy as np
 
 from drake_starnav.robot.base import MOVE, SHARES, straight_and_curved
-from drake_starnav.robot.limits import Limits, limited
+from drake_starnav.robot.limits import Limits, limited, stopping
 
 TURN, TURN_COST = math.radians(15.0), 0.09
 """Of the manoeuvres: a turn on the spot or of a curve, rad, and the cost of the former, m."""
-TURN_GAIN, TURN_RATE = 4.0, 1.5
-"""Of turns on the spot: rate for each radian that is left, 1/s, and the largest, rad/s."""
 
 
 class Differential:
@@ -36,7 +34,9 @@ class Differential:
         yield desired
         yield from (share * desired for share in SHARES[1:])
 
-    def pursued(self, ahead: float, aside: float, turn: float, gear: float, speed: float) -> np.ndarray:
+    def pursued(
+        self, ahead: float, aside: float, turn: float, gear: float, speed: float, limits: Limits
+    ) -> np.ndarray:
         if gear == 0.0:
-            return np.array((0.0, limited(TURN_GAIN * turn, TURN_RATE)))
+            return np.array((0.0, math.copysign(stopping(abs(turn), limits.max_yaw_acceleration), turn)))
         return np.array((gear * speed, 2.5 * turn + gear * 3.0 * aside))

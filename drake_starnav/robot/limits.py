@@ -9,6 +9,8 @@ from drake_starnav.geometry.compiled import leaf
 
 HEADING_GAIN = 4.0
 """Turning rate per heading error, 1/s."""
+STOPPING_GAIN = 8.0
+"""Speed towards where a robot is to stop, for what is left, 1/s, as long as that asks for no more than it can brake."""
 LEAST_SHARE = 0.3
 """Of its speed, with which a car drives towards what lies aside or behind."""
 
@@ -53,6 +55,16 @@ def turning_twist(heading, speed, limits):
     v = speed * max(math.cos(heading), 0.0) ** 3.0
     stopping = math.sqrt(2.0 * limits.max_yaw_acceleration * abs(heading))
     return v, limited(HEADING_GAIN * heading, min(limits.max_yaw_rate, stopping))
+
+
+@leaf
+def stopping(left, braking):
+    """The speed with which what is left ends at rest: m/s and m, braking by m/s^2, or by angles, rad.
+
+    In proportion at the end, without a jump of the deceleration, and never more than `braking`.
+    """
+    soft = braking / STOPPING_GAIN**2
+    return STOPPING_GAIN * left if left < soft else math.sqrt(2.0 * braking * (left - 0.5 * soft))
 
 
 @leaf

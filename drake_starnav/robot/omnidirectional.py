@@ -6,8 +6,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from drake_starnav.robot.base import MOVE
-from drake_starnav.robot.differential import TURN, TURN_COST, TURN_GAIN, TURN_RATE
-from drake_starnav.robot.limits import Limits, limited
+from drake_starnav.robot.differential import TURN, TURN_COST
+from drake_starnav.robot.limits import Limits, limited, stopping
 
 ASIDE = (0.0, 0.35, -0.35, 0.7, -0.7, 1.2, -1.2)
 """Directions that are tried beside the desired one, rad."""
@@ -46,8 +46,10 @@ class Omnidirectional:
                 yield np.array((share * ahead, share * aside, 0.0 * omega))
         yield np.array((0.0, 0.0, omega))
 
-    def pursued(self, ahead: float, aside: float, turn: float, gear: float, speed: float) -> np.ndarray:
-        omega = limited(TURN_GAIN * turn, TURN_RATE)
+    def pursued(
+        self, ahead: float, aside: float, turn: float, gear: float, speed: float, limits: Limits
+    ) -> np.ndarray:
+        omega = math.copysign(stopping(abs(turn), limits.max_yaw_acceleration), turn)
         if gear == 0.0:
             return np.array((2.0 * ahead, 2.0 * aside, omega))
         away = max(math.hypot(ahead, aside), 1e-6)
