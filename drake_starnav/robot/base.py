@@ -59,9 +59,7 @@ class Base(Protocol):
     def proposals(self, desired: np.ndarray, limits: Limits) -> Iterable[np.ndarray]:
         """Twists to try for a desired one, the best first: itself."""
 
-    def pursued(
-        self, ahead: float, aside: float, turn: float, gear: float, speed: float, limits: Limits
-    ) -> np.ndarray:
+    def pursued(self, ahead: float, aside: float, turn: float, gear: float, speed: float, limits: Limits) -> np.ndarray:
         """The twist towards a pose of a manoeuvre.
 
         Args:

@@ -34,9 +34,7 @@ class Car(Differential):
         rows = [(share * v, other) for share in SHARES[:6, 0] for other in steered]
         return np.array([*rows, (0.0, bend)])
 
-    def pursued(
-        self, ahead: float, aside: float, turn: float, gear: float, speed: float, limits: Limits
-    ) -> np.ndarray:
+    def pursued(self, ahead: float, aside: float, turn: float, gear: float, speed: float, limits: Limits) -> np.ndarray:
         """It cannot turn on the spot."""
         away = max(abs(ahead), 0.08)
         return np.array((gear * speed, gear * turn / away + 2.0 * aside + gear * turn))

@@ -34,9 +34,7 @@ class Differential:
         yield desired
         yield from (share * desired for share in SHARES[1:])
 
-    def pursued(
-        self, ahead: float, aside: float, turn: float, gear: float, speed: float, limits: Limits
-    ) -> np.ndarray:
+    def pursued(self, ahead: float, aside: float, turn: float, gear: float, speed: float, limits: Limits) -> np.ndarray:
         if gear == 0.0:
             return np.array((0.0, math.copysign(stopping(abs(turn), limits.max_yaw_acceleration), turn)))
         return np.array((gear * speed, 2.5 * turn + gear * 3.0 * aside))

@@ -46,9 +46,7 @@ class Omnidirectional:
                 yield np.array((share * ahead, share * aside, 0.0 * omega))
         yield np.array((0.0, 0.0, omega))
 
-    def pursued(
-        self, ahead: float, aside: float, turn: float, gear: float, speed: float, limits: Limits
-    ) -> np.ndarray:
+    def pursued(self, ahead: float, aside: float, turn: float, gear: float, speed: float, limits: Limits) -> np.ndarray:
         omega = math.copysign(stopping(abs(turn), limits.max_yaw_acceleration), turn)
         if gear == 0.0:
             return np.array((2.0 * ahead, 2.0 * aside, omega))

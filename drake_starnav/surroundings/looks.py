@@ -4,6 +4,7 @@ In a static world a place is free if any look saw it. Else an obstacle stood the
 on it. What no look has seen is unknown.
 """
 
+import dataclasses
 import math
 from functools import cached_property
 from typing import NamedTuple
@@ -18,7 +19,7 @@ from drake_starnav.surroundings.chords import BINS, ROUNDING, Chords, hides, pro
 from drake_starnav.utils.snapshot import snapshot
 
 KEPT_EVERY, KEPT_TURN, MOST_LOOKS = 0.125, 0.1, 32
-"""Looks are kept that are so many radii of the robot apart, or turned by so much, rad; the last so many."""
+"""Looks are kept that are so many radii of the robot apart, or turned by so much, rad; at most so many."""
 AROUND = 1.5
 """What a look sees within a wider angle may lie around its lidar, rad."""
 FINEST, MOST_ASKED, DEPTH = 0.004, 8000, 24
@@ -36,6 +37,7 @@ class Look:
         beams: of this lidar.
         place: (x, y, yaw) of the frame of the beams.
         reach: farther places count as not seen.
+        inside: radius of a disc about the lidar that the robot covered then, so that nothing else stood there, m.
     """
 
     hits: np.ndarray
@@ -43,6 +45,7 @@ class Look:
     beams: Beams
     place: tuple[float, float, float]
     reach: float
+    inside: float = 0.0
 
     @staticmethod
     def none() -> "Look":
@@ -61,11 +64,11 @@ class Look:
     @cached_property
     def free(self) -> np.ndarray:
         """How far it saw on all bearings of each bin, from its yaw on, shape (BINS,)."""
-        return profile(self.chords.ends, self.place, self.reach)
+        return np.maximum(profile(self.chords.ends, self.place, self.reach), self.inside)
 
     def moved(self, frame: np.ndarray) -> "Look":
         """The same look in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""
-        return Look(placed(frame, self.hits), self.own, self.beams, _moved(self.place, frame), self.reach)
+        return dataclasses.replace(self, hits=placed(frame, self.hits), place=_moved(self.place, frame))
 
 
 @snapshot
@@ -177,10 +180,20 @@ def remembered(
         and each.time >= begin
         and math.hypot(each.place[0] - x, each.place[1] - y) < kept.reach
     ]
-    most = MOST_LOOKS * max(count, 1)
-    if len(lasting) > most:
-        lasting[most:] = [each for each in lasting[most:] if isinstance(each.look, Start)]
-    return tuple(lasting)
+    begun = lasting[-1:] if lasting and isinstance(lasting[-1].look, Start) else []
+    lasting = lasting[: len(lasting) - len(begun)]
+    while len(lasting) > MOST_LOOKS * max(count, 1):
+        del lasting[count + _superfluous(lasting[count:], kept.apart)]
+    return (*lasting, *begun)
+
+
+def _superfluous(looks: list[Known], apart: float) -> int:
+    """Index of the older of the two looks that differ least; a radian counts as much as the distance `apart`, m."""
+    x, y, yaw = np.array([each.place for each in looks]).T
+    turned = yaw[:, None] - yaw
+    differ = np.hypot(x[:, None] - x, y[:, None] - y) / apart + np.abs(turned - TURN * np.rint(turned / TURN))
+    differ[np.tril_indices(len(looks))] = np.inf
+    return int(differ.argmin()) % len(looks)
 
 
 def _moved(place: tuple[float, float, float], frame: np.ndarray) -> tuple[float, float, float]:

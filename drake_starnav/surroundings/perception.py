@@ -217,7 +217,7 @@ def perceive(
         lone = dataclasses.replace(lone, ranges=np.where(lone.hits, measured, lone.ranges))
         earlier, lone = averaged(before.memory, lone, pose, safe_radius + AVERAGED_WITHIN * robot_radius)
         safety, _ = certified_region(earlier, lone, *arguments)
-    place = pose, memorised[0]
+    place = pose, margins.safety_range + 2.0 * (footprint.radius + margins.safety)
     safety = _looking(before, safety, (near, mounts), place, settings, smoothing)
     return Perceived(Observation(region, scan, pose, beside), safety, memory, looks)
 
@@ -250,7 +250,8 @@ def _looking(
     if isinstance(begun, Start):
         earlier = (*earlier[:-1], earlier[-1]._replace(look=begun.cut(earlier[-1].place, look)))
     if len(scans) == 1 and mounts[0].offset == 0.0:
-        return dataclasses.replace(safety, earlier=earlier, driven=driven)
+        look = dataclasses.replace(look, inside=settings.footprint.inscribed)
+        return dataclasses.replace(safety, look=look, earlier=earlier, driven=driven)
     first, looks = look.own[0], []
     for scan, mount in zip(scans, mounts, strict=True):
         count = int((np.hypot(*hit_points(scan, mount, smoothing)[0].T) < look.reach).sum())

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 
 from drake_starnav.geometry.footprint import Footprint, disc, footprint
+from drake_starnav.lidar.mounts import Mount
 from drake_starnav.robot import BASES, RobotParameters
 from drake_starnav.robot.motion import Actuation, roll_out
 from drake_starnav.safety.clear import Clear
@@ -160,6 +161,30 @@ def test_a_robot_backs_no_farther_than_what_it_has_seen(half, yaw, base):
     assert motion.pose[:2] @ normal > 1.2
     motion.drive(back, 6.0)
     assert abs(motion.pose[:2] @ normal) < 0.05 and motion.least > 0.5
+
+
+@pytest.mark.parametrize("mount", [Mount(0.0, 0.0, 0.0, False), Mount(0.15, 0.05, 0.2, False)])
+@pytest.mark.parametrize("name", SHAPES)
+def test_where_a_robot_has_driven_it_may_drive_back_and_turn(name: str, mount: Mount) -> None:
+    """With a view of 270 degrees, in the open: what it has seen or stood on is not forgotten while it manoeuvres."""
+    overrides = ["lidar.angle_min=-2.356", "lidar.angle_max=2.356", "lidar.beams=180"]
+    scenario = parse_scenario("world: !Obstacles {}", name="open", overrides=overrides)
+    corners = [list(map(list, part)) for part in SHAPES[name].parts]
+    robot = RobotParameters(footprint=corners[0] if len(corners) == 1 else corners)
+    world = World("open", (0, 0, 0), (0, 0), cylinders=[(2.5, 2.0, 0.2), (1.0, -2.0, 0.2)])
+    motion = KinematicMotion(dataclasses.replace(scenario, robot=robot), world, 0, True, (mount,))
+    for speed, turning, time in ((0.6, 0.0, 3.0), (-0.6, 0.0, 2.0), (0.0, 2.0, 1.5), (0.4, 0.0, 1.2)):
+        before = motion.pose
+        motion.drive(np.array((speed, turning)), time)
+        moved = math.dist(motion.pose[:2], before[:2]) + abs(motion.pose[2] - before[2])
+        assert moved > 0.6 * time * (abs(speed) + abs(turning)), (speed, turning, moved)
+        motion.drive(np.zeros(2), 1.0)
+    begun = motion.pose[2]
+    for side in (1.0, -1.0) * 4:
+        motion.drive(np.array((0.0, side)), 0.7)
+        motion.drive(np.array((0.1, -side)), 0.7)
+    motion.drive(np.array((0.0, 2.0)), 3.3)
+    assert motion.pose[2] - begun > 5.0
 
 
 @pytest.mark.parametrize("half", [1.6, 2.3, 2.8])

@@ -118,10 +118,37 @@ def test_looks_are_kept_as_far_apart_as_they_tell_anything_new_and_no_more_than_
         last = Known(look, (x, 0.0, 0.0), 0.1 * k, x)
     assert len(known_before) == MOST_LOOKS + 1 and isinstance(known_before[-1].look, Start)
     steps = np.diff([each.place[0] for each in known_before[1:-1]])  # the first is the last, however near
-    assert (steps < -0.039).all() and (steps > -0.06).all()
+    assert (steps < -0.039).all() and (steps > -0.4).all()  # all along the way
+    assert known_before[-2].place[0] < 0.1
     assert known_before[0].place[0] == pytest.approx(3.98)
     back = remembered(known_before, (last._replace(place=(3.9, 0.0, 0.0)),), (4.1, 0.0), (pose, 41.0), Kept(9.0, 0.04))
     assert len(back) <= len(known_before)  # of places where it was before only the last look counts
+
+
+def test_what_was_seen_is_not_forgotten_while_a_robot_manoeuvres() -> None:
+    """A lidar that does not look behind it has seen the place to which it turns its back."""
+    scan = LaserScan(0.0, -2.35, 4.7 / 359, 0.0, 5.0, np.full(360, 5.0))
+    turns = [(0.5, 0.0, 0.08 * k) for k in range(40)]
+    places = [(0.02 * k, 0.0, 0.0) for k in range(26)] + turns
+    for k in range(90):  # to and fro
+        places.append((0.5 + 0.06 * math.sin(k), 0.06 * math.cos(1.7 * k), 3.1 + 0.4 * math.sin(0.7 * k)))
+    known_before: tuple[Known, ...] = ()
+    for place in places:
+        last = Known(look_of(scan, place), place, 0.0)
+        known_before = remembered(known_before, (last,), (0.0, 0.0), (np.array(place), 0.0), Kept(9.0, 0.04))
+    part = np.array([(0.8, -0.05), (0.9, -0.05), (0.9, 0.05), (0.8, 0.05)])
+    assert known(part, 4, Looks.of(known_before), asked()) and not known(part, 4, Looks.of((last,)), asked())
+    assert len(known_before) <= MOST_LOOKS
+
+
+def test_where_the_robot_stood_nothing_else_did() -> None:
+    """Also around the place of a lidar that does not look all around."""
+    scan = LaserScan(0.0, -2.35, 4.7 / 359, 0.0, 5.0, np.full(360, 5.0))
+    part = np.array([(-0.1, -0.1), (0.1, -0.1), (0.1, 0.1), (-0.1, 0.1)])
+    for inside, free in ((0.0, False), (0.14, False), (0.15, True)):
+        look = dataclasses.replace(look_of(scan, HERE), inside=inside)
+        assert known(part, 4, Looks.of((Known(look, HERE, 0.0),)), asked()) == free
+        assert known(part + (0.5, 0.0), 4, Looks.of((Known(look, HERE, 0.0),)), asked())
 
 
 @pytest.mark.parametrize(
