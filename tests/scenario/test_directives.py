@@ -131,3 +131,12 @@ def test_each_shipped_robot_has_limits_of_its_own(name: str, model: str) -> None
     assert model_path("robots", f"{model}.yaml").is_file()
     scenario = load_scenario(name, overrides=[f"robot.model={model}"])
     assert scenario.robot.limits.max_speed == {"jackal": 2.0, "carrier": 1.0}.get(model, 0.8)
+
+
+@pytest.mark.parametrize(
+    ("limits", "said"),
+    [("robot: {radus: 0.4}", "cart.yaml: robot.radus: did you mean radius"), ("robot: 3", "cart.yaml: robot is 3")],
+)
+def test_what_is_wrong_in_a_model_s_limits_is_said(tmp_path: Path, limits: str, said: str) -> None:
+    with pytest.raises(StarnavError, match=said):
+        of(tmp_path, limits=limits)

@@ -210,3 +210,18 @@ def test_robots_know_how_fast_and_how_large_the_others_are() -> None:
 def test_shipped_scenarios_survive_their_own_text(name: str) -> None:
     scenario = load_scenario(name, method="star_paper")
     assert parse_scenario(scenario_text(scenario), name=name, method="star_paper") == scenario
+
+
+@pytest.mark.parametrize(
+    ("override", "message"),
+    [
+        ("radius=0.3", r"did you mean robot\.radius\?.*section\.key=value"),
+        ("robto.radius=0.3", "robto.*robot"),
+        ("robot.radius=[", "YAML"),
+        ("lidars=3", "lidars is 3; allowed: a list"),
+        ("goals=[3]", r"goals is \[3\]; allowed: a list"),
+    ],
+)
+def test_a_bad_override_is_refused(override: str, message: str) -> None:
+    with pytest.raises(StarnavError, match=message):
+        load_scenario("forest", overrides=[override])

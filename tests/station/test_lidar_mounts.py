@@ -282,3 +282,8 @@ def test_two_need_two_names_and_a_plant() -> None:
         ApplyLidarConfig(LidarConfig(), builder)
     with pytest.raises(StarnavError, match="no system named plant"):
         ApplyLidarConfig(LidarConfig(), DiagramBuilder())
+
+
+def test_a_missing_frame_is_said_with_those_that_may_be_meant(model: str) -> None:
+    with pytest.raises(StarnavError, match="lidar.frame is laser; allowed: .*, lidar, top_laser$"):
+        standing(model, "lidar.frame=laser")

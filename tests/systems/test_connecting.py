@@ -3,7 +3,7 @@
 import pytest
 from pydrake.common.value import Value
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
-from pydrake.systems.primitives import ConstantVectorSource, PassThrough
+from pydrake.systems.primitives import ConstantValueSource, ConstantVectorSource, PassThrough
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.systems.connecting import add_system, connect_inputs, output_port, outputs
@@ -79,3 +79,10 @@ def test_a_system_of_a_diagram_that_was_released_is_refused() -> None:
     release(builder.Build())
     with pytest.raises(StarnavError, match="controller has served for a trial or a diagram that was released; allowed"):
         add_system(DiagramBuilder(), "controller", system, "controller")
+
+
+def test_an_abstract_output_is_asked_for_without_a_size() -> None:
+    source = ConstantValueSource(Value[object]("a footprint"))
+    assert output_port(source, "footprint", None, "footprint") is source.get_output_port()
+    with pytest.raises(StarnavError, match="output port y0 is a vector of size 1; allowed: abstract"):
+        output_port(ConstantVectorSource([1.0]), "footprint", None, "footprint")

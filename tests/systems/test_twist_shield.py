@@ -16,6 +16,7 @@ from drake_starnav.systems.footprint_hold import FootprintInForce
 from drake_starnav.systems.twist_shield import TwistShield, Unshielded
 from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
+from drake_starnav.utils.stopwatch import Stopwatch
 from tests.helpers.footprints import WIDE as WIDE_ARMS
 from tests.helpers.scans import MARGINS, remembered_hits
 
@@ -121,6 +122,12 @@ def test_the_certificate_shows_a_turning_robot_at_rest_after_the_least_turn() ->
     assert out(simulator, "certificate").path[-1] == pytest.approx([0.0, 0.0, turned])
 
 
+def test_commands_are_timed_where_they_are_asked_to_be() -> None:
+    stopwatch = Stopwatch()
+    shielding([0.5, 0.0], stopwatch=stopwatch).AdvanceTo(0.1)
+    assert stopwatch.count("command") >= 5
+
+
 @pytest.mark.parametrize("now", [0.0, 2.0])
 @pytest.mark.parametrize(("scan_age", "lead"), [(0.5, None), (0.5, 0.0), (0.2, 0.3), (0.0, 0.5)])
 @pytest.mark.parametrize(("distance", "drives"), [(0.75, True), (0.66, False)])
@@ -138,6 +145,12 @@ def test_what_may_move_has_had_time_to_come_since_the_scan_until_the_state(
     simulator.get_mutable_context().SetTime(now)
     simulator.AdvanceTo(now + 0.01)
     assert (out(simulator, "twist_command")[0] > 0.0) == drives
+
+
+def test_tracks_are_asked_for_only_among_moving_obstacles() -> None:
+    needs = RobotParameters(), ControllerParameters(), MARGINS
+    assert not TwistShield(*needs).HasInputPort("tracks")
+    assert TwistShield(*needs, obstacles=DynamicObstacleParameters(max_speed=0.8)).HasInputPort("tracks")
 
 
 def with_footprint(shape: Footprint, star: CertifiedRegion) -> Simulator:
@@ -166,3 +179,11 @@ def test_a_star_of_before_it_grew_certifies_nothing_but_hits_do(shape, kept, hit
     look = remembered_hits(hits)
     star = dataclasses.replace(WIDE, radius=kept + MARGINS.safety, seen=True, hits=hits, look=look)
     assert (out(with_footprint(shape, star), "twist_command")[0] > 0.0) == drives
+
+
+def test_what_is_no_footprint_in_force_is_refused() -> None:
+    simulator = shielding([0.5, 0.0])
+    port = simulator.get_system().GetInputPort("footprint")
+    port.FixValue(simulator.get_mutable_context(), Value[object](disc(0.3)))
+    with pytest.raises(StarnavError, match="port footprint is .*; allowed: a FootprintInForce, from a FootprintHold"):
+        simulator.AdvanceTo(0.1)

@@ -217,3 +217,22 @@ def test_the_files_of_directives_are_replaced(tmp_path: Path) -> None:
     text = models.model(path).read_text()
     assert "package://drake_models/none.urdf" in text
     assert text.count('file: "file:///') == 2
+
+
+@pytest.mark.parametrize(
+    ("shape", "message"),
+    [
+        ("<torus/>", "collision c is a torus; allowed: box, sphere"),
+        ("<box><size>1 1 1</size></box><sphere><radius>2</radius></sphere>", "collision c has 2 shapes; allowed: one"),
+        ("<plane><normal>0 0 0</normal></plane>", "plane: normal .* a solid"),
+        ("<mesh><uri>gone.stl</uri></mesh>", "mesh 'gone.stl': no such file"),
+        ("<mesh><uri>bad.stl</uri></mesh>", "bad.stl: a .stl file without triangles"),
+        ("<mesh><uri>bad.stl</uri><submesh><name>a</name></submesh></mesh>", "is a part of a mesh"),
+        ("<cone><radius>-1</radius><length>2</length></cone>", "cone: radius -1, length 2; allowed: a solid"),
+        (f"<polyline>{POINTS}<height>0</height></polyline>", "polyline: height 0"),
+    ],
+)
+def test_what_cannot_be_built_is_refused(shape: str, message: str, tmp_path: Path) -> None:
+    (tmp_path / "bad.stl").write_bytes(b"bad")
+    with pytest.raises(StarnavError, match=message):
+        Models().model(sdf(tmp_path, MODEL.format(LINK.format(shape))))
