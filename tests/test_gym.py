@@ -120,3 +120,13 @@ def test_what_the_kinematics_do_not_have_is_refused() -> None:
     environment.reset(seed=0)
     with pytest.raises(StarnavError, match="action is .*nan.*; allowed: finite"):
         environment.step(np.array([np.nan, 0.0]))
+
+
+def test_several_lidars_are_no_observation() -> None:
+    with pytest.raises(UnsupportedError, match="lidars has 2 entries; allowed: the one lidar"):
+        NavigationEnv(parse_scenario("world: !Obstacles {}\nlidars: [{}, {}]", name="two"))
+
+
+def test_other_bases_have_other_actions() -> None:
+    with pytest.raises(UnsupportedError, match="robot.base is car; allowed: differential"):
+        NavigationEnv(parse_scenario("world: !Obstacles {}\nrobot: {base: car}", name="car"))

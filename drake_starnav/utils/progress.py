@@ -3,6 +3,7 @@
 import multiprocessing
 import shutil
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -22,6 +23,7 @@ class Progress:
         """Begins a task of that label."""
         from tqdm import tqdm  # late: few need it
 
+        tqdm.set_lock(threading.RLock())  # its own holds a semaphore of the machine, which Ctrl-C would leave
         self._label, self._spoken = label, time.monotonic()
         self.silent = self.silent or sys.stderr is None
         columns, rows = shutil.get_terminal_size()  # 80 x 24 where the terminal says 0

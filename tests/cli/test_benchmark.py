@@ -1,9 +1,13 @@
-"""Options of the commands `benchmark` and `report`."""
+"""Options of the commands `benchmark` and `report`, and what these write."""
+
+from pathlib import Path
 
 import pytest
 
-from drake_starnav.cli.benchmark import world_numbers
+from drake_starnav.cli.benchmark import report, world_numbers
 from drake_starnav.errors import StarnavError
+from drake_starnav.evaluation.trial_file import TrialFile
+from tests.helpers.trials import made_up
 
 
 def test_world_numbers_are_ascending_and_unique() -> None:
@@ -14,3 +18,18 @@ def test_world_numbers_are_ascending_and_unique() -> None:
 def test_other_texts_are_refused(text: str) -> None:
     with pytest.raises(StarnavError, match="--worlds .* allowed: "):
         world_numbers(text)
+
+
+def test_a_report_has_tables_figures_and_a_page(tmp_path: Path, capsys) -> None:
+    results, path = made_up(trials=2), tmp_path / "a.jsonl"
+    with TrialFile(path, results.headers[0]) as file:
+        for record in results.records:
+            file.append(record)
+    kinds = ("html", "markdown", "csv")
+    options = [part for kind in kinds for part in (f"--{kind}", str(tmp_path / f"r.{kind}"))]
+    assert report([str(path), *options, "--panels", "1"]) == 0
+    assert (tmp_path / "r.markdown").read_text().rstrip() in capsys.readouterr().out
+    assert (tmp_path / "r.csv").read_text().count("\n") == 1 + 4  # scenarios with methods
+    assert "reached the goal" in (tmp_path / "r.html").read_text(encoding="utf-8")
+    assert report([str(tmp_path / "none.jsonl")]) == 2
+    assert "cannot read" in capsys.readouterr().err

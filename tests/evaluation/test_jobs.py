@@ -96,3 +96,12 @@ def test_a_method_that_cannot_be_tried_in_a_world_is_recorded_as_unsupported() -
     assert record["outcome"] == "unsupported"
     assert "1 polygon" in record["message"]
     assert (record["scenario"], record["method"], record["trial"], record["seed"]) == ("walls", "dsm", 2, 7)
+
+
+def test_a_fault_that_nobody_foresaw_is_recorded_with_its_kind(monkeypatch) -> None:
+    def fail(*args: object, **kwargs: object) -> None:
+        raise ZeroDivisionError("float division")
+
+    monkeypatch.setattr("drake_starnav.simulation.records.run_trial", fail)
+    record = run_job(Job(Case("empty", "star", "world: !Obstacles {}"), 0, 0))
+    assert (record["outcome"], record["message"]) == ("error", "ZeroDivisionError: float division")

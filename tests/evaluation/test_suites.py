@@ -68,3 +68,10 @@ def test_a_suite_runs_and_prints_its_table(tmp_path, capsys, monkeypatch) -> Non
     assert rows["box", "dsm"][5] == "-"  # it cannot know a triangle as circles
     assert benchmark([*arguments, "--resume"]) == 0
     assert printed_cells(capsys.readouterr().out) == rows
+
+
+def test_scenarios_or_a_suite_are_needed(capsys) -> None:
+    assert benchmark([]) == 2
+    printed = capsys.readouterr().err
+    assert "--suite; allowed: one of the two" in printed
+    assert "Traceback" not in printed

@@ -5,6 +5,9 @@ import json
 import multiprocessing
 import os
 import shlex
+import signal
+import subprocess
+import sys
 import time
 from concurrent.futures import BrokenExecutor, Executor, Future
 from contextlib import nullcontext
@@ -249,3 +252,26 @@ def test_the_command_says_them_before_its_first_trial(tiny: Path, tmp_path: Path
     assert read_trials(path)[0]["command"] == f"{command_name('benchmark')} {shlex.join(command)}"
     assert benchmark([*command, "--resume"]) == 0  # nothing to say
     assert "trials of" not in capsys.readouterr().err
+
+
+def test_ctrl_c_in_a_batch_keeps_what_has_ended_and_ends_the_workers(tiny: Path, tmp_path: Path) -> None:
+    path = tmp_path / "a.jsonl"
+    command = [sys.executable, "-m", "drake_starnav", "benchmark", str(tiny), "--trials", "500", "--jobs", "2"]
+    batch = subprocess.Popen(
+        [*command, "--json", str(path)], stderr=subprocess.PIPE, text=True, start_new_session=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    )  # fmt: skip
+    while batch.poll() is None and not (path.exists() and path.read_bytes().count(b"\n") >= 4):
+        time.sleep(0.01)
+    os.killpg(batch.pid, signal.SIGINT)
+    said = batch.communicate(timeout=60)[1].splitlines()[-1]
+    ended = len(read_trials(path)[1])
+    assert batch.returncode == 130
+    assert said.endswith(f"interrupted; {ended} of 500 trials ended, in {path}; --resume goes on")
+    for _ in range(200):
+        try:
+            os.killpg(batch.pid, 0)
+        except ProcessLookupError:
+            return
+        time.sleep(0.05)
+    pytest.fail("a process is left")

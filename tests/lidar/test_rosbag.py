@@ -220,3 +220,13 @@ def test_a_scan_s_frame_that_no_transform_knows_is_said(tmp_path: Path) -> None:
     bag.transform(0.0, ("base_link", "camera"), topic="/tf_static")
     with pytest.warns(UserWarning, match="from base_link to the scan's frame laser: the robot's poses are taken"):
         read_rosbag(bag.write(tmp_path / "bag"))
+
+
+def test_an_invalid_bag_is_refused(tmp_path: Path) -> None:
+    pytest.importorskip("rosbags")
+    with pytest.raises(StarnavError, match="cannot be read"):
+        read_rosbag(tmp_path / "nothing")
+    file = next(driven(10.0).write(tmp_path / "bag").glob("*.db3"))
+    file.write_bytes(file.read_bytes()[:5000])
+    with pytest.raises(StarnavError, match="cannot be read"):
+        read_rosbag(tmp_path / "bag")

@@ -117,3 +117,8 @@ def test_a_table_and_a_bag_of_one_scan_mean_the_same(tmp_path: Path) -> None:
     np.testing.assert_array_equal(table.scan.ranges, bagged.scan.ranges)
     assert table.scan.field_of_view == bagged.scan.field_of_view
     assert table.pose == pytest.approx(bagged.pose)
+
+
+def test_a_record_that_is_no_scan_is_named_by_its_time() -> None:
+    with pytest.raises(StarnavError, match=r"^log, at 1\.000 s: laser scan: angle_increment 4 over 3 beams"):
+        logged_scans([record(1.0, 1.0, 1.0, angle_increment=4.0)], "log")

@@ -65,3 +65,9 @@ def test_the_page_of_the_public_interface_shows_each_public_module() -> None:
     page = (SOURCE.parents[1] / "docs" / "api.md").read_text(encoding="utf-8")
     shown = re.findall(r"^\.\. automodule:: (\S+)\n   :members:$", page, re.MULTILINE)
     assert shown == list(PUBLIC_MODULES)
+
+
+def test_a_name_that_is_not_public_is_an_attribute_error() -> None:
+    with pytest.raises(AttributeError, match="has no attribute 'Robots'"):
+        _ = drake_starnav.Robots
+    assert dir(drake_starnav) == sorted(drake_starnav.__all__)

@@ -1,6 +1,7 @@
 """Robots as ROS users write them drive, with their own names for joints and frames."""
 
 import dataclasses
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -218,3 +219,9 @@ def test_the_base_may_be_called_anything(tmp_path: Path, name: str, prefixed: bo
         station = NavigationStation(World("open", (1.0, -2.0, 0.6), (5.0, 0.0)), scenario)
         height = 0.06 + (0.12 if lidar == frame else 0.0)
         assert station.robot_interface.heights == pytest.approx((height,), abs=1e-6)
+
+
+def test_macros_without_the_extra_are_refused(tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.setitem(sys.modules, "xacro", None)
+    with pytest.raises(StarnavError, match="has macros of xacro; allowed: pip install .*xacro.*, or a file"):
+        standing(written(tmp_path, EDITED.replace('<robot name="plain">', MACROS)))

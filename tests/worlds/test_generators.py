@@ -127,3 +127,12 @@ def test_a_corridor_is_about_as_long_as_asked(length):
 def test_bad_parameters_are_refused(kind, message):
     with pytest.raises(StarnavError, match=message):
         make_world(kind, 0, 0.25)
+
+
+@pytest.mark.parametrize(
+    ("seed", "radius"), [(-1, 0.25), (0.5, 0.25), (True, 0.25), (0, 0.0), (0, -1.0), (0, math.inf), (0, math.nan)]
+)
+def test_bad_seeds_and_radii_are_refused(seed, radius):
+    for kind in (Forest(), Room()):
+        with pytest.raises(StarnavError, match="allowed"):
+            make_world(kind, seed, radius)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 
+from drake_starnav.errors import StarnavError
 from drake_starnav.worlds import Forest, Maze, World, clearance, make_world, shortest_path
 from drake_starnav.worlds.outlines import rectangle, trap
 from drake_starnav.worlds.shortest_path import blocker, blocks, capsules_around
@@ -141,3 +142,10 @@ def test_paths_in_worlds_are_clear_and_no_longer_than_with_a_larger_robot(kind, 
     check_path(world, 0.3, larger, wide)
     # the two may go round obstacles on different sides, of nearly equal lengths
     assert math.dist(world.start[:2], world.goal) <= length <= 1.01 * larger
+
+
+@pytest.mark.parametrize(("radius", "resolution"), [(0.0, 0.05), (math.nan, 0.05), (0.25, 0.0), (0.25, 1e-5)])
+def test_bad_arguments_are_refused(radius, resolution):
+    world = World("disc", (-3.0, 0.0, 0.0), (3.0, 0.0), cylinders=[(0.0, 0.0, 0.5)])
+    with pytest.raises(StarnavError, match="allowed"):
+        shortest_path(world, radius, resolution)

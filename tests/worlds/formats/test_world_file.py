@@ -163,3 +163,9 @@ def test_a_world_that_makes_no_sense_of_dynabarn(tmp_path: Path, keys: tuple, va
     place[keys[-1]] = value
     with pytest.raises(StarnavError, match=message):
         make(tmp_path, content)
+
+
+@pytest.mark.parametrize("name", ["meta", "trajectories"])
+def test_a_file_of_static_worlds(tmp_path: Path, name: str) -> None:
+    with pytest.raises(StarnavError, match=rf"worlds\.json: .*the file has no {name}; allowed: a mapping"):
+        make(tmp_path, {key: value for key, value in CONTENT.items() if key != name})
