@@ -31,22 +31,17 @@ CLOSED = 0.8
 class StarRoadmap:
     """The robot's map, extended scan by scan. Immutable: every change is a new snapshot that shares unchanged parts.
 
-    Its frontiers are derived, never stored; see `frontiers`.
+    Its edges and frontiers are derived, never stored; see `frontiers`.
 
     Attributes:
         hits: distances to the hits of all node scans and of the scans that blocked an optimistic path.
         nodes: what was observed where each is, oldest first; their regions may be smaller than those of their scans.
         union: their regions.
-        edges: shape (e, 2), node indices; one of the two regions contains the other's centre. A node without such a
-            region has a single edge, to the older node from which it was most likely reached.
-        lengths: shape (e,), m.
     """
 
     hits: DistanceGrid
     nodes: tuple[Observation, ...] = ()
     union: RegionUnion = field(default_factory=RegionUnion.none)
-    edges: np.ndarray = field(default_factory=lambda: np.zeros((0, 2), np.int64))
-    lengths: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
     def __len__(self) -> int:
         return len(self.nodes)
@@ -55,6 +50,14 @@ class StarRoadmap:
     def regions(self) -> tuple[StarRegion, ...]:
         """Of the nodes."""
         return tuple(node.region for node in self.nodes if node.region is not None)
+
+    @cached_property
+    def edges(self) -> np.ndarray:
+        """Shape (e, 2), node indices, the older one first, sorted by the newer: one region contains the other's centre.
+
+        A node without such a region has a single edge, to the older node from which it was most likely reached.
+        """
+        return _edges(self.union)
 
     @staticmethod
     def empty(parameters: PlannerParameters, robot_radius: float, swept_radius: float = 0.0) -> "StarRoadmap":
@@ -76,19 +79,10 @@ def extended(roadmap: StarRoadmap, node: Observation, margins: Margins, robot_ra
 
 
 def with_node(roadmap: StarRoadmap, node: Observation, hits: DistanceGrid) -> StarRoadmap:
-    """The roadmap with one more node and its edges, and with other hits."""
-    known, region = len(roadmap), node.region
-    assert region is not None
-    union = indexed(roadmap.union.joined(region.alone), roadmap.union, np.array([known]))
-    edges, lengths = edges_from(union, known)
-    return dataclasses.replace(
-        roadmap,
-        nodes=(*roadmap.nodes, node),
-        union=union,
-        edges=np.vstack((roadmap.edges, edges)),
-        lengths=np.concatenate((roadmap.lengths, lengths)),
-        hits=hits,
-    )
+    """The roadmap with one more node, and with other hits."""
+    assert node.region is not None
+    union = indexed(roadmap.union.joined(node.region.alone), roadmap.union, np.array([len(roadmap)]))
+    return StarRoadmap(hits, (*roadmap.nodes, node), union)
 
 
 def revised(
@@ -115,8 +109,7 @@ def revised(
         before = roadmap.union
         news = np.flatnonzero([a is not b for a, b in zip(nodes, roadmap.nodes, strict=True)])
     union = indexed(united(node.region for node in nodes if node.region is not None), before, news)
-    edges, lengths = edges_from(union, 0)
-    return dataclasses.replace(roadmap, nodes=nodes, hits=hits, union=union, edges=edges, lengths=lengths)
+    return StarRoadmap(hits, nodes, union)
 
 
 def refitted(roadmap: StarRoadmap, margins: Margins, robot_radius: float) -> StarRoadmap:
@@ -135,16 +128,15 @@ def stamped_anew(
 
 
 @njit(cache=True)
-def edges_from(union, first):
-    """Edges (e, 2) from nodes of an index from `first` on to older ones, sorted by the newer node; their lengths, m.
+def _edges(union):
+    """The loop of `StarRoadmap.edges`, of an indexed union.
 
-    Of an indexed union. An edge joins two nodes if one's region contains the other's centre. Without such a node among
-    the older ones, the robot has come from the region that a centre exceeds least.
+    Without a region that sees it among the older ones, the robot has come from the region that a centre exceeds least.
     """
     center, bearing_0, values, marks = union.center, union.bearing_0, union.values, union.marks
     cell, one = np.floor(center / CELL).astype(np.int64) - union.corner, np.uint64(1)
-    ends, lengths = [(0, 0)][:0], [0.0][:0]
-    for j in range(first, len(center)):
+    ends = [(0, 0)][:0]
+    for j in range(len(center)):
         x, y, begin = center[j, 0], center[j, 1], len(ends)
         for i in range(j):
             u, v = center[i, 0], center[i, 1]
@@ -154,15 +146,13 @@ def edges_from(union, first):
                 newer and covers(center, bearing_0, values, j, u, v, 0.0)
             ):
                 ends.append((i, j))
-                lengths.append(math.hypot(u - x, v - y))
         if j and len(ends) == begin:
             i = j - 1 - int(np.argmin(excess(union, x, y)[:j][::-1]))  # of equals the newest
             ends.append((i, j))
-            lengths.append(math.hypot(center[i, 0] - x, center[i, 1] - y))
     edges = np.empty((len(ends), 2), np.int64)
     for e in range(len(ends)):
         edges[e, 0], edges[e, 1] = ends[e]
-    return edges, np.array(lengths)
+    return edges
 
 
 def uncovered_share(region: StarRegion, others: RegionUnion) -> float:

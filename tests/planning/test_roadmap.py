@@ -21,8 +21,7 @@ def hits(roadmap: StarRoadmap) -> np.ndarray:
 
 
 def assert_same(one: StarRoadmap, other: StarRoadmap) -> None:
-    for part in ("edges", "lengths"):
-        np.testing.assert_array_equal(getattr(one, part), getattr(other, part))
+    np.testing.assert_array_equal(one.edges, other.edges)
     for name in RegionUnion._fields:
         np.testing.assert_array_equal(getattr(one.union, name), getattr(other.union, name))
 
@@ -106,10 +105,9 @@ def test_refitted_it_is_as_if_it_had_been_explored_with_the_other_footprint(seed
 def test_edges_are_free(seed):
     world, roadmap = wandered(seed, nodes=6)
     assert len(roadmap.edges) == len({tuple(e) for e in roadmap.edges.tolist()}) > 0
-    for (i, j), length in zip(roadmap.edges, roadmap.lengths, strict=True):
+    for i, j in roadmap.edges:
         a, b = roadmap.union.center[i], roadmap.union.center[j]
-        apart = float(np.hypot(*(b - a)))
-        assert i < j and length == pytest.approx(apart)
+        assert i < j
         if roadmap.regions[i].contains(b) or roadmap.regions[j].contains(a):
             line = a + (b - a) * np.linspace(0.0, 1.0, 200)[:, None]
             assert np.any([r.contains(line) for r in roadmap.regions], axis=0)[1:-1].all()
@@ -122,4 +120,3 @@ def test_a_node_that_no_region_sees_is_joined_to_the_one_it_is_least_outside_of(
     world = World("wall", (0, 0, 0), (2, 0), polygons=([(0.9, -5), (1.1, -5), (1.1, 5), (0.9, 5)],))
     roadmap = explored(world, np.array(((0.0, 0.0), (-4.0, 0.0), (2.0, 0.0))))
     assert roadmap.edges.tolist() == [[0, 1], [0, 2]]
-    assert roadmap.lengths.tolist() == pytest.approx([4.0, 2.0])

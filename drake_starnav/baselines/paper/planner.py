@@ -103,7 +103,8 @@ def shortest_path(state: PaperState, goal: np.ndarray) -> tuple[np.ndarray, bool
     """
     roadmap = state.roadmap
     center, count = roadmap.union.center, len(roadmap)
-    graph = csr_array((roadmap.lengths, roadmap.edges.T), shape=(count, count))
+    lengths = np.hypot(*np.diff(center[roadmap.edges], axis=1)[:, 0].T)
+    graph = csr_array((lengths, roadmap.edges.T), shape=(count, count))
     distance, previous = dijkstra(graph, directed=False, indices=count - 1, return_predecessors=True)
     inside = np.flatnonzero([bool(region.contains(goal)) for region in roadmap.regions])
     arrives = len(inside) > 0

@@ -94,8 +94,8 @@ def test_the_path_to_the_frontier_point_of_least_length_and_straight_line_is_cho
     roadmap, points = state.roadmap, state.points
     center = roadmap.union.center
     length = np.full((5, 5), np.inf)
-    for (i, j), known in zip(roadmap.edges, roadmap.lengths, strict=True):
-        length[i, j] = length[j, i] = known
+    for i, j in roadmap.edges:
+        length[i, j] = length[j, i] = np.hypot(*(center[i] - center[j]))
     np.fill_diagonal(length, 0.0)
     for k in range(5):  # Floyd and Warshall
         length = np.minimum(length, length[:, k, None] + length[None, k, :])
