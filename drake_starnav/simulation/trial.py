@@ -11,7 +11,6 @@ import numpy as np
 from drake_starnav.geometry.footprint import Footprint, shaped
 from drake_starnav.geometry.polyline import simplified
 from drake_starnav.geometry.trajectory import evenly_sampled, motion_metrics
-from drake_starnav.lidar.field_of_view import TURN
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.monitors import COLLISION, contact_in
@@ -19,7 +18,7 @@ from drake_starnav.systems.goal_sequence import HEADING_TOLERANCE
 from drake_starnav.systems.star_roadmap_planner import STANDSTILL
 from drake_starnav.worlds.clearance import body_clearance
 from drake_starnav.worlds.moving_obstacles import moving_obstacle_clearance
-from drake_starnav.worlds.solvable import leg_through
+from drake_starnav.worlds.solvable import leg_through, poses_at
 from drake_starnav.worlds.view import tightest_gap
 from drake_starnav.worlds.world import World
 
@@ -34,8 +33,6 @@ SHORTEST_PATH_SLACK = 0.005
 """The omniscient shortest path keeps this clearance beyond the robot's radius, m."""
 FINE, COARSE, CELLS = 0.02, 0.05, 5e6
 """Grid step for that path, m: the first, or up to the second in a world of more cells."""
-HEADINGS = 96
-"""At so many headings a robot may stand at a goal without one."""
 PATH_TOLERANCE = 0.02
 """Largest deviation of the path in a trial's record from the driven one, m."""
 
@@ -197,10 +194,9 @@ def goal_occupied(world: World, run: Run, scenario: Scenario) -> bool:
     """
     goals = scenario.goals or [world.goal]
     shape = run.footprints[-1][1] if run.footprints else scenario.robot.shape
-    x, y, *heading = goals[min(len(run.goals), len(goals) - 1)]
-    yaws = np.array(heading or (np.arange(HEADINGS) * TURN / HEADINGS))
-    off = HEADING_TOLERANCE if heading else 0.5 * TURN / HEADINGS
-    poses = np.column_stack((np.full((len(yaws), 2), (x, y)), yaws))
+    goal = goals[min(len(run.goals), len(goals) - 1)]
+    poses = poses_at(goal, shape)
+    off = HEADING_TOLERANCE if len(goal) > 2 else math.pi / len(poses)
     room = moving_obstacle_clearance(world.moving_obstacles, poses, np.full(len(poses), run.elapsed), shape).max()
     nearer = scenario.simulation.goal_tolerance + off * shape.lever
     return bool(room + nearer < derive_margins(scenario).safety)
