@@ -1,5 +1,6 @@
 """What navigation needs of a robot: ports by name, where its lidars are, and what is declared of it."""
 
+import functools
 from collections.abc import Callable, Sequence
 from typing import Protocol, TypeVar
 
@@ -64,8 +65,13 @@ def robot_world(scenario: Scenario, seed: int) -> World:
         seed,
         scenario.robot.shape,
         scenario.goals,
-        lambda: _by_model(scenario, lambda robot: robot.body_top),
+        functools.partial(body_top, scenario),
     )
+
+
+def body_top(scenario: Scenario) -> float:
+    """Height of a robot's body above the floor, without its overhangs, m."""
+    return _by_model(scenario, lambda robot: robot.body_top)
 
 
 def _by_model(scenario: Scenario, asked: Callable[[RobotInterface], Asked]) -> Asked:

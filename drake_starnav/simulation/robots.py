@@ -1,6 +1,7 @@
 """One scenario of several robots -> one trial for each; they see each other by their lidars alone."""
 
 import dataclasses
+import functools
 import itertools
 import math
 import time
@@ -20,6 +21,7 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.footprint import Footprint, disc, overlap
 from drake_starnav.geometry.trajectory import Motion, least_gaps
 from drake_starnav.navigation import Navigation, Parts, add_navigation
+from drake_starnav.navigation.robot import body_top
 from drake_starnav.planning import PlannerStatus
 from drake_starnav.scenario.schema import Scenario, check_method
 from drake_starnav.simulation.monitors import watcher
@@ -187,18 +189,23 @@ def worlds_of_robots(scenario: Scenario, seed: int) -> list[World]:
     robots = scenario.robots
     if not robots:
         raise StarnavError(f"scenario {scenario.name} has no robots; allowed: a list of them, or run_trial")
-    if isinstance(scenario.world, GIVEN):  # with the start and the goal of the first
-        made = make_world_with_footprints(scenario.world, seed, robots[0].robot.shape, robots[0].goals)
-    else:
-        made = make_world_with_footprints(scenario.world, seed, max(each.robot.radius for each in robots))
+    shape, goals = robots[0].robot.shape, robots[0].goals  # a world that is given has its start and its goal
+    if not isinstance(scenario.world, GIVEN):
+        shape, goals = disc(max(each.robot.radius for each in robots)), ()
+    made = [
+        make_world_with_footprints(scenario.world, seed, shape, goals, functools.partial(body_top, each))
+        for each in robots
+    ]
     _check_ends(robots, made)
-    ends = [(each.start or made.start, each.goals[-1]) for each in robots]
-    return [dataclasses.replace(made, start=start, goal=(x, y)) for start, (x, y, *_) in ends]
+    return [
+        dataclasses.replace(world, start=each.start or world.start, goal=(each.goals[-1][0], each.goals[-1][1]))
+        for each, world in zip(robots, made, strict=True)
+    ]
 
 
-def _check_ends(robots: Sequence[Scenario], world: World) -> None:
+def _check_ends(robots: Sequence[Scenario], worlds: Sequence[World]) -> None:
     """Raise a `StarnavError` where a start lies in an obstacle, or starts or last goals in another robot's."""
-    for each in robots:
+    for each, world in zip(robots, worlds, strict=True):
         check_free(world, each.start or (0.0, 0.0, 0.0), each.robot.shape, f"robot {each.name}: start")
     for a, b in itertools.combinations(robots, 2):
         for what, one, other in (("starts", a.start, b.start), ("last goals", a.goals[-1], b.goals[-1])):
