@@ -20,8 +20,13 @@ from drake_starnav.station.navigation_station import StationInterface
 from drake_starnav.station.robot_body import HOLDS_ALL
 from drake_starnav.station.robot_geometry import TOLERANCE
 from drake_starnav.station.robot_interface import RobotInterface
+from drake_starnav.surroundings.erosion import BEARINGS
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.perception import check_views
+from drake_starnav.surroundings.start import start_radius
+from drake_starnav.surroundings.views import looks_at
+from drake_starnav.worlds.view import scan_from, visible_shapes
+from drake_starnav.worlds.world import World
 
 HARDEST_BRAKING = 6.0
 """Deceleration up to which the shipped robots' wheels do not slide, m/s^2; braking unloads them."""
@@ -93,6 +98,27 @@ def validated_margins(scenario: Scenario, mounts: Sequence[Mount] = (ON_AXIS,)) 
     if scenario.robot.limits.steers:
         _check_steering(scenario.robot)
     return margins
+
+
+def check_start(world: World, scenario: Scenario, mounts: Sequence[Mount], margin: float) -> None:
+    """Raise a `StarnavError` if an obstacle stands, where no lidar looks, in the disc that a robot takes for free.
+
+    `margin` is the safety margin, m.
+    """
+    lidars = scenario.all_lidars
+    views = [mount.view(lidar.field_of_view) for lidar, mount in zip(lidars, mounts, strict=True)]
+    if not BY_KIND[scenario.controller.kind].shielded or all(view.full_circle for view in views):
+        return
+    free = start_radius(scenario.robot.shape, margin, max(0.0, *(mount.x for mount in mounts)))
+    around = LidarParameters(beams=BEARINGS, noise=0.0, range_min=0.0, range_max=2.0 * free)
+    hits = scan_from(visible_shapes(world), np.array(world.start), around).points()
+    away = np.hypot(*hits.T)
+    looked = np.any([looks_at(*each, hits) for each in zip(views, mounts, strict=True)], axis=0)
+    if (away[~looked] < free).any():
+        raise StarnavError(
+            f"an obstacle is {away[~looked].min():.2f} m from the start of world {world.name}, where no lidar looks; "
+            f"allowed: nothing nearer than {free:.2f} m there, which the robot takes for free where it begins"
+        )
 
 
 def _check_base(scenario: Scenario) -> None:

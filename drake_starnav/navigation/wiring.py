@@ -11,13 +11,13 @@ from drake_starnav.navigation.methods import BY_KIND, SHIELDED, LoopConfig
 from drake_starnav.navigation.parts import AS_DECLARED, Navigation, Parts
 from drake_starnav.navigation.robot import Robot, robot_world, scan_ports
 from drake_starnav.navigation.sources import control_sources
-from drake_starnav.navigation.validation import check_interface, validated_margins
+from drake_starnav.navigation.validation import check_interface, check_start, validated_margins
 from drake_starnav.planning.closed_areas import ClosedArea, closed_area
 from drake_starnav.robot import RobotParameters
 from drake_starnav.safety.certificates import Certificate
 from drake_starnav.safety.zones import KeepOut
 from drake_starnav.scenario.schema import Scenario
-from drake_starnav.station.navigation_station import NavigationStation
+from drake_starnav.station.navigation_station import NavigationStation, StationInterface
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.systems.connecting import add_system, connect, connect_inputs, output_port, outputs
 from drake_starnav.systems.fixed_goal import FixedGoal
@@ -76,6 +76,8 @@ def add_navigation(
     if station is None:
         station = builder.AddNamedSystem("station", NavigationStation(world, scenario, seed=seed))
     config = LoopConfig(scenario, validated_margins(scenario, station.mounts), stopwatch)
+    if isinstance(station, StationInterface):
+        check_start(world, scenario, station.mounts, config.margins.safety)
     goal = add_system(builder, "goal", parts.goal or _goal(scenario, world), "goal")
     navigation = Navigation(world, station, goal, footprint=_footprint(builder, config, parts.footprint, station))
     if config.plans:

@@ -17,7 +17,6 @@ from drake_starnav.geometry.polyline import arc_lengths, distance_to_segment, re
 from drake_starnav.planning.pose_search import NEAR_GOAL, REACH, SPACING, found_way
 from drake_starnav.robot import Base
 from drake_starnav.robot.limits import wrapped_angle
-from drake_starnav.surroundings.chords import thinned
 from drake_starnav.surroundings.looks import Chords
 from drake_starnav.surroundings.safe_region import CertifiedRegion
 
@@ -227,5 +226,7 @@ def _near_surfaces(surfaces: Chords, place: np.ndarray) -> Chords:
     middle = 0.5 * (surfaces.ends[:, :2] + surfaces.ends[:, 2:])
     away = np.hypot(*(middle - place).T)
     near = np.argsort(away, kind="stable")[: int((away < REACH + 0.5).sum())]
-    kept = near[thinned(middle[near], SPACING)]
+    cells = np.floor(middle[near] / SPACING).astype(np.int64)
+    _, first = np.unique(cells @ (1 << 32, 1), return_index=True)  # of the places in a cell
+    kept = near[np.sort(first)]
     return Chords(surfaces.ends[kept], surfaces.solid[kept], surfaces.shades[kept], surfaces.center)

@@ -9,6 +9,7 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.planning.closures import AVERAGED_SCANS, closed, open_part, reopened, too_narrow, with_latest
 from drake_starnav.planning.guidance import PASSED_DISTANCE
 from drake_starnav.planning.impassable import impassable_points
+from drake_starnav.planning.looking import faces, looking_aside, turned_to_look
 from drake_starnav.planning.manoeuvre import docking, manoeuvring
 from drake_starnav.planning.map_revision import remaining
 from drake_starnav.planning.monitoring import PlanCheck, check_plan, distance_to
@@ -26,8 +27,6 @@ SILENT_SHARE = 0.5
 """The sensor counts as silent when it sends no scan for this share of `progress_timeout`."""
 NEW_SHARE = 0.01
 """With a map from an earlier goal, a region is worth a node only if more than this share of its area is new."""
-FACING = math.radians(30.0)
-"""A robot faces a place that lies within this angle of its heading, rad."""
 MOST_CLOSED = 6
 """So many exits are closed at most in one update."""
 
@@ -60,7 +59,7 @@ def plan_step(state: PlannerState, inputs: PlannerInput) -> PlannerState:
         state = _along_path(state, check, inputs)
     if not len(state.path):
         state = _planned(state, stalled, inputs)
-    return _manoeuvred(state, inputs)
+    return _manoeuvred(looking_aside(state, inputs), inputs)
 
 
 def _manoeuvred(state: PlannerState, inputs: PlannerInput) -> PlannerState:
@@ -140,6 +139,7 @@ def _grown(
     observation, position = inputs.observation, inputs.position
     spaced = distance_to(position, state.node_position) > inputs.parameters.spacing(inputs.robot_radius)
     due = stalled or _arrives_to_look(state, inputs) or node_is_due(state, here, check, spaced)
+    due = due or turned_to_look(state, here, inputs)
     if not (due or spaced):
         return state
     regions = remaining(state.roadmap, observation, inputs.margins, inputs.robot_radius)
@@ -197,8 +197,7 @@ def _failed_way(state: PlannerState, inputs: PlannerInput) -> np.ndarray:
     way = np.vstack((state.guidance.path, state.optimistic_path))
     if not len(way) or inputs.body is not None:
         return way
-    (x, y), (at_x, at_y, yaw) = way[0].tolist(), inputs.observation.pose.tolist()
-    return way if math.cos(math.atan2(y - at_y, x - at_x) - yaw) > math.cos(FACING) else EMPTY_PATH
+    return way if faces(inputs, way[0]) else EMPTY_PATH
 
 
 def _planned(state: PlannerState, stalled: bool, inputs: PlannerInput) -> PlannerState:
@@ -253,5 +252,7 @@ def _searched(
         passed = PASSED_DISTANCE * inputs.robot_radius
         if distance_to(viewpoint, inputs.position) > passed or cover_at(here.alone, *probe, 0.0) >= 0:
             break
+        if inputs.observation.scan.free is not None and not faces(inputs, probe):
+            return state, route._replace(path=probe[None])  # the lidar may not have looked there yet
         state = closed(state, np.vstack((route.path, route.beyond)), inputs)
     return state, route

@@ -62,6 +62,8 @@ class PlannerState:
         doubting: whether no way was left once. Then only standing still, or enough scans, speak against a way.
         recent: the latest observations while hits seem to close the way ahead, oldest first.
         manoeuvring: of a robot that is no disc.
+        looking: guidance to turn on the spot, to what is to be seen; or None.
+        facing_time: since when the robot has faced its path without progress, s.
     """
 
     roadmap: StarRoadmap
@@ -79,6 +81,8 @@ class PlannerState:
     doubting: bool = False
     recent: tuple[Observation, ...] = ()
     manoeuvring: Manoeuvring = Manoeuvring()
+    looking: Guidance | None = None
+    facing_time: float = 0.0
 
     @staticmethod
     def initial(parameters: PlannerParameters, robot_radius: float, swept_radius: float = 0.0) -> "PlannerState":
@@ -104,6 +108,7 @@ class PlannerState:
             progress_position=UNSET_POSITION,
             doubting=False,
             recent=(),
+            looking=None,
             began_with_map=len(self.roadmap) > 0,
         )
 
@@ -132,6 +137,8 @@ class PlannerState:
         """The plan as the controller receives it."""
         if not len(self.path):
             return Guidance.none()
+        if self.looking is not None and not len(self.manoeuvring.poses):
+            return self.looking
         arrives = self.status is PlannerStatus.APPROACHING
         return Guidance(self.path, arrives, self.roadmap.union, self.manoeuvring.poses)
 

@@ -7,12 +7,10 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.geometry.polyline import point_to_segment_squared
-from drake_starnav.lidar.field_of_view import TURN, FieldOfView
+from drake_starnav.lidar.field_of_view import TURN
 from drake_starnav.lidar.laser_scan import HIT, LOST, MOVING
 from drake_starnav.surroundings.bearing_hits import CONNECTED_CHORD
 
-FILLED = 0.012
-"""Distance of the places that stand for a surface behind a robot, and size of their cells, in narrow radii."""
 BINS = 360
 """Bearings of a look: it saw as far in each as in the worst direction within it."""
 BLIND_WEDGE, AT_LIDAR = math.radians(85.0), 0.001
@@ -35,44 +33,6 @@ class Chords(NamedTuple):
     solid: np.ndarray
     shades: np.ndarray
     center: np.ndarray
-
-
-def hits_behind(
-    behind: np.ndarray, ends: np.ndarray, view: FieldOfView, pose: np.ndarray, sizes: tuple[float, float]
-) -> np.ndarray:
-    """Surfaces near a robot on which its lidar does not look, as places thinned out, shape (m, 2), W, m.
-
-    Args:
-        behind: those before the scan, shape (k, 2), W, m.
-        ends: of chords that earlier scans have hit, shape (n, 4), W, m.
-        view: of the scan.
-        pose: (x, y, yaw) of the lidar at the scan, W.
-        sizes: farther places are forgotten, m; and `body`, as of `Beams`.
-    """
-    (reach, body), filled = sizes, FILLED * sizes[1]
-    near = np.hypot(*(ends[:, :2] - pose[:2]).T) < reach + CONNECTED_CHORD * body
-    known = np.vstack((behind, _filled(ends[near], filled)))
-    away = known - pose[:2]
-    bearing = np.arctan2(away[:, 1], away[:, 0]) - pose[2] - view.angle_min
-    unseen = np.mod(bearing, 2.0 * math.pi) > view.span
-    known = known[unseen & (np.hypot(*away.T) < reach)]
-    return known[thinned(known, filled)]
-
-
-def thinned(places: np.ndarray, cell: float) -> np.ndarray:
-    """Indices of the first of some places (n, 2) in each cell of a size (m), in order."""
-    cells = np.floor(places / cell).astype(np.int64)
-    _, first = np.unique(cells @ (1 << 32, 1), return_index=True)
-    return np.sort(first)
-
-
-def _filled(ends: np.ndarray, apart: float) -> np.ndarray:
-    """Places on chords (n, 4), at most so far apart on each, m, both ends included, shape (m, 2)."""
-    along = ends[:, 2:] - ends[:, :2]
-    steps = np.ceil(np.hypot(*along.T) / apart).astype(np.int64)
-    chord = np.repeat(np.arange(len(ends)), steps + 1)
-    step = np.arange(len(chord)) - np.repeat(np.cumsum(steps + 1) - steps - 1, steps + 1)
-    return ends[chord, :2] + (step / np.maximum(steps[chord], 1))[:, None] * along[chord]
 
 
 @njit(cache=True)

@@ -16,6 +16,7 @@ from drake_starnav.geometry.se2 import composed, placed
 from drake_starnav.lidar.field_of_view import TURN
 from drake_starnav.lidar.laser_scan import Beams, LaserScan
 from drake_starnav.surroundings.chords import BINS, ROUNDING, Chords, hides, profile, surfaces
+from drake_starnav.surroundings.start import Start
 from drake_starnav.utils.snapshot import snapshot
 
 KEPT_EVERY, KEPT_TURN, MOST_LOOKS = 0.125, 0.1, 32
@@ -69,27 +70,6 @@ class Look:
     def moved(self, frame: np.ndarray) -> "Look":
         """The same look in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""
         return dataclasses.replace(self, hits=placed(frame, self.hits), place=_moved(self.place, frame))
-
-
-@snapshot
-class Start:
-    """The disc about a robot's first place within which nothing is assumed to stand but what is seen there.
-
-    Attributes:
-        free: as of `Look`, shape (BINS,), m.
-    """
-
-    free: np.ndarray
-
-    @staticmethod
-    def of(radius: float) -> "Start":
-        """Of a radius, m."""
-        return Start(np.full(BINS, radius))
-
-    def cut(self, place: tuple[float, float, float], look: Look) -> "Start":
-        """It, about a place (x, y, yaw) in W, without what lies at or behind the surfaces that a look saw."""
-        chords = look.chords
-        return Start(np.minimum(self.free, profile(chords.ends[chords.solid], place, float(self.free.max()))))
 
 
 class Known(NamedTuple):

@@ -15,23 +15,23 @@ from drake_starnav.lidar.field_of_view import ROUNDING, TURN
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import ON_AXIS, Mount, newest, unturned
 from drake_starnav.lidar.outlier_filter import HitHistory, without_outliers
-from drake_starnav.surroundings.chords import hits_behind
 from drake_starnav.surroundings.erosion import smoothed_distances
-from drake_starnav.surroundings.looks import KEPT_EVERY, Known, Look, Start, remembered
+from drake_starnav.surroundings.looks import KEPT_EVERY, Known, Look, remembered
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.observation import Observation
 from drake_starnav.surroundings.safe_region import SCAN_PATIENCE, CertifiedRegion, ScanMemory, certified_region
 from drake_starnav.surroundings.scan_averaging import AVERAGED_WITHIN, averaged
-from drake_starnav.surroundings.star_region import NO_HITS, scan_region
-from drake_starnav.surroundings.views import hit_points, hits_seen, merged, view_range
+from drake_starnav.surroundings.star_region import scan_region
+from drake_starnav.surroundings.start import Start, start_radius
+from drake_starnav.surroundings.views import hit_points, hits_seen, merged, surround
 from drake_starnav.utils.snapshot import snapshot
 from drake_starnav.utils.timing import EARLY
 
 SCAN_MEMORY = 5
 """Number of scans from which the certified region is made."""
 FRONT_VIEW, WIDE_VIEW = math.pi, math.radians(260.0)
-"""Smallest fields of view with the certificate, rad; the wide one off the axis, and among moving obstacles, where the
-robot may reverse."""
+"""Smallest views of all lidars with the certificate, rad; the wide one among moving obstacles, where the robot may
+reverse."""
 FEWEST_BEAMS = 36
 """Beams that a lidar needs per turn: with fewer, hits on one wall are not recognised as connected."""
 
@@ -57,36 +57,17 @@ def check_views(scans: Sequence[LaserScan], mounts: Sequence[Mount], footprint: 
                 f"a lidar is mounted {mount.offset:g} m from the robot's axis; allowed: up to {footprint.radius:g} m, "
                 "the farthest point of the robot: a robot.radius or robot.footprint that reaches the lidar"
             )
-    if len(mounts) > 1:
-        _check_cover(scans, mounts, footprint)
-        return
-    if mounts[0].offset > 0.0 and not views[0].full_circle and views[0].span < WIDE_VIEW - ROUNDING:
-        raise StarnavError(
-            f"a lidar off the robot's axis looks over {math.degrees(views[0].span):.0f} degrees; allowed: at least "
-            f"{math.degrees(WIDE_VIEW):.0f}, or one on the axis"
-        )
-    (lone,), wanted = views, 0.5 * (WIDE_VIEW if backwards else FRONT_VIEW)
-    if min(lone.sides) < wanted - ROUNDING:
-        raise StarnavError(
-            f"lidar.angle_min {lone.angle_min:g} and lidar.angle_max {lone.angle_max:g} with a certificate; "
-            f"allowed: a view that reaches {math.degrees(wanted):.0f} degrees to each side of straight ahead, as "
-            "space that no beam has observed is not certified"
-        )
-
-
-def _check_cover(scans: Sequence[LaserScan], mounts: Sequence[Mount], footprint: Footprint) -> None:
-    """Raise a `StarnavError` unless the views of lidars, in an empty world, meet all around as far as each sees."""
-    blank = [dataclasses.replace(scan, ranges=np.full(len(scan.ranges), math.inf), motion=None) for scan in scans]
-    around = merged([unturned(*each) for each in zip(blank, mounts, strict=True)], mounts, footprint)
-    least = min(view_range(*each) for each in zip(scans, mounts, strict=True))
-    unseen = np.flatnonzero(around.lost & (around.distances < least))
-    if len(unseen):
-        middle = np.exp(1j * around.bearings[unseen]).sum()
-        raise StarnavError(
-            f"the lidars' views end at the robot's own body for {360 * len(unseen) / len(around.lost):.0f} degrees, "
-            f"around {math.degrees(math.atan2(middle.imag, middle.real)):.0f} degrees from straight ahead; allowed: "
-            "views of several lidars that meet all around"
-        )
+    wanted = 0.5 * (WIDE_VIEW if backwards else FRONT_VIEW) - ROUNDING
+    for bearing in np.linspace(-wanted, wanted, FEWEST_BEAMS):
+        if not any(each.full_circle or (bearing - each.angle_min) % TURN <= each.span for each in views):
+            seen = ", ".join(
+                f"{math.degrees(each.angle_min):.0f} to {math.degrees(each.angle_max):.0f}" for each in views
+            )
+            raise StarnavError(
+                f"a lidar sees from {seen} degrees, counted from straight ahead, with a certificate; "
+                f"allowed: views that reach {math.degrees(wanted):.0f} degrees to each side of straight ahead, as "
+                "space that no beam has observed is not certified"
+            )
 
 
 @snapshot
@@ -197,18 +178,14 @@ def perceive(
     first = before.observation.region
     samples = None if first is None else len(first.free_range)  # though the number of beams may vary
     smoothing = margins.smoothed_beams, margins.smoothing_slack
-    hits, around = hits_seen(near, mounts, smoothing), merged(near, mounts, footprint)
-    scan = around if noise is None else merged(scans, mounts, footprint)
+    surrounded = surround(near, mounts, footprint)
+    known = [] if surrounded else before.safety.seen_from(pose)
+    hits, around = hits_seen(near, mounts, smoothing), merged(near, mounts, footprint, known)
+    scan = around if noise is None else merged(scans, mounts, footprint, known)
     safe_radius = robot_radius + margins.safety
     memorised = margins.safety_range + 2.0 * safe_radius, SCAN_MEMORY
-    beside = NO_HITS
-    if not scan.full_circle:
-        chords = before.safety.look.chords
-        ends = chords.ends[chords.solid]
-        sizes = memorised[0], robot_radius
-        beside = hits_behind(before.observation.beside, ends, scan.field_of_view, pose, sizes)
     distance = smoothed_distances(scan, margins.smoothing_slack)
-    region = scan_region(scan, pose, robot_radius, margins, samples, beside, distance)
+    region = scan_region(scan, pose, robot_radius, margins, samples, distance)
     arguments = distance, pose, safe_radius, margins.safety_range, memorised
     safety, memory = certified_region(before.memory, around, *arguments, hits)
     if margins.average_scans and around.motion is None:
@@ -217,50 +194,73 @@ def perceive(
         lone = dataclasses.replace(lone, ranges=np.where(lone.hits, measured, lone.ranges))
         earlier, lone = averaged(before.memory, lone, pose, safe_radius + AVERAGED_WITHIN * robot_radius)
         safety, _ = certified_region(earlier, lone, *arguments)
-    place = pose, margins.safety_range + 2.0 * (footprint.radius + margins.safety)
-    safety = _looking(before, safety, (near, mounts), place, settings, smoothing)
-    return Perceived(Observation(region, scan, pose, beside), safety, memory, looks)
+    if around is not near[0]:
+        safety = _seen_by(safety, (near, mounts), pose, smoothing, footprint.inscribed)
+    else:
+        safety = dataclasses.replace(safety, look=dataclasses.replace(safety.look, inside=footprint.inscribed))
+    if not surrounded:  # earlier looks are in the star
+        safety = dataclasses.replace(safety, sight=(0.0, 0.0))
+    offset = 0.0 if surrounded else max(0.0, *(mount.x for mount in mounts))
+    reach = margins.safety_range + 2.0 * (footprint.radius + margins.safety)
+    safety = _remembering(before, safety, around is near[0], (pose, reach, offset), settings)
+    return Perceived(Observation(region, scan, pose), safety, memory, looks)
 
 
-def _looking(
-    before: Perceived,
+def _seen_by(
     safety: CertifiedRegion,
     lidars: tuple[Sequence[LaserScan], Sequence[Mount]],
-    place: tuple[np.ndarray, float],
-    settings: PerceptionSettings,
+    pose: np.ndarray,
     smoothing: tuple[int, float],
+    inscribed: float,
 ) -> CertifiedRegion:
-    """The certified region with what each lidar sees now, and what was seen before.
+    """The certified region with what each lidar sees, with the robot at a pose; `smoothing` as of `hits_seen`.
 
-    `place` is the robot's pose, and within which distance of it looks are kept, m; `smoothing` as of `hits_seen`.
+    `inscribed` is the radius of the disc about the axis inside the robot, m.
     """
-    (scans, mounts), (pose, reach), look, last = lidars, place, safety.look, before.safety
-    earlier: tuple[Known, ...] = ()
-    driven = 0.0, 0.0
-    kept = settings.margins.looks._replace(reach=reach, apart=KEPT_EVERY * settings.footprint.radius)
-    if last.seen:
-        new = (Known(last.look, last.look.place, last.time, *last.driven), *last.others)
-        x, y, yaw = (pose - before.observation.pose).tolist()
-        driven = last.driven[0] + math.hypot(x, y), last.driven[1] + abs(math.remainder(yaw, TURN))
-        earlier = remembered(last.earlier, new, driven, (pose, safety.time), kept)
-    elif len(scans) > 1 or mounts[0].offset > 0.0 or not safety.sees_around:
-        start = Start.of(settings.footprint.radius + settings.margins.safety)
-        earlier = (Known(start, look.place, safety.time),)
-    begun = earlier[-1].look if earlier else None
-    if isinstance(begun, Start):
-        earlier = (*earlier[:-1], earlier[-1]._replace(look=begun.cut(earlier[-1].place, look)))
-    if len(scans) == 1 and mounts[0].offset == 0.0:
-        look = dataclasses.replace(look, inside=settings.footprint.inscribed)
-        return dataclasses.replace(safety, look=look, earlier=earlier, driven=driven)
-    first, looks = look.own[0], []
-    for scan, mount in zip(scans, mounts, strict=True):
+    look, first, looks = safety.look, safety.look.own[0], []
+    for scan, mount in zip(*lidars, strict=True):
         count = int((np.hypot(*hit_points(scan, mount, smoothing)[0].T) < look.reach).sum())
         within = min(look.reach - mount.offset, scan.range_max)
-        looks.append(Look(look.hits, (first, first + count), scan.beams, _place(mount.unturned(pose)), within))
+        inside, place = max(inscribed - mount.offset, 0.0), _place(mount.unturned(pose))
+        looks.append(Look(look.hits, (first, first + count), scan.beams, place, within, inside))
         first += count
-    others = tuple(Known(each, each.place, safety.time, *driven) for each in looks[1:])
-    sight = safety.sight if safety.sees_around else (0.0, 0.0)  # its rays pass what no look has seen
-    return dataclasses.replace(safety, look=looks[0], others=others, earlier=earlier, driven=driven, sight=sight)
+    others = tuple(Known(each, each.place, safety.time) for each in looks[1:])
+    return dataclasses.replace(safety, look=looks[0], others=others)
+
+
+def _remembering(
+    before: Perceived,
+    safety: CertifiedRegion,
+    alone: bool,
+    place: tuple[np.ndarray, float, float],
+    settings: PerceptionSettings,
+) -> CertifiedRegion:
+    """The certified region with what was seen before.
+
+    Args:
+        before: the state before the scan.
+        safety: of the scan.
+        alone: whether it is that of one lidar on the axis that looks all around.
+        place: the robot's pose, within which distance of it looks are kept, and how far ahead of the axis lidars are
+            whose views do not surround the robot; m.
+        settings: of robot and sensors.
+    """
+    (pose, reach, offset), last, (margins, footprint, *_) = place, before.safety, settings
+    earlier: tuple[Known, ...] = ()
+    driven = 0.0, 0.0
+    if last.seen:
+        kept = margins.looks._replace(reach=reach, apart=KEPT_EVERY * footprint.radius)
+        x, y, yaw = (pose - before.observation.pose).tolist()
+        driven = last.driven[0] + math.hypot(x, y), last.driven[1] + abs(math.remainder(yaw, TURN))
+        earlier = remembered(last.earlier, last.newest, driven, (pose, safety.time), kept)
+    elif not alone:
+        start = Start.of(start_radius(footprint, margins.safety, offset))
+        earlier = (Known(start, _place(pose), safety.time),)
+    begun = earlier[-1].look if earlier else None
+    if isinstance(begun, Start):
+        earlier = (*earlier[:-1], earlier[-1]._replace(look=begun.cut(earlier[-1].place, safety.look.chords)))
+    others = tuple(known._replace(way=driven[0], turned=driven[1]) for known in safety.others)
+    return dataclasses.replace(safety, others=others, earlier=earlier, driven=driven)
 
 
 def _place(pose: np.ndarray) -> tuple[float, float, float]:

@@ -12,9 +12,9 @@ from functools import cached_property
 import numpy as np
 from numba import njit
 
-from drake_starnav.geometry.se2 import placed
+from drake_starnav.geometry.se2 import now_in, placed
 from drake_starnav.lidar.field_of_view import TURN
-from drake_starnav.lidar.laser_scan import HIT, LOST, LaserScan, placed_ends
+from drake_starnav.lidar.laser_scan import HIT, LOST, Beams, LaserScan, placed_ends
 from drake_starnav.lidar.mounts import ON_AXIS
 from drake_starnav.surroundings.bearing_hits import CONNECTED_CHORD, points_to_bearings
 from drake_starnav.surroundings.erosion import (
@@ -34,6 +34,8 @@ SCAN_PATIENCE = 3.0
 """A certified region lasts so many scan periods beyond the lidar's delay; without a new scan the robot then brakes."""
 NEAR_HITS = 4.0
 """Hits nearer than this count as near, in radii with the margin: among movers no wall is to be approached."""
+COARSE = 4
+"""Regions about a robot that does not see all around take one look in so many."""
 QUARTER = 0.25 * TURN
 """A disc that drives straight on, so far from the edges of its view, rad, covers of what it does not see only where it
 stood."""
@@ -104,6 +106,16 @@ class CertifiedRegion:
     def looks(self) -> Looks:
         """All but `look`, for compiled functions."""
         return Looks.of(self.others + self.earlier)
+
+    @property
+    def newest(self) -> tuple[Known, ...]:
+        """What each lidar saw at the last scan."""
+        return Known(self.look, self.look.place, self.time, *self.driven), *self.others
+
+    def seen_from(self, pose: np.ndarray) -> list[tuple[Beams, np.ndarray]]:
+        """The beams of some of what was seen, each with its pose in the frame of the robot at a pose (x, y, yaw), W."""
+        known = (*self.newest, *self.earlier[:-1:COARSE], *self.earlier[-1:]) if self.seen else ()
+        return [(each.look.beams, np.array(now_in(pose, np.array(each.place)))) for each in known]
 
     def since(self, time: float) -> "CertifiedRegion":
         """It without what was seen before a time, s."""

@@ -11,13 +11,12 @@ from numba import njit
 
 from drake_starnav.geometry.polyline import point_to_segment_squared
 from drake_starnav.surroundings.looks import clipped, known
+from drake_starnav.surroundings.start import RIM
 
 ESCAPE_CLEARANCE = 0.002
 """A move that begins within the margin may come no nearer than this, m."""
 LOOKAHEAD = 0.03
 """What no point of a robot leaves on its way is asked about at once, m: a few samples."""
-RIM = 24
-"""Corners of the polygon around a disc."""
 SLIVER = 1e-7
 """A part no larger than this is none, m^2."""
 

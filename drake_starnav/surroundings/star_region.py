@@ -21,7 +21,6 @@ from drake_starnav.utils.snapshot import snapshot
 
 CUT_BORDER = 0.4
 """Hits farther beyond a region than this and the robot's radius do not cut it back, in its radii."""
-NO_HITS = np.zeros((0, 2))
 Fit = Callable[[np.ndarray, float], PiecewiseCubic]
 """From the free range at M bearings and the robot's radius, m, to its boundary, as `fit_piecewise_cubic`."""
 
@@ -110,7 +109,6 @@ def scan_region(
     radius: float,
     margins: Margins,
     samples: int | None = None,
-    beside: np.ndarray = NO_HITS,
     distance: np.ndarray | None = None,
 ) -> StarRegion:
     """The star-shaped region of one scan.
@@ -121,13 +119,12 @@ def scan_region(
         radius: of the robot, m.
         margins: kept, and how ranges are smoothed.
         samples: M, the same for all scans of a roadmap; None: as many as suit this one.
-        beside: hits of earlier scans where this one did not look, shape (k, 2), W, m: the robot does not touch them.
         distance: shape (n,), the scan's `smoothed_distances`, m; None: they are computed.
     """
     if distance is None:
         distance = smoothed_distances(scan, margins.smoothing_slack)
     profile = free_range(scan, distance, radius, margins, samples)
-    return clear_of(fit_region(profile, pose[:2], float(pose[2]) + scan.angle_min), beside, radius)
+    return fit_region(profile, pose[:2], float(pose[2]) + scan.angle_min)
 
 
 def cut_back(region: StarRegion, points: np.ndarray, gaps: np.ndarray, radius: float) -> np.ndarray:

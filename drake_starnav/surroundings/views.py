@@ -16,8 +16,9 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.geometry.footprint import Footprint, polygons_of
-from drake_starnav.lidar.field_of_view import TURN
-from drake_starnav.lidar.laser_scan import HIT, LaserScan, placed_ends, third_side
+from drake_starnav.geometry.se2 import placed
+from drake_starnav.lidar.field_of_view import TURN, FieldOfView
+from drake_starnav.lidar.laser_scan import HIT, MAPPABLE, Beams, LaserScan, placed_ends, third_side
 from drake_starnav.lidar.mounts import Mount
 from drake_starnav.surroundings.bearing_hits import CONNECTED_CHORD, half_gaps
 from drake_starnav.surroundings.erosion import BEARINGS, moving_average
@@ -28,9 +29,6 @@ ROUNDING = 1e-6
 """By which a merged scan's range falls short, m, so that no ray leaves a view by rounding before it ends."""
 NEAREST = 0.001
 """A hit that is too close to be measured is placed at this distance along its beam, to give it a direction, m."""
-UNSEEN_BESIDE = 0.5
-"""Rays of a robot whose views do not meet all around may be outside of them so far from its body, m: the planner takes
-that for free, the certificate does not."""
 BODY_SLACK = 0.001
 """Views may begin so far outside the robot, m: within the margin that is kept from everything."""
 PARALLEL = 1e-9
@@ -73,33 +71,50 @@ def _hit_points(beams, smoothing, x, y):
     return points, half_gaps(measured, beams)[hits]
 
 
-def merged(scans: Sequence[LaserScan], mounts: Sequence[Mount], body: Footprint) -> LaserScan:
-    """One scan about the robot's axis; that of a single lidar on the axis is as it is.
-
-    Where the view of a single one does not surround the robot, it has the rays around straight ahead that get into it.
+def merged(
+    scans: Sequence[LaserScan],
+    mounts: Sequence[Mount],
+    body: Footprint,
+    earlier: Sequence[tuple[Beams, np.ndarray]] = (),
+) -> LaserScan:
+    """One scan about the robot's axis; that of a single lidar there that looks all around is as it is.
 
     Args:
         scans, mounts: as of `hits_seen`.
         body: of the robot: what is inside it is the robot itself.
+        earlier: what was seen before, beams and their pose (x, y, yaw) in B.
     """
-    if len(scans) == 1 and mounts[0].offset == 0.0:
+    if len(scans) == 1 and mounts[0].offset == 0.0 and scans[0].full_circle:
         return scans[0]
-    parts = tuple(part.tobytes() for part in body.parts)
-    outside, (first, last) = _reach(parts, body.radius) + BODY_SLACK, (0, BEARINGS)
-    if len(scans) == 1:
-        outside, (first, last) = _outside((*scans[0].field_of_view, scans[0].range_max), mounts[0], parts, body.radius)
-    distance, kind, far = _followed(scans, mounts, outside)
+    outside = _reach(tuple(part.tobytes() for part in body.parts), body.radius) + BODY_SLACK
+    distance, kind, far = _followed(scans, mounts, outside, earlier)
     for scan, mount in zip(scans, mounts, strict=True):
         _add_thin(distance, kind, *hit_points(scan, mount))
-    ranges = np.where(kind == SURFACE, distance, np.where(kind == OPEN, math.nan, math.inf))[first:last]
+    for beams, pose in earlier:
+        points, gaps = _hit_points(beams, (0, 0.0), 0.0, 0.0)
+        points = placed(pose, points)
+        unseen = ~np.any(
+            [looks_at(scan.field_of_view, mount, points) for scan, mount in zip(scans, mounts, strict=True)], axis=0
+        )
+        _add_thin(distance, kind, points[unseen], gaps[unseen])
+    ranges = np.where(kind == SURFACE, distance, np.where(kind == OPEN, math.nan, math.inf))
     return LaserScan(
-        scans[0].time, first * (TURN / BEARINGS) - math.pi, TURN / BEARINGS, 0.0, far, ranges, lost_beams=True,
-        free=distance[first:last], scan_time=scans[0].scan_time, body=scans[0].body,
+        scans[0].time, -math.pi, TURN / BEARINGS, 0.0, far, ranges, lost_beams=True, free=distance,
+        scan_time=scans[0].scan_time, body=scans[0].body,
     )  # fmt: skip
 
 
+def looks_at(view: FieldOfView, mount: Mount, points: np.ndarray) -> np.ndarray:
+    """Whether a lidar looks into the directions of points (n, 2) in B, shape (n,), bool; its view as in `unturned`."""
+    bearing = np.arctan2(points[:, 1] - mount.y, points[:, 0] - mount.x)
+    return np.mod(bearing - view.angle_min, TURN) <= (TURN if view.full_circle else view.span)
+
+
 def _followed(
-    scans: Sequence[LaserScan], mounts: Sequence[Mount], outside: np.ndarray
+    scans: Sequence[LaserScan],
+    mounts: Sequence[Mount],
+    outside: np.ndarray,
+    earlier: Sequence[tuple[Beams, np.ndarray]] = (),
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """How far each ray is free, shape (BEARINGS,), m, and where it ends; and how far any ray is followed, m.
 
@@ -112,11 +127,36 @@ def _followed(
         np.zeros(BEARINGS, np.int64),
         np.zeros(BEARINGS, np.int64),
     )
-    far = 0.0
-    for bit, (scan, mount) in enumerate(zip(scans, mounts, strict=True)):
-        _cross_view(crossings, scan.beams, mount.x, mount.y, 1 << bit)
-        far = max(far, view_range(scan, mount))
-    return *_walked(crossings, outside, far), far
+    far, bit = 0.0, 1
+    for scan, mount in zip(scans, mounts, strict=True):
+        _cross_view(crossings, scan.beams, (mount.x, mount.y, 1.0, 0.0), HIT, bit)
+        far, bit = max(far, view_range(scan, mount)), bit << 1
+    for beams, (x, y, yaw) in earlier:
+        _cross_view(crossings, beams, (x, y, math.cos(yaw), math.sin(yaw)), HIT | MAPPABLE, bit)
+        bit <<= 1
+    return *_walked(crossings, outside, far, (1 << len(scans)) - 1), far
+
+
+def surround(scans: Sequence[LaserScan], mounts: Sequence[Mount], body: Footprint) -> bool:
+    """Whether the views of lidars, in an empty world, meet all around the robot's body as far as each sees."""
+    views = tuple((*scan.field_of_view, scan.range_max) for scan in scans)
+    return _surround(views, tuple(mounts), tuple(part.tobytes() for part in body.parts), body.radius)
+
+
+@lru_cache(maxsize=16)
+def _surround(
+    views: tuple[tuple[float, float, int, float], ...],
+    mounts: tuple[Mount, ...],
+    parts: tuple[bytes, ...],
+    radius: float,
+) -> bool:
+    """The same of the first bearing, the step, the number of beams and the range of each; `parts` of `polygons_of`."""
+    if len(views) == 1 and FieldOfView(*views[0][:3]).full_circle:
+        return True
+    blank = [LaserScan(0.0, first, step, 0.0, far, np.full(beams, math.inf)) for first, step, beams, far in views]
+    distance, kind, _ = _followed(blank, mounts, _reach(parts, radius) + BODY_SLACK)
+    least = min(map(view_range, blank, mounts))
+    return not ((kind == OPEN) & (distance < least)).any()
 
 
 def view_range(scan: LaserScan, mount: Mount) -> float:
@@ -125,25 +165,6 @@ def view_range(scan: LaserScan, mount: Mount) -> float:
 
 
 @lru_cache(maxsize=16)
-def _outside(
-    view: tuple[float, float, int, float], mount: Mount, parts: tuple[bytes, ...], radius: float
-) -> tuple[np.ndarray, tuple[int, int]]:
-    """Up to where rays may be outside a view, shape (BEARINGS,), m; the first and the end of those that are seen.
-
-    That is the robot's body; and farther, where the view does not meet it all around in an empty world. `view` has the
-    first bearing, the step, the number of beams and the range.
-    """
-    body, (first, step, beams, far) = _reach(parts, radius) + BODY_SLACK, view
-    blank = [LaserScan(0.0, first, step, 0.0, far, np.full(beams, math.inf))]
-    unseen = _followed(blank, [mount], body)[1] == OPEN
-    if not unseen.any():
-        return body, (0, BEARINGS)
-    wider = np.where(unseen, body + UNSEEN_BESIDE, body)
-    ends, ahead = np.flatnonzero(_followed(blank, [mount], wider)[1] == OPEN), BEARINGS // 2
-    before, after = ends[ends < ahead], ends[ends > ahead]
-    return wider, (int(before[-1]) + 1 if len(before) else 0, int(after[0]) if len(after) else BEARINGS)
-
-
 def _reach(parts: tuple[bytes, ...], radius: float) -> np.ndarray:
     """How far the robot reaches along each ray, shape (BEARINGS,), m; `parts` as of `polygons_of`."""
     if not parts:
@@ -181,13 +202,16 @@ class _Crossings(NamedTuple):
 
 
 @njit(cache=True)
-def _cross_view(crossings, beams, x, y, bit):
-    """Add the edges of the view of one lidar at (x, y) to the crossings.
+def _cross_view(crossings, beams, place, solid, bit):
+    """Add the edges of the view of one lidar to the crossings; `place` is x, y, and cosine and sine of its yaw.
+
+    `solid` are bits of all beams that hit a surface.
 
     Between two connected hits the edge is their chord. Between other beams the view ends at the nearer one, and the
     edge of a shadow lies on the farther one.
     """
-    distance, hits, directions = beams.distances, beams.kinds & HIT != 0, beams.directions
+    distance, hits, directions = beams.distances, beams.kinds & solid == solid, beams.directions
+    x, y, turned, aside = place
     n, full, cosine = len(distance), beams.seam < np.inf, math.cos(beams.increment)
     seam = math.cos(beams.seam) if full else cosine
     cells, connected = n if full else n - 1, CONNECTED_CHORD * beams.body
@@ -199,8 +223,9 @@ def _cross_view(crossings, beams, x, y, bit):
             kinds[2 * i] = SURFACE
         else:
             a = b = min(a, b)
-        vertices[2 * i, 0], vertices[2 * i, 1] = x + a * directions[i, 0], y + a * directions[i, 1]
-        vertices[2 * i + 1, 0], vertices[2 * i + 1, 1] = x + b * directions[j, 0], y + b * directions[j, 1]
+        for k, d, m in ((2 * i, a, i), (2 * i + 1, b, j)):
+            vertices[k, 0] = x + d * (turned * directions[m, 0] - aside * directions[m, 1])
+            vertices[k, 1] = y + d * (aside * directions[m, 0] + turned * directions[m, 1])
     vertices[2 * cells] = vertices[0]
     if not full:
         vertices[2 * cells, 0], vertices[2 * cells, 1] = x, y
@@ -245,8 +270,11 @@ def _cross_edge(crossings, start, end, kind, bit):
 
 
 @njit(cache=True)
-def _walked(crossings, body, far):
-    """How far each ray is free, m, up to `far`, and where it ends; within `body` (m) it may be outside all views."""
+def _walked(crossings, body, far, now):
+    """How far each ray is free, m, up to `far`, and where it ends; within `body` (m) it may be outside all views.
+
+    `now` are the bits of the views of now. A surface of an earlier one counts where no later one sees through it.
+    """
     distance, view, kinds, count, begin = crossings
     free, end = np.full(len(count), far), np.zeros(len(count), np.int8)
     for k in range(len(count)):
@@ -258,7 +286,7 @@ def _walked(crossings, body, far):
             if t >= far:
                 reached = far
                 break
-            if kinds[k, i] == SURFACE:
+            if kinds[k, i] == SURFACE and (view[k, i] <= now or inside & (view[k, i] - 1) == 0):
                 reached, end[k] = t, SURFACE
                 break
             inside ^= view[k, i]

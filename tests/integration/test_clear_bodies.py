@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given, settings
 
 from drake_starnav.geometry.footprint import Footprint, disc, footprint
-from drake_starnav.lidar.mounts import Mount
+from drake_starnav.geometry.se2 import composed
+from drake_starnav.lidar.mounts import ON_AXIS, Mount
 from drake_starnav.robot import BASES, RobotParameters
 from drake_starnav.robot.motion import Actuation, roll_out
 from drake_starnav.safety.clear import Clear
@@ -17,6 +18,7 @@ from drake_starnav.simulation.kinematics import KinematicMotion
 from drake_starnav.surroundings.erosion import smoothed_distances
 from drake_starnav.surroundings.perception import Perceived, PerceptionSettings, perceive
 from drake_starnav.surroundings.safe_region import CertifiedRegion, ScanMemory, certified_region
+from drake_starnav.surroundings.start import start_radius
 from drake_starnav.worlds.clearance import body_clearance
 from drake_starnav.worlds.world import World
 from scripts.experiments.footprint_soundness import least_distance, solid, sweep
@@ -206,11 +208,13 @@ def test_a_disc_backs_no_farther_than_it_has_seen(half):
 TEE = footprint((rectangle(0.55, 0.2, -0.075), ((0.15, -0.4), (0.3, -0.4), (0.3, 0.4), (0.15, 0.4))))
 
 
-def looks_at(world: World, poses: np.ndarray, shape: Footprint, **view) -> CertifiedRegion:
+def looks_at(
+    world: World, poses: np.ndarray, shape: Footprint, mount: Mount = ON_AXIS, **view: float
+) -> CertifiedRegion:
     """What scans at poses (n, 3) certify, one after the other."""
-    state, settings = Perceived.nothing(), PerceptionSettings(MARGINS, shape)
+    state, settings = Perceived.nothing(), PerceptionSettings(MARGINS, shape, None, (mount,))
     for k, pose in enumerate(poses):
-        scan = dataclasses.replace(cast(world, pose, beams=720, **view), time=0.1 * k)
+        scan = dataclasses.replace(cast(world, composed(pose, mount[:3]), beams=720, **view), time=0.1 * k)
         state = perceive(state, (scan,), pose, settings)
     return state.safety
 
@@ -246,10 +250,17 @@ def test_what_an_arm_hides_from_the_lidar_is_unknown_until_a_look_has_seen_it(fi
         assert driven[0] < 40 and driven[1] == driven[2] == 40
 
 
-@pytest.mark.parametrize("half", [0.5 * math.pi, 0.75 * math.pi])
+@pytest.mark.parametrize(
+    ("half", "mount"),
+    [
+        *((half, ON_AXIS) for half in (0.5 * math.pi, 0.75 * math.pi)),
+        *((half, Mount(0.2, 0.0, 0.0, False)) for half in (0.5 * math.pi, 0.75 * math.pi)),
+        (0.75 * math.pi, Mount(0.2, -0.2, -0.25 * math.pi, False)),
+    ],
+)
 @settings(max_examples=25)
 @given(seed=seeds)
-def test_a_limited_view_accepts_nothing_that_touches(half: float, seed: int) -> None:
+def test_a_limited_view_accepts_nothing_that_touches(half: float, mount: Mount, seed: int) -> None:
     """Of a robot that came along a curve, where only the disc in which it began was free without a look."""
     rng = np.random.default_rng(seed)
     shape = SHAPES[rng.choice(list(SHAPES))]
@@ -260,9 +271,10 @@ def test_a_limited_view_accepts_nothing_that_touches(half: float, seed: int) -> 
         poses.append(np.array((x + 0.05 * math.cos(yaw), y + 0.05 * math.sin(yaw), yaw + 0.1 * turns)))
     world = scattered(rng, discs=14, walls=8, clear=0.1)
     free = body_clearance(world, np.array(poses), shape).min() > MARGINS.safety + 0.01
-    if not free or body_clearance(world, begin[None], disc(shape.radius + MARGINS.safety))[0] < 0.0:
+    start = disc(start_radius(shape, MARGINS.safety, mount.x))
+    if not free or body_clearance(world, begin[None], start)[0] < 0.0:
         return
-    star = looks_at(world, np.array(poses), shape, angle_min=-half, angle_increment=2.0 * half / 719)
+    star = looks_at(world, np.array(poses), shape, mount, angle_min=-half, angle_increment=2.0 * half / 719)
     certificate, most = Clear(star, MARGINS.safety, shape), np.array((LIMITS.max_speed, LIMITS.max_yaw_rate))
     for _ in range(20):
         twist, target = rng.uniform(-most, most) * rng.integers(0, 2), rng.uniform(-most, most)

@@ -6,7 +6,8 @@ import math
 import pytest
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.navigation.validation import check_interface, validated_margins
+from drake_starnav.lidar.mounts import Mount
+from drake_starnav.navigation.validation import check_interface, check_start, validated_margins
 from drake_starnav.scenario.error_budget import error_budget
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.scenario.scenario_file import load_scenario
@@ -126,3 +127,26 @@ def test_a_tolerance_within_which_the_robot_does_not_come_is_refused(radius, tol
         return
     with pytest.raises(StarnavError, match=f"goal_tolerance is {tolerance:g} m; allowed: more than {least} m"):
         validated_margins(scenario)
+
+
+@pytest.mark.parametrize(
+    ("post", "overrides", "unseen"),
+    [
+        ((0.0, 0.32), ("180", 0.2), True),
+        ((0.0, 0.37), ("180", 0.2), False),  # beyond what it takes for free
+        ((0.3, 0.0), ("180", 0.2), False),  # seen
+        ((0.0, 0.32), ("360", 0.2), False),  # all around
+    ],
+)
+def test_nothing_stands_unseen_in_the_disc_in_which_a_robot_begins(post, overrides, unseen: bool) -> None:
+    view, ahead = overrides
+    half = math.radians(0.5 * float(view))
+    limited = ["lidar.beams=181", f"lidar.angle_min={-half}", f"lidar.angle_max={half}"] if view == "180" else []
+    scenario, mounts = load_scenario("room", overrides=limited), (Mount(ahead, 0.0, 0.0, False),)
+    world = World("post", (1.0, 2.0, 0.0), (5, 2), cylinders=[(1.0 + post[0], 2.0 + post[1], 0.02)])
+    margin = validated_margins(scenario, mounts).safety
+    if not unseen:
+        check_start(world, scenario, mounts, margin)
+        return
+    with pytest.raises(StarnavError, match=r"is 0.30 m from the start of world post, .*; allowed: nothing nearer than"):
+        check_start(world, scenario, mounts, margin)

@@ -1,4 +1,4 @@
-"""Hits as chords, and hits that a limited view has left behind."""
+"""Hits as chords."""
 
 import math
 
@@ -7,14 +7,12 @@ import pytest
 import shapely
 from hypothesis import given
 
-from drake_starnav.lidar.field_of_view import FieldOfView
 from drake_starnav.lidar.laser_scan import DYNAMIC, USUAL_BODY, Beams, LaserScan
 from drake_starnav.surroundings.bearing_hits import CONNECTED_CHORD
-from drake_starnav.surroundings.chords import BINS, FILLED, Chords, hides, hits_behind, profile, surfaces
+from drake_starnav.surroundings.chords import BINS, Chords, hides, profile, surfaces
 from tests.helpers.scans import seeds
 
-CHORD, APART = CONNECTED_CHORD * USUAL_BODY, FILLED * USUAL_BODY
-NOTHING = np.zeros((0, 2))
+CHORD = CONNECTED_CHORD * USUAL_BODY
 
 
 def chords(hits: np.ndarray, newest: int, center: np.ndarray) -> Chords:
@@ -77,57 +75,6 @@ def test_each_hit_is_joined_to_its_neighbours_on_the_surface_or_stands_alone(cou
 def test_the_first_and_the_last_hit_of_earlier_scans_are_not_of_one_surface() -> None:
     hits = on_circle(0.0, 90.0, 359.0)
     np.testing.assert_array_equal(chords(hits, 3, np.zeros(2)).ends, np.hstack((hits, hits)))
-
-
-@given(seeds)
-def test_between_what_is_kept_of_a_surface_no_corner_fits(seed: int) -> None:
-    """However far apart its hits were: no place of it is farther from what is kept than the least margin allows."""
-    rng = np.random.default_rng(seed)
-    view, along = FieldOfView(-1.0, 2.0 / 99, 100), rng.uniform(0.0, math.pi)
-    wall = (-0.6, 0.0) + np.outer(np.arange(-0.3, 0.3, rng.uniform(0.004, 0.1)), (math.cos(along), math.sin(along)))
-    found = chords(wall, len(wall), np.zeros(2))
-    kept = hits_behind(NOTHING, found.ends, view, np.zeros(3), (2.0, USUAL_BODY))
-    for _ in range(2):  # and of later scans
-        kept = hits_behind(kept, np.zeros((0, 4)), view, np.zeros(3), (2.0, USUAL_BODY))
-    places = wall[0] + np.outer(np.linspace(0.0, 1.0, 400), wall[-1] - wall[0])
-    assert np.hypot(*(places[:, None] - kept).T).min(axis=0).max() < 0.006
-
-
-@given(seeds)
-def test_surfaces_are_kept_from_end_to_end_and_nothing_beside_them(seed: int) -> None:
-    """One place for each cell that they run through, of several surfaces along x."""
-    rng = np.random.default_rng(seed)
-    starts, lengths = np.cumsum(rng.uniform(0.06, 0.1, 4)), rng.choice([0.0, 0.002, 0.0031, 0.03, 0.05], 4)
-    walls = np.column_stack((starts, np.full(4, 0.001), starts + lengths, np.full(4, 0.001)))
-    kept = hits_behind(NOTHING, walls, FieldOfView(2.0, 0.01, 2), np.zeros(3), (2.0, USUAL_BODY))
-    cells = [np.arange(math.floor(a / APART), math.floor(b / APART) + 1) for a, b in walls[:, ::2]]
-    np.testing.assert_array_equal(np.floor(kept / APART)[:, 0], np.concatenate(cells))
-    on_surfaces = (kept[:, :1] >= starts - 1e-12) & (kept[:, :1] <= starts + lengths + 1e-12)
-    assert on_surfaces.any(axis=1).all()
-
-
-@given(seeds)
-def test_what_a_turned_lidar_does_not_see_is_kept_once_for_each_cell(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    view, pose = FieldOfView(-1.0, 2.0 / 99, 100), rng.uniform(-3.0, 3.0, 3)
-    hits = pose[:2] + rng.uniform(-1.5, 1.5, (40, 2))
-    kept = hits_behind(hits[:20], np.hstack((hits[20:], hits[20:])), view, pose, (1.2, USUAL_BODY))
-    away = hits - pose[:2]
-    off = np.abs((np.arctan2(away[:, 1], away[:, 0]) - pose[2] + math.pi) % (2.0 * math.pi) - math.pi)
-    unseen = hits[(off > 1.0) & (np.hypot(*away.T) < 1.2)]
-    cells = [tuple(cell) for cell in np.floor(unseen / 0.003).astype(int).tolist()]
-    np.testing.assert_array_equal(kept, [hit for k, hit in enumerate(unseen) if cells[k] not in cells[:k]])
-
-
-def test_hits_are_remembered_only_where_the_lidar_does_not_look():
-    view = FieldOfView(-0.75 * math.pi, 1.5 * math.pi / 269, 270)
-    hits = np.vstack((on_circle(0.0, 130.0, 140.0, 180.0, 220.0), 3.0 * on_circle(180.0)))
-    kept = hits_behind(NOTHING, np.hstack((hits, hits)), view, np.zeros(3), (2.0, USUAL_BODY))
-    np.testing.assert_allclose(kept, on_circle(140.0, 180.0, 220.0))
-    turned = hits_behind(kept, np.zeros((0, 4)), view, np.array((0.0, 0.0, math.pi)), (2.0, USUAL_BODY))
-    assert len(turned) == 0
-    again = hits_behind(kept, np.hstack((kept, kept)) + 1e-3, view, np.zeros(3), (2.0, USUAL_BODY))
-    assert len(again) <= 2 * len(kept)
 
 
 def test_hits_as_far_apart_as_a_chord_may_be_long_stay_alone():

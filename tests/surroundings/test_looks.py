@@ -163,7 +163,7 @@ def test_what_is_far_long_ago_or_of_a_pose_that_erred_meanwhile_is_forgotten(kep
 
 def test_where_something_is_seen_the_disc_of_the_start_is_not_free() -> None:
     scan = LaserScan(0.0, -0.5, 0.01, 0.0, 5.0, np.full(101, 0.2))
-    disc = Start.of(0.3).cut(HERE, look_of(scan, HERE))
+    disc = Start.of(0.3).cut(HERE, look_of(scan, HERE).chords)
     looks = Looks.of((Known(disc, HERE, 0.0),))
     for x, free in ((0.25, False), (0.15, True), (-0.25, True), (-0.31, False)):
         part = np.array([(x, -0.01), (x + 0.01, -0.01), (x, 0.01)])

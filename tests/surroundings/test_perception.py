@@ -69,7 +69,7 @@ def test_the_region_of_a_limited_view_ends_at_what_was_hit_beside_the_view() -> 
         state = perceive(state, (scan,), pose, SETTINGS)
     region = state.observation.region
     assert region is not None
-    assert not state.observation.scan.hits.any()
+    assert not state.looks[0].near.hits.any()
     again = state.observation.refitted(RADIUS, MARGINS).region
     assert again is not None and np.array_equal(again.free_range, region.free_range)
     wider = state.observation.refitted(RADIUS + 0.05, MARGINS).region

@@ -1,0 +1,74 @@
+"""A robot whose lidars do not see all around turns to look."""
+
+import dataclasses
+import math
+
+import numpy as np
+
+from drake_starnav.planning.guidance import Guidance
+from drake_starnav.planning.state import PlannerInput, PlannerState
+from drake_starnav.surroundings.region_union import cover_at
+from drake_starnav.surroundings.star_region import StarRegion
+
+FACING = math.radians(30.0)
+"""A robot faces a place that lies within this angle of its heading, rad."""
+LOOKS_AFTER = 0.5
+"""A robot that faces its path for so long without progress looks at what it has not seen beside it, s."""
+UNSEEN_WITHIN = 2.0
+"""That is what is no farther than this, in radii of the disc that it covers when it turns."""
+BEGINS_WITHIN = 0.1
+"""No farther from where it began, in its radii, the robot has not left."""
+LOOKED = 0.1
+"""What a robot that heads for it within this angle does not see is hidden, rad."""
+
+
+def faces(inputs: PlannerInput, place: np.ndarray) -> bool:
+    """Whether the robot faces a place (2,) in W."""
+    (x, y), (at_x, at_y, yaw) = place.tolist(), inputs.observation.pose.tolist()
+    return math.cos(math.atan2(y - at_y, x - at_x) - yaw) > math.cos(FACING)
+
+
+def turned_to_look(state: PlannerState, here: StarRegion, inputs: PlannerInput) -> bool:
+    """Whether a lidar that does not look all around sees the probe since the robot has turned."""
+    nodes, (pose, scan) = state.roadmap.nodes, (inputs.observation.pose, inputs.observation.scan)
+    if scan.free is None or state.target is None or not len(nodes):
+        return False
+    turned = abs(math.remainder(float(pose[2] - nodes[-1].pose[2]), 2.0 * math.pi)) > FACING
+    return turned and cover_at(here.alone, *state.target[1], 0.0) >= 0
+
+
+def looking_aside(state: PlannerState, inputs: PlannerInput) -> PlannerState:
+    """The state with guidance to turn, where lidars have not seen all around.
+
+    One that is no disc may turn where it begins, and faces its path before it leaves. Later a robot looks at what is
+    beside the path if it stands before it.
+    """
+    scan, pose = inputs.observation.scan, inputs.observation.pose
+    if state.looking is not None:
+        state = dataclasses.replace(state, looking=None)
+    if scan.free is None or not len(state.path):
+        return state
+    x, y, yaw = pose.tolist()
+    ahead = math.atan2(state.path[0, 1] - y, state.path[0, 0] - x) - yaw
+    aside = np.mod(scan.bearings - ahead + math.pi, 2.0 * math.pi) - math.pi
+    near = scan.lost & (scan.distances < UNSEEN_WITHIN * inputs.swept_radius)
+    unseen = np.flatnonzero(near & (np.abs(aside) <= 0.5 * math.pi))
+    begun, spot = state.roadmap.nodes[0], BEGINS_WITHIN * inputs.robot_radius
+    patient = inputs.time - begun.time < inputs.parameters.progress_timeout
+    turns = inputs.body is not None and inputs.body.base.turns_on_the_spot
+    if patient and turns and math.dist(begun.pose[:2], (x, y)) < spot and math.cos(ahead) < math.cos(LOOKED):
+        return dataclasses.replace(state, facing_time=inputs.time, looking=_turn(state, x, y, yaw + ahead))
+    waits = inputs.time - state.facing_time > LOOKS_AFTER and len(unseen) > 0
+    if state.progress_time == inputs.time or not (waits or faces(inputs, state.path[0])):
+        return dataclasses.replace(state, facing_time=inputs.time)
+    if not waits:
+        return state
+    aim = float(scan.bearings[unseen[np.abs(aside[unseen]).argmax()]])
+    if abs(aim) < LOOKED:  # and it is hidden from there, too
+        return dataclasses.replace(state, facing_time=inputs.time)
+    return dataclasses.replace(state, looking=_turn(state, x, y, yaw + aim))
+
+
+def _turn(state: PlannerState, x: float, y: float, yaw: float) -> Guidance:
+    """Guidance to turn on the spot."""
+    return Guidance(state.path, False, state.roadmap.union, np.array(((x, y, yaw, 0.0),)))

@@ -1,0 +1,67 @@
+"""Turning to look, of robots whose lidars do not see all around."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState
+from drake_starnav.planning.closures import with_latest
+from drake_starnav.planning.looking import LOOKS_AFTER, faces, looking_aside, turned_to_look
+from drake_starnav.surroundings import Observation
+from drake_starnav.surroundings.star_region import scan_region
+from tests.helpers.scans import MARGINS, RADIUS
+
+PARAMETERS = PlannerParameters()
+
+
+def inputs(time: float, unseen: tuple[float, float] | None, yaw: float = 0.0) -> PlannerInput:
+    """A robot in the open that has not seen what is between two bearings in B, rad, but for 0.4 m; None: a centred
+    lidar's scan."""
+    bearing, free = 2.0 * math.pi / 720 * np.arange(720) - math.pi, None
+    ranges = np.full(720, math.inf)
+    if unseen is not None:
+        lost = (bearing > unseen[0]) & (bearing < unseen[1])
+        ranges[lost], free = math.nan, np.where(lost, 0.4, 5.0)
+    scan = LaserScan(time, -math.pi, 2.0 * math.pi / 720, 0.0, 5.0, ranges, lost_beams=True, free=free)
+    pose = np.array((0.0, 0.0, yaw))
+    seen = Observation(scan_region(scan, pose, RADIUS, MARGINS), scan, pose)
+    return PlannerInput(seen, pose[:2], np.array((9.0, 0.0)), time, PARAMETERS, MARGINS, RADIUS)
+
+
+def planned(given: PlannerInput) -> PlannerState:
+    """With a node and a path straight ahead."""
+    state = with_latest(PlannerState.initial(PARAMETERS, RADIUS), given)
+    return dataclasses.replace(state, path=np.array(((2.0, 0.0),)))
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_robot_that_stands_before_its_path_turns_to_what_it_has_not_seen_beside_it(side: float) -> None:
+    unseen = (0.8, 1.5) if side > 0.0 else (-1.5, -0.8)
+    state = planned(inputs(0.0, unseen))
+    assert looking_aside(state, inputs(0.3, unseen)).looking is None  # it may just set off
+    looked = looking_aside(state, inputs(LOOKS_AFTER + 0.1, unseen)).looking
+    assert looked is not None
+    ((x, y, yaw, gear),) = looked.poses
+    assert (x, y, gear) == (0.0, 0.0, 0.0) and yaw == pytest.approx(1.5 * side, abs=0.01)
+
+
+def test_it_does_not_where_all_is_seen_or_hidden_from_there_or_behind_it() -> None:
+    for unseen in (None, (-0.05, 0.05), (2.0, 3.0)):
+        state = planned(inputs(0.0, unseen))
+        assert looking_aside(state, inputs(2.0, unseen)).looking is None
+    moved = dataclasses.replace(planned(inputs(0.0, (0.8, 1.5))), progress_time=2.0)
+    after = looking_aside(moved, inputs(2.0, (0.8, 1.5)))
+    assert after.looking is None and after.facing_time == 2.0
+
+
+def test_facing_and_seeing_the_probe_after_a_turn() -> None:
+    given = inputs(0.0, (1.0, 2.0))
+    assert faces(given, np.array((1.0, 0.3))) and not faces(given, np.array((-1.0, 0.0)))
+    state = dataclasses.replace(planned(given), target=np.array(((0.0, 0.0), (0.0, 1.0))))
+    for yaw, unseen, due in ((0.0, (3.0, 3.1), False), (1.0, (3.0, 3.1), True), (1.0, (0.3, 0.8), False)):
+        turned = inputs(1.0, unseen, yaw)
+        assert turned.observation.region is not None
+        assert turned_to_look(state, turned.observation.region, turned) == due
