@@ -1,5 +1,6 @@
 """Places that a scan shows to be impassable: its hits, and gaps between them that are too narrow for the robot."""
 
+import itertools
 import math
 
 import numpy as np
@@ -77,30 +78,22 @@ def narrowest_place(points: np.ndarray, way: np.ndarray, width: float) -> np.nda
 
     None if no two on both sides of the way are nearer than `width`. All in m, in one frame.
     """
-    i, j = _nearest_across(points, way, width)
-    return None if i < 0 else 0.5 * (points[i] + points[j])
+    nearest, least = None, width * width
+    for start, end in itertools.pairwise(way):
+        around = (points > np.minimum(start, end) - width) & (points < np.maximum(start, end) + width)
+        close = points[around.all(axis=1)]
+        (along_x, along_y), (x, y) = end - start, (close - start).T
+        left = along_x * y - along_y * x > 0.0
+        ours, theirs = close[left], close[~left]
+        to_x, to_y = (theirs[None, :] - ours[:, None]).transpose(2, 0, 1)
+        across = _turns_left(to_x, to_y, start - ours) != _turns_left(to_x, to_y, end - ours)
+        squared = np.where(across, to_x * to_x + to_y * to_y, np.inf)
+        if squared.size and squared.min() < least:
+            i, j = divmod(int(squared.argmin()), len(theirs))
+            nearest, least = 0.5 * (ours[i] + theirs[j]), float(squared[i, j])
+    return nearest
 
 
-@njit(cache=True)
-def _nearest_across(points, way, width):
-    """The indices of the two points of `narrowest_place`; -1, -1 without any."""
-    first = second = -1
-    least = width * width
-    side, near = np.empty(len(points)), np.empty(len(points), np.int64)
-    for k in range(len(way) - 1):
-        ax, ay, bx, by = way[k, 0], way[k, 1], way[k + 1, 0], way[k + 1, 1]
-        ux, uy, count = bx - ax, by - ay, 0
-        for i in range(len(points)):
-            x, y = points[i, 0], points[i, 1]
-            if min(ax, bx) - width < x < max(ax, bx) + width and min(ay, by) - width < y < max(ay, by) + width:
-                side[count], near[count] = ux * (y - ay) - uy * (x - ax), i
-                count += 1
-        for m in range(count):
-            px, py = points[near[m], 0], points[near[m], 1]
-            for n in range(m):
-                qx, qy = points[near[n], 0] - px, points[near[n], 1] - py
-                if qx * qx + qy * qy >= least or (side[m] > 0.0) == (side[n] > 0.0):
-                    continue
-                if (qx * (ay - py) - qy * (ax - px) > 0.0) != (qx * (by - py) - qy * (bx - px) > 0.0):
-                    first, second, least = near[n], near[m], qx * qx + qy * qy
-    return first, second
+def _turns_left(to_x: np.ndarray, to_y: np.ndarray, to_end: np.ndarray) -> np.ndarray:
+    """Whether a way's end, seen from points (n, 2), lies left of the lines to others (n, m)."""
+    return to_x * to_end[:, 1:] - to_y * to_end[:, :1] > 0.0
