@@ -89,10 +89,10 @@ def test_at_its_goal_the_robot_stands(method: str, start: list[float]) -> None:
 @pytest.mark.parametrize(
     ("method", "changes", "words"),
     [
-        ("star", ["lidar.angle_min=-1.5", "lidar.angle_max=1.5"], "a view that reaches 90 degrees to each side"),
-        ("star", ["lidar.angle_min=-0.3", "lidar.angle_max=4.4"], "a view that reaches 90 degrees to each side"),
-        ("star", ["lidar.angle_min=1.6", "lidar.angle_max=4.7"], "a view that reaches 90 degrees to each side"),
-        ("star", [*HALF, "obstacles.max_speed=0.5"], "a view that reaches 130 degrees to each side"),
+        ("star", ["lidar.angle_min=-1.5", "lidar.angle_max=1.5"], "views that reach 90 degrees to each side"),
+        ("star", ["lidar.angle_min=-0.3", "lidar.angle_max=4.4"], "views that reach 90 degrees to each side"),
+        ("star", ["lidar.angle_min=1.6", "lidar.angle_max=4.7"], "views that reach 90 degrees to each side"),
+        ("star", [*HALF, "obstacles.max_speed=0.5"], "views that reach 130 degrees to each side"),
         (
             "star",
             ["lidar.range_max=1.2", "obstacles.max_speed=0.8"],

@@ -36,7 +36,7 @@ FRAMES = {
     "left": ("-0.16 0.16 0.08", "0 0 2.356194490192345"),
 }
 LIMITED = ("lidar.beams=271", "lidar.angle_min=-2.356194490192345", "lidar.angle_max=2.356194490192345")
-NARROW = ("lidar.beams=181", "lidar.angle_min=-1.5707963267948966", "lidar.angle_max=1.5707963267948966")
+NARROW = ("lidar.beams=181", "lidar.angle_min=-1.2", "lidar.angle_max=1.2")
 CORNERS = (*LIMITED, "lidars=[{frame: right}, {frame: left}]")
 OPEN = World("open", (1.0, -2.0, 0.6), (5.0, 0.0), cylinders=[(2.0, -2.0, 0.3), (0.2, -1.6, 0.1), (1.0, 0.0, 0.5)])
 TEXT = """
@@ -135,7 +135,7 @@ def test_each_lidar_has_ports_and_noise_of_its_own(model: str) -> None:
 
 def test_lidars_that_the_loop_cannot_use_are_refused(model: str) -> None:
     for overrides, said in (
-        ((*NARROW, "lidar.frame=ahead"), "at least 260"),
+        ((*NARROW, "lidar.frame=ahead"), "views that reach 90 degrees to each side"),
         ((*CORNERS, "obstacles.max_speed=0.5"), "obstacles.max_speed is 0.5 with 2 lidars"),
         (
             ("lidar.frame=ahead", "lidar.noise=0.05"),

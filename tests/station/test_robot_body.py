@@ -151,7 +151,7 @@ def test_the_lidar_of_a_large_body_sees_no_floor_where_it_brakes(model: str, rad
     builder.Connect(command.get_output_port(), station.GetInputPort("drive.twist_command"))
     simulator = make_simulator(builder.Build())
     lowest = np.inf
-    for time in np.arange(0.0, 4.0, 0.02):
+    for time in np.arange(0.003, 4.0, 0.02):  # never at a scan, from which it would differ by rounding
         simulator.AdvanceTo(time)
         X_WS = value_of(station.GetOutputPort("lidar.X_WS"), simulator.get_context())
         lowest = min(lowest, X_WS.translation()[2] - 60.0 * np.hypot(*X_WS.rotation().matrix()[2, :2]))

@@ -223,7 +223,7 @@ def test_the_star_says_when_the_scan_before_was_taken() -> None:
     "view, words",
     [
         ({"beams": 20}, "lidar.beams is 20, one every 18 degrees"),
-        ({"beams": 90, "angle_min": -0.8, "angle_increment": 0.018}, "a view that reaches 90 degrees to each side"),
+        ({"beams": 90, "angle_min": -0.8, "angle_increment": 0.018}, "views that reach 90 degrees to each side"),
     ],
 )
 def test_with_the_certificate_a_lidar_that_sees_too_little_is_refused(view: dict, words: str) -> None:
