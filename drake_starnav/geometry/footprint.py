@@ -12,6 +12,7 @@ from numba import njit
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.compiled import leaf
 from drake_starnav.geometry.polyline import point_to_segment_squared
+from drake_starnav.utils.snapshot import snapshot
 
 COVER_EXCESS = 0.008
 """The discs that cover a polygon are wider than the polygon by no more than this, m."""
@@ -61,8 +62,9 @@ class Body(NamedTuple):
     lever: float
 
 
-class Footprint(NamedTuple):
-    """What a robot covers of the floor, in its frame: the origin is where it turns about, x is ahead; m.
+@snapshot
+class Footprint:
+    """What a robot covers of the floor, in its frame: the origin is where it turns about, x is ahead; m. Immutable.
 
     Attributes:
         parts: convex polygons, each counterclockwise of shape (n, 2); none: a disc about the origin.
@@ -92,17 +94,23 @@ class Footprint(NamedTuple):
         """No point of it may move farther between two samples of a motion, m."""
         return SAMPLING * max(self.narrow, self.radius / 3.0)
 
-    @property
+    @functools.cached_property
     def inscribed(self) -> float:
         """Radius of the largest disc about the origin inside one of its parts, m; 0 if the origin is in none."""
         return max(-float(distance_to_point(0.0, 0.0, self.body)), 0.0)
 
-    @property
+    @functools.cached_property
     def polygons(self) -> Polygons:
         """The parts for compiled functions; of a disc none."""
-        return polygons_of(tuple(part.tobytes() for part in self.parts))
+        if self.is_disc:
+            return Polygons(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0), np.zeros(0, np.int64))
+        edges = [np.roll(part, -1, axis=0) - part for part in self.parts]
+        normals = [np.column_stack((e[:, 1], -e[:, 0])) / np.hypot(*e.T)[:, None] for e in edges]
+        offsets = [(n * part).sum(axis=1) for n, part in zip(normals, self.parts, strict=True)]
+        ends = np.cumsum([len(part) for part in self.parts])
+        return Polygons(np.vstack(self.parts), np.vstack(normals), np.concatenate(offsets), ends)
 
-    @property
+    @functools.cached_property
     def body(self) -> Body:
         """All of it for compiled functions."""
         return Body(self.polygons, float(self.radius), float(self.lever))
@@ -149,6 +157,7 @@ def shaped(robot: Footprint | float) -> Footprint:
     return robot if isinstance(robot, Footprint) else disc(robot)
 
 
+@functools.lru_cache(maxsize=64)
 def disc(radius: float) -> Footprint:
     """A disc about the origin, m."""
     return Footprint((), np.zeros((1, 2)), float(radius), float(radius))
@@ -291,16 +300,3 @@ def _discs(length: float, width: float) -> int:
         if math.hypot(0.5 * length / k, 0.5 * width) < 0.5 * width + COVER_EXCESS:
             return k
     return MOST_DISCS
-
-
-@functools.lru_cache(maxsize=64)
-def polygons_of(parts: tuple[bytes, ...]) -> Polygons:
-    """The parts of a footprint, from the bytes of their corners."""
-    if not parts:
-        return Polygons(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0), np.zeros(0, np.int64))
-    corners = [np.frombuffer(part).reshape(-1, 2) for part in parts]
-    edges = [np.roll(part, -1, axis=0) - part for part in corners]
-    normals = [np.column_stack((e[:, 1], -e[:, 0])) / np.hypot(*e.T)[:, None] for e in edges]
-    offsets = [(n * part).sum(axis=1) for n, part in zip(normals, corners, strict=True)]
-    ends = np.cumsum([len(part) for part in corners])
-    return Polygons(np.vstack(corners), np.vstack(normals), np.concatenate(offsets), ends)

@@ -145,53 +145,70 @@ def remembered(
         now: (x, y, yaw) of the robot, W, and the time, s.
         kept: what is kept.
     """
-    (pose, time), count = now, len(new)
-    if len(before) > count > 0:
-        last, older = before[:count], before[count:]
-        other = _apart(last[0], older[:1], kept.apart)  # else it is none of those that are kept
-        before = (*last, *_apart(last[0], older, kept.apart)) if other else older
-    x, y, _ = pose.tolist()
-    way, turned, begin = driven[0] - kept.way, driven[1] - kept.turn, time - kept.time
-    lasting = [
-        each
-        for each in (*new, *before)
-        if each.way >= way
-        and each.turned >= turned
-        and each.time >= begin
-        and math.hypot(each.place[0] - x, each.place[1] - y) < kept.reach
-    ]
-    begun = lasting[-1:] if lasting and isinstance(lasting[-1].look, Start) else []
-    lasting = lasting[: len(lasting) - len(begun)]
-    while len(lasting) > MOST_LOOKS * max(count, 1):
-        del lasting[count + _superfluous(lasting[count:], kept.apart)]
-    return (*lasting, *begun)
+    known = *new, *before
+    if not known:
+        return ()
+    rows = np.array([(*each.place, each.time, each.way, each.turned) for each in known])
+    limits = np.array((*now[0][:2], now[1] - kept.time, driven[0] - kept.way, driven[1] - kept.turn))
+    last = _lasting(rows, len(new), isinstance(known[-1].look, Start), limits, (kept.reach, kept.apart))
+    return tuple([known[k] for k in last.tolist()])
 
 
-def _superfluous(looks: list[Known], apart: float) -> int:
-    """Index of the older of the two looks that differ least; a radian counts as much as the distance `apart`, m."""
-    x, y, yaw = np.array([each.place for each in looks]).T
-    turned = yaw[:, None] - yaw
-    differ = np.hypot(x[:, None] - x, y[:, None] - y) / apart + np.abs(turned - TURN * np.rint(turned / TURN))
-    differ[np.tril_indices(len(looks))] = np.inf
-    return int(differ.argmin()) % len(looks)
+@njit(cache=True)
+def _lasting(rows, count, begun, limits, kept):
+    """Indices of what is `remembered`, of looks (x, y, yaw, time, way, turned), shape (n, 6), the newest first.
+
+    Args:
+        rows: the looks of this scan, of the one before, and those that were kept.
+        count: of lidars.
+        begun: whether the last one is a `Start`.
+        limits: (x, y) of the robot, and the least time, way and turn that count.
+        kept: reach and distance apart as of `Kept`, m.
+    """
+    reach, apart = kept
+    lasting, older, end = np.ones(len(rows), np.bool_), 2 * count, len(rows) - begun
+    if len(rows) > older > 0:
+        if older == end or _are_apart(rows[count], rows[older], apart):
+            for k in range(older, end):
+                lasting[k] = _are_apart(rows[count], rows[k], apart)
+        else:  # it is none of those that are kept
+            lasting[count:older] = False
+    left = 0
+    for k in range(len(rows)):
+        x, y, _, time, way, turned = rows[k]
+        lasts = time >= limits[2] and way >= limits[3] and turned >= limits[4]
+        lasting[k] &= lasts and math.hypot(x - limits[0], y - limits[1]) < reach
+        left += lasting[k] and k < end
+    while left > MOST_LOOKS * max(count, 1):  # the older of the two goes that differ least
+        least, superfluous = np.inf, end
+        for i in range(count, end):
+            for j in range(i + 1, end):
+                if lasting[i] and lasting[j]:
+                    away, turned = _difference(rows[i], rows[j])
+                    if away / apart + turned < least:  # a radian counts as much as the distance
+                        least, superfluous = away / apart + turned, j
+        lasting[superfluous] = False
+        left -= 1
+    return np.flatnonzero(lasting)
+
+
+@njit(cache=True)
+def _are_apart(one, other, apart):
+    away, turned = _difference(one, other)
+    return away > apart or turned > KEPT_TURN
+
+
+@njit(cache=True)
+def _difference(one, other):
+    """How far apart two looks are, m, and how much they are turned, rad."""
+    turned = one[2] - other[2]
+    return math.hypot(one[0] - other[0], one[1] - other[1]), abs(turned - TURN * round(turned / TURN))
 
 
 def _moved(place: tuple[float, float, float], frame: np.ndarray) -> tuple[float, float, float]:
     """A pose in another frame, in which this one's origin is at the pose `frame`; its yaw may leave [-pi, pi]."""
     x, y, _ = composed(frame, place).tolist()
     return x, y, place[2] + float(frame[2])
-
-
-def _apart(new: Known, looks: tuple[Known, ...], apart: float) -> list[Known]:
-    """Those of some looks that are of other places or directions than one."""
-    x, y, yaw = new.place
-    return [
-        each
-        for each in looks
-        if math.hypot(each.place[0] - x, each.place[1] - y) > apart
-        or abs(math.remainder(each.place[2] - yaw, TURN)) > KEPT_TURN
-        or isinstance(each.look, Start)
-    ]
 
 
 @njit(cache=True)

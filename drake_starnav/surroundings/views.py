@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from drake_starnav.geometry.footprint import Footprint, polygons_of
+from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.geometry.se2 import placed
 from drake_starnav.lidar.field_of_view import TURN, FieldOfView
 from drake_starnav.lidar.laser_scan import HIT, MAPPABLE, Beams, LaserScan, placed_ends, third_side
@@ -86,7 +86,7 @@ def merged(
     """
     if len(scans) == 1 and mounts[0].offset == 0.0 and scans[0].full_circle:
         return scans[0]
-    outside = _reach(tuple(part.tobytes() for part in body.parts), body.radius) + BODY_SLACK
+    outside = _reach(body) + BODY_SLACK
     distance, kind, far = _followed(scans, mounts, outside, earlier)
     for scan, mount in zip(scans, mounts, strict=True):
         _add_thin(distance, kind, *hit_points(scan, mount))
@@ -140,21 +140,20 @@ def _followed(
 def surround(scans: Sequence[LaserScan], mounts: Sequence[Mount], body: Footprint) -> bool:
     """Whether the views of lidars, in an empty world, meet all around the robot's body as far as each sees."""
     views = tuple((*scan.field_of_view, scan.range_max) for scan in scans)
-    return _surround(views, tuple(mounts), tuple(part.tobytes() for part in body.parts), body.radius)
+    return _surround(views, tuple(mounts), body)
 
 
 @lru_cache(maxsize=16)
 def _surround(
     views: tuple[tuple[float, float, int, float], ...],
     mounts: tuple[Mount, ...],
-    parts: tuple[bytes, ...],
-    radius: float,
+    body: Footprint,
 ) -> bool:
-    """The same of the first bearing, the step, the number of beams and the range of each; `parts` of `polygons_of`."""
+    """The same of the first bearing, the step, the number of beams and the range of each."""
     if len(views) == 1 and FieldOfView(*views[0][:3]).full_circle:
         return True
     blank = [LaserScan(0.0, first, step, 0.0, far, np.full(beams, math.inf)) for first, step, beams, far in views]
-    distance, kind, _ = _followed(blank, mounts, _reach(parts, radius) + BODY_SLACK)
+    distance, kind, _ = _followed(blank, mounts, _reach(body) + BODY_SLACK)
     least = min(map(view_range, blank, mounts))
     return not ((kind == OPEN) & (distance < least)).any()
 
@@ -165,13 +164,13 @@ def view_range(scan: LaserScan, mount: Mount) -> float:
 
 
 @lru_cache(maxsize=16)
-def _reach(parts: tuple[bytes, ...], radius: float) -> np.ndarray:
-    """How far the robot reaches along each ray, shape (BEARINGS,), m; `parts` as of `polygons_of`."""
-    if not parts:
-        return np.full(BEARINGS, radius)
+def _reach(body: Footprint) -> np.ndarray:
+    """How far the robot reaches along each ray, shape (BEARINGS,), m."""
+    if body.is_disc:
+        return np.full(BEARINGS, body.radius)
     bearing = TURN / BEARINGS * np.arange(BEARINGS) - math.pi
     rays = np.column_stack((np.cos(bearing), np.sin(bearing)))
-    _, normals, offsets, ends = polygons_of(parts)
+    _, normals, offsets, ends = body.polygons
     reach, begin = np.zeros(BEARINGS), 0
     for end in ends.tolist():
         outward, off = rays @ normals[begin:end].T, offsets[begin:end]
