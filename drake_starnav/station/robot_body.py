@@ -1,5 +1,6 @@
 """The body of a robot in a plant: the footprint of a shipped robot, and what of a model sticks out of it."""
 
+import dataclasses
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Mapping
 from typing import Any, NoReturn
@@ -44,7 +45,7 @@ def add_body(robot: RobotModel, shape: Footprint, heights: tuple[float, float]) 
 def add_looks(robot: RobotModel, shape: Footprint, heights: tuple[float, float], root: ElementTree.Element) -> None:
     """The same for its looks, in the colours of its model."""
     top = heights[1]
-    deck = shape._replace(parts=tuple(DECK * part for part in shape.parts), radius=DECK * shape.radius)
+    deck = dataclasses.replace(shape, parts=tuple(DECK * part for part in shape.parts), radius=DECK * shape.radius)
     layers = (("hull", shape, heights, "shell"), ("deck", deck, (top, top + DECK_HEIGHT), "deck"))
     for layer, each, (low, high), material in layers:
         color = root.find(f"material[@name='{material}']/color")
