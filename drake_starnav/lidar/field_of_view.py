@@ -1,7 +1,12 @@
 """The bearings that a planar lidar measures, and the one place that says whether they are all around."""
 
 import math
-from typing import NamedTuple
+from collections.abc import Iterable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from drake_starnav.errors import StarnavError, shown
 
 TURN = 2.0 * math.pi
 ROUNDING = 1e-4
@@ -47,6 +52,11 @@ class FieldOfView(NamedTuple):
         """Largest angle between two neighbouring beams, rad."""
         return max(self.angle_increment, self.seam) if self.full_circle else self.angle_increment
 
+    def within(self, sectors: Iterable[tuple[float, float]]) -> np.ndarray:
+        """Which beams lie in sectors as of `sectors_of`, shape (beams,), bool."""
+        bearings = self.angle_min + self.angle_increment * np.arange(self.beams)
+        return np.any([np.mod(bearings - first, TURN) <= width for first, width in sectors], axis=0)
+
     @property
     def sides(self) -> tuple[float, float]:
         """How far the view reaches to the right and to the left of straight ahead, rad; negative if it does not."""
@@ -54,3 +64,20 @@ class FieldOfView(NamedTuple):
             return math.pi, math.pi
         ahead = TURN * round(0.5 * (self.angle_min + self.angle_max) / TURN)
         return ahead - self.angle_min, self.angle_max - ahead
+
+
+def sectors_of(given: Iterable[Any], name: str) -> list[tuple[float, float]]:
+    """First bearing in S and width of sectors, rad, of pairs of bearings: from one counter-clockwise to the other.
+
+    Raises a `StarnavError` that calls them by `name` if they are no such pairs.
+    """
+    sectors = []
+    for pair in given:
+        try:
+            first, last = map(float, pair)
+        except (TypeError, ValueError):
+            first = last = math.nan
+        if not (math.isfinite(first) and math.isfinite(last)):
+            raise StarnavError(f"{name} has the sector {shown(pair)}; allowed: [first, last], finite bearings, rad")
+        sectors.append((first, min(last - first, TURN) if last >= first else (last - first) % TURN))
+    return sectors

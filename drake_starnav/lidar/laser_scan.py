@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.lidar.field_of_view import SEAM, TURN, FieldOfView
+from drake_starnav.lidar.field_of_view import SEAM, TURN, FieldOfView, sectors_of
 from drake_starnav.utils.snapshot import snapshot
 
 USUAL_BODY = 0.25
@@ -211,13 +211,8 @@ class LaserScan:
         Args:
             sectors: pairs of bearings in S, each a sector from the first counter-clockwise to the second, rad.
         """
-        ranges = self.ranges.copy()
-        for first, last in sectors:
-            if not (math.isfinite(first) and math.isfinite(last)):
-                raise StarnavError(f"laser scan: a masked sector is ({first}, {last}); allowed: finite bearings, rad")
-            width = min(last - first, TURN) if last >= first else (last - first) % TURN
-            ranges[np.mod(self.bearings - first, TURN) <= width] = math.nan
-        return dataclasses.replace(self, ranges=ranges, lost_beams=True)
+        inside = self.field_of_view.within(sectors_of(sectors, "laser scan: mask"))
+        return dataclasses.replace(self, ranges=np.where(inside, math.nan, self.ranges), lost_beams=True)
 
     @staticmethod
     def nothing() -> "LaserScan":

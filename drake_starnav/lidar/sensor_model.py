@@ -4,14 +4,14 @@ import enum
 import math
 import struct
 import threading
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numba import njit
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.lidar.field_of_view import ROUNDING, TURN, FieldOfView
+from drake_starnav.lidar.field_of_view import ROUNDING, TURN, FieldOfView, sectors_of
 from drake_starnav.parameters import Checked, parameter
 
 
@@ -70,6 +70,14 @@ class LidarParameters(Checked, place="lidar"):
         "link or frame of the robot's model in whose x-y plane it scans",
         when="your model calls it otherwise: laser, base_scan, ...",
     )
+    mask: list[Any] = field(
+        default_factory=list,
+        metadata={
+            "help": "bearings [[first, last], ...], rad, counter-clockwise, between which it sees the robot itself: "
+            "beams there are lost",
+            "when": "a post or a cable is in its way; `starnav calibrate` proposes it",
+        },
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -84,6 +92,7 @@ class LidarParameters(Checked, place="lidar"):
                 f"lidar.range_min is {self.range_min:g} with lidar.range_max {self.range_max:g}; "
                 "allowed: range_min < range_max"
             )
+        sectors_of(self.mask, "lidar.mask")
 
     @property
     def field_of_view(self) -> FieldOfView:
@@ -142,8 +151,9 @@ class LidarParameters(Checked, place="lidar"):
 
     @property
     def widest_gap(self) -> float:
-        """Largest angle between two neighbouring beams, rad."""
-        return self.field_of_view.widest_gap
+        """Largest angle between two neighbouring beams, or those on both sides of a masked sector, rad."""
+        masked = max((width + self.angle_increment for _, width in sectors_of(self.mask, "lidar.mask")), default=0.0)
+        return max(self.field_of_view.widest_gap, masked)
 
 
 _NO_ERRORS, _NONE_LOST = np.zeros(0), np.zeros(0, bool)
@@ -176,7 +186,10 @@ def measure(distances: np.ndarray, parameters: LidarParameters, seed: int, index
         if p.outliers > 0.0:
             strays = np.where(generator.random(count) < p.outliers, generator.random(count), np.nan)
     high = math.nextafter(p.range_max, 0.0)
-    return _reported(distances, errors, lost, strays, p.quantisation, p.range_min, high)
+    ranges = _reported(distances, errors, lost, strays, p.quantisation, p.range_min, high)
+    if p.mask:
+        ranges[p.field_of_view.within(sectors_of(p.mask, "lidar.mask"))] = math.nan
+    return ranges
 
 
 def arrives(parameters: LidarParameters, seed: int, index: int) -> bool:

@@ -102,24 +102,22 @@ def range_noise(seen: Observed) -> float:
     return best
 
 
-def seen_of_itself(seen: Observed) -> list[tuple[float, float]]:
-    """Sectors in which the lidar sees the robot, pairs of bearings in S, rad, as `LaserScan.masked` takes them."""
-    last = seen.scans[-1][1]
+def mask_of(seen: Observed) -> list[list[float]] | None:
+    """Where the lidar sees the robot, as of `lidar.mask`; None: unknown, as the robot hardly moved."""
+    last, radius = seen.scans[-1][1], seen.scenario.robot.radius
+    if np.ptp([row[1:3] for row in seen.rows], axis=0).max() < 2.0 * radius:
+        return None  # what stands about it looks the same
     ranges = np.array([scan.ranges for _, scan in seen.scans if len(scan.ranges) == len(last.ranges)])
-    xy = np.array([row[1:3] for row in seen.rows])
-    if np.ptp(xy, axis=0).max() < 2.0 * seen.scenario.robot.radius:
-        return []  # what stands about it looks the same
-    near = np.isfinite(ranges).mean(axis=0) > 0.9
-    known = np.where(np.isfinite(ranges), ranges, np.nan)
-    with np.errstate(invalid="ignore"):
-        middle = np.nanmedian(np.where(near, known, 0.0), axis=0)
-        spread = np.nanmax(np.abs(np.where(near, known - middle, 0.0)), axis=0)
+    hit = ranges < 1.5 * radius  # -inf included
+    near = np.clip(ranges, 0.0, 1.5 * radius)
+    spread = np.where(hit, np.abs(near - np.median(near, axis=0)), 0.0).max(axis=0)
     noise = range_noise(seen)
-    noise = 0.01 if math.isnan(noise) else noise
-    own = near & (middle < 1.5 * seen.scenario.robot.radius) & (spread < OWN_NOISE * noise + 1e-6)
+    own = (hit.mean(axis=0) > 0.9) & (spread < OWN_NOISE * (0.01 if math.isnan(noise) else noise) + 1e-6)
     edges = np.flatnonzero(np.diff(np.concatenate(([0], own.astype(int), [0]))))
     half = 0.5 * last.angle_increment
-    return [(float(last.bearings[a] - half), float(last.bearings[b - 1] + half)) for a, b in edges.reshape(-1, 2)]
+    return np.round(
+        [(last.bearings[a] - half, last.bearings[b - 1] + half) for a, b in edges.reshape(-1, 2)], 4
+    ).tolist()
 
 
 def drive_of(seen: Observed) -> dict[str, float]:
@@ -169,7 +167,7 @@ def calibration(log: Log, scenario: Scenario) -> str:
         scenario: that drove.
     """
     seen = observed(log, scenario)
-    lidar, drive, own = lidar_of(seen), drive_of(seen), seen_of_itself(seen)
+    lidar, drive, mask = lidar_of(seen), drive_of(seen), mask_of(seen)
     seconds = seen.rows[-1].time - seen.rows[0].time
     way = float(np.hypot(*np.diff(np.array(seen.rows)[:, 1:3].T, axis=1)).sum())
     lines = [f"# {seconds:.0f} s, {way:.1f} m, {len(seen.scans)} scans, {len(seen.rows) / seconds:.0f} poses a second"]
@@ -177,11 +175,9 @@ def calibration(log: Log, scenario: Scenario) -> str:
         del lidar["noise"]
         lines.append("# lidar.noise: unknown, as the robot never stood for half a second")
     lines += ["lidar:", *(f"  {name}: {value:g}" for name, value in lidar.items())]
+    unknown = "  # mask: unknown, as the robot hardly moved"
+    lines.append(unknown if mask is None else f"  mask: {mask}" if mask else "  # mask: it does not see the robot")
     lines += ["drive:", *(f"  {name}: {value:g}" for name, value in drive.items())]
-    sectors = ", ".join(f"[{a:.3f}, {b:.3f}]" for a, b in own)
-    lines.append(
-        f"# the lidar sees the robot at bearings {sectors}: mask them" if own else "# it does not see the robot"
-    )
     if drive["slip"] > 0.2 or drive["error"] > 0.1:
         lines.append("# the base does not do what it is told: look for the cause before this is declared")
     return "\n".join(lines) + "\n"

@@ -162,13 +162,15 @@ def _jump(last: Odometry, row: Odometry, robot: RobotParameters) -> str:
 def _with_scan(intake: Intake, now: float, k: Any, scan: Any, declared: Declared) -> Intake:
     if not isinstance(scan, LaserScan) or k not in range(len(declared.lidars)):
         return intake.without("no scan of a lidar", bad_scan=f"a scan is {type(scan).__name__} of lidar {k}")
-    scan = canonical(scan, scan_time=1.0 / declared.lidars[k].rate)  # of drivers it may be 0, or anything
+    lidar = declared.lidars[k]
+    scan = canonical(scan, scan_time=1.0 / lidar.rate)  # of drivers it may be 0, or anything
+    scan = scan.masked(lidar.mask) if lidar.mask else scan
     if scan.time > now + CLOCK:
         text = f"a scan is stamped {scan.time - now:.3g} s ahead of the clock"
         return intake.without("scan from the future", bad_scan=text)
     if scan.time <= max([intake.newest[k], *(each.time for j, each in intake.waiting if j == k)]):
         return intake.without("scan twice or out of order")
-    if wrong := false_scan(scan, declared.lidars[k]):
+    if wrong := false_scan(scan, lidar):
         return intake.without("false scan", bad_scan=wrong)
     return dataclasses.replace(intake, waiting=(*intake.waiting, (k, scan)), bad_scan="")
 
@@ -241,7 +243,8 @@ def next_look(intake: Intake, now: float) -> tuple[Intake, Look | None]:
 def _frozen(intake: Intake, k: int, scan: LaserScan, pose: np.ndarray) -> tuple[Intake, str]:
     """Which scans began to repeat themselves where, and what is said of one that does so though the robot moved."""
     before = intake.frozen[k]
-    if before is None or not np.array_equal(before[0], scan.ranges) or not np.isfinite(scan.ranges).any():
+    same = before is not None and np.array_equal(before[0], scan.ranges, equal_nan=True)
+    if before is None or not same or not np.isfinite(scan.ranges).any():
         known = (*intake.frozen[:k], (scan.ranges, pose), *intake.frozen[k + 1 :])
         return dataclasses.replace(intake, frozen=known), ""
     forward, aside, turn = now_in(before[1], pose)

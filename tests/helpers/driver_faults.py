@@ -38,6 +38,10 @@ class Faults:
         self.kept = self.kept or r.scans
         return r._replace(scans=[replace(self.kept[0], time=scan.time) for scan in r.scans])
 
+    def scans_freeze_with_lost_beams(self, r, t):
+        self.kept = self.kept or [scan.masked([(2.0, 2.2)]) for scan in r.scans]
+        return r._replace(scans=[replace(self.kept[0], time=scan.time) for scan in r.scans])
+
     def scans_are_lost(self, r, t):
         lost = [replace(s, ranges=np.full_like(s.ranges, math.nan), lost_beams=True) for s in r.scans]
         return r._replace(scans=lost)

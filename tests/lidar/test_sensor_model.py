@@ -25,6 +25,21 @@ def test_a_part_of_a_turn_includes_both_ends():
         assert view.full_circle == (last == 6.28) and lidar.clockwise == (last < first)
 
 
+@pytest.mark.parametrize("last", [math.pi, -math.pi])
+def test_masked_beams_are_lost_and_their_sectors_are_gaps(last):
+    lidar = LidarParameters(noise=0.0, angle_min=-last, angle_max=last, mask=[[3.0, -3.0]])
+    bearing = lidar.field_of_view.angle_min + math.radians(1.0) * np.arange(360)
+    lost = np.isnan(measure(np.full(360, 2.0), lidar, 0, 0))
+    assert np.array_equal(lost, np.cos(bearing) < math.cos(3.0)) and lost.sum() > 10
+    assert lidar.widest_gap == pytest.approx(math.tau - 6.0 + math.radians(1.0))
+
+
+@pytest.mark.parametrize("mask", [[3], [[1.0]], [[0.0, math.inf]], [["a", "b"]]])
+def test_a_mask_is_pairs_of_bearings(mask):
+    with pytest.raises(StarnavError, match=r"lidar\.mask has the sector .*; allowed: \[first, last\], finite bearings"):
+        LidarParameters(mask=mask)
+
+
 def test_ranges_follow_rep_117():
     distances = np.array([0.0, 0.0199, 0.02, 1.0, 4.999, 5.0, np.inf])
     assert measure(distances, EXACT, 0, 0).tolist() == [-np.inf, -np.inf, 0.02, 1.0, 4.999, np.inf, np.inf]

@@ -52,6 +52,13 @@ def test_two_beams_may_be_a_radius_apart_where_the_robot_must_begin_to_stop() ->
         validated_margins(load_scenario("room", overrides=[*overrides, f"lidar.beams={enough - 1}"]))
 
 
+def test_a_masked_sector_is_a_gap_between_two_beams() -> None:
+    masked = [load_scenario("room", overrides=[f"lidar.mask=[[1.0, {last}]]"]) for last in (1.05, 1.5)]
+    assert validated_margins(masked[0]).safety > validated_margins(load_scenario("room")).safety
+    with pytest.raises(StarnavError, match=r"lidar\.mask is \[\[1\.0, 1\.5\]\]: at .*, or angle_min and angle_max that"):
+        validated_margins(masked[1])
+
+
 @pytest.mark.parametrize(("larger", "fits"), [(0.5 * TOLERANCE, True), (2.0 * TOLERANCE, False)])
 def test_all_of_the_robot_is_within_its_radius(larger: float, fits: bool) -> None:
     robot = dataclasses.replace(ROOM.robot, radius=ROOM.robot.radius + larger)

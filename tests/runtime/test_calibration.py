@@ -7,7 +7,7 @@ import pytest
 
 from drake_starnav import parse_scenario
 from drake_starnav.runtime import Navigator, read_log
-from drake_starnav.runtime.calibration import calibration, drive_of, lidar_of, observed, seen_of_itself
+from drake_starnav.runtime.calibration import calibration, drive_of, lidar_of, mask_of, observed
 from drake_starnav.runtime.log import RunLog
 from drake_starnav.runtime.navigator import Command
 from drake_starnav.worlds.world import World
@@ -28,7 +28,7 @@ class Flawed(BareRobot):
     def _ranges(self, index):
         ranges = super()._ranges(index)
         for beam in self.own:
-            ranges[beam] = 0.2 + 0.002 * math.sin(37.0 * index + beam)
+            ranges[beam] = 0.2 + 0.002 * math.sin(37.0 * index + beam) if beam < 300 else -math.inf
         return ranges
 
     def read(self):
@@ -65,7 +65,7 @@ def test_a_good_robot_needs_no_faults_declared(tmp_path) -> None:
     lidar = lidar_of(seen)
     assert lidar["beams"] == 360 and lidar["rate"] == 20.0 and lidar["delay"] == 0.0
     assert lidar["noise"] == pytest.approx(0.01, abs=0.0021)
-    assert seen_of_itself(seen) == []
+    assert mask_of(seen) == []
 
 
 @pytest.mark.parametrize("late", [0, 3, 10])
@@ -98,14 +98,21 @@ def test_what_the_lidar_sees_of_the_robot(tmp_path) -> None:
     seen = observed(*logged(tmp_path, own=(40, 41, 42, 300)))
     step = 2.0 * math.pi / 360
     wanted = [(-math.pi + (a - 0.5) * step, -math.pi + (b + 0.5) * step) for a, b in ((40, 42), (300, 300))]
-    assert np.allclose(seen_of_itself(seen), wanted, atol=1e-5)
-    scan = seen.scans[-1][1].masked(seen_of_itself(seen))
+    mask = mask_of(seen)
+    assert mask is not None and np.allclose(mask, wanted, atol=1e-4)
+    scan = seen.scans[-1][1].masked(mask)
     assert np.flatnonzero(np.isnan(scan.ranges)).tolist() == [40, 41, 42, 300]
+
+
+def test_a_robot_that_hardly_moved_does_not_know_what_of_it_is_seen(tmp_path) -> None:
+    log, scenario = logged(tmp_path, seconds=3.2, own=(40,))
+    assert "  # mask: unknown" in calibration(log, scenario)
 
 
 def test_its_yaml_is_a_scenario_s(tmp_path) -> None:
     log, scenario = logged(tmp_path, late=5, slip=0.05, own=(40,))
     text = calibration(log, scenario)
     declared = parse_scenario(text, name="calibrated")
+    assert len(declared.lidar.mask) == 1
     assert declared.drive.delay == pytest.approx(0.1, abs=0.011) and declared.drive.slip >= 0.05
-    assert declared.lidar.field_of_view.full_circle and "mask them" in text
+    assert declared.lidar.field_of_view.full_circle

@@ -195,6 +195,23 @@ def test_every_base_drives_and_brakes(robot) -> None:
     assert robot.clearance > 0.0
 
 
+class SeesItself(BareRobot):
+    """Three beams end at a post of the robot itself."""
+
+    def _ranges(self, index):
+        ranges = super()._ranges(index)
+        ranges[200:203] = 0.2
+        return ranges
+
+
+@pytest.mark.parametrize(("mask", "status"), [("[]", "blocked"), ("[[0.34, 0.40]]", "reached")])
+def test_a_robot_whose_lidar_sees_itself_needs_a_mask(mask, status) -> None:
+    scenario = parse_scenario(f"lidar: {{mask: {mask}}}", name="robot")
+    robot = SeesItself(scenario, World("posts", (0.0, 0.0, 0.0), (5.0, 0.0), cylinders=POSTS))
+    assert driven(Navigator(scenario, warm=False), robot, 20.0)[-1].status == status
+    assert robot.clearance > 0.0 and (robot.way > 4.0) == (status == "reached")
+
+
 class Failing(LeafSystem):
     """Raises after a while."""
 
