@@ -187,9 +187,10 @@ def _placed(mounts: Sequence[Mount]) -> str:
 def _check_beams(scenario: Scenario, lidar: LidarParameters, distance: float) -> None:
     """Two beams must be less apart than the radius where the robot must begin to stop (m): walls would seem open."""
     robot, masked = scenario.robot, lidar.widest_gap > lidar.field_of_view.widest_gap
+    named = f"lidar.mask is {shown(lidar.mask)}" if masked else f"lidar.beams is {lidar.beams}"
     if distance * lidar.widest_gap > robot.radius:
         raise StarnavError(
-            f"lidar.{f'mask is {shown(lidar.mask)}' if masked else f'beams is {lidar.beams}'}: at {distance:.3g} m, where a robot with robot.max_speed "
+            f"{named}: at {distance:.3g} m, where a robot with robot.max_speed "
             f"{robot.max_speed:g} m/s and robot.max_acceleration {robot.max_acceleration:g} m/s^2 must begin to stop, "
             f"two beams are {distance * lidar.widest_gap:.3g} m apart; allowed: at most robot.radius, "
             f"{robot.radius:g} m{', or angle_min and angle_max that leave it out' if masked else ''}"

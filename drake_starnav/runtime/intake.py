@@ -18,7 +18,7 @@ from drake_starnav.utils.snapshot import snapshot
 PATIENCE = 0.1
 """Odometry older than this is stale, s: the pose now follows from the last one by its twist."""
 AHEAD = 0.03
-"""The pose at the stamp of a scan is extrapolated by this at most, s; else the scan waits for odometry."""
+"""The pose at the stamp of a scan is extrapolated by this at most, s, back as well; else it waits."""
 OLDEST, KEPT = 1.0, 3.0
 """Scans that have waited longer are dropped, odometry is kept for so long, s."""
 CLOCK = 0.1
@@ -199,7 +199,7 @@ def extrapolated(row: Odometry, time: float) -> np.ndarray:
 
 def pose_at(rows: Sequence[Odometry], time: float, ahead: float) -> np.ndarray | None:
     """The pose (x, y, yaw) at a time, s, interpolated, or extrapolated by `ahead` at most, s; None where unknown."""
-    if not rows or not rows[0].time <= time <= rows[-1].time + ahead:
+    if not rows or not rows[0].time - ahead <= time <= rows[-1].time + ahead:
         return None
     after = next((k for k, row in enumerate(rows) if row.time >= time), None)
     if not after:

@@ -53,10 +53,10 @@ def test_poses_between_are_interpolated(time) -> None:
     assert pose_at(ARC, time, 0.0) == pytest.approx(arc(time)[1:4], abs=1e-4)
 
 
-def test_poses_after_are_extrapolated_for_a_short_time() -> None:
-    assert pose_at(ARC, 1.02, AHEAD) == pytest.approx(arc(1.02)[1:4], abs=1e-6)
-    assert pose_at(ARC, 1.04, AHEAD) is None
-    assert pose_at(ARC, -0.01, AHEAD) is None
+@pytest.mark.parametrize(("end", "way"), [(1.0, 1.0), (0.0, -1.0)])
+def test_poses_after_and_before_are_extrapolated_for_a_short_time(end, way) -> None:
+    assert pose_at(ARC, end + 0.02 * way, AHEAD) == pytest.approx(arc(end + 0.02 * way)[1:4], abs=1e-6)
+    assert pose_at(ARC, end + 0.04 * way, AHEAD) is None
     assert pose_at((), 0.0, AHEAD) is None
 
 
