@@ -60,11 +60,15 @@ def told(message) -> None:
 
 
 node.create_subscription(TwistStamped if options.stamped else Twist, "cmd_vel", told, 10)
-begin, tick, sent, touched, late = time.monotonic(), 0, 0, 0, 0.0
+begin, tick, done, sent, touched, late = time.monotonic(), 0, 0, 0, 0, 0.0
 while tick * PERIOD < options.seconds and not ended.is_set():
-    while (wait := begin + tick * PERIOD - time.monotonic()) > 0.0:
-        rclpy.spin_once(node, timeout_sec=wait)
-    late, begin = max(late, -wait), begin + max(-wait, 0.0)  # what is late stays late: no robot catches up
+    wait = PERIOD
+    while wait > 0.0:
+        wait = begin + tick * PERIOD - time.monotonic()
+        rclpy.spin_once(node, timeout_sec=max(wait, 0.0))
+    late, elapsed = max(late, -wait), time.monotonic() - begin
+    mujoco.mj_step(model, data, round(elapsed / STEP) - done)  # a base moves on, however late its computer is
+    done = round(elapsed / STEP)
     stamp, now = node.get_clock().now().to_msg(), time.time()
     x, y, _, qw, qx, qy, qz = data.qpos[:7]
     yaw = math.atan2(2.0 * (qw * qz + qx * qy), qw * qw + qx * qx - qy * qy - qz * qz)
@@ -75,7 +79,7 @@ while tick * PERIOD < options.seconds and not ended.is_set():
     row.twist.twist.linear.x = data.qvel[0] * math.cos(yaw) + data.qvel[1] * math.sin(yaw)
     row.twist.twist.angular.z = data.qvel[5]
     odometry.publish(row)
-    if tick * PERIOD >= sent / rate - 1e-9:
+    if elapsed >= sent / rate - 0.5 * PERIOD:
         turned = (rays @ data.site_xmat[0].reshape(3, 3).T).ravel()
         mujoco.mj_multiRay(model, data, data.site_xpos[0], turned, group, 1, 1, hits, ranges, None, count, reach)
         noisy = np.maximum(ranges + options.lidar["noise"] * noise.standard_normal(count), 0.001)
@@ -85,8 +89,8 @@ while tick * PERIOD < options.seconds and not ended.is_set():
         scan.ranges = np.where((ranges < 0.0) | (ranges >= reach), np.inf, noisy).astype(np.float32).tolist()
         scans.publish(scan)
         stamps.append(stamp.sec + 1e-9 * stamp.nanosec)
-        sent, scanned[0] = sent + 1, now
-    if options.goal and tick % 50 == 0:
+        sent, scanned[0] = max(sent, int(elapsed * rate)) + 1, now
+    if options.goal and len(stamps) % 20 == 1:
         goal = PoseStamped()
         goal.header.frame_id = "odom"
         goal.pose.position.x, goal.pose.position.y = options.goal
@@ -94,12 +98,11 @@ while tick * PERIOD < options.seconds and not ended.is_set():
         goals.publish(goal)
     v, omega = twist
     data.ctrl[:2] = (v - TRACK * omega) / WHEEL, (v + TRACK * omega) / WHEEL
-    mujoco.mj_step(model, data, round(PERIOD / STEP))
     bodies = (
         model.body_rootid[model.geom_bodyid[each.geom]] for each in data.contact[: data.ncon] if 0 not in each.geom
     )
     touched += any(a != b for a, b in bodies)
-    tick += 1
+    tick = max(tick, int(elapsed / PERIOD)) + 1
 p50, p99 = (1e3 * float(np.percentile(ages or [math.nan], share)) for share in (50, 99))
 said = {"place": [x, y], "touched": touched, "heard": heard[0], "scans": stamps, "twist": twist, "late": late}
 print(json.dumps(said | {"p50": p50, "p99": p99}), flush=True)
