@@ -1,24 +1,25 @@
 """Moving obstacles as discs with velocities: a Kalman filter of constant velocity for each cluster of hits."""
 
-import dataclasses
 import math
 from dataclasses import field
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 
-from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, UNKNOWN, LaserScan
+from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, UNKNOWN, LaserScan, placed_ends
 from drake_starnav.tracking.clusters import (
     SMALLEST_RADIUS,
     clusters,
     first_disc,
     fitted_center,
     fitted_radius,
+    least_distance,
     partners,
 )
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
-from drake_starnav.tracking.prediction import occlusion_points, predicted_trajectories, seen_past
+from drake_starnav.tracking.prediction import Rows, chosen_rows, occlusion_points, predicted_rows, seen_past
 from drake_starnav.utils.snapshot import snapshot
 
 GAIN = 0.2
@@ -41,8 +42,6 @@ CONFIRMED_AFTER = 4
 CONFIRMED_SPEED = 0.12
 CONFIRMED_MOTION = 0.3
 """A track counts after so many scans, if it has been faster than this, m/s, and a larger share of its beams moved."""
-AGILITY = 0.7
-"""Random change of velocity that is expected, per root of time, m/s/sqrt(s)."""
 SETTLED_AFTER = 10
 """The speed of a track is known after so many scans."""
 PACE_DECAY = 0.2
@@ -61,22 +60,6 @@ FORGOTTEN_AFTER = 0.8
 FORGOTTEN_NEW = 0.15
 """A track that is not seen is forgotten after this time, s; one that never counted, or is not where it should be,
 sooner."""
-
-
-class Track(NamedTuple):
-    """One of the `Tracks`, whose attributes of these names it has the elements of."""
-
-    position: np.ndarray
-    velocity: np.ndarray
-    radius: float
-    variance: np.ndarray
-    scans: int
-    seen: float
-    motion: float
-    pace: float
-    since: float
-    drift: np.ndarray
-    swing: float
 
 
 @snapshot
@@ -156,12 +139,8 @@ class Tracks:
         """With which the tracks are predicted, shape (n, 2), m/s."""
         return np.where(self.confirmed[:, None], self.velocity, self.drift)
 
-    def at(self, time: float) -> np.ndarray:
-        """Where the centres will be at a time (s) if none of them changes its velocity, shape (n, 2)."""
-        return self.position + self.velocity * (time - self.time)
 
-
-class Beams(NamedTuple):
+class Judged(NamedTuple):
     """What `OccupancyHistory` tells of the beams of a scan, each of shape (n,): STATIC, UNKNOWN or DYNAMIC, which hit
     what was not here before, and which hit something small enough to move."""
 
@@ -171,12 +150,7 @@ class Beams(NamedTuple):
 
 
 def updated(
-    tracks: Tracks,
-    scan: LaserScan,
-    beams: Beams,
-    pose: np.ndarray,
-    parameters: DynamicObstacleParameters,
-    walls: np.ndarray,
+    tracks: Tracks, scan: LaserScan, judged: Judged, pose: np.ndarray, parameters: DynamicObstacleParameters
 ) -> tuple[Tracks, np.ndarray]:
     """The tracks after one more scan, and the motion state of each beam as they show it, shape (n,).
 
@@ -186,130 +160,138 @@ def updated(
 
     Args:
         scan: the latest, in S.
+        judged: of its beams.
         pose: (x, y, yaw) of S in W when it was taken.
         parameters: max_speed, max_radius, caution.
-        walls: shape (m, 2), points on static obstacles, W, m.
     """
-    before = _predicted(tracks, scan.time)
-    doubtful = beams.motion != STATIC
-    runs = clusters(scan, doubtful, beams.may_start, parameters.max_radius)
-    everything = np.ones(len(doubtful), bool)
-    points = scan.points_at(scan.distances, everything, pose)
-    discs = [first_disc(scan, run, points[run], pose[:2], parameters.max_radius) for run in runs]
-    partner = partners(discs, before.position, _gates(before))
-    owner = {cluster: k for k, cluster in partner.items()}
-    spread = FIRST_SPEED_SHARE * parameters.max_speed
-    rows: list[Track] = []
-    owner_of_beam = np.full(len(doubtful), -1)
-    for k in range(len(before)):
-        absent = before.scans[k] <= CONFIRMED_AFTER or seen_past(scan, pose, before.position[k])
-        if k not in partner and scan.time - before.seen[k] < (FORGOTTEN_NEW if absent else FORGOTTEN_AFTER):
-            rows.append(Track._make(getattr(before, name)[k] for name in Track._fields))
-    for c, run in enumerate(runs):
-        owner_of_beam[run] = len(rows)
-        if c in owner:
-            share = float(np.mean(beams.came[run]))
-            cluster = Cluster(points[run], float(scan.distances[run].min()), share, *discs[c])
-            rows.append(_continued(tracks, before, owner[c], cluster, pose, parameters))
-            continue
-        x, y, radius, _ = discs[c]
-        first = np.array((FIRST_SPREAD**2, 0.0, spread**2))
-        still = np.zeros(2)
-        rows.append(Track(np.array((x, y)), still, radius, first, 1, scan.time, 0.0, 0.0, scan.time, still, 0.0))
+    rows, points, owner = _updated(
+        Rows._make([getattr(tracks, name) for name in Rows._fields]),
+        (tracks.time, tracks.origin),
+        scan.beams,
+        judged,
+        (float(pose[0]), float(pose[1]), float(pose[2])),
+        (scan.time, scan.angle_min),
+        (parameters.max_speed, parameters.max_radius),
+    )
+    doubtful = judged.motion != STATIC
     after = Tracks(
         time=scan.time,
         origin=pose[:2].copy(),
         hits=points[doubtful],
-        owner=owner_of_beam[doubtful],
-        standing=points[beams.may_start & ~doubtful] if parameters.guarded else np.zeros((0, 2)),
+        owner=owner[doubtful],
+        standing=points[judged.may_start & ~doubtful] if parameters.guarded else np.zeros((0, 2)),
         occlusions=occlusion_points(scan, pose) if parameters.guarded else np.zeros((0, 2)),
-        **{name: np.array([row[i] for row in rows]) for i, name in enumerate(Track._fields) if rows},
+        **rows._asdict(),
     )
-    ways = predicted_trajectories(after.position, after.expected_velocity, after.radius, walls)
-    motion = beams.motion.copy()
-    if rows:
-        tracked = owner_of_beam >= 0
-        motion[tracked & doubtful & after.confirmed[owner_of_beam]] = DYNAMIC
-        motion[tracked & after.creeping[owner_of_beam]] = UNKNOWN  # an obstacle to plan around, and not to remember
-    return dataclasses.replace(after, predicted_trajectories=ways), motion
+    motion = judged.motion.copy()
+    if len(after):
+        tracked = owner >= 0
+        motion[tracked & doubtful & after.confirmed[owner]] = DYNAMIC
+        motion[tracked & after.creeping[owner]] = UNKNOWN  # an obstacle to plan around, and not to remember
+    return after, motion
+
+
+@njit(cache=True)
+def _updated(tracks, last, beams, judged, pose, now, limits):
+    """The loop of `updated`: the `Rows` of the tracks, where each beam ends, and the track that it belongs to, or -1.
+
+    Args:
+        tracks: their `Rows`.
+        last: time of the last scan, s, and where it was taken.
+        beams, judged: `Beams` of the scan, and what they hit.
+        pose: (x, y, yaw) of the scan.
+        now: its time, s, and its first bearing, rad.
+        limits: max_speed and max_radius.
+    """
+    (x, y, yaw), (time, angle_min), (max_speed, max_radius), place = pose, now, limits, np.array(pose[:2])
+    n, known = len(judged.motion), len(tracks.radius)
+    points = placed_ends(beams.directions, beams.distances, np.ones(n, np.bool_), x, y, math.cos(yaw), math.sin(yaw))
+    found = clusters(beams, judged.motion != STATIC, judged.may_start, max_radius)
+    discs, whole = np.empty((len(found), 3)), np.empty(len(found), np.bool_)
+    for c in range(len(found)):
+        discs[c, 0], discs[c, 1], discs[c, 2], whole[c] = first_disc(beams, found[c], points, place, max_radius)
+    before = predicted_rows(tracks, time - last[0])
+    partner = partners(discs, before.position, _gates(before, time))
+    lost = np.ones(known, np.bool_)
+    lost[partner[partner >= 0]] = False
+    for k in range(known):
+        absent = before.scans[k] <= CONFIRMED_AFTER
+        absent = absent or seen_past(beams, (x, y, yaw + angle_min), before.position[k])
+        lost[k] &= time - before.seen[k] < (FORGOTTEN_NEW if absent else FORGOTTEN_AFTER)
+    kept = np.flatnonzero(lost)  # though this scan does not show them
+    rows, owner = chosen_rows(before, np.concatenate((kept, partner))), np.full(n, -1)
+    for c in range(len(found)):
+        row, k, (first, count) = len(kept) + c, partner[c], found[c]
+        run = (first + np.arange(count)) % n
+        owner[run] = row
+        if k < 0:
+            rows.position[row], rows.radius[row], rows.scans[row] = discs[c, :2], discs[c, 2], 1
+            rows.seen[row], rows.since[row] = time, time
+            rows.variance[row, 0], rows.variance[row, 2] = FIRST_SPREAD**2, (FIRST_SPEED_SHARE * max_speed) ** 2
+            continue
+        cluster = Cluster(points[run], least_distance(beams.distances, found[c]), discs[c, 2], whole[c])
+        _continue(rows, row, tracks.position[k], cluster, (last[1], place), (time, time - last[0]), limits)
+        rows.motion[row] += GAIN * (np.mean(judged.came[run]) - rows.motion[row])
+    return rows, points, owner
 
 
 class Cluster(NamedTuple):
-    """A cluster of hits: where they are, the least range, the share of them that came, and the disc they show."""
+    """A cluster of hits: where they are, the least range, the radius of the disc that they show, and if all of it."""
 
     points: np.ndarray
     distance: float
-    share: float
-    x: float
-    y: float
     radius: float
     whole: bool
 
 
-def _continued(
-    tracks: Tracks, before: Tracks, k: int, cluster: Cluster, pose: np.ndarray, parameters: DynamicObstacleParameters
-) -> Track:
-    """Track k once a cluster has shown it again; `before` are the tracks predicted for the time of the scan."""
-    time, step = before.time, before.time - tracks.time
+@njit(cache=True)
+def _continue(rows, k, last, cluster, origins, times, limits):
+    """Correct a predicted row once a cluster has shown the track again.
+
+    Args:
+        rows, k: it is number k.
+        last: where it was at the last scan.
+        cluster: it.
+        origins: where the lidar was then, and is.
+        times: now, and since the last scan, s.
+        limits: max_speed and max_radius.
+    """
+    (before, place), (time, step), radius, position = origins, times, rows.radius[k], rows.position[k]
     if cluster.whole:
-        kept = before.radius[k] + GAIN * (cluster.radius - before.radius[k])
+        kept = radius + GAIN * (cluster.radius - radius)
     else:
-        fitted = fitted_radius(cluster.points, before.position[k], before.radius[k], RADIUS_WEIGHT)
-        kept = min(max(fitted, SMALLEST_RADIUS), parameters.max_radius)
-    away = before.position[k] - pose[:2]
-    shift = (kept - before.radius[k]) / max(math.hypot(*away), 1e-9) * away
-    center = fitted_center(cluster.points, before.position[k] + shift, kept)
+        kept = min(max(fitted_radius(cluster.points, position, radius, RADIUS_WEIGHT), SMALLEST_RADIUS), limits[1])
+    away = position - place
+    shift = (kept - radius) / max(math.hypot(away[0], away[1]), 1e-9) * away
+    predicted = position + shift
     noise = NOISE + NOISE_PER_RANGE * cluster.distance
-    position, velocity, variance = _corrected(before, k, shift, center, noise, parameters.max_speed)
-    gain = min(step / min(max(time - before.since[k], step), DRIFT_TIME), 1.0)
-    went = position - tracks.position[k] - shift if cluster.whole else 0.0  # it may be a wall behind a gap
-    turned = _turned(tracks.position[k], tracks.origin, pose[:2])
-    return Track(
-        position,
-        velocity,
-        kept,
-        variance,
-        scans=before.scans[k] + 1,
-        seen=time,
-        motion=before.motion[k] + GAIN * (cluster.share - before.motion[k]),
-        pace=max(math.hypot(*velocity), before.pace[k] - PACE_DECAY * step),
-        since=before.since[k],
-        drift=before.drift[k] + gain * (went / step - before.drift[k]),
-        swing=before.swing[k] + gain * (turned / step - before.swing[k]),
-    )
+    p, c, v = rows.variance[k]
+    gain_p, gain_v = p / (p + noise * noise), c / (p + noise * noise)
+    miss = fitted_center(cluster.points, predicted, kept) - predicted
+    position, velocity = predicted + gain_p * miss, rows.velocity[k] + gain_v * miss
+    velocity *= min(1.0, limits[0] / max(math.hypot(velocity[0], velocity[1]), 1e-9))
+    gain = min(step / min(max(time - rows.since[k], step), DRIFT_TIME), 1.0)
+    for i in range(2):
+        went = position[i] - last[i] - shift[i] if cluster.whole else 0.0  # it may be a wall behind a gap
+        rows.drift[k, i] += gain * (went / step - rows.drift[k, i])
+        rows.position[k, i], rows.velocity[k, i] = position[i], velocity[i]
+    rows.swing[k] += gain * (_turned(last, before, place) / step - rows.swing[k])
+    rows.variance[k, 0], rows.variance[k, 1] = (1.0 - gain_p) * p, (1.0 - gain_p) * c
+    rows.variance[k, 2] = v - gain_v * c
+    rows.pace[k] = max(math.hypot(velocity[0], velocity[1]), rows.pace[k] - PACE_DECAY * step)
+    rows.radius[k], rows.seen[k] = kept, time
+    rows.scans[k] += 1
 
 
-def _turned(place: np.ndarray, before: np.ndarray, now: np.ndarray) -> float:
+@njit(cache=True)
+def _turned(place, before, now):
     """The angle by which the line of sight to a place (2,) turns as the lidar moves between positions (2,), rad."""
-    (a, b), (c, d) = place - before, place - now
+    a, b, c, d = place[0] - before[0], place[1] - before[1], place[0] - now[0], place[1] - now[1]
     return math.atan2(a * d - b * c, a * c + b * d)
 
 
-def _predicted(tracks: Tracks, time: float) -> Tracks:
-    if not len(tracks):
-        return tracks
-    dt = time - tracks.time
-    p, c, v = tracks.variance.T
-    variance = np.column_stack((p + 2.0 * dt * c + dt * dt * v, c + dt * v, v + AGILITY**2 * dt))
-    return dataclasses.replace(tracks, time=time, position=tracks.at(time), variance=variance)
-
-
-def _gates(tracks: Tracks) -> np.ndarray:
+@njit(cache=True)
+def _gates(rows, time):
     """How far from the prediction of each track a cluster may continue it, shape (n,), m."""
-    gates = GATE + GATE_SPEED * (tracks.time - tracks.seen)
-    return np.minimum(gates + np.where(tracks.scans < CONFIRMED_AFTER, GATE_NEW, 0.0), GATE_WIDEST)
-
-
-def _corrected(
-    tracks: Tracks, k: int, shift: np.ndarray, center: np.ndarray, noise: float, max_speed: float
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Position, velocity and variances of a predicted track, shifted, once its centre was measured; no faster than
-    declared."""
-    p, c, v = tracks.variance[k]
-    total = p + noise * noise
-    gain_p, gain_v = p / total, c / total
-    predicted = tracks.position[k] + shift
-    miss = center - predicted
-    position, velocity = predicted + gain_p * miss, tracks.velocity[k] + gain_v * miss
-    velocity *= min(1.0, max_speed / max(math.hypot(*velocity), 1e-9))
-    return position, velocity, np.array(((1.0 - gain_p) * p, (1.0 - gain_p) * c, v - gain_v * c))
+    gates = GATE + GATE_SPEED * (time - rows.seen)
+    return np.minimum(gates + np.where(rows.scans < CONFIRMED_AFTER, GATE_NEW, 0.0), GATE_WIDEST)

@@ -14,12 +14,11 @@ import math
 
 import numpy as np
 from numba import njit
-from numba.extending import register_jitable
 
 from drake_starnav.geometry.compiled import leaf
-from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, UNKNOWN, LaserScan
+from drake_starnav.lidar.laser_scan import DYNAMIC, HIT, LOST, STATIC, UNKNOWN, LaserScan, placed_ends
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
-from drake_starnav.tracking.surfaces import joined, runs, scan_chord
+from drake_starnav.tracking.surfaces import joined_beams, run_chord, runs
 from drake_starnav.utils.snapshot import snapshot
 
 CELL = 0.05
@@ -36,7 +35,6 @@ RANGE_SLACK = 0.05
 STANDING_AFTER = 2.0
 HIT_SHARE = 0.5
 """A cell hit for this long, s, counts as static if its first and last hit are at least this share of it apart."""
-_BESIDE = np.indices((3, 3)).reshape(2, 9) - 1  # rows and columns of a cell and its neighbours, from its own
 
 
 @snapshot
@@ -83,57 +81,132 @@ class OccupancyHistory:
         It is STATIC, also without a hit or outside the grid, UNKNOWN or DYNAMIC. The second array says which beams hit
         what has come here, shape (n,), bool: what is DYNAMIC, and what stands by now, or creeps.
         """
-        beams, i, j = self._cells_hit(scan, pose, border=1)
-        stands, freed = scan.hits.copy(), np.zeros(len(scan.hits), bool)
-        near = i[:, None] + _BESIDE[0], j[:, None] + _BESIDE[1]
-        stands[beams] = _stands(self.first_hit[near], self.last_hit[near], scan.time).any(axis=1)
-        freed[beams] = self.seen_free[i, j] >= 0.0
-        widest = 2.0 * parameters.max_radius
-        static = _on_static_surface(scan, widest, stands)
-        dynamic, came = _in_pairs(freed & ~stands), _in_pairs(freed)
-        unknown = scan.hits & ~stands & (freed | ~static)
-        return np.where(dynamic, DYNAMIC, np.where(unknown, UNKNOWN, STATIC)), came
+        grids, widest = (self.first_hit, self.last_hit, self.seen_free), 2.0 * parameters.max_radius
+        return _classified(grids, self._cells_hit(scan, pose), scan.beams, scan.time, widest)
 
     def may_start(self, scan: LaserScan, pose: np.ndarray, large: np.ndarray) -> np.ndarray:
         """Which hits are on objects that could move, whether or not they do, shape (n,), bool.
 
         `large` are those on a surface that is too large to move, shape (n,); other arguments as for `classified`.
         """
-        beams, i, j = self._cells_hit(scan, pose, border=1)
-        may_start = scan.hits & ~large
-        may_start[beams] &= (self.large[i[:, None] + _BESIDE[0], j[:, None] + _BESIDE[1]] < 0.0).all(axis=1)
-        return may_start
+        return _may_start(self.large, self._cells_hit(scan, pose), scan.hits & ~large)
 
-    def walls(self, time: float) -> np.ndarray:
-        """Centres of the cells that at a time (s) have been occupied for STANDING_AFTER, shape (n, 2), W, m."""
-        return (_standing_cells(self.first_hit, self.last_hit, time) + self.first + 0.5) * CELL
+    def walls(self, time: float, places: np.ndarray, reach: np.ndarray) -> np.ndarray:
+        """Centres of cells that at a time (s) have been occupied for STANDING_AFTER, shape (n, 2), W, m.
+
+        All that are within reach (k,) of places (k, 2), m, are among them.
+        """
+        if not len(places):
+            return np.zeros((0, 2))
+        ends = (places - reach[:, None]).min(axis=0), (places + reach[:, None]).max(axis=0)
+        (i, j), (k, m) = np.clip(np.floor(np.array(ends) / CELL).astype(np.int64) - self.first, 0, len(self.large) - 1)
+        return (_standing_cells(self.first_hit, self.last_hit, time, (i, k + 1), (j, m + 1)) + self.first + 0.5) * CELL
 
     def updated(self, scan: LaserScan, pose: np.ndarray, large: np.ndarray) -> "OccupancyHistory":
         """The grid with one more scan; arguments as for `may_start`."""
         grid = self.following(pose[:2])
-        first_hit, last_hit, seen_free, seen_large = (
-            array.copy() for array in (grid.first_hit, grid.last_hit, grid.seen_free, grid.large)
-        )
-        distance = np.where(scan.lost, 0.0, scan.distances)
-        beams = scan.angle_min + pose[2], scan.angle_increment, scan.full_circle
-        free = _seen_through(grid.first, len(first_hit), pose[0], pose[1], beams, distance)
-        _forget_hits(free, scan.time, seen_free, first_hit, seen_large)
-        hit, i, j = grid._cells_hit(scan, pose, border=0)
-        first_hit[i, j] = np.where(first_hit[i, j] < 0.0, scan.time, first_hit[i, j])
-        last_hit[i, j] = scan.time
-        seen_large[i[large[hit]], j[large[hit]]] = scan.time
-        return OccupancyHistory(grid.first, first_hit, last_hit, seen_free, seen_large)
+        grids = [array.copy() for array in (grid.first_hit, grid.last_hit, grid.seen_free, grid.large)]
+        place = float(pose[0]), float(pose[1]), scan.angle_min + float(pose[2])
+        _note(tuple(grids), (grid.first, grid._cells_hit(scan, pose)), scan.beams, scan.time, place, large)
+        return OccupancyHistory(grid.first, *grids)
 
-    def _cells_hit(self, scan: LaserScan, pose: np.ndarray, border: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Which beams hit cells of the grid, but for so wide a border, and rows and columns of these, each (k,)."""
-        cells = np.floor(scan.points(pose) / CELL).astype(np.int64) - self.first
-        inside = ((cells >= border) & (cells < len(self.first_hit) - border)).all(axis=1)
-        return np.flatnonzero(scan.hits)[inside], cells[inside, 0], cells[inside, 1]
+    def _cells_hit(self, scan: LaserScan, pose: np.ndarray) -> np.ndarray:
+        """Row and column of the cell that each beam hits, shape (n, 2); negative where it hits none."""
+        return _cells_hit(scan.beams, float(pose[0]), float(pose[1]), float(pose[2]), self.first)
 
 
-def _in_pairs(beams: np.ndarray) -> np.ndarray:
-    """Which of some beams have a neighbour among them, shape (n,), bool."""
-    return beams & (np.roll(beams, 1) | np.roll(beams, -1))
+@njit(cache=True)
+def _cells_hit(beams, x, y, yaw, first):
+    """The loop of `OccupancyHistory._cells_hit`."""
+    everything = np.ones(len(beams.kinds), np.bool_)
+    ends = placed_ends(beams.directions, beams.distances, everything, x, y, math.cos(yaw), math.sin(yaw))
+    cells = np.full((len(ends), 2), -1)
+    for k in range(len(ends)):
+        if beams.kinds[k] & HIT:
+            cells[k, 0] = math.floor(ends[k, 0] / CELL) - first[0]
+            cells[k, 1] = math.floor(ends[k, 1] / CELL) - first[1]
+    return cells
+
+
+@leaf
+def _inside(grid, cells, k, border):
+    """Whether a beam hits a cell of a grid, but for so wide a border."""
+    return border <= min(cells[k, 0], cells[k, 1]) and max(cells[k, 0], cells[k, 1]) < len(grid) - border
+
+
+@njit(cache=True)
+def _classified(grids, cells, beams, time, width):
+    """The loop of `OccupancyHistory.classified`: grids of first and last hits, and of when cells were seen free.
+
+    `width` is that of what is too wide to move, m.
+    """
+    first_hit, last_hit, seen_free = grids
+    n, hits = len(cells), beams.kinds & HIT != 0
+    stands, freed, static = hits.copy(), np.zeros(n, np.bool_), np.zeros(n, np.bool_)
+    for k in range(n):
+        if not _inside(first_hit, cells, k, 1):
+            continue
+        i, j = cells[k]
+        stands[k], freed[k] = False, seen_free[i, j] >= 0.0
+        for a in range(i - 1, i + 2):
+            for b in range(j - 1, j + 2):
+                stands[k] |= _stands(first_hit[a, b], last_hit[a, b], time)
+    continues = joined_beams(beams, hits)
+    for first, count in runs(hits, continues):  # static if too wide, all around, or if some of it certainly stands
+        run = (first + np.arange(count)) % n
+        chord = run_chord(beams.distances, beams.increment, first, count)
+        static[run] = (count == n and continues[first]) or chord > width or stands[run].any()
+    motion, came = np.full(n, STATIC), np.zeros(n, np.bool_)
+    for k in range(n):
+        before, after = k - 1, k + 1 if k + 1 < n else 0  # an obstacle is hit by two beams at least
+        came[k] = freed[k] and (freed[before] or freed[after])
+        moves = (freed[before] and not stands[before]) or (freed[after] and not stands[after])
+        if freed[k] and not stands[k] and moves:
+            motion[k] = DYNAMIC
+        elif hits[k] and not stands[k] and (freed[k] or not static[k]):
+            motion[k] = UNKNOWN
+    return motion, came
+
+
+@njit(cache=True)
+def _may_start(large, cells, small):
+    """Which of some `small` surfaces' hits (n,) are where no large one was seen."""
+    out = small.copy()
+    for k in range(len(cells)):
+        if _inside(large, cells, k, 1):
+            i, j = cells[k]
+            out[k] &= not (large[i - 1 : i + 2, j - 1 : j + 2] >= 0.0).any()
+    return out
+
+
+@njit(cache=True)
+def _note(grids, places, beams, time, place, large):
+    """Note in grids of first and last hits, when seen free, and large surfaces, what a scan shows at a time, s.
+
+    Args:
+        grids: four, changed in place.
+        places: the grid's first cell, and the cell that each beam hits.
+        beams: of the scan.
+        time: s.
+        place: x, y and the bearing of the first beam, in W.
+        large: which beams hit a large surface.
+    """
+    (first_hit, last_hit, seen_free, seen_large), (origin, cells), (x, y, bearing) = grids, places, place
+    wrap = beams.seam < np.inf
+    distance = np.where(beams.kinds & LOST != 0, 0.0, beams.distances)
+    free = _seen_through(origin, len(first_hit), x, y, (bearing, beams.increment, wrap), distance)
+    for i in range(len(free)):
+        for j in range(len(free)):
+            if free[i, j]:
+                seen_free[i, j], first_hit[i, j], seen_large[i, j] = time, NEVER, NEVER
+    for k in range(len(cells)):
+        if _inside(first_hit, cells, k, 0):
+            i, j = cells[k]
+            last_hit[i, j] = time
+            if first_hit[i, j] < 0.0:
+                first_hit[i, j] = time
+            if large[k]:
+                seen_large[i, j] = time
 
 
 def _shifted(array: np.ndarray, di: int, dj: int) -> np.ndarray:
@@ -146,43 +219,26 @@ def _shifted(array: np.ndarray, di: int, dj: int) -> np.ndarray:
     return out
 
 
-def _on_static_surface(scan: LaserScan, width: float, stands: np.ndarray) -> np.ndarray:
-    """Which hits are part of a run of connected ones that is wider than `width`, or of which one certainly `stands`."""
-    out = np.zeros(len(scan.hits), bool)
-    continues = joined(scan.distances, scan.hits, scan.angle_increment, scan.full_circle)
-    for run in runs(scan.hits, continues):
-        out[run] = continues.all() or scan_chord(scan, run) > width or stands[run].any()
-    return out
-
-
-@register_jitable
+@leaf
 def _stands(first_hit, last_hit, time):
-    """Which cells have been occupied for long enough; of arrays, or in compiled code of one cell."""
+    """Whether a cell has been occupied for long enough."""
     return (
         (first_hit >= 0.0) & (time - first_hit >= STANDING_AFTER) & (last_hit - first_hit >= HIT_SHARE * STANDING_AFTER)
     )
 
 
 @njit(cache=True)
-def _standing_cells(first_hit, last_hit, time):
-    """Rows and columns of the cells that `_stands` tells of, shape (k, 2)."""
-    n = len(first_hit)
-    cells, k = np.empty((n * n, 2), np.int64), 0
-    for i in range(n):
-        for j in range(n):
+def _standing_cells(first_hit, last_hit, time, rows, columns):
+    """Rows and columns of the cells that `_stands` tells of, of some rows and columns, shape (k, 2)."""
+    cells = [(0, 0)][:0]
+    for i in range(*rows):
+        for j in range(*columns):
             if _stands(first_hit[i, j], last_hit[i, j], time):
-                cells[k, 0], cells[k, 1] = i, j
-                k += 1
-    return cells[:k].copy()
-
-
-@njit(cache=True)
-def _forget_hits(free, time, seen_free, first_hit, large):
-    """Note in grids that some cells (n, n) are free at a time, s."""
-    for i in range(len(free)):
-        for j in range(len(free)):
-            if free[i, j]:
-                seen_free[i, j], first_hit[i, j], large[i, j] = time, NEVER, NEVER
+                cells.append((i, j))
+    out = np.empty((len(cells), 2), np.int64)
+    for k in range(len(cells)):
+        out[k, 0], out[k, 1] = cells[k]
+    return out
 
 
 @njit(cache=True, error_model="numpy")

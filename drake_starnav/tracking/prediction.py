@@ -6,6 +6,7 @@ a measured turning rate makes the guess worse, even for obstacles that wind: the
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -18,6 +19,11 @@ PREDICTION_LEAD = 0.3
 """Trajectories extend this far beyond the horizon, so that they last until the next scan, s."""
 PREDICTION_STEP = 0.1
 """Time between two predicted positions, s."""
+PREDICTION_STEPS = math.ceil((HORIZON + PREDICTION_LEAD) / PREDICTION_STEP - 1e-9) + 1
+PREDICTED = PREDICTION_STEP * PREDICTION_STEPS
+"""Number of predicted positions after the present one, and how far they reach, s."""
+AGILITY = 0.7
+"""Random change of velocity that is expected, per root of time, m/s/sqrt(s)."""
 OCCLUSION_SPACING = 0.15
 """Where the ranges of neighbouring beams differ by more than this, m, something may hide behind the nearer hit. The
 places on the ray between the two have this spacing."""
@@ -32,8 +38,7 @@ def predicted_trajectories(
         position, velocity, radius: shape (n, 2), (n, 2) and (n,), of the discs now, W, m and m/s.
         walls: shape (m, 2), points on static obstacles, W, m.
     """
-    steps = math.ceil((HORIZON + PREDICTION_LEAD) / PREDICTION_STEP - 1e-9) + 1
-    return _predicted_trajectories(position, velocity, radius, walls, steps)
+    return _predicted_trajectories(position, velocity, radius, walls, PREDICTION_STEPS)
 
 
 @njit(cache=True)
@@ -76,12 +81,63 @@ def occlusion_points(scan: LaserScan, pose: np.ndarray) -> np.ndarray:
     return _occlusion_points(scan.distances, scan.angle_increment, scan.full_circle, *pose[:2], bearing_0)
 
 
-def seen_past(scan: LaserScan, pose: np.ndarray, place: np.ndarray) -> bool:
-    """Whether the beam nearest to a place (2,) in W ended behind it, or a scan taken at a pose did not look there."""
-    dx, dy = place - pose[:2]
-    beam = ((math.atan2(dy, dx) - pose[2] - scan.angle_min) % (2.0 * math.pi)) / scan.angle_increment
-    k = int(beam + 0.5) % len(scan.ranges) if scan.full_circle else int(beam + 0.5)
-    return k >= len(scan.ranges) or bool(scan.distances[k] > math.hypot(dx, dy))
+class Rows(NamedTuple):
+    """What is known of each of the `Tracks`, the attributes of these names, for compiled functions."""
+
+    position: np.ndarray
+    velocity: np.ndarray
+    radius: np.ndarray
+    variance: np.ndarray
+    scans: np.ndarray
+    seen: np.ndarray
+    motion: np.ndarray
+    pace: np.ndarray
+    since: np.ndarray
+    drift: np.ndarray
+    swing: np.ndarray
+
+
+@njit(cache=True)
+def chosen_rows(rows, which):
+    """Copies of rows by their indices, of nothing where these are negative."""
+    return Rows(
+        _taken(rows.position, which), _taken(rows.velocity, which), _taken(rows.radius, which),
+        _taken(rows.variance, which), _taken(rows.scans, which), _taken(rows.seen, which), _taken(rows.motion, which),
+        _taken(rows.pace, which), _taken(rows.since, which), _taken(rows.drift, which), _taken(rows.swing, which),
+    )  # fmt: skip
+
+
+@njit(cache=True)
+def _taken(array, which):
+    out = np.zeros((len(which), *array.shape[1:]), array.dtype)
+    for k in range(len(which)):
+        if which[k] >= 0:
+            out[k] = array[which[k]]
+    return out
+
+
+@njit(cache=True)
+def predicted_rows(rows, dt):
+    """The rows after a time, s."""
+    rows = chosen_rows(rows, np.arange(len(rows.radius)))
+    for k in range(len(rows.radius)):
+        p, c, v = rows.variance[k]
+        rows.variance[k, 0], rows.variance[k, 1] = p + 2.0 * dt * c + dt * dt * v, c + dt * v
+        rows.variance[k, 2] = v + AGILITY**2 * dt
+        rows.position[k] += rows.velocity[k] * dt
+    return rows
+
+
+@njit(cache=True)
+def seen_past(beams, pose, place):
+    """Whether the beam nearest to a place (2,) ended behind it, or a scan did not look there.
+
+    `beams` are those of a scan whose first one is at x, y and that bearing, `pose`.
+    """
+    dx, dy, n = place[0] - pose[0], place[1] - pose[1], len(beams.distances)
+    k = int(((math.atan2(dy, dx) - pose[2]) % (2.0 * math.pi)) / beams.increment + 0.5)
+    k = k % n if beams.seam < np.inf else k
+    return k >= n or beams.distances[k] > math.hypot(dx, dy)
 
 
 @njit(cache=True)

@@ -6,15 +6,13 @@ Douglas-Peucker algorithm leaves of the hits; they run counter-clockwise about t
 turns to the left. A surface wider than the largest dynamic obstacle is static.
 """
 
-import itertools
 import math
 
 import numpy as np
 from numba import njit
-from scipy.spatial.distance import pdist
 
-from drake_starnav.geometry.polyline import simplified
-from drake_starnav.lidar.laser_scan import LaserScan, third_side
+from drake_starnav.geometry.polyline import point_to_segment_squared
+from drake_starnav.lidar.laser_scan import LOST, LaserScan, third_side
 
 CONNECTED = 0.15
 CONNECTED_PER_RANGE = 0.05
@@ -34,34 +32,40 @@ def on_large_surfaces(scan: LaserScan, width: float, range_deviation: float) -> 
     Lost beams do not split surfaces. The declared standard deviation of the range error, m, counts: that of the scan
     itself is no measure, as the rims of discs side by side bend as much as a noisy wall.
     """
-    out = np.zeros(len(scan.ranges), bool)
-    said = np.flatnonzero(~scan.lost)
-    distance = scan.distances[said]
-    hit = (scan.ranges[said] < scan.range_max) & (distance * scan.angle_increment <= WIDEST_SPACING)
     notch = max(FLATNESS, NOISES * range_deviation)
-    bearing = scan.bearings[said]
-    ends = distance[:, None] * np.column_stack((np.cos(bearing), np.sin(bearing)))
-    continues = joined(distance, hit, np.diff(bearing, prepend=bearing[-1:] - 2.0 * math.pi), scan.full_circle)
-    for run in runs(hit, continues):
-        whole = np.roll(run, -int(np.argmax(distance))) if continues.all() else run  # is cut at its farthest corner
-        out[said[whole]] = _on_wide_surface(ends[whole], width, notch)
+    return _on_large_surfaces(scan.beams, scan.ranges < scan.range_max, scan.bearings, width, notch)
+
+
+@njit(cache=True)
+def _on_large_surfaces(beams, hits, bearings, width, notch):
+    """The loop of `on_large_surfaces`, of `Beams` with their bearings, shape (n,), and which of them hit something."""
+    said = np.flatnonzero(beams.kinds & LOST == 0)
+    n = len(said)
+    out, distance, cosine = np.zeros(len(hits), np.bool_), beams.distances[said], np.empty(n)
+    hit, ends = hits[said] & (distance * beams.increment <= WIDEST_SPACING), np.empty((n, 2))
+    for k in range(n):
+        before = bearings[said[k - 1]] - (2.0 * math.pi if k == 0 else 0.0)
+        cosine[k] = math.cos(bearings[said[k]] - before)
+        ends[k, 0] = distance[k] * beams.directions[said[k], 0]
+        ends[k, 1] = distance[k] * beams.directions[said[k], 1]
+    continues = joined(distance, hit, cosine, beams.seam < np.inf)
+    for first, count in runs(hit, continues):
+        if count == n and continues[first]:
+            first = int(np.argmax(distance))  # what is all around is cut at its farthest corner
+        run = (first + np.arange(count)) % n
+        out[said[run]] = _on_wide_surface(ends[run], width, notch)
     return out
 
 
-def joined(distance: np.ndarray, hit: np.ndarray, angle: float | np.ndarray, wrap: bool) -> np.ndarray:
+@njit(cache=True)
+def joined(distance, hit, cosine, wrap):
     """Which beams hit the surface that the beam before has hit, shape (n,), bool.
 
     Args:
         distance, hit: shape (n,), m and bool.
-        angle: between each beam and the one before, one for all or of shape (n,), rad.
+        cosine: of the angle between each beam and the one before, shape (n,).
         wrap: whether the last beam is the one before the first.
     """
-    return _joined(distance, hit, np.broadcast_to(np.cos(angle), distance.shape), wrap)
-
-
-@njit(cache=True)
-def _joined(distance, hit, cosine, wrap):
-    """The loop of `joined`, by the cosine of each angle."""
     n = len(distance)
     out = np.zeros(n, np.bool_)
     for k in range(0 if wrap else 1, n):
@@ -71,50 +75,86 @@ def _joined(distance, hit, cosine, wrap):
     return out
 
 
-def runs(chosen: np.ndarray, continues: np.ndarray) -> list[np.ndarray]:
-    """Beam numbers of the runs of `chosen` beams (n,) of which each continues the one before, as from `joined`."""
-    beams, ends = _runs(chosen, continues)
-    return [beams[i:j] for i, j in itertools.pairwise(ends.tolist())]
+@njit(cache=True)
+def joined_beams(beams, hits):
+    """The same of all `Beams` of a scan, as of those that `hits` (n,) tells of."""
+    return joined(beams.distances, hits, np.full(len(hits), math.cos(beams.increment)), beams.seam < np.inf)
 
 
 @njit(cache=True)
-def _runs(chosen, continues):
-    """The beams of all runs, one after the other, and where each run begins in them and the last ends."""
+def runs(chosen, continues):
+    """Runs of `chosen` beams (n,) of which each continues the one before, as from `joined`.
+
+    Returns:
+        The first beam of each and how many they are, shape (k, 2); after the last beam of a scan comes the first.
+    """
     n = len(chosen)
-    beams, ends, first, count = np.empty(n, np.int64), [0], 0, 0
+    out, found, first = np.empty((n, 2), np.int64), 0, 0
     while first < n and not (chosen[first] and not (continues[first] and chosen[first - 1])):
         first += 1
     first %= n  # none begins: there is none, or one all around
+    count = 0
     for m in range(first, first + n):
-        k = m % n
+        k, after = m % n, (m + 1) % n
         if chosen[k]:
-            beams[count] = k
             count += 1
-            after = (k + 1) % n
             if m + 1 == first + n or not (chosen[after] and continues[after]):
-                ends.append(count)
-    return beams[:count], np.array(ends)
+                out[found, 0], out[found, 1] = (m + 1 - count) % n, count
+                found, count = found + 1, 0
+    return out[:found]
 
 
-def scan_chord(scan: LaserScan, run: np.ndarray) -> float:
+@njit(cache=True)
+def run_chord(distance, increment, first, count):
     """Distance between the first and the last hit of a run of beams, m."""
-    return third_side(*scan.distances[run[[0, -1]]], math.cos((len(run) - 1) * scan.angle_increment))
+    last = (first + count - 1) % len(distance)
+    return third_side(distance[first], distance[last], math.cos((count - 1) * increment))
 
 
-def _on_wide_surface(points: np.ndarray, width: float, notch: float) -> np.ndarray:
+@njit(cache=True)
+def _on_wide_surface(points, width, notch):
     """Which of some connected hits, points (k, 2), are on a wide convex surface, shape (k,), bool."""
-    out = np.zeros(len(points), bool)
-    outline = simplified(points, notch)
-    corner = np.flatnonzero((points[:, None] == outline).all(axis=2).any(axis=1))
+    out, corner = np.zeros(len(points), np.bool_), _corners(points, notch)
     begin = 0  # index of the corner that the present surface begins at
     for i in range(1, len(corner)):
         if i < len(corner) - 1:
-            (ax, ay), (bx, by) = np.diff(points[corner[i - 1 : i + 2]], axis=0)
-            if ax * by - ay * bx <= 0.0:
+            before, here, after = points[corner[i - 1]], points[corner[i]], points[corner[i + 1]]
+            if (here[0] - before[0]) * (after[1] - here[1]) - (here[1] - before[1]) * (after[0] - here[0]) <= 0.0:
                 continue
         # a hit at a notch may be the neighbour's, across a step
-        surface = points[corner[begin] + (begin > 0) : corner[i] + (i == len(corner) - 1)]
-        if pdist(surface).max(initial=0.0) > width:
+        if _wider(points[corner[begin] + (begin > 0) : corner[i] + (i == len(corner) - 1)], width):
             out[corner[begin] : corner[i] + 1] = True
         begin = i
     return out
+
+
+@njit(cache=True)
+def _corners(points, tolerance):
+    """Indices of the corners that the algorithm of Douglas and Peucker leaves of a polyline (k, 2)."""
+    left, waiting, depth = np.zeros(len(points), np.bool_), np.empty((len(points), 2), np.int64), 1
+    left[0] = left[-1] = True
+    waiting[0, 0], waiting[0, 1] = 0, len(points) - 1
+    while depth > 0:
+        depth -= 1
+        first, last = waiting[depth]
+        (ax, ay), (bx, by), farthest, corner = points[first], points[last], tolerance * tolerance, -1
+        for k in range(first + 1, last):
+            away = point_to_segment_squared(points[k, 0], points[k, 1], ax, ay, bx, by)
+            if away > farthest:
+                farthest, corner = away, k
+        if corner >= 0:
+            left[corner] = True
+            waiting[depth, 0], waiting[depth, 1] = first, corner
+            waiting[depth + 1, 0], waiting[depth + 1, 1] = corner, last
+            depth += 2
+    return np.flatnonzero(left)
+
+
+@njit(cache=True)
+def _wider(points, width):
+    """Whether two of some points (k, 2) are farther apart than `width`, m."""
+    for i in range(len(points)):
+        for j in range(i):
+            if (points[i, 0] - points[j, 0]) ** 2 + (points[i, 1] - points[j, 1]) ** 2 > width * width:
+                return True
+    return False

@@ -8,9 +8,10 @@ import numpy as np
 
 from drake_starnav.lidar.deskew import deskewed
 from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, LaserScan
-from drake_starnav.tracking.kalman_tracks import Beams, Tracks, updated
+from drake_starnav.tracking.kalman_tracks import Judged, Tracks, updated
 from drake_starnav.tracking.occupancy_history import OccupancyHistory
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
+from drake_starnav.tracking.prediction import PREDICTED, predicted_trajectories
 from drake_starnav.tracking.surfaces import on_large_surfaces
 from drake_starnav.utils.snapshot import snapshot
 
@@ -67,7 +68,11 @@ def track(
     motion, came = grid.classified(scan, pose, parameters)
     large = on_large_surfaces(scan, 2.0 * parameters.max_radius, range_deviation)
     may_start = grid.may_start(scan, pose, large)
-    walls = np.vstack((grid.walls(scan.time), scan.points_at(scan.distances, scan.hits & (motion == STATIC), pose)))
-    tracks, reported = updated(before.tracks, scan, Beams(motion, came, may_start), pose, parameters, walls)
+    tracks, reported = updated(before.tracks, scan, Judged(motion, came, may_start), pose, parameters)
+    reach = tracks.radius + np.hypot(*tracks.expected_velocity.T) * PREDICTED
+    standing = scan.points_at(scan.distances, scan.hits & (motion == STATIC), pose)
+    walls = np.vstack((grid.walls(scan.time, tracks.position, reach), standing))
+    ways = predicted_trajectories(tracks.position, tracks.expected_velocity, tracks.radius, walls)
+    tracks = dataclasses.replace(tracks, predicted_trajectories=ways)
     scan = dataclasses.replace(scan, motion=reported)
     return Tracked(grid.updated(scan, pose, large & (motion != DYNAMIC)), tracks, scan, pose)

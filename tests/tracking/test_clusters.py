@@ -24,7 +24,18 @@ def seen(*discs: tuple[float, float, float]) -> tuple[LaserScan, np.ndarray, np.
 
 
 def moving_clusters(scan: LaserScan, motion: np.ndarray) -> list[np.ndarray]:
-    return clusters(scan, motion != STATIC, np.zeros(len(motion), bool), LARGEST)
+    return parts(scan, motion != STATIC, np.zeros(len(motion), bool), LARGEST)
+
+
+def parts(scan: LaserScan, doubtful: np.ndarray, may_start: np.ndarray, largest: float) -> list[np.ndarray]:
+    """The beams of each cluster."""
+    found = clusters(scan.beams, doubtful, may_start, largest).tolist()
+    return [(first + np.arange(count)) % len(doubtful) for first, count in found]
+
+
+def shown(scan: LaserScan, run: np.ndarray, points: np.ndarray) -> tuple[float, float, float, bool]:
+    """The disc that a cluster shows from the origin."""
+    return first_disc(scan.beams, np.array((run[0], len(run))), points, np.zeros(2), LARGEST)
 
 
 @pytest.mark.parametrize("bearing", np.linspace(-math.pi, math.pi, 7))
@@ -33,7 +44,7 @@ def test_a_disc_is_one_cluster_wherever_the_scan_begins(bearing: float) -> None:
     scan, motion, points = seen(disc)
     (run,) = moving_clusters(scan, motion)
     assert set(run) == set(np.flatnonzero(motion == DYNAMIC))
-    x, y, radius, whole = first_disc(scan, run, points[run], np.zeros(2), LARGEST)
+    x, y, radius, whole = shown(scan, run, points)
     assert whole
     np.testing.assert_allclose((x, y, radius), disc, atol=0.03)
 
@@ -42,7 +53,7 @@ def test_discs_that_touch_are_parted_and_one_behind_another_is_half_hidden() -> 
     scan, motion, points = seen((2.0, -0.28, 0.3), (2.0, 0.3, 0.3))
     assert len(moving_clusters(scan, motion)) == 2
     scan, motion, points = seen((1.5, 0.0, 0.3), (2.5, 0.5, 0.3))
-    whole = [first_disc(scan, run, points[run], np.zeros(2), 0.6)[3] for run in moving_clusters(scan, motion)]
+    whole = [shown(scan, run, points)[3] for run in moving_clusters(scan, motion)]
     assert sorted(whole) == [False, True]
 
 
@@ -57,12 +68,12 @@ def test_what_stands_and_may_start_is_a_cluster_but_parts_from_what_moves_if_bot
     person, column = (2.0, -0.3, 0.25), (2.0, 0.33, 0.35)
     scan, motion, points = seen(person, column)
     small, moves = motion != STATIC, np.hypot(*(points - person[:2]).T) < 0.25 + 1e-6
-    both = clusters(scan, moves, small, LARGEST)
+    both = parts(scan, moves, small, LARGEST)
     assert {frozenset(run) for run in both} == {
         frozenset(np.flatnonzero(moves)),
         frozenset(np.flatnonzero(small & ~moves)),
     }
-    narrow = clusters(scan, moves, small & ~moves, 0.3)
+    narrow = parts(scan, moves, small & ~moves, 0.3)
     assert [set(run) for run in narrow] == [set(np.flatnonzero(moves))]
 
 
@@ -84,4 +95,4 @@ def test_a_disc_with_sides_out_of_range_is_not_whole() -> None:
     clipped = dataclasses.replace(scan, range_max=2.7, ranges=np.where(scan.ranges < 2.7, scan.ranges, np.inf))
     for lidar, expected in ((scan, True), (clipped, False)):
         (run,) = moving_clusters(lidar, motion)
-        assert first_disc(lidar, run, points[run], np.zeros(2), 0.6)[3] == expected
+        assert shown(lidar, run, points)[3] == expected
