@@ -7,9 +7,16 @@ from pathlib import Path
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.trajectory import Motion
 from drake_starnav.utils.files import reason_of
-from drake_starnav.visualization.world_figure import draw_goal, draw_robot, draw_world, save_figure, world_axes
+from drake_starnav.visualization.world_figure import (
+    draw_goal,
+    draw_robot,
+    draw_world,
+    save_drive,
+    save_figure,
+    world_axes,
+)
 
-__all__ = ["InlinePage", "Motion", "draw_goal", "draw_robot", "draw_world", "save_figure", "world_axes"]
+__all__ = ["InlinePage", "Motion", "draw_goal", "draw_robot", "draw_world", "save_drive", "save_figure", "world_axes"]
 
 
 class InlinePage:

@@ -112,6 +112,14 @@ def save_figure(figure: Any, file: str | Path, *, dpi: int = 80) -> None:
         figure.savefig(temporary, dpi=dpi, format="png")
 
 
+def save_drive(world: World, trail: np.ndarray, title: str, file: str | Path) -> None:
+    """Write the figure of a world with the way (n, 2) that was driven in it, W, m, as PNG."""
+    figure, axis = world_axes(world, title)
+    axis.plot(*trail.T, color=START, label="driven")
+    draw_goal(axis, world.goal)
+    save_figure(figure, file)
+
+
 def write_png(world: World, scenario: Scenario, path: np.ndarray | None, title: str, file: Path) -> None:
     """Draw a world, a scenario's zones, start, goal and the shortest path (k, 2), W, m, if there is one, as PNG."""
     figure, axis = world_axes(world, title)

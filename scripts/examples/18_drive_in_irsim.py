@@ -17,7 +17,7 @@ import yaml
 
 os.environ.setdefault("MPLBACKEND", "Agg")
 from drake_starnav import LaserScan, load_scenario, make_world
-from drake_starnav.plotting import draw_goal, save_figure, world_axes
+from drake_starnav.plotting import save_drive
 from drake_starnav.runtime import Navigator, Odometry
 
 
@@ -25,7 +25,7 @@ def main(png: Path | None) -> None:
     """Drive, and say how it went."""
     with contextlib.redirect_stdout(io.StringIO()):
         import irsim  # here, as it prints
-    scenario = load_scenario("forest")
+    scenario = load_scenario("forest", overrides=["lidar.rate=50"])
     world, lidar, radius = make_world(scenario.world, 0, scenario.robot.radius), scenario.lidar, scenario.robot.radius
     obstacles = [
         {"shape": {"name": "circle", "radius": r}, "state": [x, y, 0.0]} for x, y, r in world.cylinders.tolist()
@@ -38,30 +38,23 @@ def main(png: Path | None) -> None:
     robot |= {"state": list(world.start), "goal": [*world.goal, 0.0], "vel_max": [2, 6], "vel_min": [-2, -6]}
     area = {"width": x1 - x0, "height": y1 - y0, "offset": [x0, y0], "step_time": 0.02, "sample_time": 0.02}
     area |= {"collision_mode": "unobstructed"}
-    with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()):
+    with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "forest.yaml"
         path.write_text(yaml.safe_dump({"world": area, "robot": [robot], "obstacle": obstacles}))
-        simulation = irsim.make(str(path), display=False, disable_all_plot=True)
-    navigator, trail, contacts, twist, time = Navigator(scenario), [np.array(world.start)], 0, np.zeros(2), 0.0
-    while time < 60.0 and np.hypot(*(trail[-1][:2] - world.goal)) > scenario.simulation.goal_tolerance:
-        scans = []
-        if len(trail) % 5 in (1, 4):  # 20 Hz
-            seen = simulation.robot.get_lidar_scan()
-            ranges = np.where(np.array(seen["ranges"]) < lidar.range_max - 1e-6, seen["ranges"], np.inf)
-            scans = [LaserScan(time, seen["angle_min"], seen["angle_increment"], 0.0, lidar.range_max, ranges)]
-        twist = navigator.step(time, scans, [Odometry(time, *trail[-1], *twist)], world.goal).twist
-        with contextlib.redirect_stdout(io.StringIO()):
-            simulation.step(twist[:, None])
+        simulation = irsim.make(str(path), display=False, disable_all_plot=True, log_level="ERROR")
+    navigator, trail, contacts, twist = Navigator(scenario), [np.array(world.start)], 0, np.zeros(2)
+    while len(trail) < 3000 and np.hypot(*(trail[-1][:2] - world.goal)) > scenario.simulation.goal_tolerance:
+        time, seen = 0.02 * (len(trail) - 1), simulation.robot.get_lidar_scan()
+        ranges = np.where(np.array(seen["ranges"]) < lidar.range_max - 1e-6, seen["ranges"], np.inf)
+        scan = LaserScan(time, seen["angle_min"], seen["angle_increment"], 0.0, lidar.range_max, ranges)
+        twist = navigator.step(time, [scan], [Odometry(time, *trail[-1], *twist)], world.goal).twist
+        simulation.step(twist[:, None])
         trail.append(simulation.robot.state[:3, 0].copy())
         contacts += bool(simulation.robot.collision)
-        time += 0.02
     away = np.hypot(*(trail[-1][:2] - world.goal))
     print(f"{away:.2f} m from the goal after {time:.1f} s; {contacts} contacts")
     if png is not None:
-        figure, axis = world_axes(world, "A drive in ir-sim")
-        axis.plot(*np.array(trail)[:, :2].T, color="#D55E00", label="driven")
-        draw_goal(axis, world.goal)
-        save_figure(figure, png)
+        save_drive(world, np.array(trail)[:, :2], "A drive in ir-sim", png)
 
 
 if __name__ == "__main__":

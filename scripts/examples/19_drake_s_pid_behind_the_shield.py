@@ -16,7 +16,7 @@ from pydrake.systems.framework import BasicVector, Context, Diagram, DiagramBuil
 from pydrake.systems.primitives import ConstantVectorSource, Multiplexer
 
 from drake_starnav import DsmController, Parts, Scenario, derive_margins, load_scenario, make_diagram, make_world
-from drake_starnav.plotting import draw_goal, save_figure, world_axes
+from drake_starnav.plotting import save_drive
 
 KP, KI, KD = 4.0, 0.0, 0.3
 
@@ -80,10 +80,7 @@ def main(png: Path | None) -> None:
     share = 100.0 * np.mean(certified)
     print(f"{away:.2f} m from the goal after {context.get_time():.1f} s; {share:.0f}% of the time certified")
     if png is not None:
-        figure, axis = world_axes(world, "Drake's PidController on the guiding vector")
-        axis.plot(*np.array(trail).T, color="#D55E00", label="driven")
-        draw_goal(axis, world.goal)
-        save_figure(figure, png)
+        save_drive(world, np.array(trail), "Drake's PidController on the guiding vector", png)
 
 
 if __name__ == "__main__":
