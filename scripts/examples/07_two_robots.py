@@ -32,7 +32,7 @@ SCENARIO = parse_scenario(
       start: [0, 0, 0]
       goal: [6, 0]
     robot: {max_speed: 0.4}
-    lidar: {noise: 0}
+    lidar: {noise: 0.005}
     drive: {error: 0.15}
     """,
     name="two robots",

@@ -99,12 +99,7 @@ def run(example: Path, folder: Path, *arguments: str | Path) -> str:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
-def test_example_comes_out_as_it_should_and_draws_it(
-    example: Path, tmp_path: Path, request: pytest.FixtureRequest
-) -> None:
-    if example.stem == "07_two_robots":
-        reason = "two robots that meet head on, each a static obstacle to the other, stand since walls do not push"
-        request.applymarker(pytest.mark.xfail(reason=reason, raises=AssertionError))
+def test_example_comes_out_as_it_should_and_draws_it(example: Path, tmp_path: Path) -> None:
     printed = run(example, tmp_path, "--png", "out/picture.png")
     assert "nan" not in printed.lower()
     for text in EXPECTED[example.stem]:
