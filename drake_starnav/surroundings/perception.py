@@ -178,8 +178,9 @@ def perceive(
     first = before.observation.region
     samples = None if first is None else len(first.free_range)  # though the number of beams may vary
     smoothing = margins.smoothed_beams, margins.smoothing_slack
+    alone = len(near) == 1 and mounts[0].offset == 0.0
     surrounded = surround(near, mounts, footprint)
-    known = [] if surrounded else before.safety.seen_from(pose)
+    known = [] if alone or surrounded else before.safety.seen_from(pose)
     hits, around = hits_seen(near, mounts, smoothing), merged(near, mounts, footprint, known)
     scan = around if noise is None else merged(scans, mounts, footprint, known)
     safe_radius = robot_radius + margins.safety
@@ -194,15 +195,15 @@ def perceive(
         lone = dataclasses.replace(lone, ranges=np.where(lone.hits, measured, lone.ranges))
         earlier, lone = averaged(before.memory, lone, pose, safe_radius + AVERAGED_WITHIN * robot_radius)
         safety, _ = certified_region(earlier, lone, *arguments)
-    if around is not near[0]:
+    if not alone:
         safety = _seen_by(safety, (near, mounts), pose, smoothing, footprint.inscribed)
     else:
         safety = dataclasses.replace(safety, look=dataclasses.replace(safety.look, inside=footprint.inscribed))
-    if not surrounded:  # earlier looks are in the star
+    if not (alone or surrounded):  # earlier looks are in the star
         safety = dataclasses.replace(safety, sight=(0.0, 0.0))
     offset = 0.0 if surrounded else max(0.0, *(mount.x for mount in mounts))
     reach = margins.safety_range + 2.0 * (footprint.radius + margins.safety)
-    safety = _remembering(before, safety, around is near[0], (pose, reach, offset), settings)
+    safety = _remembering(before, safety, alone and surrounded, (pose, reach, offset), settings)
     return Perceived(Observation(region, scan, pose), safety, memory, looks)
 
 

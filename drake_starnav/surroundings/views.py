@@ -77,14 +77,14 @@ def merged(
     body: Footprint,
     earlier: Sequence[tuple[Beams, np.ndarray]] = (),
 ) -> LaserScan:
-    """One scan about the robot's axis; that of a single lidar there that looks all around is as it is.
+    """One scan about the robot's axis; that of a single lidar there is as it is.
 
     Args:
         scans, mounts: as of `hits_seen`.
         body: of the robot: what is inside it is the robot itself.
         earlier: what was seen before, beams and their pose (x, y, yaw) in B.
     """
-    if len(scans) == 1 and mounts[0].offset == 0.0 and scans[0].full_circle:
+    if len(scans) == 1 and mounts[0].offset == 0.0:
         return scans[0]
     outside = _reach(body) + BODY_SLACK
     distance, kind, far = _followed(scans, mounts, outside, earlier)

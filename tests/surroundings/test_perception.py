@@ -56,25 +56,12 @@ def test_the_number_of_beams_may_vary_from_scan_to_scan() -> None:
     assert max(np.abs(samples - free[0]).mean() for samples in free) < 0.03
 
 
-def test_the_region_of_a_limited_view_ends_at_what_was_hit_beside_the_view() -> None:
-    """Rays along the edge of a view tell nothing of what stands beside them: the robot is as wide on both sides."""
-    post, view = np.array((1.0, 0.0)), math.radians(135.0)
-    world = World("post", (0.0, 0.0, 0.0), (5.0, 0.0), cylinders=[(*post, 0.05)])
-    state = Perceived.nothing()
-    for number, turned in enumerate((0.0, -view - 0.1)):  # the post is 0.1 rad beside the view at last
-        pose = np.array((0.0, 0.0, turned))
-        scan = dataclasses.replace(
-            cast(world, pose, beams=541, angle_min=-view, angle_increment=view / 270), time=0.1 * number
-        )
-        state = perceive(state, (scan,), pose, SETTINGS)
-    region = state.observation.region
-    assert region is not None
-    assert not state.looks[0].near.hits.any()
-    again = state.observation.refitted(RADIUS, MARGINS).region
-    assert again is not None and np.array_equal(again.free_range, region.free_range)
-    wider = state.observation.refitted(RADIUS + 0.05, MARGINS).region
-    assert wider is not None and wider.free_range.sum() < region.free_range.sum()
-    around = 0.05 + RADIUS - 0.01
-    ring = post + around * np.column_stack((np.cos(np.linspace(0, 6.28, 99)), np.sin(np.linspace(0, 6.28, 99))))
-    assert not region.contains(ring).any()
-    assert region.contains(np.array((0.0, -2.0)))
+def test_the_region_of_a_lidar_on_the_axis_is_that_of_its_scan_alone_however_far_it_looks_around() -> None:
+    for view in (math.pi, math.radians(135.0), math.radians(90.0)):
+        scan = cast(POST, POSES[0], beams=361, angle_min=-view, angle_increment=2.0 * view / 360)
+        state = perceive(Perceived.nothing(), (scan,), POSES[0], SETTINGS)
+        again = perceive(state, (dataclasses.replace(scan, time=0.1),), POSES[0], SETTINGS).observation
+        assert np.array_equal(again.scan.ranges, scan.ranges, equal_nan=True)
+        assert again.region is not None
+        expected = scan_region(again.scan, POSES[0], RADIUS, MARGINS)
+        assert np.array_equal(again.region.free_range, expected.free_range)
