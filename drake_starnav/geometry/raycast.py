@@ -116,18 +116,31 @@ def cast_rolling(groups, begin, end, fan, ranges, reach):
         end: the same at the last beam; in between, velocities are constant and yaw changes by at most half a turn.
         fan, ranges, reach: as in `cast_groups`.
     """
-    beams = len(ranges)
+    beams, circle = len(ranges), 2.0 * math.pi
     for g in range(len(groups.starts) - 1):
         rows = groups.rows[groups.starts[g] : groups.starts[g + 1]]
-        turn = (end[g, 2] - begin[g, 2] + math.pi) % (2.0 * math.pi) - math.pi
-        for i in range(beams):
-            left = i / beams if fan.clockwise else 1.0 - (i + 1.0) / beams  # of the sweep, when this beam is measured
-            x = end[g, 0] + left * (begin[g, 0] - end[g, 0])
-            y = end[g, 1] + left * (begin[g, 1] - end[g, 1])
-            yaw = end[g, 2] - left * turn
-            place = x, y, math.cos(yaw), math.sin(yaw)
-            beam = Fan(fan.angle_min + i * fan.increment, fan.increment, fan.directions[i : i + 1], fan.clockwise)
-            cast_rows(rows, place, beam, ranges[i : i + 1], reach)
+        turn = (end[g, 2] - begin[g, 2] + math.pi) % circle - math.pi
+        step = max(fan.increment + (-turn if fan.clockwise else turn) / beams, _PAD)  # of the beams' bearings
+        first = fan.angle_min + end[g, 2] - (0.0 if fan.clockwise else turn * (1.0 - 1.0 / beams))
+        ax, ay, bx, by = begin[g, 0], begin[g, 1], end[g, 0], end[g, 1]
+        for k in range(len(rows)):
+            dx, dy = rows[k, 0] - 0.5 * (ax + bx), rows[k, 1] - 0.5 * (ay + by)
+            away, radius = math.hypot(dx, dy), rows[k, 2] + 0.5 * math.hypot(bx - ax, by - ay) + _PAD
+            if away > reach + radius:
+                continue
+            offset, width = 0.0, circle
+            if away > radius and step > _PAD:
+                half = math.asin(radius / away)
+                offset, width = (math.atan2(dy, dx) - half - first) % circle, 2.0 * half
+            for start in (offset - circle, offset, offset + circle):  # beams beyond `width` miss it from everywhere
+                i0 = max(0, int(math.ceil((start - _PAD) / step)))
+                for i in range(i0, min(beams, int(math.floor((start + width + _PAD) / step)) + 1)):
+                    left = i / beams if fan.clockwise else 1.0 - (i + 1.0) / beams  # of the sweep, at this beam
+                    yaw = end[g, 2] - left * turn
+                    place = bx + left * (ax - bx), by + left * (ay - by), math.cos(yaw), math.sin(yaw)
+                    at = fan.angle_min + i * fan.increment
+                    beam = Fan(at, fan.increment, fan.directions[i : i + 1], fan.clockwise)
+                    cast_rows(rows[k : k + 1], place, beam, ranges[i : i + 1], reach)
 
 
 @njit(cache=True)

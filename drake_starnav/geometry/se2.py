@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+from numba import njit
 
 
 def now_in(frame: np.ndarray, pose: np.ndarray) -> tuple[float, float, float]:
@@ -33,9 +34,17 @@ def inverse(frame: np.ndarray) -> np.ndarray:
 def placed(frame: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Points, shape (n, 2), given in `frame`, in the outer frame; shape (n, 2), m."""
     x, y, yaw = frame
-    dx, dy = points[:, 0], points[:, 1]
-    cosine, sine = math.cos(yaw), math.sin(yaw)
-    return np.column_stack((x + dx * cosine - dy * sine, y + dx * sine + dy * cosine))
+    return _placed(np.ascontiguousarray(points, dtype=float), float(x), float(y), math.cos(yaw), math.sin(yaw))
+
+
+@njit(cache=True)
+def _placed(points, x, y, cosine, sine):
+    """The loop of `placed`."""
+    out = np.empty((len(points), 2))
+    for k in range(len(points)):
+        dx, dy = points[k, 0], points[k, 1]
+        out[k, 0], out[k, 1] = x + dx * cosine - dy * sine, y + dx * sine + dy * cosine
+    return out
 
 
 def places(poses: np.ndarray, points: np.ndarray) -> np.ndarray:

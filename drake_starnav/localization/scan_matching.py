@@ -159,7 +159,7 @@ def _add_points(h, g, points, pose, known, sigma, gate):
         residual = nx * (px - known.anchor[best, 0]) + ny * (py - known.anchor[best, 1])
         inliers += abs(residual) < 3.0 * sigma
         w = (scale / (scale + residual * residual)) ** 2 / (sigma * sigma)
-        j = np.array((nx, ny, ny * rx - nx * ry))
+        j = nx, ny, ny * rx - nx * ry
         for a in range(3):
             g[a] += w * residual * j[a]
             for b in range(3):

@@ -109,17 +109,17 @@ def test_ranges_agree_with_brute_force(seed, part):
     assert np.array_equal(np.where(ranges < 5.0, ranges, np.inf), cast(rows, pose, fan))
 
 
-@settings(max_examples=10)
-@given(seed=st.integers(0, 10**6))
-def test_a_rolling_scan_is_each_beam_cast_from_its_own_pose(seed):
+@settings(max_examples=20)
+@given(seed=st.integers(0, 10**6), most=st.sampled_from((0.3, 3.0)), clockwise=st.booleans())
+def test_a_rolling_scan_is_each_beam_cast_from_its_own_pose(seed, most, clockwise):
     rng = np.random.default_rng(seed)
     rows = np.vstack((circle_rows(rng.uniform(0.1, 4.0, (8, 3))), segment_rows(rng.uniform(-5, 5, (8, 4)))))
-    begin, turn = rng.uniform(-3, 3, 3), rng.uniform(-0.3, 0.3)
+    begin, turn = rng.uniform(-3, 3, 3), rng.uniform(-most, most)
     end = begin + (*rng.uniform(-0.2, 0.2, 2), turn + 2.0 * np.pi * rng.integers(-1, 2))  # yaw wraps
     swept = np.full(BEAMS, np.inf)
-    cast_rolling(Shapes.of([rows]), begin[None], end[None], FAN, swept, 5.0)
+    cast_rolling(Shapes.of([rows]), begin[None], end[None], FAN._replace(clockwise=clockwise), swept, 5.0)
     for i in range(0, BEAMS, 7):
-        pose = begin + (i + 1) / BEAMS * np.array((*(end - begin)[:2], turn))
+        pose = begin + (1 - i / BEAMS if clockwise else (i + 1) / BEAMS) * np.array((*(end - begin)[:2], turn))
         alone = cast(rows, pose)
         assert min(swept[i], 5.0) == pytest.approx(min(alone[i], 5.0), abs=1e-9)
 
