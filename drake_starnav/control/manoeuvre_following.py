@@ -5,29 +5,27 @@ import math
 import numpy as np
 
 from drake_starnav.planning.manoeuvre import reached
-from drake_starnav.robot import Base, Limits
+from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.limits import stopping
 
-SLOW_SHARE, SLOW_SPEED = 0.6, 0.1
-"""Of a manoeuvre: share of the largest speed, at most of 0.8 m/s, and what is added to it, m/s."""
+SLOW_SHARE, SLOW_STOP = 0.725, 0.357
+"""A manoeuvre is driven with this share of the largest speed, or so that the robot stops within this many radii."""
 
 
-def followed_manoeuvre(
-    pose: np.ndarray, poses: np.ndarray, base: Base, limits: Limits
-) -> tuple[np.ndarray, np.ndarray]:
+def followed_manoeuvre(pose: np.ndarray, poses: np.ndarray, robot: RobotParameters) -> tuple[np.ndarray, np.ndarray]:
     """The twist towards the first pose of a manoeuvre that is not reached, and the direction of motion, W.
 
     Args:
         pose: (x, y, yaw) of the robot, W, m and rad.
         poses: shape (k, 4), as of `planning.manoeuvre.Manoeuvring`.
-        base: of the robot.
-        limits: of the robot.
+        robot: that drives them.
     """
-    k = min(reached(pose, poses, base), len(poses) - 1)
+    base, limits, radius = robot.drive, robot.limits, robot.shape.radius
+    k = min(reached(pose, poses, base, radius), len(poses) - 1)
     x, y, yaw, gear = poses[k].tolist()
     dx, dy, cosine, sine = x - pose[0], y - pose[1], math.cos(pose[2]), math.sin(pose[2])
     ahead, aside = cosine * dx + sine * dy, cosine * dy - sine * dx
-    speed = SLOW_SHARE * min(limits.max_speed, 0.8) + SLOW_SPEED
+    speed = min(SLOW_SHARE * limits.max_speed, math.sqrt(2.0 * limits.max_acceleration * SLOW_STOP * radius))
     if k + 1 == len(poses) or poses[k + 1, 3] != gear:
         speed = min(speed, stopping(math.hypot(ahead, aside if base.holonomic else 0.0), limits.max_acceleration))
     twist = base.pursued(ahead, aside, math.remainder(yaw - pose[2], 2.0 * math.pi), gear, speed, limits)

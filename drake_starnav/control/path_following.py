@@ -27,7 +27,7 @@ def followed(inputs: ControllerInputs, robot: RobotParameters) -> Proposal:
     pose, _, guidance, star = inputs
     limits = robot.limits
     if len(guidance.poses):
-        return Proposal(*followed_manoeuvre(pose, guidance.poses, robot.drive, limits))
+        return Proposal(*followed_manoeuvre(pose, guidance.poses, robot))
     ahead, found = (guidance.path, guidance.arrives, tuple(guidance.regions)), np.zeros(5)
     _followed(pose, ahead, star.alone[:3], robot.shape.narrow, tuple(limits), found)
     return Proposal(twist_of(found[2:], robot.drive), found[:2])

@@ -14,30 +14,31 @@ import numpy as np
 
 from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.geometry.polyline import arc_lengths, distance_to_segment, resampled
-from drake_starnav.planning.pose_search import NEAR_GOAL, REACH, SPACING, found_way
+from drake_starnav.planning.pose_search import CELL, NEAR_GOAL, REACH, SPACING, found_way
 from drake_starnav.robot import Base
 from drake_starnav.robot.limits import wrapped_angle
 from drake_starnav.surroundings.looks import Chords
 from drake_starnav.surroundings.safe_region import CertifiedRegion
 
-RANK_COST = 0.5
-"""A goal is worth so long a detour more than the next one, beside what it is nearer than the first, m."""
-LOOKS = ((0.9, 0.6), (0.45, 0.6), (1.8, 0.6), (0.9, math.inf))
-"""Goals along the path: how far ahead, m, and by how much the heading may be off the path's, rad."""
-EXTRA_MARGINS = (0.003, 0.009, 0.015, 0.021)
-"""Beyond the certificate's margin, since its scans differ; a wider one after each manoeuvre that it refused, m."""
+RANK_COST = 1.06
+"""A goal is worth so long a detour more than the next one, beside what it is nearer than the first; this and all other
+lengths in radii of the disc around the robot."""
+LOOKS = ((1.9, 0.6), (0.95, 0.6), (3.8, 0.6), (1.9, math.inf))
+"""Goals along the path: how far ahead, and by how much the heading may be off the path's, rad."""
+EXTRA_MARGINS = (0.006, 0.019, 0.032, 0.045)
+"""Beyond the certificate's margin, since its scans differ; a wider one after each manoeuvre that it refused."""
 STUCK = 0.3
 """A robot that has not moved for so long is stuck, s."""
-MOVED, TURNED = 0.01, 0.05
-"""It has moved if it did so by more than this, m or rad."""
+MOVED, TURNED = 0.021, 0.05
+"""It has moved if it did so by more than this, or by so much, rad."""
 CIRCLED = 2.5 * math.pi
 """A robot that turned one way by so much, rad, and came no nearer to the end of its path is stuck, too: it circles."""
-SAME_PLACE = 0.6
-"""Extent of a place, m: a manoeuvre ends where the robot may turn as it likes for so long on its path."""
+SAME_PLACE = 1.27
+"""Extent of a place: a manoeuvre ends where the robot may turn as it likes for so long on its path."""
 TRIES, REMEMBERED = 3, 8
 """So many of so many last ones are begun at one place."""
-AT_POSE, AT_HEADING = 0.01, 0.02
-"""A pose of a manoeuvre is reached this near to it, along the motion, m, or in heading, rad."""
+AT_POSE, AT_HEADING = 0.021, 0.02
+"""A pose of a manoeuvre is reached this near to it, along the motion, or in heading, rad."""
 DOCKED = 0.04
 """A robot at its goal with this error of its heading need not manoeuvre, rad."""
 NO_POSES = np.zeros((0, 4))
@@ -50,12 +51,14 @@ class Body(NamedTuple):
         footprint: of the robot.
         star: what its certificate knows.
         margin: that the certificate keeps, m.
+        moves: of its manoeuvres, as of `Base.moves`.
         base: how it moves.
     """
 
     footprint: Footprint
     star: CertifiedRegion
     margin: float
+    moves: np.ndarray
     base: Base
 
 
@@ -101,11 +104,11 @@ def manoeuvring(
     """
     now = before._replace(begun=before.begun[:0], gives_up=False) if before.gives_up else before
     turned = abs(math.remainder(pose[2] - before.pose[2], 2.0 * math.pi)) if np.isfinite(before.pose[2]) else math.inf
-    now = _wound(now, path, pose)
-    if not len(path) or not math.dist(pose[:2], before.pose[:2]) < MOVED or turned > TURNED:
+    now, unit = _wound(now, path, pose, body.footprint.radius), body.footprint.radius
+    if not len(path) or not math.dist(pose[:2], before.pose[:2]) < MOVED * unit or turned > TURNED:
         now = now._replace(pose=pose.copy(), still=time)
     if len(now.poses):
-        passed = reached(pose, now.poses, body.base)
+        passed = reached(pose, now.poses, body.base, unit)
         if passed == len(now.poses) or not len(path) or is_roomy(pose, path, body):
             return now._replace(poses=NO_POSES, still=time)
         if passed:
@@ -116,7 +119,7 @@ def manoeuvring(
     if time - now.still < STUCK and abs(now.wound) < CIRCLED:
         return now
     now = now._replace(wound=0.0)
-    tries = int((np.hypot(*(now.begun - pose[:2]).T) < SAME_PLACE).sum())
+    tries = int((np.hypot(*(now.begun - pose[:2]).T) < SAME_PLACE * unit).sum())
     if tries >= TRIES:
         return now._replace(still=time, gives_up=True)
     begun = np.vstack((now.begun[1 - REMEMBERED :], pose[:2]))
@@ -133,27 +136,27 @@ def docking(
     """
     now = before._replace(pose=pose.copy(), gives_up=False)
     if len(now.poses):
-        passed = reached(pose, now.poses, body.base)
+        passed = reached(pose, now.poses, body.base, body.footprint.radius)
         if passed < len(now.poses) and (passed or time - now.since < patience):
             return now._replace(poses=now.poses[passed:], since=time if passed else now.since)
         now = now._replace(poses=NO_POSES, still=time)
-    near = now.begun[np.hypot(*(now.begun - pose[:2]).T) < REACH]
+    near = now.begun[np.hypot(*(now.begun - pose[:2]).T) < REACH * body.footprint.radius]
     docked = abs(math.remainder(dock[2] - pose[2], 2.0 * math.pi)) < DOCKED
     if docked or time - now.still < STUCK * (1 + len(near)):
         return now
     wanted = np.array([(*dock, AT_HEADING, 0.0)])
-    turning = body.base.moves[body.base.moves[:, 2] != 0.0]
+    turning = body.moves[body.moves[:, 2] != 0.0]
     turn_cost = float((turning[:, 3] / abs(turning[:, 2])).min())
     poses = _found(pose, wanted, body, len(near), turn_cost)
     return now._replace(poses=poses, since=time, still=time, begun=np.vstack((near[1 - REMEMBERED :], pose[:2])))
 
 
-def _wound(now: Manoeuvring, path: np.ndarray, pose: np.ndarray) -> Manoeuvring:
+def _wound(now: Manoeuvring, path: np.ndarray, pose: np.ndarray, unit: float) -> Manoeuvring:
     """With what is left of the path (k, 2), and the turns since it was least; a path to elsewhere begins anew."""
     if not len(path):
         return now._replace(nearest=math.inf, wound=0.0)
     left, end = float(arc_lengths(np.vstack((pose[:2], path)))[-1]), (*path[-1], pose[2])
-    if left < now.nearest - MOVED or not math.dist(path[-1], now.end[:2]) < SAME_PLACE:
+    if left < now.nearest - MOVED * unit or not math.dist(path[-1], now.end[:2]) < SAME_PLACE * unit:
         return now._replace(nearest=left, wound=0.0, end=end)
     return now._replace(wound=now.wound + math.remainder(pose[2] - now.end[2], 2.0 * math.pi), end=end)
 
@@ -163,21 +166,21 @@ def is_roomy(pose: np.ndarray, path: np.ndarray, body: Body) -> bool:
     if not body.base.turns_on_the_spot:
         return False
     way, needed = np.vstack((pose[:2], path)), body.footprint.radius + body.margin
-    ahead = resampled(way, 0.5 * SAME_PLACE)[:3]
+    ahead = resampled(way, 0.5 * SAME_PLACE * body.footprint.radius)[:3]
     return all((distance_to_segment(body.star.hits, a, b) > needed).all() for a, b in pairwise(ahead))
 
 
-def reached(pose: np.ndarray, poses: np.ndarray, base: Base) -> int:
-    """How many of the poses (k, 4) of a manoeuvre a robot at a pose (x, y, yaw) has reached."""
-    count = 0
+def reached(pose: np.ndarray, poses: np.ndarray, base: Base, radius: float) -> int:
+    """How many of the poses (k, 4) of a manoeuvre a robot of a radius (m) at a pose (x, y, yaw) has reached."""
+    count, near = 0, AT_POSE * radius
     for x, y, yaw, gear in poses.tolist():
         dx, dy = x - pose[0], y - pose[1]
         if gear == 0.0:
             there = abs(math.remainder(yaw - pose[2], 2.0 * math.pi)) < AT_HEADING
         elif base.holonomic:
-            there = math.hypot(dx, dy) < 2.0 * AT_POSE
+            there = math.hypot(dx, dy) < 2.0 * near
         else:
-            there = gear * (math.cos(pose[2]) * dx + math.sin(pose[2]) * dy) < AT_POSE
+            there = gear * (math.cos(pose[2]) * dx + math.sin(pose[2]) * dy) < near
         if not there:
             break
         count += 1
@@ -193,27 +196,28 @@ def found_manoeuvre(pose: np.ndarray, path: np.ndarray, body: Body, tried: int) 
         body: the robot.
         tried: how many manoeuvres failed here; others are tried then.
     """
-    goals = _goals(pose, path, body)
+    goals, unit = _goals(pose, path, body), body.footprint.radius
     away, turned = np.hypot(*(goals[:, :2] - pose[:2]).T), wrapped_angle(goals[:, 2] - pose[2])
     first = tried % len(goals)
-    costs = RANK_COST * np.roll(np.arange(len(goals)), first) + np.maximum(away[first] - away, 0.0)
-    ahead = (away >= NEAR_GOAL) | (np.abs(turned) >= goals[:, 3])
+    costs = RANK_COST * unit * np.roll(np.arange(len(goals)), first) + np.maximum(away[first] - away, 0.0)
+    ahead = (away >= NEAR_GOAL * unit) | (np.abs(turned) >= goals[:, 3])
     return _found(pose, np.column_stack((goals, costs))[ahead], body, tried)
 
 
 def _found(pose: np.ndarray, wanted: np.ndarray, body: Body, tried: int, turn_cost: float = 0.0) -> np.ndarray:
     """`found_way` to goals as it takes them, with a margin by how many manoeuvres failed here."""
-    surfaces = _near_surfaces(body.star.look.chords, pose[:2])
-    margin = body.margin + EXTRA_MARGINS[tried % len(EXTRA_MARGINS)]
-    return found_way(pose, wanted, body.base.moves, body.footprint, margin, (surfaces, body.star.looks), turn_cost)
+    unit = body.footprint.radius
+    surfaces = _near_surfaces(body.star.look.chords, pose[:2], unit)
+    margin = body.margin + EXTRA_MARGINS[tried % len(EXTRA_MARGINS)] * unit
+    return found_way(pose, wanted, body.moves, body.footprint, margin, (surfaces, body.star.looks), turn_cost)
 
 
 def _goals(pose: np.ndarray, path: np.ndarray, body: Body) -> np.ndarray:
     """Poses (x, y, yaw) to search for, with the largest error of the heading, rad, the best first, shape (n, 4)."""
     goals = []
     line = np.vstack((pose[:2], path))
-    along = arc_lengths(line)
-    for look, aligned in dict.fromkeys((min(look, float(along[-1])), aligned) for look, aligned in LOOKS):
+    along, unit = arc_lengths(line), body.footprint.radius
+    for look, aligned in dict.fromkeys((min(look * unit, float(along[-1])), aligned) for look, aligned in LOOKS):
         x, y = (float(np.interp(look, along, coordinate)) for coordinate in line.T)
         leg = min(max(int(np.searchsorted(along, look)), 1), len(line) - 1)
         dx, dy = line[leg] - line[leg - 1]
@@ -221,12 +225,12 @@ def _goals(pose: np.ndarray, path: np.ndarray, body: Body) -> np.ndarray:
     return np.array(goals)
 
 
-def _near_surfaces(surfaces: Chords, place: np.ndarray) -> Chords:
+def _near_surfaces(surfaces: Chords, place: np.ndarray, unit: float) -> Chords:
     """What is within the search's reach, thinned out to the nearest ones."""
     middle = 0.5 * (surfaces.ends[:, :2] + surfaces.ends[:, 2:])
     away = np.hypot(*(middle - place).T)
-    near = np.argsort(away, kind="stable")[: int((away < REACH + 0.5).sum())]
-    cells = np.floor(middle[near] / SPACING).astype(np.int64)
+    near = np.argsort(away, kind="stable")[: int((away < (REACH + 1.0) * unit).sum())]
+    cells = np.floor(middle[near] / (SPACING * CELL * unit)).astype(np.int64)
     _, first = np.unique(cells @ (1 << 32, 1), return_index=True)  # of the places in a cell
     kept = near[np.sort(first)]
     return Chords(surfaces.ends[kept], surfaces.solid[kept], surfaces.shades[kept], surfaces.center)

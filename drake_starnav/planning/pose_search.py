@@ -18,28 +18,30 @@ from drake_starnav.robot.limits import wrapped_angle
 from drake_starnav.surroundings.looks import Chords, Looks
 from drake_starnav.surroundings.separation import keeps_clear
 
-CELL, HEADINGS = 0.04, 96
-"""Of the search: cell size, m, and headings in a turn."""
-OFF_CENTRE = 0.75 * CELL
-"""No place of a cell is farther from its centre, m."""
+CELL, HEADINGS = 0.085, 96
+"""Of the search: cell size, in radii of the disc around the robot, and headings in a turn."""
+OFF_CENTRE = 0.75
+"""No place of a cell is farther from its centre, in cells."""
 FIRST_SHARES = (0.125, 0.25, 0.5)
 """Moves from the start are tried at these shares of their size, too: a robot that is wedged in has room for no more."""
-GEAR_COST = 0.15
-"""Of a change between forwards and backwards, m."""
-SPACING = 0.02
-"""No point of the footprint moves farther between two poses that are checked, m."""
-REACH = 1.8
-"""The search stays within this distance of the start, m."""
-SIDE = int(2.0 * REACH / CELL) + 1
+GEAR_COST = 3.75
+"""Of a change between forwards and backwards, in cells."""
+SPACING = 0.5
+"""No point of the footprint moves farther between two poses that are checked, in cells."""
+AROUND = 45
+"""The search stays within so many cells of the start."""
+REACH = AROUND * CELL
+"""That is this distance, in radii."""
+SIDE = 2 * AROUND + 1
 """Cells along a side of what is searched."""
 EXACT, MOST_CHECKS = 8, 200000
 """A move that its cells do not decide counts as so many checks; and a search that has made so many gives up."""
 GREED = 1.2
 """Weight of the cost to go."""
-NEAR_GOAL = 0.12
-"""A pose this near to the goal's place is there, m."""
-SHOOT_EVERY, SHOOT_NEAR = 4, 0.4
-"""A straight way to a goal is looked for from each of so many poses, and from all that are so near to it, m."""
+NEAR_GOAL = 0.255
+"""A pose this near to the goal's place is there, in radii."""
+SHOOT_EVERY, SHOOT_NEAR = 4, 10.0
+"""A straight way to a goal is looked for from each of so many poses, and from all that are so near to it, in cells."""
 
 
 class Space(NamedTuple):
@@ -53,7 +55,7 @@ class Space(NamedTuple):
         margin: that it keeps, m.
         clear: distance from the centre of each cell to the nearest surface, up to what matters, shape (SIDE, SIDE), m;
             NaN out of reach.
-        corner: centre of cell (0, 0), W, m.
+        grid: centre (x, y) of cell (0, 0), W, and the size of a cell, m.
     """
 
     surfaces: Chords
@@ -63,7 +65,7 @@ class Space(NamedTuple):
     discs: np.ndarray
     margin: float
     clear: np.ndarray
-    corner: tuple[float, float]
+    grid: tuple[float, float, float]
 
 
 def found_way(
@@ -80,24 +82,25 @@ def found_way(
     Args:
         start: (x, y, yaw) of the robot, W.
         goals: shape (n, 5): x, y, yaw in W, the largest error of the heading, rad, and what it costs to end there, m.
-        moves: of the base.
+        moves: of the base, as of `Base.moves`.
         footprint: of the robot.
         margin: that it keeps from the surfaces, m; where it starts nearer, it comes no nearer.
         seen: what the last scan hit and hid, which the first move heeds, and the looks before it. What is hidden from
             later moves will have been looked at by then.
         turn_cost: that a turn costs at least, m/rad, where headings are farther than places; 0: it does not count.
     """
-    corner, polygons = (float(start[0]) - REACH, float(start[1]) - REACH), footprint.polygons
+    cell, polygons = CELL * footprint.radius, footprint.polygons
+    grid = (float(start[0]) - AROUND * cell, float(start[1]) - AROUND * cell, cell)
     places = np.vstack((footprint.cover, np.zeros(2)))
     within = np.split(polygons.offsets - places @ polygons.normals.T, polygons.ends[:-1], axis=1)
     inner = np.max([part.min(axis=1) for part in within], axis=0)
     discs = np.column_stack((footprint.cover, np.full(len(footprint.cover), footprint.narrow), inner[:-1]))
-    radii = footprint.narrow + margin + 2.0 * CELL, inner[-1] - OFF_CENTRE
+    radii = footprint.narrow + margin + 2.0 * cell, inner[-1] - OFF_CENTRE * cell
     (surfaces, looks), none = seen, np.zeros(len(seen[0].ends), np.bool_)
     solid = surfaces.solid
     bare = Chords(surfaces.ends[solid], solid[solid], none[solid], surfaces.center)
-    clear, to_go = _costs_to_go(bare.ends, radii, goals, corner)
-    space = Space(surfaces, looks, bare, footprint.body, discs, margin, clear, corner)
+    clear, to_go = _costs_to_go(bare.ends, radii, goals, grid)
+    space = Space(surfaces, looks, bare, footprint.body, discs, margin, clear, grid)
     first = np.vstack([moves * (share, share, share, share, 1.0) for share in FIRST_SHARES])
     nodes, parents, last = _searched(np.asarray(start, dtype=float), goals, (moves, first), to_go, turn_cost, space)
     way = []
@@ -108,13 +111,13 @@ def found_way(
 
 
 @njit(cache=True)
-def _cell(x, y, corner):
+def _cell(x, y, grid):
     """The cell of a place; it may lie outside of what is searched."""
-    return int(round((x - corner[0]) / CELL)), int(round((y - corner[1]) / CELL))
+    return int(round((x - grid[0]) / grid[2])), int(round((y - grid[1]) / grid[2]))
 
 
 @njit(cache=True)
-def _costs_to_go(ends, radii, goals, corner):
+def _costs_to_go(ends, radii, goals, grid):
     """The distances of `Space.clear` from chords (n, 4), and costs of the shortest ways of a disc to a goal, m.
 
     The radii: up to which distances count, and that of the disc, m. What it costs to end at a goal counts, too.
@@ -122,21 +125,21 @@ def _costs_to_go(ends, radii, goals, corner):
     clear, (most, inner) = np.full((SIDE, SIDE), np.nan), radii
     for i in range(SIDE):
         for j in range(SIDE):
-            if math.hypot(i * CELL - REACH, j * CELL - REACH) < REACH:
+            if math.hypot(i - AROUND, j - AROUND) < AROUND:
                 clear[i, j] = most
     for k in range(len(ends)):
-        low_i, low_j = _cell(min(ends[k, 0], ends[k, 2]) - most, min(ends[k, 1], ends[k, 3]) - most, corner)
-        high_i, high_j = _cell(max(ends[k, 0], ends[k, 2]) + most, max(ends[k, 1], ends[k, 3]) + most, corner)
+        low_i, low_j = _cell(min(ends[k, 0], ends[k, 2]) - most, min(ends[k, 1], ends[k, 3]) - most, grid)
+        high_i, high_j = _cell(max(ends[k, 0], ends[k, 2]) + most, max(ends[k, 1], ends[k, 3]) + most, grid)
         for i in range(max(low_i, 0), min(high_i + 1, SIDE)):
             for j in range(max(low_j, 0), min(high_j + 1, SIDE)):
-                x, y = corner[0] + i * CELL, corner[1] + j * CELL
+                x, y = grid[0] + i * grid[2], grid[1] + j * grid[2]
                 away = point_to_segment_squared(x, y, ends[k, 0], ends[k, 1], ends[k, 2], ends[k, 3])
                 clear[i, j] = min(clear[i, j], math.sqrt(away))
     out = np.full((SIDE, SIDE), np.inf)
     queue = [(0.0, 0, 0)]
     queue.pop()
     for k in range(len(goals)):
-        i, j = _cell(goals[k, 0], goals[k, 1], corner)
+        i, j = _cell(goals[k, 0], goals[k, 1], grid)
         if 0 <= i < SIDE and 0 <= j < SIDE and goals[k, 4] < out[i, j]:
             out[i, j] = goals[k, 4]
             heapq.heappush(queue, (goals[k, 4], i, j))
@@ -146,7 +149,7 @@ def _costs_to_go(ends, radii, goals, corner):
             continue
         for a in range(max(i - 1, 0), min(i + 2, SIDE)):
             for b in range(max(j - 1, 0), min(j + 2, SIDE)):
-                there = cost + CELL * math.hypot(a - i, b - j)
+                there = cost + grid[2] * math.hypot(a - i, b - j)
                 if there < out[a, b] and clear[a, b] > inner:
                     out[a, b] = there
                     heapq.heappush(queue, (there, a, b))
@@ -167,8 +170,8 @@ def _checked(x, y, yaw, move, space, begins):
 
     A move that `begins` at the start keeps within what was seen, too.
     """
-    margin, discs = space.margin, space.discs
-    count = int(math.ceil((math.hypot(move[0], move[1]) + space.body.radius * abs(move[2])) / SPACING)) + 1
+    margin, discs, cell = space.margin, space.discs, space.grid[2]
+    count = int(math.ceil((math.hypot(move[0], move[1]) + space.body.radius * abs(move[2])) / (SPACING * cell))) + 1
     poses, roomy = np.empty((count + 1, 3)), True
     poses[0] = x, y, yaw
     dx, dy, turn = move[0] / count, move[1] / count, move[2] / count
@@ -178,11 +181,11 @@ def _checked(x, y, yaw, move, space, begins):
         cosine, sine = math.cos(poses[k, 2]), math.sin(poses[k, 2])
         for m in range(len(discs)):
             u, v = discs[m, 0], discs[m, 1]
-            i, j = _cell(poses[k, 0] + cosine * u - sine * v, poses[k, 1] + sine * u + cosine * v, space.corner)
+            i, j = _cell(poses[k, 0] + cosine * u - sine * v, poses[k, 1] + sine * u + cosine * v, space.grid)
             clear = space.clear[i, j] if 0 <= i < SIDE and 0 <= j < SIDE else np.nan
-            if clear < discs[m, 3] - OFF_CENTRE:
+            if clear < discs[m, 3] - OFF_CENTRE * cell:
                 return False, 1
-            roomy = roomy and clear > discs[m, 2] + margin + OFF_CENTRE + SPACING
+            roomy = roomy and clear > discs[m, 2] + margin + (OFF_CENTRE + SPACING) * cell
     if roomy and not begins:
         return True, 1
     surfaces = space.surfaces
@@ -231,7 +234,7 @@ def _searched(start, goals, moves, to_go, turn_cost, space):
     cell, and `turn_cost` as of `found_way`. A pose that is at a goal is queued once more, with what it costs to end
     there: it is the way's last one if it comes first then.
     """
-    usual, first = moves
+    (usual, first), cell = moves, space.grid[2]
     shoots = (usual[:, 4] == 0.0).any()
     best = np.full((SIDE, SIDE, HEADINGS), np.inf, np.float32)
     room = MOST_CHECKS + len(usual) + len(first) + 3
@@ -247,12 +250,12 @@ def _searched(start, goals, moves, to_go, turn_cost, space):
         for k in range(len(goals)):
             goal = goals[k]
             away, ending = math.hypot(goal[0] - x, goal[1] - y), costs[n] + GREED * goal[4]
-            if away < NEAR_GOAL and abs(wrapped_angle(yaw - goal[2])) < goal[3]:
+            if away < NEAR_GOAL * space.body.radius and abs(wrapped_angle(yaw - goal[2])) < goal[3]:
                 heapq.heappush(queue, (ending, n, True))
             elif (
                 shoots
                 and k == expanded // SHOOT_EVERY % len(goals)
-                and (away < SHOOT_NEAR or expanded % SHOOT_EVERY == 0)
+                and (away < SHOOT_NEAR * cell or expanded % SHOOT_EVERY == 0)
             ):
                 shot, heading, more = _shot(x, y, yaw, goal, space, n == 0)
                 checks += more
@@ -266,11 +269,11 @@ def _searched(start, goals, moves, to_go, turn_cost, space):
         for m in range(len(usual) + (len(first) if n == 0 else 0)):
             move = usual[m] if m < len(usual) else first[m - len(usual)]
             px, py, turned = _after(x, y, yaw, move[0], move[1], move[2])
-            i, j = _cell(px, py, space.corner)
+            i, j = _cell(px, py, space.grid)
             if i < 0 or j < 0 or i >= SIDE or j >= SIDE or to_go[i, j] == np.inf:
                 continue
             h = int(round(turned / (2.0 * math.pi) * HEADINGS)) % HEADINGS
-            cost = costs[n] + move[3] + (GEAR_COST if gear * move[4] < 0.0 else 0.0)
+            cost = costs[n] + move[3] + (GEAR_COST * cell if gear * move[4] < 0.0 else 0.0)
             if n > 0 and best[i, j, h] <= cost:
                 continue
             free, more = _checked(x, y, yaw, move, space, n == 0)

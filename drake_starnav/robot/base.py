@@ -12,8 +12,8 @@ SHARES = np.array(
     + [(speed, turn) for turn in (0.5, 0.0, -0.5) for speed in (0.5, 0.0)]
 )
 """Shares of the desired speed and of the desired turning that are proposed, in this order."""
-MOVE = 0.1
-"""Length of a move of a manoeuvre, m."""
+MOVE = 0.21
+"""Length of a move of a manoeuvre, in radii of the disc around the robot."""
 
 
 class Base(Protocol):
@@ -36,11 +36,10 @@ class Base(Protocol):
     def holonomic(self) -> bool:
         """Whether it drives in any direction without turning."""
 
-    @property
-    def moves(self) -> np.ndarray:
+    def moves(self, radius: float, limits: Limits) -> np.ndarray:
         """Moves of a manoeuvre, shape (k, 5): dx, dy, dyaw in the robot's frame, m and rad, cost, m, and gear.
 
-        Gear 0 turns on the spot, 1 drives forwards or aside, -1 backwards.
+        Gear 0 turns on the spot, 1 drives forwards or aside, -1 backwards. The robot turns within a `radius` (m).
         """
 
     def saturated(self, twist: np.ndarray, limits: Limits) -> np.ndarray:
@@ -82,5 +81,5 @@ def straight_and_curved(length: float, turn: float) -> list[tuple]:
     for gear in (1.0, -1.0):
         cost = 1.0 if gear > 0.0 else 1.2  # of a metre
         rows.append((gear * length, 0.0, 0.0, cost * length, gear))
-        rows += [(gear * 1.2 * length, 0.0, side * turn, cost * (1.2 * length + 0.02), gear) for side in (1.0, -1.0)]
+        rows += [(gear * 1.2 * length, 0.0, side * turn, cost * 1.4 * length, gear) for side in (1.0, -1.0)]
     return rows

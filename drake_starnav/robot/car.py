@@ -6,8 +6,10 @@ from drake_starnav.robot.base import SHARES, straight_and_curved
 from drake_starnav.robot.differential import Differential
 from drake_starnav.robot.limits import Limits, limited
 
-MOVE = 0.15
-"""Length of a move of a manoeuvre, m."""
+MOVE, TURN = 0.3, 0.3
+"""Length of a move of a manoeuvre, in radii of the disc around the robot, and the largest turn on it, rad."""
+CURVES = (0.2, 0.6)
+"""Shares of the largest curvature of the manoeuvres' curves: the rest is left to follow them."""
 BENDS = (0.0, 0.4, -0.4)
 """Shares of the largest curvature that are tried on top of the desired one."""
 
@@ -17,12 +19,12 @@ class Car(Differential):
 
     components = ("v m/s", "curvature 1/m")
     turns_on_the_spot, holonomic = False, False
-    moves = np.array(
-        [
-            *straight_and_curved(MOVE, 0.5 * MOVE),
-            *(move for move in straight_and_curved(MOVE, MOVE) if move[2]),
-        ]
-    )
+
+    def moves(self, radius: float, limits: Limits) -> np.ndarray:
+        """No longer than turns by TURN are, on any circle that it can drive."""
+        length = min(MOVE * radius, TURN / (1.2 * limits.max_yaw_rate))
+        curved = [straight_and_curved(length, 1.2 * length * share * limits.max_yaw_rate) for share in CURVES]
+        return np.array([*curved[0], *(move for rows in curved[1:] for move in rows if move[2])])
 
     def body_rates(self, twist: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return twist[0], twist[0] * twist[1]
@@ -36,5 +38,6 @@ class Car(Differential):
 
     def pursued(self, ahead: float, aside: float, turn: float, gear: float, speed: float, limits: Limits) -> np.ndarray:
         """It cannot turn on the spot."""
-        away = max(abs(ahead), 0.08)
-        return np.array((gear * speed, gear * turn / away + 2.0 * aside + gear * turn))
+        most = limits.max_yaw_rate
+        away = max(abs(ahead), 0.16 / most)
+        return np.array((gear * speed, gear * turn / away + 0.5 * most * (most * aside + gear * turn)))

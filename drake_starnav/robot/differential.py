@@ -8,8 +8,12 @@ import numpy as np
 from drake_starnav.robot.base import MOVE, SHARES, straight_and_curved
 from drake_starnav.robot.limits import Limits, limited, stopping
 
-TURN, TURN_COST = math.radians(15.0), 0.09
-"""Of the manoeuvres: a turn on the spot or of a curve, rad, and the cost of the former, m."""
+TURN, TURN_COST = math.radians(15.0), 0.19
+"""Of the manoeuvres: a turn on the spot or of a curve, rad, and the cost of the former, in radii."""
+
+
+FOLLOWING = 2.5
+"""Turning rate per heading error of a manoeuvre, 1/s; errors aside are left without swinging at half the full speed."""
 
 
 class Differential:
@@ -17,9 +21,10 @@ class Differential:
 
     components = ("v m/s", "omega rad/s")
     turns_on_the_spot, holonomic = True, False
-    moves = np.array(
-        [*straight_and_curved(MOVE, TURN), (0.0, 0.0, TURN, TURN_COST, 0.0), (0.0, 0.0, -TURN, TURN_COST, 0.0)]
-    )
+
+    def moves(self, radius: float, limits: Limits) -> np.ndarray:
+        turns = [(0.0, 0.0, side * TURN, TURN_COST * radius, 0.0) for side in (1.0, -1.0)]
+        return np.array([*straight_and_curved(MOVE * radius, TURN), *turns])
 
     def saturated(self, twist: np.ndarray, limits: Limits) -> np.ndarray:
         """Each component for itself."""
@@ -37,4 +42,4 @@ class Differential:
     def pursued(self, ahead: float, aside: float, turn: float, gear: float, speed: float, limits: Limits) -> np.ndarray:
         if gear == 0.0:
             return np.array((0.0, math.copysign(stopping(abs(turn), limits.max_yaw_acceleration), turn)))
-        return np.array((gear * speed, 2.5 * turn + gear * 3.0 * aside))
+        return np.array((gear * speed, FOLLOWING * turn + gear * 0.5 * FOLLOWING**2 / limits.max_speed * aside))

@@ -20,12 +20,12 @@ class Omnidirectional:
 
     components = ("v_x m/s", "v_y m/s", "omega rad/s")
     turns_on_the_spot, holonomic = True, True
-    moves = np.array(
-        [
-            *((MOVE * math.cos(a), MOVE * math.sin(a), 0.0, MOVE, 1.0) for a in np.arange(8) * math.pi / 4.0),
-            *((0.0, 0.0, side * TURN, TURN_COST, 0.0) for side in (1.0, -1.0)),
-        ]
-    )
+
+    def moves(self, radius: float, limits: Limits) -> np.ndarray:
+        aside = [(math.cos(a), math.sin(a), 0.0, 1.0, 1.0) for a in np.arange(8) * math.pi / 4.0]
+        turns = [(0.0, 0.0, side * TURN, TURN_COST * radius, 0.0) for side in (1.0, -1.0)]
+        length = MOVE * radius
+        return np.array([*np.multiply(aside, (length, length, 1.0, length, 1.0)), *turns])
 
     def saturated(self, twist: np.ndarray, limits: Limits) -> np.ndarray:
         """A velocity keeps its direction."""

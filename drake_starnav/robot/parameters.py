@@ -4,6 +4,8 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
+import numpy as np
+
 from drake_starnav.errors import StarnavError, shown
 from drake_starnav.geometry.footprint import Footprint, disc, footprint
 from drake_starnav.parameters import Checked, parameter
@@ -163,6 +165,11 @@ class RobotParameters(Checked, place="robot"):
     def drive(self) -> Base:
         """How it moves."""
         return BASES[self.base]
+
+    @cached_property
+    def moves(self) -> np.ndarray:
+        """Of its manoeuvres, as of `Base.moves`."""
+        return self.drive.moves(self.shape.radius, self.limits)
 
 
 def _tuples(value: Any) -> Any:

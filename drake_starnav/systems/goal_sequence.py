@@ -29,17 +29,20 @@ class Arrival(NamedTuple):
     heading: float
 
     @staticmethod
-    def at(goal: Sequence[float], state: np.ndarray, tolerance: float, base: Base, turning: bool) -> "Arrival":
+    def at(goal: Sequence[float], state: np.ndarray, tolerance: float, room: float, turning: bool) -> "Arrival":
         """Of a robot with this state (x, y, yaw, ...) at a goal (x, y) or (x, y, yaw), W, m and rad.
 
-        A base that does not turn on the spot may leave the place again, within the tolerance (m) of which it arrived,
-        while it is `turning`.
+        It arrives within the tolerance, m; while it is `turning`, it may leave the place again, as far as the `room`.
         """
         (goal_x, goal_y, *turn), (x, y, yaw) = goal, state[:3].tolist()
         away = math.hypot(x - goal_x, y - goal_y)
-        room = REACH if turning and not base.turns_on_the_spot else tolerance
         turned = all(abs(math.remainder(wanted - yaw, 2.0 * math.pi)) < HEADING_TOLERANCE for wanted in turn)
-        return Arrival(away < tolerance and turned, turn[0] if turn and away < room else math.nan)
+        return Arrival(away < tolerance and turned, turn[0] if turn and away < (room if turning else tolerance) else math.nan)
+
+
+def turning_room(base: Base, radius: float, tolerance: float) -> float:
+    """How far from its goal a robot of a radius may be while it turns to a heading there, m."""
+    return tolerance if base.turns_on_the_spot else max(REACH * radius, tolerance)
 
 
 class GoalSequence(LeafSystem):
@@ -82,7 +85,8 @@ class GoalSequence(LeafSystem):
         """
         super().__init__()
         self._goals, self._tolerance = [tuple(map(float, goal)) for goal in goals], tolerance
-        self._radius, self._base = (footprint or disc(0.0)).radius, base
+        self._radius = (footprint or disc(0.0)).radius
+        self._room = turning_room(base, self._radius, tolerance)
         self._state = self.DeclareVectorInputPort("state", 5)
         names = "goal", "heading", "reached"
         values = self._goals[0][:2], (math.nan,), np.full(len(goals), math.nan)
@@ -98,7 +102,7 @@ class GoalSequence(LeafSystem):
         if k == len(times):
             return EventStatus.DidNothing()
         state, turning = self._state.Eval(context), math.isfinite(context.get_discrete_state(heading).value()[0])
-        now = Arrival.at(self._goals[k], state, self._tolerance, self._base, turning)
+        now = Arrival.at(self._goals[k], state, self._tolerance, self._room, turning)
         wanted = now.heading
         if now.reached and (len(self._goals[k]) == 2 or fastest_point(*state[3:], self._radius) <= STANDING):
             times[k] = context.get_time()

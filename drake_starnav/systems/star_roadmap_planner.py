@@ -182,7 +182,7 @@ class StarRoadmapPlanner(LeafSystem):
         robot = now.robot
         if robot.shape.is_disc or not self._certified_region.HasValue(context):
             return None
-        return Body(robot.shape, self._certified_region.Eval(context), now.margins.safety, robot.drive)
+        return Body(robot.shape, self._certified_region.Eval(context), now.margins.safety, robot.moves, robot.drive)
 
     def _state(self, context: Context) -> PlannerState:
         return self._plans.Eval(context).state

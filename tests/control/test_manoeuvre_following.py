@@ -13,7 +13,8 @@ from drake_starnav.robot.motion import Actuation, Pose, Velocity, advanced
 from drake_starnav.safety.shield import ramped_twist
 
 BASE = BASES["differential"]
-LIMITS = RobotParameters().limits
+ROBOT = RobotParameters()
+LIMITS = ROBOT.limits
 PERIOD = 0.02
 THREE_POINT = np.array(((0.0, 0.0, 0.6, 0.0), (-0.3, -0.2, 0.6, -1.0), (-0.3, -0.2, 0.0, 0.0), (0.4, -0.2, 0.0, 1.0)))
 
@@ -22,10 +23,10 @@ THREE_POINT = np.array(((0.0, 0.0, 0.6, 0.0), (-0.3, -0.2, 0.6, -1.0), (-0.3, -0
 def test_a_robot_reaches_all_poses_of_a_manoeuvre(start):
     pose, twist, poses = Pose(*start), (0.0, 0.0), THREE_POINT
     for _ in range(1500):
-        poses = poses[reached(np.array(pose), poses, BASE) :]
+        poses = poses[reached(np.array(pose), poses, BASE, ROBOT.radius) :]
         if not len(poses):
             break
-        target = followed_manoeuvre(np.array(pose), poses, BASE, LIMITS)[0]
+        target = followed_manoeuvre(np.array(pose), poses, ROBOT)[0]
         twist = ramped_twist(twist, target, Actuation(LIMITS, disc(0.2), PERIOD, 0.0))
         steady = Velocity(twist[0], 0.0, twist[1])
         pose, _, _ = advanced(pose, steady, steady, PERIOD, LIMITS)

@@ -17,7 +17,7 @@ from drake_starnav.planning.manoeuvre import (
     manoeuvring,
     reached,
 )
-from drake_starnav.robot import BASES
+from drake_starnav.robot import BASES, RobotParameters
 from drake_starnav.surroundings.erosion import smoothed_distances
 from drake_starnav.surroundings.safe_region import ScanMemory, certified_region
 from drake_starnav.worlds.world import World
@@ -26,6 +26,7 @@ from tests.helpers.scans import cast
 BASE = BASES["differential"]
 SHAPE = footprint(((0.254, -0.215), (0.254, 0.215), (-0.254, 0.215), (-0.254, -0.215)))
 MARGIN, PATIENCE = 0.0145, 4.0
+LIMITS = RobotParameters().limits
 
 
 def body(world: World, pose: np.ndarray) -> Body:
@@ -34,7 +35,7 @@ def body(world: World, pose: np.ndarray) -> Body:
     star, _ = certified_region(
         ScanMemory(), scan, smoothed_distances(scan), pose, SHAPE.narrow + MARGIN, reach, (reach + 0.5, 5)
     )
-    return Body(SHAPE, star, MARGIN, BASE)
+    return Body(SHAPE, star, MARGIN, BASE.moves(SHAPE.radius, LIMITS), BASE)
 
 
 def boxes(*sides: tuple[float, float, float, float]) -> World:
@@ -88,10 +89,10 @@ def test_no_manoeuvre_leads_where_the_robot_does_not_fit():
 
 def test_poses_are_reached_in_their_gear():
     poses = np.array(((0.0, 0.0, 0.5, 0.0), (0.3, 0.0, 0.5, 1.0), (0.1, 0.0, 0.5, -1.0)))
-    assert reached(np.array((0.0, 0.0, 0.4)), poses, BASE) == 0
-    assert reached(np.array((0.0, 0.0, 0.49)), poses, BASE) == 1
-    assert reached(np.array((0.3, 0.0, 0.5)), poses, BASE) == 2
-    assert reached(np.array((0.1, 0.0, 0.5 - 2.0 * math.pi)), poses[2:], BASE) == 1
+    assert reached(np.array((0.0, 0.0, 0.4)), poses, BASE, SHAPE.radius) == 0
+    assert reached(np.array((0.0, 0.0, 0.49)), poses, BASE, SHAPE.radius) == 1
+    assert reached(np.array((0.3, 0.0, 0.5)), poses, BASE, SHAPE.radius) == 2
+    assert reached(np.array((0.1, 0.0, 0.5 - 2.0 * math.pi)), poses[2:], BASE, SHAPE.radius) == 1
 
 
 def stuck_for(duration: float, poses: list[np.ndarray], path: np.ndarray, robot: Body) -> list[Manoeuvring]:
@@ -149,7 +150,8 @@ def test_a_robot_without_a_path_or_that_moves_begins_none():
 def test_a_car_at_its_goal_manoeuvres_to_its_heading(yaw: float) -> None:
     """And begins another manoeuvre while it is not there, but none once it is."""
     start, dock = np.zeros(3), np.array((0.2, 0.1, yaw))
-    car = body(boxes(), start)._replace(base=BASES["car"])
+    robot = RobotParameters(base="car")
+    car = body(boxes(), start)._replace(base=robot.drive, moves=robot.drive.moves(SHAPE.radius, robot.limits))
     now = docking(Manoeuvring(), dock, start, STUCK, car, PATIENCE)
     assert (len(now.poses) == 0) == (yaw == 0.0)
     if len(now.poses):

@@ -8,11 +8,12 @@ import shapely
 
 from drake_starnav.geometry.footprint import covered, footprint
 from drake_starnav.planning.pose_search import FIRST_SHARES, NEAR_GOAL, found_way
-from drake_starnav.robot import BASES
+from drake_starnav.robot import BASES, RobotParameters
 from drake_starnav.surroundings.chords import Chords
 from drake_starnav.surroundings.looks import Looks
 
 SHAPE = footprint(((0.4, -0.25), (0.4, 0.25), (-0.4, 0.25), (-0.4, -0.25)))
+MOVES = {name: base.moves(SHAPE.radius, RobotParameters(base=name).limits) for name, base in BASES.items()}
 MARGIN, SPARE, ALIGNED = 0.02, 0.008, 0.3
 LOOKS = Looks.of(())
 
@@ -47,7 +48,7 @@ def surfaces_around(poses: list[np.ndarray], spare: float) -> Chords:
 @pytest.mark.parametrize("base", BASES)
 def test_a_robot_that_is_wedged_in_gets_out_as_it_came_in(base: str) -> None:
     """The only way out begins with a part of a move of the base. A few are missed, since the search has cells."""
-    moves, outcomes = BASES[base].moves, []
+    moves, outcomes = MOVES[base], []
     for seed in range(60):
         rng = np.random.default_rng(seed)
         way = [rng.choice(FIRST_SHARES) * rng.choice(moves), *(rng.choice(moves) for _ in range(4))]
@@ -55,7 +56,7 @@ def test_a_robot_that_is_wedged_in_gets_out_as_it_came_in(base: str) -> None:
         for move in way:
             poses += moved(poses[-1], move)
         start, goal = poses[0], poses[-1]
-        if math.dist(start[:2], goal[:2]) < NEAR_GOAL and abs(start[2] - goal[2]) < ALIGNED:
+        if math.dist(start[:2], goal[:2]) < NEAR_GOAL * SHAPE.radius and abs(start[2] - goal[2]) < ALIGNED:
             continue
         surfaces = surfaces_around(poses, SPARE)
         found = found_way(start, np.array(((*goal, ALIGNED, 0.0),)), moves, SHAPE, MARGIN, (surfaces, LOOKS))
@@ -67,7 +68,7 @@ def test_a_robot_that_is_wedged_in_gets_out_as_it_came_in(base: str) -> None:
 
 
 def test_what_it_costs_to_end_at_a_goal_decides_between_goals():
-    start, moves = np.zeros(3), BASES["differential"].moves
+    start, moves = np.zeros(3), MOVES["differential"]
     for costs, x in (((0.0, 0.0), 0.6), ((1.0, 0.0), -0.9), ((0.1, 0.0), 0.6)):
         goals = np.array(((0.6, 0.0, 0.0, 0.3, costs[0]), (-0.9, 0.0, 0.0, 0.3, costs[1])))
         assert found_way(start, goals, moves, SHAPE, MARGIN, (OPEN, LOOKS))[-1, 0] == pytest.approx(x, abs=0.121)
@@ -76,6 +77,6 @@ def test_what_it_costs_to_end_at_a_goal_decides_between_goals():
 def test_there_is_no_way_to_where_no_disc_within_the_footprint_gets():
     wall = np.array([(0.7, y, 0.7, y + 0.05) for y in np.arange(-3.0, 3.0, 0.05)])
     surfaces = walls(wall, np.zeros(2))
-    for base in BASES.values():
+    for moves in MOVES.values():
         goals = np.array(((1.4, 0.0, 0.0, 7.0, 0.0),))
-        assert not len(found_way(np.zeros(3), goals, base.moves, SHAPE, MARGIN, (surfaces, LOOKS)))
+        assert not len(found_way(np.zeros(3), goals, moves, SHAPE, MARGIN, (surfaces, LOOKS)))
