@@ -49,11 +49,8 @@ def test_the_law_comes_nearer_to_what_lies_ahead(name):
 
 @pytest.mark.parametrize("name", BASES)
 def test_moves_are_those_of_the_base(name):
-    moves = ROBOTS[name].drive.moves
+    moves = ROBOTS[name].moves
     turning, driving = moves[moves[:, 4] == 0.0], moves[moves[:, 4] != 0.0]
     assert (len(turning) > 0) == ROBOTS[name].drive.turns_on_the_spot
     assert (abs(driving[:, 1]) > 1e-9).any() == ROBOTS[name].drive.holonomic
     assert (moves[:, 3] > 0.0).all()
-    if name == "car":
-        length = np.hypot(driving[:, 0], driving[:, 1])
-        assert (abs(driving[:, 2]) <= length / 0.5 + 1e-9).all()

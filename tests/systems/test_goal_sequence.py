@@ -56,7 +56,7 @@ def test_a_car_may_leave_its_goal_to_manoeuvre_and_must_come_back() -> None:
     visited = Visited((1.0, 0.0, 3.0), base="car")
     assert math.isnan(visited.at(0.5, 0.0)[1]), "it has not arrived"
     assert visited.at(0.9, 0.0)[1:] == visited.at(0.2, 0.5, 3.0)[1:] == (3.0, [])
-    assert math.isnan(visited.at(-3.0, 0.0)[1]), "pushed away"
+    assert math.isnan(visited.at(-9.0, 0.0)[1]), "pushed away"
     assert visited.at(0.9, 0.0)[1] == 3.0 and len(visited.at(0.9, 0.0, 3.0)[2]) == 1
 
 
