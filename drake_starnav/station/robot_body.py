@@ -142,11 +142,13 @@ def _place(root: ElementTree.Element, robot: RobotParameters, growth: float) -> 
 
     A robot that brakes would pitch on casters near its axis, and a lidar of long range see the floor. Its inertia about
     x and y grows alike, as of a body that is higher, too; that about its axis stays, so that the wheels turn it as
-    before. The wheels stay opposite each other, and are as wide as they look, as they roll on the planes of spheres;
-    marks for which there is no room are left out.
+    before. Its centre of mass is drawn in with what it stands on. The wheels stay opposite each other, and are as wide
+    as they look, as they roll on the planes of spheres; marks for which there is no room are left out.
     """
-    base, inertia = root.find("link[@name='base_link']"), root.find("link[@name='base_link']/inertial/inertia")
-    assert base is not None and inertia is not None
+    base, inertial = root.find("link[@name='base_link']"), root.find("link[@name='base_link']/inertial")
+    assert base is not None and inertial is not None
+    inertia, drawn_in = inertial.find("inertia"), 1.0
+    assert inertia is not None
     about = {axis: float(inertia.get(axis, "0")) for axis in ("ixx", "iyy")}
     for axis, before in about.items():
         inertia.set(axis, repr(before + (growth**2 - 1.0) * max(about.values())))
@@ -161,6 +163,8 @@ def _place(root: ElementTree.Element, robot: RobotParameters, growth: float) -> 
             base.remove(element)
         else:
             _scale_place(element, share)
+            drawn_in = min(drawn_in, share) if element.tag == "collision" else drawn_in
+    _scale_place(inertial, drawn_in)
     looks = [(joint, [*root.iterfind(f"link[@name='{link_at(joint, 'child')}']/visual")]) for joint in wheels]
     share = _share(robot.shape, growth, looks)
     for joint, parts in looks:

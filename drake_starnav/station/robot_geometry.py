@@ -262,6 +262,20 @@ def wheel_rates(robot: RobotModel) -> np.ndarray:
     return np.array(rows)
 
 
+def standing(robot: RobotModel, floor: float) -> tuple[float, float, float]:
+    """The least and the largest x at which a robot stands on a floor, and that of its centre of mass, m.
+
+    All in base_link; `floor` is its height there, m.
+    """
+    poses, masses = robot.poses(), []
+    for index, X_BL in poses.items():
+        link = robot.plant.get_body(index)
+        masses.append((link.default_mass(), float((X_BL @ link.default_com())[0])))
+    mass, x = np.array(masses).T
+    stands = [float(each.points[0].mean()) for each in robot.extents(poses) if each.low < floor + 1e-3]
+    return min(stands), max(stands), float(mass @ x / mass.sum())
+
+
 def turning_ability(robot: RobotModel) -> float:
     """The yaw acceleration of a robot whose wheels carry all its weight and grip with it, rad/s^2.
 

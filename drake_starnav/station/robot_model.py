@@ -28,6 +28,7 @@ from drake_starnav.station.robot_geometry import (
     drive_geometry,
     massless_links,
     robot_outline,
+    standing,
     turning_ability,
 )
 from drake_starnav.station.robot_wheels import found_wheels, stand_on_wheels
@@ -182,6 +183,12 @@ def model_faults(robot: RobotModel, declared: RobotParameters, floor: float | No
         yield (
             f"its wheels turn it with at most {most:.3g} rad/s^2, and {said}; allowed: no more, wheels farther apart, "
             "a larger effort of their joints, or less inertia about the axis"
+        )
+    least, largest, middle = standing(robot, floor)
+    if not least < middle < largest:
+        yield (
+            f"its centre of mass lies at x = {middle:.3g} m, and it stands on the floor from {least:.3g} to "
+            f"{largest:.3g} m, so that it tips over; allowed: between, by the <inertial> of its links or by casters"
         )
     for each in robot.extents(robot.poses()):
         if each.low < floor - TOLERANCE and each.floor is None:  # what would lift the wheels

@@ -156,3 +156,14 @@ def test_the_lidar_of_a_large_body_sees_no_floor_where_it_brakes(model: str, rad
         X_WS = value_of(station.GetOutputPort("lidar.X_WS"), simulator.get_context())
         lowest = min(lowest, X_WS.translation()[2] - 60.0 * np.hypot(*X_WS.rotation().matrix()[2, :2]))
     assert lowest > 0.0
+
+
+def test_a_robot_does_not_tip_over_wherever_its_body_lies() -> None:
+    """Its centre of mass was left ahead of casters that are drawn in towards the axle."""
+    corners = [[0.08, -0.2], [0.08, 0.3], [-0.28, 0.3], [-0.28, -0.2]]
+    station = NavigationStation(WORLD, Scenario("test", None, RobotParameters("carbot", base="car", footprint=corners)))
+    simulator = make_simulator(station)
+    station.GetInputPort("drive.twist_command").FixValue(simulator.get_mutable_context(), np.zeros(2))
+    simulator.AdvanceTo(0.5)
+    X_WS = value_of(station.GetOutputPort("lidar.X_WS"), simulator.get_context())
+    assert X_WS.rotation().matrix()[2, 2] > 0.9999

@@ -55,6 +55,11 @@ def changed_starbot(folder: Path, old: str, new: str) -> str:
         ),
         ('<axis xyz="0 1 0"/>', '<axis xyz="1 0 0"/>', "no two joints about y or -y"),
         ('xyz="0.15 0 -0.02995"', 'xyz="0.15 0 -0.04"', "reaches .* mm lower than the wheels"),
+        (
+            '<mass value="8.2"/>',
+            '<origin xyz="0.2 0 0"/><mass value="8.2"/>',
+            "to 0.15 m, so that it tips over",
+        ),
         ('type="continuous"', 'type="prismatic"', "no two joints about y or -y"),
         (
             '<geometry><sphere radius="0.05"/></geometry>',
