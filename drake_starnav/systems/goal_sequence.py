@@ -37,9 +37,8 @@ class Arrival(NamedTuple):
         (goal_x, goal_y, *turn), (x, y, yaw) = goal, state[:3].tolist()
         away = math.hypot(x - goal_x, y - goal_y)
         turned = all(abs(math.remainder(wanted - yaw, 2.0 * math.pi)) < HEADING_TOLERANCE for wanted in turn)
-        return Arrival(
-            away < tolerance and turned, turn[0] if turn and away < (room if turning else tolerance) else math.nan
-        )
+        turns = turn and away < (room if turning else tolerance)
+        return Arrival(away < tolerance and turned, turn[0] if turns else math.nan)
 
 
 def turning_room(base: Base, radius: float, tolerance: float) -> float:
