@@ -23,7 +23,7 @@ from drake_starnav.station.robot_interface import RobotInterface
 from drake_starnav.surroundings.erosion import BEARINGS
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.perception import check_views
-from drake_starnav.surroundings.start import start_radius
+from drake_starnav.surroundings.unseen import start_radius
 from drake_starnav.surroundings.views import looks_at
 from drake_starnav.worlds.view import scan_from, visible_shapes
 from drake_starnav.worlds.world import World

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from drake_starnav.geometry.footprint import Body, Footprint, disc
 from drake_starnav.geometry.se2 import composed, placed
 from drake_starnav.lidar.field_of_view import TURN
 from drake_starnav.lidar.laser_scan import Beams, LaserScan
@@ -23,9 +24,6 @@ KEPT_EVERY, KEPT_TURN, MOST_LOOKS = 0.125, 0.1, 32
 """Looks are kept that are so many radii of the robot apart, or turned by so much, rad; at most so many."""
 AROUND = 1.5
 """What a look sees within a wider angle may lie around its lidar, rad."""
-FINEST, MOST_ASKED, DEPTH = 0.004, 8000, 24
-"""A part of what is asked about that is no longer than this is seen by one look, or it is unknown, m; so is what it
-takes more questions to decide. And so many parts wait at a time."""
 
 
 @snapshot
@@ -38,7 +36,8 @@ class Look:
         beams: of this lidar.
         place: (x, y, yaw) of the frame of the beams.
         reach: farther places count as not seen.
-        inside: radius of a disc about the lidar that the robot covered then, so that nothing else stood there, m.
+        robot: (x, y, yaw) of the robot in that frame: nothing else stood where it did.
+        footprint: of the robot; None: unknown.
     """
 
     hits: np.ndarray
@@ -46,7 +45,8 @@ class Look:
     beams: Beams
     place: tuple[float, float, float]
     reach: float
-    inside: float = 0.0
+    robot: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    footprint: Footprint | None = None
 
     @staticmethod
     def none() -> "Look":
@@ -65,7 +65,7 @@ class Look:
     @cached_property
     def free(self) -> np.ndarray:
         """How far it saw on all bearings of each bin, from its yaw on, shape (BINS,)."""
-        return np.maximum(profile(self.chords.ends, self.place, self.reach), self.inside)
+        return profile(self.chords.ends, self.place, self.reach)
 
     def moved(self, frame: np.ndarray) -> "Look":
         """The same look in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""
@@ -99,17 +99,28 @@ class Looks(NamedTuple):
     Attributes:
         places: (x, y, yaw) of each, shape (n, 3), W.
         free: as of `Look`, shape (n, BINS), m.
+        body: of the robot at the newest look.
+        stood: x, y, and cosine and sine of its yaw at each look with this body, else NaN, shape (n, 4), W.
     """
 
     places: np.ndarray
     free: np.ndarray
+    body: Body
+    stood: np.ndarray
 
     @staticmethod
     def of(known: tuple[Known, ...]) -> "Looks":
         """Of what is known."""
-        if not known:
-            return Looks(np.zeros((0, 3)), np.zeros((0, BINS)))
-        return Looks(np.array([each.place for each in known]), np.array([each.look.free for each in known]))
+        body, stood = None, np.full((len(known), 4), np.nan)
+        for k, (look, place, *_) in enumerate(known):
+            if isinstance(look, Look) and look.footprint is not None:
+                body = look.footprint if body is None else body
+                if look.footprint is body:
+                    x, y, yaw = composed(np.array(place), look.robot).tolist()
+                    stood[k] = x, y, math.cos(yaw), math.sin(yaw)
+        places = np.array([each.place for each in known]).reshape(-1, 3)
+        free = np.array([each.look.free for each in known]).reshape(-1, BINS)
+        return Looks(places, free, (disc(0.0) if body is None else body).body, stood)
 
 
 class Kept(NamedTuple):
@@ -213,7 +224,12 @@ def _moved(place: tuple[float, float, float], frame: np.ndarray) -> tuple[float,
 
 @njit(cache=True)
 def saw(look, looks, part, n):
-    """Whether a look saw all of a convex polygon, the first `n` of `part`: nothing was nearer on any bearing of it."""
+    """Whether a look saw all of a convex polygon, the first `n` of `part`: nothing was nearer on any bearing of it.
+
+    Nothing was, either, where the robot stood then.
+    """
+    if stands_on(looks.stood[look], looks.body, part, n):
+        return True
     x, y, yaw = looks.places[look]
     far, mx, my = 0.0, 0.0, 0.0
     for i in range(n):
@@ -237,77 +253,23 @@ def saw(look, looks, part, n):
 
 
 @njit(cache=True)
-def known(part, n, looks, asked):
-    """Whether each place of a convex polygon, the first `n` of `part`, was seen by some look.
-
-    What no look saw whole is halved, down to FINEST. `asked` counts how often looks were asked, up to MOST_ASKED, from
-    when on nothing is known; and has the one that answered last, which is asked first.
-    """
-    if _seen_by_any(part, n, looks, asked):
-        return True
-    for i in range(n):  # mostly a corner decides
-        if not _seen_by_any(part[i : i + 1], 1, looks, asked):
-            return False
-    stack, sizes, depth = np.empty((DEPTH, n + 2 * DEPTH, 2)), np.empty(DEPTH, np.int64), 1
-    sizes[0] = n
-    for i in range(n):  # an assignment to a slice takes Numba 2 s to compile
-        stack[0, i, 0], stack[0, i, 1] = part[i, 0], part[i, 1]
-    piece = np.empty((n + 2 * DEPTH, 2))
-    while depth > 0:
-        depth -= 1
-        m = sizes[depth]
-        for i in range(m):
-            piece[i, 0], piece[i, 1] = stack[depth, i, 0], stack[depth, i, 1]
-        if _seen_by_any(piece, m, looks, asked):
-            continue
-        low_x, high_x, low_y, high_y = piece[0, 0], piece[0, 0], piece[0, 1], piece[0, 1]
-        for i in range(1, m):
-            low_x, high_x = min(low_x, piece[i, 0]), max(high_x, piece[i, 0])
-            low_y, high_y = min(low_y, piece[i, 1]), max(high_y, piece[i, 1])
-        wide, high = high_x - low_x, high_y - low_y
-        if max(wide, high) < FINEST or depth + 2 > DEPTH or asked[0] > MOST_ASKED:
-            return False
-        nx, ny, middle = (1.0, 0.0, low_x + 0.5 * wide) if wide > high else (0.0, 1.0, low_y + 0.5 * high)
-        for side in (1.0, -1.0):
-            size = clipped(piece, m, side * nx, side * ny, side * middle, stack[depth])
-            if size > 2:
-                sizes[depth] = size
-                depth += 1
-    return True
-
-
-@njit(cache=True)
-def _seen_by_any(part, n, looks, asked):
-    """Whether some look saw all of a polygon."""
-    if len(looks.places) == 0:
+def stands_on(frame, body, part, n):
+    """Whether a body covers a polygon by one of its parts."""
+    x, y, cosine, sine = frame
+    if not math.hypot(part[0, 0] - x, part[0, 1] - y) <= body.radius + ROUNDING:
         return False
-    first = asked[1]
-    asked[0] += 1
-    if saw(first, looks, part, n):
-        return True
-    for k in range(len(looks.places)):
-        if k != first:
-            asked[0] += 1
-            if saw(k, looks, part, n):
-                asked[1] = k
-                return True
+    start, stops = 0, body.polygons.ends
+    for k in range(max(len(stops), 1)):
+        end, inside = (stops[k] if len(stops) else 0), True
+        for i in range(n):
+            u, v = part[i, 0] - x, part[i, 1] - y
+            u, v = cosine * u + sine * v, cosine * v - sine * u
+            if len(stops) == 0:
+                inside = inside and math.hypot(u, v) <= body.radius + ROUNDING
+            for e in range(start, end):
+                a, b = body.polygons.normals[e]
+                inside = inside and a * u + b * v <= body.polygons.offsets[e] + ROUNDING
+        if inside:
+            return True
+        start = end
     return False
-
-
-@njit(cache=True)
-def clipped(part, n, nx, ny, offset, out):
-    """What of a convex polygon, the first `n` of `part`, lies where normal @ p <= offset, into `out`; its size."""
-    m = 0
-    for k in range(n):
-        j = k + 1 if k + 1 < n else 0
-        s = nx * part[k, 0] + ny * part[k, 1] - offset
-        t = nx * part[j, 0] + ny * part[j, 1] - offset
-        if s <= 0.0:
-            out[m] = part[k]
-            m += 1
-        if (s < 0.0 < t) or (t < 0.0 < s):
-            share = s / (s - t)
-            out[m, 0] = part[k, 0] + share * (part[j, 0] - part[k, 0])
-            out[m, 1] = part[k, 1] + share * (part[j, 1] - part[k, 1])
-            m += 1
-    return m

@@ -22,7 +22,8 @@ from drake_starnav.surroundings.observation import Observation
 from drake_starnav.surroundings.safe_region import SCAN_PATIENCE, CertifiedRegion, ScanMemory, certified_region
 from drake_starnav.surroundings.scan_averaging import AVERAGED_WITHIN, averaged
 from drake_starnav.surroundings.star_region import scan_region
-from drake_starnav.surroundings.start import Start, start_radius
+from drake_starnav.surroundings.start import Start
+from drake_starnav.surroundings.unseen import start_radius
 from drake_starnav.surroundings.views import hit_points, hits_seen, merged, surround
 from drake_starnav.utils.snapshot import snapshot
 from drake_starnav.utils.timing import EARLY
@@ -196,9 +197,9 @@ def perceive(
         earlier, lone = averaged(before.memory, lone, pose, safe_radius + AVERAGED_WITHIN * robot_radius)
         safety, _ = certified_region(earlier, lone, *arguments)
     if not alone:
-        safety = _seen_by(safety, (near, mounts), pose, smoothing, footprint.inscribed)
+        safety = _seen_by(safety, (near, mounts), pose, smoothing, footprint)
     else:
-        safety = dataclasses.replace(safety, look=dataclasses.replace(safety.look, inside=footprint.inscribed))
+        safety = dataclasses.replace(safety, look=dataclasses.replace(safety.look, footprint=footprint))
     if not (alone or surrounded):  # earlier looks are in the star
         safety = dataclasses.replace(safety, sight=(0.0, 0.0))
     offset = 0.0 if surrounded else max(0.0, *(mount.x for mount in mounts))
@@ -212,18 +213,16 @@ def _seen_by(
     lidars: tuple[Sequence[LaserScan], Sequence[Mount]],
     pose: np.ndarray,
     smoothing: tuple[int, float],
-    inscribed: float,
+    footprint: Footprint,
 ) -> CertifiedRegion:
-    """The certified region with what each lidar sees, with the robot at a pose; `smoothing` as of `hits_seen`.
-
-    `inscribed` is the radius of the disc about the axis inside the robot, m.
-    """
+    """The certified region with what each lidar sees, with the robot at a pose; `smoothing` as of `hits_seen`."""
     look, first, looks = safety.look, safety.look.own[0], []
     for scan, mount in zip(*lidars, strict=True):
         count = int((np.hypot(*hit_points(scan, mount, smoothing)[0].T) < look.reach).sum())
         within = min(look.reach - mount.offset, scan.range_max)
-        inside, place = max(inscribed - mount.offset, 0.0), _place(mount.unturned(pose))
-        looks.append(Look(look.hits, (first, first + count), scan.beams, place, within, inside))
+        place = _place(mount.unturned(pose))
+        robot = now_in(np.array(place), pose)
+        looks.append(Look(look.hits, (first, first + count), scan.beams, place, within, robot, footprint))
         first += count
     others = tuple(Known(each, each.place, safety.time) for each in looks[1:])
     return dataclasses.replace(safety, look=looks[0], others=others)

@@ -10,22 +10,19 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.geometry.polyline import point_to_segment_squared
-from drake_starnav.surroundings.looks import clipped, known
-from drake_starnav.surroundings.start import RIM
+from drake_starnav.surroundings.unseen import Step, is_free
 
 ESCAPE_CLEARANCE = 0.002
 """A move that begins within the margin may come no nearer than this, m."""
 LOOKAHEAD = 0.03
 """What no point of a robot leaves on its way is asked about at once, m: a few samples."""
-SLIVER = 1e-7
-"""A part no larger than this is none, m^2."""
 
 
 @njit(cache=True)
 def keeps_clear(poses, surfaces, looks, body, sizes):
     """Whether a body keeps the margin to all surfaces, and is by it within what was seen, at all poses of a motion.
 
-    Where the first pose has less room, that much is enough.
+    Where the first pose has less room, that much is enough: to each surface, and to each place that was not seen.
 
     Args:
         poses: of the samples, shape (n, k), the first three columns x, y, yaw, W.
@@ -48,7 +45,6 @@ def keeps_clear(poses, surfaces, looks, body, sizes):
             moved[i] = moved[i - 1] + way + body.lever * abs(yaw - poses[i - 1, 2])
     apart = math.hypot(frames[0, 0] - center[0], frames[0, 1] - center[1]) + body.radius + margin + moved[-1]
     asked = np.zeros(2, np.int64)
-    hidden = -1.0  # the margin to what was not seen; below 0: not yet asked for
     for j in range(len(surfaces.ends)):
         ends = surfaces.ends[j]
         away = point_to_segment_squared(center[0], center[1], ends[0], ends[1], ends[2], ends[3])
@@ -60,9 +56,7 @@ def keeps_clear(poses, surfaces, looks, body, sizes):
             return False
         if surfaces.solid[j] and not _keeps_off(frames, moved, ends, center, False, body, margin):
             return False
-        if hidden < 0.0:
-            hidden = _hidden_margin(frames[0], surfaces, looks, body, margin, apart, asked)
-        if not _stays_seen(frames, moved, ends, center, looks, body, hidden, asked):
+        if not _stays_free(frames, moved, ends, center, looks, body, margin, asked):
             return False
     return True
 
@@ -71,12 +65,12 @@ def keeps_clear(poses, surfaces, looks, body, sizes):
 def _keeps_off(frames, moved, ends, center, shade, body, margin):
     """Whether a body keeps a margin to a chord, with `shade` to all that it hides as well; m.
 
-    If it begins nearer, so much is enough.
+    If it begins nearer to the chord alone, so much is enough.
     """
     needed, i, way = margin, 0, moved[-1]
     while True:
         gap = body_gap(frames[i], ends, center, shade, body, needed + way)
-        if i == 0 and gap < needed:
+        if i == 0 and gap < needed and not shade:
             needed = max(gap - 1e-9, ESCAPE_CLEARANCE)
         if gap < needed:
             return False
@@ -87,96 +81,19 @@ def _keeps_off(frames, moved, ends, center, shade, body, margin):
 
 
 @njit(cache=True)
-def _stays_seen(frames, moved, ends, center, looks, body, margin, asked):
-    """Whether some look saw all that a chord hides of a body with a margin around it, at all samples."""
+def _stays_free(frames, moved, ends, center, looks, body, margin, asked):
+    """Whether all that a chord hides of a body with a margin around it is free, or no nearer than at first."""
     i, count = 0, len(moved)
     while i < count:
         gap = body_gap(frames[i], ends, center, True, body, margin + moved[-1])
         if gap < margin:
             gap = margin
-            if _seen(frames[i], ends, center, looks, body, margin + LOOKAHEAD, asked):
+            if is_free(Step(body, frames[0], frames[i], True), ends, center, looks, margin + LOOKAHEAD, asked):
                 gap = margin + LOOKAHEAD
-            elif not _seen(frames[i], ends, center, looks, body, margin, asked):
+            elif i > 0 and not is_free(Step(body, frames[0], frames[i], False), ends, center, looks, margin, asked):
                 return False
         i = max(i + 1, np.searchsorted(moved, moved[i] + (gap - margin), side="right"))
     return True
-
-
-@njit(cache=True)
-def _hidden_margin(frame, surfaces, looks, body, margin, apart, asked):
-    """The widest of a few margins with which all of a body that the last scan does not see was seen before, m."""
-    center = surfaces.center
-    for wanted in (margin, 0.5 * (margin + ESCAPE_CLEARANCE)):
-        seen = True
-        for j in range(len(surfaces.ends)):
-            ends = surfaces.ends[j]
-            if not surfaces.shades[j] or not seen:
-                continue
-            away = point_to_segment_squared(center[0], center[1], ends[0], ends[1], ends[2], ends[3])
-            if away < apart * apart and body_gap(frame, ends, center, True, body, wanted) < wanted:
-                seen = _seen(frame, ends, center, looks, body, wanted, asked)
-        if seen:
-            return wanted
-    return ESCAPE_CLEARANCE
-
-
-@njit(cache=True)
-def _seen(frame, ends, center, looks, body, margin, asked):
-    """Whether looks saw all that a chord hides of a body with a margin around it."""
-    start, stops = 0, body.polygons.ends
-    for k in range(max(len(stops), 1)):
-        end = stops[k] if len(stops) else RIM
-        hidden = np.empty((end - start + 4, 2))
-        count = _hidden(_grown(frame, body, start, end, margin), ends, center, hidden)
-        if count > 0 and not known(hidden, count, looks, asked):
-            return False
-        start = end
-    return True
-
-
-@njit(cache=True)
-def _grown(frame, body, start, end, margin):
-    """A part of a body with a margin around it, its corners mitred, W."""
-    x, y, cosine, sine = frame
-    out, (_, normals, offsets, stops) = np.empty((end - start, 2)), body.polygons
-    for k in range(end - start):
-        if len(stops):
-            i, j = start + (k - 1) % (end - start), start + k
-            a, b, c, d = normals[i, 0], normals[i, 1], normals[j, 0], normals[j, 1]
-            p, q, turn = offsets[i] + margin, offsets[j] + margin, a * d - b * c
-            u, v = (p * d - q * b) / turn, (a * q - c * p) / turn
-        else:
-            size = (body.radius + margin) / math.cos(math.pi / RIM)
-            u, v = size * math.cos(2.0 * math.pi * k / RIM), size * math.sin(2.0 * math.pi * k / RIM)
-        out[k, 0], out[k, 1] = x + cosine * u - sine * v, y + sine * u + cosine * v
-    return out
-
-
-@njit(cache=True)
-def _hidden(part, ends, center, out):
-    """What a chord hides of a convex polygon, as a polygon into `out`; how many corners it has, 0: nothing."""
-    cx, cy = center
-    ax, ay, bx, by = ends[0] - cx, ends[1] - cy, ends[2] - cx, ends[3] - cy
-    if ax * by - ay * bx < 0.0:
-        ax, ay, bx, by = bx, by, ax, ay
-    ex, ey = bx - ax, by - ay
-    n, first, second, third = len(part), True, True, True  # whether all of it is beside an edge of the shadow
-    for k in range(n):
-        px, py = part[k, 0] - cx, part[k, 1] - cy
-        first = first and ax * py - ay * px <= 0.0
-        second = second and px * by - py * bx <= 0.0
-        third = third and ex * (py - ay) - ey * (px - ax) >= 0.0
-    if first or second or third:
-        return 0
-    within = np.empty((n + 4, 2))
-    n = clipped(part, n, ay, -ax, ay * cx - ax * cy, out)
-    n = clipped(out, n, -by, bx, bx * cy - by * cx, within) if n > 2 else 0
-    n = clipped(within, n, -ey, ex, ex * (cy + ay) - ey * (cx + ax), out) if n > 2 else 0
-    area = 0.0
-    for k in range(n):
-        j = k + 1 if k + 1 < n else 0
-        area += 0.5 * (out[k, 0] * out[j, 1] - out[k, 1] * out[j, 0])
-    return n if n > 2 and area > SLIVER else 0
 
 
 @njit(cache=True)

@@ -5,14 +5,10 @@ from functools import cached_property
 
 import numpy as np
 
-from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.lidar.field_of_view import TURN
 from drake_starnav.lidar.laser_scan import Beams, LaserScan
 from drake_starnav.surroundings.chords import BINS, Chords, profile
 from drake_starnav.utils.snapshot import snapshot
-
-RIM = 24
-"""Corners of the polygon around a disc."""
 
 
 @snapshot
@@ -39,17 +35,3 @@ class Start:
     def cut(self, place: tuple[float, float, float], seen: Chords) -> "Start":
         """It, about a place (x, y, yaw) in W, without what lies at or behind the surfaces of some chords."""
         return Start(np.minimum(self.free, profile(seen.ends[seen.solid], place, float(self.free.max()))))
-
-
-def start_radius(footprint: Footprint, margin: float, offset: float) -> float:
-    """Radius of the disc, m: in it a robot turns, and then drives off until a lidar sees what is beside it.
-
-    Args:
-        footprint: of the robot.
-        margin: kept around it, m.
-        offset: of the lidar ahead of its axis, m: it may see nothing farther back.
-    """
-    sides = [float(np.abs(part[:, 1]).max()) for part in footprint.parts]
-    beside = (max(sides, default=footprint.radius) + margin) / math.cos(0.5 * TURN / RIM)
-    ahead = offset + 2.0 * TURN / BINS * beside  # a view counts by whole bins
-    return max(footprint.radius + margin, math.hypot(beside, ahead))

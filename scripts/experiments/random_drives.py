@@ -29,7 +29,7 @@ from drake_starnav.scenario.scenario_file import load_scenario
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.simulation.run import run_trial
 from drake_starnav.station.model_world import make_world_with_footprints
-from drake_starnav.surroundings.start import start_radius
+from drake_starnav.surroundings.unseen import start_radius
 from drake_starnav.utils.files import read_text, write_text
 from drake_starnav.utils.resources import model_path
 from drake_starnav.worlds.clearance import body_clearance

@@ -6,16 +6,18 @@ import math
 import numpy as np
 from hypothesis import strategies as st
 
+from drake_starnav.geometry.footprint import disc
 from drake_starnav.geometry.se2 import composed, now_in
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.roadmap import StarRoadmap, extended
 from drake_starnav.surroundings.erosion import FreeRange
-from drake_starnav.surroundings.looks import Kept, Look
+from drake_starnav.surroundings.looks import Kept, Known, Look, Looks
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.observation import Observation
 from drake_starnav.surroundings.region_union import RegionUnion, first_gap
 from drake_starnav.surroundings.star_region import StarRegion, fit_region, scan_region
+from drake_starnav.surroundings.unseen import Step, known
 from drake_starnav.worlds.world import World
 
 RADIUS = 0.25
@@ -40,6 +42,18 @@ def remembered_hits(hits: np.ndarray, place: np.ndarray = ORIGIN, reach: float =
     """Of hits (n, 2) of scans before the last one, which hide nothing; that saw nothing itself."""
     count = len(hits)
     return Look(hits, (count, count), LaserScan.nothing().beams, tuple(map(float, place)), reach)
+
+
+def look_of(scan: LaserScan, place: tuple[float, float, float], reach: float = 3.0) -> Look:
+    """What one lidar alone saw in one scan."""
+    hits = scan.points(place)
+    return Look(hits, (0, len(hits)), scan.beams, place, reach)
+
+
+def seen_by(looks: tuple[Known, ...], part: np.ndarray) -> bool:
+    """Whether looks saw all of a convex polygon (n, 2), W."""
+    nowhere = np.full(4, np.nan)
+    return bool(known(part, len(part), Looks.of(looks), Step(disc(0.0).body, nowhere, nowhere, True), np.zeros(2, int)))
 
 
 def silence() -> LaserScan:
