@@ -11,9 +11,10 @@ motion its footprint touches a static obstacle, provided that
 To keep (3), a motion in which the wheels would slide is not accepted; see `Motion.grips`.
 
 At each sample the footprint keeps the margin to every surface that the last scans have hit. All of it, with the margin
-around it, was seen by the last scan or by some look before: an obstacle in it would have been hit by that look. What no
-look has seen is unknown. Where there is less room at the first sample, that much is enough. That the discs that cover
-the footprint stay inside the certified region is enough, too, and decided faster.
+around it, was seen by the last scan or by some look before, or the robot stood there: an obstacle in it would have been
+hit by that look. What is neither is unknown. Where there is less room at the first sample, that much is enough: to each
+surface, and to each place that is unknown. That the discs that cover the footprint stay inside the certified region is
+enough, too, and decided faster.
 
 If nothing can be certified, the command is to brake: the robot then follows the remainder of the last certified motion,
 so by induction it never touches anything. Turning in place is always allowed to a disc at a speed from which it stops
