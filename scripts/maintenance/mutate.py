@@ -47,6 +47,7 @@ GROUPS: dict[str, dict[str, tuple[str, ...]]] = {
         "robot/motion": ("tests/robot/test_motion.py",),
         "control/rollout": ("tests/control/test_rollout.py",),
         "surroundings/separation": ("tests/surroundings/test_separation.py", BODIES),
+        "surroundings/unseen": ("tests/surroundings/test_unseen.py", BODIES),
     },
     "safety region": {
         "surroundings/safe_region": ("tests/surroundings/test_safe_region.py", "tests/surroundings/test_views.py"),
