@@ -48,9 +48,9 @@ def test_to_leave_or_to_pass_what_nobody_has_seen_is_to_come_no_nearer() -> None
     beside = behind * (1.0, 0.1)  # 5 cm to each side of the middle
     across = np.array([(0.3, 0.15), (0.5, 0.15), (0.5, 0.3), (0.3, 0.3)])  # partly where it stands
     for there, part, free in (
-        ((0.0, 0.0, 0.0), beside, True), ((0.1, 0.0, 0.0), behind, True), ((-0.001, 0.0, 0.0), behind, False),
-        ((0.0, 0.1, 0.0), beside, True), ((0.0, 0.1, 0.0), behind, False), ((0.0, 0.0, 0.1), behind, False), ((-0.02, 0.0, 0.0), across, True),
-        ((0.0, -0.02, 0.0), across, True), ((0.001, 0.0, 0.0), across, False),
+        ((0.0, 0.0, 0.0), beside, True), ((0.0, 0.1, 0.0), beside, True), ((0.1, 0.0, 0.0), behind, True),
+        ((-0.001, 0.0, 0.0), behind, False), ((0.0, 0.1, 0.0), behind, False), ((0.0, 0.0, 0.1), behind, False),
+        ((-0.02, 0.0, 0.0), across, True), ((0.0, -0.02, 0.0), across, True), ((0.001, 0.0, 0.0), across, False),
     ):  # fmt: skip
         assert known(part, 4, looks, step_of(box, np.zeros(3), np.array(there)), np.zeros(2, int)) == free, there
 
