@@ -26,7 +26,7 @@ class ControllerParameters(Checked, place="controller"):
         "what a baseline heads for: the goal, or the short-term goals of the star roadmap",
         choices=("goal", "short_term_goal"),
     )
-    rate: float = parameter(50.0, "commands a second", unit="Hz", low=0.1, high=1000.0)
+    rate: float = parameter(40.0, "commands a second", unit="Hz", low=0.1, high=1000.0)
     delay: float = 0.0
 
     def __post_init__(self) -> None:

@@ -9,7 +9,7 @@ from drake_starnav.utils.resources import model_path
 
 METHODS: dict[str, dict[str, dict[str, Any]] | Callable[[Any], Any]] = {
     "star": {},
-    "star_paper": {"controller": {"kind": "star_paper", "rate": 40.0}},
+    "star_paper": {"controller": {"kind": "star_paper"}},
     "dsm": {"controller": {"kind": "dsm"}},
     "foa": {"controller": {"kind": "foa"}},
     "foa_cluster": {"controller": {"kind": "foa"}, "foa": {"clusters": True}},

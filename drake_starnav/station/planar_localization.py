@@ -18,7 +18,7 @@ PLANAR = 3
 """Positions of a planar base, see `planar_drive`; a floating one has more."""
 LIDAR_SEEDS = 0x9E3779B97F4A7C15
 """Added to the seed of a robot for each further lidar: no two have the same noise, whatever seeds trials have."""
-DRIFT_PERIOD = 0.02
+DRIFT_PERIOD = 0.025
 """The believed pose takes up its error this often, s."""
 
 

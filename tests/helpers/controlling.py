@@ -7,7 +7,9 @@ import numpy as np
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
-PERIOD = 0.02
+from drake_starnav.control import ControllerParameters
+
+PERIOD = 1.0 / ControllerParameters().rate
 """Of the commands, s."""
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from drake_starnav import parse_scenario
+from drake_starnav.control import ControllerParameters
 from drake_starnav.runtime import Navigator, read_log
 from drake_starnav.runtime.calibration import calibration, drive_of, lidar_of, mask_of, observed
 from drake_starnav.runtime.log import RunLog
@@ -15,6 +16,7 @@ from tests.helpers.bare_robot import BareRobot
 
 pytest.importorskip("mcap")
 ROOM = World("room", (0.0, 0.0, 0.0), (3.0, 1.0), bounds=(-2.0, -2.0, 5.0, 3.0), cylinders=np.array([(1.6, 1.4, 0.3)]))
+PERIOD = 1.0 / ControllerParameters().rate
 
 
 class Flawed(BareRobot):
@@ -70,7 +72,7 @@ def test_a_good_robot_needs_no_faults_declared(tmp_path) -> None:
 
 @pytest.mark.parametrize("late", [0, 3, 10])
 def test_the_delay_of_commands(tmp_path, late) -> None:
-    assert drive_of(observed(*logged(tmp_path, late=late)))["delay"] == pytest.approx(0.02 * late, abs=0.0101)
+    assert drive_of(observed(*logged(tmp_path, late=late)))["delay"] == pytest.approx(PERIOD * late, abs=0.0101)
 
 
 def test_the_time_that_commands_take_to_be_sent(tmp_path) -> None:
@@ -91,7 +93,7 @@ def test_noise(tmp_path, noise) -> None:
 def test_lost_beams_and_delay_of_scans(tmp_path) -> None:
     lidar = lidar_of(observed(*logged(tmp_path, "lidar: {dropout: 0.1}", scans_late=4)))
     assert lidar["dropout"] == pytest.approx(0.1, abs=0.01)
-    assert lidar["delay"] == pytest.approx(0.06, abs=0.021)
+    assert lidar["delay"] == pytest.approx(3 * PERIOD, abs=0.021)
 
 
 def test_what_the_lidar_sees_of_the_robot(tmp_path) -> None:
@@ -114,5 +116,5 @@ def test_its_yaml_is_a_scenario_s(tmp_path) -> None:
     text = calibration(log, scenario)
     declared = parse_scenario(text, name="calibrated")
     assert len(declared.lidar.mask) == 1
-    assert declared.drive.delay == pytest.approx(0.1, abs=0.011) and declared.drive.slip >= 0.05
+    assert declared.drive.delay == pytest.approx(5 * PERIOD, abs=0.011) and declared.drive.slip >= 0.05
     assert declared.lidar.field_of_view.full_circle

@@ -126,7 +126,7 @@ def test_another_process_repeats_it(tmp_path) -> None:
     logged(path, FOREST, seconds=2.0)
     code = f"from drake_starnav.runtime import replay; print(replay({str(path)!r}))"
     out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=300, check=True)
-    assert out.stdout.strip() == "all 100 commands are equal to the bit"
+    assert out.stdout.strip() == f"all {2 * FOREST.controller.rate:g} commands are equal to the bit"
 
 
 def test_it_shows_path_and_regions(tmp_path) -> None:

@@ -58,7 +58,7 @@ def test_it_ends_after_its_time(navigator) -> None:
     base = Base()
     driven = drive(navigator, base, seconds=1.0)
     ramped(base)
-    assert driven.end == "over" and abs(driven.ticks + driven.late - 50) <= 2
+    assert driven.end == "over" and abs(driven.ticks + driven.late - FOREST.controller.rate) <= 2
     assert "periods late" in str(driven)
 
 
@@ -99,7 +99,7 @@ def test_late_commands_are_counted_and_do_not_delay_others(navigator) -> None:
     base = Base(lambda tick: time.sleep(0.09) if tick == 20 else None)
     driven = drive(navigator, base, seconds=1.0)
     assert driven.late >= 3 and driven.step[2] > 0.09
-    assert abs(driven.ticks + driven.late - 50) <= 2
+    assert abs(driven.ticks + driven.late - FOREST.controller.rate) <= 2
     assert base.closed
 
 
@@ -110,8 +110,8 @@ def test_commands_that_follow_their_scans_later_than_declared_are_said(navigator
             return reading._replace(scans=[replace(scan, time=scan.time - 0.06) for scan in reading.scans])
 
     assert navigator.scenario.lidar.delay == navigator.scenario.drive.delay == 0.0
-    said = "ms from scan to command; lidar.delay, drive.delay and a period allow 20 ms"
-    assert said not in str(Driven("over", 30, 0, (0.0, 0.0, 0.0), {}, answer=0.02, declared=0.02))
+    said = "ms from scan to command; lidar.delay, drive.delay and a period allow 25 ms"
+    assert said not in str(Driven("over", 30, 0, (0.0, 0.0, 0.0), {}, answer=0.025, declared=0.025))
     driven = drive(navigator, Slow(), seconds=0.6, quiet=False)
     assert driven.answer > 0.06 and f"warning: {1e3 * driven.answer:.0f} {said}" in str(driven)
     assert said in capsys.readouterr().err

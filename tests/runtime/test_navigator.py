@@ -258,12 +258,13 @@ def test_every_scan_is_processed_whatever_the_rates(forest) -> None:
         ]
         robot.drive(forest.step(now, scans, rows, goal))
         seen.append(forest.intake.newest[0])
-    assert seen[-1] == pytest.approx(EPOCH + 39 * 0.02)
+    last = EPOCH + 39 * robot.period
+    assert seen[-1] == pytest.approx(last)
     assert not forest.intake.dropped
     assert robot.speed > 0.5
     perception = forest.navigation.perception
     held = perception.GetMyContextFromRoot(forest._simulator.get_context()).get_abstract_state(0).get_value()
-    assert held.value.safety.time == pytest.approx(EPOCH + 39 * 0.02 - forest._origin)  # none is forgotten by the next
+    assert held.value.safety.time == pytest.approx(last - forest._origin)  # none is forgotten by the next
 
 
 def test_two_lidars_that_scan_when_they_like() -> None:

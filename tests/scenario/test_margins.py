@@ -5,8 +5,10 @@ import math
 import numpy as np
 import pytest
 
+from drake_starnav.control import ControllerParameters
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.mounts import Mount
+from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.scenario.error_budget import error_budget
 from drake_starnav.scenario.margins import AVERAGED_NOISE, LARGEST_MARGIN, derive_margins
 from drake_starnav.scenario.scenario_file import load_scenario
@@ -14,6 +16,9 @@ from drake_starnav.scenario.schema import Scenario
 from drake_starnav.surroundings.erosion import smoothed_distances
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import MARGINS, RADIUS, cast
+
+KNOWN = 1.0 / LidarParameters().rate + 1.0 / ControllerParameters().rate
+"""For so long the robot drives by one scan, s."""
 
 
 def declaring(*overrides: str) -> Scenario:
@@ -60,7 +65,7 @@ def test_where_there_is_room_the_preferred_clearance_is_kept_too() -> None:
     ("changes", "reach"),
     [
         ((), 1.2),
-        (("lidar.beams=1440", "robot.max_speed=2", "robot.max_acceleration=2"), 1.25 * (1.0 + 2.0 * 0.07)),
+        (("lidar.beams=1440", "robot.max_speed=2", "robot.max_acceleration=2"), 1.25 * (1.0 + 2.0 * KNOWN)),
         (("lidar.beams=1440", "robot.max_speed=3"), 0.01 * 1440 / (0.87 * 2.0 * math.pi) - 0.25),  # else corners count
         (("robot.max_speed=3",), 1.2),
     ],

@@ -66,7 +66,8 @@ def test_stands_before_the_first_update_and_without_guidance() -> None:
 
 def test_without_guidance_a_moving_robot_brakes_as_hard_as_it_may() -> None:
     controlling = controlling_of(Guidance.none(), twist=(0.5, -0.4))
-    assert controlling.update() == pytest.approx([0.5 - PERIOD * ROBOT.max_acceleration, -0.4 + PERIOD * 4.0])
+    braked = 0.5 - PERIOD * ROBOT.max_acceleration, -0.4 + PERIOD * ROBOT.max_yaw_acceleration
+    assert controlling.update() == pytest.approx(braked)
     assert controlling.update(50) == pytest.approx([0.0, 0.0], abs=1e-12)
 
 

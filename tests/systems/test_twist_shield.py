@@ -1,6 +1,7 @@
 """The shield through a context."""
 
 import dataclasses
+import math
 
 import numpy as np
 import pytest
@@ -21,6 +22,8 @@ from tests.helpers.footprints import WIDE as WIDE_ARMS
 from tests.helpers.scans import MARGINS, remembered_hits
 
 WIDE = CertifiedRegion(np.zeros(2), 0.0, np.full(720, 5.0), np.zeros((0, 2)))
+STEP = np.array((1.0, -4.0)) / ControllerParameters().rate
+"""Of the twists that are ramped to below, at the robot's accelerations."""
 
 
 def shielding(
@@ -55,7 +58,7 @@ def out(simulator: Simulator, name: str):
 def test_a_free_twist_is_reached_at_the_robots_accelerations() -> None:
     simulator = shielding([0.5, -1.0])
     simulator.AdvanceTo(0.21)
-    assert out(simulator, "twist_command") == pytest.approx([11 * 0.02, -11 * 0.08])
+    assert out(simulator, "twist_command") == pytest.approx(math.ceil(0.21 * ControllerParameters().rate) * STEP)
     simulator.AdvanceTo(1.0)
     assert out(simulator, "twist_command") == pytest.approx([0.5, -1.0])
     assert out(simulator, "certificate").certified
@@ -92,7 +95,7 @@ def test_nobody_is_faster_than_the_robot_may_be(kind) -> None:
 def test_without_the_shield_nothing_is_certified_and_nothing_held_back() -> None:
     simulator = shielding([0.5, -1.0], CertifiedRegion.none(), kind=Unshielded)
     simulator.AdvanceTo(0.21)
-    assert out(simulator, "twist_command") == pytest.approx([11 * 0.02, -11 * 0.08])
+    assert out(simulator, "twist_command") == pytest.approx(math.ceil(0.21 * ControllerParameters().rate) * STEP)
     assert not out(simulator, "certificate").certified
 
 
@@ -125,7 +128,7 @@ def test_the_certificate_shows_a_turning_robot_at_rest_after_the_least_turn() ->
 def test_commands_are_timed_where_they_are_asked_to_be() -> None:
     stopwatch = Stopwatch()
     shielding([0.5, 0.0], stopwatch=stopwatch).AdvanceTo(0.1)
-    assert stopwatch.count("command") >= 5
+    assert stopwatch.count("command") >= 0.1 * ControllerParameters().rate
 
 
 @pytest.mark.parametrize("now", [0.0, 2.0])
