@@ -19,8 +19,9 @@ RESOLUTION = 1e-6
 """Rounding of a plane: of its unit normal, and of its distance from the origin in metres."""
 EVERYWHERE = 0.0, 0.0, math.inf
 """A circle around all."""
-SLAB = 0.01
-"""Faces are kept that come this near to a plane, m: a robot that pitches as it brakes cuts no others."""
+SLAB, WIDE = 0.03, 100.0
+"""Faces are kept that come this near to a plane, m, as a robot that pitches as it brakes cuts no others; and those that
+reach farther than the second, m, as the ground does."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +59,7 @@ class Slab(NamedTuple):
     Attributes:
         solids: with these faces, in their order.
         plane: rows of that one, as of `slice_solids`.
-        far: distance of their farthest vertex from its origin, m.
+        far: distance of the farthest vertex of the other faces from its origin, m.
     """
 
     solids: Solids
@@ -67,17 +68,18 @@ class Slab(NamedTuple):
 
     @staticmethod
     def of(solids: Solids, plane: np.ndarray) -> "Slab":
-        """The faces within SLAB of a plane (3, 3)."""
+        """The faces within SLAB of a plane (3, 3), and wide ones."""
         if not len(solids.face_vertices):
             return Slab(solids, tuple(plane.tolist()), 0.0)
         away, starts = solids.vertices - plane[2], solids.face_starts
-        height = (away @ np.cross(plane[0], plane[1]))[solids.face_vertices]
-        lowest, highest = (least.reduceat(height, starts[:-1]) for least in (np.minimum, np.maximum))
-        near, sizes = (lowest <= SLAB) & (highest >= -SLAB), np.diff(starts)
+        height, distance = away @ np.cross(plane[0], plane[1]), np.sqrt((away * away).sum(axis=1))
+        lowest = np.minimum.reduceat(height[solids.face_vertices], starts[:-1])
+        highest, reach = (np.maximum.reduceat(x[solids.face_vertices], starts[:-1]) for x in (height, distance))
+        near, sizes = (lowest <= SLAB) & (highest >= -SLAB) | (reach > WIDE), np.diff(starts)
         used, vertices = np.unique(solids.face_vertices[np.repeat(near, sizes)], return_inverse=True)
         starts = np.concatenate((starts[:1], np.cumsum(sizes[near])))
         kept = replace(solids, vertices=solids.vertices[used], face_starts=starts, face_vertices=vertices)
-        return Slab(kept, tuple(plane.tolist()), float(np.sqrt((away * away).sum(axis=1).max())))
+        return Slab(kept, tuple(plane.tolist()), float(reach.max(initial=0.0, where=~near)))
 
     def holds(self, plane: np.ndarray) -> bool:
         """Whether it has all faces that a plane (3, 3) cuts: no vertex is higher over one than over the other by more.

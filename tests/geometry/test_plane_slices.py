@@ -93,11 +93,12 @@ def test_a_scan_plane_keeps_its_key_while_the_frame_slides_in_it() -> None:
 def test_faces_near_a_plane_are_all_that_planes_near_it_cut(seed: int) -> None:
     rng = np.random.default_rng(seed)
     corners = rng.uniform(-2.0, 2.0, (400, 1, 3)) + rng.uniform(-0.1, 0.1, (400, 3, 3))
+    corners[0, :, :2] *= 1e4  # as the ground
     solids = Solids(np.zeros((0, 15)), corners.reshape(-1, 3), np.arange(0, 1201, 3), np.arange(1200))
     slab = Slab.of(solids, tilted(rng, 0.2))
-    assert 0 < len(slab.solids.vertices) < 400
+    assert 0 < len(slab.solids.vertices) < 400 and slab.far < 5.0
     held = 0
-    for size in np.geomspace(1e-5, 0.02, 40):
+    for size in SLAB * np.geomspace(1e-3, 2.0, 40):
         plane = np.array(slab.plane) + size * (tilted(rng, 1.0) - level(0.0))
         plane[0] /= np.linalg.norm(plane[0])
         plane[1] -= (plane[1] @ plane[0]) * plane[0]
