@@ -11,6 +11,7 @@ from pydrake.systems.framework import Context, EventStatus, InputPort, LeafSyste
 
 from drake_starnav.systems.release import weakly
 from drake_starnav.utils.snapshot import snapshot
+from drake_starnav.utils.timing import EARLY
 
 T = TypeVar("T")
 
@@ -23,6 +24,7 @@ class _Known:
         value: the owner's.
         stamp: time of the last scan in it, s.
         clock: time of the context when that scan was processed, s.
+        due: when another one is expected, s.
         ignored: time of the scan that came after it and is not processed, s; NaN if none did.
         dropped: number of scans that came after a later one.
     """
@@ -30,6 +32,7 @@ class _Known:
     value: Any
     stamp: float = -math.inf
     clock: float = -math.inf
+    due: float = -math.inf
     ignored: float = math.nan
     dropped: int = 0
 
@@ -37,9 +40,10 @@ class _Known:
 class ScanState(Generic[T]):
     """What a system knows from the scans that came so far: abstract state, and beside it the scan that came last.
 
-    A scan is processed when something asks for it first, and the result is cached. The state takes it over when the
-    simulator takes its next step. Hence each scan that is shown for at least one step is processed, whatever the rate
-    and the jitter, and so is each that something asked for, or that a forced update follows.
+    A scan is processed when something asks for it first, at the latest when the simulator takes its next step, and the
+    result is cached. The state takes it over in the step in which another one is due or has come. Hence each scan that
+    is shown for at least one step is processed, whatever the rate and the jitter, and so is each that something asked
+    for, or that a forced update follows.
 
     A scan that is older than one before it is dropped, with a warning that counts them. When the context's time is set
     back, another run begins: with the initial value, and the first scan that is not the one shown until then.
@@ -72,7 +76,7 @@ class ScanState(Generic[T]):
             {system.abstract_state_ticket(self._state), *(port.ticket() for port in inputs)},
         )
         self.ticket = self._known.ticket()
-        system.DeclarePerStepUnrestrictedUpdateEvent(weakly(self._update))
+        system.DeclarePerStepUnrestrictedUpdateEvent(weakly(self._step))
         system.DeclareForcedUnrestrictedUpdateEvent(weakly(self._update))
 
     def Eval(self, context: Context) -> T:
@@ -86,10 +90,11 @@ class ScanState(Generic[T]):
     def _calc(self, context: Context, value: AbstractValue) -> None:
         held, time = context.get_abstract_state(self._state).get_value(), context.get_time()
         base, before, known = value.get_value()
-        if base is not held or time < known.clock:  # an integrator may look ahead, and go back
-            before = known = held
-        if time < held.clock:
-            before = known = _Known(self._initial, clock=time, ignored=held.stamp)
+        if base is not held or time < known.clock:
+            if time < held.clock:
+                before = known = _Known(self._initial, clock=time, ignored=max(held.stamp, known.stamp))
+            else:  # an integrator may look ahead, and go back
+                before = known = held
         stamp = self._stamp(context)
         after = self._next(context, known, stamp)
         if after is known:
@@ -112,7 +117,15 @@ class ScanState(Generic[T]):
         value = self._after(context, before.value)
         if value is before.value:
             return before
-        return _Known(value, stamp, context.get_time(), dropped=before.dropped)
+        time = context.get_time()
+        due = 2.0 * time - before.clock - EARLY if before.clock > -math.inf else time
+        return _Known(value, stamp, time, due, dropped=before.dropped)
+
+    def _step(self, context: Context, state: State) -> EventStatus:
+        held, before, known = self._known.Eval(context)
+        if before is held and context.get_time() < known.due:
+            return EventStatus.DidNothing()  # an update makes Drake copy all state, and forget all that follows from it
+        return self._update(context, state)
 
     def _update(self, context: Context, state: State) -> EventStatus:
         held, _, known = self._known.Eval(context)

@@ -89,7 +89,7 @@ class StarRoadmapPlanner(LeafSystem):
     Discrete update: x[n+1] = f(x[n], u[n]) with each scan n, where x is the planner's state, u the observation of the
     scan and the goal, and f the pure function `step`. The state is abstract, an immutable snapshot; Drake's event for
     abstract state is the unrestricted update, with discrete-time semantics. Outputs are functions of f(x, u): they show
-    the latest scan at the instant at which it comes, and the state follows with the next step; see `ScanState`. A new
+    the latest scan at the instant at which it comes, and the state follows before the next; see `ScanState`. A new
     goal is planned for at once, with the roadmap searched
     anew, even after having given up. So it is when the footprint changes: the roadmap is then made anew of its scans,
     and nothing in it was tried in vain. A goal that is not finite raises a `StarnavError`.

@@ -100,13 +100,22 @@ def state(context: Context) -> tuple[float, ...]:
     return context.get_abstract_state(0).get_value().value
 
 
-def test_outputs_have_what_is_new_and_the_state_takes_it_with_the_next_step(collecting) -> None:
+def test_outputs_have_what_is_new_and_the_state_takes_it_when_another_is_due(collecting) -> None:
     system, simulator, context = collecting
     assert state(context) == (0.0,)
     system.port.FixValue(context, [0.05])
     assert known(system, context) == (0.0, 0.05) and state(context) == (0.0,)
-    simulator.AdvanceTo(0.06)
-    assert state(context) == (0.0, 0.05) == known(system, context)
+    for until, taken in ((0.06, (0.0,)), (0.1, (0.0,)), (0.11, (0.0, 0.05))):
+        simulator.AdvanceTo(until)
+        assert state(context) == taken and known(system, context) == (0.0, 0.05)
+
+
+def test_the_state_takes_what_is_known_when_another_comes_early(collecting) -> None:
+    system, simulator, context = collecting
+    for until, time in ((0.06, 0.05), (0.07, 0.06)):
+        system.port.FixValue(context, [time])
+        simulator.AdvanceTo(until)
+    assert state(context) == (0.0, 0.05, 0.06) == known(system, context)
 
 
 def test_scans_that_are_shown_one_after_the_other_by_hand_are_all_processed(collecting) -> None:
