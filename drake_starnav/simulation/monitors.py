@@ -45,9 +45,10 @@ class FootprintLog(LeafSystem):
 
 def add_monitors(builder: DiagramBuilder, navigation: Navigation, scenario: Scenario) -> list[VectorLogSink]:
     """Add what ends a trial, and the logs of the robot's states and of its commands, which cause no steps."""
-    # both look when the controller does: this causes no steps either, and its state is calculated once
-    period = 1.0 / scenario.controller.rate
-    add_collision_monitor(builder, navigation, period=period)
+    period = (
+        1.0 / scenario.controller.rate
+    )  # as the collision monitor: this causes no steps, and the state is calculated once
+    add_collision_monitor(builder, navigation)
     if navigation.footprint is not None:
         log = builder.AddNamedSystem(FOOTPRINT_LOG, FootprintLog(period))
         builder.Connect(navigation.footprint.get_output_port(), log.get_input_port())
@@ -97,18 +98,16 @@ def closed_by(simulator: Simulator, navigation: Navigation) -> list[tuple[float,
     return [(context.get_time(), reason)] if reason else []
 
 
-def add_collision_monitor(builder: DiagramBuilder, navigation: Navigation, *, period: float = 0.02) -> None:
+def add_collision_monitor(builder: DiagramBuilder, navigation: Navigation) -> None:
     """End the simulation at the first contact of a robot in the builder with anything but the ground.
 
-    It is checked at this period, s; where obstacles move, at every step of the plant.
+    It is checked with each command; where obstacles move, at every step of the plant.
     """
     station = simulated(navigation.station)
     moving = station.moving_obstacle_geometries
     hull, robot = station.hull, station.robot_interface
     if navigation.footprint is not None:  # the plant knows nothing of it
         hull = Hull(robot.base_frame, navigation.world)
-    if moving:
-        period = station.scenario.simulation.time_step
     collision = builder.AddNamedSystem(
         "collision_monitor",
         CollisionMonitor(
@@ -117,7 +116,7 @@ def add_collision_monitor(builder: DiagramBuilder, navigation: Navigation, *, pe
             moving_obstacles=moving,
             hull=hull,
             footprint=robot.robot.shape,
-            period=period,
+            period=station.scenario.simulation.time_step if moving else 1.0 / station.scenario.controller.rate,
         ),
     )
     sources = {"geometry_query": station.geometry_query, "state": station.GetOutputPort("localization.state")}

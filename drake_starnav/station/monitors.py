@@ -48,7 +48,7 @@ class CollisionMonitor(LeafSystem):
     The simulator stops with status "reached termination" and a message such as `collision of base_link with crate at
     3.200 s`: the name of the contact, and those of both bodies, see `body_name`. The contact is `STRUCK` if the robot
     touches only moving obstacles and no point of its footprint was faster than STANDING. A contact is missed only if it
-    begins and ends within a period: in 0.02 s at 0.8 m/s, that of the hull with the thinnest post if they overlap by
+    begins and ends within a period: in 0.025 s at 0.8 m/s, that of the hull with the thinnest post if they overlap by
     less than 0.2 mm.
     """
 
@@ -60,7 +60,7 @@ class CollisionMonitor(LeafSystem):
         moving_obstacles: Collection[GeometryId] = (),
         hull: Hull | None = None,
         footprint: Footprint | None = None,
-        period: float = 0.02,
+        period: float = 0.025,
     ) -> None:
         """
         Args:
