@@ -96,9 +96,10 @@ def test_a_base_that_cannot_be_told_is_tried_again(navigator) -> None:
 
 
 def test_late_commands_are_counted_and_do_not_delay_others(navigator) -> None:
-    base = Base(lambda tick: time.sleep(0.09) if tick == 20 else None)
+    held = 4.5 / FOREST.controller.rate
+    base = Base(lambda tick: time.sleep(held) if tick == 20 else None)
     driven = drive(navigator, base, seconds=1.0)
-    assert driven.late >= 3 and driven.step[2] > 0.09
+    assert driven.late >= 3 and driven.step[2] > held
     assert abs(driven.ticks + driven.late - FOREST.controller.rate) <= 2
     assert base.closed
 
