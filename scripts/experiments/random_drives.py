@@ -83,6 +83,8 @@ WIDER = {"rooms": "world.door=1.25", "corridor": "world.fin=0.15"}
 """Of worlds whose passages do not grow with the robot, for polygons."""
 PLACES = {"axis": 0.6, "one": 0.25, "two": 0.15}
 """Probabilities that the lidar is on the robot's axis, that it is elsewhere, and that two are at opposite corners."""
+LEAST_VIEW = {"axis": 2.0, "one": 0.5 * math.pi}
+"""Half of the least limited view of one lidar, rad; on the axis it looks straight ahead."""
 RANGES = {
     "robot.max_speed": (0.2, 2.0),
     "robot.max_yaw_rate": (0.8, 4.0),
@@ -174,9 +176,12 @@ def drawn(seed: int) -> Case:
         values["robot.max_yaw_acceleration"] = min(values["robot.max_yaw_acceleration"], quickest)
     for key, value in values.items():
         overrides.append(f"{key}={round(value) if isinstance(RANGES[key][0], int) else round(value, 4)}")
-    limited = rng.uniform() < FAULTY and place == "axis"  # symmetric about straight ahead
+    limited = rng.uniform() < FAULTY and place != "two"
     if limited or place == "two":
-        half = 0.75 * math.pi if place == "two" else float(rng.uniform(2.0, 3.1))
+        half = 0.75 * math.pi if place == "two" else float(rng.uniform(LEAST_VIEW[place], 3.1))
+        if place == "one":  # it sees what is ahead, to both sides
+            most = half - LEAST_VIEW[place]
+            mounts["first"] = mounts["first"]._replace(yaw=float(rng.uniform(-most, most)), upside_down=False)
         overrides += [f"lidar.angle_min={-half:.4f}", f"lidar.angle_max={half:.4f}"]
     faults = {key: rng.uniform(0.0, most) for key, most in FAULTS.items() if rng.uniform() < FAULTY}
     if body.base == "omnidirectional":  # it has no wheels
@@ -247,7 +252,7 @@ def commanded(case: Case, seed: int, commands: int) -> dict[str, Any]:
     margin, robot = validated_margins(scenario, mounts).safety, scenario.robot
     world = make_world_with_footprints(scenario.world, seed, robot.radius)
     sees_all = all(lidar.field_of_view.full_circle for lidar in scenario.all_lidars)
-    free = start_radius(robot.shape, margin, max(mount.x for mount in mounts))
+    free = start_radius(robot.shape, margin, max(0.0, *(mount.x for mount in mounts)))
     around = robot.shape if sees_all else disc(free)  # what it does not see there it takes for free; see SAFETY.md
     motion, rng = CompiledMotion(scenario, world, seed, True, mounts), np.random.default_rng((seed, 1))
     least, contact, path, scans, began = math.inf, None, 0.0, 0, time.process_time()
@@ -303,7 +308,10 @@ def free_pose(world: World, shape: Footprint, margin: float, rng: np.random.Gene
     clear, beside = body_clearance(world, poses, shape), rng.uniform() < 0.5
     free = np.flatnonzero(clear > 1.2 * margin)
     if not len(free):
-        return np.array(world.start, dtype=float)
+        start = np.array(world.start, dtype=float)
+        if body_clearance(world, start[None], shape)[0] < 0.0:
+            raise StarnavError(f"world {world.name} has no place where nothing stands that the robot does not see")
+        return start
     return poses[free[np.argmin(clear[free])] if beside else free[0]]
 
 

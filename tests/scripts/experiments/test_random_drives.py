@@ -7,13 +7,15 @@ from scripts.experiments.random_drives import BODIES, FAULTS, RANGES, SCENARIOS,
 def test_what_is_drawn_is_a_scenario_and_the_same_for_a_seed() -> None:
     cases = [drawn(seed) for seed in range(150)]
     assert cases == [drawn(seed) for seed in range(150)]
-    robots, lidars = set(), set()
+    robots, lidars, limited = set(), set(), 0
     for name, overrides, mounts in cases:
         scenario = load_scenario(name, overrides=overrides)
         assert scenario.simulation.timeout == 90.0 and len(scenario.all_lidars) == max(len(mounts), 1)
         lidars.add(len(mounts))
+        limited += len(mounts) == 1 and not scenario.lidar.field_of_view.full_circle
         robots.add((scenario.robot.model, scenario.robot.base, len(scenario.robot.shape.parts)))
     assert robots == {(b.model, b.base, 0 if b.radii else 1 + b.notched) for b in BODIES} and lidars == {0, 1, 2}
+    assert limited > 5  # elsewhere than on the axis
     keys = {text.partition("=")[0] for _, overrides, _ in cases for text in overrides}
     assert {name for name, _, _ in cases} == set(SCENARIOS) and keys > set(RANGES) | set(FAULTS)
 
