@@ -90,13 +90,12 @@ def merged(
     distance, kind, far = _followed(scans, mounts, outside, earlier)
     for scan, mount in zip(scans, mounts, strict=True):
         _add_thin(distance, kind, *hit_points(scan, mount))
-    for beams, pose in earlier:
-        points, gaps = _hit_points(beams, (0, 0.0), 0.0, 0.0)
-        points = placed(pose, points)
-        unseen = ~np.any(
-            [looks_at(scan.field_of_view, mount, points) for scan, mount in zip(scans, mounts, strict=True)], axis=0
-        )
-        _add_thin(distance, kind, points[unseen], gaps[unseen])
+    if earlier:
+        hits = [_hit_points(beams, (0, 0.0), 0.0, 0.0) for beams, _ in earlier]
+        points = np.vstack([placed(pose, ends) for (_, pose), (ends, _) in zip(earlier, hits, strict=True)])
+        views = zip(scans, mounts, strict=True)
+        unseen = ~np.any([looks_at(scan.field_of_view, mount, points) for scan, mount in views], axis=0)
+        _add_thin(distance, kind, points[unseen], np.concatenate([gaps for _, gaps in hits])[unseen])
     ranges = np.where(kind == SURFACE, distance, np.where(kind == OPEN, math.nan, math.inf))
     return LaserScan(
         scans[0].time, -math.pi, TURN / BEARINGS, 0.0, far, ranges, lost_beams=True, free=distance,
