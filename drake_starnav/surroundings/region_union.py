@@ -114,15 +114,16 @@ def cover_at(union, x, y, slack):
     found = -1
     for i in range(math.floor((x - slack) / CELL) - corner[0], math.floor((x + slack) / CELL) - corner[0] + 1):
         for j in range(math.floor((y - slack) / CELL) - corner[1], math.floor((y + slack) / CELL) - corner[1] + 1):
-            if 0 <= i < marks.shape[0] and 0 <= j < marks.shape[1]:
-                found = max(found, _newest(center, bearing_0, values, marks, (i, j), (x, y, slack)))
+            found = max(found, newest_around(center, bearing_0, values, marks, (i, j), (x, y, slack)))
     return found
 
 
 @leaf
-def _newest(center, bearing_0, values, marks, cell, place):
+def newest_around(center, bearing_0, values, marks, cell, place):
     """The same of the regions in a cell (i, j) of the index, at a place (x, y) with its slack."""
     (i, j), (x, y, slack) = cell, place
+    if not (0 <= i < marks.shape[0] and 0 <= j < marks.shape[1]):
+        return -1
     for w in range(marks.shape[2] - 1, -1, -1):
         word = marks[i, j, w]
         while word != 0:
