@@ -44,29 +44,29 @@ def looking_aside(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     beside the path if it stands before it.
     """
     scan, pose = inputs.observation.scan, inputs.observation.pose
-    if state.looking is not None:
-        state = dataclasses.replace(state, looking=None)
+    if state.aside is not None:
+        state = dataclasses.replace(state, aside=None)
     if scan.free is None or not len(state.path):
         return state
     x, y, yaw = pose.tolist()
     ahead = math.atan2(state.path[0, 1] - y, state.path[0, 0] - x) - yaw
-    aside = np.mod(scan.bearings - ahead + math.pi, 2.0 * math.pi) - math.pi
+    beside = np.mod(scan.bearings - ahead + math.pi, 2.0 * math.pi) - math.pi
     near = scan.lost & (scan.distances < UNSEEN_WITHIN * inputs.swept_radius)
-    unseen = np.flatnonzero(near & (np.abs(aside) <= 0.5 * math.pi))
+    unseen = np.flatnonzero(near & (np.abs(beside) <= 0.5 * math.pi))
     begun, spot = state.roadmap.nodes[0], BEGINS_WITHIN * inputs.robot_radius
     patient = inputs.time - begun.time < inputs.parameters.progress_timeout
     turns = inputs.body is not None and inputs.body.base.turns_on_the_spot
     if patient and turns and math.dist(begun.pose[:2], (x, y)) < spot and math.cos(ahead) < math.cos(LOOKED):
-        return dataclasses.replace(state, facing_time=inputs.time, looking=_turn(state, x, y, yaw + ahead))
+        return dataclasses.replace(state, facing_time=inputs.time, aside=_turn(state, x, y, yaw + ahead))
     waits = inputs.time - state.facing_time > LOOKS_AFTER and len(unseen) > 0
     if state.progress_time == inputs.time or not (waits or faces(inputs, state.path[0])):
         return dataclasses.replace(state, facing_time=inputs.time)
     if not waits:
         return state
-    aim = float(scan.bearings[unseen[np.abs(aside[unseen]).argmax()]])
+    aim = float(scan.bearings[unseen[np.abs(beside[unseen]).argmax()]])
     if abs(aim) < LOOKED:  # and it is hidden from there, too
         return dataclasses.replace(state, facing_time=inputs.time)
-    return dataclasses.replace(state, looking=_turn(state, x, y, yaw + aim))
+    return dataclasses.replace(state, aside=_turn(state, x, y, yaw + aim))
 
 
 def _turn(state: PlannerState, x: float, y: float, yaw: float) -> Guidance:

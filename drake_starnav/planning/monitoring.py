@@ -10,6 +10,7 @@ from drake_starnav.planning.distance_grid import distance_at
 from drake_starnav.planning.guidance import PASSED_DISTANCE
 from drake_starnav.planning.impassable import bridged_ends
 from drake_starnav.planning.state import EMPTY_PATH, PlannerInput, PlannerState
+from drake_starnav.planning.string_pulling import last_in_sight
 from drake_starnav.surroundings.erosion import SMOOTHING_BEAMS, moving_average
 from drake_starnav.surroundings.region_union import cover_at, first_gap
 from drake_starnav.surroundings.star_region import StarRegion
@@ -24,6 +25,8 @@ REPLAN_DISTANCE = 0.4
 OBSTRUCTION_SLACK = 0.24
 """A hit blocks a path if it is nearer than the robot's radius minus this share of it: noise and the size of cells."""
 
+NEXT = 4.0
+"""Length of the next part of the optimistic path, to which the robot may turn, in its radii."""
 DOUBTED_WITHIN = 4.8
 """Ways through gaps that hits may only seem to close are measured from this distance on, in radii."""
 
@@ -73,6 +76,20 @@ def check_plan(state: PlannerState, region: StarRegion, inputs: PlannerInput) ->
 def distance_to(a: np.ndarray, b: np.ndarray) -> float:
     """Distance of two places (2,), m; from lists, which `math.dist` reads several times faster than arrays."""
     return math.dist(a.tolist(), b.tolist())
+
+
+@njit(cache=True)
+def points_ahead(path, x, y, here, radius):
+    """Index of the last point of a path (k, 2) in line of sight from (x, y) inside a union, or -1, for a robot.
+
+    None is farther along the path than NEXT; all in W, m.
+    """
+    count, along = 0, 0.0
+    while count < len(path) and along < NEXT * radius:
+        count += 1
+        if count < len(path):
+            along += math.hypot(path[count, 0] - path[count - 1, 0], path[count, 1] - path[count - 1, 1])
+    return last_in_sight(path[:count], x, y, here, radius)
 
 
 @njit(cache=True)

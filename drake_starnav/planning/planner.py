@@ -7,12 +7,12 @@ import numpy as np
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.planning.closures import AVERAGED_SCANS, closed, open_part, reopened, too_narrow, with_latest
-from drake_starnav.planning.guidance import PASSED_DISTANCE
+from drake_starnav.planning.guidance import PASSED_DISTANCE, Guidance
 from drake_starnav.planning.impassable import impassable_points
 from drake_starnav.planning.looking import faces, looking_aside, turned_to_look
 from drake_starnav.planning.manoeuvre import docking, manoeuvring
 from drake_starnav.planning.map_revision import remaining
-from drake_starnav.planning.monitoring import PlanCheck, check_plan, distance_to
+from drake_starnav.planning.monitoring import PlanCheck, check_plan, distance_to, points_ahead
 from drake_starnav.planning.roadmap import StarRoadmap, revised, uncovered_share
 from drake_starnav.planning.route import Route, find_route
 from drake_starnav.planning.state import EMPTY_PATH, PlannerInput, PlannerState, PlannerStatus
@@ -34,7 +34,8 @@ MOST_CLOSED = 6
 def plan_step(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     """One update of the planner: learn from the scan, close a way that failed, and plan a path if there is none.
 
-    A new path is also planned as soon as the latest scan blocks the optimistic path beyond the exit.
+    A new path is also planned as soon as the latest scan blocks the optimistic path beyond the exit. On its way to the
+    exit, the robot turns towards that path as soon as the latest scan shows it to be free.
 
     Args:
         state: before; it is not changed.
@@ -59,7 +60,20 @@ def plan_step(state: PlannerState, inputs: PlannerInput) -> PlannerState:
         state = _along_path(state, check, inputs)
     if not len(state.path):
         state = _planned(state, stalled, inputs)
-    return _manoeuvred(looking_aside(state, inputs), inputs)
+    return _manoeuvred(_anticipating(looking_aside(state, inputs), inputs), inputs)
+
+
+def _anticipating(state: PlannerState, inputs: PlannerInput) -> PlannerState:
+    """The state with guidance to the last point of the optimistic path in sight inside what is open of the region.
+
+    None on the way to another way point or to the goal, and while none of the next part of that path is in sight.
+    """
+    if state.aside is not None or state.status is not PlannerStatus.EXPLORING or len(state.path) != 1:
+        return state
+    assert inputs.observation.region is not None
+    here, path = open_part(state, inputs.observation.region).alone, state.optimistic_path
+    ahead = points_ahead(path, *inputs.position.tolist(), here, inputs.robot_radius)
+    return state if ahead < 0 else dataclasses.replace(state, aside=Guidance(path[ahead : ahead + 1], False, here))
 
 
 def _manoeuvred(state: PlannerState, inputs: PlannerInput) -> PlannerState:

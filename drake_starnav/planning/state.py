@@ -62,7 +62,7 @@ class PlannerState:
         doubting: whether no way was left once. Then only standing still, or enough scans, speak against a way.
         recent: the latest observations while hits seem to close the way ahead, oldest first.
         manoeuvring: of a robot that is no disc.
-        looking: guidance to turn on the spot, to what is to be seen; or None.
+        aside: guidance that precedes the path, to turn to what is to be seen or to what the latest scan shows; or None.
         facing_time: since when the robot has faced its path without progress, s.
     """
 
@@ -81,7 +81,7 @@ class PlannerState:
     doubting: bool = False
     recent: tuple[Observation, ...] = ()
     manoeuvring: Manoeuvring = Manoeuvring()
-    looking: Guidance | None = None
+    aside: Guidance | None = None
     facing_time: float = 0.0
 
     @staticmethod
@@ -108,7 +108,7 @@ class PlannerState:
             progress_position=UNSET_POSITION,
             doubting=False,
             recent=(),
-            looking=None,
+            aside=None,
             began_with_map=len(self.roadmap) > 0,
         )
 
@@ -137,8 +137,8 @@ class PlannerState:
         """The plan as the controller receives it."""
         if not len(self.path):
             return Guidance.none()
-        if self.looking is not None and not len(self.manoeuvring.poses):
-            return self.looking
+        if self.aside is not None and not len(self.manoeuvring.poses):
+            return self.aside
         arrives = self.status is PlannerStatus.APPROACHING
         return Guidance(self.path, arrives, self.roadmap.union, self.manoeuvring.poses)
 

@@ -116,6 +116,13 @@ ABLATIONS = (
         {f"{ROUTE}.string_pulled": replacements.first_argument, f"{PLANNER}._along_path": replacements.along_cells},
     ),
     Ablation(
+        "no_anticipation",
+        "each short-term goal is driven to",
+        "it is left as soon as the way beyond is seen",
+        "6",
+        {f"{PLANNER}._anticipating": replacements.first_argument},
+    ),
+    Ablation(
         "no_replanning",
         "plans on arrival",
         "plans when a hit blocks the path ahead, too",

@@ -41,8 +41,8 @@ def planned(given: PlannerInput) -> PlannerState:
 def test_a_robot_that_stands_before_its_path_turns_to_what_it_has_not_seen_beside_it(side: float) -> None:
     unseen = (0.8, 1.5) if side > 0.0 else (-1.5, -0.8)
     state = planned(inputs(0.0, unseen))
-    assert looking_aside(state, inputs(0.3, unseen)).looking is None  # it may just set off
-    looked = looking_aside(state, inputs(LOOKS_AFTER + 0.1, unseen)).looking
+    assert looking_aside(state, inputs(0.3, unseen)).aside is None  # it may just set off
+    looked = looking_aside(state, inputs(LOOKS_AFTER + 0.1, unseen)).aside
     assert looked is not None
     ((x, y, yaw, gear),) = looked.poses
     assert (x, y, gear) == (0.0, 0.0, 0.0) and yaw == pytest.approx(1.5 * side, abs=0.01)
@@ -51,10 +51,10 @@ def test_a_robot_that_stands_before_its_path_turns_to_what_it_has_not_seen_besid
 def test_it_does_not_where_all_is_seen_or_hidden_from_there_or_behind_it() -> None:
     for unseen in (None, (-0.05, 0.05), (2.0, 3.0)):
         state = planned(inputs(0.0, unseen))
-        assert looking_aside(state, inputs(2.0, unseen)).looking is None
+        assert looking_aside(state, inputs(2.0, unseen)).aside is None
     moved = dataclasses.replace(planned(inputs(0.0, (0.8, 1.5))), progress_time=2.0)
     after = looking_aside(moved, inputs(2.0, (0.8, 1.5)))
-    assert after.looking is None and after.facing_time == 2.0
+    assert after.aside is None and after.facing_time == 2.0
 
 
 def test_facing_and_seeing_the_probe_after_a_turn() -> None:

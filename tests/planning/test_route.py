@@ -8,15 +8,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_starnav.lidar.laser_scan import DYNAMIC
-from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, plan_step
+from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, plan_step, planner
 from drake_starnav.planning.distance_grid import STRIDE
 from drake_starnav.planning.frontiers import gaps_of
 from drake_starnav.planning.monitoring import OBSTRUCTION_SLACK, REPLAN_DISTANCE, is_obstructed
-from drake_starnav.planning.roadmap import StarRoadmap
+from drake_starnav.planning.roadmap import CLOSED, StarRoadmap
 from drake_starnav.planning.route import LEFT, SHIFT, _leaving, find_route, frontier_point
 from drake_starnav.surroundings import Observation
 from drake_starnav.surroundings.star_region import scan_region
 from drake_starnav.worlds.world import World
+from tests.helpers.path_follower import BAFFLES, PERIOD, drive
 from tests.helpers.scans import MARGINS, RADIUS, cast, distance, explored, in_view, noisy, seeds, wandered
 
 PARAMETERS = PlannerParameters()
@@ -77,6 +78,43 @@ def test_a_path_is_barred_by_a_hit_that_is_near_to_it(seed):
     points = rng.uniform(-1.0, 1.0, (rng.integers(0, 4), 2))
     away = np.linalg.norm(path[1::2, None] - points[None], axis=2)
     assert is_obstructed(path, points, RADIUS) == bool((away < RADIUS - OBSTRUCTION_SLACK * RADIUS).any())
+
+
+def test_the_robot_turns_to_the_optimistic_path_as_soon_as_the_latest_scan_shows_it(monkeypatch):
+    states = drive(BAFFLES, PARAMETERS, steps=700)
+    monkeypatch.setattr(planner, "_anticipating", lambda state, *arguments: state)
+    bare = drive(BAFFLES, PARAMETERS, steps=700)
+    assert not any(state.aside for state in bare)
+    early = [state for state in states if state.aside]
+    assert len(early) >= 3 and len(states) <= len(bare)
+    for state in early:
+        aim = state.guidance.path[0]
+        assert state.status is PlannerStatus.EXPLORING and not state.guidance.arrives
+        assert (state.optimistic_path == aim).all(axis=1).any() and state.guidance.regions.size == 1
+        assert in_view(state.guidance.regions, state.guidance.regions.center[0], aim)
+    assert states[-1].aside is None and states[-1].with_new_goal().aside is None
+
+
+def test_the_robot_does_not_turn_to_an_optimistic_path_past_a_closure():
+    states, goal = drive(BAFFLES, PARAMETERS, steps=700), np.array(BAFFLES.goal)
+    turned = 0
+    for k in range(1, len(states)):
+        before, after = states[k - 1 : k + 1]
+        if not after.aside or after.plans > before.plans:
+            continue
+        position, aim = after.guidance.regions.center[0], after.guidance.path[0]
+        pose = np.array((*position, 0.0))
+        scan = cast(BAFFLES, pose)
+        seen = Observation(scan_region(scan, pose, RADIUS, MARGINS), scan, pose)
+        now = PlannerInput(seen, position, goal, PERIOD * k, PARAMETERS, MARGINS, RADIUS)
+        if (plan_step(before, now).guidance.path[0] != aim).any():  # from another yaw the region differs a little
+            continue
+        turned += 1
+        barred = dataclasses.replace(before, closures=aim[None])
+        later = plan_step(barred, now)
+        assert later.plans == before.plans
+        assert later.aside is None or float(np.hypot(*(later.guidance.path[0] - aim))) > CLOSED * RADIUS
+    assert turned
 
 
 def left(roadmap: StarRoadmap, path: np.ndarray) -> tuple[np.ndarray, np.ndarray, int]:

@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from drake_starnav.planning.guidance import Guidance
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.state import PlannerState, PlannerStatus
 from tests.helpers.scans import MARGINS, RADIUS
@@ -23,6 +24,13 @@ def test_the_guidance_is_the_path_and_whether_it_ends_at_the_goal() -> None:
     np.testing.assert_array_equal(exploring.guidance.path, PATH)
     approaching = dataclasses.replace(exploring, status=PlannerStatus.APPROACHING)
     assert exploring.guidance != approaching.guidance
+
+
+def test_guidance_aside_precedes_the_path() -> None:
+    other = Guidance(PATH + 1.0, False, INITIAL.roadmap.union)
+    state = dataclasses.replace(INITIAL, path=PATH, aside=other)
+    assert state.guidance is other
+    assert state.with_new_goal().aside is None
 
 
 def test_a_new_goal_keeps_the_map_and_resets_the_search() -> None:

@@ -203,7 +203,7 @@ def test_what_is_unconnected_is_not_drawn(log):
 
 
 def test_no_path_no_short_term_goal(log):
-    nothing = {"path": np.zeros((0, 2)), "target": None}
+    nothing = {"path": np.zeros((0, 2)), "target": None, "aside": None}
     empty = dataclasses.replace(log[9]["planner_state"], **nothing)
     script = play([*log[:10], *[{**log[9], "planner_state": empty}] * 11])
     for layer in ("path", "short_term_goal", "frontiers/target"):
