@@ -11,6 +11,7 @@ from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.model_world import make_world_with_footprints
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.station.robot_interface import RobotInterface
+from drake_starnav.station.world_geometry import obstacle_height
 from drake_starnav.systems.release import release
 from drake_starnav.systems.star_perception import lidar_names
 from drake_starnav.worlds.world import World
@@ -72,6 +73,11 @@ def robot_world(scenario: Scenario, seed: int) -> World:
 def body_top(scenario: Scenario) -> float:
     """Height of a robot's body above the floor, without its overhangs, m."""
     return _by_model(scenario, lambda robot: robot.body_top)
+
+
+def obstacle_top(scenario: Scenario) -> float:
+    """Height of prisms, cylinders and walls in a plant with a robot, m."""
+    return _by_model(scenario, lambda robot: obstacle_height(robot.plant, robot.scene_graph))
 
 
 def _by_model(scenario: Scenario, asked: Callable[[RobotInterface], Asked]) -> Asked:

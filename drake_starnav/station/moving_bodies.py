@@ -37,7 +37,7 @@ def add_moving_obstacles(
     starts, _ = moving_obstacle_states(moving_obstacles, np.zeros(1))
     inspector = scene_graph.model_inspector()
     before = set(inspector.GetAllGeometryIds(Role.kProximity))
-    height = obstacle_height(plant)
+    height = obstacle_height(plant, scene_graph)
     X_BG = RigidTransform([0.0, 0.0, 0.5 * height])
     for k, (radius, start) in enumerate(zip(moving_obstacles.radii, starts[0], strict=True)):
         inertia = SpatialInertia.SolidCylinderWithMass(MOVING_OBSTACLE_MASS, radius, height, [0.0, 0.0, 1.0])

@@ -15,6 +15,7 @@ from pydrake.geometry import (
     Mesh,
     PerceptionProperties,
     Rgba,
+    SceneGraph,
     Shape,
     Sphere,
 )
@@ -78,9 +79,9 @@ def add_world(plant: MultibodyPlant, world: World) -> None:
     add_still_obstacles(plant, world)
 
 
-def obstacle_height(plant: MultibodyPlant) -> float:
-    """Height of prisms, cylinders and walls in a plant not yet finalized, m: its robots and their lidars are lower."""
-    scene_graph, needed = Parser(plant).scene_graph(), OBSTACLE_HEIGHT
+def obstacle_height(plant: MultibodyPlant, scene_graph: SceneGraph) -> float:
+    """Height of prisms, cylinders and walls in a plant, m: its robots and their lidars are lower."""
+    needed = OBSTACLE_HEIGHT
     for model in map(ModelInstanceIndex, range(plant.num_model_instances())):
         if plant.HasBodyNamed("base_link", model):
             robot = RobotModel(plant, scene_graph, model)
@@ -88,12 +89,12 @@ def obstacle_height(plant: MultibodyPlant) -> float:
     return needed
 
 
-def add_still_obstacles(plant: MultibodyPlant, world: World) -> None:
-    """The same as `add_world`, without a world's moving obstacles."""
+def add_still_obstacles(plant: MultibodyPlant, world: World, height: float | None = None) -> None:
+    """The same as `add_world`, without a world's moving obstacles; None: of the height for the plant's robots."""
     if world.model is not None:  # whose footprints are the world's cylinders and polygons
         add_model(plant, Parser(plant).scene_graph(), world.model)
         return
-    height = obstacle_height(plant)
+    height = height or obstacle_height(plant, Parser(plant).scene_graph())
     z = 0.5 * height
     for k, (x, y, radius) in enumerate(world.cylinders):
         _add(plant, f"cylinder_{k}", Cylinder(radius, height), RigidTransform([x, y, z]), OBSTACLE_COLOR)

@@ -1,5 +1,6 @@
 """Record robots that have driven in one scene, each with its outline, colour and trail."""
 
+import dataclasses
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -11,10 +12,11 @@ from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_starnav.geometry.trajectory import Motion
+from drake_starnav.navigation.robot import body_top, obstacle_top
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.schema import RecordingParameters, Scenario
 from drake_starnav.station.model_world import floor_geometries
-from drake_starnav.station.world_geometry import OBSTACLE_HEIGHT, add_still_obstacles, upright_prism
+from drake_starnav.station.world_geometry import add_still_obstacles, upright_prism
 from drake_starnav.visualization import meshes
 from drake_starnav.visualization.meshcat_stage import WORLD_PREFIX, MeshcatStage, add_scene, quiet_meshcat
 from drake_starnav.visualization.page import ROOT, Cameras, Caption
@@ -30,7 +32,7 @@ from drake_starnav.visualization.timeline import (
 )
 from drake_starnav.worlds.footprints import cylinder_vertices
 from drake_starnav.worlds.moving_obstacles import moving_obstacle_states
-from drake_starnav.worlds.world import ROBOT_HEIGHT, World
+from drake_starnav.worlds.world import World
 
 COLORS: tuple[meshes.Color, ...] = (
     (0.00, 0.45, 0.70), (0.84, 0.37, 0.00), (0.00, 0.62, 0.45), (0.80, 0.47, 0.65), (0.90, 0.62, 0.00),
@@ -86,11 +88,12 @@ def record_tracks(
     ]
     paths = [f"{ROBOT_PATH}/{each.name}" for each in driven]
     caption = Caption(scenario.name, (line,), layers, shown)
-    meshcat = quiet_meshcat()
-    scene = _publish_world(meshcat, world)
+    of_one = [dataclasses.replace(scenario, robot=each.robot, robots=()) for each in driven]
+    height, meshcat = max(map(obstacle_top, of_one)), quiet_meshcat()
+    scene = _publish_world(meshcat, world, height)
     stage = MeshcatStage(meshcat, f"/{ROOT}", 1.0 / parameters.frames_per_second, layers)
     for k, (path, track) in enumerate(zip(paths, tracks, strict=True)):
-        _add_robot(meshcat, path, track, STACKED * (len(tracks) - k))
+        _add_robot(meshcat, path, track, body_top(of_one[k]), STACKED * (len(tracks) - k))
     meshcat.StartRecording(parameters.frames_per_second, set_visualizations_while_recording=False)
     for layer, each in zip(names, driven, strict=True):
         for place in each.goals:
@@ -98,7 +101,8 @@ def record_tracks(
     if "goal" in layers:
         stage.add("goal", meshes.goal_star(world.goal, driven[0].robot.radius), 0.0)
     recorded = RecordedRun(caption, world.extent, scene, stage.shapes, tuple(tracks))
-    _play_moving_obstacles(meshcat, scene, world, recorded.duration, parameters)
+    times = np.arange(0.0, recorded.duration + 1e-9, 1.0 / parameters.frames_per_second)
+    _play_moving_obstacles(meshcat, scene, world, height, times)
     for path, track, name in zip(paths, tracks, names, strict=True):
         _play(meshcat, stage, track.motion, path, (name, layers[name].height), parameters)
     finish_recording(meshcat, html, caption, Cameras(world.extent, view, paths[0], world.start[:2]))
@@ -127,25 +131,24 @@ def _play(
 
 
 def _play_moving_obstacles(
-    meshcat: Meshcat, scene: SceneTimeline, world: World, duration: float, parameters: RecordingParameters
+    meshcat: Meshcat, scene: SceneTimeline, world: World, height: float, times: np.ndarray
 ) -> None:
-    times = np.arange(0.0, duration + 1e-9, 1.0 / parameters.frames_per_second)
     positions, _ = moving_obstacle_states(world.moving_obstacles, times)
     for k, radius in enumerate(world.moving_obstacles.radii):
         path = f"{WORLD_PREFIX}/moving_obstacle_{k}"
         poses, color = Track(), meshes.MOVING_OBSTACLES.color
-        meshcat.SetObject(path, Cylinder(radius, OBSTACLE_HEIGHT), Rgba(*color))
-        scene.solids.append(Solid(cylinder_vertices(radius, OBSTACLE_HEIGHT), None, color, poses))
+        meshcat.SetObject(path, Cylinder(radius, height), Rgba(*color))
+        scene.solids.append(Solid(cylinder_vertices(radius, height), None, color, poses))
         for time, (x, y) in zip(times, positions[:, k], strict=True):
-            X_WM = RigidTransform([x, y, 0.5 * OBSTACLE_HEIGHT])
+            X_WM = RigidTransform([x, y, 0.5 * height])
             meshcat.SetTransform(path, X_WM, time + FRAME_SLACK)
             poses.set(X_WM.GetAsMatrix34(), time)
 
 
-def _publish_world(meshcat: Meshcat, world: World) -> SceneTimeline:
+def _publish_world(meshcat: Meshcat, world: World, height: float) -> SceneTimeline:
     builder = DiagramBuilder()
     plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.0)
-    add_still_obstacles(plant, world)
+    add_still_obstacles(plant, world, height)
     plant.Finalize()
     add_scene(builder, plant, scene_graph, meshcat, floor_geometries(plant, scene_graph))
     scene = SceneTimeline(scene_graph)
@@ -156,12 +159,13 @@ def _publish_world(meshcat: Meshcat, world: World) -> SceneTimeline:
     return scene
 
 
-def _add_robot(meshcat: Meshcat, path: str, robot: RobotTrack, above: float) -> None:
-    """A hull of its colour with a light deck, a bar ahead and a lidar, `above` the floor, m."""
-    shape, radius, top = robot.shape, robot.shape.radius, above + ROBOT_HEIGHT
-    hull = Cylinder(radius, ROBOT_HEIGHT) if shape.is_disc else upright_prism(shape.outline, ROBOT_HEIGHT, path)
+def _add_robot(meshcat: Meshcat, path: str, robot: RobotTrack, height: float, above: float) -> None:
+    """A hull of its colour and height with a light deck, a bar ahead and a lidar, `above` the floor, m."""
+    shape, radius, top = robot.shape, robot.shape.radius, above + height
+    color, middle = robot.color or meshes.SHELL_COLOR, [0.0, 0.0, top - 0.5 * height]
+    hulls = [upright_prism(part, height, path) for part in shape.parts] or [Cylinder(radius, height)]
     parts: dict[str, tuple[Shape, list[float], meshes.Color]] = {
-        "hull": (hull, [0.0, 0.0, top - 0.5 * ROBOT_HEIGHT], robot.color or meshes.SHELL_COLOR),
+        **{f"hull_{k}": (hull, middle, color) for k, hull in enumerate(hulls)},
         "deck": (Cylinder(DECK * radius, 0.004), [0.0, 0.0, top], meshes.DECK_COLOR),
         "heading": (Box(0.8 * radius, 0.2 * radius, 0.008), [0.4 * radius, 0.0, top], meshes.HEADING_COLOR),
         "lidar": (Cylinder(0.24 * radius, 0.016), [0.0, 0.0, top], meshes.LIDAR_COLOR),

@@ -6,6 +6,7 @@ import pytest
 from drake_starnav.geometry.trajectory import Motion
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.schema import Scenario
+from drake_starnav.utils.resources import model_path
 from drake_starnav.visualization.plot import moment_picture
 from drake_starnav.visualization.tracks import COLORS, Driven, record_tracks
 from drake_starnav.worlds.world import World
@@ -32,3 +33,15 @@ def test_trails_grow_behind_robots_of_their_colours(tmp_path) -> None:
         assert image[plotted(recorded, place, picture)] == pytest.approx(COLORS[number], abs=0.15)
     before = np.asarray(moment_picture(recorded, 0.5), dtype=float) / 255.0
     assert before[plotted(recorded, (0.0, 1.0), picture)] != pytest.approx(COLORS[0], abs=0.15)
+
+
+def test_robots_and_obstacles_have_the_height_that_they_have_in_the_plant(tmp_path) -> None:
+    text = model_path("robots", "starbot.urdf").read_text(encoding="utf-8")
+    low, high = '<origin xyz="0 0 0.03"/>\n      <geometry><cylinder radius="0.25" length="{}"/>', "0 0 0.43"
+    text = text.replace(low.format(0.1), low.format(0.9).replace("0 0 0.03", high))
+    (tmp_path / "tall.urdf").write_text(text, encoding="utf-8")
+    tall = RobotParameters(model=str(tmp_path / "tall.urdf"), radius=0.3)
+    driven = [Driven("tall", tall, Motion(np.arange(2.0), np.zeros((2, 3))), "reached")]
+    recorded = record_tracks(Scenario("tall", None), driven, WORLD, "1 robot", tmp_path / "tall.html")
+    placed = [(solid.vertices, solid.poses.at(0.0)) for solid in recorded.scene.solids]
+    assert min((vertices @ X[2, :3] + X[2, 3]).max() for vertices, X in placed) > 0.9
