@@ -173,6 +173,8 @@ def _expanded(path: Path, arguments: Mapping[str, Any]) -> bytes:
     try:
         values = _Arguments((name, _as_text(value)) for name, value in arguments.items())
         expanded: bytes = xacro.process_file(str(path), mappings=values).toxml(encoding="utf-8")
+        if missing and b"<link" not in expanded:  # an include without a match is left out
+            raise StarnavError("it includes nothing that has links")
     except Exception as error:  # whatever a broken macro makes it raise
         lacks = "".join(f"package {name}, which it names, is not found; " for name in dict.fromkeys(missing))
         raise StarnavError(

@@ -225,3 +225,12 @@ def test_macros_without_the_extra_are_refused(tmp_path: Path, monkeypatch) -> No
     monkeypatch.setitem(sys.modules, "xacro", None)
     with pytest.raises(StarnavError, match="has macros of xacro; allowed: pip install .*xacro.*, or a file"):
         standing(written(tmp_path, EDITED.replace('<robot name="plain">', MACROS)))
+
+
+def test_a_model_that_is_all_in_a_missing_package_says_so(tmp_path: Path) -> None:
+    pytest.importorskip("xacro")
+    include = '<xacro:include filename="$(find nowhere)/robot.xacro"/>'
+    path = tmp_path / "whole.xacro"
+    path.write_text(f'<robot name="whole" xmlns:xacro="http://ros.org/wiki/xacro">{include}</robot>', encoding="utf-8")
+    with pytest.raises(StarnavError, match="package nowhere, which it names, is not found"):
+        standing(RobotParameters(model=str(path), radius=0.0))
