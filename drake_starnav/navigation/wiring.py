@@ -196,7 +196,8 @@ def _zones(config: LoopConfig, parts: Parts) -> tuple[Certificate, ...]:
 def _closed_areas(config: LoopConfig, parts: Parts) -> list[ClosedArea]:
     """What the planner knows of the places that certificates close."""
     areas = [each for each in (*_zones(config, parts), *parts.certificates) if isinstance(each, KeepOut)]
-    return [closed_area(each.name or "a KeepOut", each.corners, each.margin) for each in areas]
+    narrow = config.scenario.robot.shape.narrow
+    return [closed_area(each.name or "a KeepOut", each.corners, each.margin, narrow) for each in areas]
 
 
 def _add_perception(builder: DiagramBuilder, config: LoopConfig, navigation: Navigation) -> Navigation:

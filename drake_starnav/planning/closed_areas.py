@@ -15,8 +15,8 @@ from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.observation import Observation
 from drake_starnav.surroundings.star_region import clear_of
 
-SPACING = 0.05
-"""Between points on the border of an area, m: no robot fits between two of them."""
+SPACING = 0.2
+"""Between points on the border of an area, in radii of the robot: it does not fit between two of them."""
 AROUND = 8.0
 """How far beyond all hits, areas, robot and goal a way is looked for, in radii of the robot."""
 
@@ -26,7 +26,7 @@ class ClosedArea(NamedTuple):
 
     Attributes:
         name: in messages.
-        border: points on it, SPACING apart, shape (n, 2), W, m.
+        border: points on it, shape (n, 2), W, m.
         margin: that the robot keeps beyond its radius, m.
     """
 
@@ -35,11 +35,11 @@ class ClosedArea(NamedTuple):
     margin: float
 
 
-def closed_area(name: str, polygon: np.ndarray, margin: float) -> ClosedArea:
-    """An area by the corners of a polygon, shape (n, 2), W, m."""
+def closed_area(name: str, polygon: np.ndarray, margin: float, robot_radius: float) -> ClosedArea:
+    """An area by the corners of a polygon, shape (n, 2), W, m, for a robot of a narrow radius, m."""
     sides = []
     for start, end in zip(polygon, np.roll(polygon, -1, axis=0), strict=True):
-        count = max(math.ceil(math.dist(start, end) / SPACING), 1)
+        count = max(math.ceil(math.dist(start, end) / (SPACING * robot_radius)), 1)
         sides.append(start + (end - start) * (np.arange(count) / count)[:, None])
     return ClosedArea(name, np.vstack(sides), margin)
 

@@ -134,7 +134,7 @@ class Kept(NamedTuple):
     """
 
     reach: float = math.inf
-    apart: float = 0.04
+    apart: float = 0.0
     way: float = math.inf
     turn: float = math.inf
     time: float = math.inf

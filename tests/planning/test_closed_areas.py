@@ -18,13 +18,13 @@ STATE = PlannerState.initial(PlannerParameters(), RADIUS)
 def corridor(name: str, x: float, width: float):
     """An area across the x axis."""
     low, high = -0.5 * width, 0.5 * width
-    return closed_area(name, np.array(((x, low), (x + 0.5, low), (x + 0.5, high), (x, high))), 0.02)
+    return closed_area(name, np.array(((x, low), (x + 0.5, low), (x + 0.5, high), (x, high))), 0.02, RADIUS)
 
 
 def test_the_border_goes_all_around_without_a_gap() -> None:
-    border = closed_area("dock", SQUARE, 0.02).border
+    border = closed_area("dock", SQUARE, 0.02, RADIUS).border
     steps = np.hypot(*np.diff(np.vstack((border, border[:1])), axis=0).T)
-    assert steps.max() <= SPACING + 1e-9
+    assert steps.max() <= SPACING * RADIUS + 1e-9
     assert all((np.hypot(*(border - corner).T) < 1e-9).any() for corner in SQUARE)
 
 
@@ -39,20 +39,20 @@ def test_the_map_has_every_border_whatever_it_had_before() -> None:
 def test_a_region_keeps_its_distance_and_one_who_is_too_near_may_leave() -> None:
     scan = cast(World("empty", (0.0, 0.0, 0.0), (4.0, 0.0)), np.zeros(3))
     seen = Observation(scan_region(scan, np.zeros(3), RADIUS, MARGINS), scan, np.zeros(3))
-    area = closed_area("dock", SQUARE, 0.1)
+    area = closed_area("dock", SQUARE, 0.1, RADIUS)
     region = kept_clear(seen, [area], RADIUS).region
     reach = 1.0 - RADIUS - 0.1
     assert region.alone.contains(np.array([(reach - 0.03, 0.0), (-2.0, 0.0)]), 0.0).all()
     assert not region.alone.contains(np.array([(reach + 0.03, 0.0)]), 0.0).any()
-    beside = closed_area("near", SQUARE - (0.7, 0.0), 0.1)
+    beside = closed_area("near", SQUARE - (0.7, 0.0), 0.1, RADIUS)
     assert kept_clear(seen, [beside], RADIUS).region.alone.contains(np.array([(-2.0, 0.0)]), 0.0).all()
 
 
 @pytest.mark.parametrize(
     ("areas", "name"),
     [
-        ([closed_area("bay", SQUARE + (2.5, 0.0), 0.02)], "bay"),
-        ([corridor("beside", 1.0, 1.0), closed_area("bay", SQUARE + (2.5, 0.0), 0.02)], "bay"),
+        ([closed_area("bay", SQUARE + (2.5, 0.0), 0.02, RADIUS)], "bay"),
+        ([corridor("beside", 1.0, 1.0), closed_area("bay", SQUARE + (2.5, 0.0), 0.02, RADIUS)], "bay"),
         ([], ""),
     ],
 )
