@@ -12,7 +12,7 @@ import numpy as np
 
 from drake_starnav.baselines.known_obstacles import KnownObstacles
 from drake_starnav.control.inputs import Proposal
-from drake_starnav.control.rollout import CREEP, GOAL_SLOWDOWN
+from drake_starnav.control.rollout import CREEP, goal_slowdown
 from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.base import twist_of
 from drake_starnav.robot.limits import aimed, wrapped_angle
@@ -55,8 +55,8 @@ class BaselineInput:
         if distance < STANDING:
             return np.zeros(2)
         left = math.hypot(self.goal[0] - self.pose[0], self.goal[1] - self.pose[1])
-        most = self.robot.max_speed
-        return min(speed, most, GOAL_SLOWDOWN * left + most / CREEP) / distance * offset
+        most, slowdown = self.robot.max_speed, goal_slowdown(self.robot.limits)
+        return min(speed, most, slowdown * left + most / CREEP) / distance * offset
 
     def followed(self, velocity: np.ndarray, max_speed: float) -> Proposal:
         """The twist that turns towards a velocity (2,), W, and drives as fast, up to a speed, m/s."""

@@ -28,7 +28,7 @@ from drake_starnav.control.avoidance_rollout import (
 )
 from drake_starnav.control.inputs import ControllerInputs
 from drake_starnav.control.moving_modulation import moving_modulation
-from drake_starnav.control.rollout import GOAL_SLOWDOWN, FreeSpace, times_left
+from drake_starnav.control.rollout import FreeSpace, goal_slowdown, times_left
 from drake_starnav.robot import Limits, RobotParameters
 from drake_starnav.robot.base import twist_of
 from drake_starnav.robot.limits import limited, wrapped_angle
@@ -144,7 +144,7 @@ def avoid_collision(
     trajectories, near = tracks.predicted_trajectories[foreseen], comfort(tracks, obstacles.guarded)[foreseen]
     discs = Discs(trajectories, tracks.radius[foreseen], near, standing, age)
     settings = Settings(
-        slowdown=GOAL_SLOWDOWN if guidance.arrives or not len(path) else np.inf,
+        slowdown=goal_slowdown(limits) if guidance.arrives or not len(path) else np.inf,
         radius=robot.radius,
         spacing=MOVING_MARGIN + obstacles.stopping_distance,
         caution=obstacles.caution,

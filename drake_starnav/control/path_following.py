@@ -9,7 +9,7 @@ from drake_starnav.control.free_heading import free_heading
 from drake_starnav.control.inputs import ControllerInputs, Proposal
 from drake_starnav.control.manoeuvre_following import followed_manoeuvre
 from drake_starnav.control.modulation import modulated_direction
-from drake_starnav.control.rollout import CREEP, GOAL_SLOWDOWN
+from drake_starnav.control.rollout import CREEP, goal_slowdown
 from drake_starnav.planning.guidance import PASSED_DISTANCE
 from drake_starnav.robot import Limits, RobotParameters
 from drake_starnav.robot.base import twist_of
@@ -47,7 +47,7 @@ def _followed(pose, ahead, star, radius, limits, found):
         return
     ux, uy = free_heading(x, y, ux, uy, star, radius)
     velocity = aimed(wrapped_angle(math.atan2(uy, ux) - yaw), limits.max_speed, limits)
-    most = GOAL_SLOWDOWN * distance + limits.max_speed / CREEP if arrives and count == 1 else np.inf
+    most = goal_slowdown(limits) * distance + limits.max_speed / CREEP if arrives and count == 1 else np.inf
     velocity = slowed(velocity, most)
     found[0], found[1] = ux, uy
     found[2], found[3], found[4] = velocity.ahead, velocity.aside, velocity.turning

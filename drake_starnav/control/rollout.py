@@ -8,12 +8,12 @@ from numba import njit
 
 from drake_starnav.geometry.compiled import leaf
 from drake_starnav.planning.guidance import PASSED_DISTANCE
-from drake_starnav.robot.limits import Velocity, wrapped_angle
+from drake_starnav.robot.limits import STOPPING_GAIN, Velocity, wrapped_angle
 from drake_starnav.surroundings.region_union import RegionUnion, cover_at, covers
 from drake_starnav.surroundings.safe_region import CertifiedRegion
 
-GOAL_SLOWDOWN = 1.2
-"""Speed per metre of distance to the goal on arrival, 1/s."""
+GOAL_BRAKING = 0.96
+"""On arrival a robot brakes with up to this share of its largest deceleration."""
 CREEP = 10.0
 """On arrival a robot slows down to its largest speed divided by this, so that it does arrive."""
 ARRIVED = 0.48
@@ -46,6 +46,12 @@ def region_around(known, region, x, y):
     if region >= 0 and covers(regions.center, regions.bearing_0, regions.values, region, x, y, 0.0):
         return region
     return cover_at(regions, x, y, 0.0)
+
+
+@leaf
+def goal_slowdown(limits):
+    """Speed per distance to the goal on arrival, 1/s."""
+    return min(GOAL_BRAKING * limits.max_acceleration / limits.max_speed, STOPPING_GAIN)
 
 
 @leaf

@@ -16,7 +16,7 @@ from drake_starnav.control.path_following import (
     followed,
     guiding_vector,
 )
-from drake_starnav.control.rollout import GOAL_SLOWDOWN
+from drake_starnav.control.rollout import goal_slowdown
 from drake_starnav.planning.guidance import PASSED_DISTANCE, Guidance
 from drake_starnav.robot import BASES, RobotParameters
 from drake_starnav.robot.limits import HEADING_GAIN, aimed
@@ -77,7 +77,7 @@ def test_an_empty_path_stops_the_robot_as_fast_as_it_can(twist):
 def test_it_slows_down_at_the_goal_only():
     near = ((0.3, 0.0),)
     assert settled(path=near)[0] == pytest.approx(ROBOT.max_speed)
-    slow = GOAL_SLOWDOWN * 0.3 + ROBOT.max_speed / CREEP
+    slow = goal_slowdown(ROBOT.limits) * 0.3 + ROBOT.max_speed / CREEP
     assert settled(path=near, arrives=True)[0] == pytest.approx(slow)
     assert settled(path=(*near, (5.0, 0.0)), arrives=True)[0] == pytest.approx(ROBOT.max_speed)
     assert settled(path=((5.0, 0.0),), arrives=True)[0] == pytest.approx(ROBOT.max_speed)
@@ -86,6 +86,14 @@ def test_it_slows_down_at_the_goal_only():
     assert settled(path=((0.0, 0.5 * GOAL_REACHED * RADIUS),), arrives=True) == pytest.approx(
         [0.0, 0.0]
     )  # it need not turn
+
+
+@pytest.mark.parametrize(("speed", "braking"), [(0.8, 0.1), (0.8, 1.0), (3.0, 0.5), (2.0, 3.0), (0.05, 20.0)])
+def test_a_robot_arrives_with_the_brakes_that_it_has(speed: float, braking: float) -> None:
+    """What it is asked to do needs no more, whatever it can brake, and steps of the loop do not overshoot."""
+    slowdown = goal_slowdown(RobotParameters(max_speed=speed, max_acceleration=braking).limits)
+    assert slowdown * speed <= braking
+    assert slowdown * PERIOD < 0.5
 
 
 @settings(max_examples=40)
