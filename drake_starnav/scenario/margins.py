@@ -20,6 +20,8 @@ FINE_ENOUGH = 0.5
 """The certificate does not smooth over less than this share of a beam: the next beam would cut corners too much."""
 AVERAGED_NOISE = 0.16
 """From this noise on, in radii, ranges are also averaged: the nearest hit of several scans would close narrow gaps."""
+NOISE_SHARE = 0.75
+"""Of the noise, by which an earlier look counts as shorter: as much as the `error_budget` allows for one scan."""
 LARGEST_MARGIN = 0.5
 """Safety margins are no wider than this, m."""
 
@@ -61,4 +63,7 @@ def _looks(scenario: Scenario, symbols: Mapping[str, float]) -> Kept:
     """Which looks count: those that the `error_budget` allows for, where the pose errs with the way or with time."""
     lasts, exact = symbols["M"] - symbols["T"], scenario.localization
     driven = lasts if exact.drift > 0.0 else math.inf
-    return Kept(way=symbols["v"] * driven, turn=symbols["w"] * driven, time=lasts if exact.jump > 0.0 else math.inf)
+    short = NOISE_SHARE * max(lidar.noise for lidar in scenario.all_lidars)
+    return Kept(
+        short=short, way=symbols["v"] * driven, turn=symbols["w"] * driven, time=lasts if exact.jump > 0.0 else math.inf
+    )

@@ -38,6 +38,7 @@ class Look:
         reach: farther places count as not seen.
         robot: (x, y, yaw) of the robot in that frame: nothing else stood where it did.
         footprint: of the robot; None: unknown.
+        short: its ranges count as so much shorter, m: of many looks the one that erred most decides.
     """
 
     hits: np.ndarray
@@ -47,6 +48,7 @@ class Look:
     reach: float
     robot: tuple[float, float, float] = (0.0, 0.0, 0.0)
     footprint: Footprint | None = None
+    short: float = 0.0
 
     @staticmethod
     def none() -> "Look":
@@ -65,7 +67,7 @@ class Look:
     @cached_property
     def free(self) -> np.ndarray:
         """How far it saw on all bearings of each bin, from its yaw on, shape (BINS,)."""
-        return profile(self.chords.ends, self.place, self.reach)
+        return profile(self.chords.ends, self.place, self.reach) - self.short
 
     def moved(self, frame: np.ndarray) -> "Look":
         """The same look in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""
@@ -131,6 +133,7 @@ class Kept(NamedTuple):
         apart: of looks that are no farther apart, m, the last one.
         way, turn: that the robot has driven since, m, and turned, rad.
         time: since, s.
+        short: as of `Look`, m.
     """
 
     reach: float = math.inf
@@ -138,6 +141,7 @@ class Kept(NamedTuple):
     way: float = math.inf
     turn: float = math.inf
     time: float = math.inf
+    short: float = 0.0
 
 
 def remembered(

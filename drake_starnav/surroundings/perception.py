@@ -16,7 +16,7 @@ from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import ON_AXIS, Mount, newest, unturned
 from drake_starnav.lidar.outlier_filter import HitHistory, without_outliers
 from drake_starnav.surroundings.erosion import smoothed_distances
-from drake_starnav.surroundings.looks import KEPT_EVERY, Known, Look, remembered
+from drake_starnav.surroundings.looks import KEPT_EVERY, Known, remembered
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.observation import Observation
 from drake_starnav.surroundings.safe_region import SCAN_PATIENCE, CertifiedRegion, ScanMemory, certified_region
@@ -196,10 +196,10 @@ def perceive(
         lone = dataclasses.replace(lone, ranges=np.where(lone.hits, measured, lone.ranges))
         earlier, lone = averaged(before.memory, lone, pose, safe_radius + AVERAGED_WITHIN * robot_radius)
         safety, _ = certified_region(earlier, lone, *arguments)
+    look = dataclasses.replace(safety.look, footprint=footprint, short=margins.looks.short)
+    safety = dataclasses.replace(safety, look=look)
     if not alone:
-        safety = _seen_by(safety, (near, mounts), pose, smoothing, footprint)
-    else:
-        safety = dataclasses.replace(safety, look=dataclasses.replace(safety.look, footprint=footprint))
+        safety = _seen_by(safety, (near, mounts), pose, smoothing)
     if not (alone or surrounded):  # earlier looks are in the star
         safety = dataclasses.replace(safety, sight=(0.0, 0.0))
     offset = 0.0 if surrounded else max(0.0, *(mount.x for mount in mounts))
@@ -213,7 +213,6 @@ def _seen_by(
     lidars: tuple[Sequence[LaserScan], Sequence[Mount]],
     pose: np.ndarray,
     smoothing: tuple[int, float],
-    footprint: Footprint,
 ) -> CertifiedRegion:
     """The certified region with what each lidar sees, with the robot at a pose; `smoothing` as of `hits_seen`."""
     look, first, looks = safety.look, safety.look.own[0], []
@@ -222,7 +221,8 @@ def _seen_by(
         within = min(look.reach - mount.offset, scan.range_max)
         place = _place(mount.unturned(pose))
         robot = now_in(np.array(place), pose)
-        looks.append(Look(look.hits, (first, first + count), scan.beams, place, within, robot, footprint))
+        own = first, first + count
+        looks.append(dataclasses.replace(look, own=own, beams=scan.beams, place=place, reach=within, robot=robot))
         first += count
     others = tuple(Known(each, each.place, safety.time) for each in looks[1:])
     return dataclasses.replace(safety, look=looks[0], others=others)

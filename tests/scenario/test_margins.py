@@ -27,7 +27,7 @@ def declaring(*overrides: str) -> Scenario:
 
 def test_of_the_default_scenario() -> None:
     margins = vars(derive_margins(declaring()))
-    assert margins.pop("looks") == MARGINS.looks
+    assert margins.pop("looks") == MARGINS.looks._replace(short=0.0075)
     assert margins == pytest.approx(
         {name: margin for name, margin in vars(MARGINS).items() if name != "looks"} | {"smoothed_beams": 1}
     )
@@ -36,8 +36,8 @@ def test_of_the_default_scenario() -> None:
 def test_looks_count_for_as_long_as_the_budget_allows_for_errors_of_the_pose() -> None:
     lasts = 1.0 - 0.8  # M - T
     drifting, jumping = (derive_margins(declaring(f"localization.{name}=0.01")).looks for name in ("drift", "jump"))
-    assert drifting[2:] == pytest.approx((0.8 * lasts, 2.0 * lasts, math.inf))
-    assert jumping[2:] == pytest.approx((math.inf, math.inf, lasts))
+    assert drifting[2:] == pytest.approx((0.8 * lasts, 2.0 * lasts, math.inf, 0.0075))
+    assert jumping[2:] == pytest.approx((math.inf, math.inf, lasts, 0.0075))
 
 
 def test_margins_follow_from_what_is_declared_narrower_as_well_as_wider() -> None:

@@ -62,6 +62,15 @@ def test_where_the_robot_stood_nothing_else_did() -> None:
         assert seen_by((Known(look, HERE, 0.0),), part + (0.5, 0.0))
 
 
+def test_a_look_that_may_have_erred_counts_as_shorter() -> None:
+    look = dataclasses.replace(
+        look_of(LaserScan(0.0, -2.35, 4.7 / 359, 0.0, 1.0, np.full(360, 1.0)), HERE, 1.0), short=0.02
+    )
+    for x, free in ((0.97, True), (0.985, False)):
+        part = np.array([(x, -0.001), (x + 0.001, -0.001), (x, 0.001)])
+        assert seen_by((Known(look, HERE, 0.0),), part) == free
+
+
 @pytest.mark.parametrize(
     ("kept", "left"),
     [(Kept(reach=0.55), 5), (Kept(way=0.45), 4), (Kept(turn=0.25), 2), (Kept(time=3.5), 3), (Kept(), 9)],
