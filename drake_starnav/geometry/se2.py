@@ -13,7 +13,11 @@ def now_in(frame: np.ndarray, pose: np.ndarray) -> tuple[float, float, float]:
     return dx * math.cos(yaw) + dy * math.sin(yaw), dy * math.cos(yaw) - dx * math.sin(yaw), turn
 
 
-def composed(frame: np.ndarray, step: tuple[float, float, float] | np.ndarray) -> np.ndarray:
+Place = tuple[float, float, float] | np.ndarray
+"""A pose (x, y, yaw), m and rad."""
+
+
+def composed(frame: Place, step: Place) -> np.ndarray:
     """The pose, shape (3,), in the outer frame of a pose `step` given in `frame`; its yaw is within [-pi, pi]."""
     x, y, yaw = frame
     dx, dy, turn = step

@@ -1,21 +1,55 @@
 """A robot that does exactly what it is commanded, in a world that its lidars see, without a plant."""
 
+import math
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 
+from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.geometry.se2 import composed
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import ON_AXIS, Mount
-from drake_starnav.robot.motion import Actuation, roll_out
-from drake_starnav.safety.certificates import Certificate, standard_certificates
-from drake_starnav.safety.shield import certified_twist, ramped_twist
+from drake_starnav.robot import Limits
+from drake_starnav.robot.motion import SAMPLES, Actuation, ramped_velocity, sample, velocity_of
+from drake_starnav.safety.clear import Clear, covered
+from drake_starnav.safety.shield import braking_twist
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.scenario.schema import Scenario
+from drake_starnav.surroundings.looks import Chords, Looks
 from drake_starnav.surroundings.perception import Perceived, PerceptionSettings, perceive
+from drake_starnav.surroundings.region_union import RegionUnion
+from drake_starnav.surroundings.safe_region import CertifiedRegion
+from drake_starnav.surroundings.separation import keeps_clear
 from drake_starnav.worlds.clearance import body_clearance
 from drake_starnav.worlds.view import scan_from, visible_shapes
 from drake_starnav.worlds.world import World
+
+NO_SLOPES = np.zeros(0)
+
+
+class Seen(NamedTuple):
+    """What `Clear` asks, for compiled code.
+
+    Attributes:
+        star: center, bearing_0 and values of a union of one region; empty where it is never enough.
+        surfaces, looks, sizes: as of `keeps_clear`.
+    """
+
+    star: tuple[np.ndarray, np.ndarray, np.ndarray]
+    surfaces: Chords
+    looks: Looks
+    sizes: tuple[float, float]
+
+    @staticmethod
+    def of(star: CertifiedRegion, margin: float, footprint: Footprint) -> "Seen":
+        """From the region, the margin (m), and the footprint of the robot."""
+        sizes = margin, float(star.look.reach - footprint.radius)
+        inside = (
+            Clear(star, margin, footprint).inside or RegionUnion.alone(np.zeros(2), 0.0, np.zeros(4), NO_SLOPES)[:3]
+        )
+        return Seen(inside, star.look.chords, star.looks, sizes)
 
 
 class KinematicMotion:
@@ -25,8 +59,16 @@ class KinematicMotion:
         pose: (x, y, yaw), W, m and rad.
         twist: as many numbers as those of the base.
         scan: the last one of the first lidar.
+        seen: what its shield knows; with one.
         least: clearance so far, after each command, m.
+        asked, changed, braked: how many commands were driven, and of these how many not as they were asked for, and
+            how many brake.
+
+    What is certified is decided as by `shielded`, whose loop is repeated here for compiled code: all commands between
+    two scans are one call.
     """
+
+    asked = changed = braked = 0
 
     def __init__(
         self, scenario: Scenario, world: World, seed: int, shield: bool, mounts: Sequence[Mount] = (ON_AXIS,)
@@ -57,7 +99,7 @@ class KinematicMotion:
     def put(self, pose: np.ndarray) -> None:
         """Let the robot stand at a pose (x, y, yaw), W, m and rad, as if it had not been anywhere else."""
         self.pose, self.twist = pose, np.zeros(len(self._actuation.base.components))
-        self._seen = Perceived.nothing()
+        self.seen = Perceived.nothing()
         self.look()
 
     def look(self) -> None:
@@ -68,29 +110,100 @@ class KinematicMotion:
             scans.append(scan_from(self._shapes, place, lidar, self._seed, self._scans))
         self.scan, self._scans = scans[0], self._scans + 1
         if self._shield:
-            self._seen = perceive(self._seen, scans, self.pose, self._settings)
-            place = self.pose[:2]
-            self._certificates: tuple[Certificate, ...] = standard_certificates(
-                self._seen.safety, self._margin, self._actuation, place
-            )
+            self.seen = perceive(self.seen, scans, self.pose, self._settings)
+        self._packed = Seen.of(self.seen.safety, self._margin, self._actuation.footprint)
 
     def drive(self, twist: np.ndarray, duration: float) -> None:
         """Drive at a twist for a time, s, or until something is touched."""
-        actuation, rate = self._actuation, self._rate
-        want = twist = actuation.base.saturated(twist, actuation.limits)
-        poses = []
-        for _ in range(max(round(duration * rate), 1)):
-            if self._shield:
-                want, _ = certified_twist(self.pose, self.twist, twist, self._certificates, actuation)
-            motion = roll_out(self.pose, self.twist, want, actuation)
-            self.pose, self.twist = motion.pose[motion.braking], ramped_twist(self.twist, want, actuation)
-            poses.append(self.pose)
-            self._ticks += 1
-            if self._ticks / rate >= self._scans / self._lidars[0][0].rate - 1e-9:
+        left, bursts = max(round(duration * self._rate), 1), []
+        while left:
+            due = self._scans / self._lidars[0][0].rate - 1e-9
+            count = min(left, max(math.ceil(due * self._rate - self._ticks), 1))
+            bursts.append(self.burst(twist, count))
+            self._ticks, left = self._ticks + count, left - count
+            if self._ticks / self._rate >= due:
                 self.look()
-        clear = body_clearance(self._world, np.array(poses), actuation.footprint)
+        poses, footprint = np.concatenate(bursts), self._actuation.footprint
+        clear = body_clearance(self._world, poses, footprint)
         last = int(np.argmax(clear < 0.0)) if (clear < 0.0).any() else len(poses) - 1
         self.pose, self.least = poses[last], min(self.least, float(clear[: last + 1].min()))
 
+    def burst(self, desired: np.ndarray, count: int) -> np.ndarray:
+        """Ask for a twist `count` times, or until the robot stands and stays as it is; without another scan.
+
+        Returns:
+            The poses after each command, shape (n, 3), W, m and rad.
+        """
+        actuation = self._actuation
+        base, limits, footprint = actuation.base, actuation.limits, actuation.footprint
+        desired = base.saturated(desired, limits)
+        proposals = np.array(list(base.proposals(desired, limits)))
+        poses, twist = np.empty((count, 3)), np.array(self.twist, dtype=float)
+        asked, changed, braked = _burst(
+            np.array(self.pose, dtype=float),
+            twist,
+            (desired, proposals, self._shield),
+            self._packed,
+            actuation.numbers,
+            (footprint.cover, footprint.body),
+            poses,
+        )
+        self.asked, self.changed, self.braked = self.asked + asked, self.changed + changed, self.braked + braked
+        self.pose, self.twist = poses[asked - 1], twist
+        return poses[:asked]
+
     def close(self) -> None:
         """Nothing to give back."""
+
+
+@njit(cache=True)
+def _burst(pose, twist, asked, seen, does, shape, poses):
+    """`KinematicMotion.burst` on arrays, which writes the poses and the last twist: its three counts.
+
+    Args:
+        pose, twist: shapes (3,) and (c,), of the robot.
+        asked: the twist, shape (c,), the proposals, shape (n, c), and whether one must be certified.
+        seen: `Seen`.
+        does: as of `Actuation.numbers`.
+        shape: the places of the covering discs, and `Body`.
+        poses: shape (m, 3), to be written.
+    """
+    (desired, proposals, certifies), (cover, body) = asked, shape
+    is_disc, samples, limits = len(body.polygons.ends) == 0, np.empty((SAMPLES, 6)), Limits(*does[4:])
+    changed = braked = braking = 0
+    for k in range(len(poses)):
+        chosen = -1
+        for p in range(len(proposals)):
+            count, _, braking, grips = sample(pose, twist, proposals[p], does, samples)
+            if count > len(samples):
+                samples = np.empty((count, 6))
+                sample(pose, twist, proposals[p], does, samples)
+            if not certifies or (
+                grips
+                and (
+                    covered(seen.star, samples[:count], cover)
+                    or keeps_clear(samples[:count], seen.surfaces, seen.looks, body, seen.sizes)
+                )
+            ):
+                chosen = p
+                break
+        if chosen >= 0:
+            target = proposals[chosen]
+            changed += chosen > 0
+        else:
+            braked += 1
+            target = braking_twist(twist, desired, limits, is_disc)
+            count, _, braking, _ = sample(pose, twist, target, does, samples)
+            if count > len(samples):
+                samples = np.empty((count, 6))
+                sample(pose, twist, target, does, samples)
+        velocity = velocity_of(twist)
+        after, _ = ramped_velocity(velocity, velocity_of(target), does[1], limits)
+        twist[0], twist[-1] = after.ahead, after.turning
+        if len(twist) == 3:
+            twist[1] = after.aside
+        poses[k] = samples[braking, :3]
+        if velocity == after and (poses[k] == pose).all():
+            return k + 1, changed, braked
+        pose[:] = poses[k]
+    return len(poses), changed, braked

@@ -118,7 +118,7 @@ class Looks(NamedTuple):
             if isinstance(look, Look) and look.footprint is not None:
                 body = look.footprint if body is None else body
                 if look.footprint is body:
-                    x, y, yaw = composed(np.array(place), look.robot).tolist()
+                    x, y, yaw = composed(place, look.robot).tolist()
                     stood[k] = x, y, math.cos(yaw), math.sin(yaw)
         places = np.array([each.place for each in known]).reshape(-1, 3)
         free = np.array([each.look.free for each in known]).reshape(-1, BINS)
