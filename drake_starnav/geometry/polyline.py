@@ -45,13 +45,22 @@ def resampled(points: np.ndarray, step: float) -> np.ndarray:
     return np.column_stack([np.interp(at, travelled, coordinate) for coordinate in points.T])
 
 
-def subdivided(points: np.ndarray, step: float) -> np.ndarray:
+@njit(cache=True)
+def subdivided(points, step):
     """Points (k, 2) along a polyline (n, 2) at most `step` apart, all of its corners included, m."""
-    pieces = [points[:1]]
-    for a, b in zip(points[:-1], points[1:], strict=True):
-        count = int(math.hypot(b[0] - a[0], b[1] - a[1]) / step) + 1
-        pieces.append(a + (b - a) * (np.arange(1, count + 1) / count)[:, None])
-    return np.vstack(pieces)
+    counts = np.ones(len(points), np.int64)
+    for k in range(1, len(points)):
+        away = math.hypot(points[k, 0] - points[k - 1, 0], points[k, 1] - points[k - 1, 1])
+        counts[k] = int(away / step) + 1
+    out, n = np.empty((counts.sum(), 2)), 0
+    for k in range(len(points)):
+        for m in range(1, counts[k] + 1):
+            for c in range(2):
+                out[n, c] = (
+                    points[k - 1, c] + (points[k, c] - points[k - 1, c]) * (m / counts[k]) if k else points[0, c]
+                )
+            n += 1
+    return out
 
 
 def arc_lengths(points: np.ndarray) -> np.ndarray:

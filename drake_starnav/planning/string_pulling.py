@@ -1,5 +1,7 @@
 """String pulling: paths shortened inside the union of regions."""
 
+import math
+
 import numpy as np
 from numba import njit
 
@@ -22,13 +24,18 @@ def string_pulled(path: np.ndarray, position: np.ndarray, regions: RegionUnion, 
     Returns:
         Shape (m, 2), W, m; ends where the path ends.
     """
-    line = np.vstack((position, path))
-    forward = _pull(subdivided(line, FORWARD_STEP * radius)[1:], position, regions, radius)
-    line = np.vstack((position, forward))
-    backward = _pull(subdivided(line, BACKWARD_STEP * radius)[:-1][::-1].copy(), line[-1], regions, radius)
-    if not len(backward) or np.hypot(*(backward[-1] - position)) > 1e-6:
-        return forward
-    return np.vstack((backward[:-1][::-1], line[-1:]))
+    return _string_pulled(np.vstack((position, path)), regions, radius)
+
+
+@njit(cache=True)
+def _string_pulled(line, regions, radius):
+    """The same of a path that begins at the robot, shape (k, 2)."""
+    forward = _pull(subdivided(line, FORWARD_STEP * radius), regions, radius)
+    points = subdivided(forward, BACKWARD_STEP * radius)[::-1].copy()
+    points[0] = forward[-1]  # without its rounding
+    backward = _pull(points, regions, radius)
+    whole = math.hypot(backward[-1, 0] - line[0, 0], backward[-1, 1] - line[0, 1]) <= 1e-6
+    return (backward[::-1][1:] if whole and len(backward) > 1 else forward[1:]).copy()
 
 
 @njit(cache=True)
@@ -44,12 +51,13 @@ def last_in_sight(points, x, y, union, radius):
     return -1
 
 
-def _pull(points: np.ndarray, position: np.ndarray, regions: RegionUnion, radius: float) -> np.ndarray:
-    """From a position (2,), go repeatedly to the last of some points (n, 2) in line of sight."""
-    kept, i = [], 0
+@njit(cache=True)
+def _pull(points, regions, radius):
+    """The first of some points (n, 2), and on from it repeatedly the last one in line of sight."""
+    kept, n, i = np.empty_like(points), 1, 1
+    kept[0] = points[0]
     while i < len(points):
-        i += max(last_in_sight(points[i:], *position, regions, radius), 0)
-        position = points[i]
-        kept.append(position)
-        i += 1
-    return np.array(kept).reshape(-1, 2)
+        i += max(last_in_sight(points[i:], kept[n - 1, 0], kept[n - 1, 1], regions, radius), 0)
+        kept[n] = points[i]
+        n, i = n + 1, i + 1
+    return kept[:n]
