@@ -16,7 +16,7 @@ from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.geometry.polyline import arc_lengths, distance_to_segment, resampled
 from drake_starnav.planning.pose_search import CELL, NEAR_GOAL, REACH, SPACING, found_way
 from drake_starnav.robot import Base
-from drake_starnav.robot.limits import wrapped_angle
+from drake_starnav.robot.limits import Limits, time_from_rest, wrapped_angle
 from drake_starnav.surroundings.looks import Chords
 from drake_starnav.surroundings.safe_region import CertifiedRegion
 
@@ -28,7 +28,7 @@ LOOKS = ((1.9, 0.6), (0.95, 0.6), (3.8, 0.6), (1.9, math.inf))
 EXTRA_MARGINS = (0.006, 0.019, 0.032, 0.045)
 """Beyond the certificate's margin, since its scans differ; a wider one after each manoeuvre that it refused."""
 STUCK = 0.3
-"""A robot that has not moved for so long is stuck, s."""
+"""A robot that has not moved for so long, or for twice the time that it takes from rest, is stuck, s."""
 MOVED, TURNED = 0.021, 0.05
 """It has moved if it did so by more than this, or by so much, rad."""
 CIRCLED = 2.5 * math.pi
@@ -52,6 +52,7 @@ class Body(NamedTuple):
         star: what its certificate knows.
         margin: that the certificate keeps, m.
         moves: of its manoeuvres, as of `Base.moves`.
+        limits: of its drive.
         base: how it moves.
     """
 
@@ -59,7 +60,16 @@ class Body(NamedTuple):
     star: CertifiedRegion
     margin: float
     moves: np.ndarray
+    limits: Limits
     base: Base
+
+    @property
+    def stuck(self) -> float:
+        """How long it stands before it counts as stuck, s."""
+        limits = self.limits
+        return max(
+            STUCK, 2.0 * time_from_rest(MOVED * self.footprint.radius, limits.max_speed, limits.max_acceleration)
+        )
 
 
 class Manoeuvring(NamedTuple):
@@ -113,10 +123,10 @@ def manoeuvring(
             return now._replace(poses=NO_POSES, still=time)
         if passed:
             return now._replace(poses=now.poses[passed:], since=time)
-        if time - now.since < patience and time - now.still < 2.0 * STUCK:
+        if time - now.since < patience and time - now.still < 2.0 * body.stuck:
             return now
         now = now._replace(poses=NO_POSES)
-    if time - now.still < STUCK and abs(now.wound) < CIRCLED:
+    if time - now.still < body.stuck and abs(now.wound) < CIRCLED:
         return now
     now = now._replace(wound=0.0)
     tries = int((np.hypot(*(now.begun - pose[:2]).T) < SAME_PLACE * unit).sum())
@@ -142,7 +152,7 @@ def docking(
         now = now._replace(poses=NO_POSES, still=time)
     near = now.begun[np.hypot(*(now.begun - pose[:2]).T) < REACH * body.footprint.radius]
     docked = abs(math.remainder(dock[2] - pose[2], 2.0 * math.pi)) < DOCKED
-    if docked or time - now.still < STUCK * (1 + len(near)):
+    if docked or time - now.still < body.stuck * (1 + len(near)):
         return now
     wanted = np.array([(*dock, AT_HEADING, 0.0)])
     turning = body.moves[body.moves[:, 2] != 0.0]

@@ -33,11 +33,11 @@ class PlannerParameters(Checked, place="planner"):
     )
     progress_timeout: float = parameter(
         4.0,
-        "time without progress after which the target is given up",
+        "time without progress after which the target is given up; at least 1.5 times that of 0.6 radii from rest",
         unit="s",
         above=0.0,
         high=600.0,
-        when="raise it for a robot that takes longer to get 0.6 of its radius ahead",
+        when="raise it for a robot that waits longer for what is in its way",
     )
     grid_resolution: float = parameter(
         0.0,

@@ -67,6 +67,12 @@ def stopping(left, braking):
     return STOPPING_GAIN * left if left < soft else math.sqrt(2.0 * braking * (left - 0.5 * soft))
 
 
+def time_from_rest(way: float, speed: float, acceleration: float) -> float:
+    """Least time in which a way is driven from rest, s: in m, m/s and m/s^2, or by angles, rad."""
+    gaining = 0.5 * speed**2 / acceleration
+    return math.sqrt(2.0 * way / acceleration) if way < gaining else (way + gaining) / speed
+
+
 @leaf
 def aimed(error, speed, limits):
     """The velocity that begins to drive in a direction that is `error` (rad) to the left of the heading.

@@ -16,8 +16,10 @@ from drake_starnav.planning.closed_areas import ClosedArea, closing, kept_clear,
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.planning.manoeuvre import Body
 from drake_starnav.planning.monitoring import distance_to
+from drake_starnav.planning.planner import PROGRESS_DISTANCE
 from drake_starnav.planning.state import PlannerStatus, PlanStep
 from drake_starnav.robot import RobotParameters
+from drake_starnav.robot.limits import time_from_rest
 from drake_starnav.surroundings import Observation
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.obstruction import obstruction
@@ -114,6 +116,8 @@ class StarRoadmapPlanner(LeafSystem):
             stopwatch: notes `plan` times, of updates in which the roadmap was searched, if given.
         """
         super().__init__()
+        ahead = time_from_rest(PROGRESS_DISTANCE * robot.shape.narrow, robot.max_speed, robot.max_acceleration)
+        planner = dataclasses.replace(planner, progress_timeout=max(planner.progress_timeout, 1.5 * ahead))
         self._planner, self._goal_tolerance, self._step = planner, goal_tolerance, step
         self._closed_areas = tuple(closed_areas)
         self._stopwatch = stopwatch or Stopwatch()
@@ -182,7 +186,14 @@ class StarRoadmapPlanner(LeafSystem):
         robot = now.robot
         if robot.shape.is_disc or not self._certified_region.HasValue(context):
             return None
-        return Body(robot.shape, self._certified_region.Eval(context), now.margins.safety, robot.moves, robot.drive)
+        return Body(
+            robot.shape,
+            self._certified_region.Eval(context),
+            now.margins.safety,
+            robot.moves,
+            robot.limits,
+            robot.drive,
+        )
 
     def _state(self, context: Context) -> PlannerState:
         return self._plans.Eval(context).state

@@ -5,7 +5,9 @@ import functools
 import numpy as np
 import pytest
 
+from drake_starnav.loading import parse_scenario
 from drake_starnav.scenario.margins import derive_margins
+from drake_starnav.simulation.run import run_trial
 from tests.helpers.sizes import driven_states, ratios, scaled_margins, sized
 
 usual = functools.cache(functools.partial(ratios, scale=1.0))
@@ -37,3 +39,15 @@ def test_perception_planner_and_controller_know_no_length(name: str, commands: i
 def test_times_and_paths_scale_with_world_robot_and_lidar(name: str, count: int, scale: float) -> None:
     seeds = range(1000, 1000 + count)
     assert ratios(name, scale, seeds) == pytest.approx(usual(name, seeds=seeds), rel=0.05)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("model", ["starbot", "carrier"])
+def test_a_robot_that_gains_speed_slowly_is_not_given_up_meanwhile(model: str) -> None:
+    """It took longer than `planner.progress_timeout` to get ahead, and its way was closed."""
+    world = "{bounds: [-1.5, -2, 4, 2], cylinders: [[1.5, 0.1, 0.3]], start: [0, 0, 2.5], goal: [3, 0]}"
+    robot = f"model: {model}, max_speed: 0.03, max_acceleration: 0.01, max_yaw_rate: 0.3, max_yaw_acceleration: 0.1"
+    text = f"world: !Obstacles {world}\nrobot: {{{robot}}}\nsimulation: {{timeout: 300}}\n"
+    trial = run_trial(parse_scenario(text, name="slow"), seed=1)
+    assert trial.outcome == "reached"
+    assert trial.path_length_m < 4.0

@@ -35,7 +35,7 @@ def body(world: World, pose: np.ndarray) -> Body:
     star, _ = certified_region(
         ScanMemory(), scan, smoothed_distances(scan), pose, SHAPE.narrow + MARGIN, reach, (reach + 0.5, 5)
     )
-    return Body(SHAPE, star, MARGIN, BASE.moves(SHAPE.radius, LIMITS), BASE)
+    return Body(SHAPE, star, MARGIN, BASE.moves(SHAPE.radius, LIMITS), LIMITS, BASE)
 
 
 def boxes(*sides: tuple[float, float, float, float]) -> World:
