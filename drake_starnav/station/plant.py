@@ -169,6 +169,11 @@ def scenario_plant_config(settings: Mapping[str, Any], defaults: MultibodyPlantC
             f"plant_config.time_step is {shown(settings['time_step'])}; allowed: simulation.time_step, "
             "as the schedule of the loop follows from it"
         )
+    if settings.get("discrete_contact_approximation") == "tamsi":
+        raise StarnavError(
+            "plant_config.discrete_contact_approximation is 'tamsi', which does not drive motors by their gains; "
+            "allowed: sap, similar, lagged"
+        )
     return _laid_over(settings, defaults, "plant_config", lambda config: AddMultibodyPlant(config, DiagramBuilder()))
 
 

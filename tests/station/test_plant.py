@@ -219,3 +219,8 @@ def test_settings_are_laid_over_ours() -> None:
 def test_what_drake_does_not_know_is_refused(text: str, words: str) -> None:
     with pytest.raises(StarnavError, match=words):
         run_trial(parse_scenario(WORLD + text, name="x"))
+
+
+def test_a_solver_that_would_not_turn_the_wheels_is_refused() -> None:
+    with pytest.raises(StarnavError, match="is 'tamsi', .*; allowed: sap, similar, lagged$"):
+        scenario_plant_config({"discrete_contact_approximation": "tamsi"}, plant_config(0.005))
