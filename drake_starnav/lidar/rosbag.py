@@ -1,26 +1,22 @@
 """Scans and poses from ROS 1 and ROS 2 bags; ROS need not be installed."""
 
-import functools
 import math
 import operator
 import warnings
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from drake_starnav.errors import StarnavError, said_by
 from drake_starnav.lidar.scan_log import LoggedScan, Record, Sectors, logged_scans
+from drake_starnav.lidar.transforms import Frames, pose_along, seconds, span
 
 POSE_TOPICS = ("/odom", "/tf")
 """Where poses are looked for, in this order."""
 FIXED_TRANSFORMS = "tf_static"
 """The end of the names of topics whose transforms never change."""
-ODOMETRY = "odom"
-"""What the name of a frame has in which an odometry is given: its pose in another holds until it is corrected again."""
 
 
 def read_rosbag(
@@ -46,7 +42,7 @@ def read_rosbag(
             messages, no transform leads from the lidar to a fixed frame, the lidar is tilted, or all scans were taken
             before or after all poses.
     """
-    frames, every = _Frames(path), list(_messages(path, scan_topic, pose_topic))
+    frames, every = Frames(f"bag {path}"), list(_messages(path, scan_topic, pose_topic))
     cut = _restart(path, every, scan_topic)
     for topic, message in every[:cut]:
         if hasattr(message, "transforms"):
@@ -55,7 +51,7 @@ def read_rosbag(
         elif topic != scan_topic:
             pose = getattr(message.pose, "pose", message.pose)  # the first of a pose with its covariance
             frames.add_robot(getattr(message, "child_frame_id", ""), message.header, pose)
-    found = [(_seconds(message.header.stamp), message) for topic, message in every[:cut] if topic == scan_topic]
+    found = [(seconds(message.header.stamp), message) for topic, message in every[:cut] if topic == scan_topic]
     scans = sorted(((time, message) for time, message in found if len(message.ranges)), key=operator.itemgetter(0))
     empty = len(found) - len(scans)
     if not scans:
@@ -63,13 +59,13 @@ def read_rosbag(
     if empty:
         warnings.warn(f"bag {path}: {empty} of {len(found)} scans are left out: they have no ranges", stacklevel=2)
     chains = {frame: frames.chain(frame) for frame in {message.header.frame_id for _, message in scans}}
-    spans = {frame: _span(chain) for frame, chain in chains.items()}
+    spans = {frame: span(chain) for frame, chain in chains.items()}
     first, last = next(iter(spans.values()))
     records = []
     for time, message in scans:
         frame = message.header.frame_id
         if spans[frame][0] <= time <= spans[frame][1]:
-            pose = functools.reduce(lambda X, link: link.at(time) @ X, chains[frame], np.eye(4))
+            pose = pose_along(chains[frame], time)
             records.append(_record(time - first, message, pose, path))
     said = f"scans are from {scans[0][0]:.3f} to {scans[-1][0]:.3f} s, poses from {first:.3f} to {last:.3f} s"
     if not records:
@@ -94,7 +90,7 @@ def _restart(path: Path, messages: Sequence[tuple[str, Any]], scan_topic: str) -
         parts = message.transforms if hasattr(message, "transforms") else [message]
         for part in parts:
             stream = topic, f"{part.header.frame_id} {getattr(part, 'child_frame_id', '')}"
-            time, last = _seconds(part.header.stamp), latest.get(stream, -math.inf)
+            time, last = seconds(part.header.stamp), latest.get(stream, -math.inf)
             if time >= last:
                 latest[stream] = time
                 overtaken.pop(stream, None)
@@ -156,148 +152,6 @@ def _files(path: Path) -> list[Path]:
     return files
 
 
-@dataclass
-class _Link:
-    """The pose of a frame in another over time: rows of time, s, position, m, and quaternion (x, y, z, w).
-
-    Attributes:
-        parent, child: names of the frames.
-        moves: whether the pose changes.
-        holds: whether it holds from one sample to the next, as what corrects an odometry does.
-    """
-
-    parent: str
-    child: str
-    moves: bool
-    holds: bool = False
-    rows: list[tuple[float, ...]] = field(default_factory=list)
-
-    def at(self, time: float) -> np.ndarray:
-        """The pose at a time, interpolated between the samples, as a matrix of shape (4, 4)."""
-        table = np.array(self.rows)
-        k = int(np.clip(np.searchsorted(table[:, 0], time), 1, len(table) - 1)) if len(table) > 1 else 0
-        before, after = table[k - 1], table[k]
-        if after[4:] @ before[4:] < 0.0:
-            after = np.append(after[:4], -after[4:])  # the same rotation, by the shorter way
-        step = after[0] - before[0]
-        share = min(max((time - before[0]) / step, 0.0), 1.0) if step > 0.0 else 1.0
-        return _matrix(before + (math.floor(share) if self.holds else share) * (after - before))
-
-
-class _Turned(NamedTuple):
-    """A link in the other direction: the pose of the parent in the child."""
-
-    link: _Link
-
-    def at(self, time: float) -> np.ndarray:
-        """As of a `_Link`."""
-        return np.linalg.inv(self.link.at(time))
-
-
-class _Frames:
-    """The graph of frames that the messages of a bag describe: links by the names of parent and child."""
-
-    def __init__(self, path: Path) -> None:
-        self._path = path
-        self._links: dict[tuple[str, str], _Link] = {}
-        self._robot: _Link | None = None
-
-    def add(self, child: str, header: Any, transform: Any, *, moves: bool) -> None:
-        """A transform of `tf2_msgs/TFMessage`."""
-        key = _name(header.frame_id), _name(child)
-        link = self._links.get(key)
-        if link is None or (moves and not link.moves):
-            link = self._links[key] = _Link(*key, moves)
-        if moves or not link.moves:
-            self._sample(link, header, transform.translation, transform.rotation)
-
-    def add_robot(self, child: str, header: Any, pose: Any) -> None:
-        """A pose of the robot, whose frame may be unnamed."""
-        if self._robot is None:
-            self._robot = _Link(_name(header.frame_id), _name(child), True)
-        self._sample(self._robot, header, pose.position, pose.orientation)
-
-    def _sample(self, link: _Link, header: Any, p: Any, q: Any) -> None:
-        row = _seconds(header.stamp), p.x, p.y, p.z, q.x, q.y, q.z, q.w
-        if not all(map(math.isfinite, row)):
-            raise StarnavError(
-                f"bag {self._path}: the pose of {link.child or 'the robot'} at {row[0]:.3f} s is {row[1:]}; "
-                "allowed: finite"
-            )
-        if link.moves:
-            link.rows.append(row)
-        else:
-            link.rows = [row]
-
-    def chain(self, frame: str) -> list[_Link | _Turned]:
-        """The links from the frame of a lidar up to W: that of the robot's poses, or else the root that moves most."""
-        ways = self._ways(_name(frame))
-        if self._robot is not None:
-            if self._robot.child and self._robot.child not in ways:
-                if any(not link.moves for link in self._links.values()):
-                    warnings.warn(
-                        f"bag {self._path}: no transform leads from {self._robot.child} to the scan's frame {frame}: "
-                        "the robot's poses are taken for the lidar's",
-                        stacklevel=4,
-                    )
-                return [self._robot]
-            return [*ways[self._robot.child or self._top(_name(frame))], self._robot]
-        children = {child for _, child in self._links}
-        roots = [way for name, way in ways.items() if name not in children]
-        way = max(roots, key=lambda way: len(_moving(way)), default=[])
-        if not _moving(way):
-            names = ", ".join(sorted({name for _, name in self._links})) or "none"
-            raise StarnavError(
-                f"bag {self._path}: no transform that moves leads from the scan's frame {frame} to a fixed one; "
-                f"allowed: one of {names}, or a pose_topic"
-            )
-        for link in _moving(way):
-            link.holds = ODOMETRY in link.child.rpartition("/")[2] and len(_moving(way)) > 1
-        return way
-
-    def _ways(self, frame: str) -> dict[str, list[_Link | _Turned]]:
-        """The links to each frame that a frame is linked with, by the fewest."""
-        ways: dict[str, list[_Link | _Turned]] = {frame: []}
-        for name in (queue := [frame]):
-            for link in self._links.values():
-                there, step = (link.parent, link) if link.child == name else (link.child, _Turned(link))
-                if name in (link.parent, link.child) and there not in ways:
-                    ways[there] = [*ways[name], step]
-                    queue.append(there)
-        return ways
-
-    def _top(self, frame: str) -> str:
-        """The topmost frame that holds a frame fast."""
-        above = {link.child: link.parent for link in self._links.values() if not link.moves}
-        seen = {frame}
-        while frame in above and above[frame] not in seen:
-            frame = above[frame]
-            seen.add(frame)
-        return frame
-
-
-def _moving(chain: list[_Link | _Turned]) -> list[_Link]:
-    links = [step.link if isinstance(step, _Turned) else step for step in chain]
-    return [link for link in links if link.moves]
-
-
-def _span(chain: list[_Link | _Turned]) -> tuple[float, float]:
-    """From when to when all moving links of a chain are known, s, but for those that hold."""
-    for link in _moving(chain):
-        link.rows.sort()
-    times = [(link.rows[0][0], link.rows[-1][0]) for link in _moving(chain) if not link.holds]
-    return max(begin for begin, _ in times), min(end for _, end in times)
-
-
-def _matrix(row: np.ndarray) -> np.ndarray:
-    """The homogeneous matrix, shape (4, 4), of a row as in `_Link`; a quaternion of zeros turns nothing."""
-    out = np.eye(4)
-    out[:3, 3] = row[1:4]
-    if row[4:].any():
-        out[:3, :3] = Rotation.from_quat(row[4:]).as_matrix()
-    return out
-
-
 def _record(time: float, message: Any, X_WS: np.ndarray, path: Path) -> Record:
     """The pose and the fields of a message of an upright lidar; beams of one that is upside down turn the other way."""
     upright = float(X_WS[2, 2])
@@ -316,12 +170,3 @@ def _record(time: float, message: Any, X_WS: np.ndarray, path: Path) -> Record:
         "range_max": float(message.range_max),
         "ranges": np.array(message.ranges, dtype=float),
     }
-
-
-def _name(frame: str) -> str:
-    """A frame's name without the leading slash that ROS 1 allowed."""
-    return frame.removeprefix("/")
-
-
-def _seconds(stamp: Any) -> float:
-    return float(stamp.sec + 1e-9 * stamp.nanosec)

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from pydrake.common.eigen_geometry import Quaternion
 from pydrake.math import RigidTransform
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import Mount
+from drake_starnav.lidar.transforms import Frames, frame_name, pose_along, seconds
 from drake_starnav.runtime.intake import CLOCK, Odometry
 from drake_starnav.runtime.log import SHOWN, planned
 from drake_starnav.runtime.loop import Reading
@@ -85,7 +85,7 @@ class Ros2:
         self._transforms = self._ros.subscribe(self.absolute(self.tf_static), TRANSFORMS, DEPTH[TRANSFORMS], True)
         self._goal: Any = None
         self._first: dict[str, Any] = {}
-        self._links: dict[str, tuple[str, RigidTransform]] = {}
+        self._frames = Frames(f"transforms of {self.absolute(self.tf_static)}")
         self._frame, self._shown, self._base = "odom", -math.inf, None
         try:
             self._until(self._missing)
@@ -161,21 +161,18 @@ class Ros2:
         """Find the mounts, if transforms say where lidars are; else why they cannot be."""
         for message in self._transforms():
             for each in message.transforms:
-                p, q = each.transform.translation, each.transform.rotation
-                rotation = Quaternion(_unit(np.array((q.w, q.x, q.y, q.z))))
-                X = RigidTransform(rotation, np.array((p.x, p.y, p.z)))
-                self._links[_name(each.child_frame_id)] = _name(each.header.frame_id), X
+                self._frames.add(each.child_frame_id, each.header, each.transform, moves=False)
         odometry = self._first[self.absolute(self.odom)]
-        self._frame, base = odometry.header.frame_id, _name(odometry.child_frame_id)
-        if not self._ros.endpoints(self.absolute(self.tf_static), True):
+        self._frame, base = odometry.header.frame_id, frame_name(odometry.child_frame_id)
+        tree, mounts = self.absolute(self.tf_static), []
+        if not self._ros.endpoints(tree, True):
             return ""
-        mounts = []
         for topic, lidar in zip(self._scans, self._lidars, strict=True):
-            frame = _name(self._first[topic].header.frame_id)
-            X_BS = between(self._links, base, frame)
-            if X_BS is None:
-                tree = self.absolute(self.tf_static)
+            frame = frame_name(self._first[topic].header.frame_id)
+            way = self._frames.ways(frame).get(base)
+            if way is None:
                 return f"no transform of {tree} leads from {base} to {frame}, the frame of {topic}"
+            X_BS = RigidTransform(pose_along(way, 0.0))
             mounts.append(mount_of(X_BS, dataclasses.replace(lidar, frame=frame), float(X_BS.translation()[2])))
         self.mounts = tuple(mounts)
         return ""
@@ -232,11 +229,6 @@ class Ros2:
         self._ros.close()
 
 
-def seconds(stamp: Any) -> float:
-    """A stamp in seconds."""
-    return float(stamp.sec + 1e-9 * stamp.nanosec)
-
-
 def scan_of(message: Any) -> Any:
     """The scan of a message, as of its last beam; the message itself if it is none."""
     names = "angle_min", "angle_increment", "range_min", "range_max", "time_increment", "scan_time"
@@ -258,7 +250,7 @@ def odometry_of(message: Any) -> Odometry:
 def goal_of(message: Any, frame: str) -> Any:
     """(x, y) or (x, y, yaw) of a goal in a frame; a text that says what it is if it is in another."""
     asked, p, q = message.header.frame_id, message.pose.position, message.pose.orientation
-    if _name(asked) != _name(frame):
+    if frame_name(asked) != frame_name(frame):
         return f"in frame {asked}, and odometry in {frame}"
     return (p.x, p.y, yaw_of(q)) if any((q.x, q.y, q.z, q.w)) else (p.x, p.y)
 
@@ -266,31 +258,3 @@ def goal_of(message: Any, frame: str) -> Any:
 def yaw_of(q: Any) -> float:
     """The turn of a quaternion about z, rad."""
     return math.atan2(2.0 * (q.w * q.z + q.x * q.y), q.w * q.w + q.x * q.x - q.y * q.y - q.z * q.z)
-
-
-def between(links: dict[str, tuple[str, RigidTransform]], base: str, frame: str) -> RigidTransform | None:
-    """The pose of a frame in another, by the pose of each child in its parent; None: they are not joined."""
-    above = _poses(links, base)
-    for ancestor, X_AS in _poses(links, frame).items():
-        if ancestor in above:
-            return above[ancestor].inverse() @ X_AS
-    return None
-
-
-def _poses(links: dict[str, tuple[str, RigidTransform]], frame: str) -> dict[str, RigidTransform]:
-    """The pose of a frame in itself and in each frame above it, the nearest first."""
-    found, at = {frame: RigidTransform()}, frame
-    while at in links and links[at][0] not in found:
-        parent, X = links[at]
-        found[parent] = X @ found[at]
-        at = parent
-    return found
-
-
-def _unit(q: np.ndarray) -> np.ndarray:
-    size = float(np.linalg.norm(q))
-    return q / size if size > 0.0 else np.array((1.0, 0.0, 0.0, 0.0))
-
-
-def _name(frame: str) -> str:
-    return frame.removeprefix("/")

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import threading
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -69,6 +70,8 @@ def test_it_arrives(name, seed) -> None:
 class UdpRobot:
     """The robot's side of the loop: messages from a port, twists through a watchdog to another."""
 
+    watched = True
+
     def __init__(self, scenario, port: int, base_port: int) -> None:
         from drake_starnav.runtime.watchdog import Watched, ramp_of
 
@@ -126,7 +129,7 @@ class RealTime(threading.Thread):
             time.sleep(max(begin + self.robot.time - time.time(), 0.0))
             shift = begin - EPOCH
             reading = self.robot.read()
-            scans = [replace_time(scan, scan.time + shift) for scan in reading.scans]
+            scans = [replace(scan, time=scan.time + shift) for scan in reading.scans]
             rows = [row._replace(time=row.time + shift) for row in reading.odometry]
             self.socket.sendto(pickle.dumps((scans, rows, reading.goal)), ("127.0.0.1", self.port))
             try:
@@ -135,12 +138,7 @@ class RealTime(threading.Thread):
             except (BlockingIOError, ConnectionRefusedError):
                 pass
             self.robot.drive(type("Command", (), {"twist": np.array(twist)}))
-
-
-def replace_time(scan, time):
-    import dataclasses
-
-    return dataclasses.replace(scan, time=time)
+        self.socket.close()
 
 
 @pytest.mark.parametrize("sent", [signal.SIGKILL, signal.SIGSTOP, signal.SIGTERM])
@@ -168,5 +166,6 @@ def test_a_process_that_is_ended_or_halted(sent) -> None:
         loop.terminate()
     loop.wait(20.0)
     plant.over = True
+    plant.join()
     print(f"{sent.name}: {drove:.2f} m")
     assert stands and drove < 0.5 and not plant.robot.touched

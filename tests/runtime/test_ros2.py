@@ -14,14 +14,13 @@ import numpy as np
 import pytest
 
 pytest.importorskip("cyclonedds")
-from pydrake.math import RigidTransform, RollPitchYaw
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import ON_AXIS
 from drake_starnav.loading import load_scenario
 from drake_starnav.runtime import Navigator, drive, read_log, replay
-from drake_starnav.runtime.ros2 import Ros2, between, goal_of, odometry_of, scan_of, yaw_of
+from drake_starnav.runtime.ros2 import Ros2, goal_of, odometry_of, scan_of
 from drake_starnav.runtime.ros2_cyclone import Cyclone, configuration
 from drake_starnav.runtime.ros2_messages import MESSAGES as MAKE
 
@@ -163,21 +162,6 @@ def test_odometry_and_goals() -> None:
     assert goal_of(goal, "map") == "in frame odom, and odometry in map"
     goal.pose.orientation = MAKE.Quaternion(w=0.0)
     assert goal_of(goal, "odom") == (1.0, 2.0)
-
-
-def test_frames_are_joined_by_a_common_one() -> None:
-    upside_down = RigidTransform(RollPitchYaw(math.pi, 0.0, 0.5), [0.0, 0.0, 0.2])
-    links = {
-        "base_link": ("base_footprint", RigidTransform([0.0, 0.0, 0.1])),
-        "plate": ("base_footprint", RigidTransform([0.2, 0.1, 0.3])),
-        "laser": ("plate", upside_down),
-    }
-    X = between(links, "base_link", "laser")
-    np.testing.assert_allclose(X.translation(), [0.2, 0.1, 0.4])
-    q = X.rotation().ToQuaternion()
-    assert yaw_of(SimpleNamespace(w=q.w(), x=q.x(), y=q.y(), z=q.z())) == pytest.approx(0.5)
-    assert between(links, "base_link", "camera") is None
-    assert between({"a": ("b", X), "b": ("a", X)}, "a", "c") is None
 
 
 def test_loopback_has_no_multicast_and_peers_are_those_of_ros(monkeypatch) -> None:

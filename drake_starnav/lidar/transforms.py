@@ -1,0 +1,176 @@
+"""The graph of frames that ROS messages describe, and the pose of one frame in another over time, without ROS."""
+
+import functools
+import math
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from drake_starnav.errors import StarnavError
+
+ODOMETRY = "odom"
+"""What the name of a frame has in which an odometry is given: its pose in another holds until it is corrected again."""
+
+
+@dataclass
+class Link:
+    """The pose of a frame in another over time: rows of time, s, position, m, and quaternion (x, y, z, w).
+
+    Attributes:
+        parent, child: names of the frames.
+        moves: whether the pose changes.
+        holds: whether it holds from one sample to the next, as what corrects an odometry does.
+    """
+
+    parent: str
+    child: str
+    moves: bool
+    holds: bool = False
+    rows: list[tuple[float, ...]] = field(default_factory=list)
+
+    def at(self, time: float) -> np.ndarray:
+        """The pose at a time, interpolated between the samples, as a matrix of shape (4, 4)."""
+        table = np.array(self.rows)
+        k = int(np.clip(np.searchsorted(table[:, 0], time), 1, len(table) - 1)) if len(table) > 1 else 0
+        before, after = table[k - 1], table[k]
+        if after[4:] @ before[4:] < 0.0:
+            after = np.append(after[:4], -after[4:])  # the same rotation, by the shorter way
+        step = after[0] - before[0]
+        share = min(max((time - before[0]) / step, 0.0), 1.0) if step > 0.0 else 1.0
+        return _matrix(before + (math.floor(share) if self.holds else share) * (after - before))
+
+
+class Turned(NamedTuple):
+    """A link in the other direction: the pose of the parent in the child."""
+
+    link: Link
+
+    def at(self, time: float) -> np.ndarray:
+        """As of a `Link`."""
+        return np.linalg.inv(self.link.at(time))
+
+
+class Frames:
+    """The graph of frames that messages describe: links by the names of parent and child.
+
+    `source` is where they come from, for messages.
+    """
+
+    def __init__(self, source: str) -> None:
+        self._source = source
+        self._links: dict[tuple[str, str], Link] = {}
+        self._robot: Link | None = None
+
+    def add(self, child: str, header: Any, transform: Any, *, moves: bool) -> None:
+        """A transform of `tf2_msgs/TFMessage`."""
+        key = frame_name(header.frame_id), frame_name(child)
+        link = self._links.get(key)
+        if link is None or (moves and not link.moves):
+            link = self._links[key] = Link(*key, moves)
+        if moves or not link.moves:
+            self._sample(link, header, transform.translation, transform.rotation)
+
+    def add_robot(self, child: str, header: Any, pose: Any) -> None:
+        """A pose of the robot, whose frame may be unnamed."""
+        if self._robot is None:
+            self._robot = Link(frame_name(header.frame_id), frame_name(child), True)
+        self._sample(self._robot, header, pose.position, pose.orientation)
+
+    def _sample(self, link: Link, header: Any, p: Any, q: Any) -> None:
+        row = seconds(header.stamp), p.x, p.y, p.z, q.x, q.y, q.z, q.w
+        if not all(map(math.isfinite, row)):
+            raise StarnavError(
+                f"{self._source}: the pose of {link.child or 'the robot'} at {row[0]:.3f} s is {row[1:]}; "
+                "allowed: finite"
+            )
+        if link.moves:
+            link.rows.append(row)
+        else:
+            link.rows = [row]
+
+    def chain(self, frame: str) -> list[Link | Turned]:
+        """The links from the frame of a lidar up to W: that of the robot's poses, or else the root that moves most."""
+        ways = self.ways(frame_name(frame))
+        if self._robot is not None:
+            if self._robot.child and self._robot.child not in ways:
+                if any(not link.moves for link in self._links.values()):
+                    warnings.warn(
+                        f"{self._source}: no transform leads from {self._robot.child} to the scan's frame {frame}: "
+                        "the robot's poses are taken for the lidar's",
+                        stacklevel=4,
+                    )
+                return [self._robot]
+            return [*ways[self._robot.child or self._top(frame_name(frame))], self._robot]
+        children = {child for _, child in self._links}
+        roots = [way for name, way in ways.items() if name not in children]
+        way = max(roots, key=lambda way: len(_moving(way)), default=[])
+        if not _moving(way):
+            names = ", ".join(sorted({name for _, name in self._links})) or "none"
+            raise StarnavError(
+                f"{self._source}: no transform that moves leads from the scan's frame {frame} to a fixed one; "
+                f"allowed: one of {names}, or a pose_topic"
+            )
+        for link in _moving(way):
+            link.holds = ODOMETRY in link.child.rpartition("/")[2] and len(_moving(way)) > 1
+        return way
+
+    def ways(self, frame: str) -> dict[str, list[Link | Turned]]:
+        """The links to each frame that a frame is linked with, by the fewest."""
+        ways: dict[str, list[Link | Turned]] = {frame: []}
+        for name in (queue := [frame]):
+            for link in self._links.values():
+                there, step = (link.parent, link) if link.child == name else (link.child, Turned(link))
+                if name in (link.parent, link.child) and there not in ways:
+                    ways[there] = [*ways[name], step]
+                    queue.append(there)
+        return ways
+
+    def _top(self, frame: str) -> str:
+        """The topmost frame that holds a frame fast."""
+        above = {link.child: link.parent for link in self._links.values() if not link.moves}
+        seen = {frame}
+        while frame in above and above[frame] not in seen:
+            frame = above[frame]
+            seen.add(frame)
+        return frame
+
+
+def _moving(chain: Sequence[Link | Turned]) -> list[Link]:
+    links = [step.link if isinstance(step, Turned) else step for step in chain]
+    return [link for link in links if link.moves]
+
+
+def pose_along(chain: Sequence[Link | Turned], time: float) -> np.ndarray:
+    """The pose, shape (4, 4), of the frame in which a chain of links begins in that in which it ends, at a time, s."""
+    return functools.reduce(lambda X, link: link.at(time) @ X, chain, np.eye(4))
+
+
+def span(chain: list[Link | Turned]) -> tuple[float, float]:
+    """From when to when all moving links of a chain are known, s, but for those that hold."""
+    for link in _moving(chain):
+        link.rows.sort()
+    times = [(link.rows[0][0], link.rows[-1][0]) for link in _moving(chain) if not link.holds]
+    return max(begin for begin, _ in times), min(end for _, end in times)
+
+
+def _matrix(row: np.ndarray) -> np.ndarray:
+    """The homogeneous matrix, shape (4, 4), of a row as in `Link`; a quaternion of zeros turns nothing."""
+    out = np.eye(4)
+    out[:3, 3] = row[1:4]
+    if row[4:].any():
+        out[:3, :3] = Rotation.from_quat(row[4:]).as_matrix()
+    return out
+
+
+def frame_name(frame: str) -> str:
+    """A frame's name without the leading slash that ROS 1 allowed."""
+    return frame.removeprefix("/")
+
+
+def seconds(stamp: Any) -> float:
+    """A stamp in seconds."""
+    return float(stamp.sec + 1e-9 * stamp.nanosec)
