@@ -60,19 +60,6 @@ def _add_drive_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--quiet", action="store_true", help="no status")
 
 
-class _Towards:
-    """A robot with a goal that is given from the start."""
-
-    def __init__(self, robot: Any, goal: Sequence[float]) -> None:
-        self._robot, self._goal = robot, tuple(goal)
-        self.drive, self.close = robot.drive, robot.close
-
-    def read(self) -> Any:
-        """As the robot's, with that goal where it has none."""
-        now, scans, odometry, goal = self._robot.read()
-        return now, scans, odometry, self._goal if goal is None else goal
-
-
 def _drive(options: argparse.Namespace) -> int:
     from drake_starnav.loading import load_scenario
     from drake_starnav.runtime import Navigator, drive
@@ -89,9 +76,8 @@ def _drive(options: argparse.Namespace) -> int:
         navigator = Navigator(scenario, mounts=getattr(robot, "mounts", None))
         if hasattr(robot, "navigator"):
             robot.navigator = navigator  # whose plan it shows
-        reader = robot if options.goal is None else _Towards(robot, options.goal)
         ends = {"seconds": options.seconds, "until_reached": options.until_reached, "quiet": options.quiet}
-        driven = drive(navigator, reader, log=options.log, **ends)
+        driven = drive(navigator, robot, goal=options.goal, log=options.log, **ends)
     except StarnavError:
         robot.close()
         raise

@@ -16,31 +16,6 @@ A base that does not stand by itself when its commands end (`drive.timeout`) is 
 A name is imported when first used: the watchdog needs neither Drake nor NumPy.
 """
 
-import importlib
-from typing import TYPE_CHECKING
+from drake_starnav.utils.lazily import lazily
 
-if TYPE_CHECKING:
-    from drake_starnav.runtime.intake import Odometry as Odometry
-    from drake_starnav.runtime.log import Replayed as Replayed
-    from drake_starnav.runtime.log import read_log as read_log
-    from drake_starnav.runtime.log import replay as replay
-    from drake_starnav.runtime.loop import Driven as Driven
-    from drake_starnav.runtime.loop import Reading as Reading
-    from drake_starnav.runtime.loop import drive as drive
-    from drake_starnav.runtime.navigator import Command as Command
-    from drake_starnav.runtime.navigator import Navigator as Navigator
-    from drake_starnav.runtime.watchdog import Ramp as Ramp
-    from drake_starnav.runtime.watchdog import Watched as Watched
-
-MODULES = {
-    "Command": "navigator", "Driven": "loop", "Navigator": "navigator", "Odometry": "intake", "Ramp": "watchdog",
-    "Reading": "loop", "Replayed": "log", "Watched": "watchdog", "drive": "loop", "read_log": "log", "replay": "log",
-}  # fmt: skip
-"""Of each public name."""
-__all__ = list(MODULES)
-
-
-def __getattr__(name: str) -> object:
-    if name not in MODULES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(importlib.import_module(f"{__name__}.{MODULES[name]}"), name)
+__all__, __getattr__ = lazily(__name__, __file__)

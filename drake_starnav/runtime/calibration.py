@@ -7,7 +7,6 @@ import numpy as np
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.robot.motion import velocity_of
 from drake_starnav.runtime.execution import Told, compared
 from drake_starnav.runtime.intake import Odometry
 from drake_starnav.runtime.log import Log
@@ -46,7 +45,6 @@ def observed(log: Log, scenario: Scenario) -> Observed:
     scans: list[tuple[float, LaserScan]] = []
     rows: list[Odometry] = []
     told: list[Told] = []
-    steers = scenario.robot.limits.steers > 0.0
     took: list[float] = []
     for (now, came, odometry, _), command, sent in log.ticks:
         took.append(sent)
@@ -54,8 +52,7 @@ def observed(log: Log, scenario: Scenario) -> Observed:
         for row in filter(None, odometry):
             if all(map(math.isfinite, row)) and (not rows or row.time > rows[-1].time):
                 rows.append(row)
-        ahead, aside, turning = velocity_of(command.twist)
-        told.append(Told(now, ahead, aside, turning * ahead if steers else turning))
+        told.append(Told.of(now, command.twist, scenario.robot.limits))
     if len(scans) < ENOUGH or len(rows) < ENOUGH:
         raise StarnavError(f"the log has {len(scans)} scans and {len(rows)} poses; allowed: at least {ENOUGH} of each")
     return Observed(scenario, tuple(scans), tuple(rows), tuple(told), tuple(took))

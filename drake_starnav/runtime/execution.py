@@ -11,6 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from drake_starnav.robot.limits import Limits
+from drake_starnav.robot.motion import velocity_of
 from drake_starnav.runtime.intake import Look, Odometry
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.utils.snapshot import snapshot
@@ -39,6 +41,12 @@ class Told(NamedTuple):
     ahead: float
     aside: float
     turning: float
+
+    @staticmethod
+    def of(time: float, twist: np.ndarray, limits: Limits) -> "Told":
+        """By the twist of a base, whose last component is a curvature where it steers."""
+        ahead, aside, turning = velocity_of(twist)
+        return Told(time, ahead, aside, turning * ahead if limits.steers > 0.0 else turning)
 
 
 @snapshot

@@ -7,7 +7,7 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
@@ -76,6 +76,7 @@ def drive(
     navigator: Navigator,
     robot: DrivenRobot,
     *,
+    goal: Sequence[float] | None = None,
     log: str | Path | None = None,
     seconds: float = math.inf,
     until_reached: bool = False,
@@ -87,6 +88,7 @@ def drive(
     exception included, the base is ramped to zero and told so several times, then the robot is closed.
 
     Args:
+        goal: as of `Navigator.step`, where the robot reads none.
         log: the MCAP file to write, as of `replay`.
         seconds: after which it ends, too.
         until_reached: whether it ends when the goal is reached and the robot stands.
@@ -110,6 +112,8 @@ def drive(
                 late += tick - ticks - 1 if ticks else 0
                 ticks, since = tick, time.perf_counter()
                 reading = Reading(*robot.read())
+                if reading.goal is None:
+                    reading = reading._replace(goal=goal)
                 command = navigator.step(*reading)
                 robot.drive(command)
                 took.append(time.perf_counter() - since)

@@ -16,7 +16,7 @@ from drake_starnav.navigation import Parts, add_navigation
 from drake_starnav.navigation.parts import AS_DECLARED
 from drake_starnav.navigation.robot import robot_mounts
 from drake_starnav.planning import PlannerStatus
-from drake_starnav.robot.motion import Actuation, velocity_of
+from drake_starnav.robot.motion import Actuation
 from drake_starnav.runtime import intake as take
 from drake_starnav.runtime.execution import STANDS, Execution, Told, judged, with_command, with_look
 from drake_starnav.runtime.intake import Declared, Intake, Look
@@ -296,10 +296,8 @@ class Navigator:
     def _drive(self, command: Command) -> None:
         """Keep what is driven: it is what the next command is ramped from, and what the base is held to."""
         self._command = command
-        ahead, aside, turning = velocity_of(command.twist)
-        turning *= ahead if self.actuation.limits.steers > 0.0 else 1.0
         if math.isfinite(self._now):
-            told = Told(self._now, ahead, aside, turning)
+            told = Told.of(self._now, command.twist, self.actuation.limits)
             self._execution = with_command(self._execution, told, self.scenario.drive.delay)
         self._set_twist(self._simulator.get_mutable_context(), command.twist)
 

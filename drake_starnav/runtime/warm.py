@@ -13,6 +13,7 @@ from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import Mount
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.robot.motion import Pose, advanced, roll_out, velocity_of
+from drake_starnav.runtime.execution import Told
 from drake_starnav.runtime.intake import Odometry
 from drake_starnav.systems.twist_shield import Unshielded
 
@@ -55,14 +56,11 @@ def warm_up(navigator: "Navigator") -> None:
             for number, (lidar, mount) in enumerate(zip(lidars, mounts, strict=True)):
                 scans.append((number, _scan(rows, pose, lidar, mount, now, taken % LOST == LOST - 1)))
             taken += 1
-        velocity = velocity_of(twist)
-        turning = velocity.turning * (velocity.ahead if act.limits.steers > 0.0 else 1.0)
-        x, y, yaw = pose.tolist()
-        row = Odometry(now, x, y, yaw, velocity.ahead, turning, velocity.aside)
-        command = navigator.step(now, scans, [row], goal)
+        told, (x, y, yaw) = Told.of(now, twist, act.limits), pose.tolist()
+        command = navigator.step(now, scans, [Odometry(now, x, y, yaw, told.ahead, told.turning, told.aside)], goal)
         if scans:
             _ask_of_fast_motions(navigator, pose)
-        moved, _, _ = advanced(Pose(*pose), velocity, velocity_of(command.twist), act.hold, act.limits)
+        moved, _, _ = advanced(Pose(*pose), velocity_of(twist), velocity_of(command.twist), act.hold, act.limits)
         pose, twist = np.array(moved), command.twist
     load_uncalled()
 

@@ -2,25 +2,43 @@
 
 Run: python scripts/experiments/foreign_simulators.py [--trials N] [--seed S] [--simulators mujoco irsim]
 
-Both run in lock step, at the rates of the scenario. A time ends where the goal is reached, before the robot stands.
+Both run in lock step, at the rates of the scenario. A time ends where the goal is reached, before the robot stands. The
+second table is the CPU time of `Navigator.step`.
 Needs `pip install drake-starnav[simulators]`.
 """
 
 import argparse
 import importlib
+import time
 from typing import Any
 
 import numpy as np
 
 from drake_starnav.evaluation.jobs import trial_seed
 from drake_starnav.evaluation.summary import markdown_table
-from drake_starnav.runtime import Navigator
+from drake_starnav.runtime import Command, Navigator
 from drake_starnav.scenario.scenario_file import load_scenario
+from drake_starnav.scenario.schema import Scenario
 from drake_starnav.simulation.run import run_trial
 from tests.helpers.driver_faults import driven
 
 ROBOTS = {"mujoco": "MujocoRobot", "irsim": "IrsimRobot"}
 """Classes of `tests.helpers.*_robot`."""
+
+
+class Timed(Navigator):
+    """Keeps how much CPU each step takes, s."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        self.took: list[float] = []
+        super().__init__(scenario)
+        self.took.clear()  # of the warm-up
+
+    def step(self, *reading: Any) -> Command:
+        begin = time.thread_time()
+        command = super().step(*reading)
+        self.took.append(time.thread_time() - begin)
+        return command
 
 
 def main() -> None:
@@ -31,10 +49,10 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1000, help="of the batch (default: 1000)")
     parser.add_argument("--simulators", nargs="+", default=list(ROBOTS), choices=ROBOTS)
     options = parser.parse_args()
-    rows = []
+    rows, steps = [], []
     for name in options.scenario:
         scenario = load_scenario(name)
-        navigator, times = Navigator(scenario), np.full((options.trials, 1 + len(options.simulators)), np.nan)
+        navigator, times = Timed(scenario), np.full((options.trials, 1 + len(options.simulators)), np.nan)
         reached, touched = np.zeros(len(options.simulators), int), np.zeros(len(options.simulators), int)
         for k in range(options.trials):
             seed = trial_seed(options.seed, k)
@@ -48,6 +66,8 @@ def main() -> None:
                 touched[j] += robot.touched > 0
                 times[k, 1 + j] = robot.period * sum(each.status != "reached" for each in commands)
             print(f"{name} {k}, seed {seed}: " + ", ".join(f"{each:.1f}" for each in times[k]) + " s", flush=True)
+        shares = 1e3 * np.percentile(navigator.took, (50.0, 99.0, 100.0))
+        steps.append([name, str(len(navigator.took)), *(f"{share:.2f}" for share in shares)])
         for j, simulator in enumerate(options.simulators):
             ratios = times[:, 1 + j] / times[:, 0]
             spread = f"{np.median(ratios):.3f} ({ratios.min():.2f} to {ratios.max():.2f})"
@@ -55,6 +75,7 @@ def main() -> None:
             rows.append([simulator, name, f"{reached[j]} of {options.trials}", str(touched[j]), total, spread])
     head = ("simulator", "world", "reached", "with contact", "time / in Drake, of all", "of a drive: median (range)")
     print(markdown_table(head, rows))
+    print(markdown_table(("world", "steps", "p50, ms", "p99, ms", "longest, ms"), steps))
 
 
 if __name__ == "__main__":

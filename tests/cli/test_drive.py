@@ -8,7 +8,6 @@ import pytest
 
 from drake_starnav.cli.drive import calibrate, drive, made, replay, warm
 from drake_starnav.errors import StarnavError
-from tests.helpers.bare_robot import BareRobot
 
 ROBOT = "tests.helpers.bare_robot:BareRobot"
 
@@ -69,14 +68,3 @@ def test_the_watchdog_reads_lines(tmp_path) -> None:
     subprocess.run(command, input="[0.5, 0.1]\n", text=True, timeout=120, check=True)
     lines = path.read_text().splitlines()
     assert json.loads(lines[0])[1:] == [0.5, 0.1] and json.loads(lines[-2])[1:] == [0.0, 0.0] and lines[-1] == "closed"
-
-
-def test_a_goal_that_is_given_replaces_none() -> None:
-    from drake_starnav.cli.drive import _Towards
-    from drake_starnav.loading import load_scenario
-
-    robot = BareRobot(load_scenario("forest"))
-    assert _Towards(robot, (1.0, 2.0)).read()[3] == robot.world.goal
-    robot.world = robot.world.__class__("open", (0.0, 0.0, 0.0), (1.0, 0.0))
-    robot.read = lambda: (0.0, [], [], None)
-    assert _Towards(robot, (1.0, 2.0)).read()[3] == (1.0, 2.0)

@@ -1,5 +1,6 @@
 """However a drive ends, the base has been ramped to zero."""
 
+import math
 import os
 import signal
 import threading
@@ -133,8 +134,18 @@ def test_what_waited_before_the_drive_is_not_driven_by(navigator) -> None:
 def test_it_ends_at_the_goal_on_request(navigator) -> None:
     base = Base()
     base.world = type(base.world)("near", tuple(base.pose), (base.pose[0] + 0.7, base.pose[1]))
-    assert drive(navigator, base, seconds=20.0, until_reached=True).end == "reached"
-    assert base.stands
+    assert drive(navigator, base, goal=(0.0, 0.0), seconds=20.0, until_reached=True).end == "reached"
+    assert base.stands and math.dist(base.pose[:2], base.world.goal) < FOREST.simulation.goal_tolerance
+
+
+def test_a_goal_that_is_given_counts_where_none_is_read(navigator) -> None:
+    class Told(Base):
+        def read(self):
+            return super().read()._replace(goal=None)
+
+    base, goal = Told(), (BareRobot(FOREST).pose[0] + 0.7, BareRobot(FOREST).pose[1])
+    assert drive(navigator, base, goal=goal, seconds=20.0, until_reached=True).end == "reached"
+    assert math.dist(base.pose[:2], goal) < FOREST.simulation.goal_tolerance
 
 
 def test_another_thread_may_drive(navigator) -> None:

@@ -1,0 +1,11 @@
+from drake_starnav.runtime.intake import Odometry as Odometry
+from drake_starnav.runtime.log import Replayed as Replayed
+from drake_starnav.runtime.log import read_log as read_log
+from drake_starnav.runtime.log import replay as replay
+from drake_starnav.runtime.loop import Driven as Driven
+from drake_starnav.runtime.loop import Reading as Reading
+from drake_starnav.runtime.loop import drive as drive
+from drake_starnav.runtime.navigator import Command as Command
+from drake_starnav.runtime.navigator import Navigator as Navigator
+from drake_starnav.runtime.watchdog import Ramp as Ramp
+from drake_starnav.runtime.watchdog import Watched as Watched

@@ -1,0 +1,19 @@
+"""Public names that are imported when they are first used."""
+
+import importlib
+from collections.abc import Callable
+
+
+def lazily(package: str, file: str) -> tuple[list[str], Callable[[str], object]]:
+    """`__all__` and `__getattr__` of a package, by the lines `from module import name as name` of its stub for type
+    checkers, which is beside its file."""
+    with open(f"{file.removesuffix('.py')}.pyi", encoding="utf-8") as stub:
+        lines = [line.split() for line in stub if line.startswith("from ")]
+    modules = {name: module for _, module, _, name, *_ in lines}
+
+    def get(name: str) -> object:
+        if name not in modules:
+            raise AttributeError(f"module {package!r} has no attribute {name!r}")
+        return getattr(importlib.import_module(modules[name]), name)
+
+    return list(modules), get
