@@ -1,7 +1,7 @@
 """What a robot is like, from the log of a drive: as YAML to declare. Pure functions."""
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -73,7 +73,7 @@ def lidar_of(seen: Observed) -> dict[str, float]:
         "angle_max": round(min(turn, last.angle_min + 2.0 * math.pi), 6),
         "range_min": round(last.range_min, 4),
         "range_max": round(last.range_max, 4),
-        "rate": _rounded(several / float(np.median(times[several:] - times[:-several])), 3),
+        "rate": float(f"{several / np.median(times[several:] - times[:-several]):.3g}"),
         "noise": _up(range_noise(seen)),
         "dropout": _up(float(np.isnan(ranges).mean())),
         "delay": _up(max(float(np.quantile(late, 0.99)) - period, 0.0)),
@@ -183,7 +183,3 @@ def calibration(log: Log, scenario: Scenario) -> str:
 def _up(value: float, least: float = 0.001) -> float:
     """A value to declare: rounded up to a multiple of `least`; what is below half of that is nothing."""
     return value if math.isnan(value) else round(math.ceil(max(value / least - 0.5, 0.0)) * least, 6)
-
-
-def _rounded(value: Any, digits: int) -> float:
-    return float(f"{value:.{digits}g}")

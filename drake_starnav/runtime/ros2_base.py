@@ -12,11 +12,10 @@ TWIST, STAMPED = "geometry_msgs/Twist", "geometry_msgs/TwistStamped"
 
 
 class Endpoint(NamedTuple):
-    """A publisher or subscription of somebody else: its topic, its type, and whether it is reliable and latched."""
+    """A publisher or subscription of somebody else: its topic, its type, and whether it is latched."""
 
     topic: str
     kind: str
-    reliable: bool
     latched: bool
 
 

@@ -110,9 +110,8 @@ class Cyclone:
         found = []
         for each in self._others(publishers):
             if each.topic_name == f"rt{topic}":
-                reliable = isinstance(each.qos[Policy.Reliability], Policy.Reliability.Reliable)
                 latched = each.qos[Policy.Durability] != Policy.Durability.Volatile
-                found.append(Endpoint(topic, ros_name(each.type_name), reliable, latched))
+                found.append(Endpoint(topic, ros_name(each.type_name), latched))
         return found
 
     def topics(self) -> list[str]:

@@ -75,7 +75,6 @@ class Rclpy:
             Endpoint(
                 topic,
                 each.topic_type.replace("/msg/", "/"),
-                each.qos_profile.reliability != ReliabilityPolicy.BEST_EFFORT,
                 each.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL,
             )
             for each in get(topic)

@@ -19,6 +19,7 @@ from tests.helpers.driver_faults import BEGIN, FAULTS, HARMLESS, SLOWER, Faults,
 
 pytest.importorskip("mujoco", reason="the extra simulators is not installed")
 pytest.importorskip("irsim", reason="the extra simulators is not installed")
+from tests.helpers.irsim_robot import IrsimRobot  # noqa: E402
 from tests.helpers.mujoco_robot import EPOCH, MujocoRobot  # noqa: E402
 
 pytestmark = pytest.mark.slow
@@ -59,10 +60,10 @@ def test_what_does_no_harm_does_not_stop_it(forest, seed) -> None:
 
 
 @pytest.mark.parametrize("name", ["forest", "maze", "room"])
-@pytest.mark.parametrize("seed", range(2))
-def test_it_arrives(name, seed) -> None:
+@pytest.mark.parametrize("kind", [MujocoRobot, IrsimRobot])
+def test_it_arrives(name, kind) -> None:
     scenario = load_scenario(name)
-    robot = MujocoRobot(scenario, seed=seed)
+    robot = kind(scenario)
     commands = driven(Navigator(scenario, warm=False), robot, robot.world.timeout)
     assert commands[-1].status == "reached" and not robot.touched
 

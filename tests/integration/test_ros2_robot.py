@@ -236,8 +236,8 @@ def test_where_rclpy_is_installed_it_is_used(ros_python) -> None:
         time.sleep(0.05)
     name, came, found, topics = json.loads(process.communicate(timeout=60.0)[0])
     assert name == "Rclpy" and came == [[[1.0, math.inf], "laser"]]
-    assert found == [["/scan", "sensor_msgs/LaserScan", True, False]] and "/scan" in topics
-    assert heard == [("/cmd_vel", "geometry_msgs/TwistStamped", True, False)]
+    assert found == [["/scan", "sensor_msgs/LaserScan", False]] and "/scan" in topics
+    assert heard == [("/cmd_vel", "geometry_msgs/TwistStamped", False)]
     last = twists[-1]
     assert (last.twist.linear.x, last.twist.angular.z, last.header.frame_id) == (0.25, -0.5, "base")
     assert abs(last.header.stamp.sec - time.time()) < 60.0

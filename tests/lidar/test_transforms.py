@@ -3,9 +3,7 @@
 from types import SimpleNamespace
 
 import numpy as np
-import pytest
 
-from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.transforms import Frames, pose_along
 
 HALF = np.sqrt(0.5)
@@ -30,15 +28,3 @@ def test_frames_are_joined_by_a_common_one() -> None:
     np.testing.assert_allclose(X[:3, 3], [0.1, -0.2, 0.4], atol=1e-12)
     np.testing.assert_allclose(X[:3, :3], [[0.0, -1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, -1.0]], atol=1e-12)
     assert "camera" not in frames.ways("laser")
-
-
-def test_frames_in_a_circle_end() -> None:
-    frames = Frames("/tf_static")
-    add(frames, "a", "b", (1.0, 0.0, 0.0))
-    add(frames, "b", "a", (1.0, 0.0, 0.0))
-    assert set(frames.ways("a")) == {"a", "b"}
-
-
-def test_a_transform_that_is_not_finite_is_named() -> None:
-    with pytest.raises(StarnavError, match=r"/tf_static: the pose of laser at 0\.000 s is .*nan.*; allowed: finite"):
-        add(Frames("/tf_static"), "base_link", "laser", (np.nan, 0.0, 0.0))
