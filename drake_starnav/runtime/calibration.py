@@ -27,7 +27,8 @@ class Observed(NamedTuple):
 
     Attributes:
         scenario: that drove.
-        scans: of the first lidar, with the time at which each came, s.
+        scans: of the lidar in question, at first the first, with the time at which each came, s.
+        lidars: those of each lidar.
         rows: odometry, in order.
         told: commands.
         took: how long after its time each was sent, s.
@@ -38,24 +39,27 @@ class Observed(NamedTuple):
     rows: tuple[Odometry, ...]
     told: tuple[Told, ...]
     took: tuple[float, ...]
+    lidars: tuple[tuple[tuple[float, LaserScan], ...], ...]
 
 
 def observed(log: Log, scenario: Scenario) -> Observed:
     """What came in and was commanded; a `StarnavError` where that is too little."""
-    scans: list[tuple[float, LaserScan]] = []
+    lidars: list[list[tuple[float, LaserScan]]] = [[] for _ in scenario.all_lidars]
     rows: list[Odometry] = []
     told: list[Told] = []
     took: list[float] = []
     for (now, came, odometry, _), command, sent in log.ticks:
         took.append(sent)
-        scans += [(now, scan) for k, scan in filter(None, came) if k == 0]
+        for k, scan in filter(None, came):
+            lidars[k].append((now, scan))
         for row in filter(None, odometry):
             if all(map(math.isfinite, row)) and (not rows or row.time > rows[-1].time):
                 rows.append(row)
         told.append(Told.of(now, command.twist, scenario.robot.limits))
-    if len(scans) < ENOUGH or len(rows) < ENOUGH:
-        raise StarnavError(f"the log has {len(scans)} scans and {len(rows)} poses; allowed: at least {ENOUGH} of each")
-    return Observed(scenario, tuple(scans), tuple(rows), tuple(told), tuple(took))
+    least, scans = min(map(len, lidars)), tuple(map(tuple, lidars))
+    if least < ENOUGH or len(rows) < ENOUGH:
+        raise StarnavError(f"the log has {least} scans and {len(rows)} poses; allowed: at least {ENOUGH} of each")
+    return Observed(scenario, scans[0], tuple(rows), tuple(told), tuple(took), scans)
 
 
 def lidar_of(seen: Observed) -> dict[str, float]:
@@ -164,20 +168,28 @@ def calibration(log: Log, scenario: Scenario) -> str:
         scenario: that drove.
     """
     seen = observed(log, scenario)
-    lidar, drive, mask = lidar_of(seen), drive_of(seen), mask_of(seen)
+    drive, sections = drive_of(seen), [_section(seen._replace(scans=scans)) for scans in seen.lidars]
     seconds = seen.rows[-1].time - seen.rows[0].time
     way = float(np.hypot(*np.diff(np.array(seen.rows)[:, 1:3].T, axis=1)).sum())
     lines = [f"# {seconds:.0f} s, {way:.1f} m, {len(seen.scans)} scans, {len(seen.rows) / seconds:.0f} poses a second"]
-    if math.isnan(lidar["noise"]):
-        del lidar["noise"]
-        lines.append("# lidar.noise: unknown, as the robot never stood for half a second")
-    lines += ["lidar:", *(f"  {name}: {value:g}" for name, value in lidar.items())]
-    unknown = "  # mask: unknown, as the robot hardly moved"
-    lines.append(unknown if mask is None else f"  mask: {mask}" if mask else "  # mask: it does not see the robot")
+    lines.append("lidars:" if scenario.lidars else "lidar:")
+    for lidar, section in zip(scenario.all_lidars, sections, strict=True):
+        lines += [f"  - frame: {lidar.frame}"] * bool(scenario.lidars)
+        lines += [f"{'    ' if scenario.lidars else '  '}{line}" for line in section]
     lines += ["drive:", *(f"  {name}: {value:g}" for name, value in drive.items())]
     if drive["slip"] > 0.2 or drive["error"] > 0.1:
         lines.append("# the base does not do what it is told: look for the cause before this is declared")
     return "\n".join(lines) + "\n"
+
+
+def _section(seen: Observed) -> list[str]:
+    """What to declare of a lidar."""
+    values, mask = lidar_of(seen), mask_of(seen)
+    lines = [f"{name}: {value:g}" for name, value in values.items() if not math.isnan(value)]
+    if math.isnan(values["noise"]):
+        lines.append("# noise: unknown, as the robot never stood for half a second")
+    unknown = "# mask: unknown, as the robot hardly moved"
+    return [*lines, unknown if mask is None else f"mask: {mask}" if mask else "# mask: it does not see the robot"]
 
 
 def _up(value: float, least: float = 0.001) -> float:

@@ -12,7 +12,7 @@ from drake_starnav.runtime.calibration import calibration, drive_of, lidar_of, m
 from drake_starnav.runtime.log import RunLog
 from drake_starnav.runtime.navigator import Command
 from drake_starnav.worlds.world import World
-from tests.helpers.bare_robot import BareRobot
+from tests.helpers.bare_robot import BareRobot, TwoEyes
 
 pytest.importorskip("mcap")
 ROOM = World("room", (0.0, 0.0, 0.0), (3.0, 1.0), bounds=(-2.0, -2.0, 5.0, 3.0), cylinders=np.array([(1.6, 1.4, 0.3)]))
@@ -118,3 +118,18 @@ def test_its_yaml_is_a_scenario_s(tmp_path) -> None:
     assert len(declared.lidar.mask) == 1
     assert declared.drive.delay == pytest.approx(5 * PERIOD, abs=0.011) and declared.drive.slip >= 0.05
     assert declared.lidar.field_of_view.full_circle
+
+
+def test_each_of_two_lidars_is_declared(tmp_path) -> None:
+    lidars = "lidars: [{frame: front, beams: 360, rate: 10}, {frame: rear, beams: 360, rate: 10, noise: 0.03}]"
+    scenario = parse_scenario(lidars, name="two")
+    navigator, robot = Navigator(scenario, mounts=TwoEyes.MOUNTS, warm=False), TwoEyes(scenario, ROOM)
+    log = RunLog(tmp_path / "run.mcap", navigator)
+    while robot.time < 4.0:
+        command = Command(np.array((0.4 * (robot.time > 1.5), 0.0)), True, "driving", "")
+        log.note(robot.read(), command)
+        robot.drive(command)
+    log.close()
+    declared = parse_scenario(calibration(read_log(tmp_path / "run.mcap"), scenario), name="calibrated")
+    assert [lidar.frame for lidar in declared.lidars] == ["front", "rear"]
+    assert [lidar.rate for lidar in declared.lidars] == [10.0, 10.0]
