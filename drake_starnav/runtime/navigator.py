@@ -63,7 +63,6 @@ class Navigator:
         navigation: the systems.
         diagram: of them.
         intake: what came in and is not used up, and what was dropped.
-        late: how many periods passed without a step.
         actuation: what a command does to the robot; it holds the period of the commands.
     """
 
@@ -123,7 +122,7 @@ class Navigator:
     def reset(self) -> None:
         """Forget everything, as if nothing had come in yet."""
         size = len(self.actuation.base.components)
-        self.intake, self.late = Intake.empty(len(self._declared.lidars)), 0
+        self.intake = Intake.empty(len(self._declared.lidars))
         self._now, self._origin, self._tick = math.nan, 0.0, 0
         self._command = Command(np.zeros(size), False, "standing", "nothing has come in")
         self._execution = Execution()
@@ -192,10 +191,8 @@ class Navigator:
         if due <= self._tick:
             return self._command  # the period has not passed
         self._now = now
-        late, self._tick = due - self._tick - 1, due
-        if late > 0 and not math.isnan(elapsed):
-            self.late += late
-            self._broken = True
+        self._broken |= due > self._tick + 1 and not math.isnan(elapsed)
+        self._tick = due
         wrong, told_goal = "", None
         try:
             told_goal = take.goal_of(goal)
@@ -309,13 +306,9 @@ class Navigator:
     def _measured(self) -> np.ndarray:
         """The base's twist by its odometry, within its limits."""
         last, limits = self.intake.rows[-1], self.actuation.limits
+        twist = np.array((last.v, last.aside, last.omega) if len(self._command.twist) == 3 else (last.v, last.omega))
         if limits.steers > 0.0:
-            curvature = last.omega / last.v if abs(last.v) > STANDS else self._command.twist[-1]
-            twist = np.array((last.v, curvature))
-        elif len(self.actuation.base.components) == 3:
-            twist = np.array((last.v, last.aside, last.omega))
-        else:
-            twist = np.array((last.v, last.omega))
+            twist[1] = last.omega / last.v if abs(last.v) > STANDS else self._command.twist[1]
         return self.actuation.base.saturated(twist, limits)
 
     def _fix(self, name: str, value: Any) -> None:
