@@ -29,7 +29,7 @@ MODEL = """<mujoco><option timestep="0.005" integrator="implicitfast"/><compiler
 
 def main(png: Path | None) -> None:
     """Drive, and say how it went."""
-    scenario = load_scenario("forest", overrides=["lidar.rate=50"])
+    scenario = load_scenario("forest", overrides=["lidar.rate=50", "controller.rate=50"])
     lidar, radius = scenario.lidar, scenario.robot.radius
     world = make_world(scenario.world, 0, radius)
     stand = [f'<geom type="cylinder" size="{r} 0.5" pos="{x} {y} 0.5"/>' for x, y, r in world.cylinders]

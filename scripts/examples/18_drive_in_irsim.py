@@ -25,7 +25,7 @@ def main(png: Path | None) -> None:
     """Drive, and say how it went."""
     with contextlib.redirect_stdout(io.StringIO()):
         import irsim  # here, as it prints
-    scenario = load_scenario("forest", overrides=["lidar.rate=50"])
+    scenario = load_scenario("forest", overrides=["lidar.rate=50", "controller.rate=50"])
     world, lidar, radius = make_world(scenario.world, 0, scenario.robot.radius), scenario.lidar, scenario.robot.radius
     obstacles = [
         {"shape": {"name": "circle", "radius": r}, "state": [x, y, 0.0]} for x, y, r in world.cylinders.tolist()

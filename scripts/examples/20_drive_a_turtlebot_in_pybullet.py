@@ -21,7 +21,8 @@ from drake_starnav.runtime import Navigator, Odometry
 URDF = Path(os.environ.get("TURTLEBOT3", "/opt/ros/jazzy/share/turtlebot3_description")) / "urdf/turtlebot3_burger.urdf"
 POSTS = np.array([(0.9, 0.1, 0.1), (1.5, -0.6, 0.15), (1.6, 0.7, 0.15), (2.3, 0.0, 0.1)])
 DECLARED = """robot: {{model: {file}, radius: 0, max_speed: 0.22, max_acceleration: 0.5, max_yaw_rate: 1.5}}
-lidar: {{frame: base_scan, rate: 5, range_min: 0.12, range_max: 3.5}}"""
+lidar: {{frame: base_scan, rate: 5, range_min: 0.12, range_max: 3.5}}
+controller: {{rate: 50}}"""
 
 
 def main(png: Path | None) -> None:

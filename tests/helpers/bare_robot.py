@@ -91,7 +91,7 @@ class TwoEyes(BareRobot):
     def read(self):
         reading, lidar, scans = super().read(), self.scenario.lidar, []
         for k, mount in enumerate(self.MOUNTS):
-            if self.ticks % 5 == 2 * k:  # 10 Hz each
+            if self.ticks % 4 == 2 * k:  # 10 Hz each
                 scan = scan_from(self.shapes, composed(self.pose, mount[:3]), lidar, k, self.ticks)
                 scans.append((k, replace(scan, time=reading.now)))
         return reading._replace(scans=scans)
