@@ -1,10 +1,12 @@
 """Search of a grid by a bucket queue: Dijkstra's from a goal, or A* towards a source."""
 
+import math
+
 import numpy as np
 from numba import njit
 
 from drake_starnav.geometry.compiled import largest, leaf
-from drake_starnav.surroundings.region_union import cover_of
+from drake_starnav.surroundings.region_union import CELL, newest_around
 
 UNREACHED = 2**30
 """Costs are stored less this, so that 0, of which memory is full at no cost, stands for what was not reached."""
@@ -25,7 +27,7 @@ def bucket_dijkstra(weight, cost, goal, source, known):
             known regions it is raised.
         cost: same shape, int32.
         goal, source: cells.
-        known: the union of known regions, where cell (1, 1) lies in W, the size of a cell, m, and by how much
+        known: the indexed union of known regions, where cell (1, 1) lies in W, the size of a cell, m, and by how much
             the weight is raised; by 0, the union does not matter.
     """
     ny = weight.shape[1]
@@ -77,7 +79,8 @@ def bucket_dijkstra(weight, cost, goal, source, known):
                     continue
                 if unknown > 0 and costs[n] == 0:
                     x, y = origin[0] + (i + rows[k] - 1) * cell, origin[1] + (j + columns[k] - 1) * cell
-                    if cover_of(center, bearing_0, values, marks, corner, (x, y, 0.0)) < 0:
+                    a, b = int(math.floor(x / CELL)) - corner[0], int(math.floor(y / CELL)) - corner[1]
+                    if newest_around(center, bearing_0, values, marks, (a, b), (x, y, 0.0)) < 0:
                         w[n] += unknown
                 candidate = reached + w[n] * lengths[k]
                 if candidate < costs[n]:

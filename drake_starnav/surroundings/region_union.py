@@ -105,13 +105,7 @@ def _covers_at(union, points, slack):
 @leaf
 def cover_at(union, x, y, slack):
     """Index of the newest region of a union that contains (x, y), or up to `slack` beyond its boundary, m; or -1."""
-    return cover_of(union.center, union.bearing_0, union.values, union.marks, union.corner, (x, y, slack))
-
-
-@leaf
-def cover_of(center, bearing_0, values, marks, corner, place):
-    """The same of the fields of a union, for loops."""
-    x, y, slack = place
+    center, bearing_0, values, marks, corner = union.center, union.bearing_0, union.values, union.marks, union.corner
     if marks.shape[0] == 0:
         for k in range(len(bearing_0) - 1, -1, -1):
             if covers(center, bearing_0, values, k, x, y, slack):
@@ -120,12 +114,12 @@ def cover_of(center, bearing_0, values, marks, corner, place):
     found = -1
     for i in range(math.floor((x - slack) / CELL) - corner[0], math.floor((x + slack) / CELL) - corner[0] + 1):
         for j in range(math.floor((y - slack) / CELL) - corner[1], math.floor((y + slack) / CELL) - corner[1] + 1):
-            found = max(found, _newest(center, bearing_0, values, marks, (i, j), (x, y, slack)))
+            found = max(found, newest_around(center, bearing_0, values, marks, (i, j), (x, y, slack)))
     return found
 
 
 @leaf
-def _newest(center, bearing_0, values, marks, cell, place):
+def newest_around(center, bearing_0, values, marks, cell, place):
     """The same of the regions in a cell (i, j) of the index, at a place (x, y) with its slack."""
     (i, j), (x, y, slack) = cell, place
     if not (0 <= i < marks.shape[0] and 0 <= j < marks.shape[1]):
