@@ -15,6 +15,8 @@ from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.robot.motion import Pose, advanced, roll_out, velocity_of
 from drake_starnav.runtime.execution import Told
 from drake_starnav.runtime.intake import Odometry
+from drake_starnav.surroundings.observation import Observation
+from drake_starnav.surroundings.scan_averaging import mean_scan
 from drake_starnav.systems.twist_shield import Unshielded
 
 if TYPE_CHECKING:
@@ -62,6 +64,8 @@ def warm_up(navigator: "Navigator") -> None:
             _ask_of_fast_motions(navigator, pose)
         moved, _, _ = advanced(Pose(*pose), velocity_of(twist), velocity_of(command.twist), act.hold, act.limits)
         pose, twist = np.array(moved), command.twist
+    seen = Observation(None, _scan(rows, pose, lidars[0], mounts[0], now, False), pose)
+    mean_scan((seen, seen), math.inf)  # asked only where hits seem to close the way
     load_uncalled()
 
 
