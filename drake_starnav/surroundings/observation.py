@@ -2,13 +2,14 @@
 
 import dataclasses
 import math
+from dataclasses import field
 
 import numpy as np
 
-from drake_starnav.geometry.se2 import composed
+from drake_starnav.geometry.se2 import composed, placed
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.surroundings.margins import Margins
-from drake_starnav.surroundings.star_region import StarRegion, scan_region
+from drake_starnav.surroundings.star_region import StarRegion, clear_of, scan_region
 from drake_starnav.utils.snapshot import snapshot
 
 
@@ -20,11 +21,14 @@ class Observation:
         region: star-shaped region of the scan, W; None before the first scan.
         scan: in S.
         pose: (x, y, yaw) of S in W when the scan was taken.
+        beside: hits of earlier scans near the robot where this one did not look, shape (k, 2), W, m; they bound the
+            region, too.
     """
 
     region: StarRegion | None
     scan: LaserScan
     pose: np.ndarray
+    beside: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
 
     @staticmethod
     def none() -> "Observation":
@@ -40,9 +44,9 @@ class Observation:
         """The same observation with the region of a robot of another radius (m) or with other margins."""
         samples = None if self.region is None else len(self.region.free_range)
         region = scan_region(self.scan, self.pose, radius, margins, samples)
-        return dataclasses.replace(self, region=region)
+        return dataclasses.replace(self, region=clear_of(region, self.beside, radius))
 
     def moved(self, frame: np.ndarray) -> "Observation":
         """The same observation in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""
         region = None if self.region is None else self.region.moved(frame)
-        return Observation(region, self.scan, composed(frame, self.pose))
+        return Observation(region, self.scan, composed(frame, self.pose), placed(frame, self.beside))

@@ -9,7 +9,7 @@ import numpy as np
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.footprint import Footprint
-from drake_starnav.geometry.se2 import now_in
+from drake_starnav.geometry.se2 import now_in, placed
 from drake_starnav.lidar.deskew import deskewed
 from drake_starnav.lidar.field_of_view import ROUNDING, TURN
 from drake_starnav.lidar.laser_scan import LaserScan
@@ -21,10 +21,10 @@ from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.observation import Observation
 from drake_starnav.surroundings.safe_region import SCAN_PATIENCE, CertifiedRegion, ScanMemory, certified_region
 from drake_starnav.surroundings.scan_averaging import AVERAGED_WITHIN, averaged
-from drake_starnav.surroundings.star_region import scan_region
+from drake_starnav.surroundings.star_region import clear_of, scan_region
 from drake_starnav.surroundings.start import Start
 from drake_starnav.surroundings.unseen import start_radius
-from drake_starnav.surroundings.views import hit_points, hits_seen, merged, surround
+from drake_starnav.surroundings.views import hit_points, hits_beside, hits_seen, merged, surround
 from drake_starnav.utils.snapshot import snapshot
 from drake_starnav.utils.timing import EARLY
 
@@ -181,13 +181,17 @@ def perceive(
     smoothing = margins.smoothed_beams, margins.smoothing_slack
     alone = len(near) == 1 and mounts[0].offset == 0.0
     surrounded = surround(near, mounts, footprint)
-    known = [] if alone or surrounded else before.safety.seen_from(pose)
+    known = [] if surrounded else before.safety.seen_from(pose)
     hits, around = hits_seen(near, mounts, smoothing), merged(near, mounts, footprint, known)
     scan = around if noise is None else merged(scans, mounts, footprint, known)
     safe_radius = robot_radius + margins.safety
     memorised = margins.safety_range + 2.0 * safe_radius, SCAN_MEMORY
     distance = smoothed_distances(scan, margins.smoothing_slack)
-    region = scan_region(scan, pose, robot_radius, margins, samples, distance)
+    region, beside = scan_region(scan, pose, robot_radius, margins, samples, distance), np.zeros((0, 2))
+    if alone and known:
+        beside = hits_beside(near, mounts, known)[0]
+        beside = placed(pose, beside[np.hypot(*beside.T) < memorised[0]])
+        region = clear_of(region, beside, robot_radius)
     arguments = distance, pose, safe_radius, margins.safety_range, memorised
     safety, memory = certified_region(before.memory, around, *arguments, hits)
     if margins.average_scans and around.motion is None:
@@ -205,7 +209,7 @@ def perceive(
     offset = 0.0 if surrounded else max(0.0, *(mount.x for mount in mounts))
     reach = margins.safety_range + 2.0 * (footprint.radius + margins.safety)
     safety = _remembering(before, safety, alone and surrounded, (pose, reach, offset), settings)
-    return Perceived(Observation(region, scan, pose), safety, memory, looks)
+    return Perceived(Observation(region, scan, pose, beside), safety, memory, looks)
 
 
 def _seen_by(

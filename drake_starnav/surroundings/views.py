@@ -91,16 +91,27 @@ def merged(
     for scan, mount in zip(scans, mounts, strict=True):
         _add_thin(distance, kind, *hit_points(scan, mount))
     if earlier:
-        hits = [_hit_points(beams, (0, 0.0), 0.0, 0.0) for beams, _ in earlier]
-        points = np.vstack([placed(pose, ends) for (_, pose), (ends, _) in zip(earlier, hits, strict=True)])
-        views = zip(scans, mounts, strict=True)
-        unseen = ~np.any([looks_at(scan.field_of_view, mount, points) for scan, mount in views], axis=0)
-        _add_thin(distance, kind, points[unseen], np.concatenate([gaps for _, gaps in hits])[unseen])
+        _add_thin(distance, kind, *hits_beside(scans, mounts, earlier))
     ranges = np.where(kind == SURFACE, distance, np.where(kind == OPEN, math.nan, math.inf))
     return LaserScan(
         scans[0].time, -math.pi, TURN / BEARINGS, 0.0, far, ranges, lost_beams=True, free=distance,
         scan_time=scans[0].scan_time, body=scans[0].body,
     )  # fmt: skip
+
+
+def hits_beside(
+    scans: Sequence[LaserScan], mounts: Sequence[Mount], earlier: Sequence[tuple[Beams, np.ndarray]]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Hits of earlier looks, not on moving obstacles, where no lidar looks: points (n, 2) in B, and their `half_gaps`.
+
+    The arguments are those of `merged`; there is at least one earlier look.
+    """
+    hits = [_hit_points(beams, (0, 0.0), 0.0, 0.0) for beams, _ in earlier]
+    kept = np.concatenate([beams.kinds[beams.kinds & HIT != 0] & MAPPABLE != 0 for beams, _ in earlier])
+    points = np.vstack([placed(pose, ends) for (_, pose), (ends, _) in zip(earlier, hits, strict=True)])
+    for scan, mount in zip(scans, mounts, strict=True):
+        kept &= ~looks_at(scan.field_of_view, mount, points)
+    return points[kept], np.concatenate([gaps for _, gaps in hits])[kept]
 
 
 def looks_at(view: FieldOfView, mount: Mount, points: np.ndarray) -> np.ndarray:

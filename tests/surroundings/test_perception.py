@@ -56,7 +56,29 @@ def test_the_number_of_beams_may_vary_from_scan_to_scan() -> None:
     assert max(np.abs(samples - free[0]).mean() for samples in free) < 0.03
 
 
-def test_the_region_of_a_lidar_on_the_axis_is_that_of_its_scan_alone_however_far_it_looks_around() -> None:
+def test_the_region_of_a_limited_view_ends_at_what_was_hit_beside_the_view() -> None:
+    """Rays along the edge of a view tell nothing of what stands beside them: the robot is as wide on both sides."""
+    post, view = np.array((1.0, 0.0)), math.radians(135.0)
+    world = World("post", (0.0, 0.0, 0.0), (5.0, 0.0), cylinders=[(*post, 0.05)])
+    state = Perceived.nothing()
+    for number, turned in enumerate((0.0, -view - 0.1)):  # the post is 0.1 rad beside the view at last
+        pose = np.array((0.0, 0.0, turned))
+        scan = cast(world, pose, beams=541, angle_min=-view, angle_increment=view / 270)
+        state = perceive(state, (dataclasses.replace(scan, time=0.1 * number),), pose, SETTINGS)
+    region = state.observation.region
+    assert region is not None
+    assert not state.observation.scan.hits.any() and len(state.observation.beside)
+    again = state.observation.refitted(RADIUS, MARGINS).region
+    assert again is not None and np.array_equal(again.free_range, region.free_range)
+    wider = state.observation.refitted(RADIUS + 0.05, MARGINS).region
+    assert wider is not None and wider.free_range.sum() < region.free_range.sum()
+    around = 0.05 + RADIUS - 0.01
+    ring = post + around * np.column_stack((np.cos(np.linspace(0, 6.28, 99)), np.sin(np.linspace(0, 6.28, 99))))
+    assert not region.contains(ring).any()
+    assert region.contains(np.array((0.0, -2.0)))
+
+
+def test_a_lidar_on_the_axis_is_not_merged_with_what_it_saw_before() -> None:
     for view in (math.pi, math.radians(135.0), math.radians(90.0)):
         scan = cast(POST, POSES[0], beams=361, angle_min=-view, angle_increment=2.0 * view / 360)
         state = perceive(Perceived.nothing(), (scan,), POSES[0], SETTINGS)
