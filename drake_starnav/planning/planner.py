@@ -49,7 +49,7 @@ def plan_step(state: PlannerState, inputs: PlannerInput) -> PlannerState:
         return state
     check_beams(state.roadmap, observation)
     state, stalled = watched(state, inputs)
-    here = open_part(state, observation.region)
+    here, closures = open_part(state, observation.region), state.closures
     check = check_plan(state, here, inputs)
     failed = _failed_way(state, inputs) if stalled else EMPTY_PATH
     state = _remembered(state, check, observation)
@@ -60,20 +60,22 @@ def plan_step(state: PlannerState, inputs: PlannerInput) -> PlannerState:
         state = _along_path(state, check, inputs)
     if not len(state.path):
         state = _planned(state, stalled, inputs)
-    return _manoeuvred(_anticipating(looking_aside(state, inputs), inputs), inputs)
+    here = here if state.closures is closures else open_part(state, observation.region)
+    return _manoeuvred(_anticipating(looking_aside(state, inputs), here, inputs), inputs)
 
 
-def _anticipating(state: PlannerState, inputs: PlannerInput) -> PlannerState:
-    """The state with guidance to the last point of the optimistic path in sight inside what is open of the region.
+def _anticipating(state: PlannerState, here: StarRegion, inputs: PlannerInput) -> PlannerState:
+    """The state with guidance to the last point of the optimistic path in sight inside `here`, the region's open part.
 
     None on the way to another way point or to the goal, and while none of the next part of that path is in sight.
     """
     if state.aside is not None or state.status is not PlannerStatus.EXPLORING or len(state.path) != 1:
         return state
-    assert inputs.observation.region is not None
-    here, path = open_part(state, inputs.observation.region).alone, state.optimistic_path
-    ahead = points_ahead(path, *inputs.position.tolist(), here, inputs.robot_radius)
-    return state if ahead < 0 else dataclasses.replace(state, aside=Guidance(path[ahead : ahead + 1], False, here))
+    path = state.optimistic_path
+    ahead = points_ahead(path, *inputs.position.tolist(), here.alone, inputs.robot_radius)
+    if ahead < 0:
+        return state
+    return dataclasses.replace(state, aside=Guidance(path[ahead : ahead + 1], False, here.alone))
 
 
 def _manoeuvred(state: PlannerState, inputs: PlannerInput) -> PlannerState:

@@ -157,6 +157,16 @@ class KinematicMotion:
 
 
 @njit(cache=True)
+def _sampled(pose, twist, target, does, samples):
+    """All samples of the motion that `sample` writes, from where on it brakes, and whether the wheels grip."""
+    count, _, braking, grips = sample(pose, twist, target, does, samples)
+    if count > len(samples):
+        samples = np.empty((count, 6))
+        sample(pose, twist, target, does, samples)
+    return samples[:count], braking, grips
+
+
+@njit(cache=True)
 def _burst(pose, twist, asked, seen, does, shape, poses):
     """`KinematicMotion.burst` on arrays, which writes the poses and the last twist: its three counts.
 
@@ -171,18 +181,16 @@ def _burst(pose, twist, asked, seen, does, shape, poses):
     (desired, proposals, certifies), (cover, body) = asked, shape
     is_disc, samples, limits = len(body.polygons.ends) == 0, np.empty((SAMPLES, 6)), Limits(*does[4:])
     changed = braked = braking = 0
+    motion = samples
     for k in range(len(poses)):
         chosen = -1
         for p in range(len(proposals)):
-            count, _, braking, grips = sample(pose, twist, proposals[p], does, samples)
-            if count > len(samples):
-                samples = np.empty((count, 6))
-                sample(pose, twist, proposals[p], does, samples)
+            motion, braking, grips = _sampled(pose, twist, proposals[p], does, samples)
             if not certifies or (
                 grips
                 and (
-                    covered(seen.star, samples[:count], cover)
-                    or keeps_clear(samples[:count], seen.surfaces, seen.looks, body, seen.sizes)
+                    covered(seen.star, motion, cover)
+                    or keeps_clear(motion, seen.surfaces, seen.looks, body, seen.sizes)
                 )
             ):
                 chosen = p
@@ -193,16 +201,13 @@ def _burst(pose, twist, asked, seen, does, shape, poses):
         else:
             braked += 1
             target = braking_twist(twist, desired, limits, is_disc)
-            count, _, braking, _ = sample(pose, twist, target, does, samples)
-            if count > len(samples):
-                samples = np.empty((count, 6))
-                sample(pose, twist, target, does, samples)
+            motion, braking, _ = _sampled(pose, twist, target, does, samples)
         velocity = velocity_of(twist)
         after, _ = ramped_velocity(velocity, velocity_of(target), does[1], limits)
         twist[0], twist[-1] = after.ahead, after.turning
         if len(twist) == 3:
             twist[1] = after.aside
-        poses[k] = samples[braking, :3]
+        poses[k] = motion[braking, :3]
         if velocity == after and (poses[k] == pose).all():
             return k + 1, changed, braked
         pose[:] = poses[k]

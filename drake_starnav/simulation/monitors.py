@@ -45,9 +45,7 @@ class FootprintLog(LeafSystem):
 
 def add_monitors(builder: DiagramBuilder, navigation: Navigation, scenario: Scenario) -> list[VectorLogSink]:
     """Add what ends a trial, and the logs of the robot's states and of its commands, which cause no steps."""
-    period = (
-        1.0 / scenario.controller.rate
-    )  # as the collision monitor: this causes no steps, and the state is calculated once
+    period = 1.0 / scenario.controller.rate  # the collision monitor's: no further steps, and the state is shared
     add_collision_monitor(builder, navigation)
     if navigation.footprint is not None:
         log = builder.AddNamedSystem(FOOTPRINT_LOG, FootprintLog(period))

@@ -235,7 +235,7 @@ def _seen_by(
 def _remembering(
     before: Perceived,
     safety: CertifiedRegion,
-    alone: bool,
+    all_around: bool,
     place: tuple[np.ndarray, float, float],
     settings: PerceptionSettings,
 ) -> CertifiedRegion:
@@ -244,7 +244,7 @@ def _remembering(
     Args:
         before: the state before the scan.
         safety: of the scan.
-        alone: whether it is that of one lidar on the axis that looks all around.
+        all_around: whether it is that of one lidar on the axis that looks all around.
         place: the robot's pose, within which distance of it looks are kept, and how far ahead of the axis lidars are
             whose views do not surround the robot; m.
         settings: of robot and sensors.
@@ -257,7 +257,7 @@ def _remembering(
         x, y, yaw = (pose - before.observation.pose).tolist()
         driven = last.driven[0] + math.hypot(x, y), last.driven[1] + abs(math.remainder(yaw, TURN))
         earlier = remembered(last.earlier, last.newest, driven, (pose, safety.time), kept)
-    elif not alone:
+    elif not all_around:
         start = Start.of(start_radius(footprint, margins.safety, offset))
         earlier = (Known(start, _place(pose), safety.time),)
     begun = earlier[-1].look if earlier else None
