@@ -103,12 +103,17 @@ class RobotParameters(Checked, place="robot"):
                 f"robot.footprint is {shown(self.footprint)} and reaches {circumscribed:.4g} m from the robot's axis; "
                 f"allowed: up to {LARGEST_RADIUS:g} m, with corners in metres"
             )
-        if self.radius not in (RobotParameters.radius, circumscribed):
-            raise StarnavError(
-                f"robot.radius is {self.radius:g} m beside robot.footprint; allowed: one of them, as the radius of a "
-                "polygon follows from it"
-            )
+        if self.radius != RobotParameters.radius:
+            self.check_beside(self.radius)
         object.__setattr__(self, "radius", circumscribed)
+
+    def check_beside(self, radius: Any) -> None:
+        """Raise a `StarnavError` for a radius beside its footprint, but for 0 and the one that follows from it."""
+        if radius not in (0.0, self.shape.radius):
+            raise StarnavError(
+                f"robot.radius is {shown(radius)} beside robot.footprint; allowed: one of them, the other taken back by "
+                f"robot.radius=0 or robot.footprint=[], or the footprint's radius, {self.shape.radius!r} m"
+            )
 
     @cached_property
     def shape(self) -> Footprint:

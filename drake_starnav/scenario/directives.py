@@ -8,7 +8,8 @@ from typing import Any
 import yaml
 
 from drake_starnav.errors import StarnavError, shown
-from drake_starnav.robot import MODEL_FILES
+from drake_starnav.parameters import build
+from drake_starnav.robot import MODEL_FILES, RobotParameters
 from drake_starnav.utils.files import read_text, reason_of
 from drake_starnav.utils.resources import model_path
 from drake_starnav.utils.yaml_text import Loader, SectionDumper, Tagged, load_yaml
@@ -17,8 +18,8 @@ from drake_starnav.worlds.formats.world_file import shipped_file
 
 SAID = ("robot", "lidar")
 """Mappings that the YAML file beside a robot's model may hold, beside the list `lidars`; all else is not read."""
-EXCLUSIVE = ("radius", "footprint")
-"""Who says one of these of a robot does not want the other from its model's file."""
+SHAPE = ("radius", "footprint")
+"""Either of these says what a robot covers."""
 
 
 def move_directives(sections: dict[str, Any], place: str) -> None:
@@ -121,8 +122,29 @@ def of_model(model: str, sections: Mapping[str, Any]) -> dict[str, Any]:
         part, own = content.get(name) or {}, sections.get(name)
         if not isinstance(part, dict):
             raise StarnavError(f"{path}: {name} is {shown(part)}; allowed: a mapping, as in a scenario")
-        unwanted = {"model"}
-        if isinstance(own, dict) and any(key in own for key in EXCLUSIVE):
-            unwanted |= set(EXCLUSIVE)
-        found[name] = {key: value for key, value in part.items() if key not in unwanted}
+        found[name] = {key: value for key, value in beneath(part, own).items() if key != "model"}
     return found
+
+
+def beneath(lower: Any, upper: Any) -> dict[str, Any]:
+    """What a mapping says beneath another one, or nothing if it is none: no shape, if the upper one says a shape."""
+    says = isinstance(upper, dict) and any(key in upper for key in SHAPE)
+    return {
+        key: value for key, value in (lower if isinstance(lower, dict) else {}).items() if not (says and key in SHAPE)
+    }
+
+
+def with_one_shape(robot: Any) -> Any:
+    """The section `robot` of a scenario with `radius` or `footprint`: [] is no footprint, 0 beside one no radius.
+
+    Raises:
+        StarnavError: it says both, and they differ.
+    """
+    if not isinstance(robot, dict):
+        return robot
+    kept = {key: value for key, value in robot.items() if key != "footprint" or value != []}
+    if all(key in kept for key in SHAPE):
+        RobotParameters.check_beside(
+            build(RobotParameters, {"footprint": kept["footprint"]}, "robot"), kept.pop("radius")
+        )
+    return kept

@@ -97,11 +97,11 @@ def parse_scenario(
 
 
 def _scenario(sections: dict[str, Any], name: str, place: str, method: str) -> Scenario:
-    robot = sections.get("robot")
+    robot = sections["robot"] = directives.with_one_shape(sections.get("robot"))
     model = str(robot.get("model", RobotParameters.model) if isinstance(robot, dict) else RobotParameters.model)
     limits, parts = directives.of_model(model, sections), {}
     said = {**limits.get("robot", {}), **(robot if isinstance(robot, dict) else {})}
-    if model.endswith(MODEL_FILES) and not said.keys() & set(directives.EXCLUSIVE):
+    if model.endswith(MODEL_FILES) and not said.keys() & set(directives.SHAPE):
         sections["robot"]["radius"] = 0.0  # as of the model
     settings = method_settings(method)
     for key, cls in SECTIONS.items():
@@ -136,7 +136,7 @@ def _robots(sections: dict[str, Any], name: str, place: str, method: str) -> lis
         called = own.pop("name", f"{re.sub(NOT_IN_NAMES, '_', model)}_{k + 1}")
         if not isinstance(called, str) or not called or re.search(NOT_IN_NAMES, called):
             raise StarnavError(f"{at}.name is {shown(called)}; allowed: a text of letters, digits, _, - and .")
-        own = {**sections, **parts, "robot": {**(common if isinstance(common, dict) else {}), **own}, "goals": goals}
+        own = {**sections, **parts, "robot": {**directives.beneath(common, own), **own}, "goals": goals}
         try:
             robot = _scenario(own, called, place, method)
         except StarnavError as error:
@@ -278,10 +278,6 @@ def _override(sections: dict[str, Any], text: str) -> None:
     if not isinstance(sections.get(part), dict):
         sections[part] = {}
     sections[part][names[1]] = parsed
-    if part == "robot" and names[1] in directives.EXCLUSIVE:
-        # what is said last of the robot's shape replaces what was said before
-        for other in set(directives.EXCLUSIVE) - {names[1]}:
-            sections[part].pop(other, None)
 
 
 def _world(mapping: Any, place: str) -> Any:

@@ -14,7 +14,7 @@ from pydrake.multibody.tree import BodyIndex
 from drake_starnav.errors import StarnavError, shown
 from drake_starnav.geometry.footprint import ROUNDING, Footprint, protrusion
 from drake_starnav.robot import RobotParameters
-from drake_starnav.scenario.directives import EXCLUSIVE, of_model
+from drake_starnav.scenario.directives import SHAPE, of_model
 from drake_starnav.station.robot_geometry import TOLERANCE, RobotModel
 from drake_starnav.station.world_geometry import upright_prism
 
@@ -116,7 +116,7 @@ def _growth(shape: Footprint, own: Footprint) -> float:
 def own_body(model: str) -> dict[str, Any]:
     """`radius` or `footprint` of a shipped robot, as its file says."""
     said = of_model(model, {}).get("robot", {})
-    return {key: said[key] for key in EXCLUSIVE if key in said}
+    return {key: said[key] for key in SHAPE if key in said}
 
 
 def _without_body(root: ElementTree.Element, *, keeps_looks: bool) -> tuple[float, float]:

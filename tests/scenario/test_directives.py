@@ -118,11 +118,58 @@ def test_a_model_may_have_several_lidars(tmp_path: Path) -> None:
         (", footprint: [[0.3, 0.4], [-0.3, 0.4], [-0.3, -0.4], [0.3, -0.4]]", LIMITS, 0.5),
         (", radius: 0.7", "robot: {footprint: [[3, 4], [-3, 4], [-3, -4], [3, -4]]}", 0.7),
         ("", "robot: {footprint: [[0.3, 0.4], [-0.3, 0.4], [-0.3, -0.4], [0.3, -0.4]], model: other.urdf}", 0.5),
+        (", footprint: []", LIMITS, 0.4),
+        (", footprint: []", "robot: {footprint: [[3, 4], [-3, 4], [-3, -4], [3, -4]]}", 5.0),
     ],
 )
-def test_radius_and_footprint_replace_each_other(tmp_path: Path, said: str, limits: str, radius: float) -> None:
+def test_radius_or_footprint_replaces_what_the_model_s_file_says(
+    tmp_path: Path, said: str, limits: str, radius: float
+) -> None:
     robot = of(tmp_path, said, limits).robot
     assert robot.radius == pytest.approx(radius) and Path(robot.model).name == "cart.urdf"
+
+
+SQUARE = "[[0.3, 0.4], [-0.3, 0.4], [-0.3, -0.4], [0.3, -0.4]]"
+
+
+@pytest.mark.parametrize("radius", ["0.25", "0.3", "wide"])
+@pytest.mark.parametrize(
+    ("written", "set_"),
+    [
+        ("robot: {{footprint: {0}, radius: {1}}}", []),
+        ("robot: {{footprint: {0}}}", ["robot.radius={1}"]),
+        ("robot: {{radius: {1}}}", ["robot.footprint={0}"]),
+        ("robot: {{base: omnidirectional}}", ["robot.footprint={0}", "robot.radius={1}"]),
+        ("robot: {{model: carrier}}", ["robot.radius={1}", "robot.footprint={0}"]),
+        (
+            "robots: [{{start: [1, 1, 0], goal: [2, 2], footprint: {0}, radius: {1}}}, {{start: [3, 3, 0], goal: [1, 1]}}]",
+            [],
+        ),
+    ],
+)
+def test_of_radius_and_footprint_neither_is_left_out(written: str, set_: list[str], radius: str) -> None:
+    written, *overrides = (text.format(SQUARE, radius) for text in (written, *set_))
+    with pytest.raises(
+        StarnavError, match=rf"robot\.radius is '?{radius}'? beside robot\.footprint; allowed: one of them"
+    ):
+        parse_scenario(f"world: !Room {{}}\n{written}\n", name="both", overrides=overrides)
+
+
+def test_of_radius_and_footprint_one_may_be_taken_back() -> None:
+    def robot(written: str, *overrides: str):
+        return parse_scenario(f"world: !Room {{}}\nrobot: {written}\n", name="one", overrides=overrides).robot
+
+    square = robot(f"{{footprint: {SQUARE}}}")
+    assert square.radius == pytest.approx(0.5) and not square.shape.is_disc
+    assert robot("{radius: 0.3}", "robot.radius=0", f"robot.footprint={SQUARE}") == square
+    assert robot(f"{{footprint: {SQUARE}, radius: {square.radius!r}}}") == square
+    assert (
+        robot(f"{{footprint: {SQUARE}}}", "robot.footprint=[]", "robot.radius=0.3").shape
+        == robot("{radius: 0.3}").shape
+    )
+    listed = f"robots: [{{start: [1, 1, 0], goal: [2, 2], footprint: {SQUARE}}}, {{start: [3, 3, 0], goal: [1, 1]}}]"
+    robots = parse_scenario(f"world: !Room {{}}\nrobot: {{radius: 0.3}}\n{listed}\n", name="two").robots
+    assert [each.robot.radius for each in robots] == [square.radius, 0.3]
 
 
 @pytest.mark.parametrize("model", sorted(path.stem for path in model_path("robots").glob("*.urdf")))
