@@ -25,14 +25,18 @@ up_to_date() {
 }
 
 same_version() {
-    [ -z "$asked" ] || [ "$(version "$asked" || true)" = "$(version "$venv/bin/python" || true)" ]
+    [ -z "$asked" ] || [ "$(find_python 2>/dev/null | cut -d " " -f 1)" = "$(version "$venv/bin/python" || true)" ]
+}
+
+find_python() {
+    sh scripts/maintenance/pythons.sh first "$asked"
 }
 
 if up_to_date && same_version; then
     exit 0
 fi
 if ! { same_version && [ "$(cat "$stamp" 2>/dev/null)" = "$PWD" ] && version "$venv/bin/python" >/dev/null; }; then
-    found=$(sh scripts/maintenance/pythons.sh first "$asked")
+    found=$(find_python)
     refused=${asked:+"PYTHON=$asked cannot be used"}
     [ -n "$found" ] || fail "${refused:-No Python was found that can be used}; install Python 3.11 or newer, or name one: make PYTHON=/path/to/python"
     python=${found#* }

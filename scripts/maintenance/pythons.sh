@@ -2,7 +2,8 @@
 # Prints the Pythons that can make an environment for this package, a line `3.13 /path/to/python3.13` for each version:
 # those that are tested, newest first, then what `python3` and `python` start.
 # usage: sh scripts/maintenance/pythons.sh [first [PYTHON]]
-# `first` prints no more than one, PYTHON looks at no other. What is passed over is named on standard error.
+# `first` prints no more than one, PYTHON, a name or a path, looks at no other. What is passed over is named on standard
+# error.
 # Looks into the folders of PATH, then into those of pyenv and of the variable PLACES, which has one a line.
 # Plain sh, since it runs before any Python is known to work.
 set -eu
@@ -29,11 +30,11 @@ executables() {
 }
 
 candidates() {
-    if [ -n "${2:-}" ]; then
-        echo "$2"
-    else
-        for name in $(echo "$tested" | sed 's/^/python/') python3 python; do executables "$name"; done
-    fi
+    case ${2:-} in
+    */*) echo "$2" ;;
+    ?*) executables "$2" ;;
+    *) for name in $(echo "$tested" | sed 's/^/python/') python3 python; do executables "$name"; done ;;
+    esac
 }
 
 enough() {
