@@ -46,7 +46,7 @@ class RobotParameters(Checked, place="robot"):
     radius: float = parameter(
         0.25,
         "radius of the disc that it covers; 0: what a shipped robot, or the collision shapes of a model of your own, "
-        "cover",
+        "cover, or the footprint's",
         unit="m",
         low=0.0,
         high=LARGEST_RADIUS,
