@@ -111,8 +111,8 @@ class RobotParameters(Checked, place="robot"):
         """Raise a `StarnavError` for a radius beside its footprint, but for 0 and the one that follows from it."""
         if radius not in (0.0, self.shape.radius):
             raise StarnavError(
-                f"robot.radius is {shown(radius)} beside robot.footprint; allowed: one of them, the other taken back by "
-                f"robot.radius=0 or robot.footprint=[], or the footprint's radius, {self.shape.radius!r} m"
+                f"robot.radius is {shown(radius)} beside robot.footprint; allowed: one of them, the other taken back "
+                f"by robot.radius=0 or robot.footprint=[], or the footprint's radius, {self.shape.radius!r} m"
             )
 
     @cached_property

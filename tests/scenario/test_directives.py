@@ -142,7 +142,8 @@ SQUARE = "[[0.3, 0.4], [-0.3, 0.4], [-0.3, -0.4], [0.3, -0.4]]"
         ("robot: {{base: omnidirectional}}", ["robot.footprint={0}", "robot.radius={1}"]),
         ("robot: {{model: carrier}}", ["robot.radius={1}", "robot.footprint={0}"]),
         (
-            "robots: [{{start: [1, 1, 0], goal: [2, 2], footprint: {0}, radius: {1}}}, {{start: [3, 3, 0], goal: [1, 1]}}]",
+            "robots: [{{footprint: {0}, radius: {1}, start: [1, 1, 0], goal: [2, 2]}}, "
+            "{{start: [3, 3, 0], goal: [1, 1]}}]",
             [],
         ),
     ],
