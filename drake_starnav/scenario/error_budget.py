@@ -40,6 +40,7 @@ SYMBOLS: dict[str, ErrorTerm] = {
     "T": ErrorTerm("v / a", "braking time from full speed, s"),
     "B": ErrorTerm("v^2 / (2 * a)", "braking distance from full speed, m"),
     "S": ErrorTerm("v * (d + t) + B", "distance until a command to brake has stopped the robot, m"),
+    "q": ErrorTerm("min(0.003, 0.00375 * v)", "deviation of the shipped bases from their commands until they stand, m"),
     "n": ErrorTerm(
         f"{SCAN_PATIENCE:g} if lidar.scan_loss or lidar.silence_duration else 1",
         "scan periods until the next scan at the latest",
@@ -84,7 +85,7 @@ instead of keeping so far from corners.
 
 TERMS: tuple[ErrorTerm, ...] = (
     ErrorTerm("s", "half the distance between two samples of a motion that the certificate checks"),
-    ErrorTerm("0.003", "deviation of the shipped bases from their commands until they stand"),
+    ErrorTerm("q", "deviation of the shipped bases from their commands until they stand"),
     ErrorTerm("3/4 * lidar.noise", "range noise"),
     ErrorTerm("lidar.quantisation / 2", "ranges that are rounded up"),
     ErrorTerm("D * mount.tilt^2", "ranges and bearings in the plane of a tilted lidar"),
@@ -116,7 +117,7 @@ TERMS: tuple[ErrorTerm, ...] = (
         "a command is reached at once, where the certificate assumes its whole period",
     ),
     ErrorTerm(
-        "max(0, 0.04 * w * d * (v * d / 2 + v^2 / (2 * a)) - 0.003)",
+        "max(0, 0.04 * w * d * (v * d / 2 + v^2 / (2 * a)) - q)",
         "turning that differs from the command while commands are delayed",
     ),
 )
@@ -129,7 +130,7 @@ of both sides are no nearer to each other than the narrow radius, so a heading t
 metre leads astray by S^2 / 2 of it; they are no farther than 0.65 r from the robot's axis. Tilt: along its plane
 ranges are longer by half of its square, and bearings err by a quarter of it at most. Lost and stray beams, and lost
 scans except for L, need no margin: they are unknown space and shorten the certificate. The wheels' servo hides an error
-of the mass.
+of the mass. Shipped bases stray by 2.1 ms of their speed at most, with radii of 0.08 to 1 m, up to 0.8 m/s.
 Noise counts less than its standard deviation: the nearest of the hits that several scans leave on a surface bounds the
 robot, or, with much noise, their mean, and it is smoothed.
 """

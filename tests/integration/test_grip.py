@@ -9,13 +9,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydrake.systems.analysis import Simulator
 
+from drake_starnav.geometry.polyline import resampled
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.robot import RobotParameters
+from drake_starnav.robot.motion import roll_out
+from drake_starnav.scenario.error_budget import error_budget
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.surroundings.safe_region import CertifiedRegion
 from drake_starnav.worlds.world import World
-from tests.helpers.motions import limited_twist, starred_twist
+from tests.helpers.motions import actuation, limited_twist, starred_twist
 
 pytestmark = pytest.mark.slow
 
@@ -70,3 +73,26 @@ def test_robots_do_not_slide_by_what_is_certified(model, radius, acceleration):
         sideways = rates[4] * math.cos(yaw) - rates[3] * math.sin(yaw)
         slid.append(abs(sideways + v * omega * station.plant.time_step()))  # the plant turns the speed one step late
     assert max(slid) < 0.05
+
+
+@pytest.mark.parametrize("speed", [0.1, 0.256, 0.8])
+@pytest.mark.parametrize("model, radius", [("starbot", 0.08), ("starbot", 0.25), ("starbot", 1.0), ("jackal", 0.334)])
+def test_robots_stray_from_their_commands_until_they_stand_by_no_more_than_the_margin_has(model, radius, speed):
+    robot = RobotParameters(model=model, radius=radius, max_speed=speed, max_acceleration=1.25 * speed)
+    scenario = Scenario("test", None, robot, LidarParameters(beams=36, rate=1.0))
+    simulator = Simulator(station := NavigationStation(World("open", (0, 0, 0), (5, 0)), scenario))
+    context, rng, does = simulator.get_mutable_context(), np.random.default_rng(1), actuation(robot)
+    share, twist, away = error_budget(scenario).terms[1], np.zeros(2), []
+    for k in range(1000):
+        if k % 100 == 0:
+            wanted = np.array((speed, robot.max_yaw_rate)) * rng.uniform((0.5, -1.0), (1.0, 1.0))
+        station.GetInputPort("drive.twist_command").FixValue(context, twist)
+        simulator.AdvanceTo(k * PERIOD)
+        pose = station.GetOutputPort("localization.pose").Eval(context)
+        if k % 100 == 40:
+            wanted = np.zeros(2)
+            way = resampled(roll_out(pose, twist, wanted, does).position, 1e-4)
+        if k % 100 >= 40:
+            away.append(np.hypot(*(way - pose[:2]).T).min())
+        twist = limited_twist(twist, wanted, robot, PERIOD)
+    assert max(away) < share <= 0.00375 * speed
