@@ -3,13 +3,14 @@
 import warnings
 
 import numpy as np
-from pydrake.geometry import HalfSpace, SceneGraph
+from pydrake.geometry import GeometryId, HalfSpace, SceneGraph, SceneGraphInspector, Sphere
+from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
 
 from drake_starnav.station.model_world import FLOOR_TOLERANCE, fixed_geometries, shape_vertices
 from drake_starnav.station.robot_interface import RobotInterface
 from drake_starnav.worlds.clearance import clearance
-from drake_starnav.worlds.footprints import convex_footprint
+from drake_starnav.worlds.footprints import convex_footprint, sphere_footprint
 from drake_starnav.worlds.world import World
 
 UNSEEN = 0.01
@@ -29,7 +30,7 @@ def warn_of_unseen(plant: MultibodyPlant, scene_graph: SceneGraph, world: World,
     for geometry, X_WG in fixed_geometries(plant, inspector):
         if geometry in robot.floor or isinstance(inspector.GetShape(geometry), HalfSpace):
             continue
-        beyond = _beyond_sight(shape_vertices(inspector, geometry, X_WG), robot)
+        beyond = _beyond_sight(inspector, geometry, X_WG, robot)
         if beyond > UNSEEN:
             hidden[inspector.GetName(geometry)] = beyond
     if not hidden:
@@ -45,13 +46,23 @@ def warn_of_unseen(plant: MultibodyPlant, scene_graph: SceneGraph, world: World,
     )
 
 
-def _beyond_sight(vertices: np.ndarray, robot: RobotInterface) -> float:
-    """How far a convex solid (n, 3) reaches beyond what lidars see of it, m; of what they do not see, all counts."""
+def _beyond_sight(
+    inspector: SceneGraphInspector, geometry: GeometryId, X_WG: RigidTransform, robot: RobotInterface
+) -> float:
+    """How far a convex solid reaches beyond what lidars see of it, m; of what they do not see, all counts."""
+    looks = [(height - UNSEEN, height) for height in robot.heights]
+    if isinstance(ball := inspector.GetShape(geometry), Sphere):
+        discs = [
+            sphere_footprint(X_WG.translation(), ball.radius(), *part)
+            for part in ((FLOOR_TOLERANCE, robot.top), *looks)
+        ]
+        radius, *seen = [0.0 if disc is None else disc[2] for disc in discs]
+        return max(0.0, radius - max(seen)) if any(seen) else 2.0 * radius
+    vertices = shape_vertices(inspector, geometry, X_WG)
     struck = convex_footprint(vertices, FLOOR_TOLERANCE, robot.top)
     if struck is None:
         return 0.0
-    seen = [convex_footprint(vertices, height - UNSEEN, height) for height in robot.heights]
-    polygons = tuple(polygon for polygon in seen if polygon is not None)
+    polygons = tuple(shadow for part in looks if (shadow := convex_footprint(vertices, *part)) is not None)
     if not polygons:
         return float(np.ptp(struck, axis=0).max())
     section = World("section", (0.0, 0.0, 0.0), (0.0, 0.0), polygons=polygons)
