@@ -2,11 +2,9 @@
 
 import html
 import os
-from pathlib import Path
 
-from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.trajectory import Motion
-from drake_starnav.utils.files import reason_of
+from drake_starnav.utils.files import read_text
 from drake_starnav.visualization.world_figure import (
     draw_goal,
     draw_robot,
@@ -31,10 +29,7 @@ class InlinePage:
         Raises:
             StarnavError: the file cannot be read.
         """
-        try:
-            self._page = Path(path).read_text(encoding="utf-8")
-        except (OSError, ValueError) as error:
-            raise StarnavError(f"cannot read {path}: {reason_of(error)}; allowed: an HTML file") from None
+        self._page = read_text(path, f"page {path}", "an HTML file")
         self._height = height
 
     def _repr_html_(self) -> str:

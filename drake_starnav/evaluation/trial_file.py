@@ -12,9 +12,9 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from drake_starnav.errors import StarnavError, said_by
+from drake_starnav.errors import StarnavError
 from drake_starnav.evaluation.jobs import Case, Key, Record
-from drake_starnav.utils.files import reason_of, unwritable
+from drake_starnav.utils.files import read_bytes, reading, unwritable
 
 Header = dict[str, Any]
 HEADER_KEYS = {"versions", "machine", "seed", "overrides", "cases"}
@@ -156,17 +156,13 @@ def read_trials(path: Path) -> tuple[Header, list[Record]]:
     Raises:
         StarnavError: the file cannot be read, or is not a file of trials.
     """
-    allowed = "allowed: a file written by `starnav benchmark --json`"
-    try:
-        with open(path, "rb") as file:
-            header, *records = (json.loads(line) for line in file if line.endswith(b"\n"))
-        if not header.keys() >= HEADER_KEYS:
+    place, allowed = f"file of trials {path}", "a file written by `starnav benchmark --json`"
+    data = read_bytes(path, place, allowed)
+    with reading(place, allowed):
+        entries = [json.loads(line) for line in data.decode().split("\n")[:-1]]
+        if not entries or not isinstance(entries[0], dict) or not entries[0].keys() >= HEADER_KEYS:
             raise ValueError("it has no header")
-        return header, list({record_key(record): record for record in records}.values())
-    except OSError as error:
-        raise StarnavError(f"cannot read {path}: {reason_of(error)}; {allowed}") from None
-    except (ValueError, AttributeError, KeyError, TypeError) as error:
-        raise StarnavError(f"{path} is not a file of trials ({said_by(error)}); {allowed}") from None
+        return entries[0], list({record_key(record): record for record in entries[1:]}.values())
 
 
 def check_same(found: Header, wanted: Header, place: str) -> None:

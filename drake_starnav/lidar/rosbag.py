@@ -9,9 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from drake_starnav.errors import StarnavError, said_by
+from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.scan_log import LoggedScan, Record, Sectors, logged_scans
 from drake_starnav.lidar.transforms import Frames, pose_along, seconds, span
+from drake_starnav.utils.files import reading
 
 POSE_TOPICS = ("/odom", "/tf")
 """Where poses are looked for, in this order."""
@@ -117,26 +118,20 @@ def _messages(path: Path, scan_topic: str, pose_topic: str | None) -> Iterator[t
         raise StarnavError(
             f"bag {path}: package rosbags is missing; allowed: pip install drake-starnav[rosbag]"
         ) from None
-    try:
-        with AnyReader(_files(path), default_typestore=get_typestore(Stores.LATEST)) as reader:
-            topics = sorted({connection.topic for connection in reader.connections})
-            has = ", ".join(topics) or "none"
-            if pose_topic is None:
-                pose_topic = next((topic for topic in POSE_TOPICS if topic in topics), None)
-            if pose_topic is None:
-                raise StarnavError(
-                    f"bag {path} has neither {' nor '.join(POSE_TOPICS)}; allowed: pose_topic, one of {has}"
-                )
-            for topic in (scan_topic, pose_topic):
-                if topic not in topics:
-                    raise StarnavError(f"bag {path} has no topic {topic}; allowed: {has}")
-            wanted = {scan_topic, pose_topic, *(topic for topic in topics if topic.endswith(FIXED_TRANSFORMS))}
-            for connection, _, data in reader.messages([c for c in reader.connections if c.topic in wanted]):
-                yield connection.topic, reader.deserialize(data, connection.msgtype)
-    except StarnavError:
-        raise
-    except Exception as error:  # of the reader or of what it is built on: a damaged bag may raise anything
-        raise StarnavError(f"bag {path} cannot be read: {said_by(error)}; allowed: a ROS 1 or ROS 2 bag") from None
+    types = get_typestore(Stores.LATEST)
+    with reading(f"bag {path}", "a ROS 1 or ROS 2 bag"), AnyReader(_files(path), default_typestore=types) as reader:
+        topics = sorted({connection.topic for connection in reader.connections})
+        has = ", ".join(topics) or "none"
+        if pose_topic is None:
+            pose_topic = next((topic for topic in POSE_TOPICS if topic in topics), None)
+        if pose_topic is None:
+            raise StarnavError(f"bag {path} has neither {' nor '.join(POSE_TOPICS)}; allowed: pose_topic, one of {has}")
+        for topic in (scan_topic, pose_topic):
+            if topic not in topics:
+                raise StarnavError(f"bag {path} has no topic {topic}; allowed: {has}")
+        wanted = {scan_topic, pose_topic, *(topic for topic in topics if topic.endswith(FIXED_TRANSFORMS))}
+        for connection, _, data in reader.messages([c for c in reader.connections if c.topic in wanted]):
+            yield connection.topic, reader.deserialize(data, connection.msgtype)
 
 
 def _files(path: Path) -> list[Path]:

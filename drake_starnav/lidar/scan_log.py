@@ -11,6 +11,7 @@ import numpy as np
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.utils.files import reading
 
 Sectors = Sequence[tuple[float, float]]
 """Bearings in the sensor frame S, from the first counter-clockwise to the second of each pair, rad."""
@@ -91,18 +92,16 @@ def write_csv(file: Path, log: Sequence[LoggedScan]) -> None:
 
 def read_csv(file: Path, *, mask: Sectors = ()) -> list[LoggedScan]:
     """The scans of a file as from `write_csv`, see `logged_scans`; a `StarnavError` for a file of another format."""
-    try:
-        with file.open(encoding="utf-8") as lines, warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of a file without rows, which is refused below
-            fields = dict(part.strip().split("=") for part in lines.readline().lstrip("# ").split(","))
-            header: dict[str, Any] = {name: float(fields[name]) for name in CSV_HEADER}
-            rows = np.loadtxt(lines, delimiter=",", ndmin=2)
-    except (OSError, UnicodeDecodeError, ValueError, KeyError) as error:
-        names = ", ".join(f"{name}=..." for name in CSV_HEADER)
-        raise StarnavError(
-            f"scan log {file} cannot be read: {error}; allowed: a first line `# {names}`, then lines of "
-            "time, x, y, yaw and the ranges"
-        ) from None
+    names = ", ".join(f"{name}=..." for name in CSV_HEADER)
+    allowed = f"a first line `# {names}`, then lines of time, x, y, yaw and the ranges"
+    with reading(f"scan log {file}", allowed), file.open(encoding="utf-8") as lines, warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of a file without rows, which is refused below
+        first = lines.readline()
+        fields = dict(part.split("=") for part in first.replace(" ", "").strip("#\n").split(",") if "=" in part)
+        if missing := [name for name in CSV_HEADER if name not in fields]:
+            raise ValueError(f"its first line has no {missing[0]}" if first else "it is empty")
+        header: dict[str, Any] = {name: float(fields[name]) for name in CSV_HEADER}
+        rows = np.loadtxt(lines, delimiter=",", ndmin=2)
     if rows.shape[1] < 7 or not np.isfinite(rows[:, :4]).all():
         raise StarnavError(
             f"scan log {file}: rows of {rows.shape[1]} numbers, or poses that are not finite; "

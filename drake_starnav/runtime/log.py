@@ -24,6 +24,7 @@ from drake_starnav.runtime.intake import Odometry, canonical
 from drake_starnav.runtime.navigator import Command, Navigator
 from drake_starnav.scenario.scenario_file import scenario_text
 from drake_starnav.systems.star_perception import lidar_names
+from drake_starnav.utils.files import reading
 
 RUN, TICK, TF, PLAN = "/starnav/run", "/starnav/tick", "/tf", "/starnav/plan"
 SCHEMAS = {RUN: "starnav.Run", TICK: "starnav.Tick", TF: "foxglove.FrameTransform", PLAN: "foxglove.SceneUpdate"}
@@ -48,6 +49,7 @@ SCAN_SCHEMA = RULE.join(
     )
 )  # fmt: skip
 CHUNK = 1 << 18
+LOGS = "an MCAP file as drive(log=...) writes it"
 
 
 def _mcap() -> Any:
@@ -227,7 +229,7 @@ def read_log(path: str | Path) -> Log:
     messages = _messages(Path(path))
     topic, data = next(messages, ("", b""))
     if topic != RUN:
-        raise StarnavError(f"{path} is not the log of a run; allowed: an MCAP file as drive(log=...) writes it")
+        raise StarnavError(f"{path} is not the log of a run; allowed: {LOGS}")
     run = json.loads(data)
     mounts = tuple(Mount(*each) for each in run["mounts"])
     return Log(run["name"], run["scenario"], mounts, _ticks(messages))
@@ -235,12 +237,12 @@ def read_log(path: str | Path) -> Log:
 
 def _messages(path: Path) -> Iterator[tuple[str, bytes]]:
     mcap = _mcap()
-    try:
-        with path.open("rb") as file:
+    with reading(f"log {path}", LOGS), path.open("rb") as file:
+        try:
             for _, channel, message in mcap.reader.NonSeekingReader(file).iter_messages(log_time_order=False):
                 yield channel.topic, message.data
-    except (mcap.exceptions.McapError, mcap.exceptions.EndOfFile, struct.error):
-        return  # the loop was killed: this is its last chunk
+        except (mcap.exceptions.McapError, mcap.exceptions.EndOfFile, struct.error):
+            return  # the loop was killed: this is its last chunk
 
 
 def _ticks(messages: Iterator[tuple[str, bytes]]) -> Iterator[Tick]:

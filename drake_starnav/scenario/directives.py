@@ -114,7 +114,7 @@ def of_model(model: str, sections: Mapping[str, Any]) -> dict[str, Any]:
     path = limits_file(model)
     if path is None:
         return {}
-    content = load_yaml(read_text(path), str(path), Loader)
+    content = load_yaml(read_text(path, f"{path} beside robot.model"), str(path), Loader)
     if not isinstance(content, dict):
         return {}
     found: dict[str, Any] = {"lidars": content["lidars"]} if "lidars" in content else {}

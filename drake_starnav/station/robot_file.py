@@ -15,6 +15,7 @@ from drake_starnav.errors import StarnavError, said_by, shown
 from drake_starnav.parameters import unknown_name
 from drake_starnav.robot import MODEL_FILES, RobotParameters
 from drake_starnav.station.robot_body import link_at, pose_of, set_pose, undressed
+from drake_starnav.utils.files import read_bytes, reading
 from drake_starnav.utils.resources import model_path
 from drake_starnav.worlds.formats.model_files import Models, parsed_xml
 from drake_starnav.worlds.formats.model_folders import find
@@ -49,13 +50,14 @@ def robot_urdf(robot: RobotParameters) -> ModelText:
     shipped = os.path.isfile(path)
     if not shipped:
         path = Path(robot.model)
-        if path.suffix not in MODEL_FILES or not os.path.isfile(path):
+        if path.suffix not in MODEL_FILES:
             names = ", ".join(sorted(p.stem for p in model_path("robots").glob("*.urdf")))
             raise StarnavError(
                 f"robot.model is {shown(robot.model)}; allowed: {names}, or the path of a .urdf or .xacro file"
             )
-    try:
-        data = path.read_bytes()
+    place, allowed = f"robot model {path}", "a URDF file with one robot"
+    data = read_bytes(path, place, allowed)
+    with reading(place, allowed):
         macros = re.search(rb"<xacro:|\$[{(]", data) is not None
         if robot.xacro_args and not macros:
             raise StarnavError(
@@ -63,10 +65,6 @@ def robot_urdf(robot: RobotParameters) -> ModelText:
                 "allowed: none"
             )
         root = parsed_xml(_expanded(path, robot.xacro_args) if macros else data)
-    except StarnavError:
-        raise
-    except (OSError, ValueError, ElementTree.ParseError) as error:
-        raise StarnavError(f"robot model {path} cannot be read: {error}; allowed: a URDF file with one robot") from None
     for part in list(root):
         if part.tag not in KEPT and not part.tag.startswith("{"):
             root.remove(part)

@@ -5,25 +5,43 @@ import re
 import tempfile
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from json import JSONDecodeError
 from pathlib import Path
 
-from drake_starnav.errors import StarnavError
+from drake_starnav.errors import StarnavError, said_by
 
 _NAME_PART = 40
 """Characters of a text, or of a file's name in its temporary one, in a name that would be too long otherwise."""
 
 
-def read_text(path: Path | str, place: str = "") -> str:
-    """The content of a text file in UTF-8, with or without a byte order mark.
+@contextmanager
+def reading(place: str, allowed: str) -> Iterator[None]:
+    """Tell in one `StarnavError` why a file cannot be read, whatever its reader raises: a damaged file may do anything.
 
-    Raises:
-        StarnavError: it cannot be read, or is not UTF-8; `place` is its name in the message, if not its path.
+    Args:
+        place: the file in the message.
+        allowed: what can be read.
     """
     try:
+        yield
+    except StarnavError:
+        raise
+    except Exception as error:
+        raise StarnavError(f"{place} cannot be read: {reason_of(error)}; allowed: {allowed}") from None
+
+
+def read_bytes(path: Path | str, place: str, allowed: str) -> bytes:
+    """The content of a file, which must hold something; arguments and errors as of `reading`."""
+    with reading(place, allowed):
+        if data := Path(path).read_bytes():
+            return data
+        raise ValueError("it is empty")
+
+
+def read_text(path: Path | str, place: str = "", allowed: str = "a text file in UTF-8") -> str:
+    """The content of a text file in UTF-8, with or without a byte order mark; errors as of `reading`."""
+    with reading(place or str(path), allowed):
         return Path(path).read_text(encoding="utf-8-sig")
-    except (OSError, ValueError) as error:
-        reason = f"{error.reason} at byte {error.start}" if isinstance(error, UnicodeDecodeError) else reason_of(error)
-        raise StarnavError(f"{place or path} cannot be read: {reason}; allowed: a text file in UTF-8") from None
 
 
 @contextmanager
@@ -95,5 +113,9 @@ def file_name(text: str) -> str:
 
 
 def reason_of(error: Exception) -> str:
-    """The operating system's reason, without the name of the file."""
-    return getattr(error, "strerror", None) or str(error)
+    """What an error says, without the name of the file."""
+    if isinstance(error, UnicodeDecodeError):
+        return f"no text in UTF-8, {error.reason} at byte {error.start}"
+    if isinstance(error, JSONDecodeError):
+        return f"no JSON, {said_by(error)}" if error.doc.strip() else "it is empty"
+    return getattr(error, "strerror", None) or said_by(error)

@@ -103,5 +103,6 @@ def read_mapping(text: str, place: str, keys: Iterable[str]) -> dict[str, Any]:
     """The mapping that a YAML text holds; `keys` are named where it holds something else."""
     mapping = load_yaml(text, place, Loader)
     if not isinstance(mapping, dict):
-        raise StarnavError(f"{place} holds {shown(mapping)}; allowed: a mapping with {', '.join(keys)}")
+        held = "is empty" if mapping is None else f"holds {shown(mapping)}"
+        raise StarnavError(f"{place} {held}; allowed: a mapping with {', '.join(keys)}")
     return mapping

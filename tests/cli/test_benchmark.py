@@ -32,4 +32,4 @@ def test_a_report_has_tables_figures_and_a_page(tmp_path: Path, capsys) -> None:
     assert (tmp_path / "r.csv").read_text().count("\n") == 1 + 4  # scenarios with methods
     assert "reached the goal" in (tmp_path / "r.html").read_text(encoding="utf-8")
     assert report([str(tmp_path / "none.jsonl")]) == 2
-    assert "cannot read" in capsys.readouterr().err
+    assert "cannot be read" in capsys.readouterr().err

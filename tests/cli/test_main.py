@@ -1,5 +1,7 @@
 """The command line as a person meets it: exit codes, messages, files."""
 
+import errno
+import io
 import json
 import re
 from pathlib import Path
@@ -80,9 +82,9 @@ def test_bad_input_exits_with_2_and_one_sentence(arguments, words, tmp_path: Pat
     ("scenario", "words"),
     [
         ("world: !RosMap {file: missing.yaml}", ["missing.yaml", "No such file"]),
-        ("world: !RosMap {file: no_image.yaml}", ["no.pgm", "no such file"]),
+        ("world: !RosMap {file: no_image.yaml}", ["no.pgm", "No such file"]),
         ("world: !RosMap {goal: [50, 0]}", ["goal is [50, 0]", "outside"]),
-        ("world: !Model {directives: missing.dmd.yaml, goal: [1, 0]}", ["missing.dmd.yaml", "no such file"]),
+        ("world: !Model {directives: missing.dmd.yaml, goal: [1, 0]}", ["missing.dmd.yaml", "No such file"]),
         ("world: !Model {directives: mesh.urdf, goal: [1, 0]}", ["missing.obj"]),
     ],
 )
@@ -101,6 +103,58 @@ def test_bad_maps_and_models_exit_with_2_and_one_sentence(scenario: str, words, 
         for word in words:
             assert word in printed.err
     assert not (tmp_path / "x.png").exists()
+
+
+MAP = "image: {0}\nresolution: 0.05\norigin: [0, 0, 0]\noccupied_thresh: 0.65\nfree_thresh: 0.2\n"
+
+
+@pytest.mark.parametrize("kind", ["folder", "missing", "empty", "binary", "forbidden"])
+@pytest.mark.parametrize(
+    ("name", "arguments", "place", "allowed"),
+    [
+        ("x.yaml", ["simulate", "x.yaml"], "", "a text file in UTF-8|a mapping with world"),
+        ("x.yaml", ["margins", "x.yaml"], "", "a text file in UTF-8|a mapping with world"),
+        ("x.yaml", ["drive", "x.yaml"], "", "a text file in UTF-8|a mapping with world"),
+        ("x.mcap", ["replay", "x.mcap"], "(log )?", "an MCAP file as drive"),
+        ("x.mcap", ["calibrate", "x.mcap"], "(log )?", "an MCAP file as drive"),
+        ("x.mcap", ["record", "--log", "x.mcap"], "(log )?", "an MCAP file as drive"),
+        ("x.json", ["record", "x.json"], "file of trials ", "a file written by `starnav benchmark --json`"),
+        ("x.json", ["report", "x.json"], "file of trials ", "a file written by `starnav benchmark --json`"),
+        ("x.urdf", ["simulate", "room", "--set", "robot.model=x.urdf"], "robot model ", "a URDF file with one robot"),
+        ("x.xacro", ["simulate", "room", "--set", "robot.model=x.xacro"], "robot model ", "a URDF file with one robot"),
+        ("x.json", ["simulate", "barn", "--set", "world.file=x.json"], "world.file '", "barn_like, or the path"),
+        ("x.yaml", ["simulate", "map", "--set", "world.file=x.yaml"], "map ", "a (text file in UTF-8|mapping with)"),
+        ("x.pgm", ["simulate", "map", "--set", "world.file=map.yaml"], "map image ", "a complete PGM"),
+        ("x.sdf", ["simulate", "kitchen", "--set", "world.directives=x.sdf"], "model ", "an? .*file|XML"),
+    ],
+)  # fmt: skip
+def test_a_file_that_cannot_be_read_is_one_sentence(
+    kind, name, arguments, place, allowed, tmp_path, monkeypatch, capsys
+):
+    """It names the file, says what is wrong with it, and what would be allowed."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "map.yaml").write_text(MAP.format("x.pgm"))
+    path, opened = tmp_path / name, io.open
+    if kind == "folder":
+        path.mkdir()
+    elif kind != "missing":
+        path.write_bytes(bytes(range(256)) * 20 if kind == "binary" else b"" if kind == "empty" else b"a: 1\n")
+
+    def forbidding(file, *mode, **more):
+        if kind == "forbidden" and Path(str(file)).name == name:
+            raise PermissionError(errno.EACCES, "Permission denied", str(file))
+        return opened(file, *mode, **more)
+
+    monkeypatch.setattr(io, "open", forbidding)
+    assert main([*arguments, "--quiet"] if arguments[0] not in ("margins", "replay", "calibrate") else arguments) == 2
+    (said,) = (line for line in capsys.readouterr().err.splitlines() if COMPILING not in line)
+    told = {
+        "folder": "cannot be read: Is a directory", "missing": "cannot be read: No such file or directory",
+        "forbidden": "cannot be read: Permission denied", "empty": "empty|not the log|has no image",
+        "binary": "cannot be read: (no text|not well-formed)|not the log|another format",
+    }[kind]  # fmt: skip
+    assert re.search(rf"{place}[^ ]*{name}'? .*({told}).*; allowed: ({allowed})", said), said
+    assert not re.search(r"Errno|codec|unpack|Traceback", said), said
 
 
 def test_a_world_is_drawn(tmp_path: Path, capsys) -> None:

@@ -96,7 +96,7 @@ def test_a_trial_of_a_batch_is_chosen_by_its_line(scenario, capsys) -> None:
     ("text", "words"),
     [
         ('{"scenario": "mine", "method": "star"}', "has no seed; allowed: as `simulate --json` writes it"),
-        ("a letter", "is not a file of trials"),
+        ("a letter", "cannot be read: no JSON"),
     ],
 )
 def test_a_file_of_something_else_is_reported(tmp_path, text, words, capsys) -> None:
@@ -119,7 +119,7 @@ def test_a_record_of_a_batch_brings_its_scenario(scenario) -> None:
     ("arguments", "words"),
     [
         (["forrest"], "did you mean forest"),
-        (["missing.json"], "cannot read missing.json"),
+        (["missing.json"], "missing.json cannot be read"),
         (["mine.yaml", "--line", "2"], "with a file of trials"),
         (["mine.yaml", "--view", "side"], "camera view is 'side'; allowed: one of top, follow, oblique"),
         (["mine.yaml", "--png", "-1"], "--png is -1"),

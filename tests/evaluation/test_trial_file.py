@@ -91,7 +91,7 @@ HEAD = json.dumps(HEADER) + "\n"
 @pytest.mark.parametrize(
     ("content", "words"),
     [
-        ("a letter to somebody", "is not a file of trials"),
+        ("a letter to somebody", "file of trials .* cannot be read"),
         ('{"format": 1, "of": "somebody else"}\n', "it has no header"),
         (HEAD + "nonsense\n", "Expecting value"),
     ],

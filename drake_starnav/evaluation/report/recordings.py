@@ -14,6 +14,7 @@ from drake_starnav.evaluation.report.results import Results, page_name
 from drake_starnav.evaluation.trial_file import read_trials
 from drake_starnav.evaluation.workers import local_processes
 from drake_starnav.scenario.schema import Scenario
+from drake_starnav.utils.files import read_text
 
 
 @dataclass(frozen=True)
@@ -54,8 +55,8 @@ def read_trial(path: Path, line: int | None = None) -> dict[str, Any]:
         StarnavError: the file cannot be read, has no trial in this line, from 1, or has several and no line is given.
     """
     try:
-        single = json.loads(path.read_bytes())
-    except (OSError, ValueError):
+        single = json.loads(read_text(path))
+    except ValueError:
         single = None
     if isinstance(single, dict) and "cases" not in single:
         if missing := [name for name in ("scenario", "method", "seed") if name not in single]:

@@ -3,8 +3,8 @@
 Source: wiki.ros.org/map_server, and `map_io.cpp` of navigation2/nav2_map_server.
 """
 
+import io
 import math
-import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,7 @@ import numpy as np
 
 from drake_starnav.errors import StarnavError, shown
 from drake_starnav.parameters import is_number
-from drake_starnav.utils.files import read_text
+from drake_starnav.utils.files import read_bytes, read_text, reading
 from drake_starnav.utils.yaml_text import load_yaml
 from drake_starnav.worlds.world import check_keys, check_numbers
 
@@ -133,25 +133,20 @@ def read_image(path: Path) -> tuple[np.ndarray, np.ndarray | None]:
     """
     from PIL import Image  # late: only maps need it
 
-    allowed = "allowed: a complete PGM (P2 or P5), PNG or BMP image"
-    if not os.path.isfile(path):
-        raise StarnavError(f"map image {path}: no such file; {allowed}")
-    try:
-        with Image.open(path, formats=("PPM", "PNG", "BMP")) as image:
+    place, allowed = f"map image {path}", "a complete PGM (P2 or P5), PNG or BMP image"
+    data = io.BytesIO(read_bytes(path, place, allowed))
+    with reading(place, allowed):
+        try:
+            opened = Image.open(data, formats=("PPM", "PNG", "BMP"))
+        except Image.UnidentifiedImageError:
+            raise StarnavError(f"{place} is of another format; allowed: {allowed}") from None
+        with opened as image:
             if image.format == "PPM" and image.get_format_mimetype() != "image/x-portable-graymap":
-                raise StarnavError(f"map image {path} is a colour or bit map; {allowed}")
+                raise StarnavError(f"{place} is a colour or bit map; allowed: {allowed}")
             if image.width * image.height > LARGEST_MAP:
-                raise StarnavError(
-                    f"map image {path} has {image.width} x {image.height} pixels; allowed: at most {LARGEST_MAP}"
-                )
+                raise StarnavError(f"{place} has {image.width} x {image.height} pixels; allowed: at most {LARGEST_MAP}")
             image.load()
             return _brightness(image)
-    except StarnavError:
-        raise
-    except Image.UnidentifiedImageError:
-        raise StarnavError(f"map image {path} is of another format; {allowed}") from None
-    except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
-        raise StarnavError(f"map image {path} cannot be read: {error}; {allowed}") from None
 
 
 def _brightness(image: Any) -> tuple[np.ndarray, np.ndarray | None]:

@@ -15,7 +15,7 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
 from drake_starnav.errors import StarnavError, said_by, shown
-from drake_starnav.utils.files import reason_of
+from drake_starnav.utils.files import read_bytes, reading
 from drake_starnav.worlds.formats.model_folders import FOLDERS, find
 from drake_starnav.worlds.formats.obj_files import SOLIDS, converted, painted, write, write_obj
 
@@ -261,16 +261,11 @@ class Models:
             yield copy, name, " ".join(f"{c:g}" for c in color or ())
 
     def _bytes(self, path: Path, what: str) -> bytes:
-        try:
-            return path.read_bytes()
-        except OSError as error:
-            raise StarnavError(f"{what} {path} cannot be read: {reason_of(error)}; allowed: a file") from None
+        return read_bytes(path, f"{what} {path}", "a file")
 
     def _parsed(self, data: bytes, path: Path) -> Element:
-        try:
+        with reading(f"model {path}", "XML"):
             return parsed_xml(data)
-        except ElementTree.ParseError as error:
-            raise StarnavError(f"model {path} cannot be read: {error}; allowed: XML") from None
 
 
 def parsed_xml(data: bytes) -> Element:

@@ -1,7 +1,6 @@
 """Worlds that are given: obstacle by obstacle, or as a file of Drake's model formats."""
 
 import dataclasses
-import os
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,6 +9,7 @@ import numpy as np
 from drake_starnav.errors import StarnavError, shown
 from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.parameters import parameter
+from drake_starnav.utils.files import read_bytes
 from drake_starnav.utils.resources import resolve_path
 from drake_starnav.worlds.convex_parts import convex_parts, evened
 from drake_starnav.worlds.world import MOST_SHAPES, ModelFile, World
@@ -71,11 +71,10 @@ class Model:
             name, model = "model", ModelFile("", self.weld, text=self.directives)
         else:
             path = resolve_path(self.directives)
-            allowed = f"allowed: a {', '.join(FORMATS[:-1])} or {FORMATS[-1]} file"
+            allowed = f"a {', '.join(FORMATS[:-1])} or {FORMATS[-1]} file"
             if not path.name.endswith(FORMATS):
-                raise StarnavError(f"Model.directives is {shown(self.directives)}; {allowed}")
-            if not os.path.isfile(path):
-                raise StarnavError(f"model {path}: no such file; {allowed}")
+                raise StarnavError(f"Model.directives is {shown(self.directives)}; allowed: {allowed}")
+            read_bytes(path, f"model {path}", allowed)
             name, model = path.name.partition(".")[0], ModelFile(str(path), self.weld)
         ends: dict[str, Any] = {"start": self.start, "goal": self.goal}
         return World(name, model=model, **ends)

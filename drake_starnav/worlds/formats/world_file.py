@@ -9,10 +9,10 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from drake_starnav.errors import StarnavError, said_by, shown
+from drake_starnav.errors import StarnavError, shown
 from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.parameters import parameter
-from drake_starnav.utils.files import reason_of
+from drake_starnav.utils.files import read_text, reading
 from drake_starnav.utils.resources import model_path
 from drake_starnav.worlds.moving_obstacles import MovingObstacles
 from drake_starnav.worlds.outlines import place, rectangle
@@ -43,16 +43,11 @@ class WorldFile:
             StarnavError: the file is missing or not one of worlds.
         """
         path = shipped_file(file) or Path(file)
-        try:
-            content = json.loads(path.read_bytes())
-        except OSError as error:
-            names = ", ".join(sorted(p.stem for p in model_path("worlds").glob(f"{kind.lower()}_*.json")))
-            raise StarnavError(
-                f"world.file is {shown(file)}, which cannot be read ({reason_of(error)}); "
-                f"allowed: {names}, or the path of a JSON file of worlds"
-            ) from None
-        except (ValueError, RecursionError) as error:  # not text, not JSON, or nested too deeply
-            raise StarnavError(f"{path} is not JSON: {said_by(error)}; allowed: a JSON file of worlds") from None
+        names = ", ".join(sorted(p.stem for p in model_path("worlds").glob(f"{kind.lower()}_*.json")))
+        place, allowed = f"world.file {shown(file)}", f"{names}, or the path of a JSON file of worlds"
+        text = read_text(path, place, allowed)
+        with reading(place, allowed):
+            content = json.loads(text)
         entries = content.get("worlds") if isinstance(content, dict) else None
         if not isinstance(entries, list) or not entries:
             raise StarnavError(f"{path} has no list of worlds; allowed: {{'worlds': [...]}} with at least one")

@@ -85,7 +85,7 @@ def test_the_command_reports_without_running_again(trials: Path, tmp_path: Path,
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["{missing}"], ["cannot read", "missing.jsonl"]),
+        (["{missing}"], ["missing.jsonl cannot be read"]),
         (["{trials}", "{trials}"], ["and so has"]),
         (["{trials}", "--html", "r.html", "--recordings", "-1"], ["--recordings is -1"]),
         (["{trials}", "--panels", "0"], ["--panels is 0"]),

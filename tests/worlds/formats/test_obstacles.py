@@ -62,7 +62,7 @@ def test_bad_input_is_refused(fields, message):
 
 def test_the_world_is_the_file_with_its_ends(tmp_path: Path) -> None:
     path = tmp_path / "my.room.dmd.yaml"
-    path.touch()
+    path.write_text("directives: []")
     world = make_world(Model(directives=str(path), start=[1.0, 2.0, 0.5], goal=[3, 4], weld=False), 0, 0.25)
     assert (world.name, world.start, world.goal) == ("my", (1.0, 2.0, 0.5), (3.0, 4.0))
     assert world.model is not None
@@ -74,8 +74,8 @@ def test_the_world_is_the_file_with_its_ends(tmp_path: Path) -> None:
     [
         ({}, r"Model\.directives is ''; allowed: a \.dmd\.yaml, \.sdf, \.world or \.urdf file"),
         ({"directives": "world.obj"}, r"'world\.obj'; allowed"),
-        ({"directives": "/nowhere/world.sdf"}, r"/nowhere/world\.sdf: no such file"),
-        ({"directives": "package://drake_starnav/worlds/no.sdf"}, r"no\.sdf: no such file"),
+        ({"directives": "/nowhere/world.sdf"}, r"/nowhere/world\.sdf cannot be read: No such file"),
+        ({"directives": "package://drake_starnav/worlds/no.sdf"}, r"no\.sdf cannot be read: No such file"),
         ({"directives": "package://other/no.sdf"}, "allowed: a path, or package://drake_starnav/"),
         ({"goal": [], "directives": "a\n"}, r"world model: goal is \[\]; allowed: finite \[x, y\]"),
         ({"start": [], "directives": "a\n"}, r"world model: start is \[\]; allowed: finite \[x, y, yaw\]"),

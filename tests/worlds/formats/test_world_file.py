@@ -51,7 +51,7 @@ def test_worlds_are_found_by_their_numbers(tmp_path) -> None:
 
 @pytest.mark.parametrize(("kind", "others"), [("Barn", "barn_like"), ("DynaBarn", "dynabarn_like")])
 def test_a_kind_is_told_its_own_shipped_files(kind: str, others: str) -> None:
-    with pytest.raises(StarnavError, match=rf"world\.file is 'none', .*; allowed: {others}, or the path"):
+    with pytest.raises(StarnavError, match=rf"world\.file 'none' .*; allowed: {others}, or the path"):
         WorldFile.read(kind, "none")
 
 
@@ -98,7 +98,7 @@ def test_an_unknown_number_is_told_the_known_ones(file: Path) -> None:
 
 @pytest.mark.parametrize("name", ["nowhere.json", "."])
 def test_a_file_that_cannot_be_read(name: str) -> None:
-    with pytest.raises(StarnavError, match=r"world\.file is '.*', which cannot be read .* allowed: .*barn_like.* or"):
+    with pytest.raises(StarnavError, match=r"world\.file '.*' cannot be read: .*allowed: .*barn_like.* or"):
         make_world(Barn(file=name), 0, 0.334)
 
 
