@@ -38,7 +38,7 @@ def read_bytes(path: Path | str, place: str, allowed: str) -> bytes:
         raise ValueError("it is empty")
 
 
-def read_text(path: Path | str, place: str = "", allowed: str = "a text file in UTF-8") -> str:
+def read_text(path: str | os.PathLike, place: str = "", allowed: str = "a text file in UTF-8") -> str:
     """The content of a text file in UTF-8, with or without a byte order mark; errors as of `reading`."""
     with reading(place or str(path), allowed):
         return Path(path).read_text(encoding="utf-8-sig")
