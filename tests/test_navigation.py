@@ -251,15 +251,6 @@ def test_a_baseline_takes_the_place_of_the_star_controller(method: str, names: l
     simulated(diagram).AdvanceTo(0.5)
 
 
-def test_python_systems_live_as_long_as_the_simulator() -> None:
-    simulator = Simulator(make_diagram(posts()))
-    gc.collect()
-    simulator.AdvanceTo(0.5)
-    diagram = simulator.get_system()
-    gc.collect()
-    assert diagram.GetOutputPort("shield.twist_command").Eval(simulator.get_context())[0] > 0.0
-
-
 def test_python_systems_live_as_long_as_the_diagram() -> None:
     diagram = make_diagram(posts())
     gc.collect()

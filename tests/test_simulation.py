@@ -224,16 +224,6 @@ def test_a_goal_that_something_stands_on_is_said_to_be_occupied(beside: float, o
     assert run_trial(scenario, Parts(world)).outcome == outcome
 
 
-def test_collision_is_noticed() -> None:
-    """A robot that ignores what it sees drives into the cylinder ahead, and the trial says so."""
-    text = SMALL + BLIND
-    text = text.replace("[1.7, 0.1, 0.4]", "[1.7, 0.0, 0.05]")
-    trial = run_trial(parse_scenario(text, name="blind"), seed=0)
-    assert trial.outcome == "collision"
-    assert trial.min_clearance_m < 0.0
-    assert trial.time_s < 10.0
-
-
 @pytest.mark.parametrize("judge", ["add_collision_monitor", "body_clearance"])
 def test_contact_and_clearance_are_each_enough_for_a_collision(judge: str, monkeypatch) -> None:
     blind = {
@@ -268,11 +258,6 @@ def test_what_runs_into_a_robot_ends_the_trial(tmp_path, max_speed: float, outco
     assert trial.time_s < 1.7
 
 
-def test_a_robot_among_moving_obstacles_drives_the_same_in_another_run() -> None:
-    scenario = load_scenario("crowd_room", overrides=["simulation.timeout=2.0"])
-    assert run_trial(scenario, seed=7).state_hash == run_trial(scenario, seed=7).state_hash
-
-
 def test_an_empty_world_has_a_record_without_infinities() -> None:
     trial = run_trial(parse_scenario("world: !Obstacles {goal: [2.0, 0.0]}", name="empty"), seed=0)
     assert trial.outcome == "reached"
@@ -300,14 +285,3 @@ def test_walls_are_known_to_dsm_and_polygons_are_not() -> None:
     )
     with pytest.raises(UnsupportedError, match=r"controller.kind dsm in world obstacles, which has 1 polygon; allowed"):
         run_trial(scenario, method="dsm")
-
-
-def test_robot_radius_is_that_of_the_hull() -> None:
-    from drake_starnav.station.navigation_station import NavigationStation
-
-    scenario = parse_scenario(SMALL + "robot: {radius: 0.31}", name="small")
-    world = make_world(scenario.world, 0, 0.31)
-    station = NavigationStation(world, scenario)
-    inspector = station.scene_graph.model_inspector()
-    radii = [inspector.GetShape(g).radius() for g in station.robot_geometries if "hull" in inspector.GetName(g)]
-    assert radii == [0.31]

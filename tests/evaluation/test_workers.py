@@ -4,7 +4,6 @@ import itertools
 import json
 import multiprocessing
 import os
-import shlex
 import signal
 import subprocess
 import sys
@@ -16,11 +15,10 @@ from pathlib import Path
 import pytest
 
 from drake_starnav.cli.benchmark import benchmark
-from drake_starnav.cli.options import command_name
 from drake_starnav.cli.simulate import simulate
 from drake_starnav.errors import StarnavError
 from drake_starnav.evaluation import workers
-from drake_starnav.evaluation.jobs import Case, Job, trial_seed
+from drake_starnav.evaluation.jobs import Case, Job
 from drake_starnav.evaluation.trial_file import read_trials
 from drake_starnav.evaluation.workers import THREAD_VARIABLES, Pool, local_pool, local_processes, run_jobs
 
@@ -93,14 +91,6 @@ def test_local_processes_have_one_thread_and_leave_nothing_behind() -> None:
     assert not multiprocessing.active_children()
 
 
-def test_an_interrupt_ends_the_processes_at_once() -> None:
-    with pytest.raises(KeyboardInterrupt), local_processes(1) as executor:
-        executor.submit(os.getpid).result()  # it runs
-        executor.submit(time.sleep, 600.0)
-        raise KeyboardInterrupt
-    assert not multiprocessing.active_children()
-
-
 def test_a_killed_worker_costs_only_a_retry() -> None:
     """With the real thing: a process is killed while trials are under way, and each has its record once."""
     text = "world: !Obstacles {goal: [1.0, 0.0]}\n"
@@ -142,14 +132,6 @@ def whole(tiny: Path, tmp_path_factory) -> Path:
 
 def arguments(scenario: Path, path: Path, *more: str) -> list[str]:
     return [str(scenario), "--trials", "4", "--seed", "1000", "--json", str(path), "--quiet", *more]
-
-
-def test_every_trial_has_its_line(whole: Path) -> None:
-    header, records = read_trials(whole)
-    assert header["seed"] == 1000
-    assert set(results(whole)) == {("tiny", "star", k) for k in range(4)}
-    assert {r["trial"]: r["seed"] for r in records} == {k: trial_seed(1000, k) for k in range(4)}
-    assert {r["outcome"] for r in records} == {"reached"}
 
 
 def test_a_trial_is_the_same_alone(whole: Path, tiny: Path, tmp_path: Path) -> None:
@@ -196,30 +178,6 @@ def test_bad_input_exits_with_2_and_loses_nothing(more, words, whole: Path, tiny
     assert whole.read_bytes() == before
 
 
-def test_trials_by_world_and_by_seed_are_kept_apart(tmp_path: Path, capsys) -> None:
-    path = tmp_path / "trials.jsonl"
-    common = ["barn", "--set", "simulation.timeout=0.1", "--json", str(path), "--jobs", "1", "--quiet"]
-    assert benchmark([*common, "--worlds", "9,2-3"]) == 0
-    assert [record["trial"] for record in read_trials(path)[1]] == [2, 3, 9]
-    assert benchmark([*common, "--worlds", "2-4", "--resume"]) == 0
-    assert [record["trial"] for record in read_trials(path)[1]] == [2, 3, 9, 4]
-    assert benchmark([*common, "--trials", "2", "--resume"]) == 2
-    assert "in_worlds True, now False" in capsys.readouterr().err
-
-
-def test_trials_that_could_not_run_run_again_on_resume(whole: Path, tiny: Path, tmp_path: Path) -> None:
-    path = tmp_path / "trials.jsonl"
-    header, *lines = whole.read_text().splitlines()
-    trials = [json.loads(line) for line in lines]
-    keys = ("trial", "scenario", "method", "seed")
-    lost = [{**{key: r[key] for key in keys}, "outcome": "error", "message": "its worker died"} for r in trials[1:3]]
-    entries = [trials[0], *lost, trials[3]]
-    path.write_text("\n".join([header, *map(json.dumps, entries)]) + "\n")
-    assert benchmark(arguments(tiny, path, "--jobs", "1", "--resume")) == 0
-    assert results(path) == results(whole)
-    assert [r["trial"] for r in read_trials(path)[1]] == [r["trial"] for r in trials]
-
-
 def test_what_cannot_be_tried_is_reported_once(capsys) -> None:
     assert benchmark(["crowd_room", "--method", "dsm", "--trials", "3"]) == 0
     captured = capsys.readouterr()
@@ -242,16 +200,6 @@ def test_an_interrupted_batch_reports_on_what_ended(tiny: Path, tmp_path: Path, 
     assert benchmark([*command, "--json", str(tmp_path / "a.jsonl")]) == 130
     assert "2 of 4 trials ended, in" in capsys.readouterr().err
     assert len(read_trials(tmp_path / "a.jsonl")[1]) == 2
-
-
-def test_the_command_says_them_before_its_first_trial(tiny: Path, tmp_path: Path, capsys) -> None:
-    path = tmp_path / "trials.jsonl"
-    command = [str(tiny), "--trials", "1", "--jobs", "1", "--json", str(path)]
-    assert benchmark(command) == 0
-    assert capsys.readouterr().err.startswith("1 trial of 1 case, 1 at a time\n")
-    assert read_trials(path)[0]["command"] == f"{command_name('benchmark')} {shlex.join(command)}"
-    assert benchmark([*command, "--resume"]) == 0  # nothing to say
-    assert "trials of" not in capsys.readouterr().err
 
 
 def test_ctrl_c_in_a_batch_keeps_what_has_ended_and_ends_the_workers(tiny: Path, tmp_path: Path) -> None:

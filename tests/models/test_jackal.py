@@ -49,23 +49,3 @@ def test_brakes_as_hard_as_commanded() -> None:
     errors = drive([(2.0, 0.0, 1.0), (0.0, 4.0, 1.0), (0.0, -4.0, 1.0)])
     assert np.abs(errors[:, 0]).max() < 0.02
     assert np.abs(errors[:, 1]).max() < 0.1
-
-
-def test_nothing_reaches_out_of_the_disc() -> None:
-    station = NavigationStation(World("plain", (0.0, 0.0, 0.0), (9.0, 0.0)), SCENARIO)
-    inspector = station.scene_graph.model_inspector()
-    plant = station.plant
-    context = plant.CreateDefaultContext()
-    for index in plant.GetBodyIndices(station.robot_model):
-        body = plant.get_body(index)
-        X_WB = plant.EvalBodyPoseInWorld(context, body)
-        for geometry in plant.GetCollisionGeometriesForBody(body):
-            X_WG = X_WB @ inspector.GetPoseInFrame(geometry)
-            shape = inspector.GetShape(geometry)
-            if hasattr(shape, "radius"):
-                corners, size = np.zeros((1, 3)), shape.radius()
-            else:
-                signs = np.array(np.meshgrid((-1, 1), (-1, 1), (-1, 1))).reshape(3, -1).T
-                corners, size = 0.5 * signs * shape.size(), 0.0
-            points = np.array([X_WG @ corner for corner in corners])
-            assert np.hypot(points[:, 0], points[:, 1]).max() + size <= SCENARIO.robot.radius

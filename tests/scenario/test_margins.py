@@ -10,7 +10,7 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.mounts import Mount
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.scenario.error_budget import error_budget
-from drake_starnav.scenario.margins import AVERAGED_NOISE, LARGEST_MARGIN, derive_margins
+from drake_starnav.scenario.margins import LARGEST_MARGIN, derive_margins
 from drake_starnav.scenario.scenario_file import load_scenario
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.surroundings.erosion import smoothed_distances
@@ -95,15 +95,6 @@ def test_a_margin_of_half_a_metre_is_the_largest_that_is_allowed():
     assert derive_margins(declaring(f"drive.error={error!r}")).safety == LARGEST_MARGIN
     with pytest.raises(StarnavError, match="gives a safety margin of 0.5 m; allowed: at most 0.5 m"):
         derive_margins(declaring(f"drive.error={error + 1e-9!r}"))
-
-
-@pytest.mark.parametrize(("noise", "averages"), [(0.039, False), (AVERAGED_NOISE * RADIUS, True)])
-def test_from_a_noise_of_four_centimetres_on_scans_are_averaged(noise: float, averages: bool):
-    assert derive_margins(declaring(f"lidar.noise={noise}")).average_scans == averages
-
-
-def test_a_fine_lidar_with_noise_is_smoothed_too():
-    assert derive_margins(declaring("lidar.noise=0.05", "lidar.beams=10000")).smoothed_beams == 93
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,3 @@
-import gc
-
 import numpy as np
 import pytest
 from pydrake.common.value import Value
@@ -276,23 +274,6 @@ def test_noise_belongs_to_the_scan_not_to_its_history():
     assert not np.array_equal(run(1.0001, parameters=noisy, seed=3).ranges, long.ranges)
 
 
-def test_two_contexts_of_one_diagram_do_not_affect_each_other():
-    options = {"parameters": LidarParameters(rolling=True), "yaw_rate": YAW_RATE, "seed": 1}
-    alone = {until: run(until, **options).ranges for until in (0.3, 0.7)}
-    diagram, lidar = build(**options)
-    first, second = Simulator(diagram), Simulator(diagram)
-    first.AdvanceTo(0.1)
-    second.AdvanceTo(0.7)
-    first.AdvanceTo(0.3)
-    assert np.array_equal(scan_of(lidar, first.get_context()).ranges, alone[0.3])
-    assert np.array_equal(scan_of(lidar, second.get_context()).ranges, alone[0.7])
-    copy = first.get_context().Clone()
-    third = Simulator(diagram, copy)
-    third.AdvanceTo(0.7)
-    assert np.array_equal(scan_of(lidar, third.get_context()).ranges, alone[0.7])
-    assert np.array_equal(scan_of(lidar, first.get_context()).ranges, alone[0.3])
-
-
 def test_geometry_changed_in_one_context_is_seen_there_only():
     diagram, lidar = build(sampled=False)
     graph = diagram.GetSystems()[0]
@@ -345,17 +326,6 @@ def test_a_rolling_scan_after_a_scan_that_did_not_arrive_begins_where_that_one_e
     expected = run(1.0001, parameters=LidarParameters(**rolling))
     assert run(0.9999, parameters=silent).time < 0.9
     assert np.array_equal(run(1.0001, parameters=silent).ranges, expected.ranges)
-
-
-def test_the_diagram_keeps_the_sensor_alive():
-    diagram, lidar = build()
-    name = lidar.get_name()
-    del lidar
-    gc.collect()
-    simulator = Simulator(diagram)
-    simulator.AdvanceTo(0.11)
-    lidar = diagram.GetSubsystemByName(name)
-    assert scan_of(lidar, simulator.get_context()).time == pytest.approx(0.1)
 
 
 def test_bad_arguments_are_named():

@@ -9,29 +9,11 @@ from hypothesis import strategies as st
 from pydrake.math import RollPitchYaw
 from pydrake.systems.analysis import Simulator
 
-from drake_starnav.geometry.se2 import composed, now_in
 from drake_starnav.lidar.sensor_model import LidarParameters
-from drake_starnav.station.planar_localization import PlanarLocalization, drifted, jumped, planar_states
-from tests.helpers.scans import seeds
+from drake_starnav.station.planar_localization import PlanarLocalization, planar_states
 
-poses = st.tuples(st.floats(-9.0, 9.0), st.floats(-9.0, 9.0), st.floats(-3.1, 3.1)).map(np.array)
 angles = st.floats(-3.1, 3.1)
 numbers = st.floats(-10.0, 10.0)
-
-
-@given(seeds, poses, st.floats(0.0, 0.3), st.floats(0.0, 0.5), st.floats(-0.5, 0.5), angles)
-def test_drift_is_the_declared_share_of_distance_and_angle(seed, before, drift, way, turn, course):
-    """In whichever direction a base drives."""
-    now = composed(before, (way * math.cos(course), way * math.sin(course), turn))
-    error = now_in(now, drifted(before, before, now, drift, seed))
-    assert math.hypot(*error[:2]) == pytest.approx(drift * way, abs=1e-9)
-    assert abs(error[2]) == pytest.approx(drift * abs(turn), abs=1e-9)
-
-
-@given(seeds, st.floats(0.0, 2.0), st.integers(0, 1000))
-def test_jumps_have_the_declared_size(seed, jump, index):
-    assert np.hypot(*jumped(jump, seed, index)) == pytest.approx(jump)
-    assert np.array_equal(jumped(jump, seed, index), jumped(jump, seed, index))
 
 
 def localized(positions: np.ndarray, velocities: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

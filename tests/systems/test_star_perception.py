@@ -15,14 +15,13 @@ from drake_starnav.planning import PlannerParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.observation import Observation
-from drake_starnav.surroundings.perception import SCAN_MEMORY
 from drake_starnav.surroundings.safe_region import SCAN_PATIENCE
 from drake_starnav.surroundings.star_region import scan_region
 from drake_starnav.systems.star_perception import StarPerception
 from drake_starnav.utils.stopwatch import Stopwatch
 from drake_starnav.worlds.world import World
 from tests.helpers.mounts import CORNERS, looks
-from tests.helpers.scans import MARGINS, cast, noisy, silence
+from tests.helpers.scans import MARGINS, cast, silence
 
 ROBOT, PLANNER, CONTROLLER = RobotParameters(), PlannerParameters(), ControllerParameters()
 RATE = 20.0
@@ -122,19 +121,6 @@ def test_the_planner_s_region_keeps_more_clearance_than_the_certified_region() -
     assert region.boundary.values[sample] <= free - MARGINS.preferred + 5e-3  # smoothing flattens the post a little
 
 
-def test_the_certified_region_remembers_the_last_scans_and_no_more() -> None:
-    perceived = Perceived()
-    perceived.see(POST)
-    perceived.update()
-    near_post = perceived.out("certified_region").values.min()
-    perceived.see(EMPTY)  # the post is gone from now on
-    for _ in range(SCAN_MEMORY - 1):
-        perceived.update()
-        assert perceived.out("certified_region").values.min() == pytest.approx(near_post, abs=1e-9)
-    perceived.update()
-    assert perceived.out("certified_region").values.min() > near_post + 0.2
-
-
 def test_a_scan_is_seen_at_once_whenever_it_comes() -> None:
     perceived = Perceived()
     perceived.see(POST)
@@ -182,31 +168,6 @@ def test_a_scan_without_a_valid_beam_is_none() -> None:
     assert perceived.out("observation").region is None  # a planner that sees nothing waits
     perceived.update()
     assert perceived.out("certified_region").values.any()
-
-
-def test_hits_too_close_on_all_sides_certify_nothing() -> None:
-    perceived = Perceived()
-    scan = perceived.see(EMPTY)
-    close = dataclasses.replace(scan, ranges=np.full(len(scan.ranges), -np.inf))
-    perceived.system.GetInputPort("scan").FixValue(perceived.context, Value(close))
-    perceived.update(silent=True)
-    assert perceived.out("certified_region").seen and not perceived.out("certified_region").values.any()
-
-
-def test_averaged_scans_tell_more_exactly_where_walls_are() -> None:
-    box = World("box", (0, 0, 0), (0, 0), bounds=(-0.5, -0.5, 0.5, 0.5))
-    error = {}
-    for averaging in (False, True):
-        rng = np.random.default_rng(4)
-        perceived = Perceived(margins=dataclasses.replace(MARGINS, average_scans=averaging))
-        for _ in range(SCAN_MEMORY):
-            scan = perceived.see(box, np.zeros(3))
-            perceived.system.GetInputPort("scan").FixValue(perceived.context, Value(noisy(scan, 0.01, rng)))
-            perceived.update(silent=True)
-        error[averaging] = np.abs(perceived.out("certified_region").hits).max(axis=1) - 0.5
-    assert len(error[True]) < 1.1 * len(error[False]) / SCAN_MEMORY, "one scan speaks for all"
-    assert error[True].std() < 0.6 * error[False].std()
-    assert -error[True].min() < 0.6 * -error[False].min()
 
 
 def test_the_star_says_when_the_scan_before_was_taken() -> None:

@@ -140,17 +140,6 @@ def test_waits_where_it_is_until_something_is_seen() -> None:
         planning.update()
 
 
-def test_goal_in_sight_is_approached_straight() -> None:
-    planning = Planning(goal=IN_SIGHT)
-    planning.see(OPEN)
-    planning.update()
-    guidance = planning.out("guidance")
-    assert planning.out("status") is PlannerStatus.APPROACHING
-    assert guidance.arrives
-    assert guidance.path == pytest.approx(IN_SIGHT[None, :])
-    assert planning.out("short_term_goal") == pytest.approx(IN_SIGHT)
-
-
 def test_goal_out_of_sight_makes_it_explore_towards_a_frontier() -> None:
     planning = Planning(goal=BEHIND)
     planning.see(SCREEN)
@@ -165,17 +154,6 @@ def test_goal_out_of_sight_makes_it_explore_towards_a_frontier() -> None:
     # where it sends the robot has been seen to be free
     assert state.roadmap.union.contains(guidance.path, 1e-3).all()
     assert guidance.regions.center[0] == pytest.approx(POSE[:2])
-
-
-def test_walled_in_is_unreachable_and_guides_nowhere() -> None:
-    planning = Planning(goal=BEHIND)
-    planning.see(CELL)
-    planning.update()
-    assert planning.out("status") is PlannerStatus.WAITING  # the first scan may be at fault
-    planning.look_around(CELL)
-    assert planning.out("status") is PlannerStatus.UNREACHABLE
-    assert len(planning.out("guidance").path) == 0
-    assert planning.out("short_term_goal") == pytest.approx(POSE[:2])
 
 
 def test_a_goal_that_is_no_place_is_reported() -> None:
@@ -253,18 +231,3 @@ def test_after_giving_up_another_goal_is_tried() -> None:
     planning.update()
     assert planning.out("status") is PlannerStatus.APPROACHING
     assert planning.out("guidance").path[-1] == pytest.approx([-0.5, 0.2])
-
-
-def test_a_snapshot_once_read_never_changes() -> None:
-    planning = Planning(goal=BEHIND)
-    planning.see(SCREEN)
-    planning.update()
-    before = planning.out("planner_state")
-    values, viewpoint = before.roadmap.union.values.copy(), before.frontiers(0.25).copy()
-    for step in (0.8, 1.6):
-        planning.see(SCREEN, POSE + (0.0, step, 0.0))
-        planning.update()
-    assert len(planning.out("planner_state").roadmap) == 3
-    assert len(before.roadmap) == 1
-    assert np.array_equal(before.roadmap.union.values, values)
-    assert np.array_equal(before.frontiers(0.25), viewpoint)

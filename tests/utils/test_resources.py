@@ -1,6 +1,5 @@
 """Shipped files are found in a checkout and in an installed package."""
 
-import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
 import pytest
@@ -8,22 +7,6 @@ import pytest
 from drake_starnav.errors import StarnavError
 from drake_starnav.utils import resources
 from drake_starnav.utils.resources import model_path, resolve_path
-
-
-def test_finds_the_shipped_files() -> None:
-    assert model_path().is_absolute()
-    assert model_path("package.xml") == model_path() / "package.xml"
-    assert model_path("robots", "starbot.urdf").is_file()
-    assert model_path("scenarios").is_dir()
-
-
-def test_a_missing_file_is_the_callers_business() -> None:
-    assert not model_path("robots", "no_such_robot.urdf").exists()
-
-
-def test_package_is_named_as_the_import() -> None:
-    root = ElementTree.parse(model_path("package.xml")).getroot()
-    assert root.findtext("name") == "drake_starnav"
 
 
 def test_installed_files_come_before_a_neighbour_named_models(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -1,10 +1,8 @@
 """Snapshots are themselves, and nobody else."""
 
 import copy
-import dataclasses
 
 import numpy as np
-import pytest
 from pydrake.common.value import Value
 
 from drake_starnav.lidar.laser_scan import LaserScan
@@ -31,10 +29,3 @@ def test_a_copy_is_itself_for_drake_too() -> None:
     seen = Seen(np.zeros(3), time=1.0)
     assert copy.deepcopy(seen) is seen
     assert Value(seen).Clone().get_value() is seen
-
-
-def test_a_snapshot_is_a_frozen_dataclass() -> None:
-    seen = Seen(np.zeros(3))
-    assert dataclasses.replace(seen, time=2.0).time == 2.0
-    with pytest.raises(dataclasses.FrozenInstanceError):
-        seen.time = 2.0  # type: ignore[misc]

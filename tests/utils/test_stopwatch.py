@@ -43,9 +43,3 @@ def test_summary_is_of_all_times() -> None:
     assert summary["mean_s"] == pytest.approx(times.mean())
     assert summary["p50_s"] == pytest.approx(np.median(times))
     assert (times <= summary["p99_s"]).mean() == pytest.approx(0.99)
-
-
-def test_two_stopwatches_share_nothing() -> None:
-    one, other = Stopwatch(), Stopwatch()
-    one.note("scan", time.perf_counter())
-    assert [each.summary("scan")["count"] for each in (one, other)] == [1, 0]

@@ -75,14 +75,6 @@ def test_a_robot_that_fits_nowhere_is_named(kind):
         make_world(kind(), 0, 2.5)
 
 
-def test_forest_keeps_its_gaps_and_its_trees():
-    world = make_world(Forest(trees=(20, 20), gap=(0.7, 0.7)), 1, 0.25)
-    assert len(world.cylinders) == 20
-    offsets = world.cylinders[:, None, :2] - world.cylinders[None, :, :2]
-    gaps = np.hypot(offsets[..., 0], offsets[..., 1]) + 10.0 * np.eye(20)
-    assert gaps.min() >= 1.0 + 0.7
-
-
 def test_paper_forest_has_the_papers_cylinders_and_ranges():
     for seed in range(10):
         world = make_world(PaperForest(), seed, 0.2)
@@ -102,31 +94,6 @@ def test_open_mazes_hold_walls_spheres_cylinders_and_concave_obstacles():
     assert sum(len(world.cylinders) for world in worlds)
     assert any(len(polygon) == 4 for world in worlds for polygon in world.polygons)
     assert any(len(convex_parts(polygon)) == 3 for world in worlds for polygon in world.polygons)
-
-
-@pytest.mark.parametrize("length", [10.0, 40.0, 300.0])
-def test_a_corridor_is_about_as_long_as_asked(length):
-    world = make_world(Corridor(length=length, fin=0.0), 0, 0.25)
-    shortest, _ = shortest_path(world, 0.25)
-    # turns are cut, at most by the corridor's width each
-    assert 0.7 * length <= shortest <= length
-    fins = make_world(Corridor(length=length), 0, 0.25)
-    assert shortest_path(fins, 0.25)[0] >= shortest - 1e-3 * length
-
-
-@pytest.mark.parametrize(
-    ("kind", "message"),
-    [
-        (Forest(width=1.0), r"Forest\.width is 1\.0; allowed: 6 <= x <= 200 m"),
-        (Maze(cells=(9, 8)), r"Maze\.cells is \[9, 8\]; allowed: \[least, most\], 2 <= x <= 200"),
-        (Maze(family="round"), "one of any, cells, open"),
-        (Corridor(length=1000.0), "x <= 300 m"),
-        ("Forest", "an instance of Forest"),
-    ],
-)
-def test_bad_parameters_are_refused(kind, message):
-    with pytest.raises(StarnavError, match=message):
-        make_world(kind, 0, 0.25)
 
 
 @pytest.mark.parametrize(

@@ -38,14 +38,6 @@ def test_a_path_repeats(time: float, rounds: int) -> None:
         assert gap < 1e-9 or abs(time % period - period) < 1e-9 or abs(time % period) < 1e-9
 
 
-@given(st.lists(st.floats(0.0, 30.0), min_size=1, max_size=20))
-def test_each_time_is_told_as_if_it_were_alone(times: list[float]) -> None:
-    together = moving_obstacle_states(BOTH, np.array(times))
-    for k, time in enumerate(times):
-        alone = moving_obstacle_states(BOTH, np.array([time]))
-        assert all(np.array_equal(t[k], a[0]) for t, a in zip(together, alone, strict=True))
-
-
 @given(st.floats(0.0, 7.98))
 def test_velocity_is_the_derivative(time: float) -> None:
     step = 1e-3

@@ -9,7 +9,7 @@ from hypothesis import given
 from drake_starnav.errors import StarnavError
 from drake_starnav.worlds import Forest, Maze, World, clearance, make_world, shortest_path
 from drake_starnav.worlds.outlines import rectangle, trap
-from drake_starnav.worlds.shortest_path import blocker, blocks, capsules_around
+from drake_starnav.worlds.shortest_path import blocks, capsules_around
 from tests.helpers.scans import seeds, segment_distance
 
 
@@ -35,13 +35,6 @@ def test_a_segment_is_blocked_where_a_point_of_it_is_inside(seed: int) -> None:
         assert blocks(*a, *b, capsule)
     elif nearest > capsule[4] + step:
         assert not blocks(*a, *b, capsule)
-
-
-def test_the_blocker_is_one_that_blocks_and_touching_is_free() -> None:
-    capsules = np.array(((0.0, 1.0, 4.0, 1.0, 0.5), (2.0, 0.0, 2.0, 0.0, 0.4)))
-    assert blocker(0.0, 0.0, 4.0, 0.0, capsules) == 1
-    assert blocker(0.0, 0.5, 1.0, 0.5, capsules) == -1
-    assert blocker(5.0, 5.0, 6.0, 6.0, capsules) == -1
 
 
 def along(path: np.ndarray, step: float = 0.01) -> np.ndarray:
