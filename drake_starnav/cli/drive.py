@@ -1,4 +1,4 @@
-"""The commands `drive`, `replay`, `watchdog`, `warm` and `calibrate`: a robot that is not simulated."""
+"""The commands `drive`, `replay`, `warm` and `calibrate`: a robot that is not simulated."""
 
 import argparse
 import json
@@ -112,32 +112,6 @@ replay = Command(
     _add_log,
     _replay,
     "0 all commands equal to the bit, 1 one differs",
-)
-
-
-def _add_watchdog_options(parser: argparse.ArgumentParser) -> None:
-    add_scenario(parser)
-    add_overrides(parser)
-    parser.add_argument(
-        "--base", required=True, metavar="MODULE:NAME", help="what makes the base: drive(twist), close()"
-    )
-    _add_robot(parser, "base")
-
-
-def _watch(options: argparse.Namespace) -> int:
-    from drake_starnav.loading import load_scenario
-    from drake_starnav.runtime.watchdog import ramp_of, watch
-
-    scenario = load_scenario(options.scenario, overrides=options.overrides)
-    watch(made(options.base, options.option), ramp_of(scenario.robot.limits))
-    return REACHED
-
-
-watchdog = Command(
-    "watchdog",
-    "Pass twists from the standard input, a JSON list a line, on to a base, and brake it where they stop.",
-    _add_watchdog_options,
-    _watch,
 )
 
 

@@ -9,7 +9,7 @@ if TYPE_CHECKING:
 
 MODULES = {
     "demo": "simulate", "simulate": "simulate", "record": "record", "benchmark": "benchmark", "report": "benchmark",
-    "show_world": "show", "margins": "show", "drive": "drive", "replay": "drive", "watchdog": "drive", "warm": "drive",
+    "show_world": "show", "margins": "show", "drive": "drive", "replay": "drive", "warm": "drive",
     "calibrate": "drive",
 }  # fmt: skip
 """Of each command, in this folder; scripts/ has a file for each but `demo` and those of `drive`."""

@@ -1,9 +1,5 @@
 """The commands for a robot that is not simulated."""
 
-import json
-import subprocess
-import sys
-
 import pytest
 
 from drake_starnav.cli.drive import calibrate, drive, made, replay, warm
@@ -59,12 +55,3 @@ def test_options_are_json_or_text() -> None:
 def test_warm_says_how_long_it_takes(capsys) -> None:
     assert warm(["forest"]) == 0
     assert capsys.readouterr().out.count("ready after") == 2
-
-
-def test_the_watchdog_reads_lines(tmp_path) -> None:
-    path = tmp_path / "told"
-    command = [sys.executable, "-m", "drake_starnav", "watchdog", "forest"]
-    command += ["--base", "tests.runtime.test_watchdog:FileBase", "--option", f"path={path}"]
-    subprocess.run(command, input="[0.5, 0.1]\n", text=True, timeout=120, check=True)
-    lines = path.read_text().splitlines()
-    assert json.loads(lines[0])[1:] == [0.5, 0.1] and json.loads(lines[-2])[1:] == [0.0, 0.0] and lines[-1] == "closed"
