@@ -1,6 +1,6 @@
 """A recording of a robot that drives past posts at constant speed, and of what its planner makes of it."""
 
-import math
+import dataclasses
 from types import SimpleNamespace
 
 import numpy as np
@@ -20,7 +20,6 @@ from pydrake.math import RigidTransform
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
-from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, plan_step
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.schema import RecordingParameters
@@ -33,8 +32,9 @@ from drake_starnav.visualization.recorder import (
     finish_recording,
 )
 from drake_starnav.visualization.star_roadmap_visualizer import StarRoadmapVisualizer
+from drake_starnav.worlds.world import World
 from tests.helpers.camera import camera_pose
-from tests.helpers.scans import MARGINS
+from tests.helpers.scans import MARGINS, cast
 
 ROBOT, PLANNER = RobotParameters(), PlannerParameters()
 POSTS = np.array([(1.5, 1.0, 0.3), (2.5, -1.0, 0.4), (4.0, 1.3, 0.3), (5.0, -1.2, 0.4)])
@@ -48,51 +48,47 @@ POSES = {view: camera_pose(around_robot([0.0, 0.0]) if view == "follow" else EXT
 CAMERAS = Cameras(EXTENT, "top", f"{WORLD_PREFIX}/robot", (0.0, 0.0))
 
 
-def scan_at(pose, time, range_max=4.0, beams=180):
-    bearings = -math.pi + 2.0 * math.pi / beams * np.arange(beams)
-    ray = np.column_stack((np.cos(bearings), np.sin(bearings)))
-    offset = POSTS[:, :2] - pose[:2]
-    along = ray @ offset.T
-    half = POSTS[:, 2] ** 2 - np.sum(offset**2, axis=1) + along**2
-    distance = np.where((half >= 0.0) & (along > 0.0), along - np.sqrt(np.maximum(half, 0.0)), np.inf).min(axis=1)
-    distance[distance >= range_max] = np.inf
-    return LaserScan(time, -math.pi, 2.0 * math.pi / beams, 0.0, range_max, distance)
+def run_log(world, goal, speed, duration, period=PERIOD):
+    """What the systems of a robot that drives along x past a world's posts would say, one row per period."""
+    state, log = PlannerState.initial(PLANNER, ROBOT.radius), []
+    for k in range(round(duration / period) + 1):
+        pose, time = np.array([speed * period * k, 0.0, 0.0]), period * k
+        scan = dataclasses.replace(cast(world, pose, beams=180, range_max=4.0), time=time)
+        seen = Observation(scan_region(scan, pose, ROBOT.radius, MARGINS), scan, pose)
+        state = plan_step(state, PlannerInput(seen, pose[:2], goal, time, PLANNER, MARGINS, ROBOT.radius))
+        braking = SimpleNamespace(path=pose + np.linspace(0.0, 0.3, 30)[:, None] * np.array([1.0, 0.0, 0.0]))
+        row = {"pose": pose, "scan_pose": pose, "goal": goal, "twist": np.array([speed, 0.0]), "scan": scan}
+        log.append({**row, "planner_state": state, "certificate": braking})
+    return log
 
 
-class Drive(LeafSystem):
-    """A robot that drives along x at constant speed, and what its planner makes of it."""
+class Replay(LeafSystem):
+    """Outputs the rows of a log; with a frame, also where it is in a scene."""
 
-    def __init__(self, frame):
+    def __init__(self, log, frame=None, period=PERIOD):
         super().__init__()
-        self._log = []
-        state = PlannerState.initial(PLANNER, ROBOT.radius)
-        for k in range(round(DURATION / PERIOD) + 1):
-            pose = np.array([SPEED * PERIOD * k, 0.0, 0.0])
-            scan = scan_at(pose, PERIOD * k)
-            seen = Observation(scan_region(scan, pose, ROBOT.radius, MARGINS), scan, pose)
-            state = plan_step(
-                state, PlannerInput(seen, pose[:2], np.array([6.0, 0.0]), PERIOD * k, PLANNER, MARGINS, ROBOT.radius)
-            )
-            braking = SimpleNamespace(path=pose + np.array([(0.0, 0.0, 0.0), (0.3, 0.0, 0.0)]))
-            self._log.append((pose, scan, state, braking))
-        for name in ("pose", "scan_pose"):
-            self.DeclareVectorOutputPort(name, 3, lambda c, out: out.SetFromVector(self._row(c)[0]))
-        self.DeclareVectorOutputPort("goal", 2, lambda c, out: out.SetFromVector([6.0, 0.0]))
-        self.DeclareVectorOutputPort("twist", 2, lambda c, out: out.SetFromVector([SPEED, 0.0]))
-        for k, name in ((1, "scan"), (2, "planner_state"), (3, "certificate")):
-            self.DeclareAbstractOutputPort(
-                name, lambda k=k: Value[object](self._log[0][k]), lambda c, out, k=k: out.set_value(self._row(c)[k])
-            )
-        self._frame = frame
-        self.DeclareAbstractOutputPort("geometry_pose", lambda: Value[FramePoseVector](), self._calc_geometry_pose)
 
-    def _row(self, context):
-        return self._log[int(context.get_time() / PERIOD + 1e-6)]
+        def at(context):
+            return log[min(int(context.get_time() / period + 1e-6), len(log) - 1)]
 
-    def _calc_geometry_pose(self, context, output):
-        poses = FramePoseVector()
-        poses.set_value(self._frame, RigidTransform([*self._row(context)[0][:2], 0.0]))
-        output.set_value(poses)
+        for name, first in log[0].items():
+            if isinstance(first, np.ndarray):
+                show = lambda c, out, name=name: out.SetFromVector(at(c)[name])  # noqa: E731
+                self.DeclareVectorOutputPort(name, len(first), show)
+            else:
+                self.DeclareAbstractOutputPort(
+                    name,
+                    lambda first=first: Value[object](first),
+                    lambda c, out, name=name: out.set_value(at(c)[name]),
+                )
+
+        def place(context, output):
+            poses = FramePoseVector()
+            poses.set_value(frame, RigidTransform([*at(context)["pose"][:2], 0.0]))
+            output.set_value(poses)
+
+        if frame is not None:
+            self.DeclareAbstractOutputPort("geometry_pose", lambda: Value[FramePoseVector](), place)
 
 
 def record(path):
@@ -111,7 +107,8 @@ def record(path):
     for k, (x, y, radius) in enumerate(POSTS):
         post = shape(radius, 0.6, RigidTransform([x, y, 0.3]), (0.5, 0.5, 0.5), f"post {k}")
         graph.RegisterAnchoredGeometry(source, post)
-    drive = builder.AddSystem(Drive(frame))
+    world = World("posts", (0, 0, 0), (0, 0), cylinders=POSTS)
+    drive = builder.AddSystem(Replay(run_log(world, np.array([6.0, 0.0]), SPEED, DURATION), frame))
     builder.Connect(drive.GetOutputPort("geometry_pose"), graph.get_source_pose_port(source))
     meshcat = quiet_meshcat()
     parameters = RecordingParameters()

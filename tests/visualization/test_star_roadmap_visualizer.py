@@ -2,22 +2,16 @@ import dataclasses
 import gc
 import math
 from collections import defaultdict
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from pydrake.common.value import Value
 from pydrake.geometry import Meshcat
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import DiagramBuilder, LeafSystem
+from pydrake.systems.framework import DiagramBuilder
 
-from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, plan_step
 from drake_starnav.planning.roadmap import refitted
-from drake_starnav.robot import RobotParameters
 from drake_starnav.safety import KeepOut, SpeedZone
 from drake_starnav.scenario.schema import RecordingParameters
-from drake_starnav.surroundings import Observation, scan_region
 from drake_starnav.visualization import meshes
 from drake_starnav.visualization.meshes import LAYERS
 from drake_starnav.visualization.star_roadmap_visualizer import (
@@ -29,11 +23,11 @@ from drake_starnav.visualization.star_roadmap_visualizer import (
 )
 from drake_starnav.worlds.world import World
 from tests.helpers.mounts import CORNERS, looks
+from tests.helpers.recorded_drive import ROBOT, Replay, run_log
 from tests.helpers.scans import MARGINS
 
-ROBOT = RobotParameters()
-PLANNER = PlannerParameters()
 POSTS = np.array([(2.0, 1.2, 0.4), (2.5, -1.0, 0.5), (4.5, 0.4, 0.4), (0.0, 2.5, 0.5), (-1.0, -2.0, 0.6)])
+WORLD = World("posts", (0, 0, 0), (0, 0), cylinders=POSTS)
 GOAL = np.array([8.0, 0.0])
 SPEED = 0.5
 
@@ -69,49 +63,6 @@ class Script(list):
         return shown
 
 
-def scan_at(pose, time, range_max=4.0, beams=180):
-    bearings = -math.pi + 2.0 * math.pi / beams * np.arange(beams)
-    ray = np.column_stack((np.cos(bearings + pose[2]), np.sin(bearings + pose[2])))
-    offset = POSTS[:, :2] - pose[:2]
-    along = ray @ offset.T
-    half = POSTS[:, 2] ** 2 - np.sum(offset**2, axis=1) + along**2
-    distance = np.where((half >= 0.0) & (along > 0.0), along - np.sqrt(np.maximum(half, 0.0)), np.inf).min(axis=1)
-    distance[distance >= range_max] = np.inf
-    return LaserScan(time, -math.pi, 2.0 * math.pi / beams, 0.0, range_max, distance)
-
-
-def run_log(duration=3.0, period=0.05):
-    """What the systems of a robot that drives along x would say, one row per period."""
-    state = PlannerState.initial(PLANNER, ROBOT.radius)
-    log = []
-    for k in range(round(duration / period) + 1):
-        pose = np.array([SPEED * period * k, 0.0, 0.0])
-        scan = scan_at(pose, period * k)
-        seen = Observation(scan_region(scan, pose, ROBOT.radius, MARGINS), scan, pose)
-        state = plan_step(state, PlannerInput(seen, pose[:2], GOAL, period * k, PLANNER, MARGINS, ROBOT.radius))
-        braking = SimpleNamespace(path=pose + np.linspace(0.0, 0.3, 30)[:, None] * np.array([1.0, 0.0, 0.0]))
-        twist = np.array([SPEED, 0.0])
-        log.append({"pose": pose, "scan_pose": pose, "goal": GOAL, "twist": twist, "scan": scan})
-        log[-1].update(planner_state=state, certificate=braking)
-    return log
-
-
-class Replay(LeafSystem):
-    def __init__(self, log, period=0.05):
-        super().__init__()
-        for name, first in log[0].items():
-
-            def row(context, name=name):
-                return log[min(int(context.get_time() / period + 1e-6), len(log) - 1)][name]
-
-            if isinstance(first, np.ndarray):
-                self.DeclareVectorOutputPort(name, len(first), lambda c, out, row=row: out.SetFromVector(row(c)))
-            else:
-                self.DeclareAbstractOutputPort(
-                    name, lambda first=first: Value[object](first), lambda c, out, row=row: out.set_value(row(c))
-                )
-
-
 def play(log, ports=None, **parameters):
     """The calls to Meshcat of a run."""
     script = Script()
@@ -129,7 +80,7 @@ def play(log, ports=None, **parameters):
 
 @pytest.fixture(scope="module")
 def log():
-    return run_log()
+    return run_log(WORLD, GOAL, SPEED, 3.0)
 
 
 @pytest.fixture(scope="module")
@@ -255,15 +206,13 @@ def test_areas_of_certificates_are_drawn_and_explained():
     areas = {call[1]: call[2][:2].min(axis=1).tolist() for call in script if call[0] == "SetTriangleMesh"}
     drawn = [(name, areas[path]) for name in ("keep_out", "slow") for path in script.visible(f"zones/{name}", 4)]
     assert drawn == [("keep_out", [0.0, 0.0]), ("slow", [3.0, 3.0]), ("slow", [6.0, 6.0])]
-    world = World("posts", (0, 0, 0), (0, 0), cylinders=POSTS)
-    legends = [meshes.layers_of_run(1.0, world, each) for each in ((), zones[:1], zones)]
+    legends = [meshes.layers_of_run(1.0, WORLD, each) for each in ((), zones[:1], zones)]
     assert [sum(name.startswith("zones") for name in legend) for legend in legends] == [0, 1, 2]
 
 
 def test_hits_of_every_lidar_are_drawn_where_they_are():
     pose = np.array((0.5, -0.2, 0.7))
-    world = World("posts", (0, 0, 0), (0, 0), cylinders=POSTS)
-    scans = dict(zip(("scan", "scan_2"), looks(world, CORNERS, pose), strict=True))
+    scans = dict(zip(("scan", "scan_2"), looks(WORLD, CORNERS, pose), strict=True))
     script, builder = Script(), DiagramBuilder()
     replay = builder.AddSystem(Replay([{"scan_pose": pose, **scans}]))
     places = [lidar.mount for lidar in CORNERS]
