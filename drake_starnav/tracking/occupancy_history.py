@@ -44,8 +44,9 @@ class OccupancyHistory:
     Attributes:
         first: cell (i, j) of W in which the arrays begin, shape (2,).
         first_hit: time of the first hit since it was last seen free, shape (n, n), s; NEVER without one.
-        last_hit, seen_free: time of the last, shape (n, n), s; NEVER.
-        large: time of the last hit on a surface too large to move, since it was last seen free, shape (n, n), s; NEVER.
+        last_hit: time of the last, shape (n, n), s; NEVER.
+        seen_free: whether it ever was, shape (n, n), bool.
+        large: whether a surface too large to move was hit there since it was last seen free, shape (n, n), bool.
     """
 
     first: np.ndarray
@@ -59,8 +60,8 @@ class OccupancyHistory:
         """An empty grid about a place (2,) in W, m."""
         n = 2 * math.ceil(REACH / CELL)
         first = np.floor(np.asarray(position) / CELL).astype(np.int64) - n // 2
-        empty = np.full((n, n), NEVER)
-        return OccupancyHistory(first, empty, empty, empty, empty)
+        never, nowhere = np.full((n, n), NEVER), np.zeros((n, n), bool)
+        return OccupancyHistory(first, never, never, nowhere, nowhere)
 
     def following(self, position: np.ndarray) -> "OccupancyHistory":
         """This grid, moved by whole cells if the place (2,) in W, m, is far from its middle."""
@@ -69,9 +70,10 @@ class OccupancyHistory:
         shift = wanted - self.first
         if np.abs(shift).max() * CELL < RECENTRED:
             return self
-        before = (self.first_hit, self.last_hit, self.seen_free, self.large)
-        arrays = [_shifted(array, *shift) for array in before]
-        return OccupancyHistory(wanted, *arrays)
+        times = [_shifted(array, NEVER, *shift) for array in (self.first_hit, self.last_hit)]
+        return OccupancyHistory(
+            wanted, *times, *(_shifted(array, False, *shift) for array in (self.seen_free, self.large))
+        )
 
     def classified(
         self, scan: LaserScan, pose: np.ndarray, parameters: DynamicObstacleParameters
@@ -147,7 +149,7 @@ def _classified(grids, cells, beams, time, width):
         if not _inside(first_hit, cells, k, 1):
             continue
         i, j = cells[k]
-        stands[k], freed[k] = False, seen_free[i, j] >= 0.0
+        stands[k], freed[k] = False, seen_free[i, j]
         for a in range(i - 1, i + 2):
             for b in range(j - 1, j + 2):
                 stands[k] |= _stands(first_hit[a, b], last_hit[a, b], time)
@@ -175,7 +177,7 @@ def _may_start(large, cells, small):
     for k in range(len(cells)):
         if _inside(large, cells, k, 1):
             i, j = cells[k]
-            out[k] &= not (large[i - 1 : i + 2, j - 1 : j + 2] >= 0.0).any()
+            out[k] &= not large[i - 1 : i + 2, j - 1 : j + 2].any()
     return out
 
 
@@ -198,7 +200,7 @@ def _note(grids, places, beams, time, place, large):
     for i in range(len(free)):
         for j in range(len(free)):
             if free[i, j]:
-                seen_free[i, j], first_hit[i, j], seen_large[i, j] = time, NEVER, NEVER
+                seen_free[i, j], first_hit[i, j], seen_large[i, j] = True, NEVER, False
     for k in range(len(cells)):
         if _inside(first_hit, cells, k, 0):
             i, j = cells[k]
@@ -206,12 +208,12 @@ def _note(grids, places, beams, time, place, large):
             if first_hit[i, j] < 0.0:
                 first_hit[i, j] = time
             if large[k]:
-                seen_large[i, j] = time
+                seen_large[i, j] = True
 
 
-def _shifted(array: np.ndarray, di: int, dj: int) -> np.ndarray:
+def _shifted(array: np.ndarray, empty: float, di: int, dj: int) -> np.ndarray:
     n = len(array)
-    out = np.full((n, n), NEVER)
+    out = np.full((n, n), empty, array.dtype)
     if abs(di) < n and abs(dj) < n:
         i, j = max(di, 0), max(dj, 0)
         kept = array[i : n + min(di, 0), j : n + min(dj, 0)]
