@@ -255,8 +255,7 @@ def _add_navigators(
         RobotInterface(plant, scene_graph, model, each, seed=own)
         for each, model, own in zip(robots, models, seeds, strict=True)
     ]
-    for robot, world in zip(interfaces, worlds, strict=True):
-        warn_of_unseen(plant, scene_graph, world, robot)
+    warn_of_unseen(plant, scene_graph, worlds[0], interfaces)
     shapes: list[list[GeometryId]] = [robot.robot_geometries for robot in interfaces]
     driven = []
     for k, (each, robot, world) in enumerate(zip(robots, interfaces, worlds, strict=True)):

@@ -27,6 +27,7 @@ from pydrake.geometry import (
 from pydrake.math import RigidTransform
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, MultibodyPlant
+from pydrake.multibody.tree import RigidBody
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_starnav.errors import StarnavError
@@ -86,9 +87,7 @@ def with_footprints(world: World) -> World:
     surfaces = [
         polygon
         for geometry, X_WG in fixed_geometries(plant, inspector, hollow=True)
-        for polygon in _shell(
-            *mesh_triangles(inspector.GetShape(geometry), inspector.GetName(geometry)), X_WG, world.height
-        )
+        for polygon in shadows(inspector, geometry, X_WG, FLOOR_TOLERANCE, world.height)
     ]
     fixed = fixed_geometries(plant, inspector)
     moving = len(fixed) < len(inspector.GetAllGeometryIds(Role.kProximity))
@@ -105,9 +104,7 @@ def with_footprints(world: World) -> World:
             if disc is not None:
                 discs.append(disc)
             continue
-        polygon = convex_footprint(shape_vertices(inspector, geometry, X_WG), FLOOR_TOLERANCE, world.height)
-        if polygon is not None:
-            polygons.append(polygon)
+        polygons += shadows(inspector, geometry, X_WG, FLOOR_TOLERANCE, world.height)
     return dataclasses.replace(
         world,
         cylinders=np.array(discs),
@@ -125,16 +122,22 @@ def _disc(shape: Sphere | Cylinder, X_WG: RigidTransform, height: float) -> tupl
     return (x, y, shape.radius()) if z - half < height and z + half > FLOOR_TOLERANCE else None
 
 
-def _shell(vertices: np.ndarray, triangles: np.ndarray, X_WG: RigidTransform, height: float) -> list[np.ndarray]:
-    """The footprints of a mesh's triangles up to a height, as sheets of `SHEET`."""
+def shadows(
+    inspector: SceneGraphInspector, geometry: GeometryId, X_WG: RigidTransform, low: float, high: float
+) -> list[np.ndarray]:
+    """The footprint of a collision shape's part between two heights, if any; of a hollow mesh those of its triangles,
+    as sheets of `SHEET`."""
+    if inspector.GetProximityProperties(geometry) is not None:
+        polygon = convex_footprint(shape_vertices(inspector, geometry, X_WG), low, high)
+        return [] if polygon is None else [polygon]
+    vertices, triangles = mesh_triangles(inspector.GetShape(geometry), inspector.GetName(geometry))
     corners = vertices[triangles] @ X_WG.rotation().matrix().T + X_WG.translation()
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     size = np.linalg.norm(normal, axis=1)
-    low, high = corners[..., 2].min(axis=1), corners[..., 2].max(axis=1)
-    near = (size > 0.0) & (low < height) & (high > FLOOR_TOLERANCE)
+    near = (size > 0.0) & (corners[..., 2].min(axis=1) < high) & (corners[..., 2].max(axis=1) > low)
     half = 0.5 * SHEET * normal[near] / size[near, None]
     sheets = np.concatenate((corners[near] + half[:, None], corners[near] - half[:, None]), axis=1)
-    prints = (convex_footprint(sheet, FLOOR_TOLERANCE, height) for sheet in sheets)
+    prints = (convex_footprint(sheet, low, high) for sheet in sheets)
     return [polygon for polygon in prints if polygon is not None]
 
 
@@ -215,10 +218,17 @@ def _is_floor(inspector: SceneGraphInspector, geometry: GeometryId, X_WG: RigidT
 def fixed_geometries(
     plant: MultibodyPlant, inspector: SceneGraphInspector, *, hollow: bool = False
 ) -> list[tuple[GeometryId, RigidTransform]]:
-    """Collision geometries of bodies welded to the world, directly or not, or their surfaces, and where they are."""
+    """`placed_geometries` of the bodies welded to the world, directly or not."""
+    return placed_geometries(plant, inspector, plant.GetBodiesWeldedTo(plant.world_body()), hollow=hollow)
+
+
+def placed_geometries(
+    plant: MultibodyPlant, inspector: SceneGraphInspector, bodies: Sequence[RigidBody], *, hollow: bool
+) -> list[tuple[GeometryId, RigidTransform]]:
+    """Collision geometries of bodies, or their surfaces, and where they are with all joints at their defaults."""
     context = plant.CreateDefaultContext()
     found = []
-    for body in plant.GetBodiesWeldedTo(plant.world_body()):
+    for body in bodies:
         X_WB = plant.EvalBodyPoseInWorld(context, body)
         for geometry in plant.GetCollisionGeometriesForBody(body):
             if (inspector.GetProximityProperties(geometry) is None) == hollow:

@@ -116,7 +116,7 @@ def add_station(
     plant, scene_graph, model, ground = add_plant(builder, world, scenario.robot, step, settings)
     robot = builder.AddNamedSystem("robot", RobotInterface(plant, scene_graph, model, scenario, seed=seed))
     connect_robot(builder, plant, scene_graph, model, robot)
-    warn_of_unseen(plant, scene_graph, world, robot)
+    warn_of_unseen(plant, scene_graph, world, [robot])
     moving_geometries = add_moving_obstacle_drive(builder, plant, world.moving_obstacles)
     surfaces = surface_world(world)
     hull = None if surfaces is None else Hull(robot.base_frame, surfaces)

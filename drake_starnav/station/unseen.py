@@ -1,38 +1,53 @@
 """What a robot may hit of a world and its lidars do not see, as these look from their own heights."""
 
 import warnings
+from collections.abc import Sequence
 
 import numpy as np
+import shapely
 from pydrake.geometry import GeometryId, HalfSpace, SceneGraph, SceneGraphInspector, Sphere
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import BodyIndex
 
-from drake_starnav.station.model_world import FLOOR_TOLERANCE, fixed_geometries, shape_vertices
-from drake_starnav.station.robot_interface import RobotInterface
-from drake_starnav.worlds.clearance import clearance
-from drake_starnav.worlds.footprints import convex_footprint, sphere_footprint
+from drake_starnav.station.model_world import FLOOR_TOLERANCE, placed_geometries, shadows
+from drake_starnav.station.robot_interface import RobotInterface, joined_bodies
+from drake_starnav.worlds.footprints import sphere_footprint
 from drake_starnav.worlds.world import World
 
 UNSEEN = 0.01
 """A warning names what reaches farther than this beyond what a lidar sees of it, m."""
+GRAZED = 0.001
+"""What begins or ends so near to the height of a lidar is not seen, m."""
 MOST_NAMES = 3
 """The warning names at most this many."""
 
 
-def warn_of_unseen(plant: MultibodyPlant, scene_graph: SceneGraph, world: World, robot: RobotInterface) -> None:
-    """Name what stands in a finalized plant and reaches farther, up to the robot's top, than its lidars see.
+def warn_of_unseen(
+    plant: MultibodyPlant, scene_graph: SceneGraph, world: World, robots: Sequence[RobotInterface]
+) -> None:
+    """Name what stands in a finalized plant and reaches farther, up to a robot's top, than its lidars see.
 
-    Upright obstacles of a generated world are as high as every robot and need not be looked at.
+    What joints hold counts where it is at first. Upright obstacles of a generated world are as high as every robot and
+    need not be looked at.
     """
     if world.model is None and not len(world.spheres):
         return
-    inspector, hidden = scene_graph.model_inspector(), {}
-    for geometry, X_WG in fixed_geometries(plant, inspector):
-        if geometry in robot.floor or isinstance(inspector.GetShape(geometry), HalfSpace):
-            continue
-        beyond = _beyond_sight(inspector, geometry, X_WG, robot)
-        if beyond > UNSEEN:
-            hidden[inspector.GetName(geometry)] = beyond
+    inspector = scene_graph.model_inspector()
+    own = {index for robot in robots for index in joined_bodies(plant, robot.model)}
+    bodies = [plant.get_body(index) for index in map(BodyIndex, range(plant.num_bodies())) if index not in own]
+    standing = [
+        (geometry, X_WG)
+        for hollow in (False, True)
+        for geometry, X_WG in placed_geometries(plant, inspector, bodies, hollow=hollow)
+        if geometry not in robots[0].floor and not isinstance(inspector.GetShape(geometry), HalfSpace)
+    ]
+    for robot in robots:
+        beyond = {inspector.GetName(each): _beyond_sight(inspector, each, X_WG, robot) for each, X_WG in standing}
+        _warn(world, robot, {name: by for name, by in beyond.items() if by > UNSEEN})
+
+
+def _warn(world: World, robot: RobotInterface, hidden: dict[str, float]) -> None:
     if not hidden:
         return
     widest = sorted(hidden, key=hidden.__getitem__, reverse=True)
@@ -42,28 +57,30 @@ def warn_of_unseen(plant: MultibodyPlant, scene_graph: SceneGraph, world: World,
     warnings.warn(
         f"world {world.name}: the robot, {robot.top:.3g} m high, may hit what its lidar at a height of {heights} m "
         f"does not see: {names}{more}",
-        stacklevel=3,
+        stacklevel=4,
     )
 
 
 def _beyond_sight(
     inspector: SceneGraphInspector, geometry: GeometryId, X_WG: RigidTransform, robot: RobotInterface
 ) -> float:
-    """How far a convex solid reaches beyond what lidars see of it, m; of what they do not see, all counts."""
-    looks = [(height - UNSEEN, height) for height in robot.heights]
+    """How far a shape reaches beyond what lidars see of it, m; of what they do not see, all counts."""
+    struck, beyond = _shadow(inspector, geometry, X_WG, FLOOR_TOLERANCE, robot.top), 0.0
+    for lift in () if struck.is_empty else (-GRAZED, GRAZED):
+        cuts = [_shadow(inspector, geometry, X_WG, height + lift, height + lift) for height in robot.heights]
+        seen = shapely.union_all(cuts)
+        if seen.is_empty:
+            return float(np.ptp(shapely.get_coordinates(struck), axis=0).max())
+        if not seen.buffer(UNSEEN).contains(struck):
+            beyond = max(beyond, shapely.hausdorff_distance(struck, seen, 0.1))
+    return beyond
+
+
+def _shadow(
+    inspector: SceneGraphInspector, geometry: GeometryId, X_WG: RigidTransform, low: float, high: float
+) -> shapely.Geometry:
+    """What a shape covers of the floor by its part between two heights, m."""
     if isinstance(ball := inspector.GetShape(geometry), Sphere):
-        discs = [
-            sphere_footprint(X_WG.translation(), ball.radius(), *part)
-            for part in ((FLOOR_TOLERANCE, robot.top), *looks)
-        ]
-        radius, *seen = [0.0 if disc is None else disc[2] for disc in discs]
-        return max(0.0, radius - max(seen)) if any(seen) else 2.0 * radius
-    vertices = shape_vertices(inspector, geometry, X_WG)
-    struck = convex_footprint(vertices, FLOOR_TOLERANCE, robot.top)
-    if struck is None:
-        return 0.0
-    polygons = tuple(shadow for part in looks if (shadow := convex_footprint(vertices, *part)) is not None)
-    if not polygons:
-        return float(np.ptp(struck, axis=0).max())
-    section = World("section", (0.0, 0.0, 0.0), (0.0, 0.0), polygons=polygons)
-    return max(0.0, float(clearance(section, struck).max()))
+        disc = sphere_footprint(X_WG.translation(), ball.radius(), low, high)
+        return shapely.Polygon() if disc is None else shapely.Point(disc[:2]).buffer(disc[2])
+    return shapely.union_all([shapely.Polygon(each) for each in shadows(inspector, geometry, X_WG, low, high)])

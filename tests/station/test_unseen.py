@@ -4,6 +4,7 @@ import warnings
 from pathlib import Path
 
 import pytest
+import trimesh
 
 from drake_starnav.loading import parse_scenario
 from drake_starnav.scenario.schema import Scenario
@@ -82,17 +83,45 @@ def said(folder: Path, world: str, **heights: float) -> list[str]:
         ("<box><size>1 1 0.04</size></box>", 0.75, 0.75, 1.2, 0),
         ("<box><size>1 1 0.04</size></box>", 1.5, 0.75, 1.2, 0),
         ("<cone><radius>0.4</radius><length>1</length></cone>", 0.5, 0.2, 0.0, 75),
+        ("<box><size>1 1 0.02</size></box>", 0.21, 0.2, 0.4, 1000),  # a shelf whose underside the lidar grazes
+        ("<box><size>1 1 0.02</size></box>", 0.19, 0.2, 0.4, 1000),
+        ("<box><size>1 1 0.02</size></box>", 0.2, 0.2, 0.4, 0),
+        ("<mesh><uri>table.obj</uri></mesh>", 0.0, 0.2, 0.4, 460),  # its legs are seen, its top is not
+        ("<mesh><uri>table.obj</uri></mesh>", 0.0, 0.29, 0.4, 0),
+        ("<mesh><uri>table.obj</uri></mesh>", 0.0, 0.2, 0.0, 0),  # it drives below it
         ("<sphere><radius>0.05</radius></sphere>", 0.05, 0.2, 0.0, 100),
         ("<sphere><radius>0.3</radius></sphere>", 0.3, 0.2, 0.0, 0),
     ],
 )
 def test_what_the_lidar_does_not_see_is_named(tmp_path: Path, shape, z, lidar, mast, unseen) -> None:
+    corners = [(x, y) for x in (-0.45, 0.45) for y in (-0.45, 0.45)]
+    boxes = [((-0.5, -0.5, 0.28), (0.5, 0.5, 0.32)), *(((x, y, 0.0), (x + 0.04, y + 0.04, 0.28)) for x, y in corners)]
+    parts = [trimesh.creation.box(bounds=bounds) for bounds in boxes]
+    trimesh.util.concatenate(parts).export(tmp_path / "table.obj")
     texts = said(tmp_path, sdf(tmp_path, shape, z), lidar=lidar, mast=mast)
     assert len(texts) == bool(unseen)
     if unseen:
         (text,) = texts
         assert text.startswith("world m: the robot, ") and f"at a height of {lidar:g} m does not see: m::c (by " in text
         assert float(text.split("(by ")[1].split(" mm")[0]) == pytest.approx(unseen, rel=0.15)
+
+
+@pytest.mark.parametrize("weld", [True, False])
+def test_what_joints_hold_is_named_and_a_robot_is_not(tmp_path: Path, weld: bool) -> None:
+    """Of a crate with a drawer both, welded to the world or not."""
+    world = sdf(tmp_path, "<box><size>0.4 0.4 0.3</size></box>", 0.15).replace(
+        "start", f"weld: {str(weld).lower()}, start"
+    )
+    file = tmp_path / "m.sdf"
+    heavy = "<inertial><mass>1</mass></inertial>"
+    drawer = '<collision name="d"><geometry><box><size>0.3 0.3 0.1</size></box></geometry></collision>'
+    joint = '<joint name="j" type="prismatic"><parent>l</parent><child>b</child><axis><xyz>1 0 0</xyz></axis></joint>'
+    more = f'<link name="b"><pose>2.3 0 0.15 0 0 0</pose>{heavy}{drawer}</link>{joint}</model>'
+    text = file.read_text().replace("<static>1</static>", "").replace("</link>", f"{heavy}</link>")
+    file.write_text(text.replace("</model>", more))
+    (text,) = said(tmp_path, world, lidar=0.4)
+    assert "m::c (by 400 mm)" in text and "m::d (by 300 mm)" in text and "cart" not in text
+    assert not said(tmp_path, world, lidar=0.15)
 
 
 def test_spheres_that_a_lidar_looks_over_are_named(tmp_path: Path) -> None:
