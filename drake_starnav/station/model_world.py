@@ -35,7 +35,7 @@ from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.station.mesh_files import is_hollow, mesh_triangles
 from drake_starnav.station.parser_warnings import parsing
 from drake_starnav.station.robot_geometry import massless_links, outline, swollen
-from drake_starnav.station.scene_slices import SURFACE, read_solids
+from drake_starnav.station.scene_slices import SURFACE, read_solids, seen_geometries
 from drake_starnav.utils.resources import model_path
 from drake_starnav.worlds import check_world, make_world
 from drake_starnav.worlds.footprints import convex_footprint, cylinder_vertices, sphere_footprint
@@ -226,12 +226,12 @@ def placed_geometries(
     plant: MultibodyPlant, inspector: SceneGraphInspector, bodies: Sequence[RigidBody], *, hollow: bool
 ) -> list[tuple[GeometryId, RigidTransform]]:
     """Collision geometries of bodies, or their surfaces, and where they are with all joints at their defaults."""
-    context = plant.CreateDefaultContext()
+    context, surfaces = plant.CreateDefaultContext(), seen_geometries(inspector)
     found = []
     for body in bodies:
         X_WB = plant.EvalBodyPoseInWorld(context, body)
         for geometry in plant.GetCollisionGeometriesForBody(body):
-            if (inspector.GetProximityProperties(geometry) is None) == hollow:
+            if geometry in surfaces and (inspector.GetProximityProperties(geometry) is None) == hollow:
                 found.append((geometry, X_WB @ inspector.GetPoseInFrame(geometry)))
     return sorted(found, key=lambda item: item[0].get_value())
 
