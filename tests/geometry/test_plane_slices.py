@@ -6,14 +6,6 @@ import numpy as np
 import pytest
 
 from drake_starnav.geometry.plane_slices import SLAB, Slab, Solids, scan_planes, slice_solids
-from drake_starnav.geometry.raycast import CIRCLE, CONIC, SEGMENT
-
-NOTHING = {
-    "quadrics": np.zeros((0, 15)),
-    "vertices": np.zeros((0, 3)),
-    "face_starts": np.zeros(1, int),
-    "face_vertices": np.zeros(0, int),
-}
 
 
 def level(height: float) -> np.ndarray:
@@ -21,51 +13,10 @@ def level(height: float) -> np.ndarray:
     return np.array(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, height)))
 
 
-def upright_cylinder(x: float, y: float, radius: float, half: float) -> Solids:
-    k = 1.0 / radius**2
-    row = [x, y, 0.0, k, 0.0, 0.0, k, 0.0, 0.0, 0.0, 0.0, 1.0, -half, half, radius]
-    return Solids(**{**NOTHING, "quadrics": np.array([row])})
-
-
-def sphere(radius: float) -> Solids:
-    k = 1.0 / radius**2
-    row = [1.0, 2.0, 0.0, k, 0.0, 0.0, k, 0.0, k, 0.0, 0.0, 1.0, -np.inf, np.inf, 0.0]
-    return Solids(**{**NOTHING, "quadrics": np.array([row])})
-
-
 def box(half: float) -> Solids:
     corners = np.array([(x, y, z) for x in (-half, half) for y in (-half, half) for z in (-half, half)])
     faces = [(0, 1, 3, 2), (4, 5, 7, 6), (0, 1, 5, 4), (2, 3, 7, 6), (0, 2, 6, 4), (1, 3, 7, 5)]
     return Solids(np.zeros((0, 15)), corners, np.arange(0, 25, 4), np.array(faces).ravel())
-
-
-@pytest.mark.parametrize("height", [0.0, 0.3])
-def test_a_sphere_s_slice_is_a_circle(height: float) -> None:
-    (row,) = slice_solids(sphere(0.5), level(height))
-    assert row[3] == CIRCLE
-    np.testing.assert_allclose(row[:3], (1.0, 2.0, math.sqrt(0.25 - height**2)))
-
-
-def test_an_upright_cylinder_s_slice_is_its_circle_between_its_ends() -> None:
-    (row,) = slice_solids(upright_cylinder(1.0, 2.0, 0.4, 0.5), level(0.3))
-    assert row[3] == CIRCLE
-    np.testing.assert_allclose(row[:3], (1.0, 2.0, 0.4))
-    assert len(slice_solids(upright_cylinder(1.0, 2.0, 0.4, 0.5), level(0.6))) == 0
-
-
-def test_a_tipped_plane_cuts_an_ellipse_as_long_as_it_leans() -> None:
-    lean = 0.5
-    plane = np.array(((math.cos(lean), 0.0, math.sin(lean)), (0.0, 1.0, 0.0), (0.0, 0.0, 0.0)))
-    (row,) = slice_solids(upright_cylinder(0.0, 0.0, 0.4, 5.0), plane)
-    assert row[3] == CONIC
-    assert row[2] == pytest.approx(0.4 / math.cos(lean))
-
-
-def test_a_box_s_slice_is_its_square() -> None:
-    rows = slice_solids(box(0.5), level(0.1))
-    assert (rows[:, 3] == SEGMENT).all()
-    ends = {tuple(end) for row in rows for end in (row[4:6].round(9), row[6:8].round(9))}
-    assert len(rows) == 4 and ends == {(x, y) for x in (-0.5, 0.5) for y in (-0.5, 0.5)}
 
 
 def test_a_face_within_the_plane_is_cut_when_the_solid_is_below_it() -> None:

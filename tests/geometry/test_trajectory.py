@@ -12,13 +12,10 @@ from drake_starnav.geometry.trajectory import (
     STUCK_RADIUS,
     STUCK_TIME,
     Motion,
-    jerk,
     least_gaps,
     motion_metrics,
     stops,
     time_stuck,
-    twist_energy,
-    yaw_rate_change,
 )
 
 MOTION = Motion(np.array([1.0, 2.0, 4.0]), np.array([(0.0, 0.0, 3.0), (1.0, -1.0, -3.0), (1.0, 3.0, -3.0)]))
@@ -79,24 +76,9 @@ def test_of_a_sine(amplitude, period) -> None:
     assert found.yaw_rate_change_radps2 == pytest.approx(2.0 * amplitude * w / math.pi, rel=0.03)
 
 
-def test_a_constant_acceleration_has_no_jerk_and_a_ramp_of_the_yaw_rate_its_slope() -> None:
-    ramp = 0.4 * np.arange(0, 2, 0.1)
-    assert jerk(ramp, 0.1) == pytest.approx(0.0, abs=1e-9)
-    assert jerk(0.5 * 3.0 * np.arange(0, 2, 0.1) ** 2, 0.1) == pytest.approx(3.0)
-    assert yaw_rate_change(-ramp, 0.1) == pytest.approx(0.4)
-
-
 def test_shaking_from_step_to_step_is_averaged_out() -> None:
     shaking = 0.5 + 0.05 * (-1.0) ** np.arange(4000)
     assert metrics(shaking, shaking).jerk_mps3 == pytest.approx(0.0, abs=1e-9)
-
-
-def test_energy_grows_with_the_square_and_the_time() -> None:
-    v, omega = np.full(100, 0.4), np.full(100, 1.0)
-    once = twist_energy(v, omega, 0.1, 0.3)
-    assert once == pytest.approx(10.0 * (0.16 + 0.045))
-    assert twist_energy(2.0 * v, 2.0 * omega, 0.1, 0.3) == pytest.approx(4.0 * once)
-    assert twist_energy(v, -omega, 0.2, 0.3) == pytest.approx(2.0 * once)
 
 
 @pytest.mark.parametrize(
@@ -146,8 +128,3 @@ def test_a_stretch_begins_where_the_one_before_has_ended() -> None:
 def test_to_and_fro_near_a_place_is_being_stuck_there(far: float, stuck: float) -> None:
     x = far * (np.arange(100) % 2)
     assert time_stuck(np.column_stack((x, np.zeros(100))), 0.1) == pytest.approx(stuck)
-
-
-def test_driving_in_a_small_circle_is_being_stuck() -> None:
-    angle = np.linspace(0.0, 20.0 * math.pi, 400)
-    assert time_stuck(0.1 * np.column_stack((np.cos(angle), np.sin(angle))), 0.1) == pytest.approx(39.9)

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.lidar.laser_scan import DYNAMIC, LARGEST_UNSEEN, STATIC, UNKNOWN, Beams, LaserScan, third_side
+from drake_starnav.lidar.laser_scan import DYNAMIC, LARGEST_UNSEEN, STATIC, UNKNOWN, LaserScan, third_side
 from tests.helpers.scans import cast, distance, scattered, seeds
 
 GOOD = {
@@ -19,23 +19,6 @@ GOOD = {
     "range_max": 4.0,
     "ranges": np.full(8, 2.0),
 }
-
-
-def test_beams_are_made_once_and_belong_to_one_scan() -> None:
-    scan = cast(scattered(np.random.default_rng(1)))
-    beams = scan.beams
-    assert isinstance(beams, Beams) and scan.beams is beams
-    assert scan.distances is beams.distances and len(beams.distances) == len(beams.kinds) == len(scan.ranges)
-    later = dataclasses.replace(scan, ranges=np.full(len(scan.ranges), np.inf))
-    assert not later.hits.any() and scan.hits.any()
-
-
-def test_the_view_is_that_of_the_scan() -> None:
-    scan = LaserScan(0.0, 0.0, 6.28 / 359, 0.1, 7.0, np.full(360, 2.0))
-    assert (scan.beams.range_max, scan.beams.increment) == (7.0, 6.28 / 359)
-    assert scan.beams.seam == scan.field_of_view.seam and scan.full_circle
-    part = LaserScan(0.0, 0.0, 0.01, 0.1, 7.0, np.full(360, 2.0))
-    assert part.beams.seam == math.inf and not part.full_circle
 
 
 @given(seeds)
@@ -201,22 +184,6 @@ def test_a_lost_beam_counts_as_free_no_farther_than_its_neighbours(seed, share):
 def test_at_the_edge_of_the_field_of_view_one_neighbour_bounds():
     seen = LaserScan(0.0, 0.0, 0.01, 0.0, 5.0, [np.nan, 2.0, 2.0, 1.0, np.nan, np.nan], lost_beams=True)
     assert seen.distances.tolist() == [2.0, 2.0, 2.0, 1.0, 1.0, 1.0]
-
-
-def test_beams_are_free_up_to_a_moving_obstacle_which_is_no_hit():
-    ranges = np.array([2.0, 1.0, np.nan, 2.0, np.inf, 2.0, 1.5, 2.0])
-    reported = scan(
-        ranges=ranges,
-        lost_beams=True,
-        motion=np.array([STATIC, DYNAMIC, STATIC, STATIC, STATIC, STATIC, UNKNOWN, STATIC]),
-    )
-    np.testing.assert_array_equal(reported.hits, [True, False, False, True, False, True, True, True])
-    np.testing.assert_array_equal(reported.moving, [False, True, False, False, False, False, False, False])
-    np.testing.assert_array_equal(reported.lost, [False, False, True, False, False, False, False, False])
-    np.testing.assert_array_equal(reported.mappable, [True, False, False, True, True, True, False, True])
-    np.testing.assert_array_equal(reported.mappable_hits, [True, False, False, True, False, True, False, True])
-    assert reported.distances[1] == 1.0
-    assert len(reported.points()) == 5
 
 
 @pytest.mark.parametrize("pose", [(0.0, 0.0, 0.0), (1.0, -2.0, 2.5)])

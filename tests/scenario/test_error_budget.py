@@ -175,22 +175,6 @@ def test_the_margin_covers_where_late_commands_find_the_robot(model, delay):
     assert (away + turned * 0.5 * robot.max_speed**2 / robot.max_acceleration).max() < margin
 
 
-@given(st.floats(0.0, 0.05), st.floats(0.0, 0.05), st.floats(-1.0, 1.0))
-def test_the_slip_s_part_bounds_the_sideways_deviation_of_braking(slip, other, start):
-    """One wheel loses `slip`, the other `other`, of a robot that brakes straight from full speed."""
-    robot = RobotParameters()
-    wheels, step = robot.radius * np.array((-0.5, 0.5)), 1e-3
-    pose, v = np.zeros(3), robot.max_speed
-    while v > 0.0:
-        left, right = v * (1.0 - slip), v * (1.0 - other)
-        pose = composed(pose, (0.5 * (left + right) * step, 0.0, (right - left) / np.ptp(wheels) * step))
-        v -= robot.max_acceleration * step
-    drive = DriveParameters(slip=max(slip, other))
-    bound = margin_of(drive=drive, robot=robot)
-    bound -= drive.slip * TRACK_SHARE * robot.radius  # that of turning on the spot
-    assert abs(pose[1]) <= bound * 1.01 + 1e-6
-
-
 @pytest.mark.parametrize("delay", [0.1, 0.5, 1.0])
 def test_the_slip_s_part_bounds_the_sideways_deviation_of_late_braking(delay):
     """One wheel slips, and what brakes the robot from full speed is on its way."""

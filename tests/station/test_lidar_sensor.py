@@ -132,15 +132,6 @@ def test_a_continuous_sensor_follows_time_and_feeds_through():
     assert lidar.HasAnyDirectFeedthrough() and not build()[1].HasAnyDirectFeedthrough()
 
 
-def test_both_modes_measure_the_same_at_a_sample():
-    noisy = LidarParameters(dropout=0.1)
-    sampled = run(0.5001, parameters=noisy, seed=4)
-    diagram, lidar = build(noisy, seed=4, sampled=False)
-    context = diagram.CreateDefaultContext()
-    context.SetTime(sampled.time)
-    assert np.array_equal(scan_of(lidar, context).ranges, sampled.ranges, equal_nan=True)
-
-
 @pytest.mark.parametrize("delay", [0.013, 0.05, 0.1, 0.12, 0.15, 0.35])
 def test_a_late_scan_is_that_of_its_taking(delay):
     late = LidarParameters(noise=0.0, delay=delay)
@@ -195,16 +186,6 @@ def test_discrete_updates_of_the_same_instant_see_the_scan_and_its_pose():
         assert pose == pytest.approx([SPEED * time, 0.0, YAW_RATE * time])
 
 
-def test_ports_tell_the_same():
-    diagram, lidar = build(LidarParameters())
-    simulator = Simulator(diagram)
-    simulator.AdvanceTo(0.1)
-    scan, ranges, cloud = (scan_of(lidar, simulator.get_context(), p) for p in ("scan", "ranges", "point_cloud"))
-    assert np.array_equal(ranges, scan.ranges)
-    assert cloud.size() == scan.hits.sum() > 0
-    assert np.allclose(cloud.xyzs()[:2].T, scan.points(), atol=1e-6) and not cloud.xyzs()[2].any()
-
-
 def points_of(parameters, X_WS, frame):
     """The point cloud of one scan of a ball of 1 m radius at (3, 2, 0)."""
     builder = DiagramBuilder()
@@ -239,14 +220,6 @@ def test_own_bodies_are_invisible_unless_wanted():
     assert run(0.0, see_wheel=True).ranges[270] == pytest.approx(0.1, abs=1e-6)
 
 
-def test_too_close_is_minus_infinity_and_no_point():
-    diagram, lidar = build(LidarParameters(range_min=3.0, noise=0.0))
-    simulator = Simulator(diagram)
-    simulator.Initialize()
-    assert scan_of(lidar, simulator.get_context()).ranges[FORWARD] == -np.inf
-    assert scan_of(lidar, simulator.get_context(), "point_cloud").size() == 0
-
-
 def test_the_scan_plane_tilts_with_the_mount():
     builder = DiagramBuilder()
     graph = builder.AddSystem(SceneGraph())
@@ -272,22 +245,6 @@ def test_noise_belongs_to_the_scan_not_to_its_history():
     late.AdvanceTo(1.0001)
     assert np.array_equal(scan_of(lidar, late.get_context()).ranges, long.ranges)
     assert not np.array_equal(run(1.0001, parameters=noisy, seed=3).ranges, long.ranges)
-
-
-def test_geometry_changed_in_one_context_is_seen_there_only():
-    diagram, lidar = build(sampled=False)
-    graph = diagram.GetSystems()[0]
-    changed, other = diagram.CreateDefaultContext(), diagram.CreateDefaultContext()
-    for context in (changed, other):
-        assert scan_of(lidar, context).ranges[FORWARD] == pytest.approx(2.5, abs=1e-9)
-    inside = graph.GetMyMutableContextFromRoot(changed)
-    inspector = graph.model_inspector()
-    post = inspector.GetGeometryIdByName(inspector.world_frame_id(), Role.kProximity, "post")
-    (source,) = (s for s in inspector.GetAllSourceIds() if inspector.BelongsToSource(post, s))
-    graph.RemoveGeometry(inside, source, post)
-    assert np.isinf(scan_of(lidar, changed).ranges).all()
-    other.SetTime(0.1)
-    assert scan_of(lidar, other).ranges[FORWARD] == pytest.approx(2.4, abs=1e-9)
 
 
 def test_a_rolling_scan_is_swept_between_two_poses():

@@ -1,6 +1,5 @@
 """The run ends at the first contact with an obstacle; the ground may be touched."""
 
-import gc
 import math
 
 import numpy as np
@@ -189,17 +188,6 @@ def test_a_moving_obstacle_pushes_the_robot_along_and_keeps_to_its_path() -> Non
         assert place == pytest.approx(expected.ravel(), abs=0.005)
     pushed = run.station.GetOutputPort("localization.pose").Eval(run.station.GetMyContextFromRoot(run.context))
     assert np.hypot(*pushed[:2]) > 0.5
-
-
-def test_ports_and_life() -> None:
-    run = Run(cylinders=[(1.0, 0.0, 0.3)])
-    ports = [run.monitor.get_input_port(k).get_name() for k in range(run.monitor.num_input_ports())]
-    assert ports == ["geometry_query", "state", "footprint"]
-    assert run.monitor.num_output_ports() == 0
-    simulator = run.simulator
-    del run
-    gc.collect()
-    assert simulator.AdvanceTo(5.0).reason() == TOUCHED
 
 
 @pytest.mark.parametrize("depth", [3e-4, 1e-3])

@@ -110,21 +110,6 @@ def test_drives_the_commanded_twist(v: float, omega: float) -> None:
     assert turned(pose[2], yaw + turn) == pytest.approx(0.0, abs=STEADY_ERROR[1] * duration + 1e-9)
 
 
-def test_scan_pose_is_where_the_held_scan_was_taken() -> None:
-    drive = Drive()
-    drive.command(0.8, 1.0)
-    drive.advance(0.3001)
-    taken = drive.out("localization.pose")
-    drive.advance(0.03)
-    assert drive.out("lidar.scan").time == pytest.approx(0.3)
-    x, y, yaw = planar(drive.out("lidar.X_WS"))
-    held = drive.out("localization.scan_pose")
-    assert held[:2] == pytest.approx([x, y], abs=1e-4)  # they differ by the robot's tilt
-    assert turned(held[2], yaw) == pytest.approx(0.0, abs=1e-3)
-    assert held == pytest.approx(taken, abs=1e-9)
-    assert math.hypot(*(drive.out("localization.pose")[:2] - held[:2])) > 0.02
-
-
 def test_lidar_sees_the_obstacles_from_where_the_robot_is_and_never_the_robot() -> None:
     world = World("posts", START, (5.0, 0.0), cylinders=[(2.5, -2.0, 0.3), (0.5, -0.8, 0.2)], bounds=(-2, -4, 5, 2))
     drive = Drive(world)
@@ -157,18 +142,6 @@ def test_the_robot_has_the_radius_of_the_parameters(radius: float, bearing: floa
         if not inspector.CollisionFiltered(mine, others[0])  # what touches nothing but the floor
     ]
     assert min(distances) == pytest.approx(gap, abs=1e-6)
-
-
-def test_a_crash_is_shallow_and_seen_in_the_contact_results() -> None:
-    drive = Drive(World("post", (0.0, 0.0, 0.0), (1.0, 0.0), cylinders=[(1.0, 0.0, 0.2)]))
-    drive.command(0.8, 0.0)
-    drive.advance(1.0)
-    results = drive.out("cheat.contact_results")
-    pairs = [results.point_pair_contact_info(k).point_pair() for k in range(results.num_point_pair_contacts())]
-    mine = set(drive.station.robot_geometries)
-    crashes = [p for p in pairs if len({p.id_A, p.id_B} & mine) == 1 and drive.station.ground not in (p.id_A, p.id_B)]
-    assert crashes
-    assert drive.out("localization.pose")[0] < 1.0 - 0.2 - 0.25 + 2e-3
 
 
 def test_a_late_drive_does_the_same_later() -> None:

@@ -22,7 +22,6 @@ from drake_starnav.station.navigation_station import Station, add_station
 from drake_starnav.station.plant import (
     DISCRETE_ONLY,
     LONGEST_STEP,
-    add_plant,
     advance,
     make_simulator,
     plant_config,
@@ -31,7 +30,6 @@ from drake_starnav.station.plant import (
 from drake_starnav.worlds.world import World
 
 LIDAR = LidarParameters(beams=36)
-POST = World("post", (0.0, 0.0, 0.4), (5.0, 0.0), cylinders=[(1.0, 0.5, 0.2)])
 OPEN = World("open", (0.0, 0.0, 0.4), (5.0, 0.0))
 WORLD = "world: !Obstacles {goal: [2.0, 0.0]}\n"
 
@@ -91,12 +89,6 @@ def test_steps_are_no_longer_than_they_may_be_whatever_the_plants_error() -> Non
     assert run.simulator.get_num_steps_taken() == pytest.approx(LIDAR.rate * between_scans, abs=2)
 
 
-def test_what_is_not_asked_to_be_continuous_goes_under_any_simulator() -> None:
-    builder = DiagramBuilder()
-    station = add_station(builder, OPEN, Scenario("test", None, RobotParameters(), LIDAR))
-    assert station.plant.time_step() == 0.005 and builder.Build().CreateDefaultContext().num_continuous_states() == 0
-
-
 @pytest.mark.parametrize("key", sorted(DISCRETE_ONLY))
 def test_settings_that_a_continuous_plant_ignores_make_it_discrete(key: str) -> None:
     values = {
@@ -118,14 +110,6 @@ def test_settings_that_a_continuous_plant_ignores_make_it_discrete(key: str) -> 
         continuous=True,
     )
     assert kept.plant.time_step() == 0.0
-
-
-def test_the_plant_is_the_one_that_is_asked_for() -> None:
-    assert plant_config().time_step == 0.005
-    for step in (0.0, 0.002):
-        plant, _, model, _ = add_plant(DiagramBuilder(), POST, RobotParameters(), step)
-        assert plant.time_step() == step and plant.is_finalized()
-        assert plant.GetModelInstanceName(model) == "starbot"
 
 
 class PoseProbe(LeafSystem):

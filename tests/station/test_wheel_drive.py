@@ -8,7 +8,7 @@ from pydrake.systems.framework import DiagramBuilder
 
 from drake_starnav.robot import RobotParameters
 from drake_starnav.station.plant import add_plant
-from drake_starnav.station.robot_geometry import Drive, RobotModel, wheel_rates
+from drake_starnav.station.robot_geometry import Drive, RobotModel
 from drake_starnav.station.robot_model import WHEEL_GAIN
 from drake_starnav.station.wheel_drive import SLIP_PERIOD, WheelServo, WheelSlip, WheelSpeedCommand, wheel_shares
 from drake_starnav.worlds.world import World
@@ -41,23 +41,6 @@ def test_wheels_that_roll_at_these_speeds_make_the_twist(v, omega, wheel_radius,
     assert angles == [0.0, 0.0]
     assert 0.5 * wheel_radius * (left + right) == pytest.approx(v, abs=1e-9)
     assert wheel_radius * (right - left) / track == pytest.approx(omega, abs=1e-8)
-
-
-def test_left_turn_is_driven_by_the_right_wheel() -> None:
-    _, _, left, right = wheel_speeds(0.0, 1.0)
-    assert right == -left > 0.0
-
-
-def test_output_follows_the_input_at_once() -> None:
-    system = WheelSpeedCommand(robot=FAST, drive=two_wheels(0.1, 0.4))
-    context = system.CreateDefaultContext()
-    twist = system.GetInputPort("twist_command")
-    for v in (0.3, -0.7):
-        twist.FixValue(context, [v, 0.0])
-        assert system.GetOutputPort("desired_state").Eval(context)[2:] == pytest.approx([v / 0.1, v / 0.1])
-    assert system.HasAnyDirectFeedthrough()
-    assert system.num_input_ports() == system.num_output_ports() == 1
-    assert context.num_total_states() == 0
 
 
 @given(v=st.floats(-1e3, 1e3), omega=st.floats(-1e3, 1e3))
@@ -107,9 +90,3 @@ def test_the_torque_is_the_gain_times_what_is_missing(robot) -> None:
     servo.GetInputPort("desired_state").FixValue(context, [9.0, 9.0, 4.0, 1.0])
     servo.GetInputPort("multibody_state").FixValue(context, plant.GetPositionsAndVelocities(state, model))
     assert servo.GetOutputPort("actuation").Eval(context) == pytest.approx(WHEEL_GAIN * np.array((1.0, 2.0)))
-
-
-def test_the_rates_are_those_of_the_wheels(robot) -> None:
-    rates = wheel_rates(robot)
-    assert rates.shape == (2, robot.plant.num_multibody_states())
-    assert rates.sum(axis=1).tolist() == [1.0, 1.0]

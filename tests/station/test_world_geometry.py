@@ -26,7 +26,6 @@ from drake_starnav.station.world_geometry import (
     add_world,
     surface_world,
 )
-from drake_starnav.worlds import Model, make_world
 from drake_starnav.worlds.moving_obstacles import MovingObstacles
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import cast
@@ -60,18 +59,6 @@ def shapes(world: World, role: Role = Role.kProximity) -> dict:
         name = inspector.GetName(geometry).split("::")[-1].removesuffix("_visual")
         found[name] = (inspector.GetShape(geometry), inspector.GetPoseInFrame(geometry))
     return found
-
-
-def test_the_bodies_of_a_model_file_are_there() -> None:
-    world = make_world(Model("package://drake_starnav/worlds/furniture.sdf", goal=[5.4, 3.0]), 0, 0.25)
-    station = NavigationStation(world, Scenario("test", None, RobotParameters(), LidarParameters(beams=3)))
-    builder = DiagramBuilder()
-    plant, _ = AddMultibodyPlantSceneGraph(builder, time_step=0.01)
-    add_world(plant, world)
-    plant.Finalize()
-    links = map(station.plant.get_body, station.plant.GetBodyIndices(station.robot_model))
-    robot = sum(len(station.plant.GetCollisionGeometriesForBody(link)) for link in links)
-    assert plant.num_collision_geometries() == station.plant.num_collision_geometries() - robot - 1 > 0
 
 
 def test_moving_obstacles_are_not_left_out_in_silence() -> None:

@@ -14,15 +14,6 @@ def test_what_never_ran_has_a_summary_of_zeros_and_leaves_no_trace() -> None:
     assert dict(stopwatch.seconds) == {}
 
 
-def test_notes_each_step_under_its_name(monkeypatch) -> None:
-    now = iter([6.0, 10.5, 12.0])
-    monkeypatch.setattr(time, "perf_counter", lambda: next(now))
-    stopwatch = Stopwatch()
-    for name, begin in (("scan", 0.0), ("scan", 10.0), ("plan", 10.0)):
-        stopwatch.note(name, begin)
-    assert stopwatch.seconds == {"scan": [6.0, 0.5], "plan": [2.0]}
-
-
 def test_what_was_noted_since_a_count_is_part_of_the_step(monkeypatch) -> None:
     now = iter([1.0, 3.0, 9.0])
     monkeypatch.setattr(time, "perf_counter", lambda: next(now))

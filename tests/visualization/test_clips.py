@@ -11,7 +11,6 @@ from drake_starnav.visualization.clips import (
     picture_times,
     write_gif,
     write_mp4,
-    write_png,
 )
 
 RATE = 10
@@ -76,10 +75,3 @@ def test_an_mp4_shows_every_picture_and_then_stays(tmp_path) -> None:
     assert places[:6] == pytest.approx([17.0 + 15 * k for k in range(6)], abs=0.6)
     assert len(places) == 5 + round(FINAL_PAUSE * RATE)
     assert [path.name for path in tmp_path.iterdir()] == ["x.mp4"]
-
-
-def test_a_still_is_the_picture(tmp_path) -> None:
-    (picture,) = pictures(1)
-    write_png(tmp_path / "x.png", picture)
-    with Image.open(tmp_path / "x.png") as still:
-        assert np.array_equal(np.asarray(still), np.asarray(picture))

@@ -93,12 +93,6 @@ def test_a_disc_sweeps_a_radius_around_its_way_and_no_more(heading, length):
     assert area(mesh) == pytest.approx(2.0 * radius * length + ICOSAGON * radius**2)
 
 
-def test_a_disc_that_stands_sweeps_itself_and_one_without_a_place_nothing():
-    for poses in (np.ones((1, 3)), np.ones((4, 3))):
-        assert area(meshes.swept(poses, disc(0.5), 0.0)) == pytest.approx(ICOSAGON * 0.25)
-    assert len(meshes.swept(np.zeros((0, 2)), disc(0.5), 0.0)) == 0
-
-
 def test_speed_colors_run_from_the_first_to_the_last_and_clip():
     colors = meshes.speed_colors(np.array([0.0, 0.8, -0.8, 5.0]), max_speed=0.8)
     assert np.allclose(colors[0], meshes.SPEED_COLORS[0])

@@ -1,7 +1,5 @@
 """Clearance against a plain NumPy computation."""
 
-import math
-
 import numpy as np
 import pytest
 import shapely
@@ -69,18 +67,6 @@ def test_sphere_section_below_robot_height() -> None:
     section = np.sqrt(0.4**2 - (0.4 - ROBOT_HEIGHT) ** 2)
     points = np.array([(3.0 - section - 0.2, 0.0), (6.3, 0.0)])
     np.testing.assert_allclose(clearance(world, points), [0.2, 0.2], atol=1e-12)  # a small sphere counts whole
-
-
-def test_a_polygon_keeps_its_own_distance_and_not_that_of_the_disc_around_it():
-    square = footprint(((0.2, 0.2), (-0.2, 0.2), (-0.2, -0.2), (0.2, -0.2)))
-    box = ((0.25, -1.0), (0.5, -1.0), (0.5, 1.0), (0.25, 1.0))
-    world = World("w", (0, 0, 0), (0, 0), cylinders=[(-1.0, 0.0, 0.7)], polygons=(box,), bounds=(-2.0, -0.3, 2.0, 2.0))
-    poses = np.array([(0.0, 0.0, 0.0), (0.0, 0.0, 0.25 * math.pi), (-0.04, 0.0, 0.0), (0.0, -0.11, 0.0)])
-    aligned, turned, beside, outside = body_clearance(world, poses, square)
-    assert aligned == pytest.approx(0.05)
-    assert turned < 0.0
-    assert beside == pytest.approx(0.06)
-    assert outside < 0.0
 
 
 FORK = footprint(  # a body with two thin tines, which no discs of one radius cover tightly

@@ -9,18 +9,8 @@ from hypothesis import given
 from drake_starnav.errors import StarnavError
 from drake_starnav.worlds import Forest, Maze, World, clearance, make_world, shortest_path
 from drake_starnav.worlds.outlines import rectangle, trap
-from drake_starnav.worlds.shortest_path import blocks, capsules_around
+from drake_starnav.worlds.shortest_path import blocks
 from tests.helpers.scans import seeds, segment_distance
-
-
-def test_discs_and_sides_are_inflated() -> None:
-    world = World(
-        "both", (0.0, 0.0, 0.0), (9.0, 9.0), cylinders=[(1.0, 2.0, 0.3)], polygons=[rectangle(3.0, 3.0, 4.0, 5.0)]
-    )  # fmt: skip
-    capsules = capsules_around(world, 0.25)
-    assert len(capsules) == 5
-    np.testing.assert_allclose(capsules[0], (1.0, 2.0, 1.0, 2.0, 0.55))
-    np.testing.assert_allclose(capsules[1:, 4], 0.25)
 
 
 @given(seeds)
@@ -52,13 +42,6 @@ def check_path(world: World, radius: float, length: float, path: np.ndarray) -> 
     np.testing.assert_array_equal(path[-1], world.goal)
     assert length == pytest.approx(np.hypot(*np.diff(path, axis=0).T).sum())
     assert clearance(world, along(path)).min() >= radius - 1e-6
-
-
-def test_free_straight_line():
-    world = World("plane", (0.1, 0.2, 1.0), (4.0, -3.0), cylinders=[(0.0, 5.0, 1.0)])
-    length, path = shortest_path(world, 0.25)
-    assert length == math.hypot(3.9, 3.2)
-    assert len(path) == 2
 
 
 @pytest.mark.parametrize("goal", [(4.03, 0.02), (3.0, 1.517)])

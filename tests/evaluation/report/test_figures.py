@@ -65,15 +65,6 @@ def test_difficulty_is_drawn_for_every_method_and_left_out_where_nothing_tells()
     assert figures.difficulty_figure(replace(results, records=tuple(old))) is None
 
 
-def test_comparison_is_of_trials_that_both_reached() -> None:
-    header = made_up().headers[0]
-    records = [record(trial=0), record(trial=1, outcome="collision")]
-    records += [record(method="star_paper", trial=k, time_s=30.0 + k) for k in (0, 1)]
-    (axes,) = figures.comparison_figure(make_results([header], records), "time_s", "time").axes[:1]
-    assert axes.texts[0].get_text() == "150.0 %"
-    assert figures.comparison_figure(made_up(methods=("star",)), "time_s", "time") is None
-
-
 def test_an_interval_that_cannot_be_told_is_not_drawn() -> None:
     header = made_up().headers[0]
     records = [record(trial=k) for k in range(12)]

@@ -47,15 +47,6 @@ def test_figures_of_later_days_are_shown_where_a_goal_was_reached() -> None:
     assert "unsupported" in tables_markdown(results)
 
 
-def test_methods_are_compared_with_the_first_on_trials_that_both_reached() -> None:
-    header = made_up().headers[0]
-    records = [record(trial=0), record(trial=1, outcome="timeout")]
-    records += [record(method="star_paper", trial=k, time_s=30.0, path_length_m=21.0) for k in (0, 1)]
-    (_, (head, rows)) = result_tables(make_results([header], records))[-1]
-    assert rows == [("forest", "star_paper", "1", "150.0", "150.0")]
-    assert head[2] == "both reached"
-
-
 ODD = (
     "<img src=x onerror=alert(1)>",
     "a|b",
