@@ -11,7 +11,6 @@ from numba import njit
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.compiled import leaf
-from drake_starnav.geometry.polyline import point_to_segment_squared
 from drake_starnav.utils.snapshot import snapshot
 
 COVER_EXCESS = 0.008
@@ -30,6 +29,8 @@ IN_LINE = 1e-3
 """A corner so near to the hull of the others counts as in line with its neighbours, m; the hull is the footprint."""
 ROUNDING = 1e-6
 """A footprint that sticks out no farther still lies inside another one, m."""
+TINY = 1e-12
+"""What is no farther from an edge lies on it, m."""
 _ROUND = 64  # segments of a quarter of a circle
 
 
@@ -133,23 +134,39 @@ def fastest_point(speed, turning, lever):
 @njit(cache=True)
 def distance_to_point(x, y, body):
     """How far a `Body` is from a place in its frame, m; negative inside, by a part's depth."""
-    polygons = body.polygons
-    if len(polygons.ends) == 0:
-        return math.sqrt(x * x + y * y) - body.radius
     least, start = np.inf, 0
-    for end in polygons.ends:
-        depth = -np.inf
-        for k in range(start, end):
-            depth = max(depth, polygons.normals[k, 0] * x + polygons.normals[k, 1] * y - polygons.offsets[k])
-        if 0.0 < depth < least:
-            squared, before = np.inf, polygons.vertices[end - 1]
-            for k in range(start, end):
-                after = polygons.vertices[k]
-                squared = min(squared, point_to_segment_squared(x, y, before[0], before[1], after[0], after[1]))
-                before = after
-            depth = math.sqrt(squared)
-        least, start = min(least, depth), end
-    return least
+    for end in body.polygons.ends:
+        least, start = min(least, part_distance(x, y, body, start, end)[0]), end
+    return least if start > 0 else part_distance(x, y, body, 0, 0)[0]
+
+
+@njit(cache=True)
+def part_distance(x, y, body, start, end):
+    """How far one part of a `Body` is from a place, m, negative within it; and the direction from it; in its frame.
+
+    The part is the polygon of these vertices, or the disc if there are none.
+    """
+    if start == end:
+        size = math.sqrt(x * x + y * y)
+        return size - body.radius, x / max(size, TINY), y / max(size, TINY)
+    polygons, depth, nx, ny = body.polygons, -np.inf, 0.0, 0.0
+    for k in range(start, end):
+        along = polygons.normals[k, 0] * x + polygons.normals[k, 1] * y - polygons.offsets[k]
+        if along > depth:
+            depth, nx, ny = along, polygons.normals[k, 0], polygons.normals[k, 1]
+    if depth <= TINY:
+        return depth, nx, ny
+    squared, before = np.inf, polygons.vertices[end - 1]
+    for k in range(start, end):
+        after = polygons.vertices[k]
+        ex, ey = after[0] - before[0], after[1] - before[1]
+        t = min(max(((x - before[0]) * ex + (y - before[1]) * ey) / (ex * ex + ey * ey), 0.0), 1.0)
+        dx, dy = x - before[0] - t * ex, y - before[1] - t * ey
+        if dx * dx + dy * dy < squared:
+            squared, nx, ny = dx * dx + dy * dy, dx, dy
+        before = after
+    depth = math.sqrt(squared)
+    return depth, nx / depth, ny / depth
 
 
 def shaped(robot: Footprint | float) -> Footprint:

@@ -128,16 +128,22 @@ def _neighbours(beams, i, j):
 
 @njit(cache=True)
 def profile(ends, place, reach):
-    """`Look.free` of chords (k, 4), in W: the nearest place of any in a bin counts."""
+    """`Look.free` of chords (k, 4), in W: in each bin the nearest place of any counts."""
     out, step = np.full(BINS, reach), TURN / BINS
     for k in range(len(ends)):
         ax, ay, bx, by = ends[k, 0] - place[0], ends[k, 1] - place[1], ends[k, 2] - place[0], ends[k, 3] - place[1]
         near = math.sqrt(point_to_segment_squared(0.0, 0.0, ax, ay, bx, by))
         if near >= reach:
             continue
-        first = math.atan2(ay, ax) - place[2]
-        turn = math.atan2(ax * by - ay * bx, ax * bx + ay * by)
-        low, high = min(first, first + turn), max(first, first + turn)
+        if ax * by - ay * bx < 0.0:
+            ax, ay, bx, by = bx, by, ax, ay
+        cross, size = ax * by - ay * bx, math.hypot(bx - ax, by - ay)
+        low = math.atan2(ay, ax) - place[2]
+        high = low + math.atan2(cross, ax * bx + ay * by)
+        away = cross / max(size, ROUNDING)  # of the line through both ends, and at which bearing
+        foot = low - math.atan2((ax * (bx - ax) + ay * (by - ay)) / max(size, ROUNDING), away)
         for b in range(int(math.floor(low / step - ROUNDING)), int(math.floor(high / step + ROUNDING)) + 1):
-            out[b % BINS] = min(out[b % BINS], near)
+            bearing = min(max(foot, low, b * step), high, (b + 1) * step)
+            there = away / math.cos(bearing - foot) if away > ROUNDING else near
+            out[b % BINS] = min(out[b % BINS], max(there, near))
     return out

@@ -232,7 +232,7 @@ def saw(look, looks, part, n):
 
     Nothing was, either, where the robot stood then.
     """
-    if stands_on(looks.stood[look], looks.body, part, n):
+    if stands_on(looks.stood[look], looks.body, part, n, looks.body.radius + ROUNDING)[0]:
         return True
     x, y, yaw = looks.places[look]
     far, mx, my = 0.0, 0.0, 0.0
@@ -257,23 +257,35 @@ def saw(look, looks, part, n):
 
 
 @njit(cache=True)
-def stands_on(frame, body, part, n):
-    """Whether a body covers a polygon by one of its parts."""
-    x, y, cosine, sine = frame
-    if not math.hypot(part[0, 0] - x, part[0, 1] - y) <= body.radius + ROUNDING:
-        return False
-    start, stops = 0, body.polygons.ends
-    for k in range(max(len(stops), 1)):
-        end, inside = (stops[k] if len(stops) else 0), True
-        for i in range(n):
-            u, v = part[i, 0] - x, part[i, 1] - y
-            u, v = cosine * u + sine * v, cosine * v - sine * u
-            if len(stops) == 0:
-                inside = inside and math.hypot(u, v) <= body.radius + ROUNDING
-            for e in range(start, end):
-                a, b = body.polygons.normals[e]
-                inside = inside and a * u + b * v <= body.polygons.offsets[e] + ROUNDING
+def stands_on(frame, body, part, n, within):
+    """Whether a body covers a polygon by one of its parts; else an edge of one that parts what this covers of it.
+
+    Of the edge normal and offset, W; zeros: none. A polygon whose first corner is farther than `within` from the body's
+    place (m) is not looked at.
+    """
+    (x, y, cosine, sine), (nx, ny, offset) = frame, (0.0, 0.0, 0.0)
+    if not math.hypot(part[0, 0] - x, part[0, 1] - y) <= within:
+        return False, nx, ny, offset
+    start, stops, inside = 0, body.polygons.ends, len(body.polygons.ends) == 0
+    for i in range(n):
+        inside = inside and math.hypot(part[i, 0] - x, part[i, 1] - y) <= body.radius + ROUNDING
+    for end in stops:
+        inside, cut = True, (0.0, 0.0, 0.0)
+        for e in range(start, end):
+            a, b = body.polygons.normals[e]
+            a, b = cosine * a - sine * b, sine * a + cosine * b
+            most, low, high = body.polygons.offsets[e] + a * x + b * y, np.inf, -np.inf
+            for i in range(n):
+                along = a * part[i, 0] + b * part[i, 1] - most
+                low, high = min(low, along), max(high, along)
+            inside = inside and high <= ROUNDING
+            if low > -ROUNDING and high > ROUNDING:  # it is beside this part
+                cut = 0.0, 0.0, 0.0
+                break
+            if high > ROUNDING:
+                cut = a, b, most
         if inside:
-            return True
+            break
+        nx, ny, offset = (nx, ny, offset) if nx != 0.0 or ny != 0.0 else cut
         start = end
-    return False
+    return inside, nx, ny, offset

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from drake_starnav.geometry.footprint import Body, Footprint
+from drake_starnav.geometry.footprint import Body, Footprint, part_distance
 from drake_starnav.lidar.field_of_view import TURN
 from drake_starnav.surroundings.chords import BINS, ROUNDING
 from drake_starnav.surroundings.looks import saw, stands_on
@@ -17,8 +17,8 @@ from drake_starnav.surroundings.looks import saw, stands_on
 FINEST, MOST_ASKED, DEPTH = 0.004, 8000, 24
 """A part of what is asked about that is no longer than this is known as a whole, or it is unknown, m; so is what it
 takes more questions to decide. And so many parts wait at a time."""
-RIM = 24
-"""Corners of the polygon around a disc."""
+EXCESS = 0.001
+"""The polygon around a body with its margin is no larger, m."""
 SLIVER = 1e-7
 """A part no larger than this is none, m^2."""
 EXACT = 1e-9
@@ -53,14 +53,12 @@ def is_free(step, ends, center, looks, margin, asked):
         asked: how often looks were asked, up to MOST_ASKED, from when on nothing is known; and the one that answered
             last, which is asked first.
     """
-    start, stops = 0, step.body.polygons.ends
-    for k in range(max(len(stops), 1)):
-        end = stops[k] if len(stops) else RIM
-        hidden = np.empty((end - start + 4, 2))
-        count = _hidden(_grown(step.there, step.body, start, end, margin), ends, center, hidden)
+    for k in range(max(len(step.body.polygons.ends), 1)):
+        grown = _grown(step.there, step.body, k, margin)
+        hidden = np.empty((len(grown) + 4, 2))
+        count = _hidden(grown, ends, center, hidden)
         if count > 0 and not known(hidden, count, looks, step, asked):
             return False
-        start = end
     return True
 
 
@@ -71,10 +69,10 @@ def known(part, n, looks, step, asked):
     What is not as a whole is cut along the edges of the body where it stands, or halved, down to FINEST. Other
     arguments as of `is_free`.
     """
-    if _known(part, n, looks, step, asked):
+    if _known(part, n, looks, step, asked)[0]:
         return True
     for i in range(n):  # mostly a corner decides
-        if not _known(part[i : i + 1], 1, looks, step, asked):
+        if not _known(part[i : i + 1], 1, looks, step, asked)[0]:
             return False
     stack, sizes, depth = np.empty((DEPTH, n + 2 * DEPTH, 2)), np.empty(DEPTH, np.int64), 1
     sizes[0] = n
@@ -86,14 +84,14 @@ def known(part, n, looks, step, asked):
         m = sizes[depth]
         for i in range(m):
             piece[i, 0], piece[i, 1] = stack[depth, i, 0], stack[depth, i, 1]
-        if _known(piece, m, looks, step, asked):
+        free, nx, ny, middle = _known(piece, m, looks, step, asked)
+        if free:
             continue
         low_x, high_x, low_y, high_y = piece[0, 0], piece[0, 0], piece[0, 1], piece[0, 1]
         for i in range(1, m):
             low_x, high_x = min(low_x, piece[i, 0]), max(high_x, piece[i, 0])
             low_y, high_y = min(low_y, piece[i, 1]), max(high_y, piece[i, 1])
         wide, high = high_x - low_x, high_y - low_y
-        nx, ny, middle = _edge_across(piece, m, step)
         if nx == 0.0 and ny == 0.0:
             if max(wide, high) < FINEST:
                 return False
@@ -110,93 +108,58 @@ def known(part, n, looks, step, asked):
 
 @njit(cache=True)
 def _known(part, n, looks, step, asked):
-    """Whether all of a polygon is the robot's own place, or was seen by one look, or is no nearer than it was."""
-    if stands_on(step.first, step.body, part, n) or _seen_by_any(part, n, looks, asked):
-        return True
-    return not step.alone and _no_nearer(part, n, step)
+    """Whether all of a polygon is the robot's own place, or was seen by one look, or is no nearer than it was.
+
+    And an edge that parts what is the robot's own place, as of `stands_on`.
+    """
+    own, nx, ny, middle = stands_on(step.first, step.body, part, n, np.inf)
+    free = own or _seen_by_any(part, n, looks, asked) or (not step.alone and _no_nearer(part, n, step))
+    return free, nx, ny, middle
 
 
 @njit(cache=True)
 def _no_nearer(part, n, step):
     """Whether the body comes no nearer to any place of a polygon than it is where it stands.
 
-    By how far each part of it is there at least, which is linear from the place that is nearest to the middle on; and
-    how far one part is where it stands, which is convex: so the corners decide.
+    Each of its parts does not that moves away from all of the polygon along the normals to its corners: the distance is
+    convex, and the other normals are between these. Nor does one that is by a linear bound, from the normal to the
+    middle on, no nearer there than the nearest part is now; of that the corners decide, too.
     """
-    x, y = 0.0, 0.0
+    here, there, x, y = np.empty((n, 2)), np.empty((n, 2)), 0.0, 0.0
     for i in range(n):
-        x, y = x + part[i, 0] / n, y + part[i, 1] / n
-    stops, start, least, nearest = step.body.polygons.ends, 0, np.inf, (0, 0)
-    for k in range(max(len(stops), 1)):
+        here[i, 0], here[i, 1] = _in_body(part[i, 0], part[i, 1], step.first)
+        there[i, 0], there[i, 1] = _in_body(part[i, 0], part[i, 1], step.there)
+        x, y = x + there[i, 0] / n, y + there[i, 1] / n
+    stops, count = step.body.polygons.ends, max(len(step.body.polygons.ends), 1)
+    before = np.empty((count, n))
+    nearest, start = 0, 0
+    leaves = np.ones(count, np.bool_)
+    for k in range(count):
         end = stops[k] if len(stops) else 0
-        away, _, _ = _away(x, y, step.first, step.body, start, end)
-        if away < least:
-            least, nearest = away, (start, end)
-        start = end
-    before = np.empty(n)
-    for i in range(n):
-        before[i], _, _ = _away(part[i, 0], part[i, 1], step.first, step.body, nearest[0], nearest[1])
-    start = 0
-    for k in range(max(len(stops), 1)):
-        end = stops[k] if len(stops) else 0
-        away, nx, ny = _away(x, y, step.there, step.body, start, end)
         for i in range(n):
-            if away + nx * (part[i, 0] - x) + ny * (part[i, 1] - y) < before[i] - EXACT:
-                return False
+            before[k, i], nx, ny = part_distance(here[i, 0], here[i, 1], step.body, start, end)
+            for j in range(n):
+                away = nx * (there[j, 0] - here[j, 0]) + ny * (there[j, 1] - here[j, 1])
+                leaves[k] = leaves[k] and away >= -EXACT
+        nearest = k if before[k].max() < before[nearest].max() else nearest
+        start = end
+    start = 0
+    for k in range(count):
+        end = stops[k] if len(stops) else 0
+        if not leaves[k]:
+            away, nx, ny = part_distance(x, y, step.body, start, end)
+            for i in range(n):
+                if away + nx * (there[i, 0] - x) + ny * (there[i, 1] - y) < before[nearest, i] - EXACT:
+                    return False
         start = end
     return True
 
 
 @njit(cache=True)
-def _away(px, py, frame, body, start, end):
-    """How far a part of a body is from a place, m, negative within it; and the direction from it, W."""
-    x, y, cosine, sine = frame
-    dx, dy = px - x, py - y
-    if len(body.polygons.ends) == 0:
-        size = max(math.hypot(dx, dy), EXACT)
-        return size - body.radius, dx / size, dy / size
-    u, v = cosine * dx + sine * dy, cosine * dy - sine * dx
-    depth, nu, nv = -np.inf, 0.0, 0.0
-    for k in range(start, end):
-        a, b = body.polygons.normals[k]
-        along = a * u + b * v - body.polygons.offsets[k]
-        if along > depth:
-            depth, nu, nv = along, a, b
-    if depth > 0.0:
-        depth = np.inf
-        for k in range(start, end):
-            ax, ay = body.polygons.vertices[k]
-            bx, by = body.polygons.vertices[k + 1 if k + 1 < end else start]
-            ex, ey = bx - ax, by - ay
-            t = min(max(((u - ax) * ex + (v - ay) * ey) / (ex * ex + ey * ey), 0.0), 1.0)
-            qu, qv = u - ax - t * ex, v - ay - t * ey
-            size = math.hypot(qu, qv)
-            if size < depth:
-                depth, nu, nv = size, qu / max(size, 1e-300), qv / max(size, 1e-300)
-    return depth, cosine * nu - sine * nv, sine * nu + cosine * nv
-
-
-@njit(cache=True)
-def _edge_across(part, n, step):
-    """Normal and offset of an edge of the body where it stands that parts what it covers of a polygon; zeros: none."""
-    x, y, cosine, sine = step.first
-    start = 0
-    for end in step.body.polygons.ends:
-        nx, ny, offset, apart = 0.0, 0.0, 0.0, False
-        for e in range(start, end):
-            a, b = step.body.polygons.normals[e]
-            a, b = cosine * a - sine * b, sine * a + cosine * b
-            most, low, high = step.body.polygons.offsets[e] + a * x + b * y, np.inf, -np.inf
-            for i in range(n):
-                along = a * part[i, 0] + b * part[i, 1] - most
-                low, high = min(low, along), max(high, along)
-            apart = apart or low > -ROUNDING
-            if low < -ROUNDING and high > ROUNDING:
-                nx, ny, offset = a, b, most
-        if not apart and (nx != 0.0 or ny != 0.0):
-            return nx, ny, offset
-        start = end
-    return 0.0, 0.0, 0.0
+def _in_body(x, y, frame):
+    """A place in the frame of a body."""
+    dx, dy = x - frame[0], y - frame[1]
+    return frame[2] * dx + frame[3] * dy, frame[2] * dy - frame[3] * dx
 
 
 @njit(cache=True)
@@ -237,21 +200,24 @@ def clipped(part, n, nx, ny, offset, out):
 
 
 @njit(cache=True)
-def _grown(frame, body, start, end, margin):
-    """A part of a body with a margin around it, its corners mitred, W."""
-    x, y, cosine, sine = frame
-    out, (_, normals, offsets, stops) = np.empty((end - start, 2)), body.polygons
-    for k in range(end - start):
+def _grown(frame, body, k, margin):
+    """A polygon around the k-th part of a body with a margin, that exceeds it by no more than EXCESS, W."""
+    (x, y, cosine, sine), (vertices, normals, _, stops) = frame, body.polygons
+    start, end, size = 0, 1, margin + (0.0 if len(stops) else body.radius)
+    if len(stops):
+        start, end = (stops[k - 1] if k > 0 else 0), stops[k]
+    out, most = [], 2.0 * math.acos(size / (size + EXCESS))
+    for j in range(start, end):
+        u, v, first, turn = 0.0, 0.0, 0.0, TURN
         if len(stops):
-            i, j = start + (k - 1) % (end - start), start + k
-            a, b, c, d = normals[i, 0], normals[i, 1], normals[j, 0], normals[j, 1]
-            p, q, turn = offsets[i] + margin, offsets[j] + margin, a * d - b * c
-            u, v = (p * d - q * b) / turn, (a * q - c * p) / turn
-        else:
-            size = (body.radius + margin) / math.cos(math.pi / RIM)
-            u, v = size * math.cos(2.0 * math.pi * k / RIM), size * math.sin(2.0 * math.pi * k / RIM)
-        out[k, 0], out[k, 1] = x + cosine * u - sine * v, y + sine * u + cosine * v
-    return out
+            (a, b), (c, d) = normals[j - 1 if j > start else end - 1], normals[j]
+            (u, v), first, turn = vertices[j], math.atan2(b, a), math.atan2(a * d - b * c, a * c + b * d)
+        count = math.ceil(turn / most)
+        for t in range(count):
+            angle, away = first + turn * (t + 0.5) / count, size / math.cos(0.5 * turn / count)
+            p, q = u + away * math.cos(angle), v + away * math.sin(angle)
+            out.append((x + cosine * p - sine * q, y + sine * p + cosine * q))
+    return np.array(out)
 
 
 @njit(cache=True)
@@ -290,8 +256,7 @@ def start_radius(footprint: Footprint, margin: float, offset: float) -> float:
         offset: of the lidar ahead of its axis, m: it may see nothing farther back.
     """
     body, here = footprint.body, np.array((0.0, 0.0, 1.0, 0.0))
-    begins, ends = (0, *body.polygons.ends[:-1]), body.polygons.ends if len(footprint.parts) else (RIM,)
-    corners = np.vstack([_grown(here, body, begin, end, margin) for begin, end in zip(begins, ends, strict=True)])
+    corners = np.vstack([_grown(here, body, k, margin) for k in range(max(len(footprint.parts), 1))])
     beside = float(np.abs(corners[:, 1]).max())
     ahead = offset + 2.0 * TURN / BINS * beside  # a view counts by whole bins
     return max(float(np.hypot(*corners.T).max()), math.hypot(beside, ahead)) + ROUNDING

@@ -38,3 +38,20 @@ def test_past_the_end_of_a_wall_that_its_notch_takes_in(footprint: str, base: st
     for seed in range(2):
         trial = run_trial(scenario, seed=seed)
         assert trial.outcome == "reached" and trial.min_clearance_m > 0.0
+
+
+@pytest.mark.parametrize("footprint", [ELL, TEE], ids=["ell", "tee"])
+def test_away_from_a_post_that_stands_in_its_notch_at_the_start(footprint: str) -> None:
+    """With less room than the margin: what the post hides is beside corners of the robot, which leave it."""
+    x, y = (2.08, 3.25) if footprint == TEE else (1.96, 3.33)
+    for base in ("differential", "omnidirectional"):
+        scenario = parse_scenario(
+            f"""
+            world: !Obstacles {{bounds: [0, 0, 8, 6], cylinders: [[{x}, {y}, 0.06]], start: [2, 3, 0], goal: [6.5, 3]}}
+            robot: {{base: {base}, footprint: {footprint}, model: {SMALL}}}
+            simulation: {{timeout: 20}}
+            """,
+            name="post",
+        )
+        trial = run_trial(scenario, seed=0)
+        assert trial.outcome == "reached" and trial.min_clearance_m > 0.009
