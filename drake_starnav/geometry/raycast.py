@@ -15,6 +15,7 @@ A beam measures the first curve it crosses, from either side: a sensor inside a 
 Each shape within reach is tested only against the beams whose bearings it can cover.
 """
 
+import functools
 import itertools
 import math
 from typing import NamedTuple
@@ -46,6 +47,7 @@ class Fan(NamedTuple):
     clockwise: bool = False
 
     @staticmethod
+    @functools.lru_cache(maxsize=16)
     def regular(angle_min: float, increment: float, beams: int, clockwise: bool = False) -> "Fan":
         """Beams at equal steps of `increment` from `angle_min` on, rad."""
         angles = angle_min + increment * np.arange(beams)

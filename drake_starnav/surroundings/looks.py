@@ -24,6 +24,7 @@ KEPT_EVERY, KEPT_TURN, MOST_LOOKS = 0.125, 0.1, 32
 """Looks are kept that are so many radii of the robot apart, or turned by so much, rad; at most so many."""
 AROUND = 1.5
 """What a look sees within a wider angle may lie around its lidar, rad."""
+NOWHERE = (math.nan,) * 3
 
 
 @snapshot
@@ -113,16 +114,29 @@ class Looks(NamedTuple):
     @staticmethod
     def of(known: tuple[Known, ...]) -> "Looks":
         """Of what is known."""
-        body, stood = None, np.full((len(known), 4), np.nan)
-        for k, (look, place, *_) in enumerate(known):
-            if isinstance(look, Look) and look.footprint is not None:
-                body = look.footprint if body is None else body
-                if look.footprint is body:
-                    x, y, yaw = composed(place, look.robot).tolist()
-                    stood[k] = x, y, math.cos(yaw), math.sin(yaw)
-        places = np.array([each.place for each in known]).reshape(-1, 3)
+        seen = [each.look for each in known if isinstance(each.look, Look)]
+        own = next((look.footprint for look in seen if look.footprint is not None), disc(0.0))
+        rows = [
+            (*place, *(look.robot if isinstance(look, Look) and look.footprint is own else NOWHERE))
+            for look, place, *_ in known
+        ]
+        places = np.array(rows).reshape(-1, 6)
         free = np.array([each.look.free for each in known]).reshape(-1, BINS)
-        return Looks(places, free, (disc(0.0) if body is None else body).body, stood)
+        return Looks(places[:, :3].copy(), free, own.body, _stood(places))
+
+
+@njit(cache=True)
+def _stood(places):
+    """`Looks.stood` by the poses of looks and, in their frames, of the robot, shape (n, 6)."""
+    stood = np.empty((len(places), 4))
+    for k in range(len(places)):
+        x, y, yaw, dx, dy, turn = places[k]
+        cosine, sine = math.cos(yaw), math.sin(yaw)
+        stood[k, 0], stood[k, 1] = x + dx * cosine - dy * sine, y + dx * sine + dy * cosine
+        turned = yaw + turn
+        turned -= TURN * round(turned / TURN)
+        stood[k, 2], stood[k, 3] = math.cos(turned), math.sin(turned)
+    return stood
 
 
 class Kept(NamedTuple):
