@@ -101,7 +101,7 @@ def around(pose: np.ndarray, path: np.ndarray, tracked: TrackedObstacles, robot:
     velocity = robot.max_speed * ahead / max(math.hypot(*ahead), 1e-9)
     foreseen, velocities = tracks.foreseen, tracks.expected_velocity[tracks.foreseen]
     centers = tracks.position[foreseen] + age * velocities
-    radii = tracks.radius[foreseen] + robot.radius + MOVING_MARGIN + obstacles.stopping_distance
+    radii = tracks.radius[foreseen] + robot.radius + MOVING_MARGIN * robot.shape.narrow + obstacles.stopping_distance
     aside = moving_modulation(pose[:2], velocity, centers, velocities, radii)
     return aside if math.hypot(*aside) > STANDING_SPEED else None
 
@@ -146,7 +146,7 @@ def avoid_collision(
     settings = Settings(
         slowdown=goal_slowdown(limits) if guidance.arrives or not len(path) else np.inf,
         radius=robot.radius,
-        spacing=MOVING_MARGIN + obstacles.stopping_distance,
+        spacing=MOVING_MARGIN * robot.shape.narrow + obstacles.stopping_distance,
         caution=obstacles.caution,
         max_speed=obstacles.max_speed,
     )

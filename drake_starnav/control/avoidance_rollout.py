@@ -32,7 +32,7 @@ from drake_starnav.geometry.compiled import leaf
 from drake_starnav.robot import Limits
 from drake_starnav.robot.limits import Velocity, aimed, slowed, wrapped_angle
 from drake_starnav.robot.motion import Pose, advanced, velocity_of
-from drake_starnav.safety.moving_certificate import STANDING_SPEED
+from drake_starnav.safety.moving_certificate import MOVING_MARGIN, STANDING_SPEED
 from drake_starnav.surroundings.region_union import covers
 from drake_starnav.tracking.prediction import HORIZON, PREDICTION_STEP
 
@@ -47,8 +47,6 @@ CONTACT_COST = 8.0
 """w, s."""
 UNCERTAINTY = 0.15
 """A predicted distance counts for less with time, by this share per second."""
-ROLLOUT_MARGIN = 0.03
-"""The simulated robot adds this to the certificate's margin, m: tracks are less exact than hits."""
 WALL_ZONE = 0.4
 WALL_COST = 0.6
 """Cost of the least clearance to static obstacles, s, if less than the zone, in radii: walls leave no room to evade."""
@@ -192,7 +190,7 @@ def _must_brake(row, foreseen, s, limits, settings):
     if abs(v) < STANDING_SPEED:
         return False
     caution, stop = settings.caution, abs(v) / limits.max_acceleration
-    distance = settings.radius + settings.spacing + ROLLOUT_MARGIN
+    distance = settings.radius + settings.spacing + MOVING_MARGIN * settings.radius  # again: tracks err more than hits
     for j in range(foreseen.shape[1]):
         disc_x, disc_y, speed, radius = foreseen[s, j, 0], foreseen[s, j, 1], foreseen[s, j, 4], foreseen[s, j, 5]
         most = 0.5 * abs(v) + (1.0 - caution) * speed + caution * settings.max_speed

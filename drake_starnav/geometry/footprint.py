@@ -13,10 +13,9 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.compiled import leaf
 from drake_starnav.utils.snapshot import snapshot
 
-COVER_EXCESS = 0.008
-"""The discs that cover a polygon are wider than the polygon by no more than this, m."""
 SAMPLING = 0.032
-"""Largest distance between two samples of a motion, in narrow radii; of slender bodies in thirds of the radius."""
+"""Largest distance between two samples of a motion, in narrow radii; of slender bodies in thirds of the radius. The
+discs that cover a polygon are wider than the polygon by no more than this share of half its width."""
 MOST_DISCS = 12
 """Of each part; one that is longer is covered by wider discs."""
 LEAST_SIZE = 0.01
@@ -314,6 +313,6 @@ def _box(polygon: np.ndarray) -> tuple[np.ndarray, np.ndarray, float, float]:
 
 def _discs(length: float, width: float) -> int:
     for k in range(1, MOST_DISCS):
-        if math.hypot(0.5 * length / k, 0.5 * width) < 0.5 * width + COVER_EXCESS:
+        if math.hypot(0.5 * length / k, 0.5 * width) < (1.0 + SAMPLING) * 0.5 * width:
             return k
     return MOST_DISCS

@@ -16,25 +16,29 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.geometry.se2 import composed, inverse, now_in
-from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.lidar.laser_scan import USUAL_BODY, LaserScan
 from drake_starnav.utils.snapshot import snapshot
 
 UNOBSERVABLE_WEIGHT = 1e12
 """Inverse variance of the guess in an unobservable direction, 1/m^2."""
-STILL = 0.02
-"""A scan is not aligned if the robot has moved and turned by less than this since the last alignment, m and rad."""
-REACH = 1.0
-"""A keyframe is compared with scans taken within this distance, m."""
-SPACING = 0.5
-"""A scan this far from all keyframes in view becomes a keyframe, m."""
+STILL, STILL_HEADING = 0.08, 0.02
+"""A scan is not aligned if the robot has moved and turned, rad, by less than this since the last alignment; this and
+the other lengths here are in narrow radii of the robot."""
+REACH = 4.0
+"""A keyframe is compared with scans taken within this distance."""
+SPACING, LEAST_SPACING = 2.0, 0.4
+"""A scan this far from all keyframes in view becomes a keyframe; one that fits none, from the second on."""
 GOOD_SHARE, POOR_SHARE = 0.6, 0.3
 """Share of a scan's hits on the surfaces of a keyframe from which it fits well, and below which it does not fit."""
-RETURN_ERROR = 0.1, 0.05
-"""Standard deviation between the map's latest part and an older part to which the robot returns, m and rad."""
-UNSEEN_JUMP = 0.02
-"""A step of the pose that deviates by more than this from the one predicted by the robot's speed is a jump, m."""
-WIDEST_GATE, NARROWEST_GATE = 0.4, 0.1
-"""A hit is compared with surfaces up to this distance, in the first and in the last iterations, m."""
+RETURN_ERROR, RETURN_TURN = 0.4, 0.05
+"""Standard deviation between the map's latest part and an older part to which the robot returns, and of its heading,
+rad."""
+UNSEEN_JUMP = 0.08
+"""A step of the pose that deviates by more than this from the one predicted by the robot's speed is a jump."""
+WIDEST_GATE, NARROWEST_GATE = 1.6, 0.4
+"""A hit is compared with surfaces up to this distance, in the first and in the last iterations."""
+SURFACE_WIDTH, SURFACE_ERROR = 0.4, 0.02
+"""A hit's line is fitted to its neighbours up to the first; between hits a surface deviates from it by the second."""
 
 
 class Surfaces(NamedTuple):
@@ -188,11 +192,13 @@ def _nearest(known, x, y, gate):
 
 @dataclass(frozen=True)
 class OdometryError:
-    """Declared errors: drift as a share of a step's length and angle, the largest jump, m, and that of ranges, m."""
+    """Declared errors: drift as a share of a step's length and angle, the largest jump, m, and that of ranges, m; and
+    the robot's narrow radius, m."""
 
     drift: float
     jump: float
     noise: float
+    body: float = USUAL_BODY
 
 
 @dataclass(frozen=True)
@@ -205,9 +211,10 @@ class Keyframe:
     surfaces: Surfaces
 
     @staticmethod
-    def of(scan: LaserScan, pose: np.ndarray, noise: float) -> "Keyframe":
-        """The keyframe of a scan taken at a pose (x, y, yaw) in M, for a range noise in m."""
-        return Keyframe(np.array(pose, dtype=float), scan, Surfaces.of(scan, max(0.1, 8.0 * noise)))
+    def of(scan: LaserScan, pose: np.ndarray, error: OdometryError) -> "Keyframe":
+        """The keyframe of a scan taken at a pose (x, y, yaw) in M."""
+        width = max(SURFACE_WIDTH * error.body, 8.0 * error.noise)
+        return Keyframe(np.array(pose, dtype=float), scan, Surfaces.of(scan, width))
 
 
 @snapshot
@@ -246,15 +253,15 @@ def matched(known: ScanMap, scan: LaserScan, odometry: np.ndarray, error: Odomet
     """
     hit = scan.mappable_hits
     if not known.keyframes:
-        first = Keyframe.of(scan, composed(known.correction, odometry), error.noise)
+        first = Keyframe.of(scan, composed(known.correction, odometry), error)
         return ScanMap((first,), first.pose[None, :2], known.correction, np.array(odometry, dtype=float), scan.time)
-    step = now_in(known.odometry, odometry)
+    step, unit = now_in(known.odometry, odometry), error.body
     way = math.hypot(step[0], step[1])
-    if (way < STILL and abs(step[2]) < STILL) or hit.sum() < 20:
+    if (way < STILL * unit and abs(step[2]) < STILL_HEADING) or hit.sum() < 20:
         return known
     speed = np.array(step[:2]) / max(scan.time - known.time, 1e-9)
-    jumped = error.jump > 0.0 and np.hypot(*(speed - known.speed)) * (scan.time - known.time) > UNSEEN_JUMP
-    jump = error.jump if jumped or error.jump <= UNSEEN_JUMP else 0.0
+    jumped = error.jump > 0.0 and np.hypot(*(speed - known.speed)) * (scan.time - known.time) > UNSEEN_JUMP * unit
+    jump = error.jump if jumped or error.jump <= UNSEEN_JUMP * unit else 0.0
     speed = known.speed if jumped else speed
     drift = 2.0 * error.drift  # more than once, as drift is no noise but has the same sign each time
     # m and rad; 0.0005 without faults
@@ -262,9 +269,9 @@ def matched(known: ScanMap, scan: LaserScan, odometry: np.ndarray, error: Odomet
     predicted = composed(known.correction, odometry)
     points = scan.points_at(scan.distances, hit, (0.0, 0.0, 0.0))
     pose, share, used = predicted, 0.0, known.last
-    near = _in_view(known, scan, predicted)
+    near = _in_view(known, scan, predicted, unit)
     for index in dict.fromkeys((*near[:2], known.last)):  # the oldest in view are tried before the last one used
-        returning = np.array((RETURN_ERROR[0], *RETURN_ERROR)) if index < known.last else 0.0
+        returning = np.array((RETURN_ERROR * unit, RETURN_ERROR * unit, RETURN_TURN)) if index < known.last else 0.0
         found, fits = _fitted(known.keyframes[index], points, predicted, deviation + returning, error)
         if fits > share:
             pose, share, used = found, fits, index
@@ -274,22 +281,24 @@ def matched(known: ScanMap, scan: LaserScan, odometry: np.ndarray, error: Odomet
         pose = predicted
     keyframes, places = known.keyframes, known.places
     away = np.hypot(*(places - pose[:2]).T)
-    if (away[near] > SPACING).all() or (share < GOOD_SHARE and away[-1] > 0.1):
-        keyframes, places = (*keyframes, Keyframe.of(scan, pose, error.noise)), np.vstack((places, pose[:2]))
+    if (away[near] > SPACING * unit).all() or (share < GOOD_SHARE and away[-1] > LEAST_SPACING * unit):
+        keyframes, places = (*keyframes, Keyframe.of(scan, pose, error)), np.vstack((places, pose[:2]))
         used = used if share >= GOOD_SHARE else len(keyframes) - 1
     correction = composed(pose, inverse(odometry))
     return ScanMap(keyframes, places, correction, np.array(odometry, dtype=float), scan.time, speed, used)
 
 
-def _in_view(known: ScanMap, scan: LaserScan, pose: np.ndarray) -> list[int]:
-    """Keyframes within REACH of a pose and not occluded in the scan taken there, oldest first."""
+def _in_view(known: ScanMap, scan: LaserScan, pose: np.ndarray, unit: float) -> list[int]:
+    """Keyframes within REACH of a pose and not occluded in the scan taken there, oldest first; `unit` is in m."""
     away, beams = scan.polar(known.places, pose)
-    near = np.flatnonzero(away <= REACH)
+    near = np.flatnonzero(away <= REACH * unit)
     beam = np.rint(beams[near]).astype(np.int64)
     if scan.full_circle:
         beam %= len(scan.ranges)
     in_view = beam < len(scan.ranges)
-    occluded = in_view & (scan.distances[np.where(in_view, beam, 0)] <= away[near]) & (away[near] >= 0.5 * SPACING)
+    occluded = (
+        in_view & (scan.distances[np.where(in_view, beam, 0)] <= away[near]) & (away[near] >= 0.5 * SPACING * unit)
+    )
     return near[~occluded].tolist()
 
 
@@ -300,13 +309,14 @@ def _fitted(
 
     The scan has hits (k, 2) in S; `deviation` (3,) are standard deviations of the prediction, m and rad.
     """
+    narrowest = NARROWEST_GATE * error.body
     pose, inliers = aligned(
         points,
         np.array(now_in(keyframe.pose, predicted)),
         1.0 / deviation**2,
         keyframe.surfaces,
-        math.hypot(error.noise, 0.005),  # that of a surface between its hits, m
-        min(NARROWEST_GATE + 3.0 * float(deviation[0]), WIDEST_GATE),
-        NARROWEST_GATE,
+        math.hypot(error.noise, SURFACE_ERROR * error.body),
+        min(narrowest + 3.0 * float(deviation[0]), WIDEST_GATE * error.body),
+        narrowest,
     )
     return composed(keyframe.pose, pose), inliers / len(points)

@@ -229,7 +229,9 @@ def _add_perception(builder: DiagramBuilder, config: LoopConfig, navigation: Nav
     builder.Connect(scan_pose, perception.GetInputPort("pose"))
     connect_inputs(builder, perception, navigation.footprint_in_force, "perception")
     if config.matches:
-        error = OdometryError(localization.drift, localization.jump, _doubtful(scenario).noise)
+        error = OdometryError(
+            localization.drift, localization.jump, _doubtful(scenario).noise, scenario.robot.shape.narrow
+        )
         matcher = builder.AddNamedSystem("matcher", ScanMatcher(error))
         builder.Connect(perception.GetOutputPort("observation"), matcher.GetInputPort("observation"))
         builder.Connect(perception.GetOutputPort("certified_region"), matcher.GetInputPort("certified_region"))

@@ -124,7 +124,7 @@ def _may_stand(state: PlannerState, inputs: PlannerInput) -> bool:
     scan = inputs.observation.scan
     if inputs.interval > SILENT_SHARE * inputs.parameters.progress_timeout:
         return True
-    if scan.motion is not None and bool((scan.distances[scan.moving] < AVOIDED).any()):
+    if scan.motion is not None and bool((scan.distances[scan.moving] < AVOIDED * inputs.robot_radius).any()):
         return True
     approaching = state.status is PlannerStatus.APPROACHING and len(state.path) > 0
     return approaching and distance_to(inputs.position, state.path[-1]) < max(inputs.goal_tolerance, _progress(inputs))

@@ -41,10 +41,10 @@ from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.tracking.prediction import OCCLUSION_SPACING
 from drake_starnav.tracking.tracker import TrackedObstacles
 
-MOVING_MARGIN = 0.03
-"""Clearance kept from obstacles that move, m."""
-ESCAPE = 0.02
-"""As far into that clearance may come what moves the robot no nearer to them than standing would, m: it makes way."""
+MOVING_MARGIN = 0.12
+"""Clearance kept from obstacles that move, in narrow radii of the robot."""
+ESCAPE = 0.08
+"""As far into that clearance may come what moves the robot no nearer to them than standing would: it makes way."""
 STANDING_SPEED = 0.005
 """A command with which no point of the robot is faster counts as standing, m/s. The body does not follow exactly, so
 this is well below `trajectory.STANDING`, which is about the body."""
@@ -75,9 +75,10 @@ class MovingCertificate(NamedTuple):
         if not (footprint.is_disc or limits.steers):
             braking = max(braking, limits.max_yaw_rate / limits.max_yaw_acceleration)
         longest = age + actuation.delay + actuation.hold + braking
-        reach = footprint.radius + MOVING_MARGIN + (limits.max_speed + obstacles.max_speed) * longest
+        margin, escape = MOVING_MARGIN * footprint.narrow, ESCAPE * footprint.narrow
+        reach = footprint.radius + margin + (limits.max_speed + obstacles.max_speed) * longest
         discs = within(reachable_discs(tracks, obstacles), position, reach)
-        return MovingCertificate(discs, MOVING_MARGIN, age, ESCAPE)
+        return MovingCertificate(discs, margin, age, escape)
 
     def accepts(self, motion: Motion) -> bool:
         """Whether the robot stands, or keeps its distance, wherever the discs go until it has stopped."""

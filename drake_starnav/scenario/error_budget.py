@@ -99,7 +99,7 @@ TERMS: tuple[ErrorTerm, ...] = (
         "error of the heading of the shipped bases, and its drift, until the robot stands",
     ),
     ErrorTerm(
-        f"J * min(localization.jump, {UNSEEN_JUMP} + (2 * v * t if robot.drive.holonomic else 0))",
+        f"J * min(localization.jump, {UNSEEN_JUMP} * robot.shape.narrow + (2 * v * t if robot.drive.holonomic else 0))",
         "jumps too small to be detected",
     ),
     ErrorTerm("drive.error", "a base that strays farther than the shipped ones"),

@@ -9,10 +9,10 @@ from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.surroundings.erosion import field_of_view
 from drake_starnav.surroundings.safe_region import CertifiedRegion
 
-SHORTEST_WAY = 0.05
-"""Nothing that stands obstructs a robot that is certified to drive farther than this, m."""
-AVOIDED = 1.5
-"""What moves obstructs it within this distance, m, and it may be giving way."""
+SHORTEST_WAY = 0.2
+"""Nothing that stands obstructs a robot that is certified to drive farther than this, in its narrow radii."""
+AVOIDED = 6.0
+"""What moves obstructs it within this distance, and it may be giving way."""
 
 
 def obstruction(star: CertifiedRegion, scan: LaserScan, towards: float, robot_radius: float) -> str:
@@ -29,8 +29,8 @@ def obstruction(star: CertifiedRegion, scan: LaserScan, towards: float, robot_ra
     samples = len(star.values)
     turned = (towards - scan.angle_min) % TURN
     left = int(turned * samples / TURN) % samples
-    if min(star.values[left], star.values[(left + 1) % samples]) > SHORTEST_WAY:
-        return _moving(scan)
+    if min(star.values[left], star.values[(left + 1) % samples]) > SHORTEST_WAY * robot_radius:
+        return _moving(scan, robot_radius)
     first, last = field_of_view(scan)
     if not first <= turned <= last:
         return (
@@ -45,9 +45,9 @@ def obstruction(star: CertifiedRegion, scan: LaserScan, towards: float, robot_ra
     across = distance * np.abs(np.sin(off))
     ahead = (across < kept) & (np.abs(off) < 0.5 * math.pi)
     way = distance * np.cos(off) - np.sqrt(np.maximum(kept**2 - across**2, 0.0))
-    ahead &= way < SHORTEST_WAY + kept * TURN / samples
+    ahead &= way < SHORTEST_WAY * robot_radius + kept * TURN / samples
     if not ahead.any():
-        return _moving(scan)
+        return _moving(scan, robot_radius)
     hit = int(np.argmin(np.where(ahead, np.abs(off), math.inf)))
     where = _direction(float(bearing[hit]) + scan.angle_min)
     beam = round(float(bearing[hit] % TURN) / scan.angle_increment) % len(scan.ranges)
@@ -61,11 +61,11 @@ def obstruction(star: CertifiedRegion, scan: LaserScan, towards: float, robot_ra
     )
 
 
-def _moving(scan: LaserScan) -> str:
+def _moving(scan: LaserScan, robot_radius: float) -> str:
     """The nearest obstacle that moves, if any is near."""
     distance = np.where(scan.moving, scan.distances, math.inf)
     beam = int(np.argmin(distance))
-    if distance[beam] > AVOIDED:
+    if distance[beam] > AVOIDED * robot_radius:
         return ""
     return f"too near: an obstacle that moves, at {distance[beam]:.2f} m, {_direction(scan.bearings[beam])}"
 

@@ -6,14 +6,15 @@ from pydrake.systems.framework import Context, DiscreteValues, EventStatus, Leaf
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.polyline import resampled
+from drake_starnav.lidar.laser_scan import USUAL_BODY
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.surroundings.observation import Observation
 from drake_starnav.systems.release import declare_value, declare_vector
 
-SPACING = 0.05
-"""Distance between way points, m."""
-NEAR, FAR = 0.7, 3.5
-"""How far ahead along the path its way point lies, m: at least, and at most, where something stands in the path."""
+SPACING = 0.2
+"""Distance between way points, in radii of the robot."""
+NEAR, FAR = 2.8, 14.0
+"""How far ahead along the path its way point lies, in radii: at least, and at most, where something stands in it."""
 PERIOD = 0.05
 """Period of the updates, s: a few centimetres at walking speed."""
 
@@ -37,10 +38,11 @@ class FixedPath(LeafSystem):
     Progress along the path is discrete state, as a path may cross itself.
     """
 
-    def __init__(self, path: np.ndarray) -> None:
+    def __init__(self, path: np.ndarray, robot_radius: float = USUAL_BODY) -> None:
         """
         Args:
             path: shape (n, 2), from near the robot to where it stops, W, m.
+            robot_radius: narrow one, m.
 
         Raises:
             StarnavError: the path has another shape, no point, or is not finite.
@@ -49,7 +51,7 @@ class FixedPath(LeafSystem):
         way = Guidance.along(path).path
         if not len(way):
             raise StarnavError("path has no way point; allowed: shape (n, 2) with n >= 1")
-        self._path = resampled(way, SPACING)
+        self._path = resampled(way, SPACING * robot_radius)
         self._observation = self.DeclareAbstractInputPort("observation", Value(Observation.none()))
         self._pose = self.DeclareVectorInputPort("pose", 3)
         self._passed = self.DeclareDiscreteState(1)
@@ -58,7 +60,7 @@ class FixedPath(LeafSystem):
         self.DeclarePeriodicDiscreteUpdateEvent(PERIOD, 0.0, self._update)
 
     def _between(self, context: Context, near: float, far: float) -> slice:
-        """Way points from `near` to `far` beyond the one passed, m; at least one."""
+        """Way points from `near` to `far` beyond the one passed, radii; at least one."""
         passed = int(context.get_discrete_state(self._passed)[0])
         first, last = (passed + round(distance / SPACING) for distance in (near, far))
         return slice(min(first, len(self._path) - 1), last + 1)

@@ -31,8 +31,8 @@ from drake_starnav.utils.snapshot import snapshot
 from drake_starnav.utils.stopwatch import Stopwatch
 from drake_starnav.utils.timing import EARLY
 
-STANDSTILL, STAND = 4.0, 0.05
-"""A robot stands still if it moves no farther than the second, m, in the first, s."""
+STANDSTILL, STAND = 4.0, 0.2
+"""A robot stands still if it moves no farther than the second, in its narrow radii, in the first, s."""
 HALF_TURNS = 1.5
 """Or in the time for this many half turns, if that is longer."""
 
@@ -177,7 +177,7 @@ class StarRoadmapPlanner(LeafSystem):
         if after.plans > state.plans:
             self._stopwatch.note("plan", begin)
         stand, since = before.stand, before.since
-        if moved or changed or not distance_to(now.position, stand) <= STAND:
+        if moved or changed or not distance_to(now.position, stand) <= STAND * now.robot_radius:
             stand, since = now.position.copy(), time
         return _Plan(after, body, now.goal, time, stand, since)
 
@@ -234,7 +234,10 @@ class StarRoadmapPlanner(LeafSystem):
             return f"blind: no scan that measures anything has arrived for {silent:.1f} s"
         x, y, yaw = self._pose.Eval(context).tolist()
         place, goal = np.array((x, y)), self._goal.Eval(context)
-        if distance_to(place, plan.stand) > STAND or distance_to(place, goal) <= self._goal_tolerance:
+        if (
+            distance_to(place, plan.stand) > STAND * robot.shape.narrow
+            or distance_to(place, goal) <= self._goal_tolerance
+        ):
             return ""
         seen = self._observation.Eval(context)
         path = plan.state.guidance.path

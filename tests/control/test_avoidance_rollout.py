@@ -36,7 +36,7 @@ BASES = {
     "car": LIMITS._replace(steers=1.0),  # on circles of 0.5 m
 }
 LINE = np.array(((0.0, 0.0), (2.0, 0.0)))
-SETTINGS = Settings(slowdown=1.2, radius=0.25, spacing=MOVING_MARGIN, caution=0.5, max_speed=0.0)
+SETTINGS = Settings(slowdown=1.2, radius=0.25, spacing=0.25 * MOVING_MARGIN, caution=0.5, max_speed=0.0)
 NO_HITS = np.zeros((0, 2))
 
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.footprint import (
-    COVER_EXCESS,
+    SAMPLING,
     contains,
     covered,
     disc,
@@ -45,7 +45,7 @@ def test_discs_cover_every_convex_polygon(points):
 
 def test_a_rectangle_is_covered_by_discs_hardly_wider_than_it():
     shape = footprint(((0.254, -0.215), (0.254, 0.215), (-0.254, 0.215), (-0.254, -0.215)))
-    assert 0.215 < shape.narrow < 0.215 + COVER_EXCESS
+    assert 0.215 < shape.narrow < (1.0 + SAMPLING) * 0.215
     assert shape.radius == pytest.approx(math.hypot(0.254, 0.215))
     assert shape.lever == shape.radius and not shape.is_disc
 

@@ -219,10 +219,11 @@ def test_on_return_the_older_part_of_the_map_is_trusted():
     """The newer keyframe, and so the odometry as corrected by it, is 8 cm and 2 degrees off."""
     off, first, second = np.array((0.08, 0.0, 0.035)), np.zeros(3), np.array((0.6, 0.0, 0.0))
     wrong = composed(off, second)
-    frames = Keyframe.of(cast(ROOM, first), first, NOISE), Keyframe.of(cast(ROOM, second), wrong, NOISE)
+    error = OdometryError(0.0, 0.0, NOISE)
+    frames = Keyframe.of(cast(ROOM, first), first, error), Keyframe.of(cast(ROOM, second), wrong, error)
     known = ScanMap(frames, np.array([first[:2], wrong[:2]]), off, second, 0.0, last=1)
     now = np.array((0.3, 0.0, 0.2))
-    known = matched(known, dataclasses.replace(cast(ROOM, now), time=0.5), now, OdometryError(0.0, 0.0, NOISE))
+    known = matched(known, dataclasses.replace(cast(ROOM, now), time=0.5), now, error)
     assert known.last == 0
     assert now_in(now, known.corrected(now)) == pytest.approx((0.0, 0.0, 0.0), abs=0.01)
 

@@ -34,6 +34,7 @@ ROBOT = RobotParameters()
 LIMITS = ROBOT.limits
 OBSTACLES = DynamicObstacleParameters(max_speed=0.8, caution=1.0)
 MARGIN = 0.01
+MARGIN_M, ESCAPE_M = MOVING_MARGIN * RADIUS, ESCAPE * RADIUS
 PERIOD, SCANS, STEP = 0.02, 3, 0.005
 """Of the commands, s; commands from one scan to the next; of the simulation, s."""
 
@@ -55,7 +56,7 @@ def stays_clear(pose, twist, desired, certificate: MovingCertificate, hold: floa
     return certificate.accepts(roll_out(pose, twist, desired, Actuation(LIMITS, disc(RADIUS), hold, delay)))
 
 
-@pytest.mark.parametrize(("margin", "escape"), [(MARGIN, 0.0), (MOVING_MARGIN, ESCAPE)])
+@pytest.mark.parametrize(("margin", "escape"), [(MARGIN, 0.0), (MARGIN_M, ESCAPE_M)])
 @settings(max_examples=40, deadline=None)
 @given(seed=seeds, hunters=st.booleans())
 def test_discs_within_the_declared_speed_never_touch_a_robot_that_moves(
@@ -220,7 +221,7 @@ def room(places: np.ndarray, times: np.ndarray, rows: np.ndarray) -> np.ndarray:
 
 
 @settings(max_examples=400)
-@given(seeds, st.sampled_from([0.0, ESCAPE]))
+@given(seeds, st.sampled_from([0.0, ESCAPE_M]))
 def test_a_robot_that_moves_is_far_enough_from_all_that_may_have_come_near_until_it_has_stopped(seed, escape) -> None:
     """Any motion: what is not far enough may be so only within `escape`, and no nearer than standing would be."""
     rng = np.random.default_rng(seed)
@@ -236,7 +237,9 @@ def test_a_robot_that_moves_is_far_enough_from_all_that_may_have_come_near_until
     rows[:, 4:] = rng.uniform(0.0, 0.3, (3, 2))
     age = rng.uniform(0.0, 0.3)
     speed, times = np.abs(motion.twist[:, 0]), age + motion.time
-    distance = rng.choice(room(motion.position, times, rows)) + rng.uniform(-1.5, 1.5) * ESCAPE  # close to what counts
+    distance = (
+        rng.choice(room(motion.position, times, rows)) + rng.uniform(-1.5, 1.5) * ESCAPE_M
+    )  # close to what counts
     left, stood = (room(p, times, rows) - distance for p in (motion.position, motion.position[:1].repeat(count, 0)))
     stops = np.flatnonzero((np.arange(count) >= motion.braking) & (speed < STANDING_SPEED))
     last = stops[0] if len(stops) else count - 1
@@ -262,9 +265,9 @@ def test_what_is_not_near_could_not_have_come_near(seed) -> None:
         driven.position, age + driven.time, np.array([(*(place + 9.0 * ahead), 0.0, 0.0, obstacles.max_speed, 0.0)])
     )
     for spare in (-1e-3, 1e-3):  # a hit ahead that just comes too near, or just does not
-        hit = place + (9.0 - needed.min() + RADIUS + MOVING_MARGIN + spare) * ahead
+        hit = place + (9.0 - needed.min() + RADIUS + MARGIN_M + spare) * ahead
         tracks = Tracks(time=0.0, hits=hit[None], owner=np.array([-1]))
-        everything = MovingCertificate(reachable_discs(tracks, obstacles), MOVING_MARGIN, age, ESCAPE)
+        everything = MovingCertificate(reachable_discs(tracks, obstacles), MARGIN_M, age, ESCAPE_M)
         near_by = MovingCertificate.near(TrackedObstacles(tracks, age, obstacles), place, acting)
         assert near_by.accepts(driven) == everything.accepts(driven)
         assert near_by.age == age
@@ -273,7 +276,7 @@ def test_what_is_not_near_could_not_have_come_near(seed) -> None:
 def test_what_cannot_come_near_at_full_speed_while_the_robot_stops_is_left_out() -> None:
     """Both at 0.8 m/s, for 0.2 + 0.1 + 0.3 s, and the 0.8 s that braking takes."""
     acting = Actuation(LIMITS, disc(RADIUS), 0.3, 0.1)
-    farthest = RADIUS + MOVING_MARGIN + (0.8 + 0.8) * (0.2 + 0.1 + 0.3 + 0.8)
+    farthest = RADIUS + MARGIN_M + (0.8 + 0.8) * (0.2 + 0.1 + 0.3 + 0.8)
     hits = np.array([(1.0, 2.0 + farthest - 1e-6), (1.0, 2.0 - farthest - 1e-6)])
     tracked = TrackedObstacles(Tracks(time=0.0, hits=hits, owner=np.full(2, -1)), 0.2, OBSTACLES)
     np.testing.assert_array_equal(MovingCertificate.near(tracked, np.array((1.0, 2.0)), acting).discs[:, :2], hits[:1])
@@ -321,7 +324,7 @@ def test_in_long_steps_it_is_no_less_noticed_what_comes_near_meanwhile(way, spee
             assert clear == (reached >= distance)
 
 
-@pytest.mark.parametrize(("gap", "accepted"), [(MOVING_MARGIN - 0.5 * 0.02, True), (MOVING_MARGIN - 1.5 * 0.02, False)])
+@pytest.mark.parametrize(("gap", "accepted"), [(MARGIN_M - 0.5 * 0.02, True), (MARGIN_M - 1.5 * 0.02, False)])
 def test_no_robot_makes_way_that_is_nearer_than_a_centimetre(gap: float, accepted: bool) -> None:
     still = np.array([(RADIUS + gap, 0.0, 0.0, 0.0, 0.0, 0.0)])
     tracked = Tracks(time=0.0, hits=still[:, :2], owner=np.array([-1]))
@@ -415,7 +418,7 @@ def test_a_robot_may_make_way_to_what_creeps_near_to_it(gap: float, way: tuple[f
     """Away from it, where the full margin is used up, but not towards it."""
     slow = DynamicObstacleParameters(max_speed=0.05, caution=1.0)
     rows = reachable_discs(seen(np.array([[RADIUS + gap + 0.3, 0.0]]), 0.3), slow)
-    certificate = MovingCertificate(rows, MOVING_MARGIN, 0.05, ESCAPE)
+    certificate = MovingCertificate(rows, MARGIN_M, 0.05, ESCAPE_M)
     assert stays_clear(np.zeros(3), np.zeros(2), np.array(way), certificate) == accepted
 
 

@@ -50,7 +50,7 @@ def seen(world: World, pose: np.ndarray) -> Observation:
 
 def test_it_leads_a_little_ahead_of_the_robot_and_to_the_end_at_last() -> None:
     led = Led(np.array([(0.0, 0.0), (4.0, 0.0)]), OPEN)
-    assert led.at(0.0, 0.3) == pytest.approx((NEAR, 0.0), abs=SPACING)
+    assert led.at(0.0, 0.3) == pytest.approx((0.25 * NEAR, 0.0), abs=0.25 * SPACING)
     for x in np.arange(0.0, 4.0, 0.5):
         led.at(x, 0.0)
     assert led.at(3.9, 0.0) == pytest.approx((4.0, 0.0))
