@@ -82,11 +82,6 @@ def stepped(
     return limited_twist(twist, np.array(target), robot, period), accepted
 
 
-def least_clearance(poses: np.ndarray, hits: np.ndarray, needed: np.ndarray) -> float:
-    """Least distance of the poses (n, 3) to the hits (m, 2), less what each needs (m,), m."""
-    return float((np.hypot(*np.moveaxis(poses[:, None, :2] - hits, -1, 0)) - needed).min())
-
-
 def exact_rates(
     time: np.ndarray, twist: np.ndarray, target: np.ndarray, actuation: Actuation
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

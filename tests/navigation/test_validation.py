@@ -8,7 +8,6 @@ import pytest
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.mounts import Mount
 from drake_starnav.navigation.validation import check_interface, check_start, validated_margins
-from drake_starnav.scenario.error_budget import error_budget
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.scenario.scenario_file import load_scenario
 from drake_starnav.scenario.schema import Scenario
@@ -40,16 +39,6 @@ def test_the_lidar_sees_what_moves_before_it_meets_the_robot(changes, blind) -> 
     validated_margins(load_scenario("room", overrides=[*common, f"lidar.range_max={needed + 1e-6}"]))
     with pytest.raises(StarnavError, match=f"allowed: at least {needed:.3g} m"):
         validated_margins(load_scenario("room", overrides=[*common, f"lidar.range_max={needed - 1e-6}"]))
-
-
-def test_two_beams_may_be_a_radius_apart_where_the_robot_must_begin_to_stop() -> None:
-    overrides = ["robot.max_speed=3"]
-    scenario = load_scenario("room", overrides=overrides)
-    distance = error_budget(scenario).symbols["D"]
-    enough = math.ceil(2.0 * math.pi * distance / scenario.robot.radius)
-    validated_margins(load_scenario("room", overrides=[*overrides, f"lidar.beams={enough}"]))
-    with pytest.raises(StarnavError, match=f"lidar.beams is {enough - 1}: at "):
-        validated_margins(load_scenario("room", overrides=[*overrides, f"lidar.beams={enough - 1}"]))
 
 
 def test_a_masked_sector_is_a_gap_between_two_beams() -> None:

@@ -18,8 +18,6 @@ from tests.helpers.scans import RADIUS, in_view, seeds, wandered
 
 RESOLUTION = 0.05
 CELL = RESOLUTION * STRIDE
-CORNERS = 0.5 * RESOLUTION * np.array([(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)])
-"""From the centre of a cell of the cost-to-go to the centres of the memory's cells in it, m."""
 LOW, HIGH = np.array((-3.0, -3.0)), np.array((3.0, 3.0))
 
 
@@ -91,26 +89,6 @@ def test_cost_to_go_equals_scipy_on_the_same_grid(seed, near_wall_cost):
     np.testing.assert_allclose(cost, best, atol=0.02 * max(1.0, near_wall_cost))
 
 
-@settings(max_examples=20)
-@given(seeds)
-def test_in_an_empty_world_cost_to_go_is_the_distance_within_the_octile_error(seed):
-    rng = np.random.default_rng(seed)
-    goal, points = rng.uniform(-2.5, 2.5, 2), rng.uniform(-2.9, 2.9, (100, 2))
-    cost = at(cost_to_go(DistanceGrid.empty(RESOLUTION, RADIUS), goal, LOW, HIGH, Terrain(RADIUS)), points)
-    straight = np.hypot(*(points - goal).T)
-    assert (cost < 1.083 * straight + 1.5 * CELL).all() and (cost > 0.98 * straight - 1.5 * CELL).all()
-
-
-def test_walls_are_gone_around_through_gaps_that_the_robot_fits():
-    wall = np.vstack((line((0.0, -3.5), (0.0, 1.0)), line((0.0, 1.9), (0.0, 3.5))))
-    points, goal = np.array(((-1.0, -1.0),)), np.array((1.0, -1.0))
-    detour = 2.0 * math.hypot(1.0, 2.45)
-    cost = at(cost_to_go(memory(wall), goal, LOW, HIGH, Terrain(RADIUS)), points)[0]
-    assert 0.9 * detour < cost < 1.25 * detour
-    narrow = np.vstack((line((0.0, -3.5), (0.0, 1.0)), line((0.0, 1.4), (0.0, 3.5))))
-    assert at(cost_to_go(memory(narrow), goal, LOW, HIGH, Terrain(RADIUS)), points)[0] == np.inf
-
-
 def test_a_closure_closes_its_disc_and_nothing_else():
     wall = memory(np.vstack((line((0.0, -3.5), (0.0, 1.0)), line((0.0, 1.8), (0.0, 3.5)))))
     start, goal = np.array((-1.0, -1.0)), np.array((1.0, -1.0))
@@ -148,17 +126,6 @@ def test_a_walled_in_goal_or_point_and_places_outside_of_the_box_are_infinitely_
     cost = at(cost_to_go(box, inside, LOW, HIGH, Terrain(RADIUS)), points)
     assert cost[0] < CELL and cost[1] == np.inf and cost[2] == np.inf
     assert at(cost_to_go(box, outside, LOW, HIGH, Terrain(RADIUS)), inside[None])[0] == np.inf
-
-
-@settings(max_examples=60)
-@given(seeds)
-def test_a_search_towards_the_robot_finds_a_way_of_the_same_cost(seed):
-    rng = np.random.default_rng(seed)
-    grid = memory(rng.uniform(-3.0, 3.0, (40, 2)))
-    goal, robot = rng.uniform(-2.5, 2.5, (2, 2))
-    full, early = (cost_to_go(grid, goal, LOW, HIGH, Terrain(RADIUS), end) for end in (None, robot))
-    assert at(early, robot[None]) == at(full, robot[None])
-    np.testing.assert_array_equal(early.path(robot), full.path(robot))
 
 
 def test_a_search_ends_at_a_robot_in_a_blocked_cell():

@@ -8,7 +8,7 @@ import pytest
 
 from drake_starnav.geometry.trajectory import Motion
 from drake_starnav.loading import parse_scenario
-from drake_starnav.simulation.records import driven_record, record_comparison, record_robots, robots_record
+from drake_starnav.simulation.records import driven_record, record_comparison, robots_record
 from drake_starnav.simulation.robots import RobotTrial
 from drake_starnav.simulation.run import run_trial
 from drake_starnav.simulation.trial import trial_record
@@ -68,24 +68,6 @@ def test_who_arrives_last_or_not_at_all_decides(alone: dict, ends: list[tuple[st
     assert (record["outcome"], record["time_s"]) == ends[decides]
     assert record["min_gap_m"] == trials[-1].min_gap_m
     assert record.keys() - {"robots", "min_gap_m"} == alone.keys()
-
-
-def test_each_is_drawn_as_it_is_with_its_goals_in_its_colour(tmp_path) -> None:
-    scenario = parse_scenario(SEVERAL, name="two")
-    one = run_trial(parse_scenario(WORLD, name="one"))
-    motions = [Motion(np.array([0.0, 1.0]), np.array([each.start, each.start])) for each in scenario.robots]
-    trials = [RobotTrial(r.name, one, 1.0, m) for r, m in zip(scenario.robots, motions, strict=True)]
-    recorded = record_robots(scenario, trials, 0, tmp_path / "two.html", shown=frozenset({"trail/long"}))
-    assert recorded.caption.shown == {"trail/long"}
-    assert recorded.robots[0].shape.is_disc
-    assert np.ptp(recorded.robots[1].shape.outline, axis=0) == pytest.approx((0.8, 0.5), abs=0.01)
-    picture = moment_picture(recorded, 1.0)
-    image = np.asarray(picture, dtype=float) / 255.0
-    end, side = (4.15, 1.37), (4.33, 1.1)  # it looks along y: longer than wide
-    assert image[plotted(recorded, end, picture)] == pytest.approx(recorded.robots[1].color, abs=0.02)
-    assert image[plotted(recorded, side, picture)] != pytest.approx(recorded.robots[1].color, abs=0.1)
-    for goal in ((0.0, 1.0), (2.0, -1.0)):
-        assert image[plotted(recorded, goal, picture)] == pytest.approx(recorded.robots[1].color, abs=0.1)
 
 
 POST = "world: !Obstacles {bounds: [-1, -2, 5, 2], cylinders: [[1.5, 0.1, 0.3]], goal: [3.5, 0.0]}\n"

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from pydrake.geometry import Role
 from pydrake.systems.analysis import Simulator
 
 from drake_starnav.lidar.sensor_model import LidarParameters
@@ -94,15 +93,3 @@ def test_the_lidar_sees_them_where_they_are() -> None:
         exact = cast(frozen, pose, beams=180, range_max=scan.range_max)
         assert np.array_equal(scan.hits, exact.hits)
         assert scan.ranges[scan.hits] == pytest.approx(exact.ranges[exact.hits], abs=1e-5)
-
-
-def test_each_moving_obstacle_can_be_hit_and_seen() -> None:
-    world = make_world(Crowd(), 2, 0.25)
-    station = Run(world).station
-    assert len(station.moving_obstacle_geometries) == len(world.moving_obstacles)
-    inspector = station.scene_graph.model_inspector()
-    for geometry, radius in zip(station.moving_obstacle_geometries, world.moving_obstacles.radii, strict=True):
-        assert inspector.GetShape(geometry).radius() == radius
-        frame = inspector.GetFrameId(geometry)
-        for role in (Role.kIllustration, Role.kPerception):
-            assert len(inspector.GetGeometries(frame, role)) == 1

@@ -20,7 +20,6 @@ from drake_starnav.station.robot_interface import RobotInterface
 from drake_starnav.station.robot_model import add_robot
 from drake_starnav.station.world_geometry import add_ground
 from drake_starnav.worlds.world import World
-from tests.helpers.posts import STATION_OUTPUTS
 from tests.helpers.scans import cast
 
 STEADY_ERROR = (6e-4, 1.2e-3)
@@ -31,7 +30,6 @@ OFF_GRID = 0.6013
 """Between two steps of the plant, s."""
 START = (1.0, -2.0, 0.6)
 LIDAR = LidarParameters(noise=0.0)
-INPUTS = ["drive.twist_command"]
 
 
 class Drive:
@@ -74,13 +72,6 @@ def planar(X_WF) -> tuple[float, float, float]:
 def turned(angle: float, since: float) -> float:
     """By how much an angle differs from another, in (-pi, pi]."""
     return math.remainder(angle - since, 2.0 * math.pi)
-
-
-def test_ports() -> None:
-    station = Drive().station
-    assert [station.get_input_port(k).get_name() for k in range(station.num_input_ports())] == INPUTS
-    assert [station.get_output_port(k).get_name() for k in range(station.num_output_ports())] == STATION_OUTPUTS
-    assert station.get_name() == "station"
 
 
 def test_begins_at_the_start_and_stays_there() -> None:

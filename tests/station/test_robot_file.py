@@ -4,7 +4,6 @@ import dataclasses
 import sys
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from drake_starnav.errors import StarnavError
@@ -64,25 +63,6 @@ def written(folder: Path, text: str) -> RobotParameters:
 
 def standing(robot: RobotParameters) -> NavigationStation:
     return NavigationStation(World("open", (1.0, -2.0, 0.6), (5.0, 0.0)), Scenario("test", None, robot))
-
-
-def test_a_plain_urdf_drives_as_commanded_after_one_edit(tmp_path: Path) -> None:
-    station = standing(written(tmp_path, EDITED))
-    simulator = make_simulator(station)
-    context = simulator.get_mutable_context()
-    twist = np.array([0.4, 0.8])
-    station.GetInputPort("drive.twist_command").FixValue(context, twist)
-    simulator.AdvanceTo(3.0)
-    state = station.GetOutputPort("localization.state").Eval(context)
-    assert state[3:] == pytest.approx(twist, abs=0.01)
-
-
-def test_the_lidar_is_where_its_link_is(tmp_path: Path) -> None:
-    station = standing(written(tmp_path, EDITED))
-    simulator = make_simulator(station)
-    simulator.Initialize()
-    X_WS = station.GetOutputPort("lidar.X_WS").Eval(simulator.get_context())
-    assert X_WS.translation() == pytest.approx((1.0, -2.0, 0.18), abs=1e-6)
 
 
 def test_joints_that_are_no_wheels_are_held_still_and_motors_ignored(tmp_path: Path) -> None:

@@ -74,15 +74,6 @@ def test_a_robot_model_says_what_it_lacks(tmp_path: Path, old: str, new: str, me
         standing(RobotParameters(model=path))
 
 
-def test_wheels_of_two_sizes_are_refused(tmp_path: Path) -> None:
-    path = changed_starbot(tmp_path, '<link name="right_wheel">', '<link name="right_wheel"><!-- -->')
-    head, tail = Path(path).read_text(encoding="utf-8").split('<link name="right_wheel">')
-    tail = tail.replace('<sphere radius="0.05"/>', '<sphere radius="0.07"/>')
-    Path(path).write_text(f'{head}<link name="right_wheel">{tail}', encoding="utf-8")
-    with pytest.raises(StarnavError, match="no two joints about y or -y, .* down to one floor; allowed: "):
-        standing(RobotParameters(model=path))
-
-
 @pytest.mark.parametrize(
     ("shape", "beyond"),
     [

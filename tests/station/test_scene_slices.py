@@ -28,7 +28,6 @@ from pydrake.math import RigidTransform, RotationMatrix
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.raycast import Fan
-from drake_starnav.station import scene_slices
 from drake_starnav.station.scene_slices import SceneSlices
 
 FAN = Fan.regular(-np.pi, 2.0 * np.pi / 120, 120)
@@ -270,26 +269,6 @@ def test_a_sensor_that_drives_away_sees_what_was_far_before():
         X_WS = RigidTransform([x, 0.0, 0.0])
         np.testing.assert_array_equal(scene.cast(X_WS, slices), scene.cast(X_WS))
         assert np.isfinite(scene.cast(X_WS, slices)).any()
-
-
-def test_slices_are_computed_once_until_tilt_or_height_changes(monkeypatch):
-    calls = []
-    original = scene_slices.slice_solids
-    monkeypatch.setattr(scene_slices, "slice_solids", lambda *a: calls.append(len(a[0].quadrics)) or original(*a))
-    anchored = [(Cylinder(0.2, 1.0), RigidTransform([k, 2.0, 0.0])) for k in range(5)]
-    scene = Scene(*anchored, moving=[(Sphere(0.3), RigidTransform())])
-    slices = SceneSlices(Role.kProximity)
-    scene.cast(RigidTransform(), slices)
-    assert calls == [5, 1]
-    for k in range(5):  # in the plane
-        scene.move(RigidTransform(RotationMatrix.MakeZRotation(k), [k, 0.0, 0.0]))
-        scene.cast(RigidTransform(RotationMatrix.MakeZRotation(-k), [0.0, k, 1e-12]), slices)
-    assert calls == [5, 1]
-    scene.move(RigidTransform([0.0, 0.0, 0.1]))
-    scene.cast(RigidTransform(), slices)
-    assert calls == [5, 1, 1]
-    scene.cast(RigidTransform([0.0, 0.0, 0.1]), slices)
-    assert calls == [5, 1, 1, 5, 1]
 
 
 def test_a_change_of_geometry_is_seen():

@@ -123,17 +123,6 @@ def test_points_off_the_sampled_bearings_bound_from_inside(seed):
     assert samples.max() <= 2.0 - INFLATED
 
 
-def test_one_hit_in_closed_form():
-    ranges = np.full(720, np.inf)
-    ranges[360] = 1.0
-    samples, limit, *_ = profile(full_scan(ranges))
-    angle = 2.0 * math.pi / 720 * (np.arange(720) - 360)
-    shadow = np.abs(angle) < math.asin(INFLATED)
-    exact = np.cos(angle) - np.sqrt(np.maximum(INFLATED**2 - np.sin(angle) ** 2, 0.0))
-    np.testing.assert_allclose(samples, np.where(shadow, exact, 5.0 - INFLATED), atol=1e-12)
-    assert (limit == 5.0 - INFLATED).all()
-
-
 def test_beams_without_return_reach_to_the_rim_and_too_close_ones_allow_only_retreat():
     open_space = profile(full_scan(np.full(360, np.inf))).values
     np.testing.assert_allclose(open_space, 5.0 - INFLATED)

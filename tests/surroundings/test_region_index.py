@@ -1,7 +1,6 @@
 """The index rules out no region that a query would find, however it came about."""
 
 import numpy as np
-import pytest
 
 from drake_starnav.surroundings.piecewise_cubic import fit_piecewise_cubic
 from drake_starnav.surroundings.region_index import indexed
@@ -27,16 +26,6 @@ def assert_answers_of_a_loop_over_all(union: RegionUnion, rng: np.random.Generat
         for x, y in union.center[k] + r[:, None] * np.column_stack((np.cos(bearing), np.sin(bearing))):
             slack = rng.choice((0.0, rng.uniform(0.0, 1.0)))
             assert cover_at(union, x, y, slack) == cover_at(alone, x, y, slack)
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_a_union_that_grew_answers_as_a_loop_over_all_regions(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    regions, union = list[StarRegion](), RegionUnion.none()
-    for k in range(70):
-        regions.append(spiky_region(rng))
-        union = indexed(united(regions), union, np.array([k]))
-    assert_answers_of_a_loop_over_all(union, rng)
 
 
 def test_a_union_in_which_regions_were_replaced_answers_as_a_loop_over_all_regions() -> None:

@@ -137,15 +137,6 @@ def test_what_is_new_is_processed_once_however_often_it_is_asked_for(collecting)
     assert system.calls == before + 2  # the second found nothing new, in the state that had taken the first's
 
 
-def test_a_clone_goes_its_own_way(collecting) -> None:
-    system, _, context = collecting
-    system.port.FixValue(context, [0.06])
-    clone = context.Clone()
-    system.port.FixValue(clone, [0.07])
-    assert known(system, clone) == (0.0, 0.07)
-    assert known(system, context) == (0.0, 0.06)
-
-
 def test_time_that_is_set_back_begins_another_run(collecting) -> None:
     system, simulator, context = collecting
     for time in (0.1, 0.2):

@@ -62,19 +62,6 @@ class Perceived:
         return self.system.GetOutputPort(name).Eval(self.context)
 
 
-def test_ports() -> None:
-    system = Perceived().system
-    assert [system.get_input_port(k).get_name() for k in range(system.num_input_ports())] == [
-        "scan",
-        "pose",
-        "footprint",
-    ]
-    assert [system.get_output_port(k).get_name() for k in range(system.num_output_ports())] == [
-        "observation",
-        "certified_region",
-    ]
-
-
 def test_nothing_is_seen_before_the_first_scan() -> None:
     perceived = Perceived()
     perceived.system.GetInputPort("scan").FixValue(perceived.context, Value(silence()))
