@@ -37,8 +37,8 @@ from drake_starnav.surroundings.region_union import covers
 from drake_starnav.tracking.prediction import HORIZON, PREDICTION_STEP
 
 COMFORT = 0.4
-"""Predicted distance from a moving obstacle below which the robot gives way, m. From slow ones less is due: distances
-from them count for more, in proportion."""
+"""Predicted distance from a moving obstacle below which the robot gives way, m: as persons like it, nature. From slow
+ones less is due: distances from them count for more, in proportion."""
 STEP = 0.1
 """Time step of the rollout, s."""
 PATH, TWIST, HEADING = range(3)

@@ -6,7 +6,7 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.parameters import Checked, parameter
 
 FINEST = 0.01
-"""The smallest cell, m."""
+"""The smallest cell, m: numerics, by what a grid of the largest worlds may hold."""
 CLEARANCE, SPACING, CELL = 0.06, 2.8, 0.2
 """Preferred clearance, node spacing and grid resolution in narrow radii of the robot, unless they are given."""
 

@@ -34,7 +34,7 @@ from drake_starnav.surroundings.safe_region import CertifiedRegion
 from drake_starnav.surroundings.separation import keeps_clear
 
 STOPPED_DISTANCE = 0.001
-"""A robot that stops within this distance counts as standing, m."""
+"""A robot that stops within this distance counts as standing, m: numerics."""
 
 
 class Clear(NamedTuple):

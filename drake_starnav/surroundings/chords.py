@@ -14,7 +14,7 @@ from drake_starnav.surroundings.bearing_hits import CONNECTED_CHORD
 BINS = 360
 """Bearings of a look: it saw as far in each as in the worst direction within it."""
 BLIND_WEDGE, AT_LIDAR = math.radians(85.0), 0.001
-"""What a lidar does not look at is hidden by chords of at most this angle at this distance of it, m."""
+"""What a lidar does not look at is hidden by chords of at most this angle at this distance of it, m: numerics."""
 ROUNDING = 1e-6
 """Far more than bins are rounded by."""
 

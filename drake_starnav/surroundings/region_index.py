@@ -13,9 +13,9 @@ from drake_starnav.geometry.compiled import largest
 from drake_starnav.surroundings.region_union import CELL, WORD, RegionUnion
 
 SLACK = 0.01
-"""Regions are marked this far beyond their boundaries, m, for rounding."""
+"""Regions are marked this far beyond their boundaries, m, for rounding: numerics."""
 PATCH = 0.2
-"""Regions are marked patch by patch, of this length and about this width, m."""
+"""Regions are marked patch by patch, of this length and about this width, m: numerics."""
 SPARE_CELLS = 8
 """A grid that grows gets so many cells more than it needs on the sides that grow."""
 

@@ -18,7 +18,7 @@ LEAP = 16
 GAP_SAMPLES = 10
 """Length of a gap between regions that is looked at, in samples."""
 CELL = 0.4
-"""Size of a cell of the index, m."""
+"""Size of a cell of the index, m: numerics, as it only decides how soon an answer is found."""
 WORD = 64
 """Regions in a word of the index."""
 

@@ -13,9 +13,9 @@ from drake_starnav.geometry.polyline import point_to_segment_squared
 from drake_starnav.surroundings.unseen import Step, is_free
 
 ESCAPE_CLEARANCE = 0.002
-"""A move that begins within the margin may come no nearer than this, m."""
+"""A move that begins within the margin may come no nearer than this, m: what bases stray by nature."""
 LOOKAHEAD = 0.03
-"""What no point of a robot leaves on its way is asked about at once, m: a few samples."""
+"""What no point of a robot leaves on its way is asked about at once, m: a few samples, numerics."""
 
 
 @njit(cache=True)

@@ -15,14 +15,14 @@ from drake_starnav.surroundings.chords import BINS, ROUNDING
 from drake_starnav.surroundings.looks import saw, stands_on
 
 FINEST, MOST_ASKED, DEPTH = 0.004, 8000, 24
-"""A part of what is asked about that is no longer than this is known as a whole, or it is unknown, m; so is what it
-takes more questions to decide. And so many parts wait at a time."""
+"""A part of what is asked about that is no longer than this is known as a whole, or it is unknown, m: numerics; so is
+what it takes more questions to decide. And so many parts wait at a time."""
 EXCESS = 0.001
-"""The polygon around a body with its margin is no larger, m."""
+"""The polygon around a body with its margin is no larger, m: numerics."""
 SLIVER = 1e-7
 """A part no larger than this is none, m^2."""
 EXACT = 1e-9
-"""Distances count as equal up to this, m."""
+"""Distances count as equal up to this, m: numerics."""
 
 
 class Step(NamedTuple):

@@ -26,11 +26,11 @@ from drake_starnav.surroundings.erosion import BEARINGS, moving_average
 CROSSINGS = 64
 """Edges of views that a ray is followed across; along a rough wall it may cross more, and ends at the last of these."""
 ROUNDING = 1e-6
-"""By which a merged scan's range falls short, m, so that no ray leaves a view by rounding before it ends."""
+"""By which a merged scan's range falls short, m, so that no ray leaves a view by rounding, numerics, before it ends."""
 NEAREST = 0.001
-"""A hit that is too close to be measured is placed at this distance along its beam, to give it a direction, m."""
+"""A hit that is too close to be measured is placed this far along its beam, to give it a direction, m: numerics."""
 BODY_SLACK = 0.001
-"""Views may begin so far outside the robot, m: within the margin that is kept from everything."""
+"""Views may begin so far outside the robot, m: within the margin that is kept from everything, numerics."""
 PARALLEL = 1e-9
 """Sine of the angle up to which an edge counts as lying on a ray."""
 FREE, SURFACE, OPEN = 0, 1, 2

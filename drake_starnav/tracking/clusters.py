@@ -1,4 +1,7 @@
-"""Clusters of hits that may be of one moving obstacle, and the discs that fit them."""
+"""Clusters of hits that may be of one moving obstacle, and the discs that fit them.
+
+Lengths are of persons and carts, whoever watches: nature.
+"""
 
 import math
 

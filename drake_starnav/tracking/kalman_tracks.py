@@ -1,4 +1,7 @@
-"""Moving obstacles as discs with velocities: a Kalman filter of constant velocity for each cluster of hits."""
+"""Moving obstacles as discs with velocities: a Kalman filter of constant velocity for each cluster of hits.
+
+Lengths and speeds are of persons and carts, whoever watches: nature.
+"""
 
 import math
 from dataclasses import field

@@ -7,7 +7,7 @@ wider than any dynamic obstacle, or of one that is known to be static elsewhere:
 of it comes into view.
 
 A static object may start at any time, unless it is too large to move: the grid also remembers where such large
-surfaces were seen.
+surfaces were seen. Its lengths are of persons and carts, whoever watches: nature.
 """
 
 import math

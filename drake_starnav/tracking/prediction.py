@@ -2,7 +2,8 @@
 
 An obstacle keeps its velocity; where it would run into a static obstacle, it is assumed to bounce off like a ball.
 Neither needs to be true: it is the best guess for planning, and the certificate does not rely on it. Using
-a measured turning rate makes the guess worse, even for obstacles that wind: the rate is too uncertain.
+a measured turning rate makes the guess worse, even for obstacles that wind: the rate is too uncertain. Lengths are
+of persons: nature.
 """
 
 import math

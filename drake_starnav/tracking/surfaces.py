@@ -3,7 +3,7 @@
 A disc shows the lidar one convex arc. Connected hits are therefore split wherever their outline has a notch: where a
 disc stands against a wall, in the corner of a room, between two discs. The outline is the polygon that the
 Douglas-Peucker algorithm leaves of the hits; they run counter-clockwise about the robot, so that a notch is where it
-turns to the left. A surface wider than the largest dynamic obstacle is static.
+turns to the left. A surface wider than the largest dynamic obstacle is static. Lengths are of persons: nature.
 """
 
 import math
