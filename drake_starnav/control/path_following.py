@@ -29,12 +29,12 @@ def followed(inputs: ControllerInputs, robot: RobotParameters) -> Proposal:
     if len(guidance.poses):
         return Proposal(*followed_manoeuvre(pose, guidance.poses, robot))
     ahead, found = (guidance.path, guidance.arrives, tuple(guidance.regions)), np.zeros(5)
-    _followed(pose, ahead, star.alone[:3], robot.shape.narrow, tuple(limits), found)
+    _followed(pose, ahead, (star.hits, star.radius), robot.shape.narrow, tuple(limits), found)
     return Proposal(twist_of(found[2:], robot.drive), found[:2])
 
 
 @njit(cache=True)
-def _followed(pose, ahead, star, radius, limits, found):
+def _followed(pose, ahead, seen, radius, limits, found):
     """Write guiding vector (2,) and `Velocity` into `found` (5,), where the robot shall not stand."""
     x, y, yaw = pose
     path, arrives, regions = ahead
@@ -45,7 +45,7 @@ def _followed(pose, ahead, star, radius, limits, found):
     ux, uy, distance = guiding_vector(x, y, path, regions, radius)
     if ux == 0.0 and uy == 0.0:
         return
-    ux, uy = free_heading(x, y, ux, uy, star, radius)
+    ux, uy = free_heading(x, y, ux, uy, seen[0], (radius, seen[1]))
     velocity = aimed(wrapped_angle(math.atan2(uy, ux) - yaw), limits.max_speed, limits)
     most = goal_slowdown(limits) * distance + limits.max_speed / CREEP if arrives and count == 1 else np.inf
     velocity = slowed(velocity, most)

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_starnav.control import ControllerInputs
-from drake_starnav.control.free_heading import FREE_HEADING_RANGE, OPEN_WAY, SAMPLES, STEP, free_heading
+from drake_starnav.control.free_heading import FREE_HEADING_RANGE, OFF, OPEN_WAY, STEP, free_heading
 from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.robot import RobotParameters
@@ -20,6 +20,7 @@ from tests.helpers.scans import MARGINS, RADIUS, cast, distance, seeds
 ROBOT = RobotParameters()
 PARAMETERS = ControllerParameters()
 MARGIN = MARGINS.safety
+KEPT = RADIUS + MARGIN
 
 
 def star_with_one_short_hit(world: World, pose: np.ndarray, bearing: float, short: float) -> CertifiedRegion:
@@ -30,49 +31,49 @@ def star_with_one_short_hit(world: World, pose: np.ndarray, bearing: float, shor
     return certified_region(ScanMemory(), measured, scan.distances, pose, RADIUS + MARGIN, 1.2, (2.0, 1))[0]
 
 
-def way_is_open(star: CertifiedRegion, position: np.ndarray, angle: float) -> bool:
-    """Whether the star contains the way along a bearing, by the smaller of the samples beside each place of it."""
-    samples = len(star.values)
-    for share in np.arange(1, SAMPLES + 1) / SAMPLES:
-        offset = position + share * OPEN_WAY * RADIUS * np.array((math.cos(angle), math.sin(angle))) - star.center
-        place = (math.atan2(offset[1], offset[0]) - star.bearing_0) / (2.0 * math.pi / samples)
-        beside = [int(np.floor(place)) % samples, int(np.floor(place) + 1) % samples]
-        if np.hypot(*offset) > star.values[beside].min():
-            return False
-    return True
+def way_is_open(hits: np.ndarray, position: np.ndarray, angle: float) -> bool:
+    """Whether the way along a bearing keeps KEPT from hits, or comes no nearer to them and leads off them."""
+    way = OPEN_WAY * RADIUS
+    ahead = np.linspace(0.0, way, 400)[:, None] * (math.cos(angle), math.sin(angle))
+    away = np.hypot(*np.moveaxis(hits - (position + ahead)[:, None], -1, 0))
+    near = away.min(axis=0) >= np.minimum(KEPT, away[0]) - 1e-9
+    return bool((near & (away[-1] >= np.minimum(KEPT, away[0] + OFF * way))).all())
 
 
-def free_direction(position: np.ndarray, direction: np.ndarray, star: CertifiedRegion) -> np.ndarray:
-    return np.array(free_heading(*position, *direction, star.alone[:3], RADIUS))
+def free_direction(position: np.ndarray, direction: np.ndarray, hits: np.ndarray) -> np.ndarray:
+    return np.array(free_heading(*position, *direction, hits, (RADIUS, KEPT)))
 
 
 @settings(max_examples=200)
 @given(seeds, st.floats(-math.pi, math.pi))
 def test_the_nearest_open_bearing_is_taken(seed, angle):
     rng = np.random.default_rng(seed)
-    values = np.where(np.repeat(rng.random(12) < 0.6, 30), 0.0, rng.uniform(0.0, 0.1, 360))
-    star = CertifiedRegion(rng.uniform(-1.0, 1.0, 2), rng.uniform(-3.0, 3.0), values, np.zeros((0, 2)))
-    position = star.center + rng.uniform(-0.005, 0.005, 2)
+    away, bearing = rng.uniform(KEPT - 0.01, KEPT + 0.03, 12), rng.uniform(-math.pi, math.pi, 12)
+    position = rng.uniform(-1.0, 1.0, 2)
+    hits = position + away[:, None] * np.column_stack((np.cos(bearing), np.sin(bearing)))
     direction = np.array((math.cos(angle), math.sin(angle)))
-    out = free_direction(position, direction, star)
+    out = free_direction(position, direction, hits)
     turn = math.atan2(direction[0] * out[1] - direction[1] * out[0], float(direction @ out))
     tried = STEP * np.arange(1, int(FREE_HEADING_RANGE / STEP) + 1)
     open_turns = [
         side * t
         for t in tried
         for side in (1.0, -1.0)
-        if way_is_open(star, position, angle + side * t) and way_is_open(star, position, angle + side * (t + STEP))
+        if way_is_open(hits, position, angle + side * t) and way_is_open(hits, position, angle + side * (t + STEP))
     ]
-    if way_is_open(star, position, angle) or not open_turns:
+    if way_is_open(hits, position, angle) or not open_turns:
         np.testing.assert_array_equal(out, direction)
     else:
         assert np.hypot(*out) == pytest.approx(1.0)
         assert turn == pytest.approx(open_turns[0], abs=1e-9)
 
 
-def test_where_nothing_is_seen_nothing_is_open():
-    direction = np.array((0.6, 0.8))
-    np.testing.assert_array_equal(free_direction(np.ones(2), direction, CertifiedRegion.none()), direction)
+@pytest.mark.parametrize("short", [0.001, 0.005, 0.014])
+def test_a_robot_however_far_within_the_margin_is_led_along_the_wall_and_off_it(short: float):
+    wall = np.column_stack((np.linspace(-1.0, 1.0, 401), np.full(401, KEPT - short)))
+    for towards in (0.0, 0.2):
+        ux, uy = free_direction(np.zeros(2), np.array((math.cos(towards), math.sin(towards))), wall)
+        assert uy < 0.0 and ux > 0.7
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
