@@ -43,10 +43,8 @@ def main(png: Path | None) -> None:
         at, R = data.site_xpos[0], data.site_xmat[0].reshape(3, 3)
         mujoco.mj_multiRay(model, data, at, (rays @ R.T).ravel(), None, 1, 1, hit, ranges, None, 360, lidar.range_max)
         scan = LaserScan(data.time, ranges=np.where(ranges < 0.0, np.inf, ranges), **lidar.scan_fields)
-        odometry = Odometry(
-            data.time, at[0], at[1], np.arctan2(R[1, 0], R[0, 0]), R[:, 0] @ data.qvel[:3], data.qvel[5]
-        )
-        data.ctrl[:] = WHEELS @ navigator.step(data.time, [scan], [odometry], world.goal).twist
+        odom = Odometry(data.time, at[0], at[1], np.arctan2(R[1, 0], R[0, 0]), R[:, 0] @ data.qvel[:3], data.qvel[5])
+        data.ctrl[:] = WHEELS @ navigator.step(data.time, [scan], [odom], world.goal).twist
         mujoco.mj_step(model, data, 4)
         trail.append(data.qpos[:2].copy())
         contacts += sum(min(each.geom) > 0 for each in data.contact)  # 0 is the floor
