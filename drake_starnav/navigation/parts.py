@@ -57,6 +57,11 @@ class Parts:
     def __post_init__(self) -> None:
         if self.world is not None:
             check_kind(self.world, World, "world", "as from make_world")
+        if self.station is not None and not all(hasattr(self.station, name) for name in ("scenario", "mounts")):
+            raise StarnavError(f"station is {shown(self.station)}; allowed: a Robot, which has scenario and mounts")
+        if not isinstance(self.certificates, (tuple, list)):
+            raise StarnavError(f"certificates is {shown(self.certificates)}; allowed: a list of certificates")
+        object.__setattr__(self, "certificates", tuple(self.certificates))
 
     def of_method(self, scenario: Scenario) -> "Parts":
         """These parts, completed by those of the scenario's method where it is one of the user's; see `METHODS`."""

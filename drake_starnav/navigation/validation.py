@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from drake_starnav.control.path_following import GOAL_REACHED
-from drake_starnav.errors import StarnavError, shown
+from drake_starnav.errors import StarnavError, said_by, shown
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import ON_AXIS, Mount
 from drake_starnav.lidar.sensor_model import LidarParameters
@@ -19,12 +19,13 @@ from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.navigation_station import StationInterface
 from drake_starnav.station.robot_body import HOLDS_ALL
 from drake_starnav.station.robot_geometry import TOLERANCE
-from drake_starnav.station.robot_interface import RobotInterface
+from drake_starnav.station.robot_interface import POSE_PORTS, RobotInterface
 from drake_starnav.surroundings.erosion import BEARINGS
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.perception import check_views
 from drake_starnav.surroundings.unseen import start_radius
 from drake_starnav.surroundings.views import looks_at
+from drake_starnav.systems.star_perception import lidar_names
 from drake_starnav.worlds.view import scan_from, visible_shapes
 from drake_starnav.worlds.world import World
 
@@ -38,6 +39,12 @@ to the other, s: what samples of a motion miss is bounded for no others (docs/pr
 def check_interface(scenario: Scenario, station: Robot) -> None:
     """Raise a `StarnavError` where a station was made with parameters that navigation does not expect."""
     robot = station.scenario
+    scans = [f"{lidar}.scan" for lidar in lidar_names("lidar", len(station.mounts))]
+    for name in (*scans, *(f"localization.{each}" for each in POSE_PORTS)):
+        try:
+            station.GetOutputPort(name)
+        except RuntimeError as error:
+            raise StarnavError(f"station: {said_by(error)}; allowed: a Robot, which has {name}") from None
     counts = len(robot.all_lidars), len(scenario.all_lidars), len(station.mounts)
     if len(set(counts)) > 1:
         raise StarnavError(

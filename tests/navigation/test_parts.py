@@ -9,6 +9,7 @@ from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from drake_starnav import Parts, add_navigation, make_simulator, parse_scenario, run_trial
 from drake_starnav.cli.benchmark import benchmark
 from drake_starnav.errors import StarnavError
+from drake_starnav.navigation.robot import robot_mounts
 from drake_starnav.scenario.shipped import METHODS
 from tests.helpers.methods import Ahead, ahead
 
@@ -55,6 +56,27 @@ class Elsewhere(LeafSystem):
 def test_parts_that_lack_something_are_refused_when_they_are_wired(parts: Parts, words: str) -> None:
     with pytest.raises(StarnavError, match=words):
         add_navigation(DiagramBuilder(), parse_scenario(NEAR, name="near"), parts)
+
+
+@pytest.mark.parametrize(
+    ("parts", "words"),
+    [
+        ({"station": Elsewhere()}, "station is .*Elsewhere.*; allowed: a Robot, which has scenario and mounts"),
+        ({"certificates": Certifying(True)}, "certificates is .*Certifying.*; allowed: a list of certificates"),
+        ({"world": "room"}, "world is 'room'; allowed: a World"),
+    ],
+)
+def test_parts_of_another_kind_are_refused_at_once(parts: dict, words: str) -> None:
+    with pytest.raises(StarnavError, match=words):
+        Parts(**parts)
+
+
+def test_certificates_may_be_a_list_and_a_station_needs_its_ports() -> None:
+    assert Parts(certificates=[Certifying(True)]).certificates  # type: ignore[arg-type]
+    scenario, station = parse_scenario(NEAR, name="near"), Elsewhere()
+    station.scenario, station.mounts = scenario, robot_mounts(scenario)
+    with pytest.raises(StarnavError, match="station"):
+        add_navigation(DiagramBuilder(), scenario, Parts(station=station))
 
 
 def test_a_method_of_one_s_own_drives_by_its_name_alone() -> None:
