@@ -141,7 +141,7 @@ def avoid_collision(
     limits, path = robot.limits, guidance.path
     line = np.vstack((pose[:2], path)) if len(path) else np.vstack((pose[:2], pose[:2]))
     known = FreeSpace.of(guidance.regions, star)
-    standing = thinned(tracks.standing, pose[:2], HORIZON * robot.max_speed, STANDING_SPACING * robot.radius)
+    standing = thinned(tracks.standing[:, :2], pose[:2], HORIZON * robot.max_speed, STANDING_SPACING * robot.radius)
     trajectories, near = tracks.predicted_trajectories[foreseen], comfort(tracks, obstacles.guarded)[foreseen]
     discs = Discs(trajectories, tracks.radius[foreseen], near, standing, age)
     settings = Settings(

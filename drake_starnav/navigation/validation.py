@@ -166,11 +166,6 @@ def _check_tolerance(scenario: Scenario) -> None:
 def _check_mounts(scenario: Scenario, margins: Margins, mounts: Sequence[Mount]) -> None:
     """What needs a single lidar on the robot's axis."""
     lone = len(mounts) == 1 and mounts[0].offset == 0.0
-    if len(mounts) > 1 and scenario.obstacles.max_speed > 0.0:
-        raise StarnavError(
-            f"obstacles.max_speed is {scenario.obstacles.max_speed:g} with {_placed(mounts)}; allowed: one, by which "
-            "what moves is tracked"
-        )
     if not lone and margins.average_scans:
         raise StarnavError(
             f"lidar.noise is {max(lidar.noise for lidar in scenario.all_lidars):g} with {_placed(mounts)}; allowed: "

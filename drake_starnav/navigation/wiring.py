@@ -203,21 +203,22 @@ def _closed_areas(config: LoopConfig, parts: Parts) -> list[ClosedArea]:
 def _add_perception(builder: DiagramBuilder, config: LoopConfig, navigation: Navigation) -> Navigation:
     """The navigation with what processes scans: tracker, perception and matcher."""
     scenario, station = config.scenario, navigation.station
-    lidar, localization = scenario.lidar, scenario.localization
+    lidar, localization = _doubtful(scenario), scenario.localization
     mounts, tracker, matcher = station.mounts, None, None
     names = lidar_names("scan", len(mounts))
     scans = scan_ports(station)
     scan_pose = station.GetOutputPort("localization.scan_pose")
     if config.obstacles is not None:
-        tracker = ObstacleTracker(config.obstacles, lidar, mounts[0], stopwatch=config.stopwatch)
+        tracker = ObstacleTracker(config.obstacles, lidar, mounts, stopwatch=config.stopwatch)
         builder.AddNamedSystem("tracker", tracker)
-        builder.Connect(scans[0], tracker.GetInputPort("scan"))  # others are refused among moving obstacles
+        for name, scan in zip(names, scans, strict=True):
+            builder.Connect(scan, tracker.GetInputPort(name))
         builder.Connect(scan_pose, tracker.GetInputPort("pose"))
-        scans = [tracker.GetOutputPort("scan")]
+        scans = [tracker.GetOutputPort(name) for name in names]
     perception = StarPerception(
         scenario.robot,
         config.margins,
-        _doubtful(scenario),
+        lidar,
         mounts=mounts,
         certifies=config.method.shielded,
         perceive=config.method.perceive,
@@ -229,9 +230,7 @@ def _add_perception(builder: DiagramBuilder, config: LoopConfig, navigation: Nav
     builder.Connect(scan_pose, perception.GetInputPort("pose"))
     connect_inputs(builder, perception, navigation.footprint_in_force, "perception")
     if config.matches:
-        error = OdometryError(
-            localization.drift, localization.jump, _doubtful(scenario).noise, scenario.robot.shape.narrow
-        )
+        error = OdometryError(localization.drift, localization.jump, lidar.noise, scenario.robot.shape.narrow)
         matcher = builder.AddNamedSystem("matcher", ScanMatcher(error))
         builder.Connect(perception.GetOutputPort("observation"), matcher.GetInputPort("observation"))
         builder.Connect(perception.GetOutputPort("certified_region"), matcher.GetInputPort("certified_region"))

@@ -4,7 +4,7 @@ Guarantee. With caution 1: if a command is accepted, and the robot keeps its las
 the command for one control period and then brakes as hard as its limits allow, then until no point of it moves no
 dynamic obstacle touches its footprint, provided that
  (1) it is a disc no larger than `max_radius` and no faster than `max_speed`, whatever it did before,
- (2) it is visible, or occluded by something visible: nothing comes from outside the lidar's view or from nowhere, and
+ (2) it is visible, or occluded by something visible: nothing comes from outside the lidars' views or from nowhere, and
  (3) as for static obstacles, the robot follows its commands and the errors are at most the margin.
 A place q at the time of the scan is taken to be anywhere within
 
@@ -38,7 +38,6 @@ from drake_starnav.geometry.footprint import distance_to_point, fastest_point
 from drake_starnav.robot.motion import Actuation, Motion
 from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
-from drake_starnav.tracking.prediction import OCCLUSION_SPACING
 from drake_starnav.tracking.tracker import TrackedObstacles
 
 MOVING_MARGIN = 0.12
@@ -88,9 +87,8 @@ class MovingCertificate(NamedTuple):
 def reachable_discs(tracks: Tracks, parameters: DynamicObstacleParameters) -> np.ndarray:
     """The places that a braking robot must keep clear of, shape (n, 6), at the time of the tracks.
 
-    Columns: position, m, velocity, m/s, growth of its radius, m/s, and radius, m, with the room to brake. Hits have no
-    radius of their own. A track that counts but is not in view is a disc at its predicted position; what may come out
-    of its occlusion is listed as well.
+    Columns: position, m, velocity, m/s, growth of its radius, m/s, and radius, m, with the room to brake. A track that
+    counts but is not in view is a disc at its predicted position; what may come out of its occlusion is listed as well.
 
     Args:
         tracks: of the last scan.
@@ -103,21 +101,21 @@ def reachable_discs(tracks: Tracks, parameters: DynamicObstacleParameters) -> np
     moving = (1.0 - parameters.caution) * tracks.velocity
     still = np.zeros(2)
     rows = [
-        _rows(tracks.hits[~known], still, parameters.max_speed, 0.0),
-        _rows(tracks.standing, still, parameters.max_speed, 0.0),
-        _rows(tracks.occlusions, still, parameters.max_speed, 0.5 * OCCLUSION_SPACING),
-        _rows(tracks.hits[known], moving[tracks.owner[known]], cautious, 0.0),
-        _rows(tracks.position[lost], moving[lost], cautious, tracks.radius[lost]),
+        _rows(tracks.hits[~known], still, parameters.max_speed),
+        _rows(tracks.standing, still, parameters.max_speed),
+        _rows(tracks.occlusions, still, parameters.max_speed),
+        _rows(tracks.hits[known], moving[tracks.owner[known]], cautious),
+        _rows(np.column_stack((tracks.position, tracks.radius))[lost], moving[lost], cautious),
     ]
     discs = np.vstack(rows)
     discs[:, RADIUS] += parameters.stopping_distance
     return discs
 
 
-def _rows(places: np.ndarray, velocity: np.ndarray, growth: float, radius: np.ndarray | float) -> np.ndarray:
+def _rows(places: np.ndarray, velocity: np.ndarray, growth: float) -> np.ndarray:
     rows = np.empty((len(places), 6))
-    rows[:, :VX], rows[:, VX:GROWTH] = places, velocity
-    rows[:, GROWTH], rows[:, RADIUS] = growth, radius
+    rows[:, :VX], rows[:, VX:GROWTH] = places[:, :2], velocity
+    rows[:, GROWTH], rows[:, RADIUS] = growth, places[:, 2]
     return rows
 
 

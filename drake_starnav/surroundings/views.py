@@ -18,7 +18,7 @@ from numba import njit
 from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.geometry.se2 import placed
 from drake_starnav.lidar.field_of_view import TURN, FieldOfView
-from drake_starnav.lidar.laser_scan import HIT, MAPPABLE, Beams, LaserScan, placed_ends, third_side
+from drake_starnav.lidar.laser_scan import HIT, MAPPABLE, MOVING, Beams, LaserScan, placed_ends, third_side
 from drake_starnav.lidar.mounts import Mount
 from drake_starnav.surroundings.bearing_hits import CONNECTED_CHORD, half_gaps
 from drake_starnav.surroundings.erosion import BEARINGS, moving_average
@@ -33,8 +33,8 @@ BODY_SLACK = 0.001
 """Views may begin so far outside the robot, m: within the margin that is kept from everything, numerics."""
 PARALLEL = 1e-9
 """Sine of the angle up to which an edge counts as lying on a ray."""
-FREE, SURFACE, OPEN = 0, 1, 2
-"""Where a ray ends: at its range, at an obstacle, at unknown space."""
+SURFACE, DOUBTED, MOVER, OPEN, FREE = range(5)
+"""Where a ray ends: at what is STATIC, UNKNOWN or DYNAMIC, by these numbers, at unknown space, at its range."""
 
 
 def hits_seen(
@@ -51,10 +51,7 @@ def hits_seen(
         The points, shape (k, 2), m; rays of the merged scan may pass beside a thin obstacle. And half the chord from
         each to its lidar's neighbouring hit on the same surface, shape (k,), m.
     """
-    ends = [hit_points(*each, smoothing) for each in zip(scans, mounts, strict=True)]
-    if len(ends) == 1:
-        return ends[0]
-    points, half_gaps = zip(*ends, strict=True)
+    points, half_gaps = zip(*(hit_points(*each, smoothing) for each in zip(scans, mounts, strict=True)), strict=True)
     return np.concatenate(points), np.concatenate(half_gaps)
 
 
@@ -89,13 +86,16 @@ def merged(
     outside = _reach(body) + BODY_SLACK
     distance, kind, far = _followed(scans, mounts, outside, earlier)
     for scan, mount in zip(scans, mounts, strict=True):
-        _add_thin(distance, kind, *hit_points(scan, mount))
+        _add_thin(distance, kind, hit_points(scan, mount), np.where(scan.mappable[scan.hits], SURFACE, DOUBTED))
     if earlier:
-        _add_thin(distance, kind, *hits_beside(scans, mounts, earlier))
-    ranges = np.where(kind == SURFACE, distance, np.where(kind == OPEN, math.nan, math.inf))
+        beside = hits_beside(scans, mounts, earlier)
+        _add_thin(distance, kind, beside, np.full(len(beside[0]), SURFACE))
+    ranges = np.where(kind <= DOUBTED, distance, np.where(kind == FREE, math.inf, math.nan))
+    tracked = any(scan.motion is not None for scan in scans)
+    motion = np.where(kind <= MOVER, kind, SURFACE) if tracked else None
     return LaserScan(
         scans[0].time, -math.pi, TURN / BEARINGS, 0.0, far, ranges, lost_beams=True, free=distance,
-        scan_time=scans[0].scan_time, body=scans[0].body,
+        scan_time=scans[0].scan_time, body=scans[0].body, motion=motion,
     )  # fmt: skip
 
 
@@ -197,7 +197,7 @@ class _Crossings(NamedTuple):
     Attributes:
         distance: shape (BEARINGS, CROSSINGS), m.
         view: bit of the lidar whose view the edge bounds, of that shape.
-        kind: SURFACE or OPEN, of that shape.
+        kind: SURFACE, DOUBTED, MOVER or OPEN, of that shape.
         number: of all crossings of each ray, shape (BEARINGS,), also of those that are too far away to be kept.
         inside: bits of the views in which each ray begins, of that shape: those whose edges it crosses an odd number of
             times.
@@ -229,8 +229,9 @@ def _cross_view(crossings, beams, place, solid, bit):
         j = (i + 1) % n
         a, b = distance[i], distance[j]
         if hits[i] and hits[j] and third_side(a, b, seam if j == 0 else cosine) < connected:
-            kinds[2 * i] = SURFACE
+            kinds[2 * i] = SURFACE if beams.kinds[i] & beams.kinds[j] & MAPPABLE else DOUBTED
         else:
+            kinds[2 * i] = MOVER if (beams.kinds[i] if a < b else beams.kinds[j]) & MOVING else OPEN
             a = b = min(a, b)
         for k, d, m in ((2 * i, a, i), (2 * i + 1, b, j)):
             vertices[k, 0] = x + d * (turned * directions[m, 0] - aside * directions[m, 1])
@@ -285,7 +286,7 @@ def _walked(crossings, body, far, now):
     `now` are the bits of the views of now. A surface of an earlier one counts where no later one sees through it.
     """
     distance, view, kinds, count, begin = crossings
-    free, end = np.full(len(count), far), np.zeros(len(count), np.int8)
+    free, end = np.full(len(count), far), np.full(len(count), FREE, np.int8)
     for k in range(len(count)):
         inside, reached = begin[k], body[k]
         for i in range(min(count[k], CROSSINGS)):
@@ -295,12 +296,12 @@ def _walked(crossings, body, far, now):
             if t >= far:
                 reached = far
                 break
-            if kinds[k, i] == SURFACE and (view[k, i] <= now or inside & (view[k, i] - 1) == 0):
-                reached, end[k] = t, SURFACE
+            if kinds[k, i] <= DOUBTED and (view[k, i] <= now or inside & (view[k, i] - 1) == 0):
+                reached, end[k] = t, kinds[k, i]
                 break
             inside ^= view[k, i]
             if t >= body[k] and (inside == 0 or i == CROSSINGS - 1):
-                reached = t
+                reached, end[k] = t, MOVER if kinds[k, i] == MOVER else OPEN
                 break
         free[k] = reached
         if reached < far and end[k] == FREE:
@@ -308,11 +309,12 @@ def _walked(crossings, body, far, now):
     return free, end
 
 
-def _add_thin(distance: np.ndarray, end: np.ndarray, points: np.ndarray, half_gaps: np.ndarray) -> None:
+def _add_thin(distance: np.ndarray, end: np.ndarray, hits: tuple[np.ndarray, np.ndarray], kinds: np.ndarray) -> None:
     """Let rays end at hits that they may pass beside: those whose chords are no longer than rays are apart there."""
+    points, half_gaps = hits
     away, bearing = np.hypot(*points.T), np.arctan2(points[:, 1], points[:, 0])
     thin = 2.0 * half_gaps <= away * (TURN / BEARINGS)
     away, ray = away[thin], np.rint((bearing[thin] + math.pi) * (BEARINGS / TURN)).astype(int) % BEARINGS
-    nearer = away < distance[ray]
-    end[ray[nearer]] = SURFACE
-    np.minimum.at(distance, ray[nearer], away[nearer])
+    order = np.argsort(-away)
+    order = order[away[order] < distance[ray[order]]]  # of several on one ray the nearest is written last
+    distance[ray[order]], end[ray[order]] = away[order], kinds[thin][order]

@@ -1,5 +1,7 @@
 """Dynamic obstacles, detected and tracked once for all consumers."""
 
+from collections.abc import Sequence
+from functools import partial
 from time import perf_counter
 
 from pydrake.common.value import Value
@@ -11,14 +13,17 @@ from drake_starnav.lidar.mounts import ON_AXIS, Mount, newest, unturned
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.systems.release import declare_value
 from drake_starnav.systems.scan_state import ScanState
+from drake_starnav.systems.star_perception import lidar_names
 from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
-from drake_starnav.tracking.tracker import Tracked, track
+from drake_starnav.tracking.tracker import Tracked, joined, track
 from drake_starnav.utils.stopwatch import Stopwatch
 
 
 class ObstacleTracker(LeafSystem):
     """Distinguishes moving from static hits in each laser scan, and tracks dynamic obstacles.
+
+    With several lidars there are as many ports for scans, named scan, scan_2, scan_3, ..., of either direction.
 
     ```
              ┌─────────────────┐
@@ -39,34 +44,46 @@ class ObstacleTracker(LeafSystem):
         self,
         obstacles: DynamicObstacleParameters,
         lidar: LidarParameters,
-        mount: Mount = ON_AXIS,
+        mounts: Sequence[Mount] = (ON_AXIS,),
         *,
         stopwatch: Stopwatch | None = None,
     ) -> None:
-        """Track what is declared, by a lidar with these errors there; a stopwatch, if given, notes `track` times."""
+        """Track what is declared, by lidars with these errors there; a stopwatch, if given, notes `track` times."""
         super().__init__()
-        self._mount, self._flip = mount, ON_AXIS._replace(upside_down=mount.upside_down)
+        self._mounts = tuple(mounts)
         self._obstacles, self._range_deviation = obstacles, lidar.range_deviation
         self._stopwatch = stopwatch or Stopwatch()
-        self._scan = self.DeclareAbstractInputPort("scan", Value(LaserScan.nothing()))
-        self._pose = self.DeclareVectorInputPort("pose", 3)
-        self._tracked = ScanState(self, Tracked(), self._after, (self._scan, self._pose), stamp=self._stamp)
+        names = lidar_names("scan", len(self._mounts))
+        self._scans = [self.DeclareAbstractInputPort(name, Value(LaserScan.nothing())) for name in names]
+        self._pose, blind = self.DeclareVectorInputPort("pose", 3), (Tracked(),) * len(names)
+        self._tracked = ScanState(self, blind, self._after, (*self._scans, self._pose), stamp=self._stamp)
         depends = {self._tracked.ticket}
-        declare_value(self, "scan", Tracked().scan, ObstacleTracker._last_scan, depends)
-        declare_value(self, "tracks", Tracks(), lambda own, context: own._tracked.Eval(context).tracks, depends)
+        for k, name in enumerate(names):
+            declare_value(self, name, blind[k].scan, partial(ObstacleTracker._last_scan, number=k), depends)
+        declare_value(self, "tracks", Tracks(), ObstacleTracker._tracks, depends)
 
     def _stamp(self, context: Context) -> float:
-        return newest([self._scan.Eval(context)])
+        return newest([port.Eval(context) for port in self._scans])
 
-    def _after(self, context: Context, before: Tracked) -> Tracked:
-        scan = self._scan.Eval(context)
-        if scan.time == before.tracks.time:
+    def _after(self, context: Context, before: tuple[Tracked, ...]) -> tuple[Tracked, ...]:
+        scans, pose, after = [port.Eval(context) for port in self._scans], self._pose.Eval(context), list(before)
+        time = newest(scans)
+        new = [k for k, scan in enumerate(scans) if newest([scan]) == time != before[k].tracks.time]
+        if not new:
             return before
         begin = perf_counter()
-        place = composed(self._pose.Eval(context), self._mount[:3])
-        after = track(before, unturned(scan, self._flip), place, self._obstacles, self._range_deviation)
+        for k in new:
+            scan, place = unturned(scans[k], _flip(self._mounts[k])), composed(pose, self._mounts[k][:3])
+            after[k] = track(before[k], scan, place, self._obstacles, self._range_deviation)
         self._stopwatch.note("track", begin)
-        return after
+        return tuple(after)
 
-    def _last_scan(self, context: Context) -> LaserScan:
-        return unturned(self._tracked.Eval(context).scan, self._flip)
+    def _last_scan(self, context: Context, number: int) -> LaserScan:
+        return unturned(self._tracked.Eval(context)[number].scan, _flip(self._mounts[number]))
+
+    def _tracks(self, context: Context) -> Tracks:
+        return joined(self._tracked.Eval(context), self._obstacles)
+
+
+def _flip(mount: Mount) -> Mount:
+    return ON_AXIS._replace(upside_down=mount.upside_down)

@@ -3,6 +3,7 @@
 Lengths and speeds are of persons and carts, whoever watches: nature.
 """
 
+import dataclasses
 import math
 from dataclasses import field
 from functools import cached_property
@@ -22,7 +23,7 @@ from drake_starnav.tracking.clusters import (
     partners,
 )
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
-from drake_starnav.tracking.prediction import Rows, chosen_rows, occlusion_points, predicted_rows, seen_past
+from drake_starnav.tracking.prediction import Rows, chosen_rows, grown, occlusion_points, predicted_rows, seen_past
 from drake_starnav.utils.snapshot import snapshot
 
 GAIN = 0.2
@@ -82,12 +83,13 @@ class Tracks:
         drift: shape (n, 2), its mean velocity of late, m/s: less noisy than `velocity`, and late.
         swing: shape (n,), mean rate at which the lidar's own motion shows it from another side, rad/s.
         origin: shape (2,), where the lidar was, W, m.
-        hits: shape (k, 2), the hits of the last scan that are not certainly static.
-        standing: shape (l, 2), static hits on objects that might start to move; none unless `guarded`.
+        hits: shape (k, 3), the hits of the last scan that are not certainly static: x, y, and the radius within which
+            what was there may be by now.
+        standing: shape (l, 3), static hits on objects that might start to move; none unless `guarded`.
         owner: shape (k,), the track that each hit belongs to; -1 for none.
         predicted_trajectories: shape (n, k, 2), the predicted trajectory of each, now and every `PREDICTION_STEP` from
             now on.
-        occlusions: shape (m, 2), places at the edges of occluded areas, from which something may come; none unless
+        occlusions: shape (m, 3), places at the edges of occluded areas, from which something may come; none unless
             `guarded`.
     """
 
@@ -104,11 +106,11 @@ class Tracks:
     drift: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
     swing: np.ndarray = field(default_factory=lambda: np.zeros(0))
     origin: np.ndarray = field(default_factory=lambda: np.zeros(2))
-    hits: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
+    hits: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
     owner: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
-    standing: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
+    standing: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
     predicted_trajectories: np.ndarray = field(default_factory=lambda: np.zeros((0, 1, 2)))
-    occlusions: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
+    occlusions: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
 
     def __len__(self) -> int:
         return len(self.radius)
@@ -180,12 +182,13 @@ def updated(
     after = Tracks(
         time=scan.time,
         origin=pose[:2].copy(),
-        hits=points[doubtful],
+        hits=grown(points[doubtful], 0.0),
         owner=owner[doubtful],
-        standing=points[judged.may_start & ~doubtful] if parameters.guarded else np.zeros((0, 2)),
-        occlusions=occlusion_points(scan, pose) if parameters.guarded else np.zeros((0, 2)),
         **rows._asdict(),
     )
+    if parameters.guarded:
+        standing = grown(points[judged.may_start & ~doubtful], 0.0)
+        after = dataclasses.replace(after, standing=standing, occlusions=occlusion_points(scan, pose))
     motion = judged.motion.copy()
     if len(after):
         tracked = owner >= 0

@@ -73,13 +73,41 @@ def _predicted_trajectories(position, velocity, radius, walls, steps):
     return out
 
 
-def occlusion_points(scan: LaserScan, pose: np.ndarray) -> np.ndarray:
-    """Places along the rays past the edges of occluding surfaces, shape (n, 2), W, m, for a scan at a pose of S in W.
+def grown(places: np.ndarray, radius: float) -> np.ndarray:
+    """Places with their radius: x, y and radius, shape (n, 3), of points, shape (n, 2), or with more radius, m."""
+    radii = places[:, 2:] + radius if places.shape[1] == 3 else np.full((len(places), 1), radius)
+    return np.hstack((places[:, :2], radii))
 
-    An obstacle that comes out crosses such a ray, no farther than OCCLUSION_SPACING / 2 from a place or from the edge.
+
+def occlusion_points(scan: LaserScan, pose: np.ndarray) -> np.ndarray:
+    """Places along the rays past the edges of occluding surfaces, with their radius, shape (n, 3), W, m.
+
+    An obstacle that comes out crosses such a ray, no farther than OCCLUSION_SPACING / 2 from a place.
+    The scan was taken at a pose of S in W.
     """
     bearing_0 = float(pose[2]) + scan.angle_min
-    return _occlusion_points(scan.distances, scan.angle_increment, scan.full_circle, *pose[:2], bearing_0)
+    places = _occlusion_points(scan.distances, scan.angle_increment, scan.full_circle, *pose[:2], bearing_0)
+    return grown(places, 0.5 * OCCLUSION_SPACING)
+
+
+def view_edges(scan: LaserScan, pose: np.ndarray) -> np.ndarray:
+    """The same along the first and the last ray of a view; none if it is all around."""
+    if scan.full_circle:
+        return np.zeros((0, 3))
+    rays = []
+    for k, bearing in ((0, scan.angle_min), (-1, scan.angle_max)):
+        away, bearing = np.arange(0.0, scan.distances[k], OCCLUSION_SPACING), bearing + float(pose[2])
+        rays.append(pose[:2] + away[:, None] * (math.cos(bearing), math.sin(bearing)))
+    return grown(np.vstack(rays), 0.5 * OCCLUSION_SPACING)
+
+
+def seen_free(scan: LaserScan, pose: np.ndarray, places: np.ndarray, slack: float) -> tuple[np.ndarray, np.ndarray]:
+    """Whether a scan at a pose of S in W shows places with their radius, (n, 3), to be free; shape (n,) each, bool.
+
+    First: all of the disc, with this much more radius, m, is seen free. Second: as far as the lidar looks there; also
+    where it does not look at the middle.
+    """
+    return _seen_free(scan.beams, (*pose[:2].tolist(), float(pose[2]) + scan.angle_min), places, slack)
 
 
 class Rows(NamedTuple):
@@ -142,6 +170,31 @@ def seen_past(beams, pose, place):
 
 
 @njit(cache=True)
+def _seen_free(beams, pose, places, slack):
+    """The loop of `seen_free`; `pose` is that of the first beam."""
+    n, turn, wrap = len(beams.distances), 2.0 * math.pi, beams.seam < np.inf
+    whole, looked = np.zeros(len(places), np.bool_), np.zeros(len(places), np.bool_)
+    for i in range(len(places)):
+        dx, dy, radius = places[i, 0] - pose[0], places[i, 1] - pose[1], places[i, 2] + slack
+        away = math.hypot(dx, dy)
+        if away <= radius:
+            continue
+        half = math.asin(radius / away) / beams.increment
+        middle = ((math.atan2(dy, dx) - pose[2]) % turn) / beams.increment
+        if not wrap and middle > n - 1:
+            looked[i] = True
+            continue
+        whole[i], looked[i] = True, True
+        for m in range(math.floor(middle - half), math.ceil(middle + half) + 1):
+            if wrap or 0 <= m < n:
+                looked[i] &= beams.distances[m % n] >= away + radius
+            else:
+                whole[i] = False
+        whole[i] &= looked[i]
+    return whole, looked
+
+
+@njit(cache=True)
 def _occlusion_points(distance, increment, wrap, x, y, bearing_0):
     """Points (k, 2) behind the edges between beams of distances (n,), of a sensor at (x, y)."""
     n = len(distance)
@@ -151,8 +204,8 @@ def _occlusion_points(distance, increment, wrap, x, y, bearing_0):
         if abs(a - b) < OCCLUSION_SPACING:
             continue
         theta = bearing_0 + (k + 0.5) * increment
-        r, end = min(a, b) + OCCLUSION_SPACING, max(a, b)
-        while r < end:
+        r, end = min(a, b) + 0.5 * OCCLUSION_SPACING, max(a, b)
+        while r < end + 0.5 * OCCLUSION_SPACING:
             places.append((x + r * math.cos(theta), y + r * math.sin(theta)))
             r += OCCLUSION_SPACING
     out = np.empty((len(places), 2))

@@ -1,6 +1,8 @@
 """From one scan to the next: static obstacles, moving ones, and their motion."""
 
 import dataclasses
+import math
+from collections.abc import Sequence
 from dataclasses import field
 from typing import NamedTuple
 
@@ -11,7 +13,7 @@ from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, LaserScan
 from drake_starnav.tracking.kalman_tracks import Judged, Tracks, updated
 from drake_starnav.tracking.occupancy_history import OccupancyHistory
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
-from drake_starnav.tracking.prediction import PREDICTED, predicted_trajectories
+from drake_starnav.tracking.prediction import PREDICTED, Rows, grown, predicted_trajectories, seen_free, view_edges
 from drake_starnav.tracking.surfaces import on_large_surfaces
 from drake_starnav.utils.snapshot import snapshot
 
@@ -76,3 +78,60 @@ def track(
     tracks = dataclasses.replace(tracks, predicted_trajectories=ways)
     scan = dataclasses.replace(scan, motion=reported)
     return Tracked(grid.updated(scan, pose, large & (motion != DYNAMIC)), tracks, scan, pose)
+
+
+def joined(states: Sequence[Tracked], parameters: DynamicObstacleParameters) -> Tracks:
+    """The tracks of several lidars as of the newest scan; those of a single lidar as they are.
+
+    Each lidar tracks what it sees, also what another sees. What it saw earlier may have moved since then, no farther
+    than an obstacle comes in that time. What is hidden from all comes out across the edges of what one does not see,
+    where no other sees them free, or those of its view, where another looks and does not see them free.
+    """
+    if len(states) == 1:
+        return states[0].tracks
+    time = max(each.tracks.time for each in states)
+    late = [time - each.tracks.time for each in states]
+    seen = [(each, ago) for each, ago in zip(states, late, strict=True) if ago < math.inf]
+    parts, rows = [], 0
+    for each, ago in seen:
+        others = [other for other, _ in seen if other is not each]
+        parts.append(_at(time, each, _hidden(each, others, parameters), parameters.max_speed * ago, rows))
+        rows += len(each.tracks)
+    if not parts:
+        return states[0].tracks
+    fields = {name: np.concatenate([getattr(part, name) for part in parts]) for name in (*Rows._fields, *_LISTS)}
+    return Tracks(time=time, origin=parts[0].origin, **fields)
+
+
+_LISTS = ("hits", "owner", "standing", "predicted_trajectories", "occlusions")
+
+
+def _at(time: float, tracked: Tracked, occlusions: np.ndarray, spread: float, first: int) -> Tracks:
+    """The tracks of a lidar at a later time, s, with these occlusions; the first of them becomes this row of all."""
+    tracks = tracked.tracks
+    ago = time - tracks.time
+    moved = tracks.expected_velocity * ago
+    return dataclasses.replace(
+        tracks,
+        time=time,
+        position=tracks.position + moved,
+        predicted_trajectories=tracks.predicted_trajectories + moved[:, None],
+        seen=tracks.seen + ago,
+        hits=grown(tracks.hits, spread),
+        standing=grown(tracks.standing, spread),
+        occlusions=grown(occlusions, spread),
+        owner=np.where(tracks.owner < 0, -1, tracks.owner + first),
+    )
+
+
+def _hidden(tracked: Tracked, others: Sequence[Tracked], parameters: DynamicObstacleParameters) -> np.ndarray:
+    """The edges of what neither a lidar nor the others see, places with their radius, shape (n, 3); see `joined`."""
+    if not parameters.guarded:
+        return tracked.tracks.occlusions
+    shadows, edges = tracked.tracks.occlusions, view_edges(tracked.scan, tracked.pose)
+    open_shadows, open_edges = np.ones(len(shadows), bool), np.zeros(len(edges), bool)
+    for other in others:
+        slack = parameters.max_speed * abs(tracked.tracks.time - other.tracks.time)
+        open_shadows &= ~seen_free(other.scan, other.pose, shadows, slack)[0]
+        open_edges |= ~seen_free(other.scan, other.pose, edges, slack)[1]
+    return np.vstack((shadows[open_shadows], edges[open_edges]))

@@ -17,7 +17,7 @@ from drake_starnav.surroundings.safe_region import CertifiedRegion, ScanMemory, 
 from drake_starnav.surroundings.star_region import scan_region, united
 from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
-from drake_starnav.tracking.prediction import predicted_trajectories
+from drake_starnav.tracking.prediction import grown, predicted_trajectories
 from drake_starnav.tracking.tracker import TrackedObstacles
 from tests.helpers.motions import actuation
 from tests.helpers.scans import MARGINS, cast
@@ -46,7 +46,7 @@ def obstacle(position: tuple[float, float], velocity: tuple[float, float]) -> Tr
         since=np.zeros(1),
         drift=moving,
         swing=np.zeros(1),
-        hits=place + RADIUS * np.column_stack((np.cos(angle), np.sin(angle))),
+        hits=grown(place + RADIUS * np.column_stack((np.cos(angle), np.sin(angle))), 0.0),
         owner=np.zeros(40, np.int64),
         predicted_trajectories=predicted_trajectories(place, moving, np.array([RADIUS]), np.zeros((0, 2))),
     )
@@ -119,7 +119,9 @@ def test_the_way_round_is_one_of_the_manoeuvres_if_it_is_wanted() -> None:
 def standing(x: float, y: float, radius: float = 0.2) -> Tracks:
     """A column that might start."""
     angle = np.linspace(0.0, 2.0 * math.pi, 60, endpoint=False)
-    return Tracks(time=0.0, standing=np.array((x, y)) + radius * np.column_stack((np.cos(angle), np.sin(angle))))
+    return Tracks(
+        time=0.0, standing=grown(np.array((x, y)) + radius * np.column_stack((np.cos(angle), np.sin(angle))), 0.0)
+    )
 
 
 def test_where_the_path_leads_too_near_by_what_might_start_another_way_is_found() -> None:
@@ -131,7 +133,7 @@ def test_where_the_path_leads_too_near_by_what_might_start_another_way_is_found(
 
 
 def test_what_stands_is_foreseen_as_few_places() -> None:
-    places = standing(1.0, 0.0).standing
+    places = standing(1.0, 0.0).standing[:, :2]
     kept = thinned(places, np.zeros(2), 1.1, 0.1)
     assert 3 < len(kept) < 20
     apart = np.hypot(*(kept[:, None] - kept).transpose(2, 0, 1)) + np.eye(len(kept))

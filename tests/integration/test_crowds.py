@@ -10,6 +10,7 @@ from drake_starnav.planning.guidance import Guidance
 from drake_starnav.surroundings.safe_region import CertifiedRegion
 from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
+from drake_starnav.tracking.prediction import grown
 from drake_starnav.tracking.tracker import TrackedObstacles
 from tests.helpers.loop import CONTROLLER, ROBOT, command, drive, pacing
 from tests.helpers.scans import seeds
@@ -64,7 +65,7 @@ def test_nothing_that_moved_is_left_in_the_roadmap() -> None:
 def test_it_brakes_where_nothing_can_be_certified() -> None:
     angle = np.linspace(0.0, 2.0 * math.pi, 90)
     ring = 0.35 * np.column_stack((np.cos(angle), np.sin(angle)))
-    tracks = Tracks(time=0.0, hits=ring, owner=np.full(len(ring), -1))
+    tracks = Tracks(time=0.0, hits=grown(ring, 0.0), owner=np.full(len(ring), -1))
     twist = np.array((0.4, 0.1))
     driven = command(np.zeros(3), twist, Guidance.none(), CertifiedRegion.none(), TrackedObstacles(tracks, 0.0, STRICT))
     assert math.isclose(driven[0], 0.4 - ROBOT.max_acceleration / CONTROLLER.rate)

@@ -15,6 +15,7 @@ from drake_starnav.surroundings.erosion import smoothed_distances
 from drake_starnav.surroundings.safe_region import CertifiedRegion, ScanMemory, certified_region
 from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
+from drake_starnav.tracking.prediction import grown
 from drake_starnav.tracking.tracker import TrackedObstacles
 from tests.helpers.motions import actuation
 from tests.helpers.scans import MARGINS, cast, remembered_hits, seeds
@@ -23,7 +24,7 @@ from tests.helpers.scenes import hall
 ROBOT = RobotParameters()
 OBSTACLES = DynamicObstacleParameters(max_speed=0.8)
 NOTHING = Tracks(time=0.0)
-AHEAD = Tracks(time=0.0, hits=np.array([(0.7, 0.0)]), owner=np.array([-1]))
+AHEAD = Tracks(time=0.0, hits=np.array([(0.7, 0.0, 0.0)]), owner=np.array([-1]))
 
 
 def accepts(
@@ -64,7 +65,7 @@ def test_all_certificates_are_asked_for_all_that_is_declared(seed: int, margin: 
     hits = hits[np.hypot(*hits.T) > 0.3]
     look = remembered_hits(hits, reach=0.8)
     star = CertifiedRegion(np.zeros(2), 0.0, np.full(8, 0.5), hits, hits, gaps[: len(hits)], seen=True, look=look)
-    tracks = Tracks(time=0.0, hits=rng.uniform(-2.0, 2.0, (1, 2)), owner=np.array([-1]))
+    tracks = Tracks(time=0.0, hits=grown(rng.uniform(-2.0, 2.0, (1, 2)), 0.0), owner=np.array([-1]))
     tracked = TrackedObstacles(tracks, rng.uniform(0.0, 0.3), OBSTACLES)
     pose, twist = rng.uniform(-0.2, 0.2, 3), rng.uniform((0.0, -2.0), (0.8, 2.0))
     commands = actuation(ROBOT, hold=0.1, delay=delay)

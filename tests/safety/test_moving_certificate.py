@@ -23,7 +23,7 @@ from drake_starnav.safety.moving_certificate import (
 from drake_starnav.safety.shield import braking_twist
 from drake_starnav.tracking.kalman_tracks import SETTLED_AFTER, Tracks
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
-from drake_starnav.tracking.prediction import OCCLUSION_SPACING
+from drake_starnav.tracking.prediction import OCCLUSION_SPACING, grown
 from drake_starnav.tracking.tracker import TrackedObstacles
 from drake_starnav.worlds.moving_obstacles import MovingObstacles, moving_obstacle_clearance
 from tests.helpers.motions import limited_twist
@@ -48,7 +48,7 @@ def rim(centers: np.ndarray, radius: float) -> np.ndarray:
 def seen(centers: np.ndarray, radius: float, time: float = 0.0) -> Tracks:
     """Hits of which nothing else is known."""
     hits = rim(centers, radius)
-    return Tracks(time=time, hits=hits, owner=np.full(len(hits), -1))
+    return Tracks(time=time, hits=grown(hits, 0.0), owner=np.full(len(hits), -1))
 
 
 def stays_clear(pose, twist, desired, certificate: MovingCertificate, hold: float = PERIOD, delay: float = 0.0) -> bool:
@@ -266,7 +266,7 @@ def test_what_is_not_near_could_not_have_come_near(seed) -> None:
     )
     for spare in (-1e-3, 1e-3):  # a hit ahead that just comes too near, or just does not
         hit = place + (9.0 - needed.min() + RADIUS + MARGIN_M + spare) * ahead
-        tracks = Tracks(time=0.0, hits=hit[None], owner=np.array([-1]))
+        tracks = Tracks(time=0.0, hits=grown(hit[None], 0.0), owner=np.array([-1]))
         everything = MovingCertificate(reachable_discs(tracks, obstacles), MARGIN_M, age, ESCAPE_M)
         near_by = MovingCertificate.near(TrackedObstacles(tracks, age, obstacles), place, acting)
         assert near_by.accepts(driven) == everything.accepts(driven)
@@ -278,7 +278,7 @@ def test_what_cannot_come_near_at_full_speed_while_the_robot_stops_is_left_out()
     acting = Actuation(LIMITS, disc(RADIUS), 0.3, 0.1)
     farthest = RADIUS + MARGIN_M + (0.8 + 0.8) * (0.2 + 0.1 + 0.3 + 0.8)
     hits = np.array([(1.0, 2.0 + farthest - 1e-6), (1.0, 2.0 - farthest - 1e-6)])
-    tracked = TrackedObstacles(Tracks(time=0.0, hits=hits, owner=np.full(2, -1)), 0.2, OBSTACLES)
+    tracked = TrackedObstacles(Tracks(time=0.0, hits=grown(hits, 0.0), owner=np.full(2, -1)), 0.2, OBSTACLES)
     np.testing.assert_array_equal(MovingCertificate.near(tracked, np.array((1.0, 2.0)), acting).discs[:, :2], hits[:1])
 
 
@@ -293,7 +293,7 @@ def test_of_tracks_that_are_out_of_sight_the_place_is_predicted_as_far_as_they_a
         seen=np.array([0.5, 1.0, 0.5]),  # the second is in view, the third is not known for long
         motion=np.array([1.0, 1.0, 1.0]),
         pace=np.array([0.5, 0.5, 0.5]),
-        hits=np.array([(3.8, 0.0), (6.8, 0.0)]),
+        hits=np.array([(3.8, 0.0, 0.0), (6.8, 0.0, 0.0)]),
         owner=np.array([1, 2]),
     )
     unknown, known, lost = reachable_discs(tracks, DynamicObstacleParameters(max_speed=0.8, caution=0.25))
@@ -327,7 +327,7 @@ def test_in_long_steps_it_is_no_less_noticed_what_comes_near_meanwhile(way, spee
 @pytest.mark.parametrize(("gap", "accepted"), [(MARGIN_M - 0.5 * 0.02, True), (MARGIN_M - 1.5 * 0.02, False)])
 def test_no_robot_makes_way_that_is_nearer_than_a_centimetre(gap: float, accepted: bool) -> None:
     still = np.array([(RADIUS + gap, 0.0, 0.0, 0.0, 0.0, 0.0)])
-    tracked = Tracks(time=0.0, hits=still[:, :2], owner=np.array([-1]))
+    tracked = Tracks(time=0.0, hits=grown(still[:, :2], 0.0), owner=np.array([-1]))
     slow = DynamicObstacleParameters(max_speed=1e-3, caution=1.0)
     commands = Actuation(LIMITS, disc(RADIUS), PERIOD, 0.0)
     certificate = MovingCertificate.near(TrackedObstacles(tracked, 0.0, slow), np.zeros(2), commands)
@@ -357,7 +357,7 @@ def test_caution_is_how_much_of_the_motion_is_not_trusted() -> None:
         seen=np.array([0.0]),
         motion=np.array([1.0]),
         pace=np.array([0.5]),
-        hits=np.array([(0.8, 0.0), (2.0, 2.0)]),
+        hits=np.array([(0.8, 0.0, 0.0), (2.0, 2.0, 0.0)]),
         owner=np.array([0, -1]),
     )
     for caution in (1.0, 0.5, 0.0):
@@ -367,7 +367,7 @@ def test_caution_is_how_much_of_the_motion_is_not_trusted() -> None:
 
 
 def test_what_stands_may_start_and_what_is_hidden_may_come_out() -> None:
-    tracks = Tracks(time=0.0, standing=np.array([(1.0, 0.0)]), occlusions=np.array([(3.0, 1.0)]))
+    tracks = Tracks(time=0.0, standing=np.array([(1.0, 0.0, 0.0)]), occlusions=np.array([(3.0, 1.0, 0.075)]))
     stands, hides = reachable_discs(tracks, OBSTACLES)
     np.testing.assert_allclose(stands, (1.0, 0.0, 0.0, 0.0, 0.8, 0.0))
     np.testing.assert_allclose(hides, (3.0, 1.0, 0.0, 0.0, 0.8, 0.5 * OCCLUSION_SPACING))
@@ -383,7 +383,7 @@ def test_what_is_not_known_for_long_may_do_anything() -> None:
         seen=np.array([0.0]),
         motion=np.array([1.0]),
         pace=np.array([0.5]),
-        hits=np.array([(0.8, 0.0)]),
+        hits=np.array([(0.8, 0.0, 0.0)]),
         owner=np.array([0]),
     )
     assert tracks.confirmed.all()
@@ -401,7 +401,7 @@ def test_a_moving_obstacle_out_of_sight_is_counted_with_and_what_is_far_is_not()
         seen=np.array([0.5]),
         motion=np.array([1.0]),
         pace=np.array([0.5]),
-        hits=np.array([(9.0, 0.0)]),
+        hits=np.array([(9.0, 0.0, 0.0)]),
         owner=np.array([-1]),
     )
     rows = reachable_discs(tracks, OBSTACLES)

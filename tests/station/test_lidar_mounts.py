@@ -25,6 +25,7 @@ from drake_starnav.simulation.run import run_trial
 from drake_starnav.station.lidar_mounts import ApplyLidarConfig, LidarConfig, mount_of
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.utils.resources import model_path
+from drake_starnav.worlds.moving_obstacles import moving_obstacle_states
 from drake_starnav.worlds.world import World
 
 FRAMES = {
@@ -136,7 +137,6 @@ def test_each_lidar_has_ports_and_noise_of_its_own(model: str) -> None:
 def test_lidars_that_the_loop_cannot_use_are_refused(model: str) -> None:
     for overrides, said in (
         ((*NARROW, "lidar.frame=ahead"), "views that reach 90 degrees to each side"),
-        ((*CORNERS, "obstacles.max_speed=0.5"), "obstacles.max_speed is 0.5 with 2 lidars"),
         (
             ("lidar.frame=ahead", "lidar.noise=0.05"),
             "lidar.noise is 0.05 with a lidar at x 0.2.*: one on the axis",
@@ -147,6 +147,23 @@ def test_lidars_that_the_loop_cannot_use_are_refused(model: str) -> None:
     ):
         with pytest.raises(StarnavError, match=said):
             make_diagram(scenario(model, *overrides))
+
+
+@pytest.mark.parametrize("caution", [0.5, 1.0])
+@pytest.mark.parametrize("rate", [20.0, 8.0])
+def test_lidars_of_any_rates_track_what_moves(model: str, rate: float, caution: float) -> None:
+    world, speed = "!Crowd {moving_obstacles: [6, 6]}", "obstacles.max_speed=1.5"
+    corners = f"lidars=[{{frame: right}}, {{frame: left, rate: {rate}}}]"
+    diagram = make_diagram(
+        scenario(model, *LIMITED, corners, speed, f"obstacles.caution={caution}", world=world), seed=3
+    )
+    simulator = Simulator(diagram)
+    simulator.AdvanceTo(1.5)
+    tracker = diagram.navigation.tracker
+    tracks = tracker.GetOutputPort("tracks").Eval(tracker.GetMyContextFromRoot(simulator.get_context()))
+    assert tracks.confirmed.any() and (len(tracks.occlusions) > 0) == (caution == 1.0)
+    (places,), _ = moving_obstacle_states(diagram.navigation.world.moving_obstacles, np.array([tracks.time]))
+    assert all(np.hypot(*(places - each).T).min() < 0.15 for each in tracks.position[tracks.confirmed])
 
 
 @pytest.mark.slow

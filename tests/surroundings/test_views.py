@@ -11,7 +11,7 @@ from hypothesis import given
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.footprint import covered, disc, footprint
 from drake_starnav.geometry.se2 import composed
-from drake_starnav.lidar.laser_scan import USUAL_BODY, LaserScan
+from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, UNKNOWN, USUAL_BODY, LaserScan
 from drake_starnav.lidar.mounts import ON_AXIS, Mount, unturned
 from drake_starnav.surroundings.bearing_hits import CONNECTED_CHORD
 from drake_starnav.surroundings.erosion import BEARINGS
@@ -208,6 +208,26 @@ def test_lidars_of_different_range_see_as_far_as_each_does(shorter: int, range_m
     least = min(view_range(*each) for each in zip(scans, mounts(CORNERS), strict=True))
     assert around.distances.min() >= least > 0.6 * range_max
     assert around.lost.any() and (around.distances > 4.5).any(), "beyond the shorter range it is unknown"
+
+
+@NAMES
+def test_what_moves_or_may_move_is_told_of_the_scan_about_the_axis_too(name: str) -> None:
+    world = World("three", (0, 0, 0), (0, 0), [(1.5, 0.0, 0.3), (-0.4, 1.5, 0.3), (-0.4, -1.5, 0.3)])
+    known = {STATIC: world.cylinders[0], UNKNOWN: world.cylinders[1], DYNAMIC: world.cylinders[2]}
+    scans = []
+    for scan, lidar in zip(looks(world, LIDARS[name]), LIDARS[name], strict=True):
+        scan = unturned(scan, lidar.mount)
+        ends, motion = scan.points(np.array((lidar.mount.x, lidar.mount.y, 0.0))), np.full(len(scan.ranges), STATIC)
+        for state, (x, y, radius) in known.items():
+            motion[np.flatnonzero(scan.hits)[np.hypot(*(ends - (x, y)).T) < radius + 1e-6]] = state
+        scans.append(dataclasses.replace(scan, motion=motion))
+    around = merged(scans, mounts(LIDARS[name]), BODY)
+    for state, (x, y, radius) in known.items():
+        away = around.points_at(around.distances, np.ones(len(around.ranges), bool), ORIGIN) - (x, y)
+        its = np.hypot(*away.T) < radius + 0.01
+        assert its.sum() > 10
+        assert (around.motion[its] == state).mean() > 0.9, "but where a ray grazes it"
+        assert around.hits[its].any() == (state != DYNAMIC) and around.mappable_hits[its].any() == (state == STATIC)
 
 
 def test_views_that_tell_too_little_are_refused() -> None:

@@ -89,7 +89,7 @@ def test_it_is_wired_only_where_obstacles_are_declared_to_move() -> None:
 )
 def test_what_moves_is_tracked_where_it_is_wherever_the_lidar_is_mounted(mount: Mount) -> None:
     """Turned, upside down or off the axis; and the scan comes out as it went in, but for what moves."""
-    system = ObstacleTracker(OBSTACLES, LidarParameters(rate=1.0 / PERIOD), mount)
+    system = ObstacleTracker(OBSTACLES, LidarParameters(rate=1.0 / PERIOD), (mount,))
     simulator = Simulator(system)
     context, pose = simulator.get_mutable_context(), np.array((-0.5, 0.3, 0.4))
     system.GetInputPort("pose").FixValue(context, pose)
