@@ -53,8 +53,7 @@ CHANGE_WEIGHT = 0.15
 
 CREEPING_COMFORT = 0.1
 COMFORT_TIME = 2.0
-"""The robot gives way to what creeps at this distance, m, of nature: to persons; and as far as that comes in this time,
-s."""
+"""The robot gives way to what creeps, by nature persons, at this distance, m, and as far as that comes in this, s."""
 STANDING_SPACING = 0.4
 """Hits on static objects that are nearer to each other than this, in radii of the robot, are treated as one."""
 

@@ -296,9 +296,8 @@ def _in_view(known: ScanMap, scan: LaserScan, pose: np.ndarray, unit: float) -> 
     if scan.full_circle:
         beam %= len(scan.ranges)
     in_view = beam < len(scan.ranges)
-    occluded = (
-        in_view & (scan.distances[np.where(in_view, beam, 0)] <= away[near]) & (away[near] >= 0.5 * SPACING * unit)
-    )
+    occluded = in_view & (away[near] >= 0.5 * SPACING * unit)
+    occluded &= scan.distances[np.where(in_view, beam, 0)] <= away[near]
     return near[~occluded].tolist()
 
 

@@ -1,7 +1,4 @@
-"""Clusters of hits that may be of one moving obstacle, and the discs that fit them.
-
-Lengths are of persons and carts, whoever watches: nature.
-"""
+"""Clusters of hits that may be of one moving obstacle, and discs that fit them. Lengths are of persons: nature."""
 
 import math
 

@@ -1,7 +1,4 @@
-"""Moving obstacles as discs with velocities: a Kalman filter of constant velocity for each cluster of hits.
-
-Lengths and speeds are of persons and carts, whoever watches: nature.
-"""
+"""Moving obstacles, persons by nature, as discs: a Kalman filter of constant velocity for each cluster of hits."""
 
 import dataclasses
 import math
