@@ -41,6 +41,8 @@ AT_POSE, AT_HEADING = 0.021, 0.02
 """A pose of a manoeuvre is reached this near to it, along the motion, or in heading, rad."""
 DOCKED = 0.04
 """A robot at its goal with this error of its heading need not manoeuvre, rad."""
+DOCKS = np.array([(x, y, 0.0, 0.0, 0.0) for x, y in ((0.6, 0.0), (0.0, 0.6), (-0.6, 0.0), (0.0, -0.6))])
+"""Places beside a goal to dock at, too, in its tolerance."""
 NO_POSES = np.zeros((0, 4))
 
 
@@ -113,9 +115,8 @@ def manoeuvring(
         patience: a manoeuvre is given up if no pose of it is reached for so long, s.
     """
     now = before._replace(begun=before.begun[:0], gives_up=False) if before.gives_up else before
-    turned = abs(math.remainder(pose[2] - before.pose[2], 2.0 * math.pi)) if np.isfinite(before.pose[2]) else math.inf
     now, unit = _wound(now, path, pose, body.footprint.radius), body.footprint.radius
-    if not len(path) or not math.dist(pose[:2], before.pose[:2]) < MOVED * unit or turned > TURNED:
+    if not len(path) or _moved(before, pose, unit):
         now = now._replace(pose=pose.copy(), still=time)
     if len(now.poses):
         passed = reached(pose, now.poses, body.base, unit)
@@ -140,11 +141,14 @@ def manoeuvring(
 def docking(
     before: Manoeuvring, dock: np.ndarray, pose: np.ndarray, time: float, body: Body, patience: float
 ) -> Manoeuvring:
-    """The manoeuvres of a robot at its goal that does not turn on the spot, but is to have a heading there.
+    """The manoeuvres of a robot at its goal that is to have a heading there, and stands without.
 
-    Where no way is found, it waits longer each time. Arguments as of `manoeuvring`; `dock` is (x, y, yaw), W.
+    Where no way is found, it waits longer each time. Arguments as of `manoeuvring`; `dock` is (x, y, yaw) of the goal,
+    W, and its tolerance, m: a robot that turns on the spot gets to the very place.
     """
-    now = before._replace(pose=pose.copy(), gives_up=False)
+    now, turns = before._replace(gives_up=False), body.base.turns_on_the_spot
+    if _moved(before, pose, body.footprint.radius):
+        now = now._replace(pose=pose.copy(), still=time if turns else now.still)
     if len(now.poses):
         passed = reached(pose, now.poses, body.base, body.footprint.radius)
         if passed < len(now.poses) and (passed or time - now.since < patience):
@@ -152,13 +156,24 @@ def docking(
         now = now._replace(poses=NO_POSES, still=time)
     near = now.begun[np.hypot(*(now.begun - pose[:2]).T) < REACH * body.footprint.radius]
     docked = abs(math.remainder(dock[2] - pose[2], 2.0 * math.pi)) < DOCKED
+    docked = docked and not (turns and math.dist(dock[:2], pose[:2]) >= dock[3])
     if docked or time - now.still < body.stuck * (1 + len(near)):
         return now
-    wanted = np.array([(*dock, AT_HEADING, 0.0)])
+    wanted = np.array([(*dock[:3], 0.0 if turns else AT_HEADING, 0.0)])
+    if turns:  # or beside it, where the walls leave more room
+        wanted = np.vstack((wanted, wanted + DOCKS * dock[3]))
     turning = body.moves[body.moves[:, 2] != 0.0]
     turn_cost = float((turning[:, 3] / abs(turning[:, 2])).min())
     poses = _found(pose, wanted, body, len(near), turn_cost)
     return now._replace(poses=poses, since=time, still=time, begun=np.vstack((near[1 - REMEMBERED :], pose[:2])))
+
+
+def _moved(before: Manoeuvring, pose: np.ndarray, unit: float) -> bool:
+    """Whether a robot of a radius has moved or turned since it last did, to be at a pose."""
+    x, y, yaw = before.pose.tolist()
+    if not math.dist(pose[:2], (x, y)) < MOVED * unit:
+        return True
+    return abs(math.remainder(pose[2] - yaw, 2.0 * math.pi)) > TURNED
 
 
 def _wound(now: Manoeuvring, path: np.ndarray, pose: np.ndarray, unit: float) -> Manoeuvring:

@@ -83,8 +83,8 @@ def _manoeuvred(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     if inputs.body is None:
         return state
     pose, patience = inputs.observation.pose, inputs.parameters.progress_timeout
-    if math.isfinite(inputs.heading) and not inputs.body.base.turns_on_the_spot:
-        dock = np.array((*inputs.goal, inputs.heading))
+    if math.isfinite(inputs.heading):
+        dock = np.array((*inputs.goal, inputs.heading, inputs.goal_tolerance))
         now = docking(state.manoeuvring, dock, pose, inputs.time, inputs.body, patience)
         return dataclasses.replace(state, manoeuvring=now)
     path = EMPTY_PATH if _may_stand(state, inputs) else state.path

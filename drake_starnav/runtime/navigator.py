@@ -25,7 +25,7 @@ from drake_starnav.safety.shield import braking_twist, ramped_twist
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.surroundings.safe_region import SCAN_PATIENCE
 from drake_starnav.systems.connecting import output_port
-from drake_starnav.systems.goal_sequence import Arrival, turning_room
+from drake_starnav.systems.goal_sequence import Arrival, TurningRoom
 from drake_starnav.systems.star_perception import lidar_names
 from drake_starnav.systems.twist_shield import Unshielded
 
@@ -242,8 +242,8 @@ class Navigator:
             self._broken, self._begun = False, True
         self._fix("state", state)
         goal, tolerance = self._goal or tuple(state[:2]), self.scenario.simulation.goal_tolerance
-        room = turning_room(self.scenario.robot.drive, self.scenario.robot.shape.radius, tolerance)
-        arrival = Arrival.at(goal, state, tolerance, room, self._turning)
+        room = TurningRoom.of(self.scenario.robot.drive, self.scenario.robot.shape, tolerance)
+        arrival = Arrival.at(goal, state, room, self._turning)
         self._reached = self._reached or (arrival.reached and self._goal is not None)
         self._turning = math.isfinite(arrival.heading)
         self._fix("heading", np.array([arrival.heading]))

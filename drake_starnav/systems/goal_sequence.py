@@ -9,7 +9,7 @@ from pydrake.systems.framework import Context, DiscreteValues, EventStatus, Leaf
 
 from drake_starnav.geometry.footprint import Footprint, disc, fastest_point
 from drake_starnav.geometry.trajectory import STANDING
-from drake_starnav.planning.pose_search import REACH
+from drake_starnav.planning.pose_search import NEAR_GOAL, REACH
 from drake_starnav.robot import BASES, Base
 from drake_starnav.utils.timing import checked_period
 
@@ -29,21 +29,39 @@ class Arrival(NamedTuple):
     heading: float
 
     @staticmethod
-    def at(goal: Sequence[float], state: np.ndarray, tolerance: float, room: float, turning: bool) -> "Arrival":
-        """Of a robot with this state (x, y, yaw, ...) at a goal (x, y) or (x, y, yaw), W, m and rad.
+    def at(goal: Sequence[float], state: np.ndarray, room: "TurningRoom", turning: bool) -> "Arrival":
+        """Of a robot with this state (x, y, yaw, v, omega) at a goal (x, y) or (x, y, yaw), W, m and rad.
 
-        It arrives within the tolerance, m; while it is `turning`, it may leave the place again, as far as the `room`.
+        It arrives within the room's tolerance; while it is `turning`, it may leave the place again.
         """
-        (goal_x, goal_y, *turn), (x, y, yaw) = goal, state[:3].tolist()
-        away = math.hypot(x - goal_x, y - goal_y)
+        (goal_x, goal_y, *turn), (x, y, yaw, *speeds) = goal, state[:5].tolist()
+        away, stands = math.hypot(x - goal_x, y - goal_y), fastest_point(*speeds, room.radius) <= STANDING
         turned = all(abs(math.remainder(wanted - yaw, 2.0 * math.pi)) < HEADING_TOLERANCE for wanted in turn)
-        turns = turn and away < (room if turning else tolerance)
-        return Arrival(away < tolerance and turned, turn[0] if turns else math.nan)
+        turns = turn and away < (room.turning if turning else room.standing if stands else room.tolerance)
+        return Arrival(away < room.tolerance and turned, turn[0] if turns else math.nan)
 
 
-def turning_room(base: Base, radius: float, tolerance: float) -> float:
-    """How far from its goal a robot of a radius may be while it turns to a heading there, m."""
-    return tolerance if base.turns_on_the_spot else max(REACH * radius, tolerance)
+class TurningRoom(NamedTuple):
+    """How far from its goal a robot of a radius begins to turn to a heading there, m.
+
+    Attributes:
+        radius: of the robot.
+        tolerance: of the goal.
+        standing: if it stands: it may have no way to the goal but with the heading.
+        turning: it may be while it turns.
+    """
+
+    radius: float
+    tolerance: float
+    standing: float
+    turning: float
+
+    @staticmethod
+    def of(base: Base, shape: Footprint, tolerance: float) -> "TurningRoom":
+        """Of a robot."""
+        near = max(NEAR_GOAL * shape.lever, tolerance)
+        stays = base.turns_on_the_spot and shape.is_disc
+        return TurningRoom(shape.radius, tolerance, near, near if stays else max(REACH * shape.radius, near))
 
 
 class GoalSequence(LeafSystem):
@@ -85,9 +103,8 @@ class GoalSequence(LeafSystem):
             base: how it moves.
         """
         super().__init__()
-        self._goals, self._tolerance = [tuple(map(float, goal)) for goal in goals], tolerance
-        self._radius = (footprint or disc(0.0)).radius
-        self._room = turning_room(base, self._radius, tolerance)
+        self._goals = [tuple(map(float, goal)) for goal in goals]
+        self._room = TurningRoom.of(base, footprint or disc(0.0), tolerance)
         self._state = self.DeclareVectorInputPort("state", 5)
         names = "goal", "heading", "reached"
         values = self._goals[0][:2], (math.nan,), np.full(len(goals), math.nan)
@@ -103,9 +120,9 @@ class GoalSequence(LeafSystem):
         if k == len(times):
             return EventStatus.DidNothing()
         state, turning = self._state.Eval(context), math.isfinite(context.get_discrete_state(heading).value()[0])
-        now = Arrival.at(self._goals[k], state, self._tolerance, self._room, turning)
+        now = Arrival.at(self._goals[k], state, self._room, turning)
         wanted = now.heading
-        if now.reached and (len(self._goals[k]) == 2 or fastest_point(*state[3:], self._radius) <= STANDING):
+        if now.reached and (len(self._goals[k]) == 2 or fastest_point(*state[3:], self._room.radius) <= STANDING):
             times[k] = context.get_time()
             values.set_value(reached, times)
             values.set_value(goal, self._goals[min(k + 1, len(times) - 1)][:2])

@@ -202,8 +202,10 @@ class StarRoadmapPlanner(LeafSystem):
         guidance, heading = self._state(context).guidance, self._wanted_heading(context)
         if not math.isfinite(heading):
             return guidance
+        if len(guidance.poses):
+            return guidance
         if not self._footprint.Eval(context).robot.drive.turns_on_the_spot:
-            return guidance if len(guidance.poses) else Guidance.none()
+            return Guidance.none()
         return dataclasses.replace(guidance, poses=np.array([(*self._goal.Eval(context), heading, 0.0)]))
 
     def _wanted_heading(self, context: Context) -> float:

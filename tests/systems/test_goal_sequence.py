@@ -5,10 +5,10 @@ import math
 import numpy as np
 from pydrake.systems.analysis import Simulator
 
-from drake_starnav.geometry.footprint import disc
+from drake_starnav.geometry.footprint import disc, footprint
 from drake_starnav.geometry.trajectory import STANDING
 from drake_starnav.robot import BASES
-from drake_starnav.systems.goal_sequence import HEADING_TOLERANCE, GoalSequence
+from drake_starnav.systems.goal_sequence import HEADING_TOLERANCE, Arrival, GoalSequence, TurningRoom
 
 PERIOD = 0.1
 
@@ -64,3 +64,16 @@ def test_a_heading_is_taken_when_the_robot_stands() -> None:
     visited = Visited((1.0, 0.0, 3.0))
     assert visited.at(1.0, 0.0, 3.0, 0.51 * STANDING)[1:] == (3.0, [])
     assert len(visited.at(1.0, 0.0, 3.0, 0.49 * STANDING)[2]) == 1
+
+
+def test_a_robot_that_is_no_disc_and_stands_beside_its_goal_turns_to_the_heading_there() -> None:
+    """A disc has nothing to gain by it."""
+    box = footprint(((0.4, -0.25), (0.4, 0.25), (-0.4, 0.25), (-0.4, -0.25)))
+    for shape, away, speed, turning, turns in (
+        (box, 0.08, 0.0, False, True), (box, 0.08, 0.2, False, False), (box, 0.08, 0.2, True, True),
+        (box, 0.2, 0.0, False, False), (box, 0.2, 0.2, True, True),
+        (disc(0.4), 0.08, 0.0, True, False), (disc(0.4), 0.02, 0.2, False, True),
+    ):  # fmt: skip
+        room = TurningRoom.of(BASES["differential"], shape, 0.03)
+        arrival = Arrival.at((1.0, 0.0, 3.0), np.array((1.0, away, 3.0, speed, 0.0)), room, turning)
+        assert math.isfinite(arrival.heading) == turns and arrival.reached == (away < 0.03)
