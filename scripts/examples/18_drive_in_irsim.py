@@ -6,10 +6,10 @@ Run: python scripts/examples/18_drive_in_irsim.py [--png FILE]
 """
 
 import argparse
+import contextlib
 import tempfile
 from pathlib import Path
 
-import irsim
 import numpy as np
 import yaml
 
@@ -20,6 +20,8 @@ from drake_starnav.runtime import Navigator, Odometry
 
 def main(png: Path | None) -> None:
     """Drive, and say how it went."""
+    with contextlib.redirect_stdout(None):
+        import irsim  # here, as it prints
     scenario = load_scenario("forest", overrides=["lidar.rate=50", "controller.rate=50"])
     world, lidar, radius = make_world(scenario.world, 0, scenario.robot.radius), scenario.lidar, scenario.robot.radius
     obstacles = [
