@@ -158,13 +158,19 @@ def predicted_rows(rows, dt):
 
 
 @njit(cache=True)
+def _beam(dx, dy, pose, beams):
+    """The number, not rounded, of the beam of a scan in a direction; `pose` is that of the first beam."""
+    return ((math.atan2(dy, dx) - pose[2]) % (2.0 * math.pi)) / beams.increment
+
+
+@njit(cache=True)
 def seen_past(beams, pose, place):
     """Whether the beam nearest to a place (2,) ended behind it, or a scan did not look there.
 
     `beams` are those of a scan whose first one is at x, y and that bearing, `pose`.
     """
     dx, dy, n = place[0] - pose[0], place[1] - pose[1], len(beams.distances)
-    k = int(((math.atan2(dy, dx) - pose[2]) % (2.0 * math.pi)) / beams.increment + 0.5)
+    k = int(_beam(dx, dy, pose, beams) + 0.5)
     k = k % n if beams.seam < np.inf else k
     return k >= n or beams.distances[k] > math.hypot(dx, dy)
 
@@ -172,7 +178,7 @@ def seen_past(beams, pose, place):
 @njit(cache=True)
 def _seen_free(beams, pose, places, slack):
     """The loop of `seen_free`; `pose` is that of the first beam."""
-    n, turn, wrap = len(beams.distances), 2.0 * math.pi, beams.seam < np.inf
+    n, wrap = len(beams.distances), beams.seam < np.inf
     whole, looked = np.zeros(len(places), np.bool_), np.zeros(len(places), np.bool_)
     for i in range(len(places)):
         dx, dy, radius = places[i, 0] - pose[0], places[i, 1] - pose[1], places[i, 2] + slack
@@ -180,7 +186,7 @@ def _seen_free(beams, pose, places, slack):
         if away <= radius:
             continue
         half = math.asin(radius / away) / beams.increment
-        middle = ((math.atan2(dy, dx) - pose[2]) % turn) / beams.increment
+        middle = _beam(dx, dy, pose, beams)
         if not wrap and middle > n - 1:
             looked[i] = True
             continue

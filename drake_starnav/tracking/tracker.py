@@ -1,7 +1,6 @@
 """From one scan to the next: static obstacles, moving ones, and their motion."""
 
 import dataclasses
-import math
 from collections.abc import Sequence
 from dataclasses import field
 from typing import NamedTuple
@@ -19,6 +18,8 @@ from drake_starnav.utils.snapshot import snapshot
 
 _BLIND = LaserScan(0.0, -1.0, 1.0, 0.0, 1.0, np.full(3, np.nan), lost_beams=True)
 """A scan of lost beams only, which carries no information."""
+LISTS = ("hits", "owner", "standing", "predicted_trajectories", "occlusions")
+"""What `Tracks` hold beside `Rows`."""
 
 
 class TrackedObstacles(NamedTuple):
@@ -89,28 +90,23 @@ def joined(states: Sequence[Tracked], parameters: DynamicObstacleParameters) -> 
     """
     if len(states) == 1:
         return states[0].tracks
-    time = max(each.tracks.time for each in states)
-    late = [time - each.tracks.time for each in states]
-    seen = [(each, ago) for each, ago in zip(states, late, strict=True) if ago < math.inf]
-    parts, rows = [], 0
-    for each, ago in seen:
-        others = [other for other, _ in seen if other is not each]
-        parts.append(_at(time, each, _hidden(each, others, parameters), parameters.max_speed * ago, rows))
-        rows += len(each.tracks)
-    if not parts:
+    seen = [each for each in states if each.grid is not None]
+    if not seen:
         return states[0].tracks
-    fields = {name: np.concatenate([getattr(part, name) for part in parts]) for name in (*Rows._fields, *_LISTS)}
+    time, parts, rows = max(each.tracks.time for each in seen), [], 0
+    for each in seen:
+        hidden = _hidden(each, [other for other in seen if other is not each], parameters)
+        tracks = dataclasses.replace(each.tracks, occlusions=hidden)
+        parts.append(_at(time, tracks, parameters.max_speed, rows))
+        rows += len(tracks)
+    fields = {name: np.concatenate([getattr(part, name) for part in parts]) for name in (*Rows._fields, *LISTS)}
     return Tracks(time=time, origin=parts[0].origin, **fields)
 
 
-_LISTS = ("hits", "owner", "standing", "predicted_trajectories", "occlusions")
-
-
-def _at(time: float, tracked: Tracked, occlusions: np.ndarray, spread: float, first: int) -> Tracks:
-    """The tracks of a lidar at a later time, s, with these occlusions; the first of them becomes this row of all."""
-    tracks = tracked.tracks
+def _at(time: float, tracks: Tracks, max_speed: float, first: int) -> Tracks:
+    """The tracks of a lidar at a later time, s, where the first of them becomes this row of all."""
     ago = time - tracks.time
-    moved = tracks.expected_velocity * ago
+    spread, moved = max_speed * ago, tracks.expected_velocity * ago
     return dataclasses.replace(
         tracks,
         time=time,
@@ -119,7 +115,7 @@ def _at(time: float, tracked: Tracked, occlusions: np.ndarray, spread: float, fi
         seen=tracks.seen + ago,
         hits=grown(tracks.hits, spread),
         standing=grown(tracks.standing, spread),
-        occlusions=grown(occlusions, spread),
+        occlusions=grown(tracks.occlusions, spread),
         owner=np.where(tracks.owner < 0, -1, tracks.owner + first),
     )
 
