@@ -32,14 +32,14 @@ from pydrake.systems.framework import DiagramBuilder
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.footprint import Footprint
-from drake_starnav.station.mesh_files import is_hollow, mesh_triangles
-from drake_starnav.station.parser_warnings import parsing
+from drake_starnav.models.drake_meshes import is_hollow, mesh_triangles
+from drake_starnav.models.model_files import Models
+from drake_starnav.models.parser_warnings import parsing
 from drake_starnav.station.robot_geometry import massless_links, outline, swollen
 from drake_starnav.station.scene_slices import SURFACE, read_solids, seen_geometries
 from drake_starnav.utils.resources import model_path
 from drake_starnav.worlds import check_world, make_world
 from drake_starnav.worlds.footprints import convex_footprint, cylinder_vertices, sphere_footprint
-from drake_starnav.worlds.formats.model_files import Models
 from drake_starnav.worlds.world import ModelFile, World
 
 FLOOR_TOLERANCE = 0.001

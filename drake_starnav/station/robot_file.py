@@ -12,13 +12,13 @@ from typing import Any, NamedTuple
 from pydrake.math import RigidTransform
 
 from drake_starnav.errors import StarnavError, said_by, shown
+from drake_starnav.models.model_files import Models, parsed_xml
+from drake_starnav.models.model_folders import find
 from drake_starnav.parameters import unknown_name
 from drake_starnav.robot import MODEL_FILES, RobotParameters
 from drake_starnav.station.robot_body import link_at, pose_of, set_pose, undressed
 from drake_starnav.utils.files import read_bytes, reading
 from drake_starnav.utils.resources import model_path
-from drake_starnav.worlds.formats.model_files import Models, parsed_xml
-from drake_starnav.worlds.formats.model_folders import find
 
 KEPT = ("link", "joint", "material", "frame")
 """Parts of a robot that are read; sensors, transmissions, `ros2_control`, `gazebo` and the like are left out."""

@@ -16,9 +16,9 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex, PdControllerGains
 
 from drake_starnav.errors import StarnavError
+from drake_starnav.models.parser_warnings import parsing
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.schema import Scenario
-from drake_starnav.station.parser_warnings import parsing
 from drake_starnav.station.planar_drive import put_on_joints
 from drake_starnav.station.robot_body import HOLDS_ALL, add_body, add_looks, overhang_faults, own_body, sticking_out
 from drake_starnav.station.robot_file import center, effort, hold, robot_urdf

@@ -35,7 +35,7 @@ from pydrake.math import RigidTransform
 
 from drake_starnav.geometry.plane_slices import EVERYWHERE, Slab, Solids, scan_planes, slice_solids
 from drake_starnav.geometry.raycast import Fan, Shapes, cast_groups, cast_rolling
-from drake_starnav.station.mesh_files import hull_faces, mesh_triangles
+from drake_starnav.models.drake_meshes import hull_faces, mesh_triangles
 from drake_starnav.worlds.footprints import box_vertices
 
 SURFACE = ("lidar", "surface")

@@ -25,11 +25,11 @@ from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex
 
 from drake_starnav.errors import StarnavError
+from drake_starnav.models.obj_files import obj_text, prism
 from drake_starnav.station.model_world import add_model
 from drake_starnav.station.robot_geometry import RobotModel
 from drake_starnav.station.scene_slices import SURFACE
 from drake_starnav.worlds.convex_parts import convex_parts
-from drake_starnav.worlds.formats.obj_files import obj_text, prism
 from drake_starnav.worlds.world import World
 
 OBSTACLE_HEIGHT = 0.5

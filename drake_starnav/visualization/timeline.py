@@ -24,7 +24,7 @@ from pydrake.systems.framework import Context, EventStatus, LeafSystem
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.geometry.trajectory import Motion
-from drake_starnav.station.mesh_files import mesh_triangles
+from drake_starnav.models.drake_meshes import mesh_triangles
 from drake_starnav.station.model_world import shape_vertices
 from drake_starnav.visualization.meshes import Color
 from drake_starnav.visualization.page import Caption, Extent

@@ -11,7 +11,6 @@ OTHERS = {
     "fuzz": "scans of arbitrary content",
     "helpers": "shared by tests; contains none",
     "integration": "several modules or rooms together",
-    "models": "the robots in models/",
     "project": "the repository as a whole",
     "proof": "the lemmas of docs/proof.md",
     "scripts": "scripts/",

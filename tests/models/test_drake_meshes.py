@@ -8,8 +8,8 @@ from pydrake.common import MemoryFile
 from pydrake.geometry import Convex, InMemoryMesh, Mesh
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.station.mesh_files import hull_faces, mesh_triangles
-from tests.geometry.test_mesh_file import document
+from drake_starnav.models.drake_meshes import hull_faces, mesh_triangles
+from tests.models.test_mesh_file import document
 
 # Two tetrahedra that share the face 0 1 2.
 VERTICES = np.array([(0, 0, 0), (1, 0, 0), (0, 2, 0), (0, 0, 3), (0.5, 0.5, -1)], dtype=float)

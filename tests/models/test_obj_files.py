@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
-from drake_starnav.worlds.formats.obj_files import MOST_PIECES, SOLIDS, converted, write_obj
-from tests.geometry.test_mesh_file import CORNERS, FACES, ascii_stl
+from drake_starnav.models.obj_files import MOST_PIECES, SOLIDS, converted, write_obj
+from tests.models.test_mesh_file import CORNERS, FACES, ascii_stl
 
 
 def points_of(path: Path) -> np.ndarray:

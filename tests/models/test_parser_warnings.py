@@ -6,7 +6,7 @@ from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.station.parser_warnings import parsing
+from drake_starnav.models.parser_warnings import parsing
 
 LINK = '<sdf version="1.7"><model name="m"><link name="l">{}</link></model></sdf>'
 COLLISION = '<collision name="c"><geometry>{}</geometry>{}</collision>'

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from drake_starnav.geometry.mesh_file import mesh_surfaces, mesh_triangles
+from drake_starnav.models.mesh_file import mesh_surfaces, mesh_triangles
 from drake_starnav.worlds.convex_parts import convex_parts
 from drake_starnav.worlds.footprints import cylinder_vertices
 

@@ -10,7 +10,7 @@ import trimesh
 from trimesh.exchange.dae import export_collada
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.geometry.mesh_file import Y_UP, depth_in_hull, mesh_surfaces, mesh_triangles
+from drake_starnav.models.mesh_file import Y_UP, depth_in_hull, mesh_surfaces, mesh_triangles
 
 CORNERS = np.array([(0, 0, 0), (1, 0, 0), (0, 2, 0), (0, 0, 3)], float)
 FACES = np.array([(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)])

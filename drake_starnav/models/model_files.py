@@ -15,9 +15,9 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
 from drake_starnav.errors import StarnavError, said_by, shown
+from drake_starnav.models.model_folders import FOLDERS, find
+from drake_starnav.models.obj_files import SOLIDS, converted, painted, write, write_obj
 from drake_starnav.utils.files import read_bytes, reading
-from drake_starnav.worlds.formats.model_folders import FOLDERS, find
-from drake_starnav.worlds.formats.obj_files import SOLIDS, converted, painted, write, write_obj
 
 DRAKE_NAMESPACE = "http://drake.mit.edu"
 CONVERTED = (".dae", ".stl")

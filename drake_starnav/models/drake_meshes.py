@@ -8,7 +8,7 @@ import numpy as np
 from pydrake.geometry import Convex, Mesh, ReadObjToTriangleSurfaceMesh, RefineVolumeMeshIntoVtkFileContents
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.geometry import mesh_file
+from drake_starnav.models import mesh_file
 
 READABLE = (".obj", ".gltf", ".vtk")
 DENT = 0.01

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from drake_starnav.worlds.formats.model_folders import FOLDERS, find
+from drake_starnav.models.model_folders import FOLDERS, find
 
 
 @pytest.fixture(autouse=True)

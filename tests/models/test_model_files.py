@@ -8,9 +8,9 @@ import pytest
 import trimesh
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.worlds.formats.model_files import Models
-from drake_starnav.worlds.formats.model_folders import FOLDERS
-from tests.geometry.test_mesh_file import ascii_stl, binary_stl, dae
+from drake_starnav.models.model_files import Models
+from drake_starnav.models.model_folders import FOLDERS
+from tests.models.test_mesh_file import ascii_stl, binary_stl, dae
 
 LINK = '<link name="l"><collision name="c"><geometry>{}</geometry></collision></link>'
 MODEL = '<model name="m"><static>1</static>{}</model>'
