@@ -38,7 +38,12 @@ def one_line(text: str) -> str:
     return "".join(c if c.isprintable() or c == "\u00a0" else repr(c)[1:-1] for c in text)
 
 
+def counted(count: int, noun: str) -> str:
+    """`1 scan`, but `2 scans`."""
+    return f"{count} {noun}{'' if count == 1 else 's'}"
+
+
 def said_by(error: BaseException) -> str:
-    """The message of another library's error, in one line and shortened."""
-    text = " ".join(str(error).split())
+    """The message of another library's error, in one line, shortened, without a full stop."""
+    text = " ".join(str(error).split()).removesuffix(".")
     return text if len(text) <= 5 * LONGEST_VALUE else f"{text[: 5 * LONGEST_VALUE - 3]}..."

@@ -12,7 +12,7 @@ def test_what_is_short_is_shown_as_it_is_and_what_is_not_is_cut(value: object, t
 
 def test_a_line_is_one() -> None:
     assert one_line("a\nb\x1b[2J\u2028ä\udcff") == "a\\nb\\x1b[2J\\u2028ä\\udcff"
-    assert said_by(ValueError("a\n  b")) == "a b"
+    assert said_by(ValueError("a\n  b.")) == "a b"
     assert len(said_by(ValueError("x" * 9999))) == 5 * LONGEST_VALUE
 
 

@@ -10,7 +10,7 @@ from time import perf_counter
 from typing import Any
 
 from drake_starnav.cli.options import NOT_REACHED, REACHED, Command, add_overrides, add_scenario
-from drake_starnav.errors import StarnavError, shown
+from drake_starnav.errors import StarnavError, counted, shown
 from drake_starnav.utils.files import check_outputs, write_text
 from drake_starnav.utils.imported import imported
 
@@ -65,7 +65,7 @@ def _drive(options: argparse.Namespace) -> int:
     from drake_starnav.runtime import Navigator, drive
 
     if options.goal is not None and len(options.goal) not in (2, 3):
-        raise StarnavError(f"--goal has {len(options.goal)} numbers; allowed: X Y or X Y YAW")
+        raise StarnavError(f"--goal has {counted(len(options.goal), 'number')}; allowed: X Y or X Y YAW")
     check_outputs([options.log])
     scenario = load_scenario(options.scenario, overrides=options.overrides)
     robot = made(options.robot, options.option, scenario)

@@ -18,7 +18,7 @@ from drake_starnav.cli.options import (
     print_written,
     progress_bar,
 )
-from drake_starnav.errors import StarnavError
+from drake_starnav.errors import StarnavError, counted
 from drake_starnav.scenario.shipped import METHODS
 from drake_starnav.utils.files import check_outputs, write_text
 
@@ -118,18 +118,20 @@ def _simulate_live(scenario: "Scenario", options: argparse.Namespace) -> int:
 
 
 def _table(record: dict) -> str:
-    shortest = record["shortest_path_m"]
+    from drake_starnav.station.monitors import contact_said  # late: it loads Drake
+
+    outcome, shortest = record["outcome"], record["shortest_path_m"]
     ratio = f" ({record['path_length_m'] / shortest:.3f} x shortest)" if shortest else ""
     clearance = record["min_clearance_m"]
     micro = {name: record[name]["p50_s"] * 1e6 for name in ("command", "scan", "plan")}
     rows = (
-        ("outcome", record["outcome"] + (f" of {record['contact']}" if record["contact"] else "")),
+        ("outcome", contact_said(outcome, record["contact"]) if record["contact"] else outcome),
         *([("blocked", f"at {record['blocked_s']:.0f} s: {record['blocked_by']}")] if record["blocked_by"] else []),
         ("time", f"{record['time_s']:.1f} s ({record['wall_s']:.1f} s on the wall)"),
         ("path", f"{record['path_length_m']:.2f} m{ratio}"),
         ("mean speed", f"{record['mean_speed_mps']:.2f} m/s"),
         ("least clearance", "nothing to hit" if clearance is None else f"{clearance * 1000:.0f} mm"),
-        ("roadmap", f"{record['nodes']} nodes"),
+        ("roadmap", counted(record["nodes"], "node")),
         ("median times", ", ".join(f"{name} {value:.0f} us" for name, value in micro.items())),
     )
     return "\n".join(f"{name:>16}  {value}" for name, value in rows)

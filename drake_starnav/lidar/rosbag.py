@@ -9,13 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from drake_starnav.errors import StarnavError
+from drake_starnav.errors import StarnavError, counted
 from drake_starnav.lidar.scan_log import LoggedScan, Record, Sectors, logged_scans
 from drake_starnav.lidar.transforms import Frames, pose_along, seconds, span
 from drake_starnav.utils.files import reading
 
 POSE_TOPICS = ("/odom", "/tf")
 """Where poses are looked for, in this order."""
+SCANS, POSES = ("LaserScan",), ("Odometry", "PoseStamped", "PoseWithCovarianceStamped", "TFMessage", "tfMessage")
+"""Messages of scans and of poses."""
 FIXED_TRANSFORMS = "tf_static"
 """The end of the names of topics whose transforms never change."""
 
@@ -56,9 +58,9 @@ def read_rosbag(
     scans = sorted(((time, message) for time, message in found if len(message.ranges)), key=operator.itemgetter(0))
     empty = len(found) - len(scans)
     if not scans:
-        raise StarnavError(f"bag {path}: {empty} scans in {scan_topic}, all without ranges; allowed: at least one with")
+        raise StarnavError(f"bag {path}: {scan_topic} has {counted(empty, 'scan')} without ranges; allowed: one with")
     if empty:
-        warnings.warn(f"bag {path}: {empty} of {len(found)} scans are left out: they have no ranges", stacklevel=2)
+        warnings.warn(f"bag {path}: {empty} of {len(found)} scans left out, without ranges", stacklevel=2)
     chains = {frame: frames.chain(frame) for frame in {message.header.frame_id for _, message in scans}}
     spans = {frame: span(chain) for frame, chain in chains.items()}
     first, last = next(iter(spans.values()))
@@ -73,7 +75,7 @@ def read_rosbag(
         raise StarnavError(f"bag {path}: {said}; allowed: stamps of one clock, and scans between poses")
     if len(records) < len(scans):
         left_out = len(scans) - len(records)
-        warnings.warn(f"bag {path}: {left_out} of {len(scans)} scans are left out: {said}", stacklevel=2)
+        warnings.warn(f"bag {path}: {left_out} of {len(scans)} scans left out: {said}", stacklevel=2)
     return logged_scans(records, f"bag {path}", mask)
 
 
@@ -100,7 +102,7 @@ def _restart(path: Path, messages: Sequence[tuple[str, Any]], scan_topic: str) -
                 lost = sum(topic == scan_topic for topic, _ in messages[cut:])
                 warnings.warn(
                     f"bag {path}: stamps of {topic} go back from {last:.3f} to {time:.3f} s, as when a clock is set "
-                    f"back: the log ends there, and {lost} later scans are left out",
+                    f"back: the log ends there, {counted(lost, 'later scan')} left out",
                     stacklevel=3,
                 )
                 return cut
@@ -119,23 +121,26 @@ def _messages(path: Path, scan_topic: str, pose_topic: str | None) -> Iterator[t
             f"bag {path}: package rosbags is missing; allowed: pip install drake-starnav[rosbag]"
         ) from None
     types = get_typestore(Stores.LATEST)
-    with reading(f"bag {path}", "a ROS 1 or ROS 2 bag"), AnyReader(_files(path), default_typestore=types) as reader:
-        topics = sorted({connection.topic for connection in reader.connections})
-        has = ", ".join(topics) or "none"
+    whole = "a whole bag of ROS 1 or ROS 2; `mcap recover` mends an .mcap file that was cut off"
+    with reading(f"bag {path}", whole), AnyReader(_files(path), default_typestore=types) as reader:
+        kinds = {connection.topic: connection.msgtype.rpartition("/")[2] for connection in reader.connections}
         if pose_topic is None:
-            pose_topic = next((topic for topic in POSE_TOPICS if topic in topics), None)
-        if pose_topic is None:
-            raise StarnavError(f"bag {path} has neither {' nor '.join(POSE_TOPICS)}; allowed: pose_topic, one of {has}")
-        for topic in (scan_topic, pose_topic):
-            if topic not in topics:
-                raise StarnavError(f"bag {path} has no topic {topic}; allowed: {has}")
-        wanted = {scan_topic, pose_topic, *(topic for topic in topics if topic.endswith(FIXED_TRANSFORMS))}
+            pose_topic = next((topic for topic in POSE_TOPICS if topic in kinds), " or ".join(POSE_TOPICS))
+        fixed = {topic for topic in kinds if topic.endswith(FIXED_TRANSFORMS)}
+        for name, topic, allowed in (("scan_topic", scan_topic, SCANS), ("pose_topic", pose_topic, POSES)):
+            those = [each for each in sorted(kinds) if kinds[each] in allowed and each not in fixed]
+            if topic not in those:
+                found, named = kinds.get(topic, "not in it"), ", ".join(those) or "none"
+                raise StarnavError(f"bag {path}: {name} is {topic}, {found}; allowed: {named}")
+        wanted = {scan_topic, pose_topic, *fixed}
         for connection, _, data in reader.messages([c for c in reader.connections if c.topic in wanted]):
             yield connection.topic, reader.deserialize(data, connection.msgtype)
 
 
 def _files(path: Path) -> list[Path]:
     """What the reader opens: the bag, or the files in the folder of one whose recording was cut off."""
+    if not path.exists():
+        raise StarnavError(f"bag {path}: no such file or folder; allowed: a bag of ROS 1 or ROS 2")
     if not path.is_dir() or (path / "metadata.yaml").exists():
         return [path]
     files = sorted(file for file in path.iterdir() if file.suffix in (".mcap", ".db3"))

@@ -9,6 +9,7 @@ from pydrake.geometry import Convex, Mesh, ReadObjToTriangleSurfaceMesh, RefineV
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.models import mesh_file
+from drake_starnav.utils.files import no_file
 
 READABLE = (".obj", ".gltf", ".vtk")
 DENT = 0.01
@@ -43,8 +44,8 @@ def mesh_triangles(shape: Mesh, name: str) -> tuple[np.ndarray, np.ndarray]:
     extension = shape.extension().lower()
     if extension not in readers:
         raise _unreadable(shape, name, f"a {extension} file")
-    if shape.source().is_path() and not Path(shape.source().path()).is_file():
-        raise _unreadable(shape, name, "no such file")
+    if shape.source().is_path() and (why := no_file(Path(shape.source().path()))):
+        raise _unreadable(shape, name, why)
     try:
         vertices, triangles = readers[extension](shape)
     except (RuntimeError, OSError, StarnavError) as error:

@@ -6,7 +6,6 @@ extruded polylines as OBJ files, one for each connected piece, with whose convex
 colour of what is only seen.
 """
 
-import contextlib
 import re
 from collections.abc import Iterable, Iterator
 from copy import deepcopy
@@ -17,7 +16,7 @@ from xml.etree.ElementTree import Element, SubElement
 from drake_starnav.errors import StarnavError, said_by, shown
 from drake_starnav.models.model_folders import FOLDERS, find
 from drake_starnav.models.obj_files import SOLIDS, converted, painted, write, write_obj
-from drake_starnav.utils.files import read_bytes, reading
+from drake_starnav.utils.files import no_file, read_bytes, reading
 
 DRAKE_NAMESPACE = "http://drake.mit.edu"
 CONVERTED = (".dae", ".stl")
@@ -42,8 +41,7 @@ _KEPT = {
 
 
 class Models:
-    """Reads model files; `unseen` are visual meshes that are not shown, as there is no such file or none that can be
-    read."""
+    """Reads model files; `unseen` are visual meshes that are not shown, each with the reason."""
 
     def __init__(self, *, weld: bool = False) -> None:
         """`weld`: whether bodies that no joint holds will not move."""
@@ -231,8 +229,8 @@ class Models:
     def _pieces(self, uri: str, folder: Path, place: str) -> list[Path]:
         """The files to collide with instead of a mesh file."""
         path = find(uri, folder)
-        if path is None or not path.is_file():
-            raise StarnavError(f"{place}: mesh {shown(uri.strip())}: no such file; allowed: a mesh file")
+        if path is None or no_file(path):
+            raise StarnavError(f"{place}: mesh {shown(uri.strip())}: {no_file(path)}; allowed: a mesh file")
         suffix = path.suffix.lower()
         if suffix not in CONVERTED:
             return [path.resolve()]
@@ -247,15 +245,17 @@ class Models:
         gives it, if any, as four numbers; without one that can be shown the element is removed."""
         path = find(uri, folder)
         parts: tuple[tuple[Path, tuple[float, ...] | None], ...] = ()
-        suffix = "" if path is None else path.suffix.lower()
-        if path is not None and path.is_file() and suffix in SHOWN_BY_DRAKE:
+        suffix, why = "" if path is None else path.suffix.lower(), no_file(path)
+        if path is not None and not why and suffix in SHOWN_BY_DRAKE:
             parts = ((path.resolve(), None),)
-        elif path is not None and path.is_file() and suffix in PAINTED:
-            with contextlib.suppress(StarnavError):
+        elif path is not None and not why and suffix in PAINTED:
+            try:
                 parts = painted(self._bytes(path, "mesh"), suffix, path.parent)
+            except StarnavError as error:
+                why = str(error)
         if not parts:
             link.remove(visual)
-            self.unseen.add(uri.strip())
+            self.unseen.add(f"{uri.strip()} ({why or 'no surface that can be shown'})")
         copies = list(_shared_out(visual, link, [part for part, _ in parts]))
         for (copy, name), (_, color) in zip(copies, parts, strict=True):
             yield copy, name, " ".join(f"{c:g}" for c in color or ())

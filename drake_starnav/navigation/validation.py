@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from drake_starnav.control.path_following import GOAL_REACHED
-from drake_starnav.errors import StarnavError, said_by, shown
+from drake_starnav.errors import StarnavError, counted, said_by, shown
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import ON_AXIS, Mount
 from drake_starnav.lidar.sensor_model import LidarParameters
@@ -48,8 +48,8 @@ def check_interface(scenario: Scenario, station: Robot) -> None:
     counts = len(robot.all_lidars), len(scenario.all_lidars), len(station.mounts)
     if len(set(counts)) > 1:
         raise StarnavError(
-            f"the station has {counts[0]} lidars, the scenario {counts[1]}, and mounts are given of {counts[2]}; "
-            "allowed: the same"
+            f"the station declares {counted(counts[0], 'lidar')} and mounts {counts[2]}, the scenario declares "
+            f"{counts[1]}; allowed: the same number"
         )
     pairs = [("lidar", *each) for each in zip(robot.all_lidars, scenario.all_lidars, strict=True)]
     pairs += [(name, getattr(robot, name), getattr(scenario, name)) for name in DECLARED]

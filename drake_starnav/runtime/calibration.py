@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drake_starnav.errors import StarnavError
+from drake_starnav.errors import StarnavError, counted
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.runtime.execution import Told, compared
 from drake_starnav.runtime.intake import Odometry
@@ -58,7 +58,9 @@ def observed(log: Log, scenario: Scenario) -> Observed:
         told.append(Told.of(now, command.twist, scenario.robot.limits))
     least, scans = min(map(len, lidars)), tuple(map(tuple, lidars))
     if least < ENOUGH or len(rows) < ENOUGH:
-        raise StarnavError(f"the log has {least} scans and {len(rows)} poses; allowed: at least {ENOUGH} of each")
+        raise StarnavError(
+            f"the log has {counted(least, 'scan')} and {counted(len(rows), 'pose')}; allowed: at least {ENOUGH} of each"
+        )
     return Observed(scenario, scans[0], tuple(rows), tuple(told), tuple(took), scans)
 
 

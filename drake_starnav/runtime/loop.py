@@ -13,6 +13,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
+from drake_starnav.errors import counted
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.runtime.navigator import Command, Navigator
 
@@ -66,8 +67,8 @@ class Driven(NamedTuple):
 
     def __str__(self) -> str:
         p50, p99, worst = (1e3 * each for each in self.step)
-        said = f"{self.end} after {self.ticks} commands, {self.late} periods late; a command takes {p50:.1f} ms "
-        said += f"(p99 {p99:.1f}, longest {worst:.1f})"
+        said = f"{self.end} after {counted(self.ticks, 'command')}, {counted(self.late, 'period')} late; "
+        said += f"a command takes {p50:.1f} ms (p99 {p99:.1f}, longest {worst:.1f})"
         said += "".join(f"; {count} x {why}" for why, count in self.dropped.items())
         return said + ("; " + _slow(self.answer, self.declared) if self.answer > self.declared else "")
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from pydrake.math import RigidTransform
 
-from drake_starnav.errors import StarnavError
+from drake_starnav.errors import StarnavError, counted
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import Mount
 from drake_starnav.lidar.transforms import Frames, frame_name, pose_along, seconds
@@ -78,7 +78,8 @@ class Ros2:
         scans = [self.scan] if isinstance(self.scan, str) else list(self.scan)
         self._lidars = self.scenario.all_lidars
         if len(scans) != len(self._lidars):
-            raise StarnavError(f"scan names {len(scans)} topics; allowed: {len(self._lidars)}, one of each lidar")
+            said = counted(len(scans), "topic")
+            raise StarnavError(f"scan names {said}; allowed: {len(self._lidars)}, one of each lidar")
         self._ros = middleware(self.domain, self.interface)
         self._scans = {self.absolute(each): self._subscribe(each, SCAN) for each in scans}
         self._odometry, self._goals = self._subscribe(self.odom, ODOMETRY), self._subscribe(self.goal, POSE)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from pydrake.systems.framework import DiagramBuilder
 
+from drake_starnav.errors import counted
 from drake_starnav.geometry.trajectory import Motion
 from drake_starnav.navigation import Navigation
 from drake_starnav.navigation.robot import robot_world
@@ -77,7 +78,7 @@ def record_robots(
         for each, robot in zip(trials, scenario.robots, strict=True)
     ]
     world = worlds_of_robots(scenario, seed)[0]
-    line = f"{len(driven)} robots, method {trials[0].trial.method}, seed {seed}"
+    line = f"{counted(len(driven), 'robot')}, method {trials[0].trial.method}, seed {seed}"
     return record_tracks(scenario, driven, world, line, html, view, shown)
 
 

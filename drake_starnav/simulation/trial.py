@@ -13,7 +13,7 @@ from drake_starnav.geometry.polyline import simplified
 from drake_starnav.geometry.trajectory import evenly_sampled, motion_metrics
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.scenario.schema import Scenario
-from drake_starnav.station.monitors import COLLISION, contact_in
+from drake_starnav.station.monitors import COLLISION, contact_in, contact_said
 from drake_starnav.systems.goal_sequence import HEADING_TOLERANCE
 from drake_starnav.systems.star_roadmap_planner import STANDSTILL
 from drake_starnav.worlds.clearance import body_clearance
@@ -139,7 +139,7 @@ def figures(scenario: Scenario, world: World, shortest: tuple[float, np.ndarray]
     """
     path = run.driven[:, :2]
     standing, clearances = _clearances(world, run, scenario.robot.shape)
-    outcome = COLLISION if standing.min() < 0.0 else run.message.split()[0]
+    outcome = COLLISION if standing.min() < 0.0 else run.message.split()[0].rstrip(":")
     length = float(np.hypot(*np.diff(path.T, axis=1)).sum())
     blocked_s, blocked_by = run.blocked[-1 if outcome == "unreachable" else 0] if run.blocked else (None, None)
     still = length < NEVER_MOVED and run.elapsed > STANDSTILL
@@ -217,7 +217,7 @@ def benchmark_score(outcome: str, time: float, optimal_time: float | None) -> fl
 def caption_lines(trial: Trial) -> tuple[str, ...]:
     """The caption of a trial's picture."""
     said = {"reached": f"reached in {trial.time_s:.1f}\u00a0s", "unreachable": "found no way"}
-    what = trial.outcome if trial.contact is None else f"{trial.outcome} of {trial.contact}"
+    what = trial.outcome if trial.contact is None else contact_said(trial.outcome, trial.contact)
     outcome = said.get(trial.outcome, f"{what} after {trial.time_s:.1f}\u00a0s")
     return f"method {trial.method}, seed {trial.seed}", outcome
 

@@ -37,6 +37,7 @@ from drake_starnav.models.model_files import Models
 from drake_starnav.models.parser_warnings import parsing
 from drake_starnav.station.robot_geometry import massless_links, outline, swollen
 from drake_starnav.station.scene_slices import SURFACE, read_solids, seen_geometries
+from drake_starnav.utils.files import no_file
 from drake_starnav.utils.resources import model_path
 from drake_starnav.worlds import check_world, make_world
 from drake_starnav.worlds.footprints import convex_footprint, cylinder_vertices, sphere_footprint
@@ -172,8 +173,9 @@ def add_model(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelFile) 
     inspector = scene_graph.model_inspector()
     for geometry in sorted(inspector.GetAllGeometryIds(), key=GeometryId.get_value):
         shape = inspector.GetShape(geometry)
-        if isinstance(shape, (Mesh, Convex)) and shape.source().is_path() and not Path(shape.source().path()).is_file():
-            raise StarnavError(f"model {place}: mesh {shape.source().path()}: no such file; allowed: a mesh file")
+        path = Path(shape.source().path()) if isinstance(shape, Mesh | Convex) and shape.source().is_path() else None
+        if path and (why := no_file(path)):
+            raise StarnavError(f"model {place}: mesh {path}: {why}; allowed: a mesh file")
     _make_surfaces(plant, scene_graph)
 
 

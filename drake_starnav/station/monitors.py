@@ -1,6 +1,7 @@
 """What ends a run: the robot has arrived, has stopped for good, or touches anything but the ground."""
 
 import math
+import re
 from collections.abc import Collection
 from typing import NamedTuple
 
@@ -104,7 +105,8 @@ class CollisionMonitor(LeafSystem):
         struck = all(b.get_value() in self._moving_obstacles for _, b in found) and self._stands(context)
         inspector = self._query.Eval(context).inspector()
         a, b = (body_name(inspector, geometry) for geometry in found[0])
-        return f"{STRUCK if struck else COLLISION} of {a.rpartition('::')[2]} with {b} at {context.get_time():.3f} s"
+        said = contact_said(STRUCK if struck else COLLISION, f"{a.rpartition('::')[2]} with {b}")
+        return f"{said} at {context.get_time():.3f} s"
 
     def _stands(self, context: Context) -> bool:
         """Whether no point of the footprint moves."""
@@ -129,7 +131,7 @@ class CollisionMonitor(LeafSystem):
         pose = np.array([(x, y, math.atan2(forward_y, forward_x))])
         if distance >= footprint.radius or body_clearance(surfaces, pose, footprint)[0] >= 0.0:
             return EventStatus.DidNothing()
-        message = f"{COLLISION} of base_link with {name} at {context.get_time():.3f} s"
+        message = f"{contact_said(COLLISION, f'base_link with {name}')} at {context.get_time():.3f} s"
         return EventStatus.ReachedTermination(self, message)
 
 
@@ -145,10 +147,15 @@ def body_name(inspector: SceneGraphInspector, geometry: GeometryId) -> str:
     return scope if scope.rpartition("::")[2] == body else f"{scope}::{body}".removeprefix("::")
 
 
+def contact_said(name: str, bodies: str) -> str:
+    """A contact in words, from its name and its bodies `a with b`: `collision of a with b` or `struck: a by b`."""
+    return f"{name}: {bodies.replace(' with ', ' by ', 1)}" if name == STRUCK else f"{name} of {bodies}"
+
+
 def contact_in(message: str) -> str | None:
     """The bodies of a message of `CollisionMonitor`, `base_link with crate`; None of any other message."""
-    name, _, rest = message.partition(" of ")
-    return rest.rpartition(" at ")[0] if name in (COLLISION, STRUCK) else None
+    found = re.match(rf"(?:{COLLISION} of|{STRUCK}:) (.+) (?:with|by) (.+) at ", message)
+    return f"{found[1]} with {found[2]}" if found else None
 
 
 class ArrivalMonitor(LeafSystem):

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 
 from pydrake.systems.framework import DiagramBuilder, InputPort, OutputPort, PortDataType, System
 
-from drake_starnav.errors import StarnavError
+from drake_starnav.errors import StarnavError, shown
 from drake_starnav.systems.release import RELEASED
 
 UNNAMED = frozenset(("y0", "y"))
@@ -21,7 +21,7 @@ def add_system(builder: DiagramBuilder, name: str, system: System, role: str) ->
         StarnavError: it is no system of Drake, or belongs to another diagram, be it released.
     """
     if not isinstance(system, System):
-        raise StarnavError(f"{role} is {type(system).__name__}; allowed: a System of Drake, e.g. a LeafSystem")
+        raise StarnavError(f"{role} is {shown(system)}; allowed: a System of Drake, e.g. a LeafSystem")
     if hasattr(system, RELEASED):
         raise StarnavError(f"{role} has served for a trial or a diagram that was released; allowed: a new one")
     if system in builder.GetSystems():

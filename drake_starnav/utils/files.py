@@ -30,6 +30,13 @@ def reading(place: str, allowed: str) -> Iterator[None]:
         raise StarnavError(f"{place} cannot be read: {reason_of(error)}; allowed: {allowed}") from None
 
 
+def no_file(path: Path | None) -> str:
+    """Why there is no file to read: `no such file`, or `a folder`; empty if there is one."""
+    if path is None or not path.exists():
+        return "no such file"
+    return "" if path.is_file() else "a folder" if path.is_dir() else "no regular file"
+
+
 def read_bytes(path: Path | str, place: str, allowed: str) -> bytes:
     """The content of a file, which must hold something; arguments and errors as of `reading`."""
     with reading(place, allowed):

@@ -116,7 +116,7 @@ def test_a_planner_of_ones_own_guides_our_controller(faults: list[str]) -> None:
 @pytest.mark.parametrize(
     "method, own, words",
     [
-        ("star", {"controller": "mine"}, "controller is str; allowed: a System of Drake"),
+        ("star", {"controller": LeafSystem}, "controller is <class 'pydrake.*LeafSystem'>; allowed: a System of Drake"),
         (
             "star",
             {"controller": ConstantVectorSource([0.0])},
@@ -129,8 +129,8 @@ def test_a_planner_of_ones_own_guides_our_controller(faults: list[str]) -> None:
             {"planner": ConstantVectorSource([0.0])},
             "planner has the output ports y0; allowed: one named guidance",
         ),
-        ("star", {"goal": "there"}, "goal is str; allowed: a System of Drake"),
-        ("star", {"shield": True}, "shield is bool; allowed: a System of Drake"),
+        ("star", {"goal": "there"}, "goal is 'there'; allowed: a System of Drake"),
+        ("star", {"shield": True}, "shield is True; allowed: a System of Drake"),
         ("star_paper", {"controller": Pursuit()}, "controller.kind is star_paper with a controller of your own"),
         ("foa", {"controller": Pursuit()}, "controller.kind is foa with a controller of your own; allowed: star"),
         ("foa", {"planner": Beeline()}, "controller.kind is foa, which heads for the goal, with a planner"),

@@ -33,7 +33,7 @@ def driven(*times: float, **scan) -> Bag:
 
 def test_scans_have_poses_between_those_of_odometry(tmp_path: Path) -> None:
     bag = driven(9.9, 10.25, 11.0).write(tmp_path / "bag")
-    with pytest.warns(UserWarning, match=r"2 of 3 scans are left out: scans are from 9\.900 to 11\.000 s, poses from"):
+    with pytest.warns(UserWarning, match=r"2 of 3 scans left out: scans are from 9\.900 to 11\.000 s, poses from"):
         (seen,) = read_rosbag(bag)
     assert seen.scan.time == pytest.approx(0.25)
     assert seen.pose == pytest.approx([0.5, 0.0, 3.1], abs=1e-6)  # across the turn of the angle
@@ -107,12 +107,15 @@ def test_poses_without_the_name_of_a_frame_are_those_of_the_robot(tmp_path: Path
 
 def test_a_topic_that_is_missing_is_named_with_those_there_are(tmp_path: Path) -> None:
     bag = driven(10.0).write(tmp_path / "bag")
-    for topics in ({"scan_topic": "/front"}, {"pose_topic": "/front"}):
-        with pytest.raises(StarnavError, match=r"bag .* has no topic /front; allowed: /odom, /scan"):
-            read_rosbag(bag, **topics)
+    for name, kind, there in (("scan_topic", "Odometry", "/scan"), ("pose_topic", "LaserScan", "/odom")):
+        with pytest.raises(StarnavError, match=rf"bag .*: {name} is /front, not in it; allowed: {there}$"):
+            read_rosbag(bag, **{name: "/front"})
+        other = "/odom" if there == "/scan" else "/scan"
+        with pytest.raises(StarnavError, match=rf"{name} is {other}, {kind}; allowed: {there}$"):
+            read_rosbag(bag, **{name: other})
     alone = Bag()
     alone.scan(10.0, np.ones(6))
-    with pytest.raises(StarnavError, match=r"has neither /odom nor /tf; allowed: pose_topic, one of /scan"):
+    with pytest.raises(StarnavError, match=r"pose_topic is /odom or /tf, not in it; allowed: none$"):
         read_rosbag(alone.write(tmp_path / "alone"))
 
 
@@ -180,7 +183,7 @@ def test_a_clock_that_is_set_back_ends_the_log(tmp_path: Path, transforms: bool)
             else:
                 bag.odometry(time, offset + 0.1 * k, 0.0)
             bag.scan(time, np.ones(6))
-    with pytest.warns(UserWarning, match=r"go back from 1\.500 to 1\.100 s.*the log ends there, and 6 later scans"):
+    with pytest.warns(UserWarning, match=r"go back from 1\.500 to 1\.100 s.*the log ends there, 6 later scans"):
         seen = read_rosbag(bag.write(tmp_path / "bag"))
     assert [float(each.pose[0]) for each in seen] == pytest.approx(0.1 * np.arange(6))
 
@@ -197,11 +200,11 @@ def test_a_message_that_was_overtaken_is_none_of_another_run(tmp_path: Path) -> 
 def test_scans_without_ranges_are_counted_and_left_out(tmp_path: Path) -> None:
     bag = driven(10.1, 10.2)
     bag.scan(10.0, [])
-    with pytest.warns(UserWarning, match="1 of 3 scans are left out: they have no ranges"):
+    with pytest.warns(UserWarning, match="1 of 3 scans left out, without ranges"):
         assert len(read_rosbag(bag.write(tmp_path / "bag"))) == 2
     alone = driven()
     alone.scan(10.0, [])
-    with pytest.raises(StarnavError, match="1 scans in /scan, all without ranges; allowed: at least one"):
+    with pytest.raises(StarnavError, match=r"/scan has 1 scan without ranges; allowed"):
         read_rosbag(alone.write(tmp_path / "alone"))
 
 
@@ -224,9 +227,9 @@ def test_a_scan_s_frame_that_no_transform_knows_is_said(tmp_path: Path) -> None:
 
 def test_an_invalid_bag_is_refused(tmp_path: Path) -> None:
     pytest.importorskip("rosbags")
-    with pytest.raises(StarnavError, match="cannot be read"):
+    with pytest.raises(StarnavError, match="nothing: no such file or folder; allowed: a bag"):
         read_rosbag(tmp_path / "nothing")
     file = next(driven(10.0).write(tmp_path / "bag").glob("*.db3"))
     file.write_bytes(file.read_bytes()[:5000])
-    with pytest.raises(StarnavError, match="cannot be read"):
+    with pytest.raises(StarnavError, match=r"cannot be read: .*[^.]; allowed: a whole bag of ROS 1 or ROS 2; `mcap"):
         read_rosbag(tmp_path / "bag")

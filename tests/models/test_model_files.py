@@ -182,7 +182,8 @@ def test_looks_are_converted_with_their_colours_and_left_out_where_nothing_can_b
     (tmp_path / "a.obj").write_text("v 0 0 0\n")
     (tmp_path / "a.stl").write_bytes(ascii_stl())
     (tmp_path / "torn.dae").write_bytes(dae()[:-40])
-    names = ("a.obj", "gone.obj", "torn.dae", "a.stl", "two.glb")
+    (tmp_path / "folder.stl").mkdir()
+    names = ("a.obj", "gone.obj", "torn.dae", "folder.stl", "a.stl", "two.glb")
     models = Models()
     if kind == "sdf":
         visual = '<visual name="{0}"><geometry><mesh><uri>{0}</uri></mesh></geometry></visual>'
@@ -202,7 +203,9 @@ def test_looks_are_converted_with_their_colours_and_left_out_where_nothing_can_b
     looks = [[*each.iterfind("material/diffuse"), *each.iterfind("material/color")] for each in shown]
     colors = [color.text or color.get("rgba") for (color,) in looks[2:]]
     assert looks[:2] == [[], []] and sorted(colors) == ["0 0 1 1", "1 0 0 1"]
-    assert models.unseen == {"gone.obj", "torn.dae"}
+    folder, gone, torn = sorted(models.unseen)
+    assert (folder, gone) == ("folder.stl (a folder)", "gone.obj (no such file)")
+    assert torn.startswith("torn.dae (not a valid .dae file")
 
 
 def test_the_files_of_directives_are_replaced(tmp_path: Path) -> None:
@@ -226,6 +229,7 @@ def test_the_files_of_directives_are_replaced(tmp_path: Path) -> None:
         ("<box><size>1 1 1</size></box><sphere><radius>2</radius></sphere>", "collision c has 2 shapes; allowed: one"),
         ("<plane><normal>0 0 0</normal></plane>", "plane: normal .* a solid"),
         ("<mesh><uri>gone.stl</uri></mesh>", "mesh 'gone.stl': no such file"),
+        *((f"<mesh><uri>folder.{kind}</uri></mesh>", f"mesh 'folder.{kind}': a folder") for kind in ("stl", "obj")),
         ("<mesh><uri>bad.stl</uri></mesh>", "bad.stl: a .stl file without triangles"),
         ("<mesh><uri>bad.stl</uri><submesh><name>a</name></submesh></mesh>", "is a part of a mesh"),
         ("<cone><radius>-1</radius><length>2</length></cone>", "cone: radius -1, length 2; allowed: a solid"),
@@ -234,5 +238,7 @@ def test_the_files_of_directives_are_replaced(tmp_path: Path) -> None:
 )
 def test_what_cannot_be_built_is_refused(shape: str, message: str, tmp_path: Path) -> None:
     (tmp_path / "bad.stl").write_bytes(b"bad")
+    for kind in ("stl", "obj"):
+        (tmp_path / f"folder.{kind}").mkdir()
     with pytest.raises(StarnavError, match=message):
         Models().model(sdf(tmp_path, MODEL.format(LINK.format(shape))))
