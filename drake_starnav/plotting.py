@@ -24,7 +24,7 @@ class InlinePage:
     """
 
     def __init__(self, path: str | os.PathLike, *, height: int = 480) -> None:
-        """Of an HTML file, in a height of pixels.
+        """Show an HTML file, `height` pixels high.
 
         Raises:
             StarnavError: the file cannot be read.

@@ -129,7 +129,7 @@ class LiveRun:
 
     @property
     def pose(self) -> np.ndarray:
-        """Of the robot now, (x, y, yaw), W, m and rad."""
+        """Where the robot is now: (x, y, yaw), W, m and rad."""
         return value_of(self._navigation.localization("pose"), self.simulator.get_context())
 
     @property

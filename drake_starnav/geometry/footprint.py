@@ -300,7 +300,7 @@ def _hull(points: np.ndarray) -> np.ndarray:
 
 
 def _box(polygon: np.ndarray) -> tuple[np.ndarray, np.ndarray, float, float]:
-    """Of the least rectangle around a polygon: its middle, unit vector along its longer side, length and width."""
+    """The least rectangle around a polygon: middle, unit vector along its longer side, length and width, m."""
     corners = shapely.get_coordinates(shapely.oriented_envelope(shapely.MultiPoint(polygon)))[:4]
     if len(corners) < 4:
         return polygon.mean(axis=0), np.array((1.0, 0.0)), 0.0, 0.0

@@ -50,7 +50,7 @@ class Turned(NamedTuple):
     link: Link
 
     def at(self, time: float) -> np.ndarray:
-        """As of a `Link`."""
+        """As `Link.at`."""
         return np.linalg.inv(self.link.at(time))
 
 

@@ -16,7 +16,7 @@ from drake_starnav.geometry.compiled import leaf
 TILE = 64
 """Cells along a tile's side."""
 STRIDE = 2
-"""A cell of the cost-to-go holds so many cells of the grid in each direction."""
+"""Cells of the grid, in each direction, in a cell of the cost-to-go."""
 KEPT_BEYOND = 0.8
 """The grid holds distances up to the robot's radius plus this, in its radii."""
 HIT_ERROR = 0.16

@@ -21,7 +21,7 @@ from drake_starnav.surroundings.looks import Chords
 from drake_starnav.surroundings.safe_region import CertifiedRegion
 
 RANK_COST = 1.06
-"""A goal is worth so long a detour more than the next one, beside what it is nearer than the first; this and all other
+"""Detour that a goal is worth more than the next one, beside what it is nearer than the first; this and all other
 lengths in radii of the disc around the robot."""
 LOOKS = ((1.9, 0.6), (0.95, 0.6), (3.8, 0.6), (1.9, math.inf))
 """Goals along the path: how far ahead, and by how much the heading may be off the path's, rad."""
@@ -32,11 +32,11 @@ STUCK = 0.3
 MOVED, TURNED = 0.021, 0.05
 """It has moved if it did so by more than this, or by so much, rad."""
 CIRCLED = 2.5 * math.pi
-"""A robot that turned one way by so much, rad, and came no nearer to the end of its path is stuck, too: it circles."""
+"""A robot that turned one way by this, rad, and came no nearer to the end of its path is stuck, too: it circles."""
 SAME_PLACE = 1.27
-"""Extent of a place: a manoeuvre ends where the robot may turn as it likes for so long on its path."""
+"""Extent of a place: a manoeuvre ends where the robot may turn as it likes for this length of its path."""
 TRIES, REMEMBERED = 3, 8
-"""So many of so many last ones are begun at one place."""
+"""A place where TRIES of the REMEMBERED last manoeuvres began counts as failed."""
 AT_POSE, AT_HEADING = 0.021, 0.02
 """A pose of a manoeuvre is reached this near to it, along the motion, or in heading, rad."""
 DOCKED = 0.04

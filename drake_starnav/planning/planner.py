@@ -28,7 +28,7 @@ SILENT_SHARE = 0.5
 NEW_SHARE = 0.01
 """With a map from an earlier goal, a region is worth a node only if more than this share of its area is new."""
 MOST_CLOSED = 6
-"""So many exits are closed at most in one update."""
+"""Exits that are closed at most in one update."""
 
 
 def plan_step(state: PlannerState, inputs: PlannerInput) -> PlannerState:

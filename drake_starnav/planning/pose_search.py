@@ -29,7 +29,7 @@ GEAR_COST = 3.75
 SPACING = 0.5
 """No point of the footprint moves farther between two poses that are checked, in cells."""
 AROUND = 45
-"""The search stays within so many cells of the start."""
+"""Cells from the start within which the search stays."""
 REACH = AROUND * CELL
 """That is this distance, in radii."""
 SIDE = 2 * AROUND + 1

@@ -48,7 +48,7 @@ class StarRoadmap:
 
     @cached_property
     def regions(self) -> tuple[StarRegion, ...]:
-        """Of the nodes."""
+        """The nodes' regions."""
         return tuple(node.region for node in self.nodes if node.region is not None)
 
     @cached_property

@@ -29,11 +29,11 @@ GRIP = 8.0
 GRIP_WHILE_BRAKING = 3.0
 """GRIP holds up to this acceleration along the robot, m/s^2; beyond it grip falls with the third power."""
 SAMPLES = 128
-"""Room for so many samples is made at first; a motion may have more."""
+"""Samples for which there is room at first; a motion may have more."""
 
 
 class Pose(NamedTuple):
-    """Of the robot in W; m and rad."""
+    """The robot's place and heading in W; m and rad."""
 
     x: float
     y: float
@@ -110,7 +110,7 @@ class Motion(NamedTuple):
 
     @property
     def position(self) -> np.ndarray:
-        """Of the robot's centre, shape (n, 2), W, m."""
+        """Where the robot's centre is at each sample, shape (n, 2), W, m."""
         return self.samples[:, :2]
 
     @property

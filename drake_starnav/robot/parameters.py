@@ -159,7 +159,7 @@ class RobotParameters(Checked, place="robot"):
 
     @cached_property
     def limits(self) -> Limits:
-        """Of speeds and accelerations; all floats, or kernels would be compiled again for whole numbers."""
+        """Its speeds and accelerations; all floats, or kernels would be compiled again for whole numbers."""
         speed, acceleration = float(self.max_speed), float(self.max_acceleration)
         turning, change = float(self.max_yaw_rate), float(self.max_yaw_acceleration)
         if self.base == "car":  # at full speed its turning rate and acceleration are within the limits
@@ -173,7 +173,7 @@ class RobotParameters(Checked, place="robot"):
 
     @cached_property
     def moves(self) -> np.ndarray:
-        """Of its manoeuvres, as of `Base.moves`."""
+        """The moves of its manoeuvres, see `Base.moves`."""
         return self.drive.moves(self.shape.radius, self.limits)
 
 

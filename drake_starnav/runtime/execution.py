@@ -31,7 +31,7 @@ STANDS, STAYS, CHANGED = 0.02, 0.05, 0.1
 """A robot slower than this stands, m/s and rad/s; a pose stays that changes by less, m and rad; scans have changed if a
 fifth of their ranges differ by more, m."""
 FEWEST = 10
-"""So many beams must have a range for that."""
+"""Beams that must have a range for that."""
 
 
 class Told(NamedTuple):

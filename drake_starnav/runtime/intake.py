@@ -95,7 +95,7 @@ class Intake:
 
     @staticmethod
     def empty(lidars: int) -> "Intake":
-        """Of a robot with so many lidars, before anything has come."""
+        """The intake of a robot with this number of lidars, before anything has come."""
         return Intake(newest=(-math.inf,) * lidars, frozen=(None,) * lidars)
 
     def without(self, why: str, **changes: Any) -> "Intake":

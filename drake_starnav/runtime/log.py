@@ -31,7 +31,7 @@ SCHEMAS = {RUN: "starnav.Run", TICK: "starnav.Tick", TF: "foxglove.FrameTransfor
 SHOWN = 0.5
 """Between two messages with the plan, s."""
 MOST, EACH = 20, 8
-"""So many regions are shown, of each every eighth sample."""
+"""Regions that are shown, each by every eighth sample."""
 STRIP, LOOP = 0, 1
 """Types of lines."""
 PATH_COLOR, REGION_COLOR = (

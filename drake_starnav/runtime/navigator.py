@@ -320,5 +320,5 @@ class Navigator:
 
     @property
     def context(self) -> Context:
-        """Of the diagram, now."""
+        """The diagram's context, now."""
         return self._simulator.get_context()

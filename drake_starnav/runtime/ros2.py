@@ -28,7 +28,7 @@ SCAN, ODOMETRY, TRANSFORMS, POSE = (
 )  # fmt: skip
 PATH, MARKERS = "nav_msgs/Path", "visualization_msgs/MarkerArray"
 DEPTH = {SCAN: 10, ODOMETRY: 100, TRANSFORMS: 100, POSE: 1}
-"""So many messages wait."""
+"""Messages that may wait."""
 POLL = 0.05
 """Between two looks at what is there, s."""
 OLDEST = 1.0

@@ -68,7 +68,7 @@ class MovingCertificate(NamedTuple):
 
     @staticmethod
     def near(tracked: TrackedObstacles, position: np.ndarray, actuation: Actuation) -> "MovingCertificate":
-        """Of what may come near a robot at a place, shape (2,), W, m, before it has stopped."""
+        """Guards against what may come near a robot at a place, shape (2,), W, m, before it has stopped."""
         (tracks, age, obstacles), (limits, footprint) = tracked, (actuation.limits, actuation.footprint)
         braking = limits.max_speed / limits.max_acceleration
         if not (footprint.is_disc or limits.steers):

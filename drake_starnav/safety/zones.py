@@ -38,7 +38,7 @@ class KeepOut:
 
     @cached_property
     def corners(self) -> np.ndarray:
-        """Of the polygon, shape (n, 2), W, m."""
+        """The polygon's corners, shape (n, 2), W, m."""
         return np.array(self.polygon)
 
     def accepts(self, motion: Motion) -> bool:
@@ -74,7 +74,7 @@ class SpeedZone:
 
     @cached_property
     def corners(self) -> np.ndarray:
-        """Of the polygon, shape (n, 2), W, m."""
+        """The polygon's corners, shape (n, 2), W, m."""
         return np.array(self.polygon)
 
     def accepts(self, motion: Motion) -> bool:

@@ -163,7 +163,7 @@ class Scenario:
 
     @property
     def all_lidars(self) -> tuple[LidarParameters, ...]:
-        """Of the robot: `lidars`, or the one `lidar`."""
+        """The robot's lidars: `lidars`, or the one `lidar`."""
         return self.lidars or (self.lidar,)
 
 

@@ -124,7 +124,7 @@ def add_station(
 
 
 class NavigationStation(Diagram, Station):
-    """A differential-drive robot with a lidar in a world: plant, scene, sensor and wheel servo in one diagram.
+    """A robot with its lidars in a world: plant, scene, sensors and drive in one diagram.
 
     ```
                            ┌───────────────────┐

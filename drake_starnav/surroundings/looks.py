@@ -113,7 +113,7 @@ class Looks(NamedTuple):
 
     @staticmethod
     def of(known: tuple[Known, ...]) -> "Looks":
-        """Of what is known."""
+        """The looks in what is known."""
         seen = [each.look for each in known if isinstance(each.look, Look)]
         own = next((look.footprint for look in seen if look.footprint is not None), disc(0.0))
         rows = [

@@ -17,7 +17,7 @@ SLACK = 0.01
 PATCH = 0.2
 """Regions are marked patch by patch, of this length and about this width, m: numerics."""
 SPARE_CELLS = 8
-"""A grid that grows gets so many cells more than it needs on the sides that grow."""
+"""Cells more than it needs that a grid which grows gets, on the sides that grow."""
 
 
 def indexed(union: RegionUnion, before: RegionUnion, news: np.ndarray) -> RegionUnion:

@@ -14,7 +14,7 @@ LINE_STEP = 0.2
 ROUGH = 0.01
 """The error of a rough bearing is less than this, in samples."""
 LEAP = 16
-"""So many samples of a line are first tried at once."""
+"""Samples of a line that are first tried at once."""
 GAP_SAMPLES = 10
 """Length of a gap between regions that is looked at, in samples."""
 CELL = 0.4
@@ -52,7 +52,7 @@ class RegionUnion(NamedTuple):
 
     @staticmethod
     def alone(center: np.ndarray, bearing_0: float, values: np.ndarray, slopes: np.ndarray) -> "RegionUnion":
-        """Of one region, whose arrays of shape (M,) it shares."""
+        """The union of one region, whose arrays of shape (M,) it shares."""
         return RegionUnion(center[None], np.array([bearing_0], dtype=float), values[None], slopes[None])
 
     @property

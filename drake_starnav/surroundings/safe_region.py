@@ -31,11 +31,11 @@ from drake_starnav.surroundings.views import NEAREST, hit_points
 from drake_starnav.utils.snapshot import snapshot
 
 SCAN_PATIENCE = 3.0
-"""A certified region lasts so many scan periods beyond the lidar's delay; without a new scan the robot then brakes."""
+"""Scan periods that a certified region lasts beyond the lidar's delay; without a new scan the robot then brakes."""
 NEAR_HITS = 4.0
 """Hits nearer than this count as near, in radii with the margin: among movers no wall is to be approached."""
 COARSE = 4
-"""Regions about a robot that does not see all around take one look in so many."""
+"""Of looks of a robot that does not see all around, regions take every n-th."""
 QUARTER = 0.25 * TURN
 """A disc that drives straight on, so far from the edges of its view, rad, covers of what it does not see only where it
 stood."""

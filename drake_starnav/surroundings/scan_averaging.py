@@ -101,7 +101,7 @@ def _seen_again(scan: LaserScan, ranges: np.ndarray, points: np.ndarray, pose: n
 
 @njit(cache=True)
 def _estimates(measured, rays, points, beam, beams, reach):
-    """Of each beam its crossing with a chord of an earlier scan, the one nearest to its measured range, m; or infinity.
+    """Each beam's crossing with a chord of an earlier scan, the one nearest to its measured range, m; or infinity.
 
     The points (k, 2) of that scan are relative to the sensor in W, m; `beam` (k,) is the real-valued beam towards each.
     """

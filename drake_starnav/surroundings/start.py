@@ -23,7 +23,7 @@ class Start:
 
     @staticmethod
     def of(radius: float) -> "Start":
-        """Of a radius, m."""
+        """A start disc of this radius, m."""
         return Start(np.full(BINS, radius))
 
     @cached_property

@@ -30,7 +30,7 @@ class Arrival(NamedTuple):
 
     @staticmethod
     def at(goal: Sequence[float], state: np.ndarray, room: "TurningRoom", turning: bool) -> "Arrival":
-        """Of a robot with this state (x, y, yaw, v, omega) at a goal (x, y) or (x, y, yaw), W, m and rad.
+        """How a robot with this state (x, y, yaw, v, omega) stands to a goal (x, y) or (x, y, yaw), W, m and rad.
 
         It arrives within the room's tolerance; while it is `turning`, it may leave the place again.
         """
@@ -58,7 +58,7 @@ class TurningRoom(NamedTuple):
 
     @staticmethod
     def of(base: Base, shape: Footprint, tolerance: float) -> "TurningRoom":
-        """Of a robot."""
+        """The room of a robot with this footprint; `tolerance` in m."""
         near = max(NEAR_GOAL * shape.lever, tolerance)
         stays = base.turns_on_the_spot and shape.is_disc
         return TurningRoom(shape.radius, tolerance, near, near if stays else max(REACH * shape.radius, near))

@@ -44,7 +44,7 @@ CONFIRMED_SPEED = 0.12
 CONFIRMED_MOTION = 0.3
 """A track counts after so many scans, if it has been faster than this, m/s, and a larger share of its beams moved."""
 SETTLED_AFTER = 10
-"""The speed of a track is known after so many scans."""
+"""Scans after which the speed of a track is known."""
 PACE_DECAY = 0.2
 """The greatest recent speed decays at this rate, m/s^2."""
 DRIFT_TIME = 2.5

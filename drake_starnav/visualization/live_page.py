@@ -35,7 +35,7 @@ class LivePage:
     """Serves one page on this machine, at its `address`, until it is closed."""
 
     def __init__(self, meshcat: Meshcat, caption: Caption, cameras: Cameras, state: Callable[[], LiveState]) -> None:
-        """Of a scene with buttons named start and pause; another thread asks for the state several times a second."""
+        """Serve a scene with buttons named start and pause; another thread asks for the state at a steady rate."""
         address = meshcat.web_url()
         with urllib.request.urlopen(address) as answer:
             page = answer.read().decode()

@@ -129,7 +129,7 @@ class SceneTimeline:
     """The painted shapes of a scene, and where their frames were: the upper rows of their transforms, shape (3, 4)."""
 
     def __init__(self, scene_graph: SceneGraph, also: Iterable[FrameId] = ()) -> None:
-        """Of the shapes with a look in a scene graph; of frames `also` where they have none."""
+        """Take the shapes with a look in a scene graph, and the frames `also` where they have none."""
         inspector = scene_graph.model_inspector()
         self.solids: list[Solid] = []
         self.frames = {frame: Track() for frame in also}

@@ -13,7 +13,7 @@ from drake_starnav.errors import StarnavError, shown
 from drake_starnav.worlds.world import FARTHEST
 
 MOST_CORNERS = 20_000
-"""Of a polygon: so many take about a second to cut."""
+"""Corners that a polygon may have: these take about a second to cut."""
 EVEN = 1e-5
 """Corners no farther than this from the line between others count as straight, m; digitised outlines have many."""
 

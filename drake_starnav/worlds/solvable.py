@@ -16,7 +16,7 @@ from drake_starnav.worlds.world import World
 
 SPARE = 0.05  # m, every generated world is solvable by a robot this much larger
 HEADINGS = 72
-"""So many are tried at a place without one, for a robot that is no disc."""
+"""Headings that are tried at a place without one, for a robot that is no disc."""
 LEAST_DISC = 0.001
 """Radius of the disc that a footprint beside its origin holds there, m."""
 _TRIES = 500

@@ -86,7 +86,7 @@ class NumberedWorld:
     TIMEOUT: ClassVar[float] = 100.0
     """Time a trial may take, s, that of the BARN challenge."""
     KEYS: ClassVar[tuple[str, ...]] = ()
-    """Of an entry."""
+    """What an entry must have."""
 
     def make(self, rng: np.random.Generator, robot: Footprint) -> World:
         """The world as in the file; nothing in it is random.
