@@ -130,8 +130,8 @@ def _check_parts(scenario: Scenario, parts: Parts) -> None:
     """Raise a `StarnavError` where a scenario is one of several robots, or excludes systems of the user's."""
     if scenario.robots:
         raise StarnavError(
-            f"scenario {scenario.name} has {counted(len(scenario.robots), 'robot')}; allowed: one of its robots, or all "
-            "of them by starnav simulate or simulation.robots.run_robots"
+            f"scenario {scenario.name} has {counted(len(scenario.robots), 'robot')}; allowed: one of them, or all of "
+            "them by starnav simulate or simulation.robots.run_robots"
         )
     settings, method = scenario.controller, BY_KIND[scenario.controller.kind]
     certificates = parts.certificates if parts.shield is None else ()
