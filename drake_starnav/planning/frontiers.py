@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from drake_starnav.planning.distance_grid import HIT_ERROR
+from drake_starnav.planning.distance_grid import HIT_ERROR, distance_at
 from drake_starnav.planning.roadmap import CLOSED, StarRoadmap
 from drake_starnav.surroundings.region_union import RegionUnion, cover_at
 
@@ -39,13 +39,8 @@ def gaps_of(roadmap: StarRoadmap, closures: np.ndarray, robot_radius: float, own
         robot_radius: m.
         owner: index of the region.
     """
-    line, probe, is_open = _boundary(roadmap.union, owner, closures, robot_radius)
-    is_open &= roadmap.hits.distance(probe) > robot_radius - HIT_ERROR * robot_radius
-    first = int(np.argmin(is_open))  # no run goes on from the last point to the first
-    line, probe, is_open = (np.roll(each, -first, axis=0) for each in (line, probe, is_open))
-    ends = np.flatnonzero(np.diff(np.concatenate(([0], is_open.astype(np.int8), [0]))))
-    runs = [Gap(line[a:b], probe[a:b], owner) for a, b in ends.reshape(-1, 2).tolist()]
-    return [gap for gap in runs if np.hypot(*np.diff(gap.line, axis=0).T).sum() >= LEAST * robot_radius]
+    line, probe, runs = _open_runs(roadmap.union, owner, closures, roadmap.hits.arrays, robot_radius)
+    return [Gap(line[a:b], probe[a:b], owner) for a, b in runs.tolist()]
 
 
 def all_gaps(roadmap: StarRoadmap, closures: np.ndarray, robot_radius: float) -> list[Gap]:
@@ -54,8 +49,11 @@ def all_gaps(roadmap: StarRoadmap, closures: np.ndarray, robot_radius: float) ->
 
 
 @njit(cache=True)
-def _boundary(union: RegionUnion, owner, closures, radius):
-    """Points along a region's boundary (n, 2), the places beyond them (n, 2), and whether these are open (n,)."""
+def _open_runs(union: RegionUnion, owner, closures, hits, radius):
+    """Points along a region's boundary (n, 2), the places beyond them (n, 2), and from and to which these are open.
+
+    No run, of shape (k, 2), goes on from the last point to the first.
+    """
     center, bearing_0, values = union.center[owner], union.bearing_0[owner], union.values[owner]
     samples, longest, beyond, slack, size = (
         len(values),
@@ -85,9 +83,23 @@ def _boundary(union: RegionUnion, owner, closures, radius):
             x, y = corners[i, 0] + share * dx, corners[i, 1] + share * dy
             u, v = x + beyond * dy / length, y - beyond * dx / length
             line[n, 0], line[n, 1], probe[n, 0], probe[n, 1] = x, y, u, v
-            is_open[n] = cover_at(union, u, v, slack) < 0
+            is_open[n] = cover_at(union, u, v, slack) < 0 and distance_at(hits, u, v) > radius - HIT_ERROR * radius
             for j in range(len(closures)):
                 if math.hypot(u - closures[j, 0], v - closures[j, 1]) <= size:
                     is_open[n] = False
             n += 1
-    return line, probe, is_open
+    first = int(np.argmin(is_open))
+    line, probe = np.concatenate((line[first:], line[:first])), np.concatenate((probe[first:], probe[:first]))
+    runs, kept, length, begin = np.empty((count, 2), np.int64), 0, 0.0, -1
+    for n in range(count + 1):
+        if n < count and is_open[(first + n) % count]:
+            if begin < 0:
+                begin, length = n, 0.0
+            else:
+                length += math.hypot(line[n, 0] - line[n - 1, 0], line[n, 1] - line[n - 1, 1])
+        elif begin >= 0:
+            if length >= LEAST * radius:
+                runs[kept, 0], runs[kept, 1] = begin, n
+                kept += 1
+            begin = -1
+    return line, probe, runs[:kept]
