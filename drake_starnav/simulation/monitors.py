@@ -103,9 +103,10 @@ def add_collision_monitor(builder: DiagramBuilder, navigation: Navigation) -> No
     """
     station = simulated(navigation.station)
     moving = station.moving_obstacle_geometries
-    hull, robot = station.hull, station.robot_interface
+    hull, robot, world = station.hull, station.robot_interface, navigation.world
+    fixed = not moving and world.model is None and station.scenario.localization.exact
     if navigation.footprint is not None:  # the plant knows nothing of it
-        hull = Hull(robot.base_frame, navigation.world)
+        hull = Hull(robot.base_frame, world)
     collision = builder.AddNamedSystem(
         "collision_monitor",
         CollisionMonitor(
@@ -114,6 +115,7 @@ def add_collision_monitor(builder: DiagramBuilder, navigation: Navigation) -> No
             moving_obstacles=moving,
             hull=hull,
             footprint=robot.robot.shape,
+            world=world if fixed and hull is None else None,
             period=station.scenario.simulation.time_step if moving else 1.0 / station.scenario.controller.rate,
         ),
     )

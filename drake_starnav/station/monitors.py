@@ -15,8 +15,12 @@ from drake_starnav.geometry.trajectory import STANDING
 from drake_starnav.planning import PlannerStatus
 from drake_starnav.utils.timing import checked_period
 from drake_starnav.worlds.clearance import body_clearance, nearest_obstacle
+from drake_starnav.worlds.passable import distance_from
+from drake_starnav.worlds.shortest_path import capsules_around
 from drake_starnav.worlds.world import World
 
+TILT = 0.03
+"""A robot that pitches or rolls reaches farther than its footprint by less than this, m."""
 COLLISION, STRUCK = "collision", "struck"
 """Names of a contact; `STRUCK` if a moving obstacle hits a robot no point of which moves."""
 
@@ -61,6 +65,7 @@ class CollisionMonitor(LeafSystem):
         moving_obstacles: Collection[GeometryId] = (),
         hull: Hull | None = None,
         footprint: Footprint | None = None,
+        world: World | None = None,
         period: float = 0.025,
     ) -> None:
         """
@@ -70,6 +75,8 @@ class CollisionMonitor(LeafSystem):
             moving_obstacles: of the moving obstacles.
             hull: obstacles that are in the plant as surfaces only; None without any.
             footprint: of the robot, unless the port says another one; None: a disc, and no `hull`.
+            world: all that the robot may touch, if it stands, and the port `state` tells where a robot is of which
+                `footprint` holds all: contacts are then looked for only where something may be near.
             period: of the checks, s. A robot that is struck is pushed, and no longer stands a few steps later:
                 where obstacles move, the period is to be the step of the plant.
         """
@@ -79,6 +86,8 @@ class CollisionMonitor(LeafSystem):
             {geometry.get_value() for geometry in group} for group in (robot, ground, moving_obstacles)
         )
         self._hull, self._own = hull, footprint or disc(0.0)
+        self._bars = None if world is None else capsules_around(world, self._own.radius + TILT)
+        self._clear = self.DeclareDiscreteState(3)  # a place, and how far from there it is free
         self._query = self.DeclareAbstractInputPort("geometry_query", Value(QueryObject()))
         self._state = self.DeclareVectorInputPort("state", 5)
         self._footprint = self.DeclareAbstractInputPort("footprint", Value[object](object()))
@@ -118,6 +127,15 @@ class CollisionMonitor(LeafSystem):
         return self._footprint.Eval(context).robot.shape if self._footprint.HasValue(context) else self._own
 
     def _check(self, context: Context, values: DiscreteValues) -> EventStatus:
+        if self._bars is not None:
+            x, y, *_ = self._state.Eval(context).tolist()
+            at_x, at_y, free = context.get_discrete_state(self._clear).value().tolist()
+            if math.hypot(x - at_x, y - at_y) < free:
+                return EventStatus.DidNothing()
+            free = distance_from(self._bars, x, y)
+            if free > 0.0:
+                values.set_value(self._clear, (x, y, free))
+                return EventStatus.Succeeded()
         message = self.contact_message(context)
         return EventStatus.ReachedTermination(self, message) if message else self._check_surfaces(context)
 

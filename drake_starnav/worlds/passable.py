@@ -64,6 +64,16 @@ def _discs(robot: Footprint) -> np.ndarray:
 
 
 @njit(cache=True)
+def distance_from(capsules, x, y):
+    """Distance of a place to the nearest capsule, m; less than 0 in one."""
+    least = np.inf
+    for c in range(len(capsules)):
+        x1, y1, x2, y2, radius = capsules[c]
+        least = min(least, math.sqrt(point_to_segment_squared(x, y, x1, y1, x2, y2)) - radius)
+    return least
+
+
+@njit(cache=True)
 def _room(origin, shape, step, reach, capsules):
     """Distance of grid points to the nearest capsule, up to `reach`, m."""
     room = np.full(shape, reach)

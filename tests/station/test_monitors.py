@@ -47,9 +47,9 @@ class Run:
     """A station that is driven by a constant twist under a monitor."""
 
     def __init__(
-        self, twist=(SPEED, 0.0), start=(0.0, 0.0, 0.0), ground=True, watched=True, footprint=None, **obstacles
+        self, twist=(SPEED, 0.0), start=(0.0, 0.0, 0.0), ground=True, watched=True, footprint=None, told=False, **bars
     ) -> None:
-        world = World("test", start, (1.0, 0.0), **obstacles)
+        world = World("test", start, (1.0, 0.0), **bars)
         builder = DiagramBuilder()
         self.station = builder.AddSystem(
             NavigationStation(world, Scenario("test", None, ROBOT, LidarParameters(beams=3)))
@@ -62,6 +62,7 @@ class Run:
                 moving_obstacles=self.station.moving_obstacle_geometries,
                 hull=self.station.hull,
                 footprint=footprint or ROBOT.shape,
+                world=world if told else None,
                 period=STEP,
             )
         )
@@ -91,8 +92,9 @@ class Run:
         ("wall_east", {"bounds": (-1.0, -1.0, 0.8, 1.0)}, 0.55),
     ],
 )
-def test_ends_at_the_contact_with_an_obstacle(name, obstacles, gap) -> None:
-    run = Run(**obstacles)
+@pytest.mark.parametrize("told", [False, True])
+def test_ends_at_the_contact_with_an_obstacle(name, obstacles, gap, told) -> None:
+    run = Run(told=told, **obstacles)
     assert run.until(0.8 * gap / SPEED).reason() != TOUCHED
     assert run.contacts() == []
     status = run.until(5.0)

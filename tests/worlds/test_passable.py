@@ -1,11 +1,14 @@
 """Ways of a body that is no disc, where the disc inside it has one."""
 
+import numpy as np
 import pytest
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.footprint import disc, footprint
+from drake_starnav.worlds.clearance import clearance
 from drake_starnav.worlds.outlines import rectangle
-from drake_starnav.worlds.passable import passable
+from drake_starnav.worlds.passable import distance_from, passable
+from drake_starnav.worlds.shortest_path import capsules_around
 from drake_starnav.worlds.solvable import check_reachable, leg_through
 from drake_starnav.worlds.world import World
 
@@ -31,3 +34,15 @@ def test_a_door_is_passed_lengthwise_and_a_heading_behind_it_turned_to(door: flo
     assert passable(world, CARRIER) == passes
     assert passable(world, CARRIER, yaw=1.6) == passes
     assert not passable(world, CARRIER, spare=0.06)
+
+
+def test_a_place_is_as_far_from_the_capsules_as_from_the_obstacles() -> None:
+    rng = np.random.default_rng(0)
+    polygons = (rectangle(-1.0, -1.0, 1.0, -0.5), rectangle(2.0, 2.0, 2.5, 3.0))
+    world = World(
+        "mixed", (0.0, 0.0, 0.0), (1.0, 1.0), cylinders=[(3.0, 0.0, 0.5)], polygons=polygons, bounds=(-4, -4, 4, 4)
+    )
+    places = rng.uniform(-3.9, 3.9, (300, 2))
+    free = places[clearance(world, places) > 0.0]
+    found = [distance_from(capsules_around(world, 0.3), *place) for place in free]
+    assert found == pytest.approx(clearance(world, free) - 0.3)
