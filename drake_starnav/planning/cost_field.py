@@ -51,7 +51,7 @@ class CostField:
         freest.
         """
         x, y = (np.asarray(start) - self.origin) / self.cell + 1.0
-        middles = self.origin + (_descent(self.cost, self.weight, x, y) - 1) * self.cell
+        middles = self.origin + (descent(self.cost, self.weight, x, y) - 1) * self.cell
         places, clear = self.grid.coarse(middles)
         freest = places[np.arange(len(places)), clear.argmax(axis=1)]
         return np.where((clear.max(axis=1) > clear.min(axis=1))[:, None], freest, middles)
@@ -162,7 +162,7 @@ def _close(weight, middles, reach):
 
 
 @njit(cache=True)
-def _descent(cost, weight, x, y):
+def descent(cost, weight, x, y):
     """Cells (i, j) from the best of the 3 x 3 about (x, y) down to the goal, shape (k, 2); none if it is cut off."""
     nx, ny = cost.shape
     i0, j0 = int(round(x)), int(round(y))

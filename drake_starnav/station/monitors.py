@@ -15,8 +15,7 @@ from drake_starnav.geometry.trajectory import STANDING
 from drake_starnav.planning import PlannerStatus
 from drake_starnav.utils.timing import checked_period
 from drake_starnav.worlds.clearance import body_clearance, nearest_obstacle
-from drake_starnav.worlds.passable import distance_from
-from drake_starnav.worlds.shortest_path import capsules_around
+from drake_starnav.worlds.shortest_path import capsules_around, distance_from
 from drake_starnav.worlds.world import World
 
 TILT = 0.03

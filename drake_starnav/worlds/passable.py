@@ -8,8 +8,8 @@ import shapely
 from numba import njit
 
 from drake_starnav.geometry.footprint import Footprint
-from drake_starnav.geometry.polyline import point_to_segment_squared, resampled
-from drake_starnav.worlds.shortest_path import capsules_around
+from drake_starnav.geometry.polyline import resampled
+from drake_starnav.worlds.shortest_path import capsules_around, distances
 from drake_starnav.worlds.world import World
 
 LATTICES = ((0.05, 64), (0.025, 128))
@@ -64,33 +64,6 @@ def _discs(robot: Footprint) -> np.ndarray:
 
 
 @njit(cache=True)
-def distance_from(capsules, x, y):
-    """Distance of a place to the nearest capsule, m; less than 0 in one."""
-    least = np.inf
-    for c in range(len(capsules)):
-        x1, y1, x2, y2, radius = capsules[c]
-        least = min(least, math.sqrt(point_to_segment_squared(x, y, x1, y1, x2, y2)) - radius)
-    return least
-
-
-@njit(cache=True)
-def _room(origin, shape, step, reach, capsules):
-    """Distance of grid points to the nearest capsule, up to `reach`, m."""
-    room = np.full(shape, reach)
-    for c in range(len(capsules)):
-        x1, y1, x2, y2, radius = capsules[c]
-        far = reach + radius
-        i0, i1 = int((min(x1, x2) - far - origin[0]) / step), int((max(x1, x2) + far - origin[0]) / step) + 2
-        j0, j1 = int((min(y1, y2) - far - origin[1]) / step), int((max(y1, y2) + far - origin[1]) / step) + 2
-        for i in range(max(i0, 0), min(i1, shape[0])):
-            for j in range(max(j0, 0), min(j1, shape[1])):
-                x, y = origin[0] + i * step, origin[1] + j * step
-                away = math.sqrt(point_to_segment_squared(x, y, x1, y1, x2, y2)) - radius
-                room[i, j] = min(room[i, j], away)
-    return room
-
-
-@njit(cache=True)
 def _is_free(x, y, yaw, room, origin, step, discs):
     """Whether all discs of a body at a pose are free, by distances between grid points."""
     cosine, sine = math.cos(yaw), math.sin(yaw)
@@ -120,7 +93,7 @@ def _found(start, end, box, lattice, discs, capsules):
     left, below = int((start[0] - box[0]) / step) + 1, int((start[1] - box[1]) / step) + 1
     origin = np.array((start[0] - left * step, start[1] - below * step))
     shape = (left + int((box[2] - start[0]) / step) + 2, below + int((box[3] - start[1]) / step) + 2)
-    room = _room(origin, shape, step, discs[0, 2] + step, capsules)
+    room = distances(origin, shape, step, discs[0, 2] + step, capsules)
     seen = np.zeros((shape[0], shape[1], headings), np.bool_)
     seen[left, below, 0] = True
     queue = [(0.0, left, below, 0)]

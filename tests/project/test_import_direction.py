@@ -30,7 +30,7 @@ class Room:
 
 GROUND = "errors parameters utils"
 SENSING = f"{GROUND} geometry lidar robot"
-METHOD = f"{SENSING} surroundings tracking localization worlds safety planning control baselines"
+METHOD = f"{SENSING} surroundings tracking localization safety planning control baselines worlds"
 LOOP = f"{METHOD} models scenario systems station loading navigation"
 ARRAYS = "numpy scipy numba"
 DRAKE = "numpy numba pydrake"
@@ -45,11 +45,11 @@ TABLE = {
     "surroundings": Room(SENSING, ARRAYS),
     "tracking": Room(SENSING, ARRAYS),
     "localization": Room(SENSING, ARRAYS),
-    "worlds": Room(SENSING, f"{ARRAYS} shapely yaml PIL"),
     "safety": Room(f"{SENSING} surroundings tracking", ARRAYS),
     "planning": Room(f"{SENSING} surroundings", ARRAYS),
     "control": Room(f"{SENSING} surroundings tracking safety planning", ARRAYS),
     "baselines": Room(f"{SENSING} surroundings safety planning control", f"{ARRAYS} sklearn"),
+    "worlds": Room(f"{SENSING} surroundings planning", f"{ARRAYS} shapely yaml PIL"),
     "models": Room(f"{SENSING} worlds", "numpy scipy trimesh pydrake"),
     "scenario": Room(METHOD, "numpy yaml"),
     "systems": Room(METHOD, f"{DRAKE} shapely"),

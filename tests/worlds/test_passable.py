@@ -7,8 +7,8 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.footprint import disc, footprint
 from drake_starnav.worlds.clearance import clearance
 from drake_starnav.worlds.outlines import rectangle
-from drake_starnav.worlds.passable import distance_from, passable
-from drake_starnav.worlds.shortest_path import capsules_around
+from drake_starnav.worlds.passable import passable
+from drake_starnav.worlds.shortest_path import capsules_around, distance_from
 from drake_starnav.worlds.solvable import check_reachable, leg_through
 from drake_starnav.worlds.world import World
 
