@@ -28,6 +28,12 @@ def faces(inputs: PlannerInput, place: np.ndarray) -> bool:
     return math.cos(math.atan2(y - at_y, x - at_x) - yaw) > math.cos(FACING)
 
 
+def sees_all_around(inputs: PlannerInput) -> bool:
+    """Whether the lidars look in all directions from the robot's axis."""
+    scan = inputs.observation.scan
+    return scan.full_circle and scan.free is None
+
+
 def turned_to_look(state: PlannerState, here: StarRegion, inputs: PlannerInput) -> bool:
     """Whether a lidar that does not look all around sees the probe since the robot has turned."""
     nodes, (pose, scan) = state.roadmap.nodes, (inputs.observation.pose, inputs.observation.scan)

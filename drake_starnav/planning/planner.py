@@ -9,7 +9,7 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.planning.closures import AVERAGED_SCANS, closed, open_part, reopened, too_narrow, with_latest
 from drake_starnav.planning.guidance import PASSED_DISTANCE, Guidance
 from drake_starnav.planning.impassable import impassable_points
-from drake_starnav.planning.looking import faces, looking_aside, turned_to_look
+from drake_starnav.planning.looking import faces, looking_aside, sees_all_around, turned_to_look
 from drake_starnav.planning.manoeuvre import docking, manoeuvring
 from drake_starnav.planning.map_revision import remaining
 from drake_starnav.planning.monitoring import PlanCheck, check_plan, distance_to, points_ahead
@@ -262,13 +262,15 @@ def _searched(
         if route is None and not first and (len(state.closures) or not state.doubting):
             state = reopened(state, inputs)
             route = find_route(state, region, inputs)
-        if route is None or route.exit is None or state.doubting or boxed_in:
+        if route is None or route.exit is None:
             break
         viewpoint, probe = route.exit
         passed = PASSED_DISTANCE * inputs.robot_radius
         if distance_to(viewpoint, inputs.position) > passed or cover_at(here.alone, *probe, 0.0) >= 0:
             break
-        if inputs.observation.scan.free is not None and not faces(inputs, probe):
+        if not sees_all_around(inputs) and not faces(inputs, probe):
             return state, route._replace(path=probe[None])  # the lidar may not have looked there yet
+        if state.doubting or boxed_in:
+            break
         state = closed(state, np.vstack((route.path, route.beyond)), inputs)
     return state, route

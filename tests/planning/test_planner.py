@@ -13,7 +13,7 @@ from drake_starnav.surroundings import Observation
 from drake_starnav.surroundings.star_region import scan_region
 from drake_starnav.worlds.world import World
 from tests.helpers.path_follower import BAFFLES, VAULT, drive
-from tests.helpers.scans import MARGINS, RADIUS, cast, distance, in_view
+from tests.helpers.scans import MARGINS, RADIUS, cast, distance, in_view, limited
 
 PARAMETERS = PlannerParameters()
 
@@ -57,6 +57,30 @@ def test_a_robot_that_cannot_move_waits_for_what_is_around_it_to_leave():
             state, PlannerInput(seen, place[:2], np.array(free.goal), scan.time, PARAMETERS, MARGINS, RADIUS)
         )
     assert state.status is PlannerStatus.APPROACHING
+
+
+@pytest.mark.parametrize("half", [1.7, 2.1, 2.4, 2.8, 3.0])
+def test_a_robot_that_cannot_move_turns_to_the_only_way_that_its_lidar_has_not_seen(half):
+    """It stands in a pocket, 3 cm off its walls, that is open where its lidar does not look."""
+    free = RADIUS + 0.03
+    walls = (
+        [(-1.0, free), (1.0, free), (1.0, 1.0), (-1.0, 1.0)],
+        [(-1.0, -1.0), (1.0, -1.0), (1.0, -free), (-1.0, -free)],
+    )
+    world = World(
+        "pocket", (0, 0, 0), (-3, 0), polygons=(*walls, [(free, -free), (1.0, -free), (1.0, free), (free, free)])
+    )
+    state, yaw = PlannerState.initial(PARAMETERS, RADIUS), 0.0
+    for k in range(60):
+        pose = np.array((0.0, 0.0, yaw))
+        scan = dataclasses.replace(limited(cast(world, pose), half), time=0.05 * k)
+        seen = Observation(scan_region(scan, pose, RADIUS, MARGINS), scan, pose)
+        goal = np.array(world.goal, dtype=float)
+        state = plan_step(state, PlannerInput(seen, pose[:2], goal, scan.time, PARAMETERS, MARGINS, RADIUS))
+        for x, y in state.guidance.path[:1].tolist():
+            if np.hypot(x, y) > 0.01:
+                yaw += np.clip(np.remainder(np.arctan2(y, x) - yaw + np.pi, 2.0 * np.pi) - np.pi, -0.1, 0.1)
+    assert len(state.path) and np.cos(yaw) < -0.9
 
 
 def fenced(gap: float) -> World:
