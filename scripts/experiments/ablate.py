@@ -145,7 +145,7 @@ ABLATIONS = (
     ),
     Ablation(
         "no_doubt",
-        "no doubt",
+        "a gap is open or it is not",
         "gaps that hits may only seem to close are looked at",
         "6",
         {f"{ROUTE}.doubt": replacements.zero},
