@@ -39,11 +39,11 @@ def lidar_poses(robot: RobotModel, lidars: Sequence[LidarParameters]) -> list[Ri
         StarnavError: the model has no such frame, or the frame is not joined to base_link.
     """
     plant, model, links, poses = robot.plant, robot.index, robot.poses(), []
-    for lidar in lidars:
+    for k, lidar in enumerate(lidars):
         if not plant.HasFrameNamed(lidar.frame, model):
+            place, names = "lidar" if len(lidars) == 1 else f"lidars[{k}]", ", ".join(_candidates(robot))
             raise StarnavError(
-                f"lidar.frame is {lidar.frame}; allowed: a link or frame of the robot's model, "
-                f"{', '.join(_candidates(robot))}"
+                f"{place}.frame is {lidar.frame}; allowed: a link or frame of the robot's model, {names}"
             )
         frame = plant.GetFrameByName(lidar.frame, model)
         X_BL = links.get(frame.body().index())

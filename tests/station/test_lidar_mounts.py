@@ -304,3 +304,5 @@ def test_two_need_two_names_and_a_plant() -> None:
 def test_a_missing_frame_is_said_with_those_that_may_be_meant(model: str) -> None:
     with pytest.raises(StarnavError, match="lidar.frame is laser; allowed: .*, lidar, top_laser$"):
         standing(model, "lidar.frame=laser")
+    with pytest.raises(StarnavError, match=r"lidars\[1\].frame is laser; allowed: .*, lidar, top_laser$"):
+        standing(model, "lidars=[{frame: lidar}, {frame: laser}]")
