@@ -6,6 +6,7 @@ on it. What no look has seen is unknown.
 
 import dataclasses
 import math
+from collections.abc import Sequence
 from functools import cached_property
 from typing import NamedTuple
 
@@ -13,7 +14,7 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.geometry.footprint import Body, Footprint, disc
-from drake_starnav.geometry.se2 import composed, placed
+from drake_starnav.geometry.se2 import Place, composed, placed
 from drake_starnav.lidar.field_of_view import TURN
 from drake_starnav.lidar.laser_scan import Beams, LaserScan
 from drake_starnav.surroundings.chords import BINS, ROUNDING, Chords, hides, profile, surfaces
@@ -72,28 +73,42 @@ class Look:
 
     def moved(self, frame: np.ndarray) -> "Look":
         """The same look in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""
-        return dataclasses.replace(self, hits=placed(frame, self.hits), place=_moved(self.place, frame))
+        x, y, _ = composed(frame, self.place).tolist()
+        place = x, y, self.place[2] + float(frame[2])  # its yaw may leave [-pi, pi]
+        return dataclasses.replace(self, hits=placed(frame, self.hits), place=place)
 
 
 class Known(NamedTuple):
-    """What a look knew, wherever its frame has moved meanwhile.
+    """What looks knew, the newest first, wherever its frame has moved meanwhile.
 
     Attributes:
-        look: as it was.
-        place: of the lidar, and the bearing of the first bin: (x, y, yaw), W.
-        time: s.
-        way, turned: how far the robot had come by then, m, and turned, rad.
+        looks: as they were.
+        rows: of each (x, y, yaw) of the lidar, with the bearing of the first bin, W; the time, s; and how far the robot
+            had come by then, m, and turned, rad; shape (n, 6).
     """
 
-    look: Look | Start
-    place: tuple[float, float, float]
-    time: float
-    way: float = 0.0
-    turned: float = 0.0
+    looks: tuple[Look | Start, ...] = ()
+    rows: np.ndarray = np.zeros((0, 6))
+
+    @staticmethod
+    def of(
+        looks: tuple[Look | Start, ...], places: Sequence[Place], time: float, driven: tuple[float, float] = (0.0, 0.0)
+    ) -> "Known":
+        """What looks knew at one time."""
+        return Known(looks, np.array([(*place, time, *driven) for place in places]))
+
+    def and_then(self, older: "Known") -> "Known":
+        """This, and what older looks knew."""
+        return Known(self.looks + older.looks, np.concatenate((self.rows, older.rows)))
+
+    def chosen(self, which: np.ndarray) -> "Known":
+        """Those of some indices."""
+        return Known(tuple([self.looks[k] for k in which.tolist()]), self.rows[which])
 
     def moved(self, frame: np.ndarray) -> "Known":
         """The same in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""
-        return self._replace(place=_moved(self.place, frame))
+        places = np.column_stack((placed(frame, self.rows[:, :2]), self.rows[:, 2] + frame[2]))
+        return self._replace(rows=np.hstack((places, self.rows[:, 3:])))
 
 
 class Looks(NamedTuple):
@@ -112,25 +127,22 @@ class Looks(NamedTuple):
     stood: np.ndarray
 
     @staticmethod
-    def of(known: tuple[Known, ...]) -> "Looks":
+    def of(known: Known) -> "Looks":
         """The looks in what is known."""
-        seen = [each.look for each in known if isinstance(each.look, Look)]
+        seen = [look for look in known.looks if isinstance(look, Look)]
         own = next((look.footprint for look in seen if look.footprint is not None), disc(0.0))
-        rows = [
-            (*place, *(look.robot if isinstance(look, Look) and look.footprint is own else NOWHERE))
-            for look, place, *_ in known
-        ]
-        places = np.array(rows).reshape(-1, 6)
-        free = np.array([each.look.free for each in known]).reshape(-1, BINS)
-        return Looks(places[:, :3].copy(), free, own.body, _stood(places))
+        robots = [look.robot if isinstance(look, Look) and look.footprint is own else NOWHERE for look in known.looks]
+        free = np.array([look.free for look in known.looks]).reshape(-1, BINS)
+        places = known.rows[:, :3].copy()
+        return Looks(places, free, own.body, _stood(places, np.array(robots).reshape(-1, 3)))
 
 
 @njit(cache=True)
-def _stood(places):
-    """`Looks.stood` by the poses of looks and, in their frames, of the robot, shape (n, 6)."""
+def _stood(places, robots):
+    """`Looks.stood` by the poses of looks and, in their frames, of the robot, shape (n, 3)."""
     stood = np.empty((len(places), 4))
     for k in range(len(places)):
-        x, y, yaw, dx, dy, turn = places[k]
+        (x, y, yaw), (dx, dy, turn) = places[k], robots[k]
         cosine, sine = math.cos(yaw), math.sin(yaw)
         stood[k, 0], stood[k, 1] = x + dx * cosine - dy * sine, y + dx * sine + dy * cosine
         turned = yaw + turn
@@ -158,14 +170,8 @@ class Kept(NamedTuple):
     short: float = 0.0
 
 
-def remembered(
-    before: tuple[Known, ...],
-    new: tuple[Known, ...],
-    driven: tuple[float, float],
-    now: tuple[np.ndarray, float],
-    kept: Kept,
-) -> tuple[Known, ...]:
-    """What is known after a scan of what earlier ones saw, the newest first.
+def remembered(before: Known, new: Known, driven: tuple[float, float], now: tuple[Place, float], kept: Kept) -> Known:
+    """What is known after a scan of what earlier ones saw.
 
     Args:
         before: known at the scan before.
@@ -174,21 +180,19 @@ def remembered(
         now: (x, y, yaw) of the robot, W, and the time, s.
         kept: what is kept.
     """
-    known = *new, *before
-    if not known:
-        return ()
-    rows = np.array([(*each.place, each.time, each.way, each.turned) for each in known])
-    limits = np.array((*now[0][:2], now[1] - kept.time, driven[0] - kept.way, driven[1] - kept.turn))
-    last = _lasting(rows, len(new), isinstance(known[-1].look, Start), limits, (kept.reach, kept.apart))
-    return tuple([known[k] for k in last.tolist()])
+    known = new.and_then(before)
+    begun = bool(known.looks) and isinstance(known.looks[-1], Start)
+    (x, y, _), time = now
+    limits = x, y, time - kept.time, driven[0] - kept.way, driven[1] - kept.turn
+    return known.chosen(_lasting(known.rows, len(new.looks), begun, limits, (kept.reach, kept.apart)))
 
 
 @njit(cache=True)
 def _lasting(rows, count, begun, limits, kept):
-    """Indices of what is `remembered`, of looks (x, y, yaw, time, way, turned), shape (n, 6), the newest first.
+    """Indices of what is `remembered`, of the rows of what is `Known`.
 
     Args:
-        rows: the looks of this scan, of the one before, and those that were kept.
+        rows: of the looks of this scan, of the one before, and those that were kept.
         count: of lidars.
         begun: whether the last one is a `Start`.
         limits: (x, y) of the robot, and the least time, way and turn that count.
@@ -232,12 +236,6 @@ def _difference(one, other):
     """How far apart two looks are, m, and how much they are turned, rad."""
     turned = one[2] - other[2]
     return math.hypot(one[0] - other[0], one[1] - other[1]), abs(turned - TURN * round(turned / TURN))
-
-
-def _moved(place: tuple[float, float, float], frame: np.ndarray) -> tuple[float, float, float]:
-    """A pose in another frame, in which this one's origin is at the pose `frame`; its yaw may leave [-pi, pi]."""
-    x, y, _ = composed(frame, place).tolist()
-    return x, y, place[2] + float(frame[2])
 
 
 @njit(cache=True)

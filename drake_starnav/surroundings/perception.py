@@ -16,7 +16,7 @@ from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import ON_AXIS, Mount, newest, unturned
 from drake_starnav.lidar.outlier_filter import HitHistory, without_outliers
 from drake_starnav.surroundings.erosion import smoothed_distances
-from drake_starnav.surroundings.looks import KEPT_EVERY, Known, remembered
+from drake_starnav.surroundings.looks import KEPT_EVERY, Known, Look, remembered
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.observation import Observation
 from drake_starnav.surroundings.safe_region import SCAN_PATIENCE, CertifiedRegion, ScanMemory, certified_region
@@ -198,78 +198,49 @@ def perceive(
         (lone,) = near  # more are refused
         measured = smoothed_distances(lone, margins.smoothing_slack, margins.smoothed_beams)
         lone = dataclasses.replace(lone, ranges=np.where(lone.hits, measured, lone.ranges))
-        earlier, lone = averaged(before.memory, lone, pose, safe_radius + AVERAGED_WITHIN * robot_radius)
-        safety, _ = certified_region(earlier, lone, *arguments)
-    look = dataclasses.replace(safety.look, footprint=footprint, short=margins.looks.short)
-    safety = dataclasses.replace(safety, look=look)
-    if not alone:
-        safety = _seen_by(safety, (near, mounts), pose, smoothing)
-    if not (alone or surrounded):  # earlier looks are in the star
-        safety = dataclasses.replace(safety, sight=(0.0, 0.0))
-    offset = 0.0 if surrounded else max(0.0, *(mount.x for mount in mounts))
-    reach = margins.safety_range + 2.0 * (footprint.radius + margins.safety)
-    safety = _remembering(before, safety, alone and surrounded, (pose, reach, offset), settings)
-    return Perceived(Observation(region, scan, pose, beside), safety, memory, looks)
-
-
-def _seen_by(
-    safety: CertifiedRegion,
-    lidars: tuple[Sequence[LaserScan], Sequence[Mount]],
-    pose: np.ndarray,
-    smoothing: tuple[int, float],
-) -> CertifiedRegion:
-    """The certified region with what each lidar sees, with the robot at a pose; `smoothing` as of `hits_seen`."""
-    look, first, looks = safety.look, safety.look.own[0], []
-    for scan, mount in zip(*lidars, strict=True):
-        count = int((np.hypot(*hit_points(scan, mount, smoothing)[0].T) < look.reach).sum())
-        within = min(look.reach - mount.offset, scan.range_max)
-        place = _place(mount.unturned(pose))
-        robot = now_in(np.array(place), pose)
-        own = first, first + count
-        looks.append(dataclasses.replace(look, own=own, beams=scan.beams, place=place, reach=within, robot=robot))
-        first += count
-    others = tuple(Known(each, each.place, safety.time) for each in looks[1:])
-    return dataclasses.replace(safety, look=looks[0], others=others)
-
-
-def _remembering(
-    before: Perceived,
-    safety: CertifiedRegion,
-    all_around: bool,
-    place: tuple[np.ndarray, float, float],
-    settings: PerceptionSettings,
-) -> CertifiedRegion:
-    """The certified region with what was seen before.
-
-    Args:
-        before: the state before the scan.
-        safety: of the scan.
-        all_around: whether it is that of one lidar on the axis that looks all around.
-        place: the robot's pose, within which distance of it looks are kept, and how far ahead of the axis lidars are
-            whose views do not surround the robot; m.
-        settings: of robot and sensors.
-    """
-    (pose, reach, offset), last, (margins, footprint, *_) = place, before.safety, settings
-    earlier: tuple[Known, ...] = ()
-    driven = 0.0, 0.0
+        rest, lone = averaged(before.memory, lone, pose, safe_radius + AVERAGED_WITHIN * robot_radius)
+        safety, _ = certified_region(rest, lone, *arguments)
+    look, driven = dataclasses.replace(safety.look, footprint=footprint, short=margins.looks.short), (0.0, 0.0)
+    views = (look,) if alone else _views(look, (near, mounts), pose, smoothing)
+    last, earlier = before.safety, Known()
     if last.seen:
+        reach = margins.safety_range + 2.0 * (footprint.radius + margins.safety)
         kept = margins.looks._replace(reach=reach, apart=KEPT_EVERY * footprint.radius)
         x, y, yaw = (pose - before.observation.pose).tolist()
         driven = last.driven[0] + math.hypot(x, y), last.driven[1] + abs(math.remainder(yaw, TURN))
-        earlier = remembered(last.earlier, last.newest, driven, (pose, safety.time), kept)
-    elif not all_around:
-        start = Start.of(start_radius(footprint, margins.safety, offset))
-        earlier = (Known(start, _place(pose), safety.time),)
-    begun = earlier[-1].look if earlier else None
+        earlier = remembered(last.earlier, last.newest, driven, (look.place, time), kept)
+    elif not (alone and surrounded):
+        ahead = 0.0 if surrounded else max(0.0, *(mount.x for mount in mounts))
+        earlier = Known.of((Start.of(start_radius(footprint, margins.safety, ahead)),), (look.place,), time, driven)
+    begun = earlier.looks[-1] if earlier.looks else None
     if isinstance(begun, Start):
-        earlier = (*earlier[:-1], earlier[-1]._replace(look=begun.cut(earlier[-1].place, safety.look.chords)))
-    others = tuple(known._replace(way=driven[0], turned=driven[1]) for known in safety.others)
-    return dataclasses.replace(safety, others=others, earlier=earlier, driven=driven)
+        begun = begun.cut(tuple(earlier.rows[-1, :3].tolist()), views[0].chords)
+        earlier = earlier._replace(looks=(*earlier.looks[:-1], begun))
+    safety = dataclasses.replace(
+        safety,
+        newest=Known.of(views, [each.place for each in views], time, driven),
+        earlier=earlier,
+        sight=safety.sight if alone or surrounded else (0.0, 0.0),  # else earlier looks are in the star
+    )
+    return Perceived(Observation(region, scan, pose, beside), safety, memory, looks)
 
 
-def _place(pose: np.ndarray) -> tuple[float, float, float]:
-    x, y, yaw = pose.tolist()
-    return x, y, yaw
+def _views(
+    look: Look,
+    lidars: tuple[Sequence[LaserScan], Sequence[Mount]],
+    pose: np.ndarray,
+    smoothing: tuple[int, float],
+) -> tuple[Look, ...]:
+    """What each lidar sees, of what all see, with the robot at a pose; `smoothing` as of `hits_seen`."""
+    first, views = look.own[0], []
+    for scan, mount in zip(*lidars, strict=True):
+        count = int((np.hypot(*hit_points(scan, mount, smoothing)[0].T) < look.reach).sum())
+        x, y, yaw = mount.unturned(pose).tolist()
+        robot = now_in(np.array((x, y, yaw)), pose)
+        own, within = (first, first + count), min(look.reach - mount.offset, scan.range_max)
+        views.append(dataclasses.replace(look, own=own, beams=scan.beams, place=(x, y, yaw), reach=within, robot=robot))
+        first += count
+    return tuple(views)
 
 
 def _looks(

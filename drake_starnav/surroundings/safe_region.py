@@ -60,10 +60,8 @@ class CertifiedRegion:
         previous: when the scan before the last was taken, s; its pose also serves to de-skew a rolling scan.
         radius: distance that is kept from the hits, the robot's narrow radius with the safety margin, m.
         sight: bearings, from `bearing_0` on, between which the last scan looked, rad.
-        look: what the first lidar saw at the last scan.
-        others: what the other lidars saw at it.
-        earlier: what was seen before, the newest first.
-        driven: how far the robot has come, m, and turned, rad.
+        newest: what each lidar saw at the last scan.
+        earlier: what was seen before.
     """
 
     center: np.ndarray
@@ -77,10 +75,8 @@ class CertifiedRegion:
     previous: float = -math.inf
     radius: float = 0.0
     sight: tuple[float, float] = (0.0, TURN)
-    look: Look = field(default_factory=Look.none)
-    others: tuple[Known, ...] = ()
-    earlier: tuple[Known, ...] = ()
-    driven: tuple[float, float] = (0.0, 0.0)
+    newest: Known = field(default_factory=lambda: Known.of((Look.none(),), ((0.0, 0.0, 0.0),), -math.inf))
+    earlier: Known = Known()
 
     @cached_property
     def alone(self) -> RegionUnion:
@@ -102,25 +98,37 @@ class CertifiedRegion:
             values = np.where((first + QUARTER <= bearing) & (bearing <= last - QUARTER), values, 0.0)
         return RegionUnion.alone(self.center, self.bearing_0, values, np.zeros(0))[:3]
 
+    @property
+    def look(self) -> Look:
+        """What the first lidar saw at the last scan."""
+        look = self.newest.looks[0]
+        assert isinstance(look, Look)
+        return look
+
+    @property
+    def driven(self) -> tuple[float, float]:
+        """How far the robot has come, m, and turned, rad."""
+        *_, way, turned = self.newest.rows[0].tolist()
+        return way, turned
+
     @cached_property
     def looks(self) -> Looks:
         """All but `look`, for compiled functions."""
-        return Looks.of(self.others + self.earlier)
-
-    @property
-    def newest(self) -> tuple[Known, ...]:
-        """What each lidar saw at the last scan."""
-        return Known(self.look, self.look.place, self.time, *self.driven), *self.others
+        return Looks.of(Known(self.newest.looks[1:], self.newest.rows[1:]).and_then(self.earlier))
 
     def seen_from(self, pose: np.ndarray) -> list[tuple[Beams, np.ndarray]]:
         """The beams of some of what was seen, each with its pose in the frame of the robot at a pose (x, y, yaw), W."""
-        known = (*self.newest, *self.earlier[:-1:COARSE], *self.earlier[-1:]) if self.seen else ()
-        return [(each.look.beams, np.array(now_in(pose, np.array(each.place)))) for each in known]
+        every = np.arange(len(self.earlier.looks))
+        some = self.earlier.chosen(np.concatenate((every[:-1:COARSE], every[-1:])))
+        known = self.newest.and_then(some) if self.seen else Known()
+        return [(look.beams, np.array(now_in(pose, row))) for look, row in zip(*known, strict=True)]
 
     def since(self, time: float) -> "CertifiedRegion":
         """It without what was seen before a time, s."""
-        earlier = tuple(known for known in self.earlier if known.time >= time)
-        return self if len(earlier) == len(self.earlier) else dataclasses.replace(self, earlier=earlier)
+        lasting = np.flatnonzero(self.earlier.rows[:, 3] >= time)
+        if len(lasting) == len(self.earlier.looks):
+            return self
+        return dataclasses.replace(self, earlier=self.earlier.chosen(lasting))
 
     def keeping(self, radius: float) -> "CertifiedRegion":
         """What it says to a robot that keeps `radius` from hits, m: no star if that is more than it was made for."""
@@ -130,15 +138,15 @@ class CertifiedRegion:
 
     def moved(self, frame: np.ndarray) -> "CertifiedRegion":
         """The same region in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""
+        newest = self.newest.moved(frame)
         return dataclasses.replace(
             self,
             center=placed(frame, self.center[None])[0],
             bearing_0=self.bearing_0 + float(frame[2]),
             near_hits=placed(frame, self.near_hits),
             hits=placed(frame, self.hits),
-            look=self.look.moved(frame),
-            others=tuple(known.moved(frame) for known in self.others),
-            earlier=tuple(known.moved(frame) for known in self.earlier),
+            newest=newest._replace(looks=(self.look.moved(frame), *newest.looks[1:])),
+            earlier=self.earlier.moved(frame),
         )
 
     @staticmethod
@@ -206,9 +214,8 @@ def certified_region(
     newest = len(memory.points) - first
     counts = *memory.counts[forgotten:], remembered_hits - newest
     center = np.array(pose[:2], dtype=float)
-    look = Look(
-        known[:remembered_hits], (newest, remembered_hits), scan.beams, (place[0], place[1], float(pose[2])), far
-    )
+    at = place[0], place[1], float(pose[2])
+    look = Look(known[:remembered_hits], (newest, remembered_hits), scan.beams, at, far)
     star = CertifiedRegion(
         center,
         bearing_0,
@@ -221,7 +228,7 @@ def certified_region(
         memory.time,
         radius,
         field_of_view(scan),
-        look,
+        Known.of((look,), (at,), scan.time),
     )
     return star, ScanMemory(known[:remembered_hits], known_gaps[:remembered_hits], counts, scan.time)
 

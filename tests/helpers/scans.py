@@ -50,7 +50,7 @@ def look_of(scan: LaserScan, place: tuple[float, float, float], reach: float = 3
     return Look(hits, (0, len(hits)), scan.beams, place, reach)
 
 
-def seen_by(looks: tuple[Known, ...], part: np.ndarray) -> bool:
+def seen_by(looks: Known, part: np.ndarray) -> bool:
     """Whether looks saw all of a convex polygon (n, 2), W."""
     nowhere = np.full(4, np.nan)
     return bool(known(part, len(part), Looks.of(looks), Step(disc(0.0).body, nowhere, nowhere, True), np.zeros(2, int)))

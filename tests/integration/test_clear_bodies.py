@@ -131,7 +131,7 @@ def test_nothing_is_accepted_without_a_scan_or_beyond_what_is_known():
     assert not Clear(CertifiedRegion.none(), MARGIN, shape).accepts(standing)
     star = seen_by(wall(1.0), pose, shape)
     near = dataclasses.replace(star.look, reach=shape.radius - 0.01)  # even where the scan was taken
-    blind = dataclasses.replace(star, values=np.zeros(4), look=near)
+    blind = dataclasses.replace(star, values=np.zeros(4), newest=star.newest._replace(looks=(near,)))
     assert not Clear(blind, MARGIN, shape).accepts(standing)
     fast = roll_out(
         pose + (1.5, 0.0, 0.0),

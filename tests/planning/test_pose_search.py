@@ -10,12 +10,12 @@ from drake_starnav.geometry.footprint import covered, footprint
 from drake_starnav.planning.pose_search import FIRST_SHARES, NEAR_GOAL, found_way
 from drake_starnav.robot import BASES, RobotParameters
 from drake_starnav.surroundings.chords import Chords
-from drake_starnav.surroundings.looks import Looks
+from drake_starnav.surroundings.looks import Known, Looks
 
 SHAPE = footprint(((0.4, -0.25), (0.4, 0.25), (-0.4, 0.25), (-0.4, -0.25)))
 MOVES = {name: base.moves(SHAPE.radius, RobotParameters(base=name).limits) for name, base in BASES.items()}
 MARGIN, SPARE, ALIGNED = 0.02, 0.008, 0.3
-LOOKS = Looks.of(())
+LOOKS = Looks.of(Known())
 
 
 def walls(ends: np.ndarray, place: np.ndarray) -> Chords:

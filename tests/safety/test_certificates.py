@@ -12,6 +12,7 @@ from drake_starnav.safety.clear import Clear
 from drake_starnav.safety.moving_certificate import MOVING_MARGIN, MovingCertificate
 from drake_starnav.safety.shield import certified_twist
 from drake_starnav.surroundings.erosion import smoothed_distances
+from drake_starnav.surroundings.looks import Known
 from drake_starnav.surroundings.safe_region import CertifiedRegion, ScanMemory, certified_region
 from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
@@ -63,8 +64,8 @@ def test_all_certificates_are_asked_for_all_that_is_declared(seed: int, margin: 
     rng = np.random.default_rng(seed)
     hits, gaps = rng.uniform(-1.2, 1.2, (8, 2)), rng.uniform(0.0, 0.1, 8)
     hits = hits[np.hypot(*hits.T) > 0.3]
-    look = remembered_hits(hits, reach=0.8)
-    star = CertifiedRegion(np.zeros(2), 0.0, np.full(8, 0.5), hits, hits, gaps[: len(hits)], seen=True, look=look)
+    newest = Known.of((remembered_hits(hits, reach=0.8),), ((0.0, 0.0, 0.0),), 0.0)
+    star = CertifiedRegion(np.zeros(2), 0.0, np.full(8, 0.5), hits, hits, gaps[: len(hits)], seen=True, newest=newest)
     tracks = Tracks(time=0.0, hits=grown(rng.uniform(-2.0, 2.0, (1, 2)), 0.0), owner=np.array([-1]))
     tracked = TrackedObstacles(tracks, rng.uniform(0.0, 0.3), OBSTACLES)
     pose, twist = rng.uniform(-0.2, 0.2, 3), rng.uniform((0.0, -2.0), (0.8, 2.0))
@@ -106,8 +107,8 @@ def test_the_first_proposal_that_all_accept_is_taken_and_later_ones_are_not_aske
 def beside(clearance: float) -> CertifiedRegion:
     """A hit to the left of the robot; known up to 2 m."""
     hits = np.array([(0.0, ROBOT.radius + clearance)])
-    look = remembered_hits(hits, reach=2.0)
-    return CertifiedRegion(np.zeros(2), 0.0, np.zeros(8), hits, hits, np.zeros(1), seen=True, look=look)
+    newest = Known.of((remembered_hits(hits, reach=2.0),), ((0.0, 0.0, 0.0),), 0.0)
+    return CertifiedRegion(np.zeros(2), 0.0, np.zeros(8), hits, hits, np.zeros(1), seen=True, newest=newest)
 
 
 @pytest.mark.parametrize(("clearance", "passes"), [(0.0025, True), (0.0015, False)])

@@ -15,21 +15,25 @@ HERE = (0.0, 0.0, 0.0)
 
 
 def test_looks_are_kept_as_far_apart_as_they_tell_anything_new_and_no_more_than_so_many() -> None:
-    look, known_before, last = Look.none(), (), None
-    start = Known(Start.of(0.3), HERE, 0.0)
+    look, known_before, last = Look.none(), Known.of((Start.of(0.3),), (HERE,), 0.0), Known()
     for k in range(400):
         x = 0.01 * k
         pose = np.array((x, 0.0, 0.0))
-        new = () if last is None else (last,)
-        known_before = remembered(known_before or (start,), new, (x, 0.0), (pose, 0.1 * k), Kept(9.0, 0.04))
-        last = Known(look, (x, 0.0, 0.0), 0.1 * k, x)
-    assert len(known_before) == MOST_LOOKS + 1 and isinstance(known_before[-1].look, Start)
-    steps = np.diff([each.place[0] for each in known_before[1:-1]])  # the first is the last, however near
+        known_before = remembered(known_before, last, (x, 0.0), (pose, 0.1 * k), Kept(9.0, 0.04))
+        last = Known.of((look,), ((x, 0.0, 0.0),), 0.1 * k, (x, 0.0))
+    assert len(known_before.looks) == MOST_LOOKS + 1 and isinstance(known_before.looks[-1], Start)
+    steps = np.diff(known_before.rows[1:-1, 0])  # the first is the last, however near
     assert (steps < -0.039).all() and (steps > -0.4).all()  # all along the way
-    assert known_before[-2].place[0] < 0.1
-    assert known_before[0].place[0] == pytest.approx(3.98)
-    back = remembered(known_before, (last._replace(place=(3.9, 0.0, 0.0)),), (4.1, 0.0), (pose, 41.0), Kept(9.0, 0.04))
-    assert len(back) <= len(known_before)  # of places where it was before only the last look counts
+    assert known_before.rows[-2, 0] < 0.1
+    assert known_before.rows[0, 0] == pytest.approx(3.98)
+    back = remembered(
+        known_before,
+        Known.of((look,), ((3.9, 0.0, 0.0),), 39.9, (3.99, 0.0)),
+        (4.1, 0.0),
+        (pose, 41.0),
+        Kept(9.0, 0.04),
+    )
+    assert len(back.looks) <= len(known_before.looks)  # of places where it was before only the last look counts
 
 
 def test_what_was_seen_is_not_forgotten_while_a_robot_manoeuvres() -> None:
@@ -39,13 +43,13 @@ def test_what_was_seen_is_not_forgotten_while_a_robot_manoeuvres() -> None:
     places = [(0.02 * k, 0.0, 0.0) for k in range(26)] + turns
     for k in range(90):  # to and fro
         places.append((0.5 + 0.06 * math.sin(k), 0.06 * math.cos(1.7 * k), 3.1 + 0.4 * math.sin(0.7 * k)))
-    known_before: tuple[Known, ...] = ()
+    known_before = Known()
     for place in places:
-        last = Known(look_of(scan, place), place, 0.0)
-        known_before = remembered(known_before, (last,), (0.0, 0.0), (np.array(place), 0.0), Kept(9.0, 0.04))
+        last = Known.of((look_of(scan, place),), (place,), 0.0)
+        known_before = remembered(known_before, last, (0.0, 0.0), (np.array(place), 0.0), Kept(9.0, 0.04))
     part = np.array([(0.8, -0.05), (0.9, -0.05), (0.9, 0.05), (0.8, 0.05)])
-    assert seen_by(known_before, part) and not seen_by((last,), part)
-    assert len(known_before) <= MOST_LOOKS
+    assert seen_by(known_before, part) and not seen_by(last, part)
+    assert len(known_before.looks) <= MOST_LOOKS
 
 
 def test_where_the_robot_stood_nothing_else_did() -> None:
@@ -58,8 +62,8 @@ def test_where_the_robot_stood_nothing_else_did() -> None:
         (box, HERE, True), (box, (0.1, 0.0, 0.0), True), (box, (0.0, 0.0, 0.1), False), (thin, HERE, False),
     ):  # fmt: skip
         look = dataclasses.replace(look_of(scan, HERE), footprint=shape, robot=robot)
-        assert seen_by((Known(look, HERE, 0.0),), part) == free
-        assert seen_by((Known(look, HERE, 0.0),), part + (0.5, 0.0))
+        assert seen_by(Known.of((look,), (HERE,), 0.0), part) == free
+        assert seen_by(Known.of((look,), (HERE,), 0.0), part + (0.5, 0.0))
 
 
 def test_a_look_that_may_have_erred_counts_as_shorter() -> None:
@@ -68,7 +72,7 @@ def test_a_look_that_may_have_erred_counts_as_shorter() -> None:
     )
     for x, free in ((0.97, True), (0.985, False)):
         part = np.array([(x, -0.001), (x + 0.001, -0.001), (x, 0.001)])
-        assert seen_by((Known(look, HERE, 0.0),), part) == free
+        assert seen_by(Known.of((look,), (HERE,), 0.0), part) == free
 
 
 @pytest.mark.parametrize(
@@ -76,9 +80,10 @@ def test_a_look_that_may_have_erred_counts_as_shorter() -> None:
     [(Kept(reach=0.55), 5), (Kept(way=0.45), 4), (Kept(turn=0.25), 2), (Kept(time=3.5), 3), (Kept(), 9)],
 )
 def test_what_is_far_long_ago_or_of_a_pose_that_erred_meanwhile_is_forgotten(kept: Kept, left: int) -> None:
-    before = tuple(Known(Look.none(), (0.1 * k, 0.0, 0.0), float(k), 0.1 * k, 0.1 * k) for k in range(8, -1, -1))
+    rows = [(0.1 * k, 0.0, 0.0, float(k), 0.1 * k, 0.1 * k) for k in range(8, -1, -1)]
+    before = Known((Look.none(),) * len(rows), np.array(rows))
     now = np.array((0.9, 0.0, 0.0)), 9.0
-    assert len(remembered(before, (), (0.9, 0.9), now, kept)) == left
+    assert len(remembered(before, Known(), (0.9, 0.9), now, kept).looks) == left
 
 
 def test_where_something_is_seen_the_disc_of_the_start_is_not_free() -> None:
@@ -86,15 +91,15 @@ def test_where_something_is_seen_the_disc_of_the_start_is_not_free() -> None:
     begun = Start.of(0.3).cut(HERE, look_of(scan, HERE).chords)
     for x, free in ((0.25, False), (0.15, True), (-0.25, True), (-0.31, False)):
         part = np.array([(x, -0.01), (x + 0.01, -0.01), (x, 0.01)])
-        assert seen_by((Known(begun, HERE, 0.0),), part) == free
+        assert seen_by(Known.of((begun,), (HERE,), 0.0), part) == free
 
 
 def test_in_another_frame_looks_know_the_same() -> None:
     rng, frame = np.random.default_rng(1), np.array((1.0, -2.0, 2.5))
     look = look_of(cast(scattered(rng), np.zeros(3)), HERE)
-    there = Known(look.moved(frame), look.moved(frame).place, 0.0)
-    also = Known(look, HERE, 0.0).moved(frame)
-    np.testing.assert_allclose(there.place, also.place)
-    np.testing.assert_allclose(there.look.free, look.free, atol=1e-9)
+    there = look.moved(frame)
+    also = Known.of((look,), (HERE,), 0.0).moved(frame)
+    np.testing.assert_allclose(there.place, also.rows[0, :3])
+    np.testing.assert_allclose(there.free, look.free, atol=1e-9)
     moved = dataclasses.replace(look, place=there.place)
     np.testing.assert_allclose(moved.chords.center, frame[:2])

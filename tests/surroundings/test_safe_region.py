@@ -70,8 +70,8 @@ def test_the_memory_keeps_the_last_scans_and_never_changes():
 
 def test_in_another_frame_it_certifies_the_same() -> None:
     frame, (star, _, _, pose) = np.array((1.0, -2.0, 2.5)), driven(3)
-    known = Known(driven(4)[0].look, (0.5, 0.2, 1.0), 0.0)
-    star = dataclasses.replace(star, others=(known,), earlier=(known,))
+    known = Known.of((driven(4)[0].look,), ((0.5, 0.2, 1.0),), 0.0)
+    star = dataclasses.replace(star, newest=star.newest.and_then(known), earlier=known)
     moved = star.moved(frame)
     points = pose[:2] + np.random.default_rng(0).uniform(-1.0, 1.0, (500, 2))
     assert 50 < star.alone.contains(points).sum() < 450
@@ -79,8 +79,8 @@ def test_in_another_frame_it_certifies_the_same() -> None:
     for ends in ("near_hits", "hits"):
         np.testing.assert_allclose(getattr(moved, ends), placed(frame, getattr(star, ends)))
     np.testing.assert_allclose(moved.look.hits, placed(frame, star.look.hits))
-    for there in (*moved.others, *moved.earlier):
-        np.testing.assert_allclose(there.place[:2], placed(frame, np.array([known.place[:2]]))[0])
+    for there in (moved.newest.rows[1], moved.earlier.rows[0]):
+        np.testing.assert_allclose(there[:2], placed(frame, known.rows[:, :2])[0])
 
 
 def test_the_latest_scan_is_kept_even_if_none_is_asked_for() -> None:
@@ -257,9 +257,9 @@ def test_a_disc_needs_no_other_look_only_where_it_drives_straight_out_of_what_it
 
 
 def test_what_was_seen_before_a_time_can_be_left_out() -> None:
-    earlier = tuple(Known(Look.none(), (0.0, 0.0, 0.0), time) for time in (3.0, 2.0, 1.0))
+    earlier = Known((Look.none(),) * 3, np.array([(0.0, 0.0, 0.0, time, 0.0, 0.0) for time in (3.0, 2.0, 1.0)]))
     star = dataclasses.replace(CertifiedRegion.none(), earlier=earlier)
-    assert star.since(0.5) is star and [known.time for known in star.since(1.5).earlier] == [3.0, 2.0]
+    assert star.since(0.5) is star and star.since(1.5).earlier.rows[:, 3].tolist() == [3.0, 2.0]
 
 
 @given(seeds)

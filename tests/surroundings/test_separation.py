@@ -9,7 +9,7 @@ from hypothesis import given, settings
 
 from drake_starnav.geometry.footprint import Footprint, covered, disc, footprint
 from drake_starnav.surroundings.chords import Chords
-from drake_starnav.surroundings.looks import Looks
+from drake_starnav.surroundings.looks import Known, Looks
 from drake_starnav.surroundings.separation import ESCAPE_CLEARANCE, body_gap, keeps_clear
 from tests.helpers.scans import seeds
 
@@ -21,7 +21,7 @@ ELL = footprint(
 )
 
 
-NONE, ROUND = Looks.of(()), disc(0.3)
+NONE, ROUND = Looks.of(Known()), disc(0.3)
 
 
 def gap(pose: np.ndarray, shape: Footprint, surface: Chords) -> float:

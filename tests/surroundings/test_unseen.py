@@ -35,7 +35,7 @@ def test_a_body_comes_no_nearer_to_what_nobody_has_seen(seed: int) -> None:
     first = rng.uniform(-0.3, 0.3, 3)
     there = first + size * rng.uniform(-1.0, 1.0, 3)
     part = piece(rng, rng.choice([0.003, 0.02, 0.1]), 0.5)
-    answer = known(part, len(part), Looks.of(()), step_of(shape, first, there), np.zeros(2, int))
+    answer = known(part, len(part), Looks.of(Known()), step_of(shape, first, there), np.zeros(2, int))
     exact = 1e-6 if len(shape.parts) else 2e-3  # a disc is one of 48 corners here
     area, inside = shapely.Polygon(part), shapely.points(rng.uniform(part.min(axis=0), part.max(axis=0), (200, 2)))
     places = np.append(inside[shapely.contains(area, inside)], shapely.points(part))
@@ -49,7 +49,7 @@ def test_a_body_comes_no_nearer_to_what_nobody_has_seen(seed: int) -> None:
 
 
 def test_to_leave_or_to_pass_what_nobody_has_seen_is_to_come_no_nearer() -> None:
-    box, looks = BODIES[1], Looks.of(())
+    box, looks = BODIES[1], Looks.of(Known())
     behind = np.array([(-0.32, -0.5), (-0.31, -0.5), (-0.31, 0.5), (-0.32, 0.5)])  # 1 cm
     beside = behind * (1.0, 0.1)  # 5 cm to each side of the middle
     across = np.array([(0.3, 0.15), (0.5, 0.15), (0.5, 0.3), (0.3, 0.3)])  # partly where it stands
@@ -86,7 +86,7 @@ def test_what_looks_saw_is_in_none_of_their_shadows(seed: int) -> None:
     world = scattered(rng, discs=10, walls=6, clear=0.3)
     places = [(*rng.uniform(-0.25, 0.25, 2).tolist(), float(rng.uniform(-3.0, 3.0))) for _ in range(3)]
     seen = [look_of(cast(world, np.array(p), **views[rng.integers(2)]), p) for p in places]
-    seen_then = tuple(Known(look, look.place, 0.0) for look in seen)
+    seen_then = Known.of(tuple(seen), [look.place for look in seen], 0.0)
     looks = Looks.of(seen_then)
     dark = [shadows(look).buffer(-1e-6) for look in seen]
     for _ in range(20):
@@ -106,18 +106,19 @@ def test_most_of_what_a_look_saw_it_knows() -> None:
     parts = [piece(rng, 0.03, 1.5) for _ in range(300)]
     free = [part for part in parts if shapely.distance(shapely.Polygon(part), dark) > 0.05]
     assert len(free) > 150
-    assert np.mean([seen_by((Known(look, HERE, 0.0),), part) for part in free]) > 0.95
+    assert np.mean([seen_by(Known.of((look,), (HERE,), 0.0), part) for part in free]) > 0.95
 
 
 def test_two_looks_know_together_what_none_saw_whole() -> None:
     views = ({"angle_min": -0.1, "angle_increment": 3.0 / 359}, {"angle_min": -2.9, "angle_increment": 3.0 / 359})
     world = scattered(np.random.default_rng(0), discs=0, walls=0)
-    seen = tuple(Known(look_of(cast(world, np.zeros(3), **view), HERE), HERE, 0.0) for view in views)
+    looks = tuple(look_of(cast(world, np.zeros(3), **view), HERE) for view in views)
+    seen = Known.of(looks, (HERE,) * len(looks), 0.0)
     ahead = np.array([(0.4, -0.2), (0.6, -0.2), (0.6, 0.2), (0.4, 0.2)])
     assert seen_by(seen, ahead)
-    for one in seen:
-        assert not seen_by((one,), ahead)
-    assert not seen_by((), ahead)
+    for one in looks:
+        assert not seen_by(Known.of((one,), (HERE,), 0.0), ahead)
+    assert not seen_by(Known(), ahead)
 
 
 @given(seeds)

@@ -12,6 +12,7 @@ from drake_starnav.control import ControllerParameters
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.footprint import Footprint, disc
 from drake_starnav.robot import RobotParameters
+from drake_starnav.surroundings.looks import Known
 from drake_starnav.surroundings.safe_region import CertifiedRegion
 from drake_starnav.systems.footprint_hold import FootprintInForce
 from drake_starnav.systems.twist_shield import TwistShield, Unshielded
@@ -180,8 +181,8 @@ def with_footprint(shape: Footprint, star: CertifiedRegion) -> Simulator:
     ],
 )
 def test_a_star_of_before_it_grew_certifies_nothing_but_hits_do(shape, kept, hits, drives) -> None:
-    look = remembered_hits(hits)
-    star = dataclasses.replace(WIDE, radius=kept + MARGINS.safety, seen=True, hits=hits, look=look)
+    newest = Known.of((remembered_hits(hits),), ((0.0, 0.0, 0.0),), 0.0)
+    star = dataclasses.replace(WIDE, radius=kept + MARGINS.safety, seen=True, hits=hits, newest=newest)
     assert (out(with_footprint(shape, star), "twist_command")[0] > 0.0) == drives
 
 
