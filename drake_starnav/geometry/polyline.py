@@ -26,6 +26,12 @@ def distance_to_segment(points: np.ndarray, start: np.ndarray, end: np.ndarray) 
     return np.hypot(*(points - start - np.multiply.outer(share, along)).T)
 
 
+@njit(cache=True)
+def third_side(a, b, cosine):
+    """The third side of a triangle from two others and the cosine of the angle between them, m."""
+    return math.sqrt(max(a * a + b * b - 2.0 * a * b * cosine, 0.0))
+
+
 @njit(cache=True, inline="always")
 def point_to_segment_squared(x, y, ax, ay, bx, by):
     """The same for compiled functions: squared distance from (x, y) to the segment a b, which may be a point, m^2."""

@@ -205,6 +205,13 @@ class LaserScan:
         ranges.setflags(write=False)
         object.__setattr__(self, "ranges", ranges)
 
+    def again(self, time: float, ranges: np.ndarray) -> "LaserScan":
+        """Another scan of the sensor at a time, s, with ranges (n,) as of `measure`, m, which are not checked again."""
+        scan = object.__new__(LaserScan)
+        vars(scan).update({key: getattr(self, key) for key in LaserScan.__dataclass_fields__}, time=time, ranges=ranges)
+        ranges.setflags(write=False)
+        return scan
+
     def masked(self, sectors: Sequence[tuple[float, float]]) -> "LaserScan":
         """The scan without the beams in which the robot sees itself: they are lost.
 
@@ -302,16 +309,9 @@ class LaserScan:
 
 
 @njit(cache=True)
-def third_side(a, b, cosine):
-    """The chord of two beams from the cosine of the angle between them, m."""
-    return math.sqrt(max(a * a + b * b - 2.0 * a * b * cosine, 0.0))
-
-
-@njit(cache=True)
 def placed_ends(directions, distance, chosen, x, y, cosine, sine):
     """Points at given distances along the chosen beams of a sensor at (x, y) with a yaw of that cosine and sine."""
-    points = np.empty((len(distance), 2))
-    n = 0
+    points, n = np.empty((len(distance), 2)), 0
     for i in range(len(distance)):
         if chosen[i]:
             a, b = directions[i, 0] * distance[i], directions[i, 1] * distance[i]

@@ -142,7 +142,7 @@ class LidarSensor(LeafSystem):
         self._parent, self._X_PS = mount.parent_frame_id, RigidTransform(mount.X_PS)
         self._seed = int(seed)
         self._fan = Fan.regular(*parameters.field_of_view, parameters.clockwise)
-        self._fields = parameters.scan_fields
+        self._blank = LaserScan(0.0, ranges=np.full(parameters.beams, np.nan), **parameters.scan_fields)
         exclude = {*mount.exclude_frames, mount.parent_frame_id} - {SceneGraph.world_frame_id()}
 
         self._query_port = self.DeclareAbstractInputPort("geometry_query", Value[QueryObject]())
@@ -155,7 +155,7 @@ class LidarSensor(LeafSystem):
             ),
             {self.nothing_ticket()},
         )
-        nothing = _Measurement(self._scan(0.0, np.full(parameters.beams, np.nan)), np.eye(3, 4))
+        nothing = _Measurement(self._blank, np.eye(3, 4))
         if sampled:
             held = _Held(nothing, (nothing,) * parameters.waiting_scans, math.nan, nothing.X_WS)
             self._state = self.DeclareAbstractState(Value[object](held))
@@ -190,19 +190,14 @@ class LidarSensor(LeafSystem):
 
     def _cast(
         self, context: Context, query: QueryObject, X_WS: np.ndarray, X_WS_begin: np.ndarray | None = None
-    ) -> np.ndarray:
-        p = self._parameters
+    ) -> _Measurement:
+        p, time = self._parameters, context.get_time()
         distances = self._slices.Eval(context).cast(query, X_WS, self._fan, p.range_max, X_WS_begin)
-        return measure(distances, p, self._seed, scan_index(context.get_time(), p.rate))
-
-    def _scan(self, time: float, ranges: np.ndarray) -> LaserScan:
-        return LaserScan(time, ranges=ranges, **self._fields)
+        return _Measurement(self._blank.again(time, measure(distances, p, self._seed, scan_index(time, p.rate))), X_WS)
 
     def _measure(self, context: Context, measurement: AbstractValue) -> None:
         query = self._query_port.Eval(context)
-        X_WS = self._pose(query)
-        ranges = self._cast(context, query, X_WS)
-        measurement.set_value(_Measurement(self._scan(context.get_time(), ranges), X_WS))
+        measurement.set_value(self._cast(context, query, self._pose(query)))
 
     def _held(self, context: Context) -> _Held:
         return context.get_abstract_state(self._state).get_value()
@@ -222,8 +217,7 @@ class LidarSensor(LeafSystem):
         if arrives(self._parameters, self._seed, index):
             # No sweep leads to the first scan, nor to its repetition right after initialization.
             begin = held.X_WS_swept if self._parameters.rolling and held.swept < time else None
-            scan = self._scan(time, self._cast(context, query, X_WS, begin))
-            measured = _Measurement(scan, X_WS)
+            measured = self._cast(context, query, X_WS, begin)
             if waiting:
                 at = index % len(waiting)
                 waiting = (*waiting[:at], measured, *waiting[at + 1 :])

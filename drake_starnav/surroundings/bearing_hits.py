@@ -8,7 +8,8 @@ import math
 import numpy as np
 from numba import njit
 
-from drake_starnav.lidar.laser_scan import LOST, MOVING, third_side
+from drake_starnav.geometry.polyline import third_side
+from drake_starnav.lidar.laser_scan import LOST, MOVING
 
 CONNECTED_CHORD = 0.6
 """Neighbouring hits nearer than this belong to one surface, in narrow radii: no robot fits between them."""

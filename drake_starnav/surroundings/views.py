@@ -16,9 +16,10 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.geometry.footprint import Footprint
+from drake_starnav.geometry.polyline import third_side
 from drake_starnav.geometry.se2 import placed
 from drake_starnav.lidar.field_of_view import TURN, FieldOfView
-from drake_starnav.lidar.laser_scan import HIT, MAPPABLE, MOVING, Beams, LaserScan, placed_ends, third_side
+from drake_starnav.lidar.laser_scan import HIT, MAPPABLE, MOVING, Beams, LaserScan, placed_ends
 from drake_starnav.lidar.mounts import Mount
 from drake_starnav.surroundings.bearing_hits import CONNECTED_CHORD, half_gaps
 from drake_starnav.surroundings.erosion import BEARINGS, moving_average

@@ -11,8 +11,8 @@ import math
 import numpy as np
 from numba import njit
 
-from drake_starnav.geometry.polyline import point_to_segment_squared
-from drake_starnav.lidar.laser_scan import LOST, LaserScan, third_side
+from drake_starnav.geometry.polyline import point_to_segment_squared, third_side
+from drake_starnav.lidar.laser_scan import LOST, LaserScan
 
 CONNECTED = 0.15
 CONNECTED_PER_RANGE = 0.05

@@ -6,7 +6,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from drake_starnav.geometry.polyline import arc_lengths, distance_to_segment, resampled, simplified, subdivided
+from drake_starnav.geometry.polyline import (
+    arc_lengths,
+    distance_to_segment,
+    resampled,
+    simplified,
+    subdivided,
+    third_side,
+)
 
 LINES = st.integers(1, 30).flatmap(lambda n: arrays(float, (n, 2), elements=st.floats(-10.0, 10.0, width=32)))
 
@@ -57,3 +64,9 @@ def test_subdivided_polylines_keep_their_corners(step: float, count: int) -> Non
 def test_arc_lengths_are_those_up_to_each_point() -> None:
     assert arc_lengths(np.array([(0.0, 0.0), (3.0, 4.0), (3.0, 5.0)])).tolist() == [0.0, 5.0, 6.0]
     assert arc_lengths(np.ones((1, 2))).tolist() == [0.0]
+
+
+def test_a_chord_is_the_distance_between_the_ends_of_two_beams():
+    assert third_side(3.0, 4.0, 0.0) == pytest.approx(5.0)
+    assert third_side(2.0, 2.0, 1.0) == 0.0
+    assert third_side(1.0, 2.0, -1.0) == pytest.approx(3.0)

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.lidar.laser_scan import DYNAMIC, LARGEST_UNSEEN, STATIC, UNKNOWN, LaserScan, third_side
+from drake_starnav.lidar.laser_scan import DYNAMIC, LARGEST_UNSEEN, STATIC, UNKNOWN, LaserScan
 from tests.helpers.scans import cast, distance, scattered, seeds
 
 GOOD = {
@@ -193,9 +193,3 @@ def test_a_hit_lies_on_its_beam_at_its_distance(pose):
     assert distance == pytest.approx(seen.distances[seen.hits])
     off = np.mod(beam - np.flatnonzero(seen.hits) + 0.5, 2.0 * math.pi / seen.angle_increment) - 0.5
     assert np.abs(off).max() < 1e-6
-
-
-def test_a_chord_is_the_distance_between_the_ends_of_two_beams():
-    assert third_side(3.0, 4.0, 0.0) == pytest.approx(5.0)
-    assert third_side(2.0, 2.0, 1.0) == 0.0
-    assert third_side(1.0, 2.0, -1.0) == pytest.approx(3.0)
