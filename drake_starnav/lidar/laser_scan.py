@@ -12,7 +12,7 @@ from numba import njit
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.field_of_view import SEAM, TURN, FieldOfView, sectors_of
-from drake_starnav.utils.snapshot import snapshot
+from drake_starnav.utils.snapshot import replaced, snapshot
 
 USUAL_BODY = 0.25
 """Narrow radius of the default robot, m."""
@@ -207,10 +207,8 @@ class LaserScan:
 
     def again(self, time: float, ranges: np.ndarray) -> "LaserScan":
         """Another scan of the sensor at a time, s, with ranges (n,) as of `measure`, m, which are not checked again."""
-        scan = object.__new__(LaserScan)
-        vars(scan).update({key: getattr(self, key) for key in LaserScan.__dataclass_fields__}, time=time, ranges=ranges)
         ranges.setflags(write=False)
-        return scan
+        return replaced(self, time=time, ranges=ranges)
 
     def masked(self, sectors: Sequence[tuple[float, float]]) -> "LaserScan":
         """The scan without the beams in which the robot sees itself: they are lost.

@@ -62,7 +62,7 @@ def bearing_count(scan: LaserScan) -> int:
     return steps * math.ceil(BEARINGS / steps)
 
 
-def free_limit(scan: LaserScan, samples: int, view_range: float, radius: float, side: float = 0.0) -> np.ndarray:
+def free_limit(scan: LaserScan, samples: int, view_range: float, radius: float) -> np.ndarray:
     """Upper bound of the distance that a disc's centre can move within observed space, shape (M,), m.
 
     Args:
@@ -70,9 +70,8 @@ def free_limit(scan: LaserScan, samples: int, view_range: float, radius: float, 
         samples: M.
         view_range: range up to which the scan observes, m.
         radius: of the disc with its margin, m.
-        side: bearings nearer than this to an edge of the field of view count as outside, rad.
     """
-    return _limit(field_of_view(scan, side), samples, max(view_range - radius, 0.0))
+    return _limit(field_of_view(scan), samples, max(view_range - radius, 0.0))
 
 
 @lru_cache(maxsize=16)
@@ -82,11 +81,9 @@ def _limit(view: tuple[float, float], samples: int, farthest: float) -> np.ndarr
     return np.where((view[0] <= bearing) & (bearing <= view[1]), farthest, 0.0)
 
 
-def field_of_view(scan: LaserScan, side: float = 0.0) -> tuple[float, float]:
-    """First and last bearing from the first beam on, rad, without `side` (rad) at each edge of the field of view."""
-    if scan.full_circle:
-        return 0.0, TURN
-    return side, scan.field_of_view.span + 1e-9 - side
+def field_of_view(scan: LaserScan) -> tuple[float, float]:
+    """First and last bearing from the first beam on, rad."""
+    return (0.0, TURN) if scan.full_circle else (0.0, scan.field_of_view.span + 1e-9)
 
 
 def free_range(

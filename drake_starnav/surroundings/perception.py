@@ -25,7 +25,7 @@ from drake_starnav.surroundings.star_region import clear_of, scan_region
 from drake_starnav.surroundings.start import Start
 from drake_starnav.surroundings.unseen import start_radius
 from drake_starnav.surroundings.views import hit_points, hits_beside, hits_seen, merged, surround
-from drake_starnav.utils.snapshot import snapshot
+from drake_starnav.utils.snapshot import replaced, snapshot
 from drake_starnav.utils.timing import EARLY
 
 SCAN_MEMORY = 5
@@ -117,8 +117,7 @@ class Perceived:
 
     def lacks(self, scans: Sequence[LaserScan]) -> bool:
         """Whether some of the `newest` scans were not processed."""
-        time, looks = newest(scans), self.looks or (None,) * len(scans)
-        return any(_is_new(look, scan, time) for look, scan in zip(looks, scans, strict=True))
+        return any(_new(self.looks, scans))
 
     @staticmethod
     def nothing() -> "Perceived":
@@ -166,8 +165,7 @@ def perceive(
     """
     margins, footprint, noise, mounts = settings
     robot_radius = footprint.narrow
-    looks = _looks(before.looks, scans, pose, settings)
-    time = newest(scans)
+    time, looks = newest(scans), _looks(before.looks, scans, pose, settings)
     seen = [
         look.seen_from(pose, time, mount)
         for look, mount in zip(looks, mounts, strict=True)
@@ -200,7 +198,7 @@ def perceive(
         lone = dataclasses.replace(lone, ranges=np.where(lone.hits, measured, lone.ranges))
         rest, lone = averaged(before.memory, lone, pose, safe_radius + AVERAGED_WITHIN * robot_radius)
         safety, _ = certified_region(rest, lone, *arguments)
-    look, driven = dataclasses.replace(safety.look, footprint=footprint, short=margins.looks.short), (0.0, 0.0)
+    look, driven = replaced(safety.look, footprint=footprint, short=margins.looks.short), (0.0, 0.0)
     views = (look,) if alone else _views(look, (near, mounts), pose, smoothing)
     last, earlier = before.safety, Known()
     if last.seen:
@@ -216,7 +214,7 @@ def perceive(
     if isinstance(begun, Start):
         begun = begun.cut(tuple(earlier.rows[-1, :3].tolist()), views[0].chords)
         earlier = earlier._replace(looks=(*earlier.looks[:-1], begun))
-    safety = dataclasses.replace(
+    safety = replaced(
         safety,
         newest=Known.of(views, [each.place for each in views], time, driven),
         earlier=earlier,
@@ -238,7 +236,7 @@ def _views(
         x, y, yaw = mount.unturned(pose).tolist()
         robot = now_in(np.array((x, y, yaw)), pose)
         own, within = (first, first + count), min(look.reach - mount.offset, scan.range_max)
-        views.append(dataclasses.replace(look, own=own, beams=scan.beams, place=(x, y, yaw), reach=within, robot=robot))
+        views.append(replaced(look, own=own, beams=scan.beams, place=(x, y, yaw), reach=within, robot=robot))
         first += count
     return tuple(views)
 
@@ -247,16 +245,14 @@ def _looks(
     before: tuple[LastScan | None, ...], scans: Sequence[LaserScan], pose: np.ndarray, settings: PerceptionSettings
 ) -> tuple[LastScan | None, ...]:
     """The last look of each lidar, with its new scan if it has one."""
-    time, looks = newest(scans), before or (None,) * len(scans)
-    return tuple(
-        _look(look, scan, mount, pose, settings) if _is_new(look, scan, time) else look
-        for look, scan, mount in zip(looks, scans, settings.mounts, strict=True)
-    )
+    rows = zip(_new(before, scans), before or (None,) * len(scans), scans, settings.mounts, strict=True)
+    return tuple([_look(look, scan, mount, pose, settings) if new else look for new, look, scan, mount in rows])
 
 
-def _is_new(last: LastScan | None, scan: LaserScan, time: float) -> bool:
-    """Whether a lidar's scan is of a time and not its last look yet."""
-    return newest([scan]) == time and (last is None or last.near.time != time)
+def _new(looks: tuple[LastScan | None, ...], scans: Sequence[LaserScan]) -> list[bool]:
+    """Which lidars' scans are the newest, and not their last looks yet."""
+    time, rows = newest(scans), zip(looks or (None,) * len(scans), scans, strict=True)
+    return [scan.measured_at == time and (last is None or last.near.time != time) for last, scan in rows]
 
 
 def _look(

@@ -52,8 +52,8 @@ def hits_seen(
         The points, shape (k, 2), m; rays of the merged scan may pass beside a thin obstacle. And half the chord from
         each to its lidar's neighbouring hit on the same surface, shape (k,), m.
     """
-    points, half_gaps = zip(*(hit_points(*each, smoothing) for each in zip(scans, mounts, strict=True)), strict=True)
-    return np.concatenate(points), np.concatenate(half_gaps)
+    found = [hit_points(*each, smoothing) for each in zip(scans, mounts, strict=True)]
+    return np.concatenate([points for points, _ in found]), np.concatenate([gaps for _, gaps in found])
 
 
 def hit_points(scan: LaserScan, mount: Mount, smoothing: tuple[int, float] = (0, 0.0)) -> tuple[np.ndarray, np.ndarray]:
