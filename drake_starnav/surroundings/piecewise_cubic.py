@@ -82,10 +82,8 @@ def adaptive_fit(samples, lengths, one_sided):
 def _fit(samples, breaks, tolerance, one_sided):
     """The fields of a `PiecewiseCubic` with segments between some breaks, as `fit_segments`."""
     count = len(samples)
-    starts = np.empty(count, np.int64)
-    values = np.empty(count)
-    slopes = np.empty(count)
-    stack = np.empty((64, 2), np.int64)
+    starts, values, slopes = np.empty(count, np.int64), np.empty(count), np.empty(count)
+    stack, abscissa = np.empty((64, 2), np.int64), np.empty(count)
     segments = 0
     step = 2.0 * math.pi / count
     for b in range(len(breaks) - 1):
@@ -96,12 +94,14 @@ def _fit(samples, breaks, tolerance, one_sided):
         while depth > 0:
             depth -= 1
             first, end = stack[depth, 0], stack[depth, 1]
-            c0, c1, c2, c3 = _least_squares(samples, first, end)
             n = end - first
             half = 0.5 * (n - 1) if n > 1 else 1.0
+            for i in range(n):
+                abscissa[i] = (i - 0.5 * (n - 1)) / half
+            c0, c1, c2, c3 = _least_squares(samples[first:end], abscissa)
             over, under = -np.inf, -np.inf
             for i in range(n):
-                s = (i - 0.5 * (n - 1)) / half
+                s = abscissa[i]
                 error = c0 + s * (c1 + s * (c2 + s * c3)) - samples[first + i]
                 over = max(over, error)
                 under = max(under, -error)
@@ -116,25 +116,23 @@ def _fit(samples, breaks, tolerance, one_sided):
             starts[segments] = first
             segments += 1
             for i in range(n):
-                s = (i - 0.5 * (n - 1)) / half
+                s = abscissa[i]
                 values[first + i] = max(c0 + s * (c1 + s * (c2 + s * c3)), 0.0)
                 slopes[first + i] = (c1 + s * (2.0 * c2 + 3.0 * s * c3)) / (half * step)
     return starts[:segments].copy(), values, slopes
 
 
 @njit(cache=True)
-def _least_squares(samples, first, end):
-    """Cubic fit of samples[first:end] on a symmetric abscissa, where even and odd coefficients decouple."""
-    n = end - first
+def _least_squares(samples, abscissa):
+    """Cubic fit of samples (n,) on a symmetric abscissa, its first n, where even and odd coefficients decouple."""
+    n = len(samples)
     if n == 1:
-        return samples[first], 0.0, 0.0, 0.0
-    half = 0.5 * (n - 1)
+        return samples[0], 0.0, 0.0, 0.0
     m2 = m4 = m6 = 0.0
     b0 = b1 = b2 = b3 = 0.0
     for i in range(n):
-        s = (i - half) / half
+        s, y = abscissa[i], samples[i]
         s2 = s * s
-        y = samples[first + i]
         m2 += s2
         m4 += s2 * s2
         m6 += s2 * s2 * s2

@@ -198,26 +198,24 @@ def certified_region(
     latest, latest_gaps = hits or hit_points(scan, ON_AXIS)
     forgotten = max(len(memory.counts) + 1 - count, 0)
     first = sum(memory.counts[:forgotten])
-    samples, bearing_0 = bearing_count(scan), float(pose[2]) + scan.angle_min
+    (x, y, yaw), samples = pose.tolist(), bearing_count(scan)
+    bearing_0 = yaw + scan.angle_min
     limit = free_limit(scan, samples, min(scan.range_max, reach + radius), radius)
-    place = float(pose[0]), float(pose[1]), math.cos(pose[2]), math.sin(pose[2])
     known, known_gaps, remembered_hits, values, near = _certified_region(
         (memory.points, memory.half_gaps, first),
         (latest, latest_gaps, far, scan.free is not None),
         scan.beams,
         distance,
-        place,
+        (x, y, math.cos(yaw), math.sin(yaw)),
         (bearing_0, limit),
         bearing_tables(samples),
         (radius, reach),
     )
     newest = len(memory.points) - first
     counts = *memory.counts[forgotten:], remembered_hits - newest
-    center = np.array(pose[:2], dtype=float)
-    at = place[0], place[1], float(pose[2])
-    look = Look(known[:remembered_hits], (newest, remembered_hits), scan.beams, at, far)
+    look = Look(known[:remembered_hits], (newest, remembered_hits), scan.beams, (x, y, yaw), far)
     star = CertifiedRegion(
-        center,
+        np.array((x, y)),
         bearing_0,
         values,
         near,
@@ -228,7 +226,7 @@ def certified_region(
         memory.time,
         radius,
         field_of_view(scan),
-        Known.of((look,), (at,), scan.time),
+        Known.of((look,), (look.place,), scan.time),
     )
     return star, ScanMemory(known[:remembered_hits], known_gaps[:remembered_hits], counts, scan.time)
 

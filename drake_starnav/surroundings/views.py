@@ -150,8 +150,9 @@ def _followed(
 
 def surround(scans: Sequence[LaserScan], mounts: Sequence[Mount], body: Footprint) -> bool:
     """Whether the views of lidars, in an empty world, meet all around the robot's body as far as each sees."""
-    views = tuple((*scan.field_of_view, scan.range_max) for scan in scans)
-    return _surround(views, tuple(mounts), body)
+    if len(scans) == 1 and scans[0].full_circle:
+        return True
+    return _surround(tuple((*scan.field_of_view, scan.range_max) for scan in scans), tuple(mounts), body)
 
 
 @lru_cache(maxsize=16)
@@ -161,8 +162,6 @@ def _surround(
     body: Footprint,
 ) -> bool:
     """The same of the first bearing, the step, the number of beams and the range of each."""
-    if len(views) == 1 and FieldOfView(*views[0][:3]).full_circle:
-        return True
     blank = [LaserScan(0.0, first, step, 0.0, far, np.full(beams, math.inf)) for first, step, beams, far in views]
     distance, kind, _ = _followed(blank, mounts, _reach(body) + BODY_SLACK)
     least = min(map(view_range, blank, mounts))
