@@ -89,12 +89,17 @@ def run_command(
 
 @contextmanager
 def plain_warnings(prog: str) -> Iterator[None]:
-    """Print each warning for the user in one line, without the place in the code."""
-    before = warnings.formatwarning
+    """Print each warning for the user once and in one line, without the place in the code."""
+    before, said = warnings.formatwarning, set[str]()
 
     def plain(message: Warning | str, category: type[Warning], *place: Any) -> str:
-        text = one_line(str(message))
-        return f"{prog}: warning: {text}\n" if category is UserWarning else before(message, category, *place)
+        if category is not UserWarning:
+            return before(message, category, *place)
+        text = f"{prog}: warning: {one_line(str(message))}\n"
+        if text in said:
+            return ""
+        said.add(text)
+        return text
 
     warnings.formatwarning = plain  # type: ignore[assignment]
     try:

@@ -139,7 +139,7 @@ class MeshcatStage:
         scale: of the world's marks, see `meshes.mark_scale`; points are smaller in larger worlds.
         """
         self._meshcat, self._root, self._frame = meshcat, root, frame
-        self._layers, self._keep, self._point_scale = layers, keep, 1.0 / math.sqrt(scale)
+        self._layers, self._keep, self._point_scale = layers, keep, 1.0 / math.sqrt(max(scale, 1.0))
         self._count = 0
         self._shown: dict[str, str] = {}  # layer and key -> the object shown last
         self._poses: defaultdict[str, Track] = defaultdict(Track)  # of what moves, by folder

@@ -36,6 +36,7 @@ def test_a_warning_for_the_user_is_a_line_without_code() -> None:
     with plain_warnings("name"):
         held = warnings.formatwarning("held still:\narm", UserWarning, "file.py", 7)
         assert held == "name: warning: held still:\\narm\n"
+        assert warnings.formatwarning("held still:\narm", UserWarning, "other.py", 9) == ""  # it has been said
         assert "file.py:7: DeprecationWarning: old" in warnings.formatwarning("old", DeprecationWarning, "file.py", 7)
     assert warnings.formatwarning is before
 

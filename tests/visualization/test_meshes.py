@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from drake_starnav.geometry.footprint import covered, disc, footprint
 from drake_starnav.visualization import meshes
 from drake_starnav.visualization.meshes import LAYERS
+from drake_starnav.visualization.star_roadmap_visualizer import NODE_RADIUS
 
 coordinate = st.floats(-5.0, 5.0)
 polylines = st.lists(st.tuples(coordinate, coordinate), min_size=0, max_size=12).map(
@@ -130,3 +131,13 @@ def test_the_area_that_polygons_cover_is_what_is_drawn_once():
     area = 0.5 * np.abs(np.cross(np.pad(b - a, ((0, 0), (0, 1))), np.pad(c - a, ((0, 0), (0, 1))))[:, 2]).sum()
     assert area == pytest.approx(0.8 * 0.2 + 0.6 * 0.2 - 0.2 * 0.2)
     assert (mesh.vertices[:, 2] == 0.05).all()
+
+
+@pytest.mark.parametrize("radius", [0.05, 0.1, 0.25, 0.5, 2.0])
+def test_marks_grow_with_the_world_and_never_hide_the_robot(radius: float) -> None:
+    scales = [
+        meshes.mark_scale((-size, 0.0, size, 1.0), radius) for size in (0.0, 20.0 * radius, 100.0 * radius, 200.0)
+    ]
+    assert scales == sorted(scales)
+    assert max(scales[:3]) * NODE_RADIUS < radius
+    assert (scales[0] == 1.0) == (radius >= 0.25)
