@@ -5,7 +5,7 @@ from collections.abc import Mapping
 
 from pydrake.systems.framework import DiagramBuilder, InputPort, OutputPort, PortDataType, System
 
-from drake_starnav.errors import StarnavError, shown
+from drake_starnav.errors import StarnavError, said_by, shown
 from drake_starnav.systems.release import RELEASED
 
 UNNAMED = frozenset(("y0", "y"))
@@ -61,8 +61,7 @@ def connect(builder: DiagramBuilder, source: OutputPort, port: InputPort, role: 
     try:
         builder.Connect(source, port)
     except RuntimeError as error:
-        reason = " ".join(str(error).split())
-        raise StarnavError(f"{role}: port {port.get_name()} cannot be connected: {reason}") from None
+        raise StarnavError(f"{role}: port {port.get_name()} cannot be connected: {said_by(error)}") from None
 
 
 def output_port(system: System, name: str, size: int | None, role: str) -> OutputPort:
