@@ -211,7 +211,7 @@ class LiveRobots(LiveRun):
         stage = MeshcatStage(self.meshcat, f"/{ROOT}", period, layers)
         for (name, layer), robot, station in zip(layers.items(), scenario.robots, stations, strict=False):
             for goal in robot.goals:
-                stage.add(name, goal_star(goal, robot.robot.radius), 0.0)
+                stage.add(name, goal_star(goal, robot.robot.radius, worlds[0].extent), 0.0)
             below = Cylinder(RIM * robot.robot.radius, LAYERS["goal"].height)
             self.meshcat.SetObject(f"{robot_path(station)}/rim", below, Rgba(*layer.color))
         return worlds[0], layers, "each drives to its own goals"

@@ -121,5 +121,5 @@ def record_comparison(
         run_trial(scenario, method=method, seed=seed, observer=witness, progress=progress)
         driven.append(Driven(method, scenario.robot, witness.motion, witness.outcome))
     world = robot_world(scenario, seed)
-    line = f"{len(driven)} method{'s' * (len(driven) > 1)}, seed {seed}"
+    line = f"{counted(len(driven), 'method')}, seed {seed}"
     return record_tracks(scenario, driven, world, line, html, view, shown)

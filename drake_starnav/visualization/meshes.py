@@ -208,9 +208,10 @@ def five_pointed_star(center: np.ndarray, radius: float, z: float) -> Mesh:
     return fan(center, np.asarray(center) + rim, z)
 
 
-def goal_star(place: Sequence[float] | np.ndarray, robot_radius: float, scale: float = 1.0) -> Mesh:
-    """The mark of a goal (x, y, ...), W, m, a little smaller than the robot, robot_radius in m, times a scale."""
-    return five_pointed_star(np.array(place[:2]), 0.9 * scale * robot_radius, LAYERS["goal"].height)
+def goal_star(place: Sequence[float] | np.ndarray, radius: float, extent: Sequence[float]) -> Mesh:
+    """The mark of a goal (x, y, ...), W, m: a little smaller than a robot of the radius, m, larger in a large world."""
+    size = 0.9 * max(radius, USUAL_RADIUS) * mark_scale(extent, radius)
+    return five_pointed_star(np.array(place[:2]), size, LAYERS["goal"].height)
 
 
 def rim(shape: Footprint, width: float) -> Mesh:

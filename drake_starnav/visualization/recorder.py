@@ -20,12 +20,7 @@ from drake_starnav.visualization.meshcat_stage import WORLD_PREFIX, add_scene, q
 from drake_starnav.visualization.meshes import layers_of_run
 from drake_starnav.visualization.page import Cameras, Caption, check_view, with_panel
 from drake_starnav.visualization.star_roadmap_visualizer import StarRoadmapVisualizer
-from drake_starnav.visualization.timeline import (
-    RecordedRun,
-    RobotTrack,
-    SceneRecorder,
-    SceneTimeline,
-)
+from drake_starnav.visualization.timeline import RecordedRun, RobotTrack, SceneRecorder, SceneTimeline
 
 
 class Recorder:
@@ -193,18 +188,7 @@ def robot_path(station: StationInterface) -> str:
 
 
 def finish_recording(meshcat: Meshcat, path: str | os.PathLike, caption: Caption, cameras: Cameras) -> None:
-    """End the recording and write it as one HTML file; arguments as for `write_html`."""
+    """End the recording and write it as one HTML file that needs no network, or raise a `StarnavError`."""
     meshcat.StopRecording()
     meshcat.PublishRecording()
-    write_html(meshcat, path, caption, cameras)
-
-
-def write_html(meshcat: Meshcat, path: str | os.PathLike, caption: Caption, cameras: Cameras) -> None:
-    """Write the scene, with its published recording if any, as one HTML file that needs no network.
-
-    The file appears under its name only once it is complete.
-
-    Raises:
-        StarnavError: the file cannot be written.
-    """
     write_text(Path(path), with_panel(meshcat.StaticHtml(), caption, cameras))

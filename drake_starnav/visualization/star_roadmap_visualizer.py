@@ -101,14 +101,15 @@ class StarRoadmapVisualizer(LeafSystem):
         super().__init__()
         self._parameters = parameters
         self._robot = robot
-        scale = meshes.mark_scale((0.0, 0.0, 0.0, 0.0) if world is None else world.extent, robot.radius)
+        extent = (0.0, 0.0, 0.0, 0.0) if world is None else world.extent
+        scale = meshes.mark_scale(extent, robot.radius)
         self.stage = MeshcatStage(meshcat, f"/{ROOT}", 1.0 / parameters.frames_per_second, keep=keep, scale=scale)
         self._bodies = BodyMarks(self.stage, MovingObstacles() if world is None else world.moving_obstacles, scale)
         state = PlannerState.initial(PlannerParameters(), robot.radius)
         node, here, self._line = scale * NODE_RADIUS, np.zeros(2), scale * LINE_WIDTH
         self._node = node
         self._marks = {
-            "goal": meshes.goal_star(here, max(robot.radius, meshes.USUAL_RADIUS), scale),
+            "goal": meshes.goal_star(here, robot.radius, extent),
             "short_term_goal": meshes.ring(here, 1.2 * node, 2.0 * node, LAYERS["short_term_goal"].height),
             "frontiers/target": meshes.ring(here, 2.4 * node, 3.1 * node, LAYERS["frontiers/target"].height),
         }

@@ -22,14 +22,7 @@ from drake_starnav.visualization.meshcat_stage import WORLD_PREFIX, MeshcatStage
 from drake_starnav.visualization.page import ROOT, Cameras, Caption
 from drake_starnav.visualization.recorder import finish_recording
 from drake_starnav.visualization.star_roadmap_visualizer import FRAME_SLACK
-from drake_starnav.visualization.timeline import (
-    DECK,
-    RecordedRun,
-    RobotTrack,
-    SceneTimeline,
-    Solid,
-    Track,
-)
+from drake_starnav.visualization.timeline import DECK, RecordedRun, RobotTrack, SceneTimeline, Solid, Track
 from drake_starnav.worlds.footprints import cylinder_vertices
 from drake_starnav.worlds.moving_obstacles import moving_obstacle_states
 from drake_starnav.worlds.world import World
@@ -97,14 +90,15 @@ def record_tracks(
     meshcat.StartRecording(parameters.frames_per_second, set_visualizations_while_recording=False)
     for layer, each in zip(names, driven, strict=True):
         for place in each.goals:
-            stage.add(layer, meshes.goal_star(place, each.robot.radius), 0.0)
+            stage.add(layer, meshes.goal_star(place, each.robot.radius, world.extent), 0.0)
     if "goal" in layers:
-        stage.add("goal", meshes.goal_star(world.goal, driven[0].robot.radius), 0.0)
+        stage.add("goal", meshes.goal_star(world.goal, driven[0].robot.radius, world.extent), 0.0)
     recorded = RecordedRun(caption, world.extent, scene, stage.shapes, tuple(tracks))
     times = np.arange(0.0, recorded.duration + 1e-9, 1.0 / parameters.frames_per_second)
     _play_moving_obstacles(meshcat, scene, world, height, times)
     for path, track, name in zip(paths, tracks, names, strict=True):
-        _play(meshcat, stage, track.motion, path, (name, layers[name].height), parameters)
+        width = meshes.LINE_WIDTH * meshes.mark_scale(world.extent, track.shape.radius)
+        _play(meshcat, stage, track.motion, path, (name, layers[name].height, width), parameters)
     finish_recording(meshcat, html, caption, Cameras(world.extent, view, paths[0], world.start[:2]))
     return recorded
 
@@ -114,11 +108,11 @@ def _play(
     stage: MeshcatStage,
     motion: Motion,
     path: str,
-    trail: tuple[str, float],
+    trail: tuple[str, float, float],
     parameters: RecordingParameters,
 ) -> None:
-    """Keyframes of one robot at a path in Meshcat, and of its trail: a layer and its height, m."""
-    rate, (layer, height) = parameters.frames_per_second, trail
+    """Keyframes of one robot at a path in Meshcat, and of its trail: a layer, its height and its width, m."""
+    rate, (layer, height, width) = parameters.frames_per_second, trail
     times = np.append(np.arange(0.0, motion.duration, 1.0 / rate), motion.duration)
     every = max(round(rate / parameters.scan_rate), 1)
     poses = np.array([motion.at(float(time)) for time in times])
@@ -127,7 +121,7 @@ def _play(
         meshcat.SetTransform(path, X_WB, time + FRAME_SLACK)
         if k > 0 and (k % every == 0 or k == len(times) - 1):
             points = poses[(k - 1) // every * every : k + 1, :2]
-            stage.add(layer, meshes.ribbon(points, meshes.LINE_WIDTH, height), time + FRAME_SLACK)
+            stage.add(layer, meshes.ribbon(points, width, height), time + FRAME_SLACK)
 
 
 def _play_moving_obstacles(
