@@ -102,9 +102,9 @@ def add_collision_monitor(builder: DiagramBuilder, navigation: Navigation) -> No
     It is checked with each command; where obstacles move, at every step of the plant.
     """
     station = simulated(navigation.station)
-    moving = station.moving_obstacle_geometries
+    moving = station.moving_obstacle_geometries  # None: the plant may hold more than the world
     hull, robot, world = station.hull, station.robot_interface, navigation.world
-    fixed = not moving and world.model is None and station.scenario.localization.exact
+    fixed = moving is not None and not moving and world.model is None and station.scenario.localization.exact
     if navigation.footprint is not None:  # the plant knows nothing of it
         hull = Hull(robot.base_frame, world)
     collision = builder.AddNamedSystem(
@@ -112,10 +112,10 @@ def add_collision_monitor(builder: DiagramBuilder, navigation: Navigation) -> No
         CollisionMonitor(
             robot=station.robot_geometries,
             ground=station.floor,
-            moving_obstacles=moving,
+            moving_obstacles=moving or (),
             hull=hull,
             footprint=robot.robot.shape,
-            world=world if fixed and hull is None else None,
+            near=(world, robot.reach) if fixed and hull is None else None,
             period=station.scenario.simulation.time_step if moving else 1.0 / station.scenario.controller.rate,
         ),
     )

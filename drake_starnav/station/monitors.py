@@ -18,8 +18,6 @@ from drake_starnav.worlds.clearance import body_clearance, nearest_obstacle
 from drake_starnav.worlds.shortest_path import capsules_around, distance_from
 from drake_starnav.worlds.world import World
 
-TILT = 0.03
-"""A robot that pitches or rolls reaches farther than its footprint by less than this, m."""
 COLLISION, STRUCK = "collision", "struck"
 """Names of a contact; `STRUCK` if a moving obstacle hits a robot no point of which moves."""
 
@@ -64,7 +62,7 @@ class CollisionMonitor(LeafSystem):
         moving_obstacles: Collection[GeometryId] = (),
         hull: Hull | None = None,
         footprint: Footprint | None = None,
-        world: World | None = None,
+        near: tuple[World, float] | None = None,
         period: float = 0.025,
     ) -> None:
         """
@@ -74,8 +72,8 @@ class CollisionMonitor(LeafSystem):
             moving_obstacles: of the moving obstacles.
             hull: obstacles that are in the plant as surfaces only; None without any.
             footprint: of the robot, unless the port says another one; None: a disc, and no `hull`.
-            world: all that the robot may touch, if it stands, and the port `state` tells where a robot is of which
-                `footprint` holds all: contacts are then looked for only where something may be near.
+            near: all that the robot may touch, if none of it moves, and how far the robot reaches from base_link's
+                origin, m: contacts are then looked for only where something may be near. `state` is then where it is.
             period: of the checks, s. A robot that is struck is pushed, and no longer stands a few steps later:
                 where obstacles move, the period is to be the step of the plant.
         """
@@ -85,7 +83,7 @@ class CollisionMonitor(LeafSystem):
             {geometry.get_value() for geometry in group} for group in (robot, ground, moving_obstacles)
         )
         self._hull, self._own = hull, footprint or disc(0.0)
-        self._bars = None if world is None else capsules_around(world, self._own.radius + TILT)
+        self._bars = None if near is None else capsules_around(*near)
         self._clear = self.DeclareDiscreteState(3)  # a place, and how far from there it is free
         self._query = self.DeclareAbstractInputPort("geometry_query", Value(QueryObject()))
         self._state = self.DeclareVectorInputPort("state", 5)

@@ -112,6 +112,10 @@ class RobotModel(NamedTuple):
         highs = (each.high for each in self.extents(poses) if each.link.name() not in without)
         return max(highs, default=0.0) - min(self.lowest(poses), 0.0)
 
+    def reach(self, poses: Mapping[BodyIndex, RigidTransform]) -> float:
+        """How far any point of links at poses in base_link is from its origin, m; 0 without shapes."""
+        return max((np.linalg.norm(e.points, axis=0).max() + e.grown for e in self.extents(poses)), default=0.0)
+
     def highest_frame(self) -> float:
         """How high its highest frame is above the floor, m: twice that of a tilted one, as lidars see no farther up."""
         poses, plant = self.poses(), self.plant

@@ -56,6 +56,7 @@ class RobotInterface(Diagram):
         heights: of the lidars above the floor z = 0, with all joints at their defaults, m.
         top: height of its highest collision shape, with all joints at zero, m.
         body_top: the same without `robot.overhangs`.
+        reach: how far any point that collides is from base_link's origin, m, however the robot is tilted.
         robot_geometries: collision shapes of all that.
         sticking_out: tells of a robot's parameters by how much what collides, with all joints at their defaults and
             without what it carries, sticks out of their footprint, m, and which link.
@@ -86,7 +87,7 @@ class RobotInterface(Diagram):
         self.scenario = replace(scenario, simulation=replace(scenario.simulation, time_step=time_step))
         self.robot, self.lidars, self.drive = scenario.robot, scenario.all_lidars, scenario.drive
         self.model = self.robot_model = model
-        self.moving_obstacle_geometries, self.hull = (), None  # nobody knows of them here
+        self.moving_obstacle_geometries, self.hull = None, None  # nobody knows of them here
         self.continuous = plant.time_step() == 0.0
         base, context = plant.GetBodyByName("base_link", model).body_frame(), plant.CreateDefaultContext()
         bodies = joined_bodies(plant, model)
@@ -104,6 +105,7 @@ class RobotInterface(Diagram):
         lift = plant.EvalBodyPoseInWorld(context, placed.base).translation()[2]
         self.heights, self.top = tuple(float(lift + X.translation()[2]) for X in places), placed.top()
         self.body_top = placed.top(self.robot.overhangs.split())
+        self.reach = math.inf if carried else placed.reach(poses)
         self.mounts = tuple(map(mount_of, places, self.lidars, self.heights))
         sensors = {}
         for k, (name, lidar) in enumerate(zip(lidar_names("lidar", len(places)), self.lidars, strict=True)):

@@ -62,7 +62,7 @@ class Run:
                 moving_obstacles=self.station.moving_obstacle_geometries,
                 hull=self.station.hull,
                 footprint=footprint or ROBOT.shape,
-                world=world if told else None,
+                near=(world, self.station.robot_interface.reach) if told else None,
                 period=STEP,
             )
         )
@@ -92,9 +92,10 @@ class Run:
         ("wall_east", {"bounds": (-1.0, -1.0, 0.8, 1.0)}, 0.55),
     ],
 )
-@pytest.mark.parametrize("told", [False, True])
-def test_ends_at_the_contact_with_an_obstacle(name, obstacles, gap, told) -> None:
-    run = Run(told=told, **obstacles)
+@pytest.mark.parametrize(("told", "footprint"), [(False, None), (True, None), (True, disc(0.1))])
+def test_ends_at_the_contact_with_an_obstacle(name, obstacles, gap, told, footprint) -> None:
+    """Also where more of the robot collides than its footprint covers, as what swings above it."""
+    run = Run(told=told, footprint=footprint, **obstacles)
     assert run.until(0.8 * gap / SPEED).reason() != TOUCHED
     assert run.contacts() == []
     status = run.until(5.0)
