@@ -131,6 +131,23 @@ def fastest_point(speed, turning, lever):
 
 
 @njit(cache=True)
+def in_frame(x, y, frame):
+    """A place in the frame at (x, y, cosine and sine of the yaw); all three in one outer frame, m."""
+    dx, dy = x - frame[0], y - frame[1]
+    return frame[2] * dx + frame[3] * dy, frame[2] * dy - frame[3] * dx
+
+
+@njit(cache=True)
+def gap_to_disc(frame, body, x, y, radius, least):
+    """How far a `Body` at a frame is from a disc about (x, y), m, or `least` if that is less."""
+    near = least + radius + body.radius
+    if near >= 0.0 and (x - frame[0]) ** 2 + (y - frame[1]) ** 2 >= near * near:
+        return least
+    x, y = in_frame(x, y, frame)
+    return min(least, distance_to_point(x, y, body) - radius)
+
+
+@njit(cache=True)
 def distance_to_point(x, y, body):
     """How far a `Body` is from a place in its frame, m; negative inside, by a part's depth."""
     least, start = np.inf, 0

@@ -34,7 +34,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from drake_starnav.geometry.footprint import distance_to_point, fastest_point
+from drake_starnav.geometry.footprint import fastest_point, gap_to_disc
 from drake_starnav.robot.motion import Actuation, Motion
 from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
@@ -128,14 +128,10 @@ def within(discs: np.ndarray, position: np.ndarray, reach: float) -> np.ndarray:
 @njit(cache=True)
 def _clearance(sample, moving, time, body):
     """Least distance of a robot at a sample to all places that discs may have reached at a time, less what it needs."""
-    least, discs, cosine, sine = np.inf, moving.discs, math.cos(sample[2]), math.sin(sample[2])
-    for k in range(len(discs)):
-        dx, dy = discs[k, X] + discs[k, VX] * time - sample[0], discs[k, Y] + discs[k, VY] * time - sample[1]
-        reached = discs[k, RADIUS] + discs[k, GROWTH] * time
-        near = least + reached + body.radius
-        if near < 0.0 or dx * dx + dy * dy < near * near:
-            x, y = cosine * dx + sine * dy, cosine * dy - sine * dx
-            least = min(least, distance_to_point(x, y, body) - reached)
+    least, frame = np.inf, (sample[0], sample[1], math.cos(sample[2]), math.sin(sample[2]))
+    for disc in moving.discs:
+        x, y = disc[X] + disc[VX] * time, disc[Y] + disc[VY] * time
+        least = gap_to_disc(frame, body, x, y, disc[RADIUS] + disc[GROWTH] * time, least)
     return least - moving.distance
 
 

@@ -9,6 +9,7 @@ import math
 import numpy as np
 from numba import njit
 
+from drake_starnav.geometry.footprint import in_frame
 from drake_starnav.geometry.polyline import point_to_segment_squared
 from drake_starnav.surroundings.unseen import Step, is_free
 
@@ -102,15 +103,14 @@ def body_gap(frame, ends, center, shade, body, enough):
 
     `frame` is the body's: x, y, and cosine and sine of its yaw, W.
     """
-    x, y, cosine, sine = frame
+    x, y, _, _ = frame
     if len(body.polygons.ends) == 0:
         return _point_gap(x, y, ends, center, shade) - body.radius
     near = body.radius + enough
     if not shade and point_to_segment_squared(x, y, ends[0], ends[1], ends[2], ends[3]) > near * near:
         return enough
-    ax, ay = _in_frame(ends[0] - x, ends[1] - y, cosine, sine)
-    bx, by = _in_frame(ends[2] - x, ends[3] - y, cosine, sine)
-    cx, cy = _in_frame(center[0] - x, center[1] - y, cosine, sine)
+    (ax, ay), (bx, by) = in_frame(ends[0], ends[1], frame), in_frame(ends[2], ends[3], frame)
+    cx, cy = in_frame(center[0], center[1], frame)
     chord = ax, ay, bx, by
     rays = (ax - cx, ay - cy, bx - cx, by - cy) if shade else (0.0, 0.0, 0.0, 0.0)
     least, start = np.inf, 0
@@ -136,12 +136,6 @@ def _point_gap(x, y, ends, center, shade):
         t = max((px * qx + py * qy) / max(qx * qx + qy * qy, 1e-18), 1.0)
         away = min(away, math.hypot(px - t * qx, py - t * qy))
     return -away if inside else away
-
-
-@njit(cache=True)
-def _in_frame(x, y, cosine, sine):
-    """A vector in the frame that is turned by an angle of this cosine and sine."""
-    return cosine * x + sine * y, cosine * y - sine * x
 
 
 @njit(cache=True)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from drake_starnav.geometry.footprint import Body, Footprint, part_distance
+from drake_starnav.geometry.footprint import Body, Footprint, in_frame, part_distance
 from drake_starnav.lidar.field_of_view import TURN
 from drake_starnav.surroundings.chords import BINS, ROUNDING
 from drake_starnav.surroundings.looks import saw, stands_on
@@ -127,8 +127,8 @@ def _no_nearer(part, n, step):
     """
     here, there, x, y = np.empty((n, 2)), np.empty((n, 2)), 0.0, 0.0
     for i in range(n):
-        here[i, 0], here[i, 1] = _in_body(part[i, 0], part[i, 1], step.first)
-        there[i, 0], there[i, 1] = _in_body(part[i, 0], part[i, 1], step.there)
+        here[i, 0], here[i, 1] = in_frame(part[i, 0], part[i, 1], step.first)
+        there[i, 0], there[i, 1] = in_frame(part[i, 0], part[i, 1], step.there)
         x, y = x + there[i, 0] / n, y + there[i, 1] / n
     stops, count = step.body.polygons.ends, max(len(step.body.polygons.ends), 1)
     before = np.empty((count, n))
@@ -153,13 +153,6 @@ def _no_nearer(part, n, step):
                     return False
         start = end
     return True
-
-
-@njit(cache=True)
-def _in_body(x, y, frame):
-    """A place in the frame of a body."""
-    dx, dy = x - frame[0], y - frame[1]
-    return frame[2] * dx + frame[3] * dy, frame[2] * dy - frame[3] * dx
 
 
 @njit(cache=True)

@@ -22,12 +22,11 @@ from drake_starnav.lidar.field_of_view import TURN, FieldOfView
 from drake_starnav.lidar.laser_scan import HIT, MAPPABLE, MOVING, Beams, LaserScan, placed_ends
 from drake_starnav.lidar.mounts import Mount
 from drake_starnav.surroundings.bearing_hits import CONNECTED_CHORD, half_gaps
+from drake_starnav.surroundings.chords import ROUNDING
 from drake_starnav.surroundings.erosion import BEARINGS, moving_average
 
 CROSSINGS = 64
 """Edges of views that a ray is followed across; along a rough wall it may cross more, and ends at the last of these."""
-ROUNDING = 1e-6
-"""By which a merged scan's range falls short, m, so that no ray leaves a view by rounding, numerics, before it ends."""
 NEAREST = 0.001
 """A hit that is too close to be measured is placed this far along its beam, to give it a direction, m: numerics."""
 BODY_SLACK = 0.001

@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.errors import StarnavError, shown
-from drake_starnav.geometry.footprint import Footprint, disc, distance_to_point
+from drake_starnav.geometry.footprint import Footprint, disc, gap_to_disc
 from drake_starnav.utils.snapshot import snapshot
 
 MOVING_OBSTACLE_COLOR = (0.87, 0.55, 0.74)
@@ -103,11 +103,9 @@ def disc_clearance(positions, radii, poses, body):
     """The same of a `Body` to discs of some radii (n,), m, at positions (m, n, 2), W, one row for each pose."""
     least = np.full(len(poses), np.inf)
     for k in range(len(poses)):
-        cosine, sine = math.cos(poses[k, 2]), math.sin(poses[k, 2])
+        frame = poses[k, 0], poses[k, 1], math.cos(poses[k, 2]), math.sin(poses[k, 2])
         for n in range(len(radii)):
-            dx, dy = positions[k, n, 0] - poses[k, 0], positions[k, n, 1] - poses[k, 1]
-            x, y = cosine * dx + sine * dy, cosine * dy - sine * dx
-            least[k] = min(least[k], distance_to_point(x, y, body) - radii[n])
+            least[k] = gap_to_disc(frame, body, positions[k, n, 0], positions[k, n, 1], radii[n], least[k])
     return least
 
 
