@@ -1,4 +1,4 @@
-"""Polylines: simplified, resampled and subdivided."""
+"""Polylines and polygons: simplified, resampled, subdivided, and how far places are from them."""
 
 import math
 
@@ -30,6 +30,13 @@ def distance_to_segment(points: np.ndarray, start: np.ndarray, end: np.ndarray) 
 def third_side(a, b, cosine):
     """The third side of a triangle from two others and the cosine of the angle between them, m."""
     return math.sqrt(max(a * a + b * b - 2.0 * a * b * cosine, 0.0))
+
+
+def signed_distance(polygon: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Distance of points (m, 2) to the outline of a polygon (n, 2), negative inside; shape (m,), m."""
+    area, places = shapely.Polygon(polygon), shapely.points(points)
+    away = shapely.distance(places, area.exterior)
+    return np.where(shapely.contains(area, places), -away, away)
 
 
 @njit(cache=True, inline="always")

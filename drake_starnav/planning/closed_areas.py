@@ -1,12 +1,12 @@
 """Areas that the robot must stay out of, on the planner's map: walls that no lidar sees."""
 
 import dataclasses
-import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
+from drake_starnav.geometry.polyline import subdivided
 from drake_starnav.planning.cost_field import Terrain, cost_to_go
 from drake_starnav.planning.distance_grid import DistanceGrid
 from drake_starnav.planning.impassable import impassable_points
@@ -37,11 +37,8 @@ class ClosedArea(NamedTuple):
 
 def closed_area(name: str, polygon: np.ndarray, margin: float, robot_radius: float) -> ClosedArea:
     """An area by the corners of a polygon, shape (n, 2), W, m, for a robot of a narrow radius, m."""
-    sides = []
-    for start, end in zip(polygon, np.roll(polygon, -1, axis=0), strict=True):
-        count = max(math.ceil(math.dist(start, end) / (SPACING * robot_radius)), 1)
-        sides.append(start + (end - start) * (np.arange(count) / count)[:, None])
-    return ClosedArea(name, np.vstack(sides), margin)
+    border = subdivided(np.vstack((polygon, polygon[:1])), SPACING * robot_radius)[:-1]
+    return ClosedArea(name, border, margin)
 
 
 def mapped(state: PlannerState, areas: Sequence[ClosedArea]) -> PlannerState:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from drake_starnav.errors import StarnavError, shown
+from drake_starnav.geometry.polyline import signed_distance
 from drake_starnav.geometry.se2 import places
 from drake_starnav.parameters import is_number
 from drake_starnav.robot.motion import Motion
@@ -84,20 +85,6 @@ class SpeedZone:
             return True
         fast[1:] |= fast[:-1]  # where it is slow enough, it has just slowed down
         return bool((signed_distance(self.corners, motion.position[fast]) > 0.0).all())
-
-
-def signed_distance(polygon: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Distance of points (m, 2) to a polygon (n, 2), negative inside; shape (m,), m."""
-    start, along = polygon, np.roll(polygon, -1, axis=0) - polygon
-    offset = points[:, None] - start
-    share = np.clip((offset * along).sum(axis=2) / np.maximum((along * along).sum(axis=1), 1e-18), 0.0, 1.0)
-    away = offset - share[..., None] * along
-    distance = np.sqrt((away * away).sum(axis=2).min(axis=1))
-    end_y = (start + along)[:, 1]
-    crosses = (start[:, 1] > points[:, 1, None]) != (end_y > points[:, 1, None])
-    rise = np.where(along[:, 1] == 0.0, 1.0, along[:, 1])
-    left = points[:, 0, None] < start[:, 0] + along[:, 0] * (points[:, 1, None] - start[:, 1]) / rise
-    return np.where((crosses & left).sum(axis=1) % 2 == 1, -distance, distance)
 
 
 def _keep_corners(zone: KeepOut | SpeedZone) -> None:

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from drake_starnav.geometry.polyline import signed_distance
 from drake_starnav.loading import parse_scenario
 from drake_starnav.navigation import Parts
 from drake_starnav.safety import KeepOut
-from drake_starnav.safety.zones import signed_distance
 from drake_starnav.scenario.scenario_file import load_scenario, scenario_text
 from drake_starnav.simulation.run import run_trial
 

@@ -6,11 +6,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_starnav.errors import StarnavError
+from drake_starnav.geometry.polyline import signed_distance
 from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.motion import roll_out
 from drake_starnav.safety.certificates import accepted
 from drake_starnav.safety.shield import certified_twist, ramped_twist
-from drake_starnav.safety.zones import KeepOut, SpeedZone, signed_distance
+from drake_starnav.safety.zones import KeepOut, SpeedZone
 from tests.helpers.motions import PERIOD, actuation
 from tests.helpers.scans import seeds
 

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from drake_starnav.errors import StarnavError, shown
+from drake_starnav.geometry.se2 import now_in
 from drake_starnav.parameters import is_number
 from drake_starnav.utils.files import read_bytes, read_text, reading
 from drake_starnav.utils.yaml_text import load_yaml
@@ -49,11 +50,8 @@ class OccupancyMap:
 
     def cell_at(self, point: tuple[float, float]) -> tuple[int, int] | None:
         """Indices of `cells` at a point (x, y) of W, m; None outside the map."""
-        x, y, yaw = self.origin
-        cosine, sine = math.cos(yaw), math.sin(yaw)
-        dx, dy = point[0] - x, point[1] - y
-        column = math.floor((cosine * dx + sine * dy) / self.resolution)
-        row = math.floor((cosine * dy - sine * dx) / self.resolution)
+        x, y, _ = now_in(np.array(self.origin), np.array((*point, 0.0)))
+        row, column = math.floor(y / self.resolution), math.floor(x / self.resolution)
         inside = 0 <= row < self.cells.shape[0] and 0 <= column < self.cells.shape[1]
         return (row, column) if inside else None
 
