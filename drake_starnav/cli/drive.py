@@ -9,7 +9,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-from drake_starnav.cli.options import NOT_REACHED, REACHED, Command, add_overrides, add_scenario
+from drake_starnav.cli.options import NOT_REACHED, REACHED, Command, add_scenario
 from drake_starnav.errors import StarnavError, counted, shown
 from drake_starnav.utils.files import check_outputs, write_text
 from drake_starnav.utils.imported import imported
@@ -48,7 +48,6 @@ def _add_robot(parser: argparse.ArgumentParser, what: str) -> None:
 
 def _add_drive_options(parser: argparse.ArgumentParser) -> None:
     add_scenario(parser)
-    add_overrides(parser)
     parser.add_argument(
         "--robot", default="ros2", metavar="KIND", help="ros2, or MODULE:NAME of what makes a robot (default: ros2)"
     )
@@ -115,11 +114,6 @@ replay = Command(
 )
 
 
-def _add_warm_options(parser: argparse.ArgumentParser) -> None:
-    add_scenario(parser)
-    add_overrides(parser)
-
-
 def _warm(options: argparse.Namespace) -> int:
     from drake_starnav.loading import load_scenario
     from drake_starnav.runtime import Navigator
@@ -135,7 +129,7 @@ def _warm(options: argparse.Namespace) -> int:
 warm = Command(
     "warm",
     "Compile all that a robot's declarations can use, and say how long that takes then and once compiled.",
-    _add_warm_options,
+    add_scenario,
     _warm,
 )
 

@@ -157,8 +157,9 @@ def print_written(paths: Iterable[Path | None]) -> None:
 
 
 def add_scenario(parser: argparse.ArgumentParser) -> None:
-    """Add the argument `scenario`."""
+    """Add the argument `scenario`, and the option `--set`."""
     parser.add_argument("scenario", help=f"a shipped scenario ({', '.join(scenario_names())}) or a YAML file")
+    add_overrides(parser)
 
 
 def add_overrides(parser: argparse.ArgumentParser) -> None:

@@ -3,18 +3,13 @@
 import argparse
 from pathlib import Path
 
-from drake_starnav.cli.options import REACHED, Command, add_overrides, add_scenario, check_seed, progress_bar
+from drake_starnav.cli.options import REACHED, Command, add_scenario, check_seed, progress_bar
 from drake_starnav.errors import StarnavError
 from drake_starnav.utils.files import check_outputs, file_name
 
 
-def _add_scenario_options(parser: argparse.ArgumentParser) -> None:
-    add_scenario(parser)
-    add_overrides(parser)
-
-
 def _add_options(parser: argparse.ArgumentParser) -> None:
-    _add_scenario_options(parser)
+    add_scenario(parser)
     parser.add_argument("--seed", type=int, default=0, help="of the world (default: 0)")
     parser.add_argument("--out", type=Path, metavar="FILE", help="a .png (default: out/SCENARIO.png)")
 
@@ -82,6 +77,6 @@ def _print_margins(options: argparse.Namespace) -> int:
 margins = Command(
     "margins",
     "Print the error that a scenario's margins allow for, term by term, and these margins.",
-    _add_scenario_options,
+    add_scenario,
     _print_margins,
 )

@@ -44,6 +44,7 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_demo_options(parser: argparse.ArgumentParser) -> None:
+    add_overrides(parser)
     _add_run_options(parser)
     html, figures = DEMO_FILES
     parser.set_defaults(scenario="forest", html=html, json=figures, meshcat=False, real_time_rate=None)
@@ -54,7 +55,6 @@ def _add_run_options(parser: argparse.ArgumentParser) -> None:
         "--method", default="star", help=f"one of {', '.join(METHODS)}, or module:function (default: star)"
     )
     parser.add_argument("--seed", type=int, default=0, help="of the world and the sensor's noise (default: 0)")
-    add_overrides(parser)
     parser.add_argument("--quiet", action="store_true", help="no progress bar and no table")
 
 
