@@ -16,9 +16,8 @@ import numpy as np
 from drake_starnav.errors import counted
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.runtime.navigator import Command, Navigator
+from drake_starnav.runtime.watchdog import ZEROS
 
-ZEROS = 5
-"""So often a base that stands is told to, at the end."""
 MANY = 200
 """Of the last scans the status says how late they are answered."""
 LONGEST_RAMP = 10.0

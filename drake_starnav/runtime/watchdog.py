@@ -21,7 +21,7 @@ from drake_starnav.utils.imported import imported
 DEADLINE, PERIOD = 0.1, 0.02
 """s"""
 ZEROS = 5
-"""So often a base that stands is told to."""
+"""So often a base that stands is told to, at the end."""
 
 
 class Ramp(NamedTuple):
