@@ -1,22 +1,24 @@
-"""The BARN robot in its station: it follows ramped twists up to 2 m/s, level and with its grip, and fits its disc."""
+"""Shipped robots in their station: they follow ramped twists within their limits, level and with their grip."""
 
 import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
 
 from drake_starnav.scenario.scenario_file import load_scenario
+from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.navigation_station import NavigationStation
+from drake_starnav.station.robot_geometry import RobotModel, robot_outline
 from drake_starnav.worlds.world import World
 from tests.helpers.motions import limited_twist
 
-SCENARIO = load_scenario("barn")
+JACKAL, CARRIER = load_scenario("barn"), load_scenario("room", overrides=["robot.model=carrier"])
+PLAIN = World("plain", (0.0, 0.0, 0.0), (9.0, 0.0))
 PERIOD = 0.025
 
 
-def drive(targets: list[tuple[float, float, float]]) -> np.ndarray:
+def drive(scenario: Scenario, targets: list[tuple[float, float, float]]) -> np.ndarray:
     """Errors of (v, omega) at every period, shape (n, 2), while each twist is approached for so many seconds."""
-    world = World("plain", (0.0, 0.0, 0.0), (9.0, 0.0))
-    station = NavigationStation(world, SCENARIO)
+    station = NavigationStation(PLAIN, scenario)
     simulator = Simulator(station)
     context = simulator.get_mutable_context()
     command = station.GetInputPort("drive.twist_command")
@@ -25,7 +27,7 @@ def drive(targets: list[tuple[float, float, float]]) -> np.ndarray:
     twist, errors = np.zeros(2), []
     for v, omega, seconds in targets:
         for _ in range(round(seconds / PERIOD)):
-            twist = limited_twist(twist, np.array((v, omega)), SCENARIO.robot, PERIOD)
+            twist = limited_twist(twist, np.array((v, omega)), scenario.robot, PERIOD)
             command.FixValue(context, twist)
             simulator.AdvanceTo(context.get_time() + PERIOD)
             errors.append(station.GetOutputPort("localization.state").Eval(context)[3:] - twist)
@@ -39,13 +41,24 @@ def drive(targets: list[tuple[float, float, float]]) -> np.ndarray:
 @pytest.mark.parametrize("v", [0.4, 2.0])
 @pytest.mark.parametrize("omega", [0.0, 3.0])
 def test_follows_the_commanded_twist(v: float, omega: float) -> None:
-    errors = drive([(v, omega, 1.5)])
+    errors = drive(JACKAL, [(v, omega, 1.5)])
     assert np.abs(errors[-10:, 0]).max() < 2e-3
     assert np.abs(errors[-10:, 1]).max() < 5e-3
     assert np.abs(errors[:, 0]).max() < 0.02
 
 
 def test_brakes_as_hard_as_commanded() -> None:
-    errors = drive([(2.0, 0.0, 1.0), (0.0, 4.0, 1.0), (0.0, -4.0, 1.0)])
+    errors = drive(JACKAL, [(2.0, 0.0, 1.0), (0.0, 4.0, 1.0), (0.0, -4.0, 1.0)])
     assert np.abs(errors[:, 0]).max() < 0.02
     assert np.abs(errors[:, 1]).max() < 0.1
+
+
+def test_the_carrier_follows_commands_within_its_limits() -> None:
+    errors = drive(CARRIER, [(1.0, 1.5, 2.0), (-1.0, -1.5, 2.0), (0.0, 0.0, 2.0)])
+    assert np.abs(errors).max(axis=0) == pytest.approx((0.0, 0.0), abs=0.05)
+
+
+def test_the_carrier_s_footprint_is_its_outline() -> None:
+    station = NavigationStation(PLAIN, CARRIER)
+    outline = robot_outline(RobotModel(station.plant, station.scene_graph, station.robot_model))
+    assert sorted(map(tuple, np.round(outline, 9).tolist())) == sorted(map(tuple, CARRIER.robot.footprint))
