@@ -11,6 +11,7 @@ from numba import njit
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.compiled import leaf
+from drake_starnav.geometry.se2 import placed
 from drake_starnav.utils.snapshot import snapshot
 
 SAMPLING = 0.032
@@ -262,9 +263,7 @@ def joined(one: Footprint, other: Footprint) -> Footprint:
 
 def covered(shape: Footprint, pose: np.ndarray) -> shapely.Geometry:
     """The area that a robot covers at a pose (x, y, yaw); a disc as a polygon of 48 corners."""
-    x, y, yaw = pose
-    turn = np.array(((math.cos(yaw), math.sin(yaw)), (-math.sin(yaw), math.cos(yaw))))
-    return shapely.union_all([shapely.Polygon(part @ turn + (x, y)) for part in shape.parts or (shape.outline,)])
+    return shapely.union_all([shapely.Polygon(placed(pose, part)) for part in shape.parts or (shape.outline,)])
 
 
 def overlap(one: Footprint, pose: np.ndarray, other: Footprint, other_pose: np.ndarray) -> bool:

@@ -15,6 +15,7 @@ from drake_starnav.geometry.polyline import arc_lengths, point_to_segment_square
 from drake_starnav.geometry.se2 import placed
 from drake_starnav.planning.bucket_search import bucket_dijkstra
 from drake_starnav.planning.cost_field import descent
+from drake_starnav.planning.distance_grid import LARGEST_GRID
 from drake_starnav.surroundings.region_union import RegionUnion
 from drake_starnav.worlds.clearance import clearance as clearance_at
 from drake_starnav.worlds.world import World
@@ -22,7 +23,6 @@ from drake_starnav.worlds.world import World
 TOLERANCE = 1e-9  # m, a path may touch the capsules
 _TURNS = (0.0, -math.pi / 8.0)  # rad, of the grids: where one makes the worst of a way, the other makes the best
 _SPACINGS = (0.2, 0.1, 0.05)  # m, of the points among which a path is shortened
-_LARGEST_GRID = 30_000_000  # cells
 _JOINED = 3  # cells to each side, among which start and goal are joined to the grid
 
 
@@ -99,9 +99,9 @@ def shortest_path(world: World, clearance: float, resolution: float = 0.05) -> t
         frame, back = np.array(((0.0, 0.0, angle), (0.0, 0.0, -angle)))
         outer = placed(frame, corners)
         box = np.array((outer.min(axis=0), outer.max(axis=0)))
-        if math.prod((box[1] - box[0]) / resolution) > _LARGEST_GRID:
+        if math.prod((box[1] - box[0]) / resolution) > LARGEST_GRID:
             raise StarnavError(
-                f"shortest path: the grid of world {world.name} has more than {_LARGEST_GRID} cells of "
+                f"shortest path: the grid of world {world.name} has more than {LARGEST_GRID:.0e} cells of "
                 f"{resolution:g} m; allowed: a larger resolution"
             )
         turned = np.column_stack((placed(frame, capsules[:, :2]), placed(frame, capsules[:, 2:4]), capsules[:, 4]))

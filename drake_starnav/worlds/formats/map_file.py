@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from drake_starnav.errors import StarnavError, shown
-from drake_starnav.geometry.se2 import now_in
+from drake_starnav.geometry.se2 import now_in, placed
 from drake_starnav.parameters import is_number
 from drake_starnav.utils.files import read_bytes, read_text, reading
 from drake_starnav.utils.yaml_text import load_yaml
@@ -44,9 +44,8 @@ class OccupancyMap:
 
     def to_world(self, points: np.ndarray) -> np.ndarray:
         """Points given in cells along x and y, shape (..., 2), in W, m."""
-        x, y, yaw = self.origin
-        cosine, sine = math.cos(yaw), math.sin(yaw)
-        return self.resolution * np.asarray(points) @ np.array([(cosine, sine), (-sine, cosine)]) + (x, y)
+        flat = self.resolution * np.reshape(points, (-1, 2))
+        return placed(np.array(self.origin), flat).reshape(np.shape(points))
 
     def cell_at(self, point: tuple[float, float]) -> tuple[int, int] | None:
         """Indices of `cells` at a point (x, y) of W, m; None outside the map."""
