@@ -83,7 +83,7 @@ def _open_runs(union: RegionUnion, owner, closures, hits, radius):
             x, y = corners[i, 0] + share * dx, corners[i, 1] + share * dy
             u, v = x + beyond * dy / length, y - beyond * dx / length
             line[n, 0], line[n, 1], probe[n, 0], probe[n, 1] = x, y, u, v
-            is_open[n] = cover_at(union, u, v, slack) < 0 and distance_at(hits, u, v) > radius - HIT_ERROR * radius
+            is_open[n] = distance_at(hits, u, v) > radius - HIT_ERROR * radius and cover_at(union, u, v, slack) < 0
             for j in range(len(closures)):
                 if math.hypot(u - closures[j, 0], v - closures[j, 1]) <= size:
                     is_open[n] = False

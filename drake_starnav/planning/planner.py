@@ -72,7 +72,7 @@ def _anticipating(state: PlannerState, here: StarRegion, inputs: PlannerInput) -
     if state.aside is not None or state.status is not PlannerStatus.EXPLORING or len(state.path) != 1:
         return state
     path = state.optimistic_path
-    ahead = points_ahead(path, *inputs.position.tolist(), here.alone, inputs.robot_radius)
+    ahead = points_ahead(path, *inputs.position.tolist(), tuple(here.alone), inputs.robot_radius)
     if ahead < 0:
         return state
     return dataclasses.replace(state, aside=Guidance(path[ahead : ahead + 1], False, here.alone))
