@@ -55,14 +55,8 @@ def _open_runs(union: RegionUnion, owner, closures, hits, radius):
     No run, of shape (k, 2), goes on from the last point to the first.
     """
     center, bearing_0, values = union.center[owner], union.bearing_0[owner], union.values[owner]
-    samples, longest, beyond, slack, size = (
-        len(values),
-        STEP * radius,
-        BEYOND * radius,
-        COVER_SLACK * radius,
-        CLOSED * radius,
-    )
-    step, count = 2.0 * math.pi / samples, 0
+    samples, beyond, count = len(values), BEYOND * radius, 0
+    step = 2.0 * math.pi / samples
     corners = np.empty((samples + 1, 2))
     parts = np.empty(samples, np.int64)
     for i in range(samples + 1):
@@ -71,7 +65,7 @@ def _open_runs(union: RegionUnion, owner, closures, hits, radius):
         corners[i, 1] = center[1] + values[i % samples] * math.sin(bearing)
     for i in range(samples):
         length = math.hypot(corners[i + 1, 0] - corners[i, 0], corners[i + 1, 1] - corners[i, 1])
-        parts[i] = max(int(math.ceil(length / longest)), 1)
+        parts[i] = max(int(math.ceil(length / (STEP * radius))), 1)
         count += parts[i]
     line, probe, is_open = np.empty((count, 2)), np.empty((count, 2)), np.empty(count, np.bool_)
     n = 0
@@ -83,10 +77,10 @@ def _open_runs(union: RegionUnion, owner, closures, hits, radius):
             x, y = corners[i, 0] + share * dx, corners[i, 1] + share * dy
             u, v = x + beyond * dy / length, y - beyond * dx / length
             line[n, 0], line[n, 1], probe[n, 0], probe[n, 1] = x, y, u, v
-            is_open[n] = distance_at(hits, u, v) > radius - HIT_ERROR * radius and cover_at(union, u, v, slack) < 0
+            is_open[n] = distance_at(hits, u, v) > radius - HIT_ERROR * radius
             for j in range(len(closures)):
-                if math.hypot(u - closures[j, 0], v - closures[j, 1]) <= size:
-                    is_open[n] = False
+                is_open[n] &= math.hypot(u - closures[j, 0], v - closures[j, 1]) > CLOSED * radius
+            is_open[n] = is_open[n] and cover_at(union, u, v, COVER_SLACK * radius) < 0
             n += 1
     first = int(np.argmin(is_open))
     line, probe = np.concatenate((line[first:], line[:first])), np.concatenate((probe[first:], probe[:first]))

@@ -61,17 +61,14 @@ def check_plan(state: PlannerState, region: StarRegion, inputs: PlannerInput) ->
         inputs: the latest scan, and where the robot is.
     """
     scan, pose = inputs.observation.scan, inputs.observation.pose.tolist()
-    driven, since_plan = (
-        distance_to(inputs.position, state.node_position),
-        distance_to(inputs.position, state.plan_position),
-    )
+    driven = distance_to(inputs.position, state.node_position), distance_to(inputs.position, state.plan_position)
     roadmap, probe = state.roadmap, EMPTY_PATH if state.target is None else state.target[1:]
     plan = state.path, probe, state.optimistic_path
     place = *pose[:2], math.cos(pose[2]), math.sin(pose[2])
     seen = tuple(scan.beams), place, inputs.margins.smoothing_slack  # plain tuples are handed over six times as fast
     known = tuple(roadmap.union), tuple(region.alone), state.doubting, roadmap.hits.arrays
     x, y = inputs.position.tolist()
-    return PlanCheck(*_checked(x, y, (driven, since_plan), plan, known, seen, inputs.robot_radius))
+    return PlanCheck(*_checked(x, y, driven, plan, known, seen, inputs.robot_radius))
 
 
 def distance_to(a: np.ndarray, b: np.ndarray) -> float:

@@ -13,7 +13,7 @@ from drake_starnav.planning.distance_grid import STRIDE
 from drake_starnav.planning.frontiers import gaps_of
 from drake_starnav.planning.state import EMPTY_PATH, PlannerInput, PlannerState
 from drake_starnav.planning.string_pulling import string_pulled
-from drake_starnav.surroundings.region_union import RegionUnion, cover_at, first_gap
+from drake_starnav.surroundings.region_union import cover_at, first_gap
 from drake_starnav.surroundings.star_region import StarRegion
 
 LEFT = 0.8
@@ -60,7 +60,8 @@ def find_route(state: PlannerState, here: StarRegion, inputs: PlannerInput) -> R
     spot = approach(roadmap.hits, inputs.goal, inputs.goal_tolerance, inputs.robot_radius, inputs.margins.preferred)
     seen = np.flatnonzero(here.alone.contains(spot.places) | union.contains(spot.places))
     goal = spot.places[seen[0]] if len(seen) else spot.goal
-    if len(seen) and _in_sight(here, union, position, goal, inputs.robot_radius):
+    straight = tuple(position), tuple(goal), 0.0, inputs.robot_radius
+    if len(seen) and (cover_at(here.alone, *goal, 0.0) >= 0 or first_gap(union, *straight) < 0.0):
         return Route(goal[None].copy())
     path = cost_field(state, goal, inputs).path(position)
     if not len(path):
@@ -68,21 +69,14 @@ def find_route(state: PlannerState, here: StarRegion, inputs: PlannerInput) -> R
     sight = here.alone if state.doubting else union
     path, last, first = _leaving(path, 0.5 * STRIDE * roadmap.hits.resolution, union, LEFT * inputs.robot_radius)
     if first < 0:
-        return Route(pulled(np.vstack((path, goal)) if len(seen) else path, position, sight, inputs.robot_radius))
+        return Route(
+            string_pulled(np.vstack((path, goal)) if len(seen) else path, position, sight, inputs.robot_radius)
+        )
     way, beyond = path[: last + 1], path[first:]
     aim = frontier_point(state, inputs.robot_radius, path[last], path[first]) if last else None
     if aim is not None and first_gap(union, tuple(path[last]), tuple(aim), 0.0, inputs.robot_radius) < 0.0:
         way = np.vstack((way, aim))
-    return Route(pulled(way, position, sight, inputs.robot_radius), np.vstack((way[-1], path[first])), beyond)
-
-
-def _in_sight(
-    here: StarRegion, union: RegionUnion, position: np.ndarray, goal: np.ndarray, robot_radius: float
-) -> bool:
-    """Whether the latest region contains the goal, or the straight line to it lies in the regions."""
-    if cover_at(here.alone, *goal, 0.0) >= 0:
-        return True
-    return bool(first_gap(union, tuple(position), tuple(goal), 0.0, robot_radius) < 0.0)
+    return Route(string_pulled(way, position, sight, inputs.robot_radius), np.vstack((way[-1], path[first])), beyond)
 
 
 def frontier_point(
@@ -104,11 +98,6 @@ def frontier_point(
     at += np.clip(0.5 * along[-1] - at, -SHIFT * robot_radius, SHIFT * robot_radius)
     on, out = (np.array([np.interp(at, along, side) for side in points.T]) for points in (line, probe))
     return 2.0 * on - out
-
-
-def pulled(path: np.ndarray, position: np.ndarray, regions: RegionUnion, radius: float) -> np.ndarray:
-    """The path string-pulled inside the regions, where it has more than one way point."""
-    return path if len(path) < 2 else string_pulled(path, position, regions, radius)
 
 
 def cost_field(state: PlannerState, goal: np.ndarray, inputs: PlannerInput) -> CostField:

@@ -22,9 +22,9 @@ def string_pulled(path: np.ndarray, position: np.ndarray, regions: RegionUnion, 
         radius: of the robot, m.
 
     Returns:
-        Shape (m, 2), W, m; ends where the path ends.
+        Shape (m, 2), W, m; ends where the path ends. A path of less than two points is as it was.
     """
-    return _string_pulled(np.vstack((position, path)), regions, radius)
+    return _string_pulled(np.vstack((position, path)), regions, radius) if len(path) > 1 else path
 
 
 @njit(cache=True)

@@ -74,7 +74,6 @@ def watcher(
     progress: Callable[[float, float], None] | None,
 ) -> Callable[[float, float], None]:
     """Report progress, a robot that does not follow its commands, and, in `reports`, one that stands still and why."""
-    port = navigation.planned("blocked_by")
 
     def watch(now: float, limit: float) -> None:
         if progress is not None:
@@ -82,18 +81,17 @@ def watcher(
         context = simulator.get_context()
         states, commands = (log.FindLog(context) for log in logs)
         check_drive(simulated(navigation.station), states.sample_times(), states.data().T, commands.data().T, slip=slip)
-        reason = "" if port is None else value_of(port, context)
+        reason = blocked_by(navigation, context)
         if reason != (reports[-1][1] if reports else ""):
             reports.append((now, reason))
 
     return watch
 
 
-def closed_by(simulator: Simulator, navigation: Navigation) -> list[tuple[float, str]]:
-    """When, s, a planner gave up, and for which closed area; empty if not for one."""
-    context, port = simulator.get_context(), navigation.planned("blocked_by")
-    reason = "" if port is None else value_of(port, context)
-    return [(context.get_time(), reason)] if reason else []
+def blocked_by(navigation: Navigation, context: Context) -> str:
+    """What its planner, if it says so, calls the reason why a robot stands, or has no way; empty without one."""
+    port = navigation.planned("blocked_by")
+    return "" if port is None else value_of(port, context)
 
 
 def add_collision_monitor(builder: DiagramBuilder, navigation: Navigation) -> None:

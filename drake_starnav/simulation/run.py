@@ -20,7 +20,7 @@ from drake_starnav.navigation import Navigation, Parts, add_navigation
 from drake_starnav.navigation.parts import AS_DECLARED
 from drake_starnav.navigation.robot import robot_world
 from drake_starnav.scenario.schema import Scenario, check_method
-from drake_starnav.simulation.monitors import FOOTPRINT_LOG, add_monitors, closed_by, watcher
+from drake_starnav.simulation.monitors import FOOTPRINT_LOG, add_monitors, blocked_by, watcher
 from drake_starnav.simulation.trial import INTERRUPTED, TIMEOUT, Run, Trial, caption_lines, figures, omniscient_path
 from drake_starnav.station.navigation_station import add_station, simulated
 from drake_starnav.station.planar_localization import planar_states
@@ -114,8 +114,9 @@ def run_trial(
         watch = watcher(simulator, navigation, logs, scenario.drive.slip, reports, progress)
         start = time.perf_counter()
         message = advance_until(simulator, scenario.simulation.timeout or world.timeout, watch)
-        if message.startswith("unreachable"):
-            reports += closed_by(simulator, navigation)
+        end = simulator.get_context()
+        if message.startswith("unreachable") and (area := blocked_by(navigation, end)):
+            reports.append((end.get_time(), area))
         run = left_by(simulator, navigation, logs[0], message, time.perf_counter() - start)
         run = dataclasses.replace(run, blocked=tuple(reports))
         steps: dict[str, Any] = {name: stopwatch.summary(name) for name in STEPS}
