@@ -39,8 +39,12 @@ def gaps_of(roadmap: StarRoadmap, closures: np.ndarray, robot_radius: float, own
         robot_radius: m.
         owner: index of the region.
     """
-    line, probe, runs = _open_runs(roadmap.union, owner, closures, roadmap.hits.arrays, robot_radius)
-    return [Gap(line[a:b], probe[a:b], owner) for a, b in runs.tolist()]
+    line, probe, is_open = _boundary(roadmap.union, owner, closures, roadmap.hits.arrays, robot_radius)
+    first = int(np.argmin(is_open))  # no run goes on from the last point to the first
+    line, probe, is_open = (np.roll(each, -first, axis=0) for each in (line, probe, is_open))
+    ends = np.flatnonzero(np.diff(np.concatenate(([0], is_open.astype(np.int8), [0]))))
+    runs = [Gap(line[a:b], probe[a:b], owner) for a, b in ends.reshape(-1, 2).tolist()]
+    return [gap for gap in runs if np.hypot(*np.diff(gap.line, axis=0).T).sum() >= LEAST * robot_radius]
 
 
 def all_gaps(roadmap: StarRoadmap, closures: np.ndarray, robot_radius: float) -> list[Gap]:
@@ -49,11 +53,8 @@ def all_gaps(roadmap: StarRoadmap, closures: np.ndarray, robot_radius: float) ->
 
 
 @njit(cache=True)
-def _open_runs(union: RegionUnion, owner, closures, hits, radius):
-    """Points along a region's boundary (n, 2), the places beyond them (n, 2), and from and to which these are open.
-
-    No run, of shape (k, 2), goes on from the last point to the first.
-    """
+def _boundary(union: RegionUnion, owner, closures, hits, radius):
+    """Points along a region's boundary (n, 2), the places beyond them (n, 2), and whether these are open (n,)."""
     center, bearing_0, values = union.center[owner], union.bearing_0[owner], union.values[owner]
     samples, beyond, count = len(values), BEYOND * radius, 0
     step = 2.0 * math.pi / samples
@@ -82,18 +83,4 @@ def _open_runs(union: RegionUnion, owner, closures, hits, radius):
                 is_open[n] &= math.hypot(u - closures[j, 0], v - closures[j, 1]) > CLOSED * radius
             is_open[n] = is_open[n] and cover_at(union, u, v, COVER_SLACK * radius) < 0
             n += 1
-    first = int(np.argmin(is_open))
-    line, probe = np.concatenate((line[first:], line[:first])), np.concatenate((probe[first:], probe[:first]))
-    runs, kept, length, begin = np.empty((count, 2), np.int64), 0, 0.0, -1
-    for n in range(count + 1):
-        if n < count and is_open[(first + n) % count]:
-            if begin < 0:
-                begin, length = n, 0.0
-            else:
-                length += math.hypot(line[n, 0] - line[n - 1, 0], line[n, 1] - line[n - 1, 1])
-        elif begin >= 0:
-            if length >= LEAST * radius:
-                runs[kept, 0], runs[kept, 1] = begin, n
-                kept += 1
-            begin = -1
-    return line, probe, runs[:kept]
+    return line, probe, is_open

@@ -57,10 +57,9 @@ def add_monitors(builder: DiagramBuilder, navigation: Navigation, scenario: Scen
     sources = {"state": navigation.localization("state"), "goal": navigation.goal_position}
     if isinstance(navigation.goal, GoalSequence):
         sources["reached"] = navigation.goal.GetOutputPort("reached")
-    sources["status"] = navigation.planned("status")
-    for name, port in sources.items():
-        if port is not None:
-            builder.Connect(port, arrival.GetInputPort(name))
+    if (status := navigation.planned("status")) is not None:
+        sources["status"] = status
+    connect_inputs(builder, arrival, sources, "arrival_monitor")
     state = navigation.station.GetOutputPort("cheat.robot_state")
     return [LogVectorOutput(port, builder, {TriggerType.kPerStep}) for port in (state, navigation.twist_command)]
 
