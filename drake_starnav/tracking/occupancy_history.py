@@ -194,13 +194,8 @@ def _note(grids, places, beams, time, place, large):
         large: which beams hit a large surface.
     """
     (first_hit, last_hit, seen_free, seen_large), (origin, cells), (x, y, bearing) = grids, places, place
-    wrap = beams.seam < np.inf
     distance = np.where(beams.kinds & LOST != 0, 0.0, beams.distances)
-    free = _seen_through(origin, len(first_hit), x, y, (bearing, beams.increment, wrap), distance)
-    for i in range(len(free)):
-        for j in range(len(free)):
-            if free[i, j]:
-                seen_free[i, j], first_hit[i, j], seen_large[i, j] = True, NEVER, False
+    _free(first_hit, seen_free, seen_large, (origin, x, y), (bearing, beams.increment, beams.seam < np.inf), distance)
     for k in range(len(cells)):
         if _inside(first_hit, cells, k, 0):
             i, j = cells[k]
@@ -268,30 +263,41 @@ def _extremes_of(table, first, last):
     if last - first >= n:
         first, last = 0, n - 1
     length = last - first + 1
-    first %= n
+    if first < 0:
+        first += n
     while 2 << k <= length:
         k += 1
     other = first + length - (1 << k)
     return min(table[0, k, first], table[0, k, other]), max(table[1, k, first], table[1, k, other])
 
 
-@njit(cache=True, error_model="numpy")
-def _seen_through(origin, cells, x, y, beams, distance):
-    """Which cells of a square grid all beams near them pass, shape (cells, cells), bool.
+@leaf
+def _settled(first_hit, seen_free, large, square):
+    """Whether all cells of a square (i, j, side) are known to be free, as they were seen last."""
+    i, j, side = square
+    for a in range(i, min(i + side, len(first_hit))):
+        for b in range(j, min(j + side, len(first_hit))):
+            if not seen_free[a, b] or first_hit[a, b] >= 0.0 or large[a, b]:
+                return False
+    return True
 
-    Squares of cells whose beams all end before them, or all beyond, are not looked at cell by cell.
+
+@njit(cache=True, error_model="numpy")
+def _free(first_hit, seen_free, large, place, beams, distance):
+    """Note in square grids which cells all beams near them pass: those are free now.
+
+    Squares of cells whose beams all end before them, or all beyond, are not looked at cell by cell; small ones that are
+    free anyway are not looked at.
 
     Args:
-        origin: first cell of the grid, shape (2,).
-        cells: along a side.
-        x, y: of the sensor, m.
-        beams: bearing of the first one in the grid's frame and the step, rad, and whether they are a full circle.
+        first_hit, seen_free, large: changed in place.
+        place: first cell of the grids, shape (2,), and x, y of the sensor, m.
+        beams: bearing of the first one in the grids' frame and the step, rad, and whether they are a full circle.
         distance: up to which each sees, shape (n,), m.
     """
-    bearing_0, increment, wrap = beams
+    (origin, x, y), (bearing_0, increment, wrap), cells = place, beams, len(first_hit)
     n, table = len(distance), _extremes(distance)
-    through = np.zeros((cells, cells), np.bool_)
-    half = 0.5 * math.sqrt(2.0) * CELL
+    half, turn_beams = 0.5 * math.sqrt(2.0) * CELL, 2.0 * math.pi / increment
     squares, waiting = np.empty((cells * cells // SQUARE + 4 * SQUARE, 3), np.int64), 0
     for i in range(0, cells, SQUARE):
         for j in range(0, cells, SQUARE):
@@ -300,9 +306,12 @@ def _seen_through(origin, cells, x, y, beams, distance):
     while waiting > 0:
         waiting -= 1
         i, j, side = squares[waiting, 0], squares[waiting, 1], squares[waiting, 2]
+        if side <= 2 and _settled(first_hit, seen_free, large, (i, j, side)):
+            continue
         dx, dy = (i + origin[0] + 0.5 * side) * CELL - x, (j + origin[1] + 0.5 * side) * CELL - y
         r, spread = math.sqrt(dx * dx + dy * dy), (side - 1) * half
-        middle = ((math.atan2(dy, dx) - bearing_0) % (2.0 * math.pi)) / increment
+        turn = (math.atan2(dy, dx) - bearing_0) / (2.0 * math.pi)
+        middle = (turn - math.floor(turn)) * turn_beams
         # no beam that passes through the cell, nor the one beside it, may end before the cell does
         width = math.asin(min(half / max(r - spread, half), 1.0)) / increment + 1.0
         if side > 1:
@@ -311,16 +320,13 @@ def _seen_through(origin, cells, x, y, beams, distance):
         least, most = _extremes_of(table, first, last)
         known = wrap or (first >= 0 and last < n) or (side == 1 and last - first >= n)
         ends = r + half + RANGE_SLACK
-        if side == 1:
-            through[i, j] = known and least > ends
-        elif known and least > ends + spread + 1e-9:
+        if known and least > (ends if side == 1 else ends + spread + 1e-9):
             for a in range(i, min(i + side, cells)):
                 for b in range(j, min(j + side, cells)):
-                    through[a, b] = True
-        elif not known or most > ends - spread - 1e-9:
+                    seen_free[a, b], first_hit[a, b], large[a, b] = True, NEVER, False
+        elif side > 1 and (not known or most > ends - spread - 1e-9):
             for k in range(4):
                 a, b = i + k // 2 * (side // 2), j + k % 2 * (side // 2)
                 if a < cells and b < cells:
                     squares[waiting, 0], squares[waiting, 1], squares[waiting, 2] = a, b, side // 2
                     waiting += 1
-    return through

@@ -14,7 +14,7 @@ from drake_starnav.tracking.occupancy_history import (
     RANGE_SLACK,
     STANDING_AFTER,
     OccupancyHistory,
-    _seen_through,
+    _free,
 )
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from tests.helpers.scans import scattered, seeds
@@ -164,7 +164,9 @@ def test_a_cell_is_free_if_all_beams_beside_it_end_beyond(seed: int, full: bool,
     distance = np.repeat(distance, 5)[:beams]
     cells, half = 100, math.sqrt(0.5) * CELL
     origin = np.floor(place / CELL).astype(int) - rng.integers(30, 70, 2)
-    free = _seen_through(origin, cells, *place, (begin, step, full), distance)
+    free = rng.random((cells, cells)) < 0.3
+    known, grids = free.copy(), (np.where(free, NEVER, 0.0), free, np.zeros_like(free))
+    _free(*grids, (origin, *place), (begin, step, full), distance)
     for i, j in rng.integers(0, cells, (200, 2)):
         dx, dy = (origin + (i, j) + 0.5) * CELL - place
         r = math.hypot(dx, dy)
@@ -175,4 +177,6 @@ def test_a_cell_is_free_if_all_beams_beside_it_end_beyond(seed: int, full: bool,
         near = np.arange(math.floor(middle - width), math.ceil(middle + width) + 1)
         near = np.arange(beams) if len(near) > beams else near
         seen = full or (near[0] >= 0 and near[-1] < beams)
-        assert free[i, j] == (seen and (distance[near % beams] > r + half + RANGE_SLACK).all())
+        passed = seen and (distance[near % beams] > r + half + RANGE_SLACK).all()
+        assert free[i, j] == (known[i, j] or passed)
+        assert grids[0][i, j] == (NEVER if free[i, j] else 0.0)
