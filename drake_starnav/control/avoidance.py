@@ -29,6 +29,7 @@ from drake_starnav.control.avoidance_rollout import (
 from drake_starnav.control.inputs import ControllerInputs
 from drake_starnav.control.moving_modulation import moving_modulation
 from drake_starnav.control.rollout import FreeSpace, goal_slowdown, times_left
+from drake_starnav.geometry.compiled import leaf
 from drake_starnav.robot import Limits, RobotParameters
 from drake_starnav.robot.base import twist_of
 from drake_starnav.robot.limits import limited, wrapped_angle
@@ -154,7 +155,7 @@ def avoid_collision(
     scene = Scene(line, times_left(line, limits), known, discs, limits, settings)
     start = begun(pose, twist, known.hits, settings.radius)
     ahead = start.copy()
-    drive(ahead, np.array([(PATH, 1.0, 0.0, 0.0)]), int(math.ceil(HORIZON / STEP - 1e-9)), scene)
+    drive(ahead, np.array([(PATH, 1.0, 0.0, 0.0)]), int(math.ceil(HORIZON / STEP - 1e-9)), scene, np.inf)
     least, held = ahead["least"][0], ahead["held"][0]
     nearest = float(least) if least < COMFORT else np.inf
     if nearest >= COMFORT and not held:
@@ -200,37 +201,32 @@ def _first_velocities(ways, start, scene):
 @njit(cache=True)
 def _searched(ways, firsts, allowed, start, scene):
     """The manoeuvre with which the best rollout begins, or -1, and its least predicted distance, m."""
-    count, limits, allowed = len(ways), scene.limits, np.flatnonzero(allowed)
-    change = np.empty(count)
-    for m in range(count):
-        speed = math.hypot(firsts[m, 0] - start[0].ahead, firsts[m, 1] - start[0].aside)
-        turning = abs(firsts[m, 2] - start[0].turning)
-        change[m] = CHANGE_WEIGHT * (speed / limits.max_speed + turning / limits.max_yaw_rate)
-    generation = np.empty(len(allowed), ROLLOUT)
-    for i in range(len(allowed)):
-        generation[i] = start[0]
-        generation[i].first = allowed[i]
-    drive(generation, ways[allowed], SEGMENT, scene)
-    for i in range(len(generation)):
-        generation[i].cost += change[generation[i].first]
-    best, least, best_cost = -1, -np.inf, np.inf
+    limits, allowed = scene.limits, np.flatnonzero(allowed)
+    best, least, best_cost, generation = -1, -np.inf, np.inf, start
     segments = int(math.ceil(HORIZON / (SEGMENT * STEP) - 1e-9))
-    for depth in range(1, segments + 1):
-        for i in range(len(generation)):  # rollouts that ended compete with those that reached the horizon
-            row = generation[i]
-            if (depth == segments or row.ended > 0) and row.cost < best_cost:
-                best, least, best_cost = row.first, row.least, row.cost
-        if depth == segments:
-            break
+    for depth in range(segments):
+        following, last = ways[allowed] if depth == 0 else ways, depth == segments - 1
         kept = _continued(generation, SAME_PLACE * scene.settings.radius, SAME_SPEED * limits.max_speed)
-        following, held = np.empty(len(kept) * count, ROLLOUT), np.empty((len(kept) * count, 4))
-        for i in range(len(following)):
-            following[i], held[i] = generation[kept[i // count]], ways[i % count]
-        generation = following
-        drive(generation, held, SEGMENT, scene)
-        for i in range(len(generation)):
-            generation[i].cost += change[generation[i].first]
+        count, rows = len(following), np.empty(len(kept) * len(following), ROLLOUT)
+        for k in range(len(kept)):
+            group = rows[k * count : (k + 1) * count]
+            for m in range(count):
+                group[m] = generation[kept[k]]
+                if depth == 0:
+                    group[m].first, group[m].change = allowed[m], _change(firsts[allowed[m]], start[0], limits)
+            drive(group, following, SEGMENT, scene, best_cost if last else np.inf)
+            for m in range(count):  # rollouts that ended compete with those that reached the horizon
+                if (last or group[m].ended > 0) and group[m].cost < best_cost:
+                    best, least, best_cost = group[m].first, group[m].least, group[m].cost
+        generation = rows
     return best, least
+
+
+@leaf
+def _change(velocity, row, limits):
+    """What it costs to change from the velocity of a rollout to one of shape (3,), s."""
+    speed = math.hypot(velocity[0] - row.ahead, velocity[1] - row.aside)
+    return CHANGE_WEIGHT * (speed / limits.max_speed + abs(velocity[2] - row.turning) / limits.max_yaw_rate)
 
 
 @njit(cache=True)

@@ -52,15 +52,15 @@ WALL_COST = 0.6
 """Cost of the least clearance to static obstacles, s, if less than the zone, in radii: walls leave no room to evade."""
 ROLLOUT = np.dtype(
     [
-        *((name, np.float64) for name in ("x", "y", "yaw", "ahead", "aside", "turning")),
+        *((name, np.float64) for name in ("x", "y", "yaw", "ahead", "aside", "turning", "change")),
         *((name, np.int64) for name in ("way_point", "region", "first")),
         *((name, np.float64) for name in ("clearance", "closest", "lost", "least", "spent", "arrival", "cost")),
         *((name, np.int64) for name in ("ended", "held")),
     ]
 )
-"""A rollout: pose and `Velocity` at its end; the way point ahead, the region around it and the manoeuvre it began with;
-clearance, the least so far, comfort lost, the least distance to discs, the time spent, that of arrival and the cost, m
-and s; whether it ended, and whether the robot was held."""
+"""A rollout: pose and `Velocity` at its end, what its first change of these costs, s; the way point ahead, the region
+around it and the manoeuvre it began with; clearance, the least so far, comfort lost, the least distance to discs, the
+time spent, that of arrival and the cost, m and s; whether it ended, and whether the robot was held."""
 
 
 class Discs(NamedTuple):
@@ -149,13 +149,13 @@ def wanted_velocity(way, pose, way_point, limits, settings):
 
 
 @njit(cache=True, error_model="numpy")
-def _foreseen(discs, spent, steps):
-    """The discs after `spent` and at the end of each step: (x, y), velocity, speed, radius, weight of distances to it.
+def _foreseen(discs, spent, steps, settings):
+    """The discs after `spent` and at the end of each step, shape (steps + 1, n, 8), W, m and m/s.
 
-    Shape (steps + 1, n, 7), W, m and m/s.
+    Columns: (x, y), velocity, radius, weight of distances to it and its inverse, speed with which it may come.
     """
     trajectories, last = discs.trajectories, discs.trajectories.shape[1] - 1.001
-    foreseen = np.empty((steps + 1, len(discs.radius), 7))
+    foreseen = np.empty((steps + 1, len(discs.radius), 8))
     for s in range(steps + 1):
         at = min((discs.age + spent) / PREDICTION_STEP, last)
         i = int(at)
@@ -165,42 +165,49 @@ def _foreseen(discs, spent, steps):
             dx, dy = trajectories[j, i + 1, 0] - x, trajectories[j, i + 1, 1] - y
             foreseen[s, j, 0], foreseen[s, j, 1] = x + share * dx, y + share * dy
             foreseen[s, j, 2], foreseen[s, j, 3] = dx / PREDICTION_STEP, dy / PREDICTION_STEP
-            foreseen[s, j, 4] = math.hypot(dx, dy) / PREDICTION_STEP
-            foreseen[s, j, 5], foreseen[s, j, 6] = discs.radius[j], COMFORT / discs.comfort[j]
+            foreseen[s, j, 4], foreseen[s, j, 5] = discs.radius[j], COMFORT / discs.comfort[j]
+            coming = (1.0 - settings.caution) * math.hypot(dx, dy) / PREDICTION_STEP
+            foreseen[s, j, 6] = discs.comfort[j] / COMFORT
+            foreseen[s, j, 7] = coming + settings.caution * settings.max_speed
         spent += STEP
     return foreseen
 
 
 @leaf
-def _course(row):
-    """Speed, with the sign of that along x, and the direction in which it counts, W."""
-    if row.aside == 0.0:
-        return row.ahead, row.yaw
-    return math.hypot(row.ahead, row.aside), row.yaw + math.atan2(row.aside, row.ahead)
+def _course(pose, moves):
+    """The direction in which the `_speed` of a robot that moves counts, as (cos, sin) in W."""
+    course = pose.yaw if moves.aside == 0.0 else pose.yaw + math.atan2(moves.aside, moves.ahead)
+    return math.cos(course), math.sin(course)
 
 
 @leaf
-def _must_brake(row, foreseen, s, limits, settings):
+def _speed(moves):
+    """Of a `Velocity`, with the sign of that along x."""
+    return moves.ahead if moves.aside == 0.0 else math.hypot(moves.ahead, moves.aside)
+
+
+@leaf
+def _must_brake(pose, moves, foreseen, s, limits, settings):
     """Whether a robot that brakes fully now might be touched before it stops, with the discs at their predictions.
 
     Checked at half the braking time and at its end, for all discs, whether it approaches them or not: a robot that only
     watches those ahead is soon surrounded. The discs are those of `_foreseen` at s.
     """
-    v, course = _course(row)
+    v = _speed(moves)
     if abs(v) < STANDING_SPEED:
         return False
     caution, stop = settings.caution, abs(v) / limits.max_acceleration
     distance = settings.radius + settings.spacing + MOVING_MARGIN * settings.radius  # again: tracks err more than hits
     for j in range(foreseen.shape[1]):
-        disc_x, disc_y, speed, radius = foreseen[s, j, 0], foreseen[s, j, 1], foreseen[s, j, 4], foreseen[s, j, 5]
-        most = 0.5 * abs(v) + (1.0 - caution) * speed + caution * settings.max_speed
-        far = distance + radius + most * stop + 1e-9
-        if (row.x - disc_x) ** 2 + (row.y - disc_y) ** 2 > far * far:
+        disc_x, disc_y, radius = foreseen[s, j, 0], foreseen[s, j, 1], foreseen[s, j, 4]
+        far = distance + radius + (0.5 * abs(v) + foreseen[s, j, 7]) * stop + 1e-9
+        if (pose.x - disc_x) ** 2 + (pose.y - disc_y) ** 2 > far * far:
             continue
+        ux, uy = _course(pose, moves)
         for share in (0.5, 1.0):
             t = share * stop
             way = v * t - 0.5 * math.copysign(limits.max_acceleration, v) * t * t
-            px, py = row.x + way * math.cos(course), row.y + way * math.sin(course)
+            px, py = pose.x + way * ux, pose.y + way * uy
             dx = px - disc_x - (1.0 - caution) * foreseen[s, j, 2] * t
             dy = py - disc_y - (1.0 - caution) * foreseen[s, j, 3] * t
             needed = distance + radius + caution * settings.max_speed * t
@@ -210,16 +217,17 @@ def _must_brake(row, foreseen, s, limits, settings):
 
 
 @leaf
-def _held(row, standing, limits, settings):
+def _held(pose, moves, standing, limits, settings):
     """Whether a robot that brakes fully from the next step on might be touched by an object that is static now."""
-    v, course = _course(row)
-    if abs(v) < STANDING_SPEED:
+    v = _speed(moves)
+    if abs(v) < STANDING_SPEED or not len(standing):
         return False
-    distance, stop = settings.radius + settings.spacing, abs(v) / limits.max_acceleration
+    (ux, uy), distance = _course(pose, moves), settings.radius + settings.spacing
+    stop = abs(v) / limits.max_acceleration
     for share in (0.5, 1.0):
         t = share * stop
         way = v * (t + STEP) - 0.5 * math.copysign(limits.max_acceleration, v) * t * t
-        px, py = row.x + way * math.cos(course), row.y + way * math.sin(course)
+        px, py = pose.x + way * ux, pose.y + way * uy
         needed = distance + settings.max_speed * (t + STEP)
         for j in range(len(standing)):
             if (px - standing[j, 0]) ** 2 + (py - standing[j, 1]) ** 2 < needed * needed:
@@ -228,31 +236,37 @@ def _held(row, standing, limits, settings):
 
 
 @njit(cache=True, error_model="numpy")
-def drive(rows, ways, steps, scene):
+def drive(rows, ways, steps, scene, most):
     """Continue rollouts (n,) in place by some steps, each of its manoeuvre: ways (n, 4), rows of `manoeuvres`.
 
     All have spent the same time. One ends early if the robot is touched or reaches a frontier. Its cost is then that so
-    far plus the time to the goal, without the change of the velocity, s.
+    far plus the time to the goal, s. Those that cannot cost less than `most` stay where they are, at infinite cost.
     """
     line, left, known, discs, limits, settings = scene
     hits, star = known.hits, known.star
     center, bearing_0, values = star.center, star.bearing_0, star.values
     if not len(rows):
         return
-    foreseen = _foreseen(discs, rows[0].spent, steps)
+    foreseen = _foreseen(discs, rows[0].spent, steps, settings)
     last, arrived, zone = len(line) - 1, ARRIVED * settings.radius, WALL_ZONE * settings.radius
     for r in range(len(rows)):
-        row, way = rows[r], (ways[r, 0], ways[r, 1], ways[r, 2], ways[r, 3])
+        row, asked = rows[r], (ways[r, 0], ways[r, 1], ways[r, 2], ways[r, 3])
+        row.cost = row.lost + WALL_COST * (1.0 - row.closest / zone) ** 2 + row.change
+        way = math.hypot(line[-1, 0] - row.x, line[-1, 1] - row.y)
+        way = way if way > arrived + steps * STEP * limits.max_speed else 0.0
+        row.cost += min(row.arrival, row.spent + way / limits.max_speed)
+        if row.cost - 1e-9 >= most:
+            row.cost = np.inf
+            continue
         room = 0.0  # no hit is nearer than this, m
         for s in range(steps):
-            pose, k = Pose(row.x, row.y, row.yaw), row.way_point
-            wanted = wanted_velocity(way, pose, (line[k, 0], line[k, 1], k == last), limits, settings)
-            if _must_brake(row, foreseen, s, limits, settings):
+            pose, moves, k = Pose(row.x, row.y, row.yaw), Velocity(row.ahead, row.aside, row.turning), row.way_point
+            wanted = wanted_velocity(asked, pose, (line[k, 0], line[k, 1], k == last), limits, settings)
+            if _must_brake(pose, moves, foreseen, s, limits, settings):
                 wanted = Velocity(0.0, 0.0, wanted.turning)
-            if _held(row, discs.standing, limits, settings):
+            if _held(pose, moves, discs.standing, limits, settings):
                 wanted = Velocity(0.0, 0.0, wanted.turning)
                 row.held = 1
-            moves = Velocity(row.ahead, row.aside, row.turning)
             pose, moves, driven = advanced(pose, moves, wanted, STEP, limits)
             row.yaw, row.ahead, row.aside, row.turning = pose.yaw, moves.ahead, moves.aside, moves.turning
             free = covers(center, bearing_0, values, 0, pose.x, pose.y, 0.0)
@@ -292,6 +306,7 @@ def drive(rows, ways, steps, scene):
         else:
             pose, moves = Pose(row.x, row.y, row.yaw), Velocity(row.ahead, row.aside, row.turning)
             row.cost = row.cost + row.spent + time_to_go(line, left, row.way_point, pose, moves, limits)
+        row.cost += row.change
 
 
 @leaf
@@ -299,8 +314,8 @@ def _worth(x, y, foreseen, s, radius, grown, most):
     """What the distance from a robot at (x, y) to the discs is worth, m: at most `most`, negative if one touches it."""
     for j in range(foreseen.shape[1]):
         dx, dy = x - foreseen[s, j, 0], y - foreseen[s, j, 1]
-        far = radius + foreseen[s, j, 5] + (most + 1e-9) * grown / foreseen[s, j, 6]
+        far = radius + foreseen[s, j, 4] + (most + 1e-9) * grown * foreseen[s, j, 6]
         if dx * dx + dy * dy <= far * far:
-            away = math.hypot(dx, dy) - radius - foreseen[s, j, 5]
-            most = min(most, away / grown * foreseen[s, j, 6] if away > 0.0 else away)
+            away = math.hypot(dx, dy) - radius - foreseen[s, j, 4]
+            most = min(most, away / grown * foreseen[s, j, 5] if away > 0.0 else away)
     return most

@@ -12,6 +12,7 @@ import numpy as np
 from numba import njit
 from numba.extending import register_jitable
 
+from drake_starnav.geometry.compiled import leaf
 from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.robot.base import Base
 from drake_starnav.robot.limits import Limits, Velocity
@@ -167,7 +168,7 @@ def velocity_of(twist):
     return Velocity(twist[0], twist[1] if len(twist) == 3 else 0.0, twist[-1])
 
 
-@njit(cache=True)
+@leaf
 def ramped_velocity(now, target, step, limits):
     """The velocity after a step (s) towards a target, and the mean one of the step."""
     faster, turned = limits.max_acceleration * step, limits.max_yaw_acceleration * step
@@ -182,7 +183,7 @@ def ramped_velocity(now, target, step, limits):
     return after, Velocity(now.ahead + mean * dx, now.aside + mean * dy, mean_turning)
 
 
-@njit(cache=True)
+@leaf
 def advanced(pose, velocity, target, step, limits):
     """Pose and velocity after a step (s) towards a target velocity, and the way driven (m), at its mean rates."""
     after, mean = ramped_velocity(velocity, target, step, limits)
@@ -194,7 +195,7 @@ def advanced(pose, velocity, target, step, limits):
     return Pose(pose.x + way * cosine - side * sine, pose.y + way * sine + side * cosine, pose.yaw + turn), after, way
 
 
-@njit(cache=True)
+@leaf
 def body_rates(velocity, limits):
     """Speed, with the sign of that along x, m/s, and turning rate, rad/s."""
     speed = velocity.ahead

@@ -58,7 +58,7 @@ def begin(v: float = 0.0, limits: Limits = LIMITS) -> np.ndarray:
 
 def driven(start: np.ndarray, way: tuple[float, ...], steps: int, among: Scene) -> np.void:
     rows = start.copy()
-    drive(rows, np.array([way]), steps, among)
+    drive(rows, np.array([way]), steps, among, np.inf)
     return rows[0]
 
 
@@ -122,6 +122,6 @@ def test_rollouts_in_one_array_do_not_meddle_with_each_other() -> None:
     ways = np.array([(PATH, 1.0, 0.0, 0.0), (TWIST, 0.8, 0.0, 0.0), (HEADING, 1.0, -0.8, 0.0)])
     rows = np.concatenate([begin(0.1 * k) for k in range(3)])
     alone = [driven(rows[k : k + 1], tuple(way), 30, scene((0.9, 0.1))) for k, way in enumerate(ways)]
-    drive(rows, ways, 30, scene((0.9, 0.1)))
+    drive(rows, ways, 30, scene((0.9, 0.1)), np.inf)
     assert np.array_equal(rows, np.array(alone))
     assert len({float(row["cost"]) for row in rows}) == 3

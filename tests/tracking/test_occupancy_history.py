@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, UNKNOWN
 from drake_starnav.tracking.occupancy_history import (
     CELL,
+    NEVER,
     RANGE_SLACK,
     STANDING_AFTER,
     OccupancyHistory,
