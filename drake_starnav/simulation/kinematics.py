@@ -17,7 +17,7 @@ from drake_starnav.safety.clear import Clear, covered
 from drake_starnav.safety.shield import braking_twist
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.scenario.schema import Scenario
-from drake_starnav.surroundings.looks import Chords, Looks
+from drake_starnav.surroundings.looks import Chords, Known, Look, Looks
 from drake_starnav.surroundings.perception import Perceived, PerceptionSettings, perceive
 from drake_starnav.surroundings.region_union import RegionUnion
 from drake_starnav.surroundings.safe_region import CertifiedRegion
@@ -43,13 +43,18 @@ class Seen(NamedTuple):
     sizes: tuple[float, float]
 
     @staticmethod
-    def of(star: CertifiedRegion, margin: float, footprint: Footprint) -> "Seen":
-        """From the region, the margin (m), and the footprint of the robot."""
-        sizes = margin, float(star.look.reach - footprint.radius)
+    def of(star: CertifiedRegion, margin: float, footprint: Footprint, *, all_of_it: bool) -> "Seen":
+        """From the region, the margin (m), and the footprint of the robot; or only the star, which is soon made."""
         inside = (
             Clear(star, margin, footprint).inside or RegionUnion.alone(np.zeros(2), 0.0, np.zeros(4), NO_SLOPES)[:3]
         )
-        return Seen(inside, star.look.chords, star.looks, sizes)
+        if not all_of_it:
+            return Seen(inside, *UNSEEN)
+        return Seen(inside, star.look.chords, star.looks, (margin, float(star.look.reach - footprint.radius)))
+
+
+UNSEEN = Look.none().chords, Looks.of(Known()), (0.0, 0.0)
+"""Surfaces, looks and sizes of nothing."""
 
 
 class KinematicMotion:
@@ -84,7 +89,7 @@ class KinematicMotion:
         margins = derive_margins(scenario, mounts)
         self._lidars = tuple(zip(scenario.all_lidars, mounts, strict=True))
         self._world, self._seed, self._shield, self._margin = world, seed, shield, margins.safety
-        self._settings = PerceptionSettings(margins, scenario.robot.shape, None, tuple(mounts))
+        self._settings = PerceptionSettings(margins, scenario.robot.shape, None, tuple(mounts), plans=False)
         controller, robot = scenario.controller, scenario.robot
         self._rate, self._shapes = controller.rate, visible_shapes(world)
         self._actuation = Actuation(robot.limits, robot.shape, 1.0 / controller.rate, controller.delay, robot.drive)
@@ -111,7 +116,6 @@ class KinematicMotion:
         self.scan, self._scans = scans[0], self._scans + 1
         if self._shield:
             self.seen = perceive(self.seen, scans, self.pose, self._settings)
-        self._packed = Seen.of(self.seen.safety, self._margin, self._actuation.footprint)
 
     def drive(self, twist: np.ndarray, duration: float) -> None:
         """Drive at a twist for a time, s, or until something is touched."""
@@ -137,19 +141,18 @@ class KinematicMotion:
         actuation = self._actuation
         base, limits, footprint = actuation.base, actuation.limits, actuation.footprint
         desired = base.saturated(desired, limits)
-        proposals = np.array(list(base.proposals(desired, limits)))
-        poses, twist = np.empty((count, 3)), np.array(self.twist, dtype=float)
-        asked, changed, braked = _burst(
-            np.array(self.pose, dtype=float),
-            twist,
-            (desired, proposals, self._shield),
-            self._packed,
-            actuation.numbers,
-            (footprint.cover, footprint.body),
-            poses,
-        )
-        self.asked, self.changed, self.braked = self.asked + asked, self.changed + changed, self.braked + braked
-        self.pose, self.twist = poses[asked - 1], twist
+        pose, twist, poses = np.array(self.pose, dtype=float), np.array(self.twist, dtype=float), np.empty((count, 3))
+        does, shape = actuation.numbers, (footprint.cover, footprint.body)
+        seen = Seen.of(self.seen.safety, self._margin, footprint, all_of_it=False)
+        asked, *_, open_ = _burst(pose, twist, (desired, desired[None], self._shield, False), seen, does, shape, poses)
+        if open_:
+            proposals = np.array(list(base.proposals(desired, limits)))
+            seen = Seen.of(self.seen.safety, self._margin, footprint, all_of_it=True)
+            further, changed, braked, _ = _burst(
+                pose, twist, (desired, proposals, True, True), seen, does, shape, poses[asked:]
+            )
+            asked, self.changed, self.braked = asked + further, self.changed + changed, self.braked + braked
+        self.asked, self.pose, self.twist = self.asked + asked, poses[asked - 1], twist
         return poses[:asked]
 
     def close(self) -> None:
@@ -168,17 +171,20 @@ def _sampled(pose, twist, target, does, samples):
 
 @njit(cache=True)
 def _burst(pose, twist, asked, seen, does, shape, poses):
-    """`KinematicMotion.burst` on arrays, which writes the poses and the last twist: its three counts.
+    """`KinematicMotion.burst` on arrays, which writes poses and the last twist: its three counts, and if it is open.
+
+    It ends, and is open, at a command that the star does not certify, where nothing else is to be asked.
 
     Args:
         pose, twist: shapes (3,) and (c,), of the robot.
-        asked: the twist, shape (c,), the proposals, shape (n, c), and whether one must be certified.
+        asked: the twist, shape (c,), the proposals, shape (n, c), whether one must be certified, and whether by more
+            than the star.
         seen: `Seen`.
         does: as of `Actuation.numbers`.
         shape: the places of the covering discs, and `Body`.
         poses: shape (m, 3), to be written.
     """
-    (desired, proposals, certifies), (cover, body) = asked, shape
+    (desired, proposals, certifies, complete), (cover, body) = asked, shape
     is_disc, samples, limits = len(body.polygons.ends) == 0, np.empty((SAMPLES, 6)), Limits(*does[4:])
     changed = braked = braking = 0
     motion = samples
@@ -190,11 +196,13 @@ def _burst(pose, twist, asked, seen, does, shape, poses):
                 grips
                 and (
                     covered(seen.star, motion, cover)
-                    or keeps_clear(motion, seen.surfaces, seen.looks, body, seen.sizes)
+                    or (complete and keeps_clear(motion, seen.surfaces, seen.looks, body, seen.sizes))
                 )
             ):
                 chosen = p
                 break
+        if chosen < 0 and not complete:
+            return k, changed, braked, True
         if chosen >= 0:
             target = proposals[chosen]
             changed += chosen > 0
@@ -209,6 +217,6 @@ def _burst(pose, twist, asked, seen, does, shape, poses):
             twist[1] = after.aside
         poses[k] = motion[braking, :3]
         if velocity == after and (poses[k] == pose).all():
-            return k + 1, changed, braked
+            return k + 1, changed, braked, False
         pose[:] = poses[k]
-    return len(poses), changed, braked
+    return len(poses), changed, braked, False

@@ -134,12 +134,14 @@ class PerceptionSettings(NamedTuple):
         outlier_noise: standard deviation of the ranges at which outliers are removed, see `without_outliers`, m; None:
             they are not.
         mounts: of the lidars.
+        plans: whether somebody plans: without, no region is observed, only the certified one is made.
     """
 
     margins: Margins
     footprint: Footprint
     outlier_noise: float | None = None
     mounts: tuple[Mount, ...] = (ON_AXIS,)
+    plans: bool = True
 
 
 Perceive = Callable[[Perceived, Sequence[LaserScan], np.ndarray, PerceptionSettings], Perceived]
@@ -163,7 +165,7 @@ def perceive(
         pose: (x, y, yaw) of the robot in the world frame W at the time of the newest, m and rad.
         settings: of robot and sensors.
     """
-    margins, footprint, noise, mounts = settings
+    margins, footprint, noise, mounts, plans = settings
     robot_radius = footprint.narrow
     time, looks = newest(scans), _looks(before.looks, scans, pose, settings)
     seen = [
@@ -185,8 +187,10 @@ def perceive(
     safe_radius = robot_radius + margins.safety
     memorised = margins.safety_range + 2.0 * safe_radius, SCAN_MEMORY
     distance = smoothed_distances(scan, margins.smoothing_slack)
-    region, beside = scan_region(scan, pose, robot_radius, margins, samples, distance), np.zeros((0, 2))
-    if alone and known:
+    region, beside = None, np.zeros((0, 2))
+    if plans:
+        region = scan_region(scan, pose, robot_radius, margins, samples, distance)
+    if region is not None and alone and known:
         beside = hits_beside(near, mounts, known)[0]
         beside = placed(pose, beside[np.hypot(*beside.T) < memorised[0]])
         region = clear_of(region, beside, robot_radius)
