@@ -162,8 +162,10 @@ def avoid_collision(
         return Avoidance(nearest, None, np.inf)
     ways = manoeuvres(twist, limits, around(pose, path, tracked, robot))
     firsts = _first_velocities(ways, start, scene)
-    twists = [twist_of(first, actuation.base) for first in firsts]
-    allowed = np.array([accepted(roll_out(pose, twist, first, actuation), certificates) for first in twists])
+    twists = twist_of(firsts, actuation.base)
+    asked = list(map(tuple, twists.tolist()))  # several manoeuvres begin alike
+    passed = {each: accepted(roll_out(pose, twist, np.array(each), actuation), certificates) for each in set(asked)}
+    allowed = np.array([passed[each] for each in asked])
     k, least = _searched(ways, firsts, allowed, start, scene)
     return Avoidance(nearest, twists[k] if k >= 0 else None, least)
 

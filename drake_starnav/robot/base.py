@@ -71,8 +71,8 @@ class Base(Protocol):
 
 
 def twist_of(velocity: Velocity | np.ndarray, base: Base) -> np.ndarray:
-    """A velocity as a twist of a base."""
-    return np.array(velocity if len(base.components) == 3 else velocity[::2])
+    """A velocity as a twist of a base; or many, shape (n, 3) -> (n, 2 or 3)."""
+    return np.array(velocity)[..., :: 1 if len(base.components) == 3 else 2].copy()
 
 
 def straight_and_curved(length: float, turn: float) -> list[tuple]:
