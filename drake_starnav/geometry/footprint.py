@@ -151,10 +151,11 @@ def gap_to_disc(frame, body, x, y, radius, least):
 @njit(cache=True)
 def distance_to_point(x, y, body):
     """How far a `Body` is from a place in its frame, m; negative inside, by a part's depth."""
-    least, start = np.inf, 0
-    for end in body.polygons.ends:
-        least, start = min(least, part_distance(x, y, body, start, end)[0]), end
-    return least if start > 0 else part_distance(x, y, body, 0, 0)[0]
+    ends, least = body.polygons.ends, np.inf
+    for k in range(max(len(ends), 1)):
+        start, end = ends[k - 1] if k > 0 else 0, ends[k] if len(ends) else 0
+        least = min(least, part_distance(x, y, body, start, end)[0])
+    return least
 
 
 @njit(cache=True)

@@ -37,7 +37,7 @@ class Differential:
     def proposals(self, desired: np.ndarray, limits: Limits) -> Iterable[np.ndarray]:
         """Slower, and turning less; made as they are asked for, as the first one mostly does."""
         yield desired
-        yield from (share * desired for share in SHARES[1:])
+        yield from SHARES[1:] * desired
 
     def pursued(self, ahead: float, aside: float, turn: float, gear: float, speed: float, limits: Limits) -> np.ndarray:
         if gear == 0.0:
