@@ -32,7 +32,7 @@ def _string_pulled(line, regions, radius):
     """The same of a path that begins at the robot, shape (k, 2)."""
     forward = _pull(subdivided(line, FORWARD_STEP * radius), regions, radius)
     points = subdivided(forward, BACKWARD_STEP * radius)[::-1].copy()
-    points[0] = forward[-1]  # without its rounding
+    points[0, 0], points[0, 1] = forward[-1, 0], forward[-1, 1]  # without its rounding
     backward = _pull(points, regions, radius)
     whole = math.hypot(backward[-1, 0] - line[0, 0], backward[-1, 1] - line[0, 1]) <= 1e-6
     return (backward[::-1][1:] if whole and len(backward) > 1 else forward[1:]).copy()
@@ -55,9 +55,9 @@ def last_in_sight(points, x, y, union, radius):
 def _pull(points, regions, radius):
     """The first of some points (n, 2), and on from it repeatedly the last one in line of sight."""
     kept, n, i = np.empty_like(points), 1, 1
-    kept[0] = points[0]
+    kept[0, 0], kept[0, 1] = points[0, 0], points[0, 1]  # not as rows: Numba would compile an error's text
     while i < len(points):
         i += max(last_in_sight(points[i:], kept[n - 1, 0], kept[n - 1, 1], regions, radius), 0)
-        kept[n] = points[i]
+        kept[n, 0], kept[n, 1] = points[i, 0], points[i, 1]
         n, i = n + 1, i + 1
     return kept[:n]
