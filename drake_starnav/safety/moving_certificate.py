@@ -95,54 +95,21 @@ def reachable_discs(tracks: Tracks, parameters: DynamicObstacleParameters) -> np
         parameters: what is declared.
     """
     trusted = tracks.confirmed & tracks.settled
-    return _reachable_discs(
-        (tracks.hits, tracks.owner),
-        (tracks.standing, tracks.occlusions),
-        (tracks.position, tracks.velocity, tracks.radius, trusted, trusted & (tracks.seen < tracks.time)),
-        (float(parameters.max_speed), float(parameters.caution), float(parameters.stopping_distance)),
-    )
+    lost, cautious = np.flatnonzero(trusted & (tracks.seen < tracks.time)), parameters.caution * parameters.max_speed
+    still, tracked = (tracks.standing, tracks.occlusions), np.column_stack((tracks.position, tracks.radius))
+    places = np.vstack((tracks.hits, *still, tracked[lost]))
+    owner = np.concatenate((tracks.owner, np.full(sum(map(len, still)), -1), lost))
+    known = np.append(trusted, False)[owner]
+    moving = np.where(known[:, None], (1.0 - parameters.caution) * np.vstack((tracks.velocity, (0.0, 0.0)))[owner], 0.0)
+    growth, radius = np.where(known, cautious, parameters.max_speed), places[:, 2] + parameters.stopping_distance
+    discs = np.column_stack((places[:, :2], moving, growth, radius))
+    return discs[np.argsort(known, kind="stable")]
 
 
-@njit(cache=True)
-def _reachable_discs(seen, still, known, declared):
-    """The loop of `reachable_discs`.
-
-    Args:
-        seen: hits with their radius, shape (k, 3), and the track of each, or -1.
-        still: other places with their radius, each of shape (m, 3).
-        known: position, velocity and radius of the tracks, whether each is trusted, and is while out of view.
-        declared: max_speed, caution and stopping_distance.
-    """
-    (hits, owner), (position, velocity, radius, trusted, lost), (speed, caution, room) = seen, known, declared
-    discs, n = np.empty((len(hits) + len(still[0]) + len(still[1]) + len(radius), 6)), 0
-    for k in range(len(hits)):
-        if not (owner[k] >= 0 and trusted[owner[k]]):
-            discs[n] = hits[k, 0], hits[k, 1], 0.0, 0.0, speed, hits[k, 2] + room
-            n += 1
-    for places in still:
-        for k in range(len(places)):
-            discs[n] = places[k, 0], places[k, 1], 0.0, 0.0, speed, places[k, 2] + room
-            n += 1
-    for k in range(len(hits)):
-        if owner[k] >= 0 and trusted[owner[k]]:
-            vx, vy = (1.0 - caution) * velocity[owner[k]]
-            discs[n] = hits[k, 0], hits[k, 1], vx, vy, caution * speed, hits[k, 2] + room
-            n += 1
-    for k in range(len(radius)):
-        if lost[k]:
-            vx, vy = (1.0 - caution) * velocity[k]
-            discs[n] = position[k, 0], position[k, 1], vx, vy, caution * speed, radius[k] + room
-            n += 1
-    return discs[:n]
-
-
-@njit(cache=True)
-def within(discs, position, reach):
+def within(discs: np.ndarray, position: np.ndarray, reach: float) -> np.ndarray:
     """The reachable discs whose edge is within `reach` (m) of a place (2,)."""
-    near = np.zeros(len(discs), np.bool_)
-    for k in range(len(discs)):
-        near[k] = math.hypot(discs[k, X] - position[0], discs[k, Y] - position[1]) - discs[k, RADIUS] < reach
-    return discs[near]
+    away = np.hypot(discs[:, X] - position[0], discs[:, Y] - position[1]) - discs[:, RADIUS]
+    return discs[away < reach]
 
 
 @njit(cache=True)

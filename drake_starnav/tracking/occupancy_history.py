@@ -14,6 +14,7 @@ import math
 
 import numpy as np
 from numba import njit
+from numba.extending import register_jitable
 
 from drake_starnav.geometry.compiled import leaf
 from drake_starnav.lidar.laser_scan import DYNAMIC, HIT, LOST, STATIC, UNKNOWN, LaserScan, placed_ends
@@ -102,7 +103,9 @@ class OccupancyHistory:
             return np.zeros((0, 2))
         ends = (places - reach[:, None]).min(axis=0), (places + reach[:, None]).max(axis=0)
         (i, j), (k, m) = np.clip(np.floor(np.array(ends) / CELL).astype(np.int64) - self.first, 0, len(self.large) - 1)
-        return (_standing_cells(self.first_hit, self.last_hit, time, (i, k + 1), (j, m + 1)) + self.first + 0.5) * CELL
+        near = slice(i, k + 1), slice(j, m + 1)
+        cells = np.argwhere(_stands(self.first_hit[near], self.last_hit[near], time))
+        return (cells + (i, j) + self.first + 0.5) * CELL
 
     def updated(self, scan: LaserScan, pose: np.ndarray, large: np.ndarray) -> "OccupancyHistory":
         """The grid with one more scan; arguments as for `may_start`."""
@@ -216,26 +219,12 @@ def _shifted(array: np.ndarray, empty: float, di: int, dj: int) -> np.ndarray:
     return out
 
 
-@leaf
+@register_jitable
 def _stands(first_hit, last_hit, time):
     """Whether a cell has been occupied for long enough."""
     return (
         (first_hit >= 0.0) & (time - first_hit >= STANDING_AFTER) & (last_hit - first_hit >= HIT_SHARE * STANDING_AFTER)
     )
-
-
-@njit(cache=True)
-def _standing_cells(first_hit, last_hit, time, rows, columns):
-    """Rows and columns of the cells that `_stands` tells of, of some rows and columns, shape (k, 2)."""
-    cells = [(0, 0)][:0]
-    for i in range(*rows):
-        for j in range(*columns):
-            if _stands(first_hit[i, j], last_hit[i, j], time):
-                cells.append((i, j))
-    out = np.empty((len(cells), 2), np.int64)
-    for k in range(len(cells)):
-        out[k, 0], out[k, 1] = cells[k]
-    return out
 
 
 @njit(cache=True, error_model="numpy")

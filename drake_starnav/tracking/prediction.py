@@ -30,21 +30,15 @@ OCCLUSION_SPACING = 0.15
 places on the ray between the two have this spacing."""
 
 
-def predicted_trajectories(
-    position: np.ndarray, velocity: np.ndarray, radius: np.ndarray, walls: np.ndarray
-) -> np.ndarray:
+@njit(cache=True)
+def predicted_trajectories(position, velocity, radius, walls):
     """Predicted positions of discs, shape (n, k, 2), W, m: now and then every PREDICTION_STEP, beyond the horizon.
 
     Args:
         position, velocity, radius: shape (n, 2), (n, 2) and (n,), of the discs now, W, m and m/s.
-        walls: shape (m, 2), points on static obstacles, W, m.
+        walls: shape (m, 2), points on static obstacles, which discs bounce off, W, m.
     """
-    return _predicted_trajectories(position, velocity, radius, walls, PREDICTION_STEPS)
-
-
-@njit(cache=True)
-def _predicted_trajectories(position, velocity, radius, walls, steps):
-    """Positions (n, steps + 1, 2) of discs that bounce off the walls (k, 2)."""
+    steps = PREDICTION_STEPS
     n = len(radius)
     out = np.empty((n, steps + 1, 2))
     for k in range(n):
