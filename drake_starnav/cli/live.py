@@ -201,10 +201,8 @@ class LiveRobots(LiveRun):
         plant, scene_graph = self._followed.plant, self._followed.scene_graph
         hidden = [*self._followed.floor, *collar_geometries(scene_graph)]
         period = 1.0 / scenario.recording.frames_per_second
-        looks: dict[str, Any] = {
-            "publish_period": period,
-            "delete_on_initialization_event": False,
-        }  # what is below the robots stays
+        # what is below the robots stays
+        looks: dict[str, Any] = {"publish_period": period, "delete_on_initialization_event": False}
         links = [frame for station in stations for frame in robot_frames(station)]
         add_scene(builder, plant, scene_graph, self.meshcat, hidden, robot=links, **looks)
         layers = with_scene(dict(trail_layer(r.name, "its goals", k) for k, r in enumerate(scenario.robots)), worlds[0])

@@ -183,14 +183,15 @@ def _check_numbers(options: argparse.Namespace) -> None:
 
 def _check_pictures(options: argparse.Namespace) -> None:
     """Raise a `StarnavError` before the run where its pictures cannot be drawn."""
-    from drake_starnav.visualization.clips import ffmpeg
     from drake_starnav.visualization.world_figure import new_figure
 
     if options.view == "oblique":
         raise StarnavError("--view oblique with stills or clips, which are drawn from above; allowed: top or follow")
-    if options.mp4 is not None:
-        ffmpeg()
     new_figure(1.0)
+    if options.mp4 is not None:
+        from drake_starnav.visualization.pictures import ffmpeg  # late: it takes Matplotlib
+
+        ffmpeg()
 
 
 def _shown_layers(run: Run, options: argparse.Namespace) -> frozenset[str] | None:
