@@ -139,7 +139,7 @@ def figures(scenario: Scenario, world: World, shortest: tuple[float, np.ndarray]
     """
     path = run.driven[:, :2]
     standing, clearances = _clearances(world, run, scenario.robot.shape)
-    outcome = COLLISION if standing.min() < 0.0 else run.message.split()[0].rstrip(":")
+    outcome = COLLISION if standing.min() < 0.0 else run.message.split()[0]
     length = float(np.hypot(*np.diff(path.T, axis=1)).sum())
     blocked_s, blocked_by = run.blocked[-1 if outcome == "unreachable" else 0] if run.blocked else (None, None)
     still = length < NEVER_MOVED and run.elapsed > STANDSTILL

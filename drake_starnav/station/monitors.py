@@ -163,13 +163,13 @@ def body_name(inspector: SceneGraphInspector, geometry: GeometryId) -> str:
 
 
 def contact_said(name: str, bodies: str) -> str:
-    """A contact in words, from its name and its bodies `a with b`: `collision of a with b` or `struck: a by b`."""
-    return f"{name}: {bodies.replace(' with ', ' by ', 1)}" if name == STRUCK else f"{name} of {bodies}"
+    """A contact in words, from its name and its bodies `a with b`: `collision of a with b` or `struck on a by b`."""
+    return f"{name} on {bodies.replace(' with ', ' by ', 1)}" if name == STRUCK else f"{name} of {bodies}"
 
 
 def contact_in(message: str) -> str | None:
     """The bodies of a message of `CollisionMonitor`, `base_link with crate`; None of any other message."""
-    found = re.match(rf"(?:{COLLISION} of|{STRUCK}:) (.+) (?:with|by) (.+) at ", message)
+    found = re.match(rf"(?:{COLLISION} of|{STRUCK} on) (.+) (?:with|by) (.+) at ", message)
     return f"{found[1]} with {found[2]}" if found else None
 
 

@@ -151,7 +151,7 @@ def test_a_robot_that_stands_in_the_way_is_struck(speed: float, angle: float) ->
     run = Run((0.0, 0.0), moving_obstacles=approaching(speed, angle))
     status = run.until(5.0)
     assert status.reason() == TOUCHED
-    assert status.message().startswith("struck: base_link by moving_obstacles::moving_obstacle_0 at ")
+    assert status.message().startswith("struck on base_link by moving_obstacles::moving_obstacle_0 at ")
     assert contact_in(status.message()) == "base_link with moving_obstacles::moving_obstacle_0"
     assert run.context.get_time() == pytest.approx(0.5 / speed, abs=2.1 * STEP)
     ((hull, obstacle),) = run.contacts()
