@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 
-from drake_starnav.geometry.polyline import arc_lengths
+from drake_starnav.geometry.polyline import arc_lengths, distance_to_segment
 from drake_starnav.planning.distance_grid import HIT_ERROR
 from drake_starnav.planning.impassable import narrowest_place
 from drake_starnav.planning.roadmap import CLOSED, extended, refitted, revised
@@ -19,8 +19,8 @@ AHEAD = 3.2
 AWAY = 1.0
 """A closure is no nearer to the robot than this, in its radii, so that the robot is not in it."""
 AVERAGED_SCANS = 16
-"""A place is closed by the mean of so many scans, which nearly removes the bias of the nearest hit, and by hits that at
-least half of them confirm."""
+"""What a way leads past is judged by the mean of this many scans, which nearly removes the bias of the nearest hit, and
+by hits that more than half of them confirm."""
 
 
 def open_part(state: PlannerState, region: StarRegion) -> StarRegion:
@@ -81,14 +81,29 @@ def too_narrow(state: PlannerState, inputs: PlannerInput) -> np.ndarray:
     Nothing, shape (0, 2), if nothing does.
 
     That is where two hits on both sides of the way are nearer to each other than its diameter: the hits around the
-    robot and the place between those two. The latest scans are averaged, since the nearest of the many hits in a single
-    one is too near by the errors of most.
+    robot and the place between those two.
     """
-    if len(state.recent) < AVERAGED_SCANS:
-        return EMPTY_PATH
-    way = np.vstack((inputs.position, state.path, state.optimistic_path))
-    scan, count = mean_scan(state.recent, inputs.robot_radius + AVERAGED_WITHIN * inputs.robot_radius)
-    distance = smoothed_distances(scan, inputs.margins.smoothing_slack)
-    hits = scan.points_at(distance, scan.hits & (2 * count > AVERAGED_SCANS), state.recent[-1].pose)
+    hits, way = _confirmed_hits(state, inputs), np.vstack((inputs.position, state.path, state.optimistic_path))
     narrow = narrowest_place(hits, way, 2.0 * inputs.robot_radius)
     return EMPTY_PATH if narrow is None else np.vstack((hits, narrow))
+
+
+def hidden(state: PlannerState, viewpoint: np.ndarray, probe: np.ndarray, inputs: PlannerInput) -> bool:
+    """Whether hits show that no straight way leads from a viewpoint (2,) near the robot to the probe (2,).
+
+    In one scan, from beside the viewpoint, noise may hide it behind a gap through which the robot just fits. The least
+    margin allows for the error of one scan; of that, a mean has only the share that is left out here.
+    """
+    hits = _confirmed_hits(state, inputs)
+    ahead = hits[(hits - viewpoint) @ (probe - viewpoint) > 0.0]
+    needed = inputs.robot_radius + (1.0 - AVERAGED_SCANS**-0.5) * inputs.margins.least
+    return bool((distance_to_segment(ahead, viewpoint, probe) < needed).any())
+
+
+def _confirmed_hits(state: PlannerState, inputs: PlannerInput) -> np.ndarray:
+    """Hits near the robot in the mean of the latest scans, shape (n, 2), W, m; none of fewer than AVERAGED_SCANS."""
+    if len(state.recent) < AVERAGED_SCANS:
+        return EMPTY_PATH
+    scan, count = mean_scan(state.recent, inputs.robot_radius + AVERAGED_WITHIN * inputs.robot_radius)
+    distance = smoothed_distances(scan, inputs.margins.smoothing_slack)
+    return scan.points_at(distance, scan.hits & (2 * count > AVERAGED_SCANS), state.recent[-1].pose)

@@ -6,7 +6,7 @@ import math
 import numpy as np
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.planning.closures import AVERAGED_SCANS, closed, open_part, reopened, too_narrow, with_latest
+from drake_starnav.planning.closures import AVERAGED_SCANS, closed, hidden, open_part, reopened, too_narrow, with_latest
 from drake_starnav.planning.guidance import PASSED_DISTANCE, Guidance
 from drake_starnav.planning.impassable import impassable_points
 from drake_starnav.planning.looking import faces, looking_aside, sees_all_around, turned_to_look
@@ -52,7 +52,7 @@ def plan_step(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     here, closures = open_part(state, observation.region), state.closures
     check = check_plan(state, here, inputs)
     failed = _failed_way(state, inputs) if stalled else EMPTY_PATH
-    state = _remembered(state, check, observation)
+    state = dataclasses.replace(state, recent=(*state.recent, observation)[-AVERAGED_SCANS:])
     state = _unless_blocked(_grown(state, here, check, stalled, inputs), check, inputs)
     if len(failed):
         state = closed(state, failed, inputs)
@@ -179,26 +179,19 @@ def _arrives_to_look(state: PlannerState, inputs: PlannerInput) -> bool:
 def _unless_blocked(state: PlannerState, check: PlanCheck, inputs: PlannerInput) -> PlannerState:
     """The state; with the hits that show the way to be blocked, and without a path, if they do.
 
-    Nor has it a path at an exit from which nothing more is seen, so that the exit is closed.
+    Nor has it a path at an exit from which nothing more is seen, so that the exit may be closed.
     """
     if not len(state.path):
         return state
     if _is_at_exit(state, inputs) and not state.doubting:
         state = dataclasses.replace(state, path=EMPTY_PATH)
-    points = too_narrow(state, inputs)
+    points = too_narrow(state, inputs) if check.doubtful or state.doubting else EMPTY_PATH
     if check.obstructed:
         points = np.vstack((points, impassable_points(inputs.observation, inputs.margins, inputs.robot_radius)))
     if not len(points):
         return state
     roadmap = dataclasses.replace(state.roadmap, hits=state.roadmap.hits.stamped(points))
     return dataclasses.replace(state, roadmap=roadmap, path=EMPTY_PATH)
-
-
-def _remembered(state: PlannerState, check: PlanCheck, observation: Observation) -> PlannerState:
-    """The state with the latest observations, as long as hits seem to close the way ahead."""
-    if check.doubtful or state.doubting:
-        return dataclasses.replace(state, recent=(*state.recent, observation)[-AVERAGED_SCANS:])
-    return dataclasses.replace(state, recent=()) if state.recent else state
 
 
 def _along_path(state: PlannerState, check: PlanCheck, inputs: PlannerInput) -> PlannerState:
@@ -250,9 +243,10 @@ def _planned(state: PlannerState, stalled: bool, inputs: PlannerInput) -> Planne
 def _searched(
     state: PlannerState, first: bool, boxed_in: bool, inputs: PlannerInput
 ) -> tuple[PlannerState, Route | None]:
-    """The state and the route in it. An exit at which the robot stands without seeing beyond it is closed.
+    """The state and the route in it. An exit at which the robot stands is closed if what is beyond it is hidden.
 
-    Where no way is left, all that was closed is opened again, once more to be tried.
+    As long as it is neither seen nor shown to be hidden, the robot drives on towards it. Where no way is left, all that
+    was closed is opened again, once more to be tried.
     """
     region, route = inputs.observation.region, None
     assert region is not None
@@ -272,5 +266,7 @@ def _searched(
             return state, route._replace(path=probe[None])  # the lidar may not have looked there yet
         if state.doubting or boxed_in:
             break
+        if not hidden(state, viewpoint, probe, inputs):
+            return state, route._replace(path=probe[None])
         state = closed(state, np.vstack((route.path, route.beyond)), inputs)
     return state, route

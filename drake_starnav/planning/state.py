@@ -60,7 +60,7 @@ class PlannerState:
         optimistic_path: shape (m, 2), the optimistic path from the target frontier's probe to the goal, W, m.
         closures: shape (k, 2), places of ways that failed, W, m: within CLOSED of one, nothing is free.
         doubting: whether no way was left once. Then only standing still, or enough scans, speak against a way.
-        recent: the latest observations while hits seem to close the way ahead, oldest first.
+        recent: the latest observations, oldest first.
         manoeuvring: of a robot that is no disc.
         aside: guidance that precedes the path, to turn to what is to be seen or to what the latest scan shows; or None.
         facing_time: since when the robot has faced its path without progress, s.

@@ -157,6 +157,16 @@ def test_many_noisy_scans_tell_whether_the_robot_fits(make, half):
         assert not len(too_narrow(back, now))
 
 
+@pytest.mark.parametrize("make", [wall_with_door, poles, channel])
+def test_noise_closes_no_gap_that_the_robot_just_fits_through(make):
+    """At an exit in the gap, many a scan does not see the way beyond."""
+    for seed in range(5):
+        rng = np.random.default_rng(seed)
+        world = dataclasses.replace(make(RADIUS + MARGINS.least), start=(0.0, rng.uniform(-0.5, 0.5), 0.0))
+        states = drive(world, PARAMETERS, 300, noise=(0.01, rng))
+        assert len(states) < 130 and not any(len(state.closures) or state.doubting for state in states)
+
+
 @pytest.mark.parametrize(("x", "sway"), [(0.88, 0.05), (0.945, 0.05), (0.945, 0.3)])
 def test_noise_does_not_close_the_doorway_in_which_the_robot_stands(x, sway):
     """Few of the scans have a hit where a beam passes close to an edge, and no neighbour smooths it."""
