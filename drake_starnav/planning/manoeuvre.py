@@ -162,9 +162,7 @@ def docking(
     wanted = np.array([(*dock[:3], 0.0 if turns else AT_HEADING, 0.0)])
     if turns:  # or beside it, where the walls leave more room
         wanted = np.vstack((wanted, wanted + DOCKS * dock[3]))
-    turning = body.moves[body.moves[:, 2] != 0.0]
-    turn_cost = float((turning[:, 3] / abs(turning[:, 2])).min())
-    poses = _found(pose, wanted, body, len(near), turn_cost)
+    poses = _found(pose, wanted, body, len(near))
     return now._replace(poses=poses, since=time, still=time, begun=np.vstack((near[1 - REMEMBERED :], pose[:2])))
 
 
@@ -229,12 +227,12 @@ def found_manoeuvre(pose: np.ndarray, path: np.ndarray, body: Body, tried: int) 
     return _found(pose, np.column_stack((goals, costs))[ahead], body, tried)
 
 
-def _found(pose: np.ndarray, wanted: np.ndarray, body: Body, tried: int, turn_cost: float = 0.0) -> np.ndarray:
+def _found(pose: np.ndarray, wanted: np.ndarray, body: Body, tried: int) -> np.ndarray:
     """`found_way` to goals as it takes them, with a margin by how many manoeuvres failed here."""
     unit = body.footprint.radius
     surfaces = _near_surfaces(body.star.look.chords, pose[:2], unit)
     margin = body.margin + EXTRA_MARGINS[tried % len(EXTRA_MARGINS)] * unit
-    return found_way(pose, wanted, body.moves, body.footprint, margin, (surfaces, body.star.looks), turn_cost)
+    return found_way(pose, wanted, body.moves, body.footprint, margin, (surfaces, body.star.looks))
 
 
 def _goals(pose: np.ndarray, path: np.ndarray, body: Body) -> np.ndarray:

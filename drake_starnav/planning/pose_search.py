@@ -3,6 +3,9 @@
 Weighted A* over short moves. The cost to go is that of a disc which fits into the footprint, around the surfaces, or
 that of the turn that is left, if it is more. No pose is looked at from which not even that disc gets through, and
 without a way for it the search ends at once.
+
+Few ways lead into a tight place, many out of it. So a goal with an exact heading is left first, to where the robot
+turns as it likes; that way is driven backwards in the end.
 """
 
 import heapq
@@ -75,19 +78,18 @@ def found_way(
     footprint: Footprint,
     margin: float,
     seen: tuple[Chords, Looks],
-    turn_cost: float = 0.0,
 ) -> np.ndarray:
     """Poses (k, 4) of the cheapest way found to one of some goals: x, y, yaw in W, and the gear; none without a way.
 
     Args:
         start: (x, y, yaw) of the robot, W.
         goals: shape (n, 5): x, y, yaw in W, the largest error of the heading, rad, and what it costs to end there, m.
+            If all these errors are 0, the way ends exactly there; the base then turns on the spot.
         moves: of the base, as of `Base.moves`.
         footprint: of the robot.
         margin: that it keeps from the surfaces, m; where it starts nearer, it comes no nearer.
         seen: what the last scan hit and hid, which the first move heeds, and the looks before it. What is hidden from
             later moves will have been looked at by then.
-        turn_cost: that a turn costs at least, m/rad, where headings are farther than places; 0: it does not count.
     """
     cell, polygons = CELL * footprint.radius, footprint.polygons
     grid = (float(start[0]) - AROUND * cell, float(start[1]) - AROUND * cell, cell)
@@ -99,15 +101,29 @@ def found_way(
     (surfaces, looks), none = seen, np.zeros(len(seen[0].ends), np.bool_)
     solid = surfaces.solid
     bare = Chords(surfaces.ends[solid], solid[solid], none[solid], surfaces.center)
-    clear, to_go = _costs_to_go(bare.ends, radii, goals, grid)
-    space = Space(surfaces, looks, bare, footprint.body, discs, margin, clear, grid)
-    first = np.vstack([moves * (share, share, share, share, 1.0) for share in FIRST_SHARES])
-    nodes, parents, last = _searched(np.asarray(start, dtype=float), goals, (moves, first), to_go, turn_cost, space)
-    way = []
-    while last > 0:
-        way.append(nodes[last])
-        last = parents[last]
-    return np.array(way[::-1]).reshape(-1, 4)
+    parts = np.vstack([moves * (share, share, share, share, 1.0) for share in FIRST_SHARES])
+    turning = moves[moves[:, 2] != 0.0]
+    turn_cost = float((turning[:, 3] / abs(turning[:, 2])).min())
+
+    def way(starts: np.ndarray, ends: np.ndarray, leaves: bool) -> np.ndarray:
+        clear, to_go = _costs_to_go(bare.ends, radii, ends, grid)
+        space = Space(surfaces, looks, bare, footprint.body, discs, margin, clear, grid)
+        nodes, parents, last = _searched(starts, ends, (moves, parts), to_go, turn_cost, space, leaves)
+        poses = []
+        while last >= 0:
+            poses.append(nodes[last])
+            last = parents[last]
+        return np.array(poses[::-1]).reshape(-1, 4)
+
+    here, into = np.array(((*start, 0.0, 0.0),)), np.zeros((0, 4))
+    if not goals[:, 3].any():
+        out = way(goals, here, True)
+        if not len(out):
+            return out
+        into = np.column_stack((out[-2::-1, :3], -out[:0:-1, 3]))
+        goals = np.array(((*out[-1, :3], 0.0, 0.0),))
+    there = way(here, goals, False)
+    return np.vstack((there[1:], into)) if len(there) else there
 
 
 @njit(cache=True)
@@ -195,10 +211,11 @@ def _checked(x, y, yaw, move, space, begins):
 
 
 @njit(cache=True)
-def _shot(x, y, yaw, goal, space, begins):
+def _shot(pose, goal, space, begins):
     """Gear and heading of a straight way to the goal between two turns on the spot, gear 0 if there is none; and the
     number of checks.
     """
+    x, y, yaw = pose[0], pose[1], pose[2]
     checks, away = 0, math.hypot(goal[0] - x, goal[1] - y)
     for gear in (1.0, -1.0):
         heading = math.atan2(gear * (goal[1] - y), gear * (goal[0] - x)) if away > 1e-6 else yaw
@@ -227,20 +244,26 @@ def _turn_to_go(yaw, goals, turn_cost):
 
 
 @njit(cache=True)
-def _searched(start, goals, moves, to_go, turn_cost, space):
-    """The poses that `found_way` reached, each one's predecessor, and the last one of the way; 0 without a way.
+def _searched(starts, goals, moves, to_go, turn_cost, space, leaves):
+    """The poses that `found_way` reached, each one's predecessor, and the last one of the way; -1 without a way.
 
-    `moves` are those that are tried from all poses, and those from the start alone; `to_go` is the cost to go of each
-    cell, and `turn_cost` as of `found_way`. A pose that is at a goal is queued once more, with what it costs to end
-    there: it is the way's last one if it comes first then.
+    `starts` (m, 5) are as goals, with what it costs to begin there; `moves` those that are tried from all poses, and
+    those from the starts alone; `to_go` is the cost to go of each cell, and `turn_cost` that of a turn at least, m/rad.
+    A pose that is at a goal is queued once more, with what it costs to end there: it is the way's last one if it comes
+    first then.
+
+    A way that `leaves` ends where the robot turns as it likes, too, and will be driven backwards.
     """
-    (usual, first), cell = moves, space.grid[2]
+    (usual, parts), cell = moves, space.grid[2]
     shoots = (usual[:, 4] == 0.0).any()
     best = np.full((SIDE, SIDE, HEADINGS), np.inf, np.float32)
-    room = MOST_CHECKS + len(usual) + len(first) + 3
+    room = MOST_CHECKS + len(usual) + len(parts) + 3
     nodes, parents, costs = np.empty((room, 4)), np.full(room, -1, np.int64), np.zeros(room)
-    nodes[0] = start[0], start[1], start[2], 0.0
-    queue, count, expanded, checks = [(0.0, 0, False)], 1, 0, 0
+    queue, count, expanded, checks = [(0.0, 0, False)], len(starts), 0, 0
+    queue.pop()
+    for n in range(count):
+        nodes[n], costs[n] = (starts[n, 0], starts[n, 1], starts[n, 2], 0.0), starts[n, 4]
+        heapq.heappush(queue, (costs[n], n, False))
     while len(queue) > 0 and checks < MOST_CHECKS:
         expanded += 1
         _, n, ends = heapq.heappop(queue)
@@ -257,26 +280,35 @@ def _searched(start, goals, moves, to_go, turn_cost, space):
                 and k == expanded // SHOOT_EVERY % len(goals)
                 and (away < SHOOT_NEAR * cell or expanded % SHOOT_EVERY == 0)
             ):
-                shot, heading, more = _shot(x, y, yaw, goal, space, n == 0)
+                first, last = (goal, nodes[n]) if leaves else (nodes[n], goal)
+                shot, heading, more = _shot(first, last, space, leaves or n < len(starts))
                 checks += more
                 if shot != 0.0:
                     nodes[count] = x, y, heading, 0.0
-                    nodes[count + 1] = goal[0], goal[1], heading, shot
+                    nodes[count + 1] = goal[0], goal[1], heading, -shot if leaves else shot
                     nodes[count + 2] = goal[0], goal[1], heading + wrapped_angle(goal[2] - heading), 0.0
                     parents[count], parents[count + 1], parents[count + 2] = n, count, count + 1
                     heapq.heappush(queue, (ending + GREED * away, count + 2, True))
                     count += 3
-        for m in range(len(usual) + (len(first) if n == 0 else 0)):
-            move = usual[m] if m < len(usual) else first[m - len(usual)]
+        if leaves and shoots:
+            free, more = _checked(x, y, yaw, np.array((0.0, 0.0, 2.0 * math.pi)), space, False)
+            checks += more
+            if free:
+                return nodes[:count], parents[:count], n
+        for m in range(len(usual) + (len(parts) if n < len(starts) else 0)):
+            move = usual[m] if m < len(usual) else parts[m - len(usual)]
             px, py, turned = _after(x, y, yaw, move[0], move[1], move[2])
             i, j = _cell(px, py, space.grid)
             if i < 0 or j < 0 or i >= SIDE or j >= SIDE or to_go[i, j] == np.inf:
                 continue
             h = int(round(turned / (2.0 * math.pi) * HEADINGS)) % HEADINGS
             cost = costs[n] + move[3] + (GEAR_COST * cell if gear * move[4] < 0.0 else 0.0)
-            if n > 0 and best[i, j, h] <= cost:
+            if n >= len(starts) and best[i, j, h] <= cost:
                 continue
-            free, more = _checked(x, y, yaw, move, space, n == 0)
+            if leaves:
+                free, more = _checked(px, py, turned, -move, space, False)
+            else:
+                free, more = _checked(x, y, yaw, move, space, n < len(starts))
             checks += more
             if not free:
                 continue
@@ -285,4 +317,4 @@ def _searched(start, goals, moves, to_go, turn_cost, space):
             left = max(to_go[i, j], _turn_to_go(turned, goals, turn_cost))
             heapq.heappush(queue, (cost + GREED * left, count, False))
             count += 1
-    return nodes[:count], parents[:count], 0
+    return nodes[:count], parents[:count], -1

@@ -16,11 +16,13 @@ BASE = BASES["differential"]
 ROBOT = RobotParameters()
 LIMITS = ROBOT.limits
 PERIOD = 0.02
-THREE_POINT = np.array(((0.0, 0.0, 0.6, 0.0), (-0.3, -0.2, 0.6, -1.0), (-0.3, -0.2, 0.0, 0.0), (0.4, -0.2, 0.0, 1.0)))
+LEGS = tuple((x, -0.2, 0.0, 1.0) for x in (-0.1, 0.1, 0.3, 0.38, 0.4))
+THREE_POINT = np.array(((0.0, 0.0, 0.6, 0.0), (-0.3, -0.2, 0.6, -1.0), (-0.3, -0.2, 0.0, 0.0), *LEGS))
 
 
 @pytest.mark.parametrize("start", [(0.0, 0.0, 0.0), (0.01, -0.01, 0.05)])
 def test_a_robot_reaches_all_poses_of_a_manoeuvre(start):
+    """And is slow enough at the last one to stop there, however short the last legs are."""
     pose, twist, poses = Pose(*start), (0.0, 0.0), THREE_POINT
     for _ in range(1500):
         poses = poses[reached(np.array(pose), poses, BASE, ROBOT.radius) :]
@@ -31,5 +33,5 @@ def test_a_robot_reaches_all_poses_of_a_manoeuvre(start):
         steady = Velocity(twist[0], 0.0, twist[1])
         pose, _, _ = advanced(pose, steady, steady, PERIOD, LIMITS)
     assert not len(poses)
-    assert math.hypot(pose.x - 0.4, pose.y + 0.2) < 0.04
+    assert math.hypot(pose.x - 0.4, pose.y + 0.2) < 0.04 and abs(twist[0]) < 0.2
     assert abs(pose.yaw) < 0.1

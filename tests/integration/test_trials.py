@@ -33,9 +33,10 @@ def test_benchmark_score(outcome: str, time: float, score: float) -> None:
 
 
 @pytest.mark.slow
-def test_a_goal_with_a_heading_close_to_a_wall_is_docked_at() -> None:
+@pytest.mark.parametrize("yaw", [0.0, 3.1416])
+def test_a_goal_with_a_heading_close_to_a_wall_is_docked_at(yaw: float) -> None:
     """At 5 cm, within a tolerance of 3 cm, though the way there is oblique."""
-    text = "world: !Obstacles {bounds: [-2, -2, 7, 2]}\nrobot: {model: carrier}\ngoals: [[5, 1.7, 0]]\n"
+    text = f"world: !Obstacles {{bounds: [-2, -2, 7, 2]}}\nrobot: {{model: carrier}}\ngoals: [[5, 1.7, {yaw}]]\n"
     scenario = parse_scenario(text + "simulation: {timeout: 60, goal_tolerance: 0.03}", name="dock")
     for seed in range(2):
         trial = run_trial(scenario, seed=seed)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import shapely
 
-from drake_starnav.geometry.footprint import covered, footprint
+from drake_starnav.geometry.footprint import Footprint, covered, footprint
 from drake_starnav.planning.manoeuvre import (
     STUCK,
     TRIES,
@@ -17,7 +17,8 @@ from drake_starnav.planning.manoeuvre import (
     manoeuvring,
     reached,
 )
-from drake_starnav.robot import BASES, RobotParameters
+from drake_starnav.robot import BASES, Base, RobotParameters
+from drake_starnav.robot.limits import wrapped_angle
 from drake_starnav.surroundings.erosion import smoothed_distances
 from drake_starnav.surroundings.safe_region import ScanMemory, certified_region
 from drake_starnav.worlds.world import World
@@ -29,13 +30,12 @@ MARGIN, PATIENCE = 0.0145, 4.0
 LIMITS = RobotParameters().limits
 
 
-def body(world: World, pose: np.ndarray) -> Body:
-    scan = cast(world, pose, beams=720)
-    reach = 2.0
+def body(world: World, pose: np.ndarray, shape: Footprint = SHAPE, base: Base = BASE) -> Body:
+    scan, reach = cast(world, pose, beams=720), 2.0
     star, _ = certified_region(
-        ScanMemory(), scan, smoothed_distances(scan), pose, SHAPE.narrow + MARGIN, reach, (reach + 0.5, 5)
+        ScanMemory(), scan, smoothed_distances(scan), pose, shape.narrow + MARGIN, reach, (reach + 0.5, 5)
     )
-    return Body(SHAPE, star, MARGIN, BASE.moves(SHAPE.radius, LIMITS), LIMITS, BASE)
+    return Body(shape, star, MARGIN, base.moves(shape.radius, LIMITS), LIMITS, base)
 
 
 def boxes(*sides: tuple[float, float, float, float]) -> World:
@@ -44,6 +44,15 @@ def boxes(*sides: tuple[float, float, float, float]) -> World:
 
 
 DOOR = boxes((0.5, 0.27, 0.6, 3.0), (0.5, -3.0, 0.6, -0.27))
+SHAPES = {
+    "rectangle": footprint(((0.4, -0.25), (0.4, 0.25), (-0.4, 0.25), (-0.4, -0.25))),
+    "T": footprint(
+        (((-0.35, -0.15), (0.2, -0.15), (0.2, 0.15), (-0.35, 0.15)), ((0.15, -0.4), (0.3, 0.0), (0.15, 0.4)))
+    ),
+    "L": footprint(
+        (((-0.3, -0.25), (0.3, -0.25), (0.3, 0.25), (-0.3, 0.25)), ((-0.3, 0.2), (-0.1, 0.2), (-0.3, 0.45)))
+    ),
+}
 DEAD_END = boxes((-0.6, 0.28, 0.5, 0.4), (-0.6, -0.4, 0.5, -0.28), (0.4, -0.4, 0.5, 0.4))
 
 
@@ -144,6 +153,29 @@ def test_a_robot_without_a_path_or_that_moves_begins_none():
         state = manoeuvring(state, path[:0], pose, 0.1 * k, robot, PATIENCE)
         creeping = manoeuvring(creeping, path, pose + (0.02 * k, 0.0, 0.0), 0.1 * k, robot, PATIENCE)
         assert not len(state.poses) and not len(creeping.poses)
+
+
+@pytest.mark.parametrize("base", ["differential", "omnidirectional"])
+@pytest.mark.parametrize("name", SHAPES)
+def test_a_robot_that_turns_on_the_spot_finds_its_way_into_any_dock(name: str, base: str) -> None:
+    """22 mm beyond its margin to a wall with any heading, from where it stands aslant; and forwards and backwards into a bay."""
+    shape, ahead = SHAPES[name], 0.5 * math.pi
+    docks = [(k * 0.25 * math.pi, False, (0.15, -0.15, 0.0)) for k in range(16)]
+    docks += [(yaw, True, (0.5, -1.4, -0.9)) for yaw in (ahead, -ahead) * 3]
+    for seed, (yaw, is_bay, (aside, low, high)) in enumerate(docks):
+        x, y, u, v = shapely.bounds(covered(shape, (0.0, 0.0, yaw)))
+        sides = (x - 0.5, 0.1, x - 0.07, v + 0.037), (u + 0.07, 0.1, u + 0.5, v + 0.037)
+        world = boxes((-3.0, v + 0.037, 3.0, 3.0), *(sides if is_bay else ()))
+        solid, rng = shapely.union_all([shapely.Polygon(p) for p in world.polygons]), np.random.default_rng(2 * seed)
+        start = np.zeros(3)
+        while shapely.distance(covered(shape, start), solid) < 0.03 or not start.any():
+            start = rng.uniform((-aside, low, -math.pi), (aside, high, math.pi))
+        robot = body(world, start, shape, BASES[base])
+        dock = np.array((0.0, 0.0, yaw, 0.03))
+        poses = docking(Manoeuvring(pose=start), dock, start, STUCK + 1.0, robot, PATIENCE).poses
+        assert len(poses), (yaw, is_bay, start)
+        assert math.dist(poses[-1, :2], dock[:2]) < dock[3] and abs(wrapped_angle(poses[-1, 2] - yaw)) < 1e-9
+        assert all(shapely.distance(covered(shape, pose[:3]), solid) > MARGIN - 0.002 for pose in poses)
 
 
 @pytest.mark.parametrize("yaw", [-3.0, -1.5, -0.3, 0.0, 0.8, 2.2])
