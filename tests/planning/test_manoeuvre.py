@@ -158,7 +158,7 @@ def test_a_robot_without_a_path_or_that_moves_begins_none():
 @pytest.mark.parametrize("base", ["differential", "omnidirectional"])
 @pytest.mark.parametrize("name", SHAPES)
 def test_a_robot_that_turns_on_the_spot_finds_its_way_into_any_dock(name: str, base: str) -> None:
-    """22 mm beyond its margin to a wall with any heading, from where it stands aslant; and forwards and backwards into a bay."""
+    """Close to a wall with any heading, from where it stands aslant there; and forwards and backwards into a bay."""
     shape, ahead = SHAPES[name], 0.5 * math.pi
     docks = [(k * 0.25 * math.pi, False, (0.15, -0.15, 0.0)) for k in range(16)]
     docks += [(yaw, True, (0.5, -1.4, -0.9)) for yaw in (ahead, -ahead) * 3]
