@@ -42,4 +42,6 @@ class Differential:
     def pursued(self, ahead: float, aside: float, turn: float, gear: float, speed: float, limits: Limits) -> np.ndarray:
         if gear == 0.0:
             return np.array((0.0, math.copysign(stopping(abs(turn), limits.max_yaw_acceleration), turn)))
-        return np.array((gear * speed, FOLLOWING * turn + gear * 0.5 * FOLLOWING**2 / limits.max_speed * aside))
+        away = max(abs(ahead), 0.25 * speed / FOLLOWING)
+        off = aside - 0.5 * ahead * turn
+        return np.array((gear * speed, speed * turn / away + gear * 0.5 * FOLLOWING**2 / limits.max_speed * off))

@@ -35,3 +35,18 @@ def test_a_robot_reaches_all_poses_of_a_manoeuvre(start):
     assert not len(poses)
     assert math.hypot(pose.x - 0.4, pose.y + 0.2) < 0.04 and abs(twist[0]) < 0.2
     assert abs(pose.yaw) < 0.1
+
+
+@pytest.mark.parametrize("gear", [1.0, -1.0])
+@pytest.mark.parametrize(("length", "turn"), [(0.03, 0.06), (0.06, -0.2), (0.12, 0.26)])
+def test_a_robot_follows_the_arcs_of_a_manoeuvre(length: float, turn: float, gear: float) -> None:
+    """Its heading has turned as far as it has come, from rest on."""
+    pose, twist = Pose(0.0, 0.0, 0.0), (0.0, 0.0)
+    x, y = gear * length * math.cos(0.5 * turn), gear * length * math.sin(0.5 * turn)
+    poses = np.array(((x, y, turn, gear),))
+    while not reached(np.array(pose), poses, BASE, 0.4):
+        target = followed_manoeuvre(np.array(pose), poses, ROBOT)[0]
+        twist = ramped_twist(twist, target, Actuation(LIMITS, disc(0.2), PERIOD, 0.0))
+        steady = Velocity(twist[0], 0.0, twist[1])
+        pose, _, _ = advanced(pose, steady, steady, PERIOD, LIMITS)
+    assert abs(pose.yaw - turn) < 0.5 * abs(turn) and math.dist(pose[:2], (x, y)) < 0.02
