@@ -26,8 +26,8 @@ CELL, HEADINGS = 0.085, 96
 OFF_CENTRE = 0.75
 """No place of a cell is farther from its centre, in cells."""
 FIRST_SHARES = (0.125, 0.25, 0.5)
-"""Moves from the start are tried at these shares of their lengths and turns, too: a robot that is wedged in has room
-for no others."""
+"""Moves from the start are tried at these shares of their lengths, and of their turns, which may differ if the robot
+turns on the spot: one that is wedged in has room for no others."""
 GEAR_COST = 3.75
 """Of a change between forwards and backwards, in cells."""
 SPACING = 0.5
@@ -102,8 +102,10 @@ def found_way(
     (surfaces, looks), none = seen, np.zeros(len(seen[0].ends), np.bool_)
     solid = surfaces.solid
     bare = Chords(surfaces.ends[solid], solid[solid], none[solid], surfaces.center)
-    shares, spot = FIRST_SHARES, (moves[:, 4] == 0.0).any()
-    bends = [(way, way, turn, max(way, turn), 1.0) for way in shares for turn in shares if spot or turn <= way]
+    spot = (moves[:, 4] == 0.0).any()
+    bends = [
+        (way, way, turn, max(way, turn), 1.0) for way in FIRST_SHARES for turn in (FIRST_SHARES if spot else (way,))
+    ]
     parts = np.vstack([moves * bend for bend in bends])
     turning = moves[moves[:, 2] != 0.0]
     turn_cost = float((turning[:, 3] / abs(turning[:, 2])).min())

@@ -47,16 +47,16 @@ def surfaces_around(poses: list[np.ndarray], spare: float) -> Chords:
 
 @pytest.mark.parametrize("base", BASES)
 def test_a_robot_that_is_wedged_in_gets_out_as_it_came_in(base: str) -> None:
-    """The only way out begins with a part of a move of the base, or with a bend of another radius that it can drive.
+    """The only way out begins with a part of a move of the base, or with a bend of any radius, if it turns on the spot.
 
     A few are missed, since the search has cells.
     """
     moves, outcomes = MOVES[base], []
-    for seed in range(70):
+    for seed in range(60):
         rng = np.random.default_rng(seed)
-        drive, turn = rng.choice(FIRST_SHARES, 2)
-        shares = np.array((drive, drive, min(drive, turn) if base == "car" else turn, 1.0, 1.0))
-        way = [shares * rng.choice(moves), *(rng.choice(moves) for _ in range(4))]
+        drive = rng.choice(FIRST_SHARES)
+        turn = drive if base == "car" else rng.choice(FIRST_SHARES)
+        way = [np.array((drive, drive, turn, 1.0, 1.0)) * rng.choice(moves), *(rng.choice(moves) for _ in range(4))]
         poses = [np.array((*rng.uniform(-1.0, 1.0, 2), rng.uniform(-math.pi, math.pi)))]
         for move in way:
             poses += moved(poses[-1], move)
@@ -68,7 +68,7 @@ def test_a_robot_that_is_wedged_in_gets_out_as_it_came_in(base: str) -> None:
         outcomes.append(len(found) > 0)
         solid = shapely.union_all(shapely.linestrings(surfaces.ends.reshape(-1, 2, 2)))
         assert all(shapely.distance(covered(SHAPE, pose[:3]), solid) > MARGIN - 1e-6 for pose in found)
-    assert len(outcomes) > 40
+    assert len(outcomes) > 35
     assert np.mean(outcomes) > 0.9
 
 
