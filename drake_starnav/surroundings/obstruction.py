@@ -4,6 +4,8 @@ import math
 
 import numpy as np
 
+from drake_starnav.geometry.footprint import Footprint, distance_to_point
+from drake_starnav.geometry.se2 import inverse, placed
 from drake_starnav.lidar.field_of_view import TURN
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.surroundings.erosion import field_of_view
@@ -15,17 +17,22 @@ AVOIDED = 6.0
 """What moves obstructs it within this distance, and it may be giving way."""
 
 
-def obstruction(star: CertifiedRegion, scan: LaserScan, towards: float, robot_radius: float) -> str:
+def obstruction(star: CertifiedRegion, scan: LaserScan, towards: float, shape: Footprint, pose: np.ndarray) -> str:
     """What keeps a robot from driving towards a bearing, in words: where it is blind or what is too near; or nothing.
 
     Args:
         star: of the last scans, about the robot; it may have certified nothing.
         scan: the last one, in S.
         towards: bearing in S, rad.
-        robot_radius: m.
+        shape: of the robot.
+        pose: of the robot: x, y, yaw, W.
     """
     if not star.seen:
         return ""
+    robot_radius = shape.narrow
+    beside = "" if shape.is_disc else _beside(star, scan, shape, pose)
+    if beside:
+        return beside
     samples = len(star.values)
     turned = (towards - scan.angle_min) % TURN
     left = int(turned * samples / TURN) % samples
@@ -58,6 +65,21 @@ def obstruction(star: CertifiedRegion, scan: LaserScan, towards: float, robot_ra
     return (
         f"too near: a hit {near}, {where}; robot.radius {robot_radius:g} m with a safety margin of "
         f"{star.radius - robot_radius:.3g} m keeps {kept[hit]:.3f} m from it"
+    )
+
+
+def _beside(star: CertifiedRegion, scan: LaserScan, shape: Footprint, pose: np.ndarray) -> str:
+    """The hit that is nearest to a footprint, if the robot cannot come nearer."""
+    hits, margin = placed(inverse(pose), star.hits), star.radius - shape.narrow
+    gaps = [distance_to_point(x, y, shape.body) for x, y in hits]
+    hit = int(np.argmin(gaps))
+    offset = star.hits[hit] - star.center
+    beam = round((math.atan2(offset[1], offset[0]) - star.bearing_0) % TURN / scan.angle_increment) % len(scan.ranges)
+    if scan.lost[beam] or gaps[hit] > margin + SHORTEST_WAY * shape.narrow:
+        return ""
+    return (
+        f"too near: a hit {gaps[hit]:.3f} m from the footprint, {_direction(math.atan2(*hits[hit, ::-1]))}; the robot "
+        f"keeps a safety margin of {margin:.3g} m, or comes no nearer"
     )
 
 

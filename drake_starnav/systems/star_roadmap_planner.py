@@ -234,8 +234,8 @@ class StarRoadmapPlanner(LeafSystem):
         silent = context.get_time() - plan.time
         if silent > patience - EARLY:
             return f"blind: no scan that measures anything has arrived for {silent:.1f} s"
-        x, y, yaw = self._pose.Eval(context).tolist()
-        place, goal = np.array((x, y)), self._goal.Eval(context)
+        pose, goal = self._pose.Eval(context), self._goal.Eval(context)
+        (x, y, yaw), place = pose.tolist(), pose[:2]
         if (
             distance_to(place, plan.stand) > STAND * robot.shape.narrow
             or distance_to(place, goal) <= self._goal_tolerance
@@ -247,7 +247,7 @@ class StarRoadmapPlanner(LeafSystem):
         reason = ""
         if self._certified_region.HasValue(context):
             towards = math.atan2(to_y - y, to_x - x) - yaw
-            reason = obstruction(self._certified_region.Eval(context), seen.scan, towards, robot.shape.narrow)
+            reason = obstruction(self._certified_region.Eval(context), seen.scan, towards, robot.shape, pose)
         if not reason and not len(path):
             return f"no way is seen that keeps {margins.least:.3g} m beyond robot.radius"
         return reason or "nothing that the certificate knows: the robot does not follow its guidance"

@@ -6,6 +6,7 @@ import re
 import numpy as np
 import pytest
 
+from drake_starnav.geometry.footprint import Footprint, disc, footprint
 from drake_starnav.lidar.laser_scan import DYNAMIC, LaserScan
 from drake_starnav.surroundings.erosion import smoothed_distances
 from drake_starnav.surroundings.obstruction import obstruction
@@ -13,15 +14,16 @@ from drake_starnav.surroundings.safe_region import CertifiedRegion, ScanMemory, 
 from tests.helpers.scans import RADIUS
 
 MARGIN, REACH = 0.0145, 1.2
+DISC = disc(RADIUS)
 AHEAD, BEHIND = 0.0, math.radians(130.0)
 
 
-def said(scan: LaserScan, towards: float = AHEAD, yaw: float = 2.0) -> str:
+def said(scan: LaserScan, towards: float = AHEAD, yaw: float = 2.0, shape: Footprint = DISC) -> str:
     """Why a robot that took a scan anywhere does not drive towards a bearing."""
     pose = np.array((3.0, -1.0, yaw))
     kept = REACH + 2.0 * (RADIUS + MARGIN), 5
-    star, _ = certified_region(ScanMemory(), scan, smoothed_distances(scan), pose, RADIUS + MARGIN, REACH, kept)
-    return obstruction(star, scan, towards, RADIUS)
+    star, _ = certified_region(ScanMemory(), scan, smoothed_distances(scan), pose, shape.narrow + MARGIN, REACH, kept)
+    return obstruction(star, scan, towards, shape, pose)
 
 
 def seen(ranges: dict[int, float], **changes) -> LaserScan:
@@ -42,6 +44,15 @@ def test_what_is_too_near_is_named_with_the_margin(degrees: int, side: str) -> N
     reason = said(seen({degrees: 0.26, 170: 0.2}))
     assert reason.startswith(f"too near: a hit at 0.260 m, {side}")
     assert reason.endswith("robot.radius 0.25 m with a safety margin of 0.0145 m keeps 0.265 m from it")
+
+
+def test_what_is_too_near_to_a_polygon_is_measured_from_its_outline() -> None:
+    """Also where the disc within it has room."""
+    shape = footprint(((0.4, -0.2), (0.4, 0.2), (-0.4, 0.2), (-0.4, -0.2)))
+    assert said(seen({180 - 26: 0.48, 0: 0.6}), shape=shape).startswith(
+        "too near: a hit 0.033 m from the footprint, 154"
+    )
+    assert said(seen({0: 0.5, 90: 0.3}), shape=shape) == ""
 
 
 def test_a_hit_that_is_too_close_to_be_measured_has_no_distance() -> None:
@@ -67,4 +78,4 @@ def test_what_moves_is_named_too() -> None:
 
 
 def test_without_scans_no_hit_is_to_blame() -> None:
-    assert obstruction(CertifiedRegion.none(), LaserScan.nothing(), AHEAD, RADIUS) == ""
+    assert obstruction(CertifiedRegion.none(), LaserScan.nothing(), AHEAD, DISC, np.zeros(3)) == ""
