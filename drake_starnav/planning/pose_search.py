@@ -262,7 +262,7 @@ def _searched(starts, goals, moves, to_go, turn_cost, space, leaves):
     (usual, parts), cell = moves, space.grid[2]
     shoots = (usual[:, 4] == 0.0).any()
     best = np.full((SIDE, SIDE, HEADINGS), np.inf, np.float32)
-    room = MOST_CHECKS + len(usual) + len(parts) + 3
+    room = MOST_CHECKS + len(starts) + len(usual) + len(parts) + 3
     nodes, parents, costs = np.empty((room, 4)), np.full(room, -1, np.int64), np.zeros(room)
     queue, count, expanded, checks = [(0.0, 0, False)], len(starts), 0, 0
     queue.pop()
