@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from drake_starnav.geometry.footprint import Footprint, covered, disc, footprint
 from drake_starnav.surroundings.looks import Known, Look, Looks, saw
 from drake_starnav.surroundings.unseen import Step, clipped, known, start_radius
+from drake_starnav.worlds.world import World
 from tests.helpers.scans import cast, look_of, scattered, seeds, seen_by
 
 HERE = (0.0, 0.0, 0.0)
@@ -119,6 +120,25 @@ def test_two_looks_know_together_what_none_saw_whole() -> None:
     for one in looks:
         assert not seen_by(Known.of((one,), (HERE,), 0.0), ahead)
     assert not seen_by(Known(), ahead)
+
+
+@settings(max_examples=40)
+@given(seeds)
+def test_a_shadow_in_the_midst_of_a_place_hides_it_until_another_look_sees_it(seed: int) -> None:
+    """A place of which each corner is seen, behind a pole; another look from beside sees what is behind that."""
+    rng = np.random.default_rng(seed)
+    bearing = rng.uniform(-3.0, 3.0)
+    turn = np.array((math.cos(bearing), math.sin(bearing)))
+    frame = np.array((turn, (-turn[1], turn[0])))
+    world = World("pole", HERE, (2.0, 0.0), cylinders=[(*(0.5 * turn), rng.uniform(0.01, 0.02))])
+    near, deep, wide = rng.uniform(0.8, 1.0), rng.uniform(0.05, 0.2), rng.uniform(0.25, 0.4)
+    part = np.array([(near, -wide), (near + deep, -wide), (near + deep, wide), (near, wide)]) @ frame
+    places = [(*(np.array((0.0, y)) @ frame), 0.0) for y in (0.0, 0.15)]
+    looks = [look_of(cast(world, np.array(place), beams=1440), place) for place in places]
+    for look in looks:
+        assert not seen_by(Known.of((look,), (look.place,), 0.0), part)
+        assert all(seen_by(Known.of((look,), (look.place,), 0.0), corner[None]) for corner in part)
+    assert seen_by(Known.of(tuple(looks), [look.place for look in looks], 0.0), part)
 
 
 @given(seeds)
