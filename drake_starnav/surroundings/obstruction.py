@@ -30,8 +30,7 @@ def obstruction(star: CertifiedRegion, scan: LaserScan, towards: float, shape: F
     if not star.seen:
         return ""
     robot_radius = shape.narrow
-    beside = "" if shape.is_disc else _beside(star, scan, shape, pose)
-    if beside:
+    if not shape.is_disc and len(star.hits) and (beside := _beside(star, scan, shape, pose)):
         return beside
     samples = len(star.values)
     turned = (towards - scan.angle_min) % TURN

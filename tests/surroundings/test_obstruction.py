@@ -53,6 +53,7 @@ def test_what_is_too_near_to_a_polygon_is_measured_from_its_outline() -> None:
         "too near: a hit 0.033 m from the footprint, 154"
     )
     assert said(seen({0: 0.5, 90: 0.3}), shape=shape) == ""
+    assert said(seen({}), shape=shape) == ""
 
 
 def test_a_hit_that_is_too_close_to_be_measured_has_no_distance() -> None:
