@@ -1,5 +1,6 @@
 """A robot that does exactly what it is commanded, in a world that its lidars see, without a plant."""
 
+import functools
 import math
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -49,12 +50,14 @@ class Seen(NamedTuple):
             Clear(star, margin, footprint).inside or RegionUnion.alone(np.zeros(2), 0.0, np.zeros(4), NO_SLOPES)[:3]
         )
         if not all_of_it:
-            return Seen(inside, *UNSEEN)
+            return Seen(inside, *_unseen(), (0.0, 0.0))
         return Seen(inside, star.look.chords, star.looks, (margin, float(star.look.reach - footprint.radius)))
 
 
-UNSEEN = Look.none().chords, Looks.of(Known()), (0.0, 0.0)
-"""Surfaces, looks and sizes of nothing."""
+@functools.cache
+def _unseen() -> tuple[Chords, Looks]:
+    """Surfaces and looks of nothing, which compiled functions make."""
+    return Look.none().chords, Looks.of(Known())
 
 
 class KinematicMotion:
