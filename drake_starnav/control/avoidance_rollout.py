@@ -183,13 +183,13 @@ def _course(pose, moves):
 
 
 @leaf
-def _must_brake(pose, moves, foreseen, s, limits, settings):
+def _must_brake(pose, course, foreseen, s, limits, settings):
     """Whether a robot that brakes fully now might be touched before it stops, with the discs at their predictions.
 
     Checked at half the braking time and at its end, for all discs, whether it approaches them or not: a robot that only
     watches those ahead is soon surrounded. The discs are those of `_foreseen` at s.
     """
-    v, ux, uy = _course(pose, moves)
+    v, ux, uy = course
     if abs(v) < STANDING_SPEED:
         return False
     caution, stop = settings.caution, abs(v) / limits.max_acceleration
@@ -212,9 +212,9 @@ def _must_brake(pose, moves, foreseen, s, limits, settings):
 
 
 @leaf
-def _held(pose, moves, standing, limits, settings):
+def _held(pose, course, standing, limits, settings):
     """Whether a robot that brakes fully from the next step on might be touched by an object that is static now."""
-    v, ux, uy = _course(pose, moves)
+    v, ux, uy = course
     if abs(v) < STANDING_SPEED or not len(standing):
         return False
     distance, stop = settings.radius + settings.spacing, abs(v) / limits.max_acceleration
@@ -227,6 +227,12 @@ def _held(pose, moves, standing, limits, settings):
             if (px - standing[j, 0]) ** 2 + (py - standing[j, 1]) ** 2 < needed * needed:
                 return True
     return False
+
+
+@leaf
+def _lost(row, zone):
+    """What a rollout costs for its distances to discs and walls, s; these count within the zone, m."""
+    return row.lost + WALL_COST * (1.0 - row.closest / zone) ** 2
 
 
 @njit(cache=True, error_model="numpy")
@@ -245,7 +251,7 @@ def drive(rows, ways, steps, scene, most):
     last, arrived, zone = len(line) - 1, ARRIVED * settings.radius, WALL_ZONE * settings.radius
     for r in range(len(rows)):
         row, asked = rows[r], (ways[r, 0], ways[r, 1], ways[r, 2], ways[r, 3])
-        row.cost = row.lost + WALL_COST * (1.0 - row.closest / zone) ** 2 + row.change
+        row.cost = _lost(row, zone) + row.change
         way = math.hypot(line[-1, 0] - row.x, line[-1, 1] - row.y)
         way = way if way > arrived + steps * STEP * limits.max_speed else 0.0
         row.cost += min(row.arrival, row.spent + way / limits.max_speed)
@@ -256,9 +262,10 @@ def drive(rows, ways, steps, scene, most):
         for s in range(steps):
             pose, moves, k = Pose(row.x, row.y, row.yaw), Velocity(row.ahead, row.aside, row.turning), row.way_point
             wanted = wanted_velocity(asked, pose, (line[k, 0], line[k, 1], k == last), limits, settings)
-            if _must_brake(pose, moves, foreseen, s, limits, settings):
+            course = _course(pose, moves)
+            if _must_brake(pose, course, foreseen, s, limits, settings):
                 wanted = Velocity(0.0, 0.0, wanted.turning)
-            if _held(pose, moves, discs.standing, limits, settings):
+            if _held(pose, course, discs.standing, limits, settings):
                 wanted = Velocity(0.0, 0.0, wanted.turning)
                 row.held = 1
             pose, moves, driven = advanced(pose, moves, wanted, STEP, limits)
@@ -294,7 +301,7 @@ def drive(rows, ways, steps, scene, most):
                     row.ended = 1
             if row.ended > 0:
                 break
-        row.cost = row.lost + WALL_COST * (1.0 - row.closest / zone) ** 2
+        row.cost = _lost(row, zone)
         if row.arrival < np.inf:  # it has been at the goal, wherever it goes to make way
             row.cost += row.arrival
         else:
