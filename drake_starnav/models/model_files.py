@@ -229,8 +229,9 @@ class Models:
     def _pieces(self, uri: str, folder: Path, place: str) -> list[Path]:
         """The files to collide with instead of a mesh file."""
         path = find(uri, folder)
-        if path is None or no_file(path):
-            raise StarnavError(f"{place}: mesh {shown(uri.strip())}: {no_file(path)}; allowed: a mesh file")
+        why = no_file(path)
+        if path is None or why:
+            raise StarnavError(f"{place}: mesh {shown(uri.strip())}: {why}; allowed: a mesh file")
         suffix = path.suffix.lower()
         if suffix not in CONVERTED:
             return [path.resolve()]

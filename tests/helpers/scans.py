@@ -93,12 +93,6 @@ def cast(
     return LaserScan(0.0, angle_min, increment, 0.0, range_max, ranges)
 
 
-def limited(scan: LaserScan, half: float) -> LaserScan:
-    """The beams of a scan that look at most `half` to either side, rad."""
-    seen = np.flatnonzero(np.abs(scan.bearings) <= half)
-    return dataclasses.replace(scan, angle_min=float(scan.bearings[seen[0]]), ranges=scan.ranges[seen])
-
-
 def cast_rolling(
     world: World, before: np.ndarray, pose: np.ndarray, period: float, *, time: float | None = None, beams: int, **view
 ) -> LaserScan:

@@ -13,7 +13,7 @@ from drake_starnav.surroundings import Observation
 from drake_starnav.surroundings.star_region import scan_region
 from drake_starnav.worlds.world import World
 from tests.helpers.path_follower import BAFFLES, VAULT, drive
-from tests.helpers.scans import MARGINS, RADIUS, cast, distance, in_view, limited
+from tests.helpers.scans import MARGINS, RADIUS, cast, distance, in_view
 
 PARAMETERS = PlannerParameters()
 
@@ -73,7 +73,7 @@ def test_a_robot_that_cannot_move_turns_to_the_only_way_that_its_lidar_has_not_s
     state, yaw = PlannerState.initial(PARAMETERS, RADIUS), 0.0
     for k in range(60):
         pose = np.array((0.0, 0.0, yaw))
-        scan = dataclasses.replace(limited(cast(world, pose), half), time=0.05 * k)
+        scan = dataclasses.replace(cast(world, pose, angle_min=-half, angle_increment=half / 180), time=0.05 * k)
         seen = Observation(scan_region(scan, pose, RADIUS, MARGINS), scan, pose)
         goal = np.array(world.goal, dtype=float)
         state = plan_step(state, PlannerInput(seen, pose[:2], goal, scan.time, PARAMETERS, MARGINS, RADIUS))
