@@ -51,6 +51,31 @@ def point_to_segment_squared(x, y, ax, ay, bx, by):
     return dx * dx + dy * dy
 
 
+@njit(cache=True)
+def distances(origin, shape, step, reach, capsules):
+    """How far the points of a grid are from the nearest capsule, up to `reach`, m; shape as asked.
+
+    Args:
+        origin: the first point, shape (2,), m.
+        shape: of the grid.
+        step: between its points, m.
+        reach: m.
+        capsules: rows x1, y1, x2, y2, radius, m.
+    """
+    room = np.full(shape, reach)
+    for c in range(len(capsules)):
+        x1, y1, x2, y2, radius = capsules[c]
+        far = reach + radius
+        i0, i1 = int((min(x1, x2) - far - origin[0]) / step), int((max(x1, x2) + far - origin[0]) / step) + 2
+        j0, j1 = int((min(y1, y2) - far - origin[1]) / step), int((max(y1, y2) + far - origin[1]) / step) + 2
+        for i in range(max(i0, 0), min(i1, shape[0])):
+            for j in range(max(j0, 0), min(j1, shape[1])):
+                x, y = origin[0] + i * step, origin[1] + j * step
+                away = math.sqrt(point_to_segment_squared(x, y, x1, y1, x2, y2)) - radius
+                room[i, j] = min(room[i, j], away)
+    return room
+
+
 def resampled(points: np.ndarray, step: float) -> np.ndarray:
     """Points (k, 2) along a polyline (n, 2) at equal distances of at most `step`, both ends included, m."""
     travelled = arc_lengths(points)

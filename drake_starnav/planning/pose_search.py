@@ -16,7 +16,7 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.geometry.footprint import Body, Footprint
-from drake_starnav.geometry.polyline import point_to_segment_squared
+from drake_starnav.geometry.polyline import distances
 from drake_starnav.robot.limits import wrapped_angle
 from drake_starnav.surroundings.looks import Chords, Looks
 from drake_starnav.surroundings.separation import keeps_clear
@@ -38,6 +38,8 @@ REACH = AROUND * CELL
 """That is this distance, in radii."""
 SIDE = 2 * AROUND + 1
 """Cells along a side of what is searched."""
+IN_REACH = np.hypot(*(np.indices((SIDE, SIDE)) - AROUND)) < AROUND
+"""Cells that are searched."""
 EXACT, MOST_CHECKS = 8, 200000
 """A move that its cells do not decide counts as so many checks; and a search that has made so many gives up."""
 GREED = 1.2
@@ -98,21 +100,21 @@ def found_way(
     within = np.split(polygons.offsets - places @ polygons.normals.T, polygons.ends[:-1], axis=1)
     inner = np.max([part.min(axis=1) for part in within], axis=0)
     discs = np.column_stack((footprint.cover, np.full(len(footprint.cover), footprint.narrow), inner[:-1]))
-    radii = footprint.narrow + margin + 2.0 * cell, inner[-1] - OFF_CENTRE * cell
     (surfaces, looks), none = seen, np.zeros(len(seen[0].ends), np.bool_)
     solid = surfaces.solid
     bare = Chords(surfaces.ends[solid], solid[solid], none[solid], surfaces.center)
     spot = (moves[:, 4] == 0.0).any()
-    bends = [
-        (way, way, turn, max(way, turn), 1.0) for way in FIRST_SHARES for turn in (FIRST_SHARES if spot else (way,))
-    ]
+    bends = [(a, a, b, max(a, b), 1.0) for a in FIRST_SHARES for b in (FIRST_SHARES if spot else (a,))]
     parts = np.vstack([moves * bend for bend in bends])
     turning = moves[moves[:, 2] != 0.0]
     turn_cost = float((turning[:, 3] / abs(turning[:, 2])).min())
+    chords = np.column_stack((bare.ends, none[solid]))
+    clear = distances(np.array(grid[:2]), (SIDE, SIDE), cell, footprint.narrow + margin + 2.0 * cell, chords)
+    clear[~IN_REACH] = np.nan
+    space = Space(surfaces, looks, bare, footprint.body, discs, margin, clear, grid)
 
     def way(starts: np.ndarray, ends: np.ndarray, leaves: bool) -> np.ndarray:
-        clear, to_go = _costs_to_go(bare.ends, radii, ends, grid)
-        space = Space(surfaces, looks, bare, footprint.body, discs, margin, clear, grid)
+        to_go = _costs_to_go(clear, inner[-1] - OFF_CENTRE * cell, ends, grid)
         nodes, parents, last = _searched(starts, ends, (moves, parts), to_go, turn_cost, space, leaves)
         poses = []
         while last >= 0:
@@ -138,24 +140,11 @@ def _cell(x, y, grid):
 
 
 @njit(cache=True)
-def _costs_to_go(ends, radii, goals, grid):
-    """The distances of `Space.clear` from chords (n, 4), and costs of the shortest ways of a disc to a goal, m.
+def _costs_to_go(clear, radius, goals, grid):
+    """Costs of the shortest ways of a disc to a goal, m, by `Space.clear`.
 
-    The radii: up to which distances count, and that of the disc, m. What it costs to end at a goal counts, too.
+    What it costs to end at a goal counts, too.
     """
-    clear, (most, inner) = np.full((SIDE, SIDE), np.nan), radii
-    for i in range(SIDE):
-        for j in range(SIDE):
-            if math.hypot(i - AROUND, j - AROUND) < AROUND:
-                clear[i, j] = most
-    for k in range(len(ends)):
-        low_i, low_j = _cell(min(ends[k, 0], ends[k, 2]) - most, min(ends[k, 1], ends[k, 3]) - most, grid)
-        high_i, high_j = _cell(max(ends[k, 0], ends[k, 2]) + most, max(ends[k, 1], ends[k, 3]) + most, grid)
-        for i in range(max(low_i, 0), min(high_i + 1, SIDE)):
-            for j in range(max(low_j, 0), min(high_j + 1, SIDE)):
-                x, y = grid[0] + i * grid[2], grid[1] + j * grid[2]
-                away = point_to_segment_squared(x, y, ends[k, 0], ends[k, 1], ends[k, 2], ends[k, 3])
-                clear[i, j] = min(clear[i, j], math.sqrt(away))
     out = np.full((SIDE, SIDE), np.inf)
     queue = [(0.0, 0, 0)]
     queue.pop()
@@ -171,10 +160,10 @@ def _costs_to_go(ends, radii, goals, grid):
         for a in range(max(i - 1, 0), min(i + 2, SIDE)):
             for b in range(max(j - 1, 0), min(j + 2, SIDE)):
                 there = cost + grid[2] * math.hypot(a - i, b - j)
-                if there < out[a, b] and clear[a, b] > inner:
+                if there < out[a, b] and clear[a, b] > radius:
                     out[a, b] = there
                     heapq.heappush(queue, (there, a, b))
-    return clear, out
+    return out
 
 
 @njit(cache=True)
@@ -264,11 +253,10 @@ def _searched(starts, goals, moves, to_go, turn_cost, space, leaves):
     best = np.full((SIDE, SIDE, HEADINGS), np.inf, np.float32)
     room = MOST_CHECKS + len(starts) + len(usual) + len(parts) + 3
     nodes, parents, costs = np.empty((room, 4)), np.full(room, -1, np.int64), np.zeros(room)
-    queue, count, expanded, checks = [(0.0, 0, False)], len(starts), 0, 0
-    queue.pop()
+    queue, count, expanded, checks = [(starts[n, 4], n, False) for n in range(len(starts))], len(starts), 0, 0
+    heapq.heapify(queue)
     for n in range(count):
         nodes[n], costs[n] = (starts[n, 0], starts[n, 1], starts[n, 2], 0.0), starts[n, 4]
-        heapq.heappush(queue, (costs[n], n, False))
     while len(queue) > 0 and checks < MOST_CHECKS:
         expanded += 1
         _, n, ends = heapq.heappop(queue)

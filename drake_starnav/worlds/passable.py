@@ -8,8 +8,8 @@ import shapely
 from numba import njit
 
 from drake_starnav.geometry.footprint import Footprint
-from drake_starnav.geometry.polyline import resampled
-from drake_starnav.worlds.shortest_path import capsules_around, distances
+from drake_starnav.geometry.polyline import distances, resampled
+from drake_starnav.worlds.shortest_path import capsules_around
 from drake_starnav.worlds.world import World
 
 LATTICES = ((0.05, 64), (0.025, 128))

@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.geometry.polyline import arc_lengths, point_to_segment_squared, subdivided
+from drake_starnav.geometry.polyline import arc_lengths, distances, point_to_segment_squared, subdivided
 from drake_starnav.geometry.se2 import placed
 from drake_starnav.planning.bucket_search import bucket_dijkstra
 from drake_starnav.planning.cost_field import descent
@@ -205,20 +205,3 @@ def distance_from(capsules, x, y):
         x1, y1, x2, y2, radius = capsules[c]
         least = min(least, math.sqrt(point_to_segment_squared(x, y, x1, y1, x2, y2)) - radius)
     return least
-
-
-@njit(cache=True)
-def distances(origin, shape, step, reach, capsules):
-    """Distance of grid points to the nearest capsule, up to `reach`, m."""
-    room = np.full(shape, reach)
-    for c in range(len(capsules)):
-        x1, y1, x2, y2, radius = capsules[c]
-        far = reach + radius
-        i0, i1 = int((min(x1, x2) - far - origin[0]) / step), int((max(x1, x2) + far - origin[0]) / step) + 2
-        j0, j1 = int((min(y1, y2) - far - origin[1]) / step), int((max(y1, y2) + far - origin[1]) / step) + 2
-        for i in range(max(i0, 0), min(i1, shape[0])):
-            for j in range(max(j0, 0), min(j1, shape[1])):
-                x, y = origin[0] + i * step, origin[1] + j * step
-                away = math.sqrt(point_to_segment_squared(x, y, x1, y1, x2, y2)) - radius
-                room[i, j] = min(room[i, j], away)
-    return room
