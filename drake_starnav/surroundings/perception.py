@@ -202,22 +202,10 @@ def perceive(
         lone = dataclasses.replace(lone, ranges=np.where(lone.hits, measured, lone.ranges))
         rest, lone = averaged(before.memory, lone, pose, safe_radius + AVERAGED_WITHIN * robot_radius)
         safety, _ = certified_region(rest, lone, *arguments)
-    look, driven = replaced(safety.look, footprint=footprint, short=margins.looks.short), (0.0, 0.0)
+    look = replaced(safety.look, footprint=footprint, short=margins.looks.short)
     views = (look,) if alone else _views(look, (near, mounts), pose, smoothing)
-    last, earlier = before.safety, Known()
-    if last.seen:
-        reach = margins.safety_range + 2.0 * (footprint.radius + margins.safety)
-        kept = margins.looks._replace(reach=reach, apart=KEPT_EVERY * footprint.radius)
-        x, y, yaw = (pose - before.observation.pose).tolist()
-        driven = last.driven[0] + math.hypot(x, y), last.driven[1] + abs(math.remainder(yaw, TURN))
-        earlier = remembered(last.earlier, last.newest, driven, (look.place, time), kept)
-    elif not (alone and surrounded):
-        ahead = 0.0 if surrounded else max(0.0, *(mount.x for mount in mounts))
-        earlier = Known.of((Start.of(start_radius(footprint, margins.safety, ahead)),), (look.place,), time, driven)
-    begun = earlier.looks[-1] if earlier.looks else None
-    if isinstance(begun, Start):
-        begun = begun.cut(tuple(earlier.rows[-1, :3].tolist()), views[0].chords)
-        earlier = earlier._replace(looks=(*earlier.looks[:-1], begun))
+    ahead = None if alone and surrounded else 0.0 if surrounded else max(0.0, *(mount.x for mount in mounts))
+    earlier, driven = _seen_before(before, pose, time, views[0], ahead, settings)
     safety = replaced(
         safety,
         newest=Known.of(views, [each.place for each in views], time, driven),
@@ -225,6 +213,37 @@ def perceive(
         sight=safety.sight if alone or surrounded else (0.0, 0.0),  # else earlier looks are in the star
     )
     return Perceived(Observation(region, scan, pose, beside), safety, memory, looks)
+
+
+def _seen_before(
+    before: Perceived, pose: np.ndarray, time: float, view: Look, ahead: float | None, settings: PerceptionSettings
+) -> tuple[Known, tuple[float, float]]:
+    """What was seen before a scan, and how far the robot has come since the first one, m, and turned, rad.
+
+    Args:
+        before: state before the scan.
+        pose: (x, y, yaw) of the robot, W, m and rad.
+        time: of the scan, s.
+        view: what its first lidar saw; its surfaces bound the start disc.
+        ahead: how far ahead of the axis lidars are that do not see all around the robot, m, else 0; None: the scan is
+            of one that does, on the axis, and no start disc is needed.
+        settings: of robot and sensors.
+    """
+    last, margins, footprint, place = before.safety, settings.margins, settings.footprint, tuple(pose.tolist())
+    earlier, driven = Known(), (0.0, 0.0)
+    if last.seen:
+        x, y, yaw = (pose - before.observation.pose).tolist()
+        driven = last.driven[0] + math.hypot(x, y), last.driven[1] + abs(math.remainder(yaw, TURN))
+        reach = margins.safety_range + 2.0 * (footprint.radius + margins.safety)
+        kept = margins.looks._replace(reach=reach, apart=KEPT_EVERY * footprint.radius)
+        earlier = remembered(last.earlier, last.newest, driven, (place, time), kept)
+    elif ahead is not None:
+        earlier = Known.of((Start.of(start_radius(footprint, margins.safety, ahead)),), (place,), time, driven)
+    begun = earlier.looks[-1] if earlier.looks else None
+    if isinstance(begun, Start):
+        begun = begun.cut(tuple(earlier.rows[-1, :3].tolist()), view.chords)
+        earlier = earlier._replace(looks=(*earlier.looks[:-1], begun))
+    return earlier, driven
 
 
 def _views(
