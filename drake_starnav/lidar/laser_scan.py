@@ -136,16 +136,13 @@ class LaserScan:
         angle_increment: bearing step between beams, rad, positive.
         range_min, range_max: limits of the sensor, m.
         ranges: shape (n,), m.
-        time_increment: time from beam to beam, s; 0 when all are measured at once, negative when the last beam is
-            measured first.
+        time_increment: time from beam to beam, s; 0: all at once; negative: the last is measured first.
         scan_time: time between scans, s; 0 when there is no rate.
         lost_beams: whether beams may have no measurement.
         motion: shape (n,), motion of the obstacle that each beam hit: STATIC, UNKNOWN or DYNAMIC. A beam of the last
             kind saw free space up to the obstacle, but no static obstacle. None: everything is static.
         free: shape (n,), distance up to which space is free along each lost beam, m. None: its neighbours bound it.
         body: narrow radius of the robot, by which surfaces are told apart, m; set by perception.
-
-    What follows from these is in `beams`.
     """
 
     time: float
@@ -252,6 +249,11 @@ class LaserScan:
     def full_circle(self) -> bool:
         """Whether the last beam's neighbour is the first one."""
         return self.beams.seam < math.inf
+
+    @property
+    def merged(self) -> bool:
+        """Whether it joins views of lidars, or is that of one off the robot's axis, as seen from the axis."""
+        return self.free is not None
 
     @property
     def distances(self) -> np.ndarray:

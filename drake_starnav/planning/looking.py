@@ -1,4 +1,4 @@
-"""A robot whose lidars do not see all around turns to look."""
+"""A robot whose lidars do not see all around turns to look: only in merged scans are unseen bearings lost beams."""
 
 import dataclasses
 import math
@@ -29,15 +29,15 @@ def faces(inputs: PlannerInput, place: np.ndarray) -> bool:
 
 
 def sees_all_around(inputs: PlannerInput) -> bool:
-    """Whether the lidars look in all directions from the robot's axis."""
+    """Whether a single lidar on the robot's axis looks in all directions."""
     scan = inputs.observation.scan
-    return scan.full_circle and scan.free is None
+    return scan.full_circle and not scan.merged
 
 
 def turned_to_look(state: PlannerState, here: StarRegion, inputs: PlannerInput) -> bool:
     """Whether a lidar that does not look all around sees the probe since the robot has turned."""
     nodes, (pose, scan) = state.roadmap.nodes, (inputs.observation.pose, inputs.observation.scan)
-    if scan.free is None or state.target is None or not len(nodes):
+    if not scan.merged or state.target is None or not len(nodes):
         return False
     turned = abs(math.remainder(float(pose[2] - nodes[-1].pose[2]), 2.0 * math.pi)) > FACING
     return turned and cover_at(here.alone, *state.target[1], 0.0) >= 0
@@ -52,7 +52,7 @@ def looking_aside(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     scan, pose = inputs.observation.scan, inputs.observation.pose
     if state.aside is not None:
         state = dataclasses.replace(state, aside=None)
-    if scan.free is None or not len(state.path):
+    if not scan.merged or not len(state.path):
         return state
     x, y, yaw = pose.tolist()
     ahead = math.atan2(state.path[0, 1] - y, state.path[0, 0] - x) - yaw

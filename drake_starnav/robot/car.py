@@ -10,6 +10,8 @@ MOVE, TURN = 0.3, 0.3
 """Length of a move of a manoeuvre, in radii of the disc around the robot, and the largest turn on it, rad."""
 CURVES = (0.2, 0.6)
 """Shares of the largest curvature of the manoeuvres' curves: the rest is left to follow them."""
+NEAREST = 0.16
+"""No pose of a manoeuvre counts as nearer than this, in least radii: the curve to it would be tighter than any."""
 BENDS = (0.0, 0.4, -0.4)
 """Shares of the largest curvature that are tried on top of the desired one."""
 
@@ -39,5 +41,5 @@ class Car(Differential):
     def pursued(self, ahead: float, aside: float, turn: float, gear: float, speed: float, limits: Limits) -> np.ndarray:
         """It cannot turn on the spot."""
         most = limits.max_yaw_rate
-        away = max(abs(ahead), 0.16 / most)
+        away = max(abs(ahead), NEAREST / most)
         return np.array((gear * speed, gear * turn / away + 0.5 * most * (most * aside + gear * turn)))

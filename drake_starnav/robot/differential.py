@@ -10,10 +10,10 @@ from drake_starnav.robot.limits import Limits, limited, stopping
 
 TURN, TURN_COST = math.radians(15.0), 0.19
 """Of the manoeuvres: a turn on the spot or of a curve, rad, and the cost of the former, in radii."""
-
-
 FOLLOWING = 2.5
 """Turning rate per heading error of a manoeuvre, 1/s; errors aside are left without swinging at half the full speed."""
+QUICKEST = 4.0 * FOLLOWING
+"""Turning rate per heading error close to a pose, 1/s: without a bound the arc to it would ask for any."""
 
 
 class Differential:
@@ -42,6 +42,6 @@ class Differential:
     def pursued(self, ahead: float, aside: float, turn: float, gear: float, speed: float, limits: Limits) -> np.ndarray:
         if gear == 0.0:
             return np.array((0.0, math.copysign(stopping(abs(turn), limits.max_yaw_acceleration), turn)))
-        away = max(abs(ahead), 0.25 * speed / FOLLOWING)
+        away = max(abs(ahead), speed / QUICKEST)
         off = aside - 0.5 * ahead * turn
         return np.array((gear * speed, speed * turn / away + gear * 0.5 * FOLLOWING**2 / limits.max_speed * off))

@@ -104,7 +104,7 @@ def free_range(
     """
     samples, kept = samples or bearing_count(scan), (margins.preferred, margins.least)
     limit = free_limit(scan, samples, scan.range_max, radius + margins.preferred)
-    if scan.free is not None and samples == len(scan.ranges):  # what is unknown ends rays, but is no wall
+    if scan.merged and samples == len(scan.ranges):  # what is unknown ends rays, but is no wall
         room = np.maximum(distance - (radius + margins.preferred), 0.0)
         limit = np.where(scan.lost, np.minimum(limit, room), limit)
         distance = np.where(scan.lost, scan.range_max, distance)

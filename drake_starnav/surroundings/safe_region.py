@@ -203,7 +203,7 @@ def certified_region(
     limit = free_limit(scan, samples, min(scan.range_max, reach + radius), radius)
     known, known_gaps, remembered_hits, values, near = _certified_region(
         (memory.points, memory.half_gaps, first),
-        (latest, latest_gaps, far, scan.free is not None),
+        (latest, latest_gaps, far, scan.merged),
         scan.beams,
         distance,
         (x, y, math.cos(yaw), math.sin(yaw)),
