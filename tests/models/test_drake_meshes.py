@@ -4,12 +4,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
 from pydrake.common import MemoryFile
 from pydrake.geometry import Convex, InMemoryMesh, Mesh
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.models.drake_meshes import hull_faces, mesh_triangles
-from tests.models.test_mesh_file import document
+from tests.models.test_mesh_file import gltf
 
 # Two tetrahedra that share the face 0 1 2.
 VERTICES = np.array([(0, 0, 0), (1, 0, 0), (0, 2, 0), (0, 0, 3), (0.5, 0.5, -1)], dtype=float)
@@ -22,14 +23,10 @@ VTK = (
 OBJ = "".join(f"v {x} {y} {z}\n" for x, y, z in VERTICES) + "".join(
     f"f {a + 1} {b + 1} {c + 1}\n" for a, b, c in sorted(OUTSIDE)
 )
-HALF = float(np.sqrt(0.5))
-GLTF = json.dumps(
-    document(
-        points=VERTICES,
-        order=np.array(sorted(OUTSIDE)).ravel(),
-        nodes=[{"rotation": [HALF, 0, 0, HALF], "translation": [0.1, 0.2, 0.3], "scale": [1, 2, 1], "mesh": 0}],
-    )
-)
+POSE = trimesh.transformations.euler_matrix(0.5 * np.pi, 0.0, 0.0)
+POSE[:3, :3] = POSE[:3, :3] @ np.diag((1.0, 2.0, 1.0))
+POSE[:3, 3] = 0.1, 0.2, 0.3
+GLTF = gltf(trimesh.Trimesh(VERTICES, sorted(OUTSIDE), process=False), POSE).decode()
 CONTENTS = {".obj": OBJ, ".vtk": VTK, ".gltf": GLTF}
 SCALE = np.array([2.0, 0.5, 1.5])
 
@@ -65,16 +62,16 @@ def test_triangles_are_where_drake_has_the_mesh(extension, in_memory, tmp_path):
 
 
 def test_a_file_beside_a_gltf_file_is_found(tmp_path):
-    gltf = json.loads(GLTF)
-    data = base64.b64decode(gltf["buffers"][0]["uri"].partition(",")[2])
-    gltf["buffers"][0]["uri"] = "solid.bin"
+    content = json.loads(GLTF)
+    data = base64.b64decode(content["buffers"][0]["uri"].partition(",")[2])
+    content["buffers"][0]["uri"] = "solid.bin"
     path = tmp_path / "solid.gltf"
-    path.write_text(json.dumps(gltf))
+    path.write_text(json.dumps(content))
     with pytest.raises(StarnavError, match=r"solid\.gltf.* of geometry post: .*solid\.bin"):
         mesh_triangles(Mesh(str(path), 1.0), "post")
     (tmp_path / "solid.bin").write_bytes(data)
     beside = mesh_triangles(Mesh(str(path), SCALE), "post")
-    file = MemoryFile(contents=json.dumps(gltf), extension=".gltf", filename_hint="solid")
+    file = MemoryFile(contents=json.dumps(content), extension=".gltf", filename_hint="solid")
     binary = MemoryFile(contents=data, extension=".bin", filename_hint="solid.bin")
     for extra in (binary, Path(tmp_path / "solid.bin")):
         shape = Mesh(InMemoryMesh(mesh_file=file, supporting_files={"solid.bin": extra}), SCALE)

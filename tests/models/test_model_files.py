@@ -10,7 +10,7 @@ import trimesh
 from drake_starnav.errors import StarnavError
 from drake_starnav.models.model_files import Models
 from drake_starnav.models.model_folders import FOLDERS
-from tests.models.test_mesh_file import ascii_stl, binary_stl, dae
+from tests.models.test_mesh_file import ascii_stl, binary_stl, dae, solid
 
 LINK = '<link name="l"><collision name="c"><geometry>{}</geometry></collision></link>'
 MODEL = '<model name="m"><static>1</static>{}</model>'
@@ -127,27 +127,14 @@ def test_what_is_drake_s_own_stays(tmp_path: Path) -> None:
 
 
 def test_pieces_of_a_mesh_that_do_not_hang_together_collide_apart(tmp_path: Path) -> None:
-    far = ascii_stl().replace(
-        b"endsolid a mesh\n", ascii_stl(np.array([(9, 0, 0), (9, 1, 0), (9, 0, 1), (10, 0, 0)]))[13:]
-    )
-    (tmp_path / "two.stl").write_bytes(far)
+    far = solid(np.array([(9, 0, 0), (9, 1, 0), (9, 0, 1), (10, 0, 0)]))
+    trimesh.util.concatenate([solid(), far]).export(tmp_path / "two.stl")
     root = prepared(sdf(tmp_path, MODEL.format(LINK.format("<mesh><uri>two.stl</uri></mesh>"))))
     assert sorted(hulls(root)) == [((0, 0, 0), (1, 2, 3)), ((9, 0, 0), (10, 1, 1))]
     assert [collision.get("name") for collision in root.iter("collision")] == ["c", "c_1"]
 
 
 POINTS = "".join(f"<point>{x} {y}</point>" for x, y in ((0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)))
-
-
-def test_polylines_and_cones_are_built(tmp_path: Path) -> None:
-    shapes = f"<polyline>{POINTS}<height>0.8</height></polyline>", "<cone><radius>0.5</radius><length>2</length></cone>"
-    ell, cone = (hulls(prepared(sdf(tmp_path, MODEL.format(LINK.format(shape))))) for shape in shapes)
-    assert len(ell) == 2
-    assert np.min(ell, axis=0)[0].tolist() == [0.0, 0.0, 0.0]
-    assert np.max(ell, axis=0)[1].tolist() == [2.0, 2.0, 0.8]
-    ((low, high),) = cone
-    assert low == pytest.approx((-0.5, -0.5, -1.0), abs=1e-3)
-    assert high == pytest.approx((0.5, 0.5, 1.0), abs=1e-3)
 
 
 @pytest.mark.parametrize(

@@ -5,10 +5,11 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+import trimesh
 from scipy.spatial import ConvexHull
 
 from drake_starnav.models.obj_files import MOST_PIECES, SOLIDS, converted, write_obj
-from tests.models.test_mesh_file import CORNERS, FACES, ascii_stl
+from tests.models.test_mesh_file import CORNERS, FACES, solid
 
 
 def points_of(path: Path) -> np.ndarray:
@@ -31,8 +32,8 @@ def test_a_file_is_written_once_and_holds_what_is_used() -> None:
 
 @pytest.mark.parametrize("count", [3, MOST_PIECES + 1])
 def test_pieces_are_apart_unless_they_are_too_many(count: int) -> None:
-    pieces = b"".join(ascii_stl(CORNERS + (9.0 * k, 0.0, 0.0))[13:-17] for k in range(count))
-    files = converted(b"solid a mesh\n" + pieces + b"endsolid a mesh\n", ".stl")
+    pieces = [solid(CORNERS + (9.0 * k, 0.0, 0.0)) for k in range(count)]
+    files = converted(trimesh.util.concatenate(pieces).export(file_type="stl"), ".stl")
     assert len(files) == (count if count <= MOST_PIECES else 1)
     assert sum(len(points_of(file)) for file in files) == 4 * count
 
