@@ -48,30 +48,6 @@ def test_the_chosen_arc_is_admissible_and_in_the_window(seed):
     assert clearance >= radius - 1e-4 or (v, omega) == pytest.approx(tuple(kept * twist), abs=1e-12)
 
 
-@settings(max_examples=50, deadline=None)
-@given(st.integers(0, 2**32 - 1), st.floats(-math.pi, math.pi))
-def test_does_not_depend_on_the_frame(seed, angle):
-    rng = np.random.default_rng(seed)
-    points, goal = rng.uniform(-3.0, 3.0, (20, 2)), rng.uniform(-5.0, 5.0, 2)
-    turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
-    shift = np.array((2.0, -1.0))
-    twist = np.array((0.4, rng.uniform(-1.0, 1.0)))
-    here = dwa_twist(np.zeros(3), twist, goal, points, ROBOT, PARAMETERS)
-    there = dwa_twist(np.append(shift, angle), twist, shift + turn @ goal, shift + points @ turn.T, ROBOT, PARAMETERS)
-    np.testing.assert_allclose(here, there, atol=1e-9)
-
-
-def test_in_the_open_it_drives_straight_to_a_goal_ahead():
-    v, omega = dwa_twist([0.0, 0.0, 0.0], [0.75, 0.0], [10.0, 0.0], NOTHING, ROBOT, PARAMETERS)
-    assert v == pytest.approx(ROBOT.max_speed) and omega == pytest.approx(0.0)
-
-
-@pytest.mark.parametrize("side", [1.0, -1.0])
-def test_turns_towards_a_goal_at_its_side(side):
-    _, omega = dwa_twist([0.0, 0.0, 0.0], [0.3, 0.0], [0.0, 5.0 * side], NOTHING, ROBOT, PARAMETERS)
-    assert omega * side > 0.0
-
-
 def test_brakes_in_front_of_a_wall_and_then_only_turns():
     wall = np.column_stack((np.full(101, 0.5), np.linspace(-1.0, 1.0, 101)))
     v, _ = dwa_twist([0.0, 0.0, 0.0], [0.8, 0.0], [5.0, 0.0], wall, ROBOT, PARAMETERS)

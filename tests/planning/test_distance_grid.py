@@ -64,17 +64,6 @@ def test_snapshots_are_immutable_and_share_untouched_tiles(seed):
     assert (later.distance(points) == fork.stamped(near + 0.3).distance(points)).all()
 
 
-def test_a_grid_stamped_many_times_is_that_of_all_its_hits():
-    rng = np.random.default_rng(0)
-    hits = np.cumsum(rng.uniform(-0.5, 0.55, (2000, 2)), axis=0)
-    grids = [memory(hits[:1])]
-    for k in range(1, len(hits), 10):
-        grids.append(grids[-1].stamped(hits[k : k + 10]))
-    points = hits + rng.uniform(-0.3, 0.3, hits.shape)
-    np.testing.assert_array_equal(grids[-1].distance(points), memory(hits).distance(points))
-    np.testing.assert_array_equal(grids[50].distance(points), memory(hits[:501]).distance(points))
-
-
 @settings(max_examples=10)
 @given(seeds)
 def test_the_coarse_cells_of_a_box_cover_it_by_whole_cells(seed):

@@ -118,17 +118,6 @@ def test_a_goal_behind_a_gap_that_the_robot_fits_through_is_not_given_up(gap):
     assert states[-1].status is PlannerStatus.APPROACHING and len(states) < 700
 
 
-def test_equal_inputs_give_equal_states():
-    one, other = (drive(BAFFLES, PARAMETERS, steps=150) for _ in range(2))
-    assert len(one) == len(other)
-    for a, b in zip(one, other, strict=True):
-        assert (a.status, a.plans, len(a.roadmap)) == (b.status, b.plans, len(b.roadmap))
-        np.testing.assert_array_equal(a.path, b.path)
-        np.testing.assert_array_equal(a.roadmap.union.values, b.roadmap.union.values)
-        np.testing.assert_array_equal(a.frontiers(RADIUS), b.frontiers(RADIUS))
-        np.testing.assert_array_equal(a.roadmap.edges, b.roadmap.edges)
-
-
 def test_nodes_are_added_every_node_spacing():
     world = World("corridor", (0, 0, 0), (4.0, 0), bounds=(-1.0, -0.6, 5.0, 0.6))
     states = drive(world, PARAMETERS, steps=200)
@@ -205,13 +194,6 @@ def test_what_a_new_scan_contradicts_makes_a_node_where_nothing_else_is_new():
         after = plan_step(there, now)
         assert len(after.roadmap) == nodes and after.node_position.tolist() == place.tolist()
         assert bool(after.roadmap.regions[0].contains(np.array((3.5, 0.0)))) == (nodes == 1)
-
-
-def test_guidance_hands_on_the_path_and_the_regions():
-    last = drive(BAFFLES, PARAMETERS, steps=400)[-1]
-    assert last.guidance.path is last.path
-    assert last.guidance.regions is last.roadmap.union
-    assert len(PlannerState.initial(PARAMETERS, RADIUS).guidance.path) == 0
 
 
 def test_a_gap_narrower_than_the_margin_is_passed_without_rebuilding_the_roadmap():

@@ -85,28 +85,3 @@ def test_there_is_no_way_to_where_no_disc_within_the_footprint_gets():
     for moves in MOVES.values():
         goals = np.array(((1.4, 0.0, 0.0, 7.0, 0.0),))
         assert not len(found_way(np.zeros(3), goals, moves, SHAPE, MARGIN, (surfaces, LOOKS)))
-
-
-@pytest.mark.parametrize("scale", [0.125, 8.0])
-@pytest.mark.parametrize("base", BASES)
-def test_a_robot_of_another_size_finds_the_same_way_in_a_world_of_its_size(base: str, scale: float) -> None:
-    """By powers of two, so that numbers are rounded alike."""
-    robot = RobotParameters(base=base, footprint=SHAPE.outline.tolist())
-    wall = np.array([(0.9, y, 0.9, y + 0.05) for y in np.arange(-3.0, 3.0, 0.05) if abs(y) > 0.5])
-    goals = np.array(((1.5, 0.3, 0.3, ALIGNED, 0.1), (1.2, 0.0, 0.0, ALIGNED, 0.0)))
-
-    def way(by: float) -> np.ndarray:
-        sized = RobotParameters(
-            base=base,
-            footprint=(by * SHAPE.outline).tolist(),
-            least_radius=by * robot.least_radius,
-            max_speed=by * robot.max_speed,
-        )
-        chords, lengths = walls(by * wall, np.zeros(2)), (by, by, 1.0, 1.0, by)
-        start = (0.0, 0.1 * by, 0.5)
-        found = found_way(start, goals * lengths, sized.moves, sized.shape, by * MARGIN, (chords, LOOKS))
-        return found / (by, by, 1.0, 1.0)
-
-    usual = way(1.0)
-    assert len(usual) > 1
-    np.testing.assert_allclose(way(scale), usual, atol=1e-9)

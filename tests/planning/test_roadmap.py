@@ -28,31 +28,6 @@ def assert_same(one: StarRoadmap, other: StarRoadmap) -> None:
 
 @settings(max_examples=8)
 @given(seeds)
-def test_refitted_it_is_the_same(seed):
-    _, roadmap = wandered(seed, nodes=4)
-    again = refitted(roadmap, MARGINS, RADIUS)
-    for part in ("center", "bearing_0", "values", "slopes"):
-        np.testing.assert_array_equal(getattr(again.union, part), getattr(roadmap.union, part))
-    np.testing.assert_array_equal(again.edges, roadmap.edges)
-    assert again.hits is roadmap.hits
-
-
-@settings(max_examples=8)
-@given(seeds)
-def test_refitted_it_has_whole_regions_again(seed):
-    _, roadmap = wandered(seed, nodes=3)
-    places = roadmap.union.center + (0.6, 0.0)
-    cut = revised(roadmap, [clear_of(region, places, CLOSED * RADIUS) for region in roadmap.regions], MARGINS, RADIUS)
-    again = refitted(cut, MARGINS, RADIUS)
-    assert any(a is not b for a, b in zip(cut.regions, roadmap.regions, strict=True))
-    assert_same(again, refitted(roadmap, MARGINS, RADIUS))
-    for old, new in zip(roadmap.regions, again.regions, strict=True):
-        np.testing.assert_array_equal(new.free_range, old.free_range)
-        assert new.margin == old.margin > MARGINS.least - 1e-9
-
-
-@settings(max_examples=8)
-@given(seeds)
 def test_snapshots_are_unchanged_by_later_ones(seed):
     world, roadmap = wandered(seed, nodes=3)
     _, copy = wandered(seed, nodes=3)

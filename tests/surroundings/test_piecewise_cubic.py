@@ -95,25 +95,6 @@ def test_a_one_sided_cubic_is_lowered_by_its_overshoot(seed, fitted):
         np.testing.assert_allclose(fit.values[first:end], np.maximum(cubics[first:end] - over, 0.0), atol=1e-8)
 
 
-@settings(max_examples=20)
-@given(seeds)
-def test_cubics_are_reproduced_exactly(seed):
-    rng = np.random.default_rng(seed)
-    cuts = np.arange(0, 721, 90)
-    samples, slopes = [], []
-    for k in range(8):
-        c = np.array((3.0 + 1.5 * (k % 2), *rng.uniform(-0.3, 0.3, 3)))
-        s = np.linspace(-1.0, 1.0, 90)
-        samples.append(np.polynomial.polynomial.polyval(s, c))
-        per_radian = 720 / (2.0 * math.pi) / 44.5
-        slopes.append(np.polynomial.polynomial.polyval(s, np.polynomial.polynomial.polyder(c)) * per_radian)
-    samples = np.concatenate(samples)
-    for fit in (adaptive(samples), equal(samples, 8)):
-        assert fit.starts.tolist() == cuts[:-1].tolist()
-        np.testing.assert_allclose(fit.values, samples, atol=1e-10)
-        np.testing.assert_allclose(fit.slopes, np.concatenate(slopes), atol=1e-8)
-
-
 @pytest.mark.parametrize("wanted", [1, 7, 16, 360])
 def test_given_segments_are_kept(wanted):
     fit = equal(bumpy(1), wanted)

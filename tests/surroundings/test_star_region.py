@@ -9,10 +9,9 @@ from drake_starnav.surroundings.erosion import FreeRange, free_range
 from drake_starnav.surroundings.star_region import (
     StarRegion,
     fit_region,
-    scan_region,
     united,
 )
-from tests.helpers.scans import MARGINS, RADIUS, cast, scattered, seeds, smooth_region
+from tests.helpers.scans import MARGINS, RADIUS, cast, scattered, seeds
 
 STEP = 2.0 * math.pi / 720
 
@@ -73,27 +72,6 @@ def test_contained_points_have_the_clearance_that_the_region_states(seed):
     away = np.hypot(*np.moveaxis(points[inside][:, None] - hits, -1, 0))
     assert (away - np.hypot(RADIUS + region.margin, gap)).min() > -1e-9
     assert (np.hypot(*(points[inside] - region.center).T) <= region.reach).all()
-
-
-@settings(max_examples=20)
-@given(seeds)
-def test_a_region_moves_with_the_pose_of_its_scan(seed):
-    rng = np.random.default_rng(seed)
-    scan = cast(scattered(rng))
-    pose = rng.uniform(-3.0, 3.0, 3)
-    at_origin, moved = (scan_region(scan, p, RADIUS, MARGINS) for p in (np.zeros(3), pose))
-    points = rng.uniform(-3.0, 3.0, (300, 2))
-    c, s = math.cos(pose[2]), math.sin(pose[2])
-    there = points @ np.array(((c, s), (-s, c))) + pose[:2]
-    assert (moved.contains(there) == at_origin.contains(points)).all()
-
-
-def test_the_outline_consists_of_the_samples():
-    region = smooth_region(np.random.default_rng(3), np.array((1.0, -2.0)))
-    offset = region.outline() - region.center
-    np.testing.assert_allclose(np.hypot(*offset.T), region.boundary.values)
-    np.testing.assert_allclose(region.outline(36), region.outline()[::20])
-    assert region.contains(region.outline() - 1e-2 * offset).all()
 
 
 def test_where_nothing_was_seen_there_is_no_room():

@@ -93,35 +93,6 @@ def test_with_a_wide_star_it_drives_to_the_short_term_goal_within_the_limits() -
     assert twists[-1] == pytest.approx([ROBOT.max_speed, 0.0])
 
 
-@pytest.mark.parametrize("side", [1.0, -1.0])
-def test_turns_towards_the_short_term_goal(side: float) -> None:
-    controlling = controlling_of(Guidance(np.array([[0.0, 3.0 * side]]), False, RegionUnion.none()))
-    v, omega = controlling.update(100)
-    assert omega == pytest.approx(side * ROBOT.max_yaw_rate)
-    assert v == pytest.approx(0.0, abs=1e-6)
-    assert controlling.out("guiding_vector") == pytest.approx([0.0, side], abs=1e-9)
-
-
-@given(
-    v=st.floats(0.0, 0.8),
-    omega=st.floats(-2.0, 2.0),
-    x=st.floats(-5.0, 5.0),
-    yaw=st.floats(-3.0, 3.0),
-)
-def test_certificate_path_begins_at_the_robot_and_ends_standing(v, omega, x, yaw) -> None:
-    controlling = controlling_of(twist=(v, omega), pose=(x, 1.0, yaw))
-    path = controlling.out("certificate").path
-    assert path[0] == pytest.approx([x, 1.0, yaw])
-    steps = np.hypot(*np.diff(path[:, :2], axis=0).T)
-    # full braking needs v^2 / 2a; what the steps of the path add must stay small
-    needed = v**2 / (2.0 * ROBOT.max_acceleration)
-    assert steps.sum() == pytest.approx(needed, abs=0.5 * v * 0.04 + 1e-3)
-    if len(steps):
-        assert steps[-1] <= 0.04**2 * ROBOT.max_acceleration + 1e-9  # the last step is the end of the ramp
-    turned = abs(path[-1, 2] - yaw)
-    assert turned <= omega**2 / (2.0 * ROBOT.max_yaw_acceleration) + abs(omega) * 0.04 + 1e-9
-
-
 def test_certificate_path_is_where_the_robot_stops_when_sight_is_lost() -> None:
     """A perfect robot that follows the twists from then on ends where the certificate said."""
     controlling = controlling_of(AHEAD, CertifiedRegion.none(), twist=(0.8, 0.6))

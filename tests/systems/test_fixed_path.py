@@ -7,9 +7,6 @@ import pytest
 from pydrake.common.value import Value
 from pydrake.systems.analysis import Simulator
 
-from drake_starnav.navigation import Parts
-from drake_starnav.scenario.scenario_file import load_scenario
-from drake_starnav.simulation.run import run_trial
 from drake_starnav.surroundings import Observation
 from drake_starnav.surroundings.star_region import scan_region
 from drake_starnav.systems.fixed_path import NEAR, SPACING, FixedPath
@@ -76,12 +73,3 @@ def test_nowhere_before_the_first_scan() -> None:
     system.GetInputPort("pose").FixValue(context, [1.0, 2.0, 0.0])
     assert len(system.GetOutputPort("guidance").Eval(context).path) == 0
     assert system.GetOutputPort("short_term_goal").Eval(context).tolist() == [1.0, 2.0]
-
-
-def test_the_robot_drives_it_to_the_end() -> None:
-    obstacles = [(3.1, 0.3, 0.2), (-1.4, 1.2, 0.2), (1.2, -2.2, 0.3), (-3.3, -0.6, 0.25)]
-    world = World("hall", (*EIGHT[0], 0.0), tuple(EIGHT[-1]), np.array(obstacles), bounds=(-4.5, -3, 4.5, 3))
-    trial = run_trial(load_scenario("room"), Parts(world, planner=FixedPath(EIGHT)))
-    assert trial.outcome == "reached" and trial.min_clearance_m > 0.0
-    length = np.hypot(*np.diff(EIGHT, axis=0).T).sum()
-    assert 0.8 * length < trial.path_length_m < 1.2 * length

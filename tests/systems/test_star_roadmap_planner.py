@@ -140,22 +140,6 @@ def test_waits_where_it_is_until_something_is_seen() -> None:
         planning.update()
 
 
-def test_goal_out_of_sight_makes_it_explore_towards_a_frontier() -> None:
-    planning = Planning(goal=BEHIND)
-    planning.see(SCREEN)
-    planning.update()
-    guidance, state = planning.out("guidance"), planning.out("planner_state")
-    assert planning.out("status") is PlannerStatus.EXPLORING
-    assert state.status is PlannerStatus.EXPLORING
-    assert not guidance.arrives
-    assert guidance.path[-1] == pytest.approx(state.target[0])
-    assert planning.out("short_term_goal") == pytest.approx(guidance.path[0])
-    assert len(state.roadmap) == 1
-    # where it sends the robot has been seen to be free
-    assert state.roadmap.union.contains(guidance.path, 1e-3).all()
-    assert guidance.regions.center[0] == pytest.approx(POSE[:2])
-
-
 def test_a_goal_that_is_no_place_is_reported() -> None:
     for goal, words in (([np.nan, 0.0], "allowed: finite x and y"), ([1e7, 0.0], "too far")):
         planning = Planning(goal=np.array(goal))
