@@ -14,16 +14,11 @@ from pydrake.systems.primitives import LogVectorOutput
 from drake_starnav.errors import StarnavError
 from drake_starnav.navigation import Parts, add_navigation, make_diagram
 from drake_starnav.planning import PlannerStatus
-from drake_starnav.planning.guidance import Guidance
-from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.scenario.scenario_file import parse_scenario
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.station.plant import make_simulator
 from drake_starnav.surroundings.observation import Observation
-from drake_starnav.surroundings.region_union import RegionUnion
 from drake_starnav.systems.baseline_controller import BaselineController
-from drake_starnav.systems.dsm_controller import DsmController
-from drake_starnav.systems.star_perception import StarPerception
 from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
 from drake_starnav.systems.twist_shield import TwistShield, Unshielded
 from drake_starnav.worlds import make_world
@@ -206,17 +201,6 @@ def test_is_a_subsystem_of_a_user_s_builder() -> None:
     assert driven > 0.1
 
 
-def test_systems_that_are_added_are_handed_back() -> None:
-    builder = DiagramBuilder()
-    navigation = add_navigation(builder, posts())
-    kinds = (NavigationStation, StarPerception, StarRoadmapPlanner, DsmController, TwistShield)
-    names = ("station", "perception", "planner", "controller", "shield")
-    systems = tuple(getattr(navigation, name) for name in names)
-    assert tuple(type(system) for system in systems) == kinds
-    assert [s.get_name() for s in builder.GetSystems()] == ["station", "goal", *names[1:]]
-    assert navigation.world.goal == (3.8, 0.0)
-
-
 def test_where_the_believed_pose_errs_a_matcher_stands_before_the_planner() -> None:
     scenario = posts(overrides=["localization.drift=0.02"])
     navigation = add_navigation(DiagramBuilder(), scenario)
@@ -266,33 +250,3 @@ def test_python_systems_live_as_long_as_the_diagram() -> None:
     planner.GetInputPort("observation").FixValue(context, Value(Observation.none()))
     planner.GetInputPort("goal").FixValue(context, np.zeros(2))
     assert planner.GetOutputPort("status").Eval(context) is PlannerStatus.WAITING
-
-
-def test_any_planner_s_guidance_can_be_put_before_the_controller() -> None:
-    """The controller alone with the station: a path given by hand, and the certificate from perception."""
-    scenario = posts()
-    margins = derive_margins(scenario)
-    builder = DiagramBuilder()
-    world = World("open", (0.0, 0.0, 0.0), (2.0, 0.0))
-    station = builder.AddSystem(NavigationStation(world, scenario))
-    perception = builder.AddSystem(StarPerception(scenario.robot, margins, scenario.lidar))
-    controller = builder.AddSystem(DsmController(scenario.robot, scenario.controller, margins))
-    shield = builder.AddSystem(TwistShield(scenario.robot, scenario.controller, margins))
-    for source, name, system, port in (
-        (station, "lidar.scan", perception, "scan"),
-        (station, "localization.scan_pose", perception, "pose"),
-        (perception, "certified_region", controller, "certified_region"),
-        (station, "localization.state", controller, "state"),
-        (controller, "desired_twist", shield, "desired_twist"),
-        (perception, "certified_region", shield, "certified_region"),
-        (station, "localization.state", shield, "state"),
-        (shield, "twist_command", station, "drive.twist_command"),
-    ):
-        builder.Connect(source.GetOutputPort(name), system.GetInputPort(port))
-    builder.ExportInput(controller.GetInputPort("guidance"), "guidance")
-    simulator = Simulator(builder.Build())
-    guidance = Guidance(np.array([[1.0, 0.5]]), True, RegionUnion.none())
-    simulator.get_system().GetInputPort("guidance").FixValue(simulator.get_mutable_context(), Value(guidance))
-    simulator.AdvanceTo(5.0)
-    pose = station.GetOutputPort("localization.pose").Eval(station.GetMyContextFromRoot(simulator.get_context()))
-    assert np.hypot(*(pose[:2] - (1.0, 0.5))) < 0.1

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from pydrake.systems.framework import DiagramBuilder, LeafSystem
+from pydrake.systems.framework import LeafSystem
 
 from drake_starnav.errors import StarnavError, UnsupportedError
 from drake_starnav.geometry.polyline import distance_to_segment
@@ -17,13 +17,9 @@ from drake_starnav.simulation import monitors
 from drake_starnav.simulation import trial as trial_module
 from drake_starnav.simulation.run import run_trial
 from drake_starnav.simulation.trial import trial_record
-from drake_starnav.station.model_world import make_world_with_footprints
-from drake_starnav.station.navigation_station import add_station
-from drake_starnav.station.plant import make_simulator
 from drake_starnav.systems.twist_shield import Unshielded
 from drake_starnav.worlds import World, make_world
 from drake_starnav.worlds.moving_obstacles import MovingObstacles
-from tests.helpers.head_on import head_on
 
 SMALL = "world: !Obstacles {bounds: [-1, -2, 5, 2], cylinders: [[1.7, 0.1, 0.4]], goal: [3.5, 0.0]}\n"
 BLIND = "controller: {kind: foa}\nlidar: {range_max: 0.2}\n"
@@ -237,25 +233,6 @@ def test_contact_and_clearance_are_each_enough_for_a_collision(judge: str, monke
     trial = run_trial(parse_scenario(text, name="blind"), seed=0)
     assert trial.outcome == "collision"
     assert (trial.min_clearance_m < 0.0) == (judge != "body_clearance") == (trial.time_s == 3.0)
-
-
-def test_the_plant_is_continuous_where_nothing_moves_but_robots() -> None:
-    for name, continuous in (("room", True), ("kitchen", True), ("crowd_room", False)):
-        scenario, builder = load_scenario(name), DiagramBuilder()
-        world = make_world_with_footprints(scenario.world, 0, scenario.robot.radius)
-        station = add_station(builder, world, scenario, continuous=True, seed=0)
-        assert (station.plant.time_step() == 0.0) == continuous
-        assert make_simulator(builder.Build()).get_integrator().get_fixed_step_mode() == continuous
-
-
-@pytest.mark.parametrize(("max_speed", "outcome"), [(0.8, "collision"), (0.01, "struck")])
-def test_what_runs_into_a_robot_ends_the_trial(tmp_path, max_speed: float, outcome: str) -> None:
-    trial = run_trial(head_on(tmp_path, max_speed), seed=0)
-    assert trial.outcome == outcome
-    assert trial.min_clearance_m == pytest.approx(0.0, abs=0.02)
-    assert trial.min_clearance_m < 0.0
-    assert trial.shortest_path_m == pytest.approx(6.0)
-    assert trial.time_s < 1.7
 
 
 def test_an_empty_world_has_a_record_without_infinities() -> None:

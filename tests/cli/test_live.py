@@ -6,7 +6,6 @@ import pytest
 from drake_starnav.cli.live import LiveRobots, LiveRun
 from drake_starnav.cli.simulate import simulate
 from drake_starnav.loading import parse_scenario
-from drake_starnav.simulation.run import run_trial
 
 TEXT = "world: !Obstacles {bounds: [-1, -2, 5, 2], cylinders: [[1.5, 0.1, 0.3]], goal: [3.0, 0.0]}\n"
 SCENARIO = parse_scenario(TEXT, name="post")
@@ -63,27 +62,6 @@ def test_the_goal_moves_while_it_runs_and_after_arrival() -> None:
     while sum("reached" in text for text in reported) < 2:
         assert run.step() and run.time < 40.0
     assert np.hypot(*(run.pose[:2] - [0.5, -1.0])) < 0.35
-
-
-def test_until_a_slider_moves_the_robot_drives_as_without_a_page(run) -> None:
-    class Keep:
-        def add_to(self, builder, navigation, scenario) -> None: ...
-        def start(self) -> None: ...
-        def finish(self, lines, motion) -> None:
-            self.motion = motion
-
-    alone = Keep()
-    run_trial(SCENARIO, seed=3, observer=alone)
-    click(run, "start")
-    advance(run, 2.0)
-    assert run.pose[:2] == pytest.approx(alone.motion.at(run.time)[:2], abs=0.01)
-
-
-def test_what_has_left_the_stage_leaves_the_page(run) -> None:
-    click(run, "start")
-    advance(run, 2.0)
-    scans = [k for k in range(1, 400) if run.meshcat.HasPath(f"/starnav/scan/{k:04d}")]
-    assert len(scans) == 1
 
 
 def test_a_recording_of_it_may_be_kept(tmp_path) -> None:

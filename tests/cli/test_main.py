@@ -78,33 +78,6 @@ def test_bad_input_exits_with_2_and_one_sentence(arguments, words, tmp_path: Pat
         assert word in printed.err
 
 
-@pytest.mark.parametrize(
-    ("scenario", "words"),
-    [
-        ("world: !RosMap {file: missing.yaml}", ["missing.yaml", "No such file"]),
-        ("world: !RosMap {file: no_image.yaml}", ["no.pgm", "No such file"]),
-        ("world: !RosMap {goal: [50, 0]}", ["goal is [50, 0]", "outside"]),
-        ("world: !Model {directives: missing.dmd.yaml, goal: [1, 0]}", ["missing.dmd.yaml", "No such file"]),
-        ("world: !Model {directives: mesh.urdf, goal: [1, 0]}", ["missing.obj"]),
-    ],
-)
-def test_bad_maps_and_models_exit_with_2_and_one_sentence(scenario: str, words, tmp_path: Path, capsys) -> None:
-    keys = "image: no.pgm\nresolution: 0.05\norigin: [0, 0, 0]\noccupied_thresh: 0.65\nfree_thresh: 0.2\n"
-    (tmp_path / "no_image.yaml").write_text(keys)
-    mesh = '<collision><geometry><mesh filename="missing.obj"/></geometry></collision>'
-    (tmp_path / "mesh.urdf").write_text(f'<robot name="m"><link name="l">{mesh}</link></robot>')
-    file = tmp_path / "mine.yaml"
-    file.write_text(scenario)
-    for command, extra in ((simulate, []), (show_world, ["--out", str(tmp_path / "x.png")])):
-        assert command([str(file), *extra]) == 2
-        printed = capsys.readouterr()
-        assert printed.out == ""
-        assert [COMPILING in line for line in printed.err.splitlines()].count(False) == 1
-        for word in words:
-            assert word in printed.err
-    assert not (tmp_path / "x.png").exists()
-
-
 MAP = "image: {0}\nresolution: 0.05\norigin: [0, 0, 0]\noccupied_thresh: 0.65\nfree_thresh: 0.2\n"
 
 

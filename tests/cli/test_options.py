@@ -15,7 +15,6 @@ from drake_starnav.cli.options import (
     exit_code,
     plain_warnings,
     program_name,
-    progress_bar,
     typed_command,
 )
 from drake_starnav.errors import StarnavError
@@ -64,12 +63,6 @@ def test_a_command_has_the_name_it_was_called_by(called: str, program: str, comm
 def test_a_command_line_is_known_as_it_was_typed(called: str, prog: str, typed: str, monkeypatch) -> None:
     monkeypatch.setattr("sys.argv", [called])
     assert typed_command(prog, ["forest", "--html", "my page.html"]) == typed
-
-
-def test_the_bar_of_a_run_is_there_before_the_run(monkeypatch, capsys) -> None:
-    monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
-    with progress_bar("driving"):
-        assert "driving" in capsys.readouterr().err
 
 
 def test_a_reader_that_has_gone_is_no_error() -> None:

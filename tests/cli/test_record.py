@@ -9,13 +9,8 @@ import pytest
 from PIL import Image
 
 from drake_starnav.cli.benchmark import benchmark
-from drake_starnav.cli.record import Run, chosen_run, record
+from drake_starnav.cli.record import chosen_run, record
 from drake_starnav.cli.simulate import simulate
-from drake_starnav.errors import StarnavError
-from drake_starnav.evaluation.jobs import make_cases
-from drake_starnav.evaluation.report.recordings import read_trial
-from drake_starnav.evaluation.trial_file import make_header
-from tests.helpers.trials import record as trial_record
 
 WORLD = "world: !Obstacles {cylinders: [[0.9, 0.8, 0.3]], goal: [1.5, 0.0]}\nsimulation: {timeout: 1.5}\n"
 
@@ -106,15 +101,6 @@ def test_a_file_of_something_else_is_reported(tmp_path, text, words, capsys) -> 
     assert words in capsys.readouterr().err
 
 
-def test_a_record_of_a_batch_brings_its_scenario(scenario) -> None:
-    cases = make_cases([scenario], ["star", "star_paper"])
-    records = [trial_record("mine", case.method) for case in cases]
-    Path("two.jsonl").write_text("".join(json.dumps(entry) + "\n" for entry in (make_header(cases, 0), *records)))
-    assert read_trial(Path("two.jsonl"), 3)["text"] == cases[1].text
-    with pytest.raises(StarnavError, match="which trial is not said; allowed: --line 2 to --line 3"):
-        read_trial(Path("two.jsonl"))
-
-
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
@@ -138,14 +124,3 @@ def test_bad_input_is_one_sentence(arguments, words, scenario, capsys) -> None:
     error = capsys.readouterr().err
     assert words in error
     assert error.count("\n") == 1
-
-
-def test_the_names_of_files_tell_what_they_show() -> None:
-    run = Run({"star": _named("forest"), "foa": _named("forest")}, 4)
-    assert run.name == "forest-star-foa-4"
-
-
-def _named(name: str):
-    from drake_starnav.scenario.scenario_file import load_scenario
-
-    return load_scenario(name)

@@ -30,21 +30,6 @@ def record(trial: int, outcome: str = "reached", **fields) -> dict:
     return {**base, **fields}
 
 
-@pytest.mark.parametrize(
-    ("successes", "trials", "low", "high"),
-    [  # R. G. Newcombe, Two-sided confidence intervals for the single proportion, 1998, table I
-        (81, 263, 0.2553, 0.3662),
-        (15, 148, 0.0624, 0.1605),
-        (0, 20, 0.0, 0.1611),
-        (1, 29, 0.0061, 0.1718),
-        (600, 600, 0.9936, 1.0),  # 1 / (1 + z^2/n)
-        (0, 0, 0.0, 1.0),
-    ],
-)
-def test_wilson_interval(successes: int, trials: int, low: float, high: float) -> None:
-    assert wilson_interval(successes, trials) == pytest.approx((low, high), abs=5.1e-5)
-
-
 def test_summary_of_a_case() -> None:
     records = [
         record(0),

@@ -83,23 +83,3 @@ def test_other_settings_are_refused(path: Path, change: dict, words: str) -> Non
     with pytest.raises(StarnavError, match=re.escape(words)):
         TrialFile(path, HEADER, resume=True)
     assert path.read_bytes() == before
-
-
-HEAD = json.dumps(HEADER) + "\n"
-
-
-@pytest.mark.parametrize(
-    ("content", "words"),
-    [
-        ("a letter to somebody", "file of trials .* cannot be read"),
-        ('{"format": 1, "of": "somebody else"}\n', "it has no header"),
-        (HEAD + "nonsense\n", "Expecting value"),
-    ],
-)
-def test_other_files_are_refused_and_kept(tmp_path: Path, content: str, words: str) -> None:
-    path = tmp_path / "other.txt"
-    path.write_text(content)
-    for opened in (lambda: TrialFile(path, HEADER, resume=True), lambda: read_trials(path)):
-        with pytest.raises(StarnavError, match=words):
-            opened()
-    assert path.read_text() == content

@@ -16,7 +16,6 @@ import pytest
 
 from drake_starnav.cli.benchmark import benchmark
 from drake_starnav.cli.simulate import simulate
-from drake_starnav.errors import StarnavError
 from drake_starnav.evaluation import workers
 from drake_starnav.evaluation.jobs import Case, Job
 from drake_starnav.evaluation.trial_file import read_trials
@@ -65,23 +64,6 @@ def test_a_crash_costs_a_retry(deadly: dict[int, int], errors: set[int], in_flig
     assert sorted(record["trial"] for record in records) == list(range(8))
     lost = {record["trial"] for record in records if record["outcome"] == "error"}
     assert errors <= lost and (lost == errors or in_flight > 1)  # what ran beside it twice is lost, too
-
-
-@pytest.mark.usefixtures("_no_simulation")
-def test_workers_out_of_reach_are_reported_after_what_they_had_done() -> None:
-    class Leaving(Fragile):
-        def submit(self, function, /, *args, **kwargs) -> Future:
-            future = super().submit(function, *args, **kwargs)
-            if args and args[0].trial == 3:
-                future = Future()
-                future.cancel()
-            return future
-
-    records = []
-    with pytest.raises(StarnavError, match="cannot be reached any more; allowed: --resume"):
-        for record in run_jobs(JOBS, Pool(lambda: nullcontext(Leaving({})), 8)):
-            records.append(record)
-    assert [record["trial"] for record in records] == [0, 1, 2]
 
 
 def test_local_processes_have_one_thread_and_leave_nothing_behind() -> None:

@@ -72,12 +72,6 @@ def brute(pose, fan, reach, circles=(), segments=(), ellipses=()):
     return np.where(best < reach, best, np.inf)
 
 
-def test_a_sensor_inside_a_shape_sees_its_inner_wall():
-    assert np.allclose(cast(circle_rows([(0.0, 0.0, 2.0)])), 2.0, atol=1e-12)
-    inside = cast(ellipse_rows([(0.0, 0.0, 3.0, 1.0, 0.0)]))
-    assert inside[BEAMS // 2] == pytest.approx(3.0) and inside[BEAMS // 4] == pytest.approx(1.0)
-
-
 def test_no_beam_slips_through_a_corner():
     corners = np.array([(1.0, -1.0), (1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0)])
     square = segment_rows(np.hstack((corners, np.roll(corners, -1, axis=0))))

@@ -150,39 +150,6 @@ def test_a_clone_under_a_new_simulator_goes_on_with_every_fault(scenario: str, m
     assert np.abs(np.diff(expected[1], axis=1)).max() > 0.0
 
 
-@pytest.mark.parametrize("faults", ["", FAULTS])
-def test_a_clone_of_the_first_instant_goes_the_same_way_once_its_updates_are_known_to_be_done(faults: str) -> None:
-    diagram = make_diagram(parse_scenario(POSTS + faults, name="posts"), seed=3)
-    simulator = Simulator(diagram)
-    simulator.AdvanceTo(0.0)
-    clone = simulator.get_context().Clone()
-    clone.SetTime(np.nextafter(0.0, 1.0))
-    twin = Simulator(diagram, clone)
-    for until in (0.0031, 0.01, AT_EVENTS, OFF_GRID):
-        simulator.AdvanceTo(until)
-        twin.AdvanceTo(until)
-        assert all_states(diagram, twin.get_context()) == all_states(diagram, simulator.get_context())
-
-
-def test_when_time_is_set_back_the_believed_pose_is_the_truth_again() -> None:
-    """With every fault, and the robot put back: what it believes is what it believes in a new context."""
-    diagram = make_diagram(parse_scenario(POSTS + FAULTS, name="posts"), seed=3)
-    runs = []
-    for before in (0.0, 2.0 * OFF_GRID):
-        simulator = Simulator(diagram)
-        context = simulator.get_mutable_context()
-        plant = diagram.GetSubsystemByName("station").plant
-        state = plant.GetPositionsAndVelocities(plant.GetMyContextFromRoot(context)).copy()
-        if before > 0.0:
-            simulator.AdvanceTo(before)
-            plant.SetPositionsAndVelocities(plant.GetMyMutableContextFromRoot(context), state)
-            context.SetTime(0.0)
-        simulator.Initialize()
-        poses = [diagram.GetOutputPort(f"localization.{name}").Eval(context) for name in ("pose", "scan_pose")]
-        runs.append(structure(poses))
-    assert runs[0] == runs[1]
-
-
 def test_a_second_run_of_the_same_diagram_knows_nothing_of_the_first() -> None:
     diagram = make_diagram(posts())
     runs = []

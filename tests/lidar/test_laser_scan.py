@@ -67,14 +67,6 @@ def test_range_conventions_of_rep_117():
     assert len(seen.points()) == 5
 
 
-def test_bearings_run_counter_clockwise_from_the_first_beam():
-    seen = scan()
-    assert seen.full_circle
-    assert seen.angle_max == pytest.approx(math.pi - 2.0 * math.pi / 8)
-    np.testing.assert_allclose(seen.bearings, np.linspace(-math.pi, seen.angle_max, 8))
-    np.testing.assert_allclose(seen.points((1.0, 2.0, math.pi / 2))[0], (1.0, 0.0), atol=1e-12)
-
-
 def test_a_scan_whose_last_beam_repeats_the_first_is_a_full_circle():
     seen = scan(angle_increment=2.0 * math.pi / 7)
     assert seen.full_circle and seen.angle_max == pytest.approx(math.pi)
@@ -97,14 +89,6 @@ def test_beams_that_turn_clockwise_are_reversed(seed, beams, span, lost):
     np.testing.assert_array_equal(seen.motion, motion)
     np.testing.assert_allclose(seen.points(), forwards.points(), atol=1e-9)
     np.testing.assert_allclose(seen.distances, forwards.distances)
-
-
-def test_a_lost_beam_at_the_seam_is_bounded_by_the_width_of_the_seam():
-    step = 6.28 / 359
-    ranges = np.full(360, 30.0)
-    ranges[0] = np.nan
-    seen = LaserScan(0.0, 0.0, step, 0.0, 40.0, ranges, lost_beams=True)
-    assert seen.distances[0] == pytest.approx(LARGEST_UNSEEN / (step + 2.0 * math.pi - 6.28))
 
 
 def test_a_scan_is_immutable_and_owns_its_ranges():
@@ -140,15 +124,6 @@ def test_the_model_value_saw_nothing():
 def test_bad_scans_are_refused_with_place_value_and_what_is_allowed(changes, message):
     with pytest.raises(StarnavError, match=message):
         scan(**changes)
-
-
-def test_lost_beams_are_neither_hit_nor_free():
-    ranges = [np.nan, 3.0, 1.0, np.inf, np.nan, np.nan, np.nan, 2.0]
-    seen = LaserScan(0.0, -math.pi, 2.0 * math.pi / 8, 0.0, 4.0, ranges, lost_beams=True)
-    assert seen.lost.tolist() == [True, False, False, False, True, True, True, False]
-    assert not seen.hits[seen.lost].any() and len(seen.points()) == 3
-    single, triple = LARGEST_UNSEEN / (2 * math.pi / 4), LARGEST_UNSEEN / (4 * math.pi / 4)
-    np.testing.assert_allclose(seen.distances, [single, 3.0, 1.0, 4.0, triple, triple, triple, 2.0])
 
 
 NO_MEASUREMENT = (np.nan, 0.0, -0.0, -1.0, 0.11999)

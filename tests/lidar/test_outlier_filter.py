@@ -54,11 +54,6 @@ def test_a_third_scan_confirms_a_thin_obstacle_from_another_place():
         history = history.remembered(scan.points(pose))
 
 
-def test_a_stray_beside_many_of_one_earlier_scan_is_doubted():
-    history = NOTHING.remembered(lonely(b10=0.98, b11=1.0, b12=1.02).points()).remembered(lonely(b90=1.0).points())
-    assert not without_outliers(lonely(b11=1.0), ORIGIN, history)[0].hits.any()
-
-
 def test_old_scans_confirm_nothing():
     scan, history = lonely(b10=1.0), NOTHING
     for _ in range(CONFIRMATIONS):

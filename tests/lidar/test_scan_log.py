@@ -19,14 +19,6 @@ def record(*ranges: float, **changes) -> tuple[np.ndarray, dict]:
     return np.zeros(3), usual | {"ranges": np.array(ranges)} | changes
 
 
-def test_what_is_no_measurement_is_a_lost_beam() -> None:
-    ranges = (0.0, -0.0, 0.007, -1.0, -65.0, math.nan, 0.125, 2.0, math.inf, -math.inf, 9.0)
-    (seen,) = logged_scans([record(*ranges)], "log")
-    assert np.flatnonzero(seen.scan.lost).tolist() == [0, 1, 2, 3, 4, 5]
-    assert np.flatnonzero(seen.scan.hits).tolist() == [6, 7, 9]
-    assert (seen.scan.distances[6:8] == (0.125, 2.0)).all()
-
-
 @pytest.mark.parametrize("low", [0.0, -1.0, math.nan, math.inf])
 def test_zero_is_no_measurement_whatever_the_least_range(low: float) -> None:
     (seen,) = logged_scans([record(0.0, 0.02, 1.0, range_min=low)], "log")

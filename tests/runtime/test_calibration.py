@@ -75,10 +75,6 @@ def test_the_delay_of_commands(tmp_path, late) -> None:
     assert drive_of(observed(*logged(tmp_path, late=late)))["delay"] == pytest.approx(PERIOD * late, abs=0.0101)
 
 
-def test_the_time_that_commands_take_to_be_sent(tmp_path) -> None:
-    assert drive_of(observed(*logged(tmp_path, took=0.03)))["delay"] == pytest.approx(0.03)
-
-
 @pytest.mark.parametrize("slip", [0.05, 0.15])
 def test_slip(tmp_path, slip) -> None:
     assert slip <= drive_of(observed(*logged(tmp_path, slip=slip)))["slip"] <= slip + 0.03

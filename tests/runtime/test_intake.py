@@ -60,11 +60,6 @@ def test_poses_after_and_before_are_extrapolated_for_a_short_time(end, way) -> N
     assert pose_at((), 0.0, AHEAD) is None
 
 
-def test_yaws_are_interpolated_across_the_turn() -> None:
-    rows = Odometry(0.0, 0, 0, math.pi - 0.1, 0, 0), Odometry(1.0, 0, 0, -math.pi + 0.1, 0, 0)
-    assert math.remainder(pose_at(rows, 0.5, 0.0)[2] - math.pi, math.tau) == pytest.approx(0.0)
-
-
 def test_an_omnidirectional_base_is_extrapolated_aside() -> None:
     assert extrapolated(Odometry(0.0, 1.0, 2.0, math.pi / 2, 0.0, 0.0, 0.5), 0.1) == pytest.approx(
         (0.95, 2.0, math.pi / 2)
@@ -85,12 +80,6 @@ def test_a_scan_waits_for_its_pose() -> None:
     intake, look = next_look(intake, 0.52)
     assert look.scan.time == 0.49 and look.pose == pytest.approx(arc(0.49)[1:4], abs=1e-3)
     assert next_look(intake, 0.52)[1] is None
-
-
-def test_a_scan_without_a_pose_is_dropped_in_the_end() -> None:
-    intake = taken(Intake.empty(1), 0.5, [scan_at((0, 0, 0), 0.49)], [arc(0.4)], ONE)
-    intake, look = next_look(intake, 2.0)
-    assert look is None and not intake.waiting and dict(intake.dropped)
 
 
 def test_scans_of_several_lidars_come_in_the_order_of_their_stamps() -> None:

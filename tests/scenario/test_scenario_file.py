@@ -19,11 +19,6 @@ def test_shipped_scenarios_load_with_every_method() -> None:
             assert load_scenario(name, method=method).name == name
 
 
-def test_text_of_a_scenario_reads_back_equal() -> None:
-    scenario = load_scenario("room", overrides=["robot.radius=0.3", "localization.matching=false"])
-    assert parse_scenario(scenario_text(scenario), name="room") == scenario
-
-
 def test_precedence_is_method_then_file_then_override() -> None:
     text = "world: !Room {}\nplanner: {preferred_clearance: 0.07}\ncontroller: {rate: 60}"
     scenario = parse_scenario(text, name="x", method="star_paper", overrides=["controller.rate=80"])

@@ -5,35 +5,10 @@ import dataclasses
 import pytest
 
 from drake_starnav.control import ControllerParameters
-from drake_starnav.errors import StarnavError
 from drake_starnav.navigation.methods import BY_KIND
 from drake_starnav.scenario.scenario_file import load_scenario
-from drake_starnav.scenario.schema import SECTIONS, DriveParameters, LocalizationParameters
+from drake_starnav.scenario.schema import SECTIONS
 from drake_starnav.scenario.shipped import METHODS
-
-
-def test_by_default_nothing_is_declared() -> None:
-    assert LocalizationParameters().exact
-    assert (DriveParameters().delay, DriveParameters().slip) == (0.0, 0.0)
-
-
-@pytest.mark.parametrize("fault", [{"drift": 0.01}, {"jump": 0.1}])
-def test_a_pose_that_errs_is_not_exact(fault: dict[str, float]) -> None:
-    assert not LocalizationParameters(**fault).exact
-
-
-@pytest.mark.parametrize(
-    ("kind", "fault", "place"),
-    [
-        (LocalizationParameters, {"drift": -0.1}, "localization.drift"),
-        (LocalizationParameters, {"jump_interval": 0.0}, "localization.jump_interval"),
-        (DriveParameters, {"delay": 2.0}, "drive.delay"),
-        (DriveParameters, {"slip": float("nan")}, "drive.slip"),
-    ],
-)
-def test_what_no_robot_does_is_refused_by_name(kind: type, fault: dict[str, float], place: str) -> None:
-    with pytest.raises(StarnavError, match=place):
-        kind(**fault)
 
 
 @pytest.mark.parametrize("method", METHODS)

@@ -23,13 +23,6 @@ SEVERAL = f"""{WORLD}robots:
 """
 
 
-def test_one_robot_is_recorded_as_ever(tmp_path) -> None:
-    scenario = parse_scenario(WORLD, name="one")
-    record = driven_record(scenario, seed=3, html=tmp_path / "one.html")
-    assert "robots" not in record and (tmp_path / "one.html").is_file()
-    assert record["state_hash"] == run_trial(scenario, seed=3).state_hash
-
-
 def test_several_are_one_record_and_one_recording(tmp_path) -> None:
     scenario = parse_scenario(SEVERAL, name="two")
     record = driven_record(scenario, seed=3, html=tmp_path / "two.html")
@@ -112,10 +105,3 @@ def test_browser_shows_robots_where_logged(compared) -> None:
             assert image[place, column] == pytest.approx(robot.color, abs=0.13)
     assert all(layer.label in text for layer in recorded.caption.legend.values())
     assert text.index("star: reached in") < text.index("star_paper: ")
-
-
-def test_one_method_alone_drives_the_same(compared, tmp_path) -> None:
-    recorded, _ = compared
-    scenario = parse_scenario(POST, name="post", method=METHODS[1])
-    alone = record_comparison({METHODS[1]: scenario}, 0, tmp_path / "one.html")
-    assert np.array_equal(alone.robots[0].motion.poses, recorded.robots[1].motion.poses)

@@ -1,8 +1,6 @@
 """Several robots in one world, each with navigation of its own."""
 
-import dataclasses
 import json
-import math
 from pathlib import Path
 
 import numpy as np
@@ -95,9 +93,3 @@ def test_one_robot_alone_is_driven_otherwise() -> None:
         make_diagram(several)
     with pytest.raises(StarnavError, match="scenario starbot_1 has no robots"):
         run_robots(several.robots[0])
-
-
-def test_each_robot_knows_how_fast_the_others_may_be() -> None:
-    fast = dataclasses.asdict(parse_scenario(f"{WORLD}robots: [{{{EAST}, max_speed: 0.7}}, {{{WEST}}}]", name="two"))
-    assert [robot["obstacles"]["max_speed"] for robot in fast["robots"]] == [0.5, 0.7]
-    assert math.isclose(fast["obstacles"]["max_speed"], 0.0)

@@ -41,8 +41,3 @@ def test_a_goal_is_occupied_where_the_footprint_has_no_place_at_its_heading(decl
     last = RADIUS + reach + margin - TOLERANCE
     assert occupied(last - 0.05, **declared)
     assert not occupied(last + 0.005, **declared)
-
-
-def test_only_the_goal_that_the_robot_drives_to_matters() -> None:
-    goals = "goals: [[9, 0], [3, 0]]\n"
-    assert [occupied(0.3, goals=goals, reached=count) for count in (0, 1, 2)] == [False, True, True]

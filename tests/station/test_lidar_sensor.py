@@ -2,7 +2,6 @@ import numpy as np
 import pytest
 from pydrake.common.value import Value
 from pydrake.geometry import (
-    Box,
     Cylinder,
     FramePoseVector,
     GeometryFrame,
@@ -95,18 +94,6 @@ def run(until, **options):
     simulator.Initialize()
     simulator.AdvanceTo(until)
     return scan_of(lidar, simulator.get_context())
-
-
-def test_the_first_scan_is_there_after_initialization():
-    diagram, lidar = build()
-    simulator = Simulator(diagram)
-    before = scan_of(lidar, simulator.get_context())
-    assert isinstance(before, LaserScan) and not before.hits.any()
-    simulator.Initialize()
-    scan = scan_of(lidar, simulator.get_context())
-    assert scan.ranges[FORWARD] == pytest.approx(2.5, abs=1e-9)
-    assert (scan.time, scan.range_min, scan.range_max) == (0.0, EXACT.range_min, EXACT.range_max)
-    assert scan.full_circle and scan.bearings[FORWARD] == pytest.approx(0.0)
 
 
 def test_a_scan_is_held_between_samples():
@@ -208,43 +195,9 @@ def test_points_are_in_the_sensor_frame_or_the_world():
     assert in_W.shape[1] > 10
 
 
-@pytest.mark.parametrize(("range_max", "hits"), [(1.0001, 1), (0.9, 0)])
-def test_a_cloud_may_hold_one_point_or_none(range_max, hits):
-    few = LidarParameters(noise=0.0, range_max=range_max)
-    for frame in ("S", "W"):
-        assert points_of(few, RigidTransform([1.0, 2.0, 0.0]), frame).shape == (3, hits)
-
-
 def test_own_bodies_are_invisible_unless_wanted():
     assert np.isinf(run(0.0).ranges[270])
     assert run(0.0, see_wheel=True).ranges[270] == pytest.approx(0.1, abs=1e-6)
-
-
-def test_the_scan_plane_tilts_with_the_mount():
-    builder = DiagramBuilder()
-    graph = builder.AddSystem(SceneGraph())
-    source = graph.RegisterSource("test")
-    add_shape(graph, source, None, Box(40.0, 40.0, 1.0), RigidTransform([0.0, 0.0, -0.5]), "ground")
-    X_WS = RigidTransform(RotationMatrix.MakeYRotation(np.pi / 6), [1.0, 2.0, 1.0])
-    lidar = builder.AddSystem(LidarSensor(EXACT, LidarMount(graph.world_frame_id(), X_WS), sampled=False))
-    builder.Connect(graph.get_query_output_port(), lidar.GetInputPort("geometry_query"))
-    diagram = builder.Build()
-    scan = scan_of(lidar, diagram.CreateDefaultContext())
-    down = np.cos(scan.bearings) / 2.0
-    assert np.allclose(scan.ranges[down > 0.25], 1.0 / down[down > 0.25], rtol=0.0, atol=2e-5)
-    assert np.isinf(scan.ranges[down < 0.19]).all()
-
-
-def test_noise_belongs_to_the_scan_not_to_its_history():
-    noisy = LidarParameters()
-    long = run(1.0001, parameters=noisy, seed=2)
-    diagram, lidar = build(noisy, seed=2)
-    late = Simulator(diagram)
-    late.get_mutable_context().SetTime(0.93)
-    late.Initialize()
-    late.AdvanceTo(1.0001)
-    assert np.array_equal(scan_of(lidar, late.get_context()).ranges, long.ranges)
-    assert not np.array_equal(run(1.0001, parameters=noisy, seed=3).ranges, long.ranges)
 
 
 def test_a_rolling_scan_is_swept_between_two_poses():

@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from pydrake.geometry import Role
-from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
@@ -18,10 +17,10 @@ from drake_starnav.scenario.scenario_file import load_scenario, parse_scenario, 
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.simulation.run import run_trial
 from drake_starnav.simulation.trial import omniscient_path
-from drake_starnav.station.model_world import FLOOR_TOLERANCE, add_model, make_world_with_footprints, with_footprints
+from drake_starnav.station.model_world import FLOOR_TOLERANCE, add_model, make_world_with_footprints
 from drake_starnav.station.navigation_station import NavigationStation, add_station
 from drake_starnav.station.plant import add_plant, make_simulator
-from drake_starnav.worlds import Model, World, clearance, make_world
+from drake_starnav.worlds import Model, World, clearance
 from drake_starnav.worlds.clearance import nearest_obstacle
 from drake_starnav.worlds.world import ROBOT_HEIGHT
 
@@ -70,34 +69,11 @@ def test_footprints_are_where_the_collision_geometry_is() -> None:
             assert any(any(d.distance < 0.0 for d in at) for at in found) == (distance < 0.0), point
 
 
-def test_what_is_above_the_robot_bars_no_way() -> None:
-    world = make_world_with_footprints(KITCHEN, 0, RADIUS)
-    under_the_table = np.array([[5.05, 0.85]])
-    assert clearance(world, under_the_table)[0] > RADIUS
-    assert len(world.cylinders) == 5  # four legs and a ball
-    assert not world.model.moving
-
-
 def test_the_kitchen_is_crossed() -> None:
     trial = run_trial(load_scenario("kitchen"), seed=3)
     assert trial.outcome == "reached"
     assert trial.min_clearance_m > 0.0
     assert trial.path_length_m < 1.3 * trial.shortest_path_m
-
-
-@pytest.mark.parametrize("ending", [".sdf", ".dmd.yaml"])
-def test_every_format_is_read(tmp_path: Path, ending: str) -> None:
-    part = urdf(tmp_path, box("b", "1.5 0.5 0.25", "0.4 0.2 0.5"))
-    path = tmp_path / f"w{ending}"
-    if ending == ".sdf":
-        path.write_text(
-            '<sdf version="1.9"><model name="m"><pose>1.5 0.5 0.25 0 0 0</pose><link name="l"><collision name="c">'
-            "<geometry><box><size>0.4 0.2 0.5</size></box></geometry></collision></link></model></sdf>"
-        )
-    else:
-        path.write_text(f"directives:\n- add_model: {{name: m, file: 'file://{part}'}}\n")
-    (polygon,) = world_of(path).polygons
-    np.testing.assert_allclose([polygon.min(axis=0), polygon.max(axis=0)], [[1.3, 0.4], [1.7, 0.6]], atol=1e-9)
 
 
 def test_what_is_floor_is_left_out_as_there_is_one(tmp_path: Path) -> None:
@@ -118,27 +94,6 @@ def test_what_is_floor_is_left_out_as_there_is_one(tmp_path: Path) -> None:
     assert [inspector.GetName(g).split("::")[-1] for g in station.floor] == ["ground"]
     scenario = dataclasses.replace(load_scenario("room"), world=Model(directives=str(path), goal=[1.0, 0.0]))
     assert run_trial(scenario).outcome == "reached"
-
-
-@pytest.mark.parametrize("pose", ["1.5 0 0 0 0 0", "0.5 0 0 0 0 1", "0 0 0.2 0 1.5707963 0"])
-@pytest.mark.parametrize("normal", ["-1 0 0", "-3 0.5 0", "0 0 1"])
-def test_a_plane_is_a_wall_where_it_stands(tmp_path: Path, normal: str, pose: str) -> None:
-    """Solid below its surface, as far as the slab is thick."""
-    path = tmp_path / "m.sdf"
-    path.write_text(
-        f'<sdf version="1.9"><model name="m"><pose>{pose}</pose><static>true</static><link name="l">'
-        f'<collision name="plane"><geometry><plane><normal>{normal}</normal></plane></geometry></collision></link>'
-        "</model></sdf>"
-    )
-    numbers = np.array(pose.split(), float)
-    X_WG = RigidTransform(RollPitchYaw(numbers[3:]), numbers[:3])
-    n_W = X_WG.rotation() @ (np.array(normal.split(), float) / np.linalg.norm(np.array(normal.split(), float)))
-    world = with_footprints(make_world(Model(directives=str(path), goal=[1.0, 0.0]), 0, RADIUS))
-    points = np.random.default_rng(0).uniform(-0.6, 0.6, (100, 2)) + numbers[:2]
-    for point, distance in zip(points, clearance(world, points), strict=True):
-        heights = [n_W @ ((*point, z) - numbers[:3]) for z in (FLOOR_TOLERANCE, ROBOT_HEIGHT)]
-        if abs(distance) > 0.01:
-            assert (min(heights) < 0.0) == (distance < 0.0), point
 
 
 @pytest.mark.parametrize("last", [False, True])

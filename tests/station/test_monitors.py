@@ -6,9 +6,6 @@ import numpy as np
 import pytest
 from pydrake.common.value import Value
 from pydrake.geometry import (
-    AddCompliantHydroelasticProperties,
-    AddRigidHydroelasticProperties,
-    Box,
     ProximityProperties,
     Sphere,
 )
@@ -28,10 +25,9 @@ from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station import world_geometry
 from drake_starnav.station.monitors import ArrivalMonitor, CollisionMonitor, body_name, contact_in
-from drake_starnav.station.moving_bodies import MOVING_OBSTACLES
 from drake_starnav.station.navigation_station import NavigationStation, add_station
 from drake_starnav.station.plant import make_simulator
-from drake_starnav.worlds.moving_obstacles import MovingObstacles, moving_obstacle_states
+from drake_starnav.worlds.moving_obstacles import MovingObstacles
 from drake_starnav.worlds.world import World
 
 ROBOT = RobotParameters()
@@ -133,11 +129,6 @@ def test_the_ground_is_touched_all_the_time_and_never_counts(twist) -> None:
     assert run.contacts() == []
 
 
-def test_passing_close_by_is_no_collision() -> None:
-    run = Run(cylinders=[(1.0, ROBOT.radius + 0.3 + 0.002, 0.3)])
-    assert run.until(4.0).reason() != TOUCHED
-
-
 def approaching(speed: float, angle: float, gap: float = 0.5) -> MovingObstacles:
     """A disc that comes from a bearing straight towards the robot at the origin, its rim `gap` from the hull."""
     from_robot = np.array([math.cos(angle), math.sin(angle)])
@@ -180,20 +171,6 @@ def test_who_stands_against_a_wall_has_a_collision() -> None:
     assert status.message().startswith("collision of ")
 
 
-def test_a_moving_obstacle_pushes_the_robot_along_and_keeps_to_its_path() -> None:
-    moving_obstacles = approaching(0.5, 0.2)
-    run = Run((0.0, 0.0), watched=False, moving_obstacles=moving_obstacles)
-    plant = run.station.plant
-    context = plant.GetMyContextFromRoot(run.context)
-    for time in (1.5, 2.0, 3.0, 5.0):
-        run.until(time)
-        place = plant.GetPositions(context, plant.GetModelInstanceByName(MOVING_OBSTACLES))
-        expected, _ = moving_obstacle_states(moving_obstacles, np.array([time]))
-        assert place == pytest.approx(expected.ravel(), abs=0.005)
-    pushed = run.station.GetOutputPort("localization.pose").Eval(run.station.GetMyContextFromRoot(run.context))
-    assert np.hypot(*pushed[:2]) > 0.5
-
-
 @pytest.mark.parametrize("depth", [3e-4, 1e-3])
 def test_no_contact_is_too_short(depth: float) -> None:
     """The hull passes a thin post at full speed, in touch for some hundredths of a second."""
@@ -229,25 +206,6 @@ def test_bodies_are_called_as_a_person_calls_them() -> None:
     add(plant.world_body(), "s5")
     plant.Finalize()
     assert {g: body_name(scene_graph.model_inspector(), g) for g in names} == names
-
-
-def test_hydroelastic_contact_is_contact() -> None:
-    builder = DiagramBuilder()
-    plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.001)
-    soft, rigid = ProximityProperties(), ProximityProperties()
-    AddCompliantHydroelasticProperties(0.05, 1e6, soft)
-    AddRigidHydroelasticProperties(0.05, rigid)
-    body = plant.AddRigidBody("robot", SpatialInertia.SolidSphereWithMass(1.0, 0.2))
-    robot = plant.RegisterCollisionGeometry(body, RigidTransform(), Sphere(0.2), "hull", soft)
-    wall = plant.RegisterCollisionGeometry(
-        plant.world_body(), RigidTransform([0.5, 0.0, 0.0]), Box(0.65, 1.0, 1.0), "wall", rigid
-    )
-    plant.Finalize()
-    monitor = builder.AddSystem(CollisionMonitor(robot=[robot], ground=[]))
-    builder.Connect(scene_graph.get_query_output_port(), monitor.GetInputPort("geometry_query"))
-    simulator = Simulator(builder.Build())
-    assert simulator.AdvanceTo(0.002).reason() == TOUCHED
-    assert monitor.contacts(monitor.GetMyContextFromRoot(simulator.get_context())) == [(robot, wall)]
 
 
 def verdict(

@@ -12,7 +12,6 @@ from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.worlds import Crowd, DynaBarn, make_world
 from drake_starnav.worlds.moving_obstacles import MovingObstacles, moving_obstacle_states
 from drake_starnav.worlds.world import World
-from tests.helpers.scans import cast
 
 STEP = 0.005
 
@@ -74,22 +73,3 @@ def test_moving_obstacles_pass_through_all_but_the_robot() -> None:
         run.simulator.AdvanceTo(time)
         assert run.places() == pytest.approx(moving_obstacle_states(moving_obstacles, np.array([time]))[0][0], abs=1e-6)
         assert run.contacts() == 0
-
-
-def test_the_lidar_sees_them_where_they_are() -> None:
-    moving_obstacles = MovingObstacles(
-        [0.3, 0.5], ([(0.0, 1.0, 0.5), (9.0, 2.0, -1.0)], [(0.0, -2.0, 1.0), (9.0, -1.5, -2.0)])
-    )
-    world = World("test", (0.0, 0.0, 0.3), (1.0, 0.0), cylinders=[(0.0, 2.0, 0.4)], moving_obstacles=moving_obstacles)
-    run = Run(world, beams=180)
-    for time in (0.0, 2.0, 5.0):
-        run.simulator.AdvanceTo(time + 0.04)  # the scan of this time is held
-        scan = run.station.GetOutputPort("lidar.scan").Eval(run.context)
-        assert scan.time == pytest.approx(time)
-        places, _ = moving_obstacle_states(moving_obstacles, np.array([time]))
-        discs = np.column_stack((places[0], moving_obstacles.radii))
-        frozen = World("frozen", world.start, world.goal, cylinders=np.vstack((world.cylinders, discs)))
-        pose = run.station.GetOutputPort("localization.scan_pose").Eval(run.context)
-        exact = cast(frozen, pose, beams=180, range_max=scan.range_max)
-        assert np.array_equal(scan.hits, exact.hits)
-        assert scan.ranges[scan.hits] == pytest.approx(exact.ranges[exact.hits], abs=1e-5)

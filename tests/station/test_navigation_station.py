@@ -1,24 +1,15 @@
 """The station as its ports show it: it drives as told, says where it is, and sees what stands around it."""
 
 import math
-from typing import Any
 
 import numpy as np
 import pytest
-from pydrake.geometry import Cylinder
-from pydrake.math import RigidTransform
-from pydrake.multibody.plant import AddMultibodyPlant, CoulombFriction
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import DiagramBuilder
 
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.schema import DriveParameters, LocalizationParameters, Scenario
 from drake_starnav.station.navigation_station import NavigationStation
-from drake_starnav.station.plant import plant_config
-from drake_starnav.station.robot_interface import RobotInterface
-from drake_starnav.station.robot_model import add_robot
-from drake_starnav.station.world_geometry import add_ground
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import cast
 
@@ -74,13 +65,6 @@ def turned(angle: float, since: float) -> float:
     return math.remainder(angle - since, 2.0 * math.pi)
 
 
-def test_begins_at_the_start_and_stays_there() -> None:
-    drive = Drive()
-    assert drive.out("localization.state") == pytest.approx([*START, 0.0, 0.0], abs=1e-12)
-    drive.advance(2.0)
-    assert drive.out("localization.state") == pytest.approx([*START, 0.0, 0.0], abs=1e-4)
-
-
 @pytest.mark.parametrize(("v", "omega"), [(0.8, 0.0), (-0.4, 0.0), (0.0, 2.0), (0.0, -1.0), (0.8, 2.0), (0.5, -0.7)])
 def test_drives_the_commanded_twist(v: float, omega: float) -> None:
     drive = Drive()
@@ -115,24 +99,6 @@ def test_lidar_sees_the_obstacles_from_where_the_robot_is_and_never_the_robot() 
     assert np.array_equal(drive.out("lidar.ranges"), scan.ranges)
     assert scan.ranges.min() > 0.25
     assert drive.out("lidar.point_cloud").size() == scan.hits.sum()
-
-
-@pytest.mark.parametrize("radius", [0.12, 0.2, 0.3])
-@pytest.mark.parametrize("bearing", [0.0, 0.5 * math.pi])
-def test_the_robot_has_the_radius_of_the_parameters(radius: float, bearing: float) -> None:
-    gap = 0.01
-    post = (radius + gap + 0.2) * np.array((math.cos(bearing), math.sin(bearing)))
-    world = World("post", (0.0, 0.0, 0.0), (1.0, 0.0), cylinders=[(*post, 0.2)])
-    drive = Drive(world, robot=RobotParameters(radius=radius))
-    query = drive.out("cheat.geometry_query")
-    inspector = drive.station.scene_graph.model_inspector()
-    others = [g for g in inspector.GetAllGeometryIds() if inspector.GetName(g).endswith("cylinder_0")]
-    distances = [
-        query.ComputeSignedDistancePairClosestPoints(mine, others[0]).distance
-        for mine in drive.station.robot_geometries
-        if not inspector.CollisionFiltered(mine, others[0])  # what touches nothing but the floor
-    ]
-    assert min(distances) == pytest.approx(gap, abs=1e-6)
 
 
 def test_a_late_drive_does_the_same_later() -> None:
@@ -215,47 +181,3 @@ def test_the_believed_position_jumps_by_the_declared_step() -> None:
         drive.advance(0.05 + 1e-3)
     steps = np.hypot(*np.diff([(0.0, 0.0), *errors], axis=0).T)
     assert steps == pytest.approx([0.0, 0.3, 0.3], abs=1e-6)
-
-
-def test_robots_of_one_plant_drive_apart_and_see_each_other() -> None:
-    """Two robots side by side in a plant of the user's own; a collar reaches into the plane of the lidars."""
-    builder = DiagramBuilder()
-    plant, scene_graph = AddMultibodyPlant(plant_config(0.005), builder)
-    add_ground(plant, (-2.0, -2.0, 2.0, 2.0))
-    starts = {"a": (0.0, -0.5, 0.0), "b": (0.0, 0.5, 0.0)}
-    models = {name: add_robot(plant, scene_graph, RobotParameters(), at, name=name) for name, at in starts.items()}
-    for name, model in models.items():
-        base = plant.GetBodyByName("base_link", model)
-        plant.RegisterCollisionGeometry(
-            base, RigidTransform([0, 0, 0.1]), Cylinder(0.25, 0.1), f"collar_{name}", CoulombFriction(0.3, 0.3)
-        )
-    plant.Finalize()
-    robots = {}
-    for name, model in models.items():
-        robot = builder.AddNamedSystem(
-            name, RobotInterface(plant, scene_graph, model, Scenario("test", None, lidar=LIDAR))
-        )
-        builder.Connect(scene_graph.get_query_output_port(), robot.GetInputPort("geometry_query"))
-        builder.Connect(plant.get_state_output_port(model), robot.GetInputPort("multibody_state"))
-        builder.Connect(robot.GetOutputPort("desired_state"), plant.get_desired_state_input_port(model))
-        robots[name] = robot
-    simulator = Simulator(builder.Build())
-    context = simulator.get_mutable_context()
-    for name, twist in (("a", (0.4, 0.0)), ("b", (-0.4, 0.0))):
-        robot = robots[name]
-        robot.GetInputPort("drive.twist_command").FixValue(robot.GetMyMutableContextFromRoot(context), twist)
-
-    def out(name: str, port: str) -> Any:
-        return robots[name].GetOutputPort(port).Eval(robots[name].GetMyContextFromRoot(context))
-
-    simulator.Initialize()
-    ranges = {name: out(name, "lidar.ranges").copy() for name in models}
-    for name, side in (("a", 0.5), ("b", -0.5)):
-        beam = int((side * math.pi - LIDAR.angle_min) / LIDAR.angle_increment)
-        assert ranges[name][beam] == pytest.approx(1.0 - 0.25, abs=1e-3)
-        assert np.isinf(ranges[name]).sum() > 0.8 * LIDAR.beams  # neither itself nor anything else
-    simulator.AdvanceTo(2.0)
-    (xa, ya, _), (xb, yb, _) = out("a", "localization.pose"), out("b", "localization.pose")
-    assert (ya, yb) == pytest.approx((-0.5, 0.5), abs=5e-3)
-    assert (xa, xb) == pytest.approx((0.8, -0.8), abs=0.05)
-    assert not set(robots["a"].robot_geometries) & set(robots["b"].robot_geometries)

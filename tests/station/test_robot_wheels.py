@@ -8,7 +8,6 @@ import pytest
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.robot import RobotParameters
-from drake_starnav.station.robot_geometry import RobotModel, robot_outline
 from tests.helpers.robots import WHEEL, casters, driven, joint, link, robot, standing, wheel
 
 
@@ -157,13 +156,3 @@ def test_a_post_beside_a_wheel_is_struck_by_its_width(tmp_path: Path, gap: float
     pairs = [{pair.id_A, pair.id_B} for pair in query.ComputePointPairPenetration()]
     assert any(not pair & set(station.floor) for pair in pairs) == struck
     assert any(pair & set(station.floor) for pair in pairs)  # it stands on something
-
-
-def test_its_outline_is_convex_and_about_the_middle_of_its_axle(tmp_path: Path) -> None:
-    station = standing(tmp_path, robot(axles(-0.12), casters(0.14), lidar=(-0.12, 0.0)))
-    plant, model = station.plant, station.robot_model
-    outline = robot_outline(RobotModel(plant, station.scene_graph, model))
-    assert outline.min(axis=0) == pytest.approx((-0.08, -0.15), abs=1e-3)
-    assert outline.max(axis=0) == pytest.approx((0.32, 0.15), abs=1e-3)
-    (x, y), (u, v) = (np.roll(outline, -k, axis=0).T - np.roll(outline, 1 - k, axis=0).T for k in (1, 2))
-    assert (x * v - y * u > 0.0).all()

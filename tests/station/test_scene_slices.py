@@ -241,13 +241,6 @@ def test_a_half_space_is_a_line_where_the_plane_meets_it():
     assert tilted[60] == pytest.approx(0.6, abs=1e-5)  # forward is downward
 
 
-def test_a_slice_misses_what_is_above_or_below():
-    shapes = [(Box(1, 1, 1), 1.0), (Sphere(0.5), -1.0), (Cylinder(0.5, 1.0), 2.0), (Capsule(0.5, 1.0), -2.0)]
-    scene = Scene(*((shape, RigidTransform([x, 0.0, 2.0])) for shape, x in shapes), (star(), RigidTransform([4, 0, 2])))
-    assert np.isinf(scene.cast(RigidTransform())).all()
-    assert np.isfinite(scene.cast(RigidTransform([0.0, 0.0, 2.2]))).any()
-
-
 @settings(derandomize=True, max_examples=10, deadline=None)
 @given(seed=st.integers(0, 10**6))
 def test_memory_of_slices_changes_nothing(seed):

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from pydrake.geometry import Box, Convex, Cylinder, Role, Sphere
+from pydrake.geometry import Box, Role
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.analysis import Simulator
@@ -17,12 +17,9 @@ from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station import world_geometry
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.station.world_geometry import (
-    GROUND_BORDER,
     MOST_LOOKS,
     MOST_POLYGONS,
     OBSTACLE_HEIGHT,
-    WALL_THICKNESS,
-    add_ground,
     add_world,
     surface_world,
 )
@@ -39,7 +36,6 @@ TURNED = [
     (-math.sin(0.4), math.cos(0.4)),
 ]
 TRIANGLE = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)]
-TRAPEZOID = [(0.0, 0.0), (3.0, 0.0), (2.0, 1.0), (1.0, 1.0)]
 L_SHAPE = [(0.0, 0.0), (2.0, 0.0), (2.0, 0.5), (0.5, 0.5), (0.5, 2.0), (0.0, 2.0)]
 
 
@@ -89,15 +85,6 @@ def test_a_rectangle_becomes_a_box(polygon) -> None:
     assert (low, high) == pytest.approx((0.0, OBSTACLE_HEIGHT))
 
 
-@pytest.mark.parametrize("polygon", [TRIANGLE, TRAPEZOID, [(x + y, y) for x, y in SQUARE]])
-def test_any_other_convex_polygon_becomes_one_convex_prism(polygon) -> None:
-    ((shape, X_WG),) = shapes(world_of(polygons=(polygon,))).values()
-    assert type(shape) is Convex
-    corners, low, high = footprint(shape, X_WG)
-    assert corners == pytest.approx(np.unique(np.round(polygon, 9), axis=0), abs=1e-8)
-    assert (low, high) == pytest.approx((0.0, OBSTACLE_HEIGHT))
-
-
 def test_a_concave_polygon_becomes_several_parts_that_cover_it() -> None:
     parts = shapes(world_of(polygons=(TRIANGLE, L_SHAPE)))
     assert sorted(parts) == ["polygon_0_0", "polygon_1_0", "polygon_1_1"]
@@ -111,45 +98,6 @@ def _convex_area(corners: np.ndarray) -> float:
     offset = corners - corners.mean(axis=0)
     x, y = corners[np.argsort(np.arctan2(offset[:, 1], offset[:, 0]))].T
     return 0.5 * abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1)))
-
-
-def test_round_obstacles_stand_and_rest_on_the_floor() -> None:
-    found = shapes(world_of(cylinders=[(1.0, 2.0, 0.3)], spheres=[(-1.0, 0.5, 0.7)]))
-    cylinder, X_WC = found["cylinder_0"]
-    assert type(cylinder) is Cylinder
-    assert (cylinder.radius(), cylinder.length()) == (0.3, OBSTACLE_HEIGHT)
-    assert X_WC.translation() == pytest.approx([1.0, 2.0, 0.5 * OBSTACLE_HEIGHT])
-    sphere, X_WS = found["sphere_0"]
-    assert type(sphere) is Sphere
-    assert sphere.radius() == 0.7
-    assert X_WS.translation() == pytest.approx([-1.0, 0.5, 0.7])
-
-
-def test_walls_stand_outside_the_bounds_and_close_the_corners() -> None:
-    x0, y0, x1, y1 = bounds = (-1.0, -2.0, 4.0, 3.0)
-    found = shapes(world_of(bounds=bounds))
-    assert sorted(found) == ["wall_east", "wall_north", "wall_south", "wall_west"]
-    t = WALL_THICKNESS
-    expected = {
-        "wall_south": (x0 - t, y0 - t, x1 + t, y0),
-        "wall_north": (x0 - t, y1, x1 + t, y1 + t),
-        "wall_west": (x0 - t, y0, x0, y1),
-        "wall_east": (x1, y0, x1 + t, y1),
-    }
-    for name, box in expected.items():
-        corners, *_ = footprint(*found[name])
-        assert (*corners.min(axis=0), *corners.max(axis=0)) == pytest.approx(box)
-
-
-def test_what_is_hit_is_what_is_shown() -> None:
-    world = world_of(
-        cylinders=[(3.0, 3.0, 0.4)], spheres=[(-3.0, 0.0, 0.5)], polygons=(SQUARE, L_SHAPE), bounds=(-5, -5, 5, 5)
-    )
-    hit, shown = shapes(world, Role.kProximity), shapes(world, Role.kIllustration)
-    assert hit.keys() == shown.keys()
-    for name, (shape, X_WG) in hit.items():
-        assert type(shown[name][0]) is type(shape)
-        assert shown[name][1].IsExactlyEqualTo(X_WG)
 
 
 def test_many_prisms_are_shown_as_one_mesh() -> None:
@@ -174,18 +122,6 @@ def test_more_polygons_than_a_plant_can_pair_are_one_surface() -> None:
     assert (len(surfaces.polygons), len(surfaces.cylinders)) == (len(polygons), 0)
     assert sorted(shapes(world)) == ["cylinder_0"]
     assert sorted(shapes(world, Role.kPerception)) == ["cylinder_0", "polygons"]
-
-
-def test_the_ground_is_a_box_below_the_floor_far_beyond_the_world() -> None:
-    builder = DiagramBuilder()
-    plant, scene_graph = AddMultibodyPlantSceneGraph(builder, time_step=0.01)
-    ground = add_ground(plant, (-1.0, -2.0, 5.0, 3.0))
-    plant.Finalize()
-    inspector = scene_graph.model_inspector()
-    corners, _, top = footprint(inspector.GetShape(ground), inspector.GetPoseInFrame(ground))
-    assert top == 0.0
-    assert corners.min(axis=0) == pytest.approx([-1.0 - GROUND_BORDER, -2.0 - GROUND_BORDER])
-    assert corners.max(axis=0) == pytest.approx([5.0 + GROUND_BORDER, 3.0 + GROUND_BORDER])
 
 
 def as_sliced(world: World, height: float) -> World:

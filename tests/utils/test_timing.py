@@ -4,16 +4,13 @@ import math
 
 import pytest
 
-from drake_starnav.control import ControllerParameters
 from drake_starnav.errors import StarnavError
-from drake_starnav.planning import PlannerParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.station.monitors import ArrivalMonitor
 from drake_starnav.systems.jump_guard import JumpGuard
 from drake_starnav.systems.state_predictor import StatePredictor
 from drake_starnav.utils.timing import begins_run, checked_period
 
-ROBOT, PLANNER, CONTROLLER = RobotParameters(), PlannerParameters(), ControllerParameters()
 WITH_PERIOD = {
     "ArrivalMonitor": lambda **times: ArrivalMonitor(tolerance=0.1, **times),
 }

@@ -13,12 +13,11 @@ from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.station.robot_geometry import floor_contact
-from drake_starnav.station.world_geometry import add_ground, add_world
+from drake_starnav.station.world_geometry import add_ground
 from drake_starnav.visualization.meshcat_stage import show_collision_shapes
 from drake_starnav.visualization.meshes import SHELL_COLOR
 from drake_starnav.visualization.recorder import robot_frames
-from drake_starnav.worlds import World, make_world
-from drake_starnav.worlds.generators.forest import Forest
+from drake_starnav.worlds import World
 from tests.helpers.browser import BrowserCamera, browser_missing
 from tests.station.test_robot_file import EDITED, JOINTS
 
@@ -59,12 +58,6 @@ def test_a_bare_robot_has_its_colour_and_no_shapes_that_are_for_the_floor_alone(
     assert len(drawn) >= 3 and {(c.r(), c.g(), c.b()) for c in colors} == {SHELL_COLOR}
     assert not any(floor_contact(inspector, g) for g in drawn)
     assert any(floor_contact(inspector, g) for g in station.robot_geometries)
-
-
-def test_our_own_worlds_have_a_look_for_each_shape() -> None:
-    world = make_world(Forest(), 0, 0.25)
-    names = shown(lambda plant: add_world(plant, world))
-    assert len(names) == len(world.discs) + len(world.polygons) + 4 * (world.bounds is not None)
 
 
 @pytest.mark.slow

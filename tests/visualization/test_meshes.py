@@ -4,18 +4,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 import shapely
-from hypothesis import given
-from hypothesis import strategies as st
 
 from drake_starnav.geometry.footprint import covered, disc, footprint
 from drake_starnav.visualization import meshes
 from drake_starnav.visualization.meshes import LAYERS
 from drake_starnav.visualization.star_roadmap_visualizer import NODE_RADIUS
-
-coordinate = st.floats(-5.0, 5.0)
-polylines = st.lists(st.tuples(coordinate, coordinate), min_size=0, max_size=12).map(
-    lambda points: np.array(points).reshape(-1, 2)
-)
 
 ICOSAGON = 10.0 * math.sin(math.pi / 10.0)
 """Area of a polygon of 20 corners on the unit circle, as which round shapes are drawn."""
@@ -37,34 +30,11 @@ def is_sound(mesh):
     )
 
 
-@given(polylines, st.booleans())
-def test_ribbon_is_sound_and_stays_near_its_line(points, closed):
-    width = 0.1
-    mesh = meshes.ribbon(points, width, z=0.3, closed=closed)
-    assert is_sound(mesh)
-    assert (mesh.vertices[:, 2] == 0.3).all()
-    if len(mesh):
-        line = shapely.LineString([*points, *points[:1]] if closed else points)
-        away = shapely.distance(line, shapely.points(mesh.vertices[:, :2]))
-        assert (away <= width + 1e-9).all()
-
-
 def test_ribbon_has_the_area_of_its_line():
     straight = np.array([(0.0, 0.0), (1.0, 0.0), (3.0, 0.0)])
     assert area(meshes.ribbon(straight, 0.2, 0.0)) == pytest.approx(0.6)
     square = np.array([(0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (0.0, 2.0)])
     assert area(meshes.ribbon(square, 0.2, 0.0, closed=True)) == pytest.approx(2.2**2 - 1.8**2)
-
-
-@given(st.lists(st.floats(0.1, 5.0), min_size=3, max_size=60))
-def test_fan_covers_the_area_of_a_star_region(radii):
-    theta = 2.0 * math.pi / len(radii) * np.arange(len(radii))
-    rim = np.array(radii)[:, None] * np.column_stack((np.cos(theta), np.sin(theta)))
-    x, y = rim.T
-    shoelace = 0.5 * np.sum(x * np.roll(y, -1) - y * np.roll(x, -1))
-    mesh = meshes.fan(np.zeros(2), rim, 0.0)
-    assert is_sound(mesh)
-    assert area(mesh) == pytest.approx(shoelace)
 
 
 def test_shapes_have_their_areas():
@@ -79,19 +49,6 @@ def test_shapes_have_their_areas():
         assert is_sound(mesh)
     assert len(meshes.discs(np.zeros((0, 2)), 0.2, 0.0)) == 0
     assert len(meshes.crosses(np.zeros((0, 2)), 0.2, 0.0)) == 0
-
-
-@given(st.floats(-math.pi, math.pi), st.floats(0.05, 2.0))
-def test_a_disc_sweeps_a_radius_around_its_way_and_no_more(heading, length):
-    radius = 0.25
-    ahead = np.array([math.cos(heading), math.sin(heading)])
-    mesh = meshes.swept(np.linspace(0.0, length, 9)[:, None] * ahead, disc(radius), 0.0)
-    along = mesh.vertices[:, :2] @ ahead
-    aside = mesh.vertices[:, :2] @ np.array([-ahead[1], ahead[0]])
-    assert along.max() == pytest.approx(length + radius)
-    assert along.min() == pytest.approx(-radius)
-    assert np.abs(aside).max() == pytest.approx(radius)
-    assert area(mesh) == pytest.approx(2.0 * radius * length + ICOSAGON * radius**2)
 
 
 def test_speed_colors_run_from_the_first_to_the_last_and_clip():

@@ -39,14 +39,6 @@ def test_axes_are_in_metres_and_equal(recorded) -> None:
     assert corners[1] - corners[0] == pytest.approx(2.0 * recorded.robots[0].shape.radius, abs=0.01)
 
 
-def test_trails_have_no_seams(recorded) -> None:
-    axes = moment_figure(recorded, 3.0).axes[0]
-    trail = [patch for patch in axes.patches if patch.get_zorder() == 100.0 * LAYERS["trail"].height]
-    assert trail and all(patch.get_linewidth() > 0.0 for patch in trail)
-    region = [patch for patch in axes.patches if patch.get_zorder() == 100.0 * LAYERS["regions"].height]
-    assert region and not any(patch.get_linewidth() for patch in region if patch.get_alpha() < 1.0)
-
-
 def test_the_legend_has_room_for_its_text(recorded) -> None:
     lefts = []
     for label in ("goal", "goal, which the robot shall come to within its tolerance"):

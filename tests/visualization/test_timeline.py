@@ -4,7 +4,6 @@ from unittest.mock import MagicMock
 
 import numpy as np
 import pytest
-import shapely
 from pydrake.geometry import Box, Sphere
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import AddMultibodyPlant, CoulombFriction
@@ -56,29 +55,6 @@ def test_points_colours_and_what_is_never_hidden_are_kept(stage) -> None:
     assert scan.faces is None and scan.on_top and not trail.on_top
     assert scan.colors[0] == pytest.approx(meshes.LAYERS["scan"].color)
     assert trail.colors == pytest.approx(colors)
-
-
-@pytest.mark.parametrize(
-    ("mesh", "areas"),
-    [
-        (meshes.fan(np.zeros(2), np.array([(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)]), 0.0), [2.0]),
-        (meshes.ribbon(np.array([(0.0, 0.0), (2.0, 0.0)]), 0.5, 0.0), [1.0]),
-        (
-            meshes.ribbon(np.array([(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)]), 1.0, 0.0, closed=True),
-            [1.0, 9.0],
-        ),
-        (meshes.discs(np.array([(0.0, 0.0), (5.0, 0.0)]), 1.0, 0.0), [3.0, 3.0]),
-    ],
-    ids=["fan", "ribbon", "closed ribbon", "two discs"],
-)
-def test_rims_enclose_what_the_triangles_cover(mesh, areas) -> None:
-    shape = Shape(mesh.vertices[:, :2], 0.0, mesh.faces, np.zeros((1, 3)))
-    (covered,) = shape.areas.values()
-    parts = shapely.get_parts(covered)
-    found = [shapely.Polygon(ring).area for part in parts for ring in (part.exterior, *part.interiors)]
-    assert sorted(found) == pytest.approx(sorted(areas))
-    corners = mesh.vertices[mesh.faces][..., :2]
-    assert covered.area == pytest.approx(sum(shapely.Polygon(triangle).area for triangle in corners))
 
 
 @pytest.mark.parametrize("keep", [True, False])

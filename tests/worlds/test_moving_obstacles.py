@@ -2,13 +2,10 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.worlds.moving_obstacles import (
     MovingObstacles,
-    moving_obstacle_clearance,
     moving_obstacle_states,
 )
 
@@ -22,25 +19,6 @@ def test_moves_evenly_between_way_points() -> None:
     assert positions[:, 0] == pytest.approx(np.array([(0.0, 0.0), (0.5, 0.0), (1.0, 0.0), (1.0, 0.5), (0.5, 1.0)]))
     assert velocities[:, 0] == pytest.approx(np.array([(0.5, 0.0), (0.5, 0.0), (0.0, 1.0), (0.0, 1.0), (-0.25, 0.0)]))
     assert positions[3, 1] == pytest.approx((1.5, 2.0))
-
-
-@given(st.floats(0.0, 7.9), st.integers(0, 50))
-def test_a_path_repeats(time: float, rounds: int) -> None:
-    for moving_obstacles in (MovingObstacles([0.3], (SQUARE,)), MovingObstacles([0.3], (LINE,))):
-        period = moving_obstacles.paths[0][-1, 0]
-        first, again = (
-            moving_obstacle_states(moving_obstacles, np.array([t]))[0]
-            for t in (time % period, time % period + rounds * period)
-        )
-        gap = np.abs(first - again).max()
-        assert gap < 1e-9 or abs(time % period - period) < 1e-9 or abs(time % period) < 1e-9
-
-
-def test_clearance_is_to_the_nearest_rim_at_that_time() -> None:
-    poses = np.array([(0.5, 0.0, 1.0), (0.5, 0.0, 2.0), (4.0, 2.0, 0.0)])
-    times = np.array([1.0, 5.0, 4.0])
-    assert moving_obstacle_clearance(BOTH, poses, times) == pytest.approx([-0.3, 0.7, 0.5])
-    assert moving_obstacle_clearance(MovingObstacles(), poses, times).tolist() == [np.inf] * 3
 
 
 def test_top_speed() -> None:

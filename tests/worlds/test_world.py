@@ -7,10 +7,8 @@ import pytest
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.worlds import World
-from drake_starnav.worlds.world import check_numbers
 
 HERE, THERE = (0.0, 0.0, 0.0), (5.0, 0.0)
-PLACE = ("x", "y")
 
 
 @pytest.mark.parametrize(
@@ -40,11 +38,3 @@ PLACE = ("x", "y")
 def test_what_is_no_world_is_refused(given: dict, message: str) -> None:
     with pytest.raises(StarnavError, match=rf"world w: {message}"):
         World(**{"name": "w", "start": HERE, "goal": THERE, **given})
-
-
-@pytest.mark.parametrize(
-    "value", [[1.0], [1.0, 2.0, 3.0], [1.0, math.inf], [1.0, math.nan], [1.0, 2e6], [1.0, True], [1.0, "2"], []]
-)
-def test_others_are_refused_with_what_is_allowed(value: list) -> None:
-    with pytest.raises(StarnavError, match=r"goal is .*; allowed: finite \[x, y\]"):
-        check_numbers(value, "goal", PLACE)

@@ -80,22 +80,3 @@ def test_the_command_reports_without_running_again(trials: Path, tmp_path: Path,
     assert out["csv"].read_text().count("\n") == 3
     assert len(commands(out["html"].read_text(), trials)) == 2
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(path.name for path in out.values())
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["{missing}"], ["missing.jsonl cannot be read"]),
-        (["{trials}", "{trials}"], ["and so has"]),
-        (["{trials}", "--html", "r.html", "--recordings", "-1"], ["--recordings is -1"]),
-        (["{trials}", "--panels", "0"], ["--panels is 0"]),
-        (["{trials}", "--html", "/proc/forbidden/r.html"], ["cannot write /proc/forbidden/r.html"]),
-    ],
-)
-def test_bad_input_exits_with_2_and_one_sentence(arguments, words, trials: Path, tmp_path: Path, capsys) -> None:
-    places = {"trials": trials, "missing": tmp_path / "missing.jsonl"}
-    assert report([argument.format(**places) for argument in arguments]) == 2
-    printed = capsys.readouterr().err
-    assert printed.count("\n") == 1
-    for word in words:
-        assert word in printed

@@ -22,14 +22,6 @@ def written(
     return path
 
 
-def test_files_of_methods_are_put_together_in_order(tmp_path: Path) -> None:
-    results = read_results([written(tmp_path / "a.jsonl"), written(tmp_path / "b.jsonl", "star_paper")])
-    assert results.methods == ["star", "star_paper"]
-    assert [(r["method"], r["trial"]) for r in results.records] == [
-        ("star", 0), ("star", 1), ("star_paper", 0), ("star_paper", 1),
-    ]  # fmt: skip
-
-
 @pytest.mark.parametrize(
     ("program", "shown"),
     [
@@ -81,14 +73,6 @@ def test_trials_of_other_tasks_are_not_compared(tmp_path: Path, override: str, w
     first, second = written(tmp_path / "a.jsonl"), written(tmp_path / "b.jsonl", "star_paper", override)
     with pytest.raises(StarnavError, match=f"a.jsonl and .*b.jsonl have other {words} in scenario forest; allowed"):
         read_results([first, second])
-
-
-def test_methods_may_have_other_settings(tmp_path: Path) -> None:
-    paths = [
-        written(tmp_path / f"{method}.jsonl", method, override, scenario="barn")
-        for method, override in (("star", "lidar.noise=0"), ("dsm", "controller.rate=50"))
-    ]
-    assert read_results(paths).methods == ["star", "dsm"]
 
 
 def test_a_recording_is_called_after_its_trial_and_stays_in_its_folder() -> None:

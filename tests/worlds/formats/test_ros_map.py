@@ -8,9 +8,8 @@ import pytest
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.worlds import RosMap, clearance, make_world, shortest_path
-from drake_starnav.worlds.formats import ros_map
-from drake_starnav.worlds.formats.map_file import FREE, OCCUPIED, UNKNOWN, OccupancyMap, read_map
-from scripts.maintenance.draw_map import draw_studio, write_map
+from drake_starnav.worlds.formats.map_file import FREE, OCCUPIED, UNKNOWN, OccupancyMap
+from scripts.maintenance.draw_map import write_map
 
 RADIUS = 0.25
 RESOLUTION = 0.1
@@ -136,13 +135,3 @@ def test_bad_maps_and_places_are_refused(folder: Path, rows, changes, message: s
     with pytest.raises(StarnavError, match=message) as error:
         make_world(map_of(rows, folder, **changes), 0, RADIUS)
     assert "\n" not in str(error.value)
-
-
-def test_the_shipped_map_is_as_drawn() -> None:
-    kind = RosMap()
-    world = make_world(kind, 0, RADIUS)
-    grid, drawn = read_map(ros_map.resolve_path(kind.file)), draw_studio()
-    np.testing.assert_array_equal(grid.cells, drawn.cells)
-    assert (grid.resolution, grid.origin) == (drawn.resolution, drawn.origin)
-    assert world.name == "studio"
-    assert len(world.polygons) < 0.1 * (grid.cells == OCCUPIED).sum()

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.utils.resources import model_path
 from drake_starnav.worlds import Barn, DynaBarn, make_world, moving_obstacle_states
 from drake_starnav.worlds.formats.world_file import WorldFile
 
@@ -72,14 +71,6 @@ def test_a_world_is_as_the_file_has_it(file: Path) -> None:
     assert world.name == "barn_7"
 
 
-def test_shipped_worlds_are_found_by_name() -> None:
-    names = sorted(path.stem for path in model_path("worlds").glob("*.json"))
-    assert "barn_like" in names
-    for number in range(12):
-        world = make_world(Barn(id=number), 0, 0.334)
-        assert world.optimal_time == pytest.approx(5.1, abs=0.5)
-
-
 @pytest.mark.skipif(not BENCHMARK.is_file(), reason=f"the benchmark's worlds are not at {BENCHMARK}")
 def test_reads_the_benchmark() -> None:
     kind = Barn(file=str(BENCHMARK), id=3)
@@ -94,12 +85,6 @@ def test_an_unknown_number_is_told_the_known_ones(file: Path) -> None:
         make_world(Barn(file=str(file), id=9), 0, 0.334)
     with pytest.raises(StarnavError, match=r"world\.id is 11"):
         Barn(file=str(file)).check_numbers([7, 10, 11])
-
-
-@pytest.mark.parametrize("name", ["nowhere.json", "."])
-def test_a_file_that_cannot_be_read(name: str) -> None:
-    with pytest.raises(StarnavError, match=r"world\.file '.*' cannot be read: .*allowed: .*barn_like.* or"):
-        make_world(Barn(file=name), 0, 0.334)
 
 
 def make(folder: Path, content: object) -> object:
@@ -163,9 +148,3 @@ def test_a_world_that_makes_no_sense_of_dynabarn(tmp_path: Path, keys: tuple, va
     place[keys[-1]] = value
     with pytest.raises(StarnavError, match=message):
         make(tmp_path, content)
-
-
-@pytest.mark.parametrize("name", ["meta", "trajectories"])
-def test_a_file_of_static_worlds(tmp_path: Path, name: str) -> None:
-    with pytest.raises(StarnavError, match=rf"worlds\.json: .*the file has no {name}; allowed: a mapping"):
-        make(tmp_path, {key: value for key, value in CONTENT.items() if key != name})

@@ -11,15 +11,6 @@ from drake_starnav.worlds.moving_obstacles import moving_obstacle_states
 RADIUS = 0.25
 TIMES = np.arange(0.0, 200.0, 0.05)
 WORLDS = [(Crowd(), seed) for seed in range(4)] + [(Crowd(width=20.0), seed) for seed in range(4)]
-WORLD = World(
-    "test",
-    (0.5, 0.5, 0.0),
-    (5.0, 3.0),
-    cylinders=[(2.0, 2.0, 0.4)],
-    polygons=([(4.0, 1.0), (4.2, 1.0), (4.2, 3.0), (4.0, 3.0)],),
-    bounds=(0.0, 0.0, 6.0, 4.0),
-)
-BEGIN = np.array([1.0, 3.0])
 
 
 @pytest.mark.parametrize(("kind", "seed"), WORLDS)
@@ -64,16 +55,6 @@ def test_numbers_and_speeds_as_asked() -> None:
     assert len(make_world(Crowd(moving_obstacles=(0, 0)), 1, RADIUS).moving_obstacles) == 0
 
 
-def test_who_goes_straight_turns_at_obstacles_only() -> None:
-    path = wander(WORLD, BEGIN, 0.3, 0.7, False, np.random.default_rng(0))
-    legs = np.diff(path[: len(path) // 2, 1:], axis=0)
-    headings = np.arctan2(legs[:, 1], legs[:, 0])
-    turned = np.abs(np.angle(np.exp(1j * np.diff(headings)))) > 1e-6
-    near = clearance(WORLD, path[1 : len(path) // 2 - 1, 1:]) < 0.3 + 0.03
-    assert turned.any()
-    assert near[turned].all()
-
-
 def test_a_disc_that_cannot_move_has_no_way() -> None:
     closet = World("closet", (0.5, 0.5, 0.0), (0.5, 0.5), bounds=(0.0, 0.0, 0.61, 0.61))
     assert wander(closet, np.array([0.305, 0.305]), 0.3, 0.5, False, np.random.default_rng(0)) is None
@@ -98,19 +79,6 @@ def test_each_disc_stands_first_and_then_walks_at_one_speed(seed: int) -> None:
         assert (duration[stands] >= 0.5 - 1e-9).all() and (duration[stands] <= 6.0 + 1e-9).all()
         assert np.ptp(speed[~stands]) < 1e-6
         assert kind.speed[0] <= speed[~stands][0] <= kind.speed[1] + 1e-9
-
-
-@pytest.mark.parametrize("seed", range(6))
-def test_discs_keep_to_the_room_and_away_from_the_start(seed: int) -> None:
-    world = make_world(StopAndGo(), seed, RADIUS)
-    x_min, y_min, x_max, y_max = world.bounds
-    positions, _ = moving_obstacle_states(world.moving_obstacles, np.arange(0.0, 150.0, 0.05))
-    reach = world.moving_obstacles.radii + 0.1 - 1e-9
-    assert (positions[..., 0] >= x_min + reach).all() and (positions[..., 0] <= x_max - reach).all()
-    assert (positions[..., 1] >= y_min + reach).all() and (positions[..., 1] <= y_max - reach).all()
-    assert np.hypot(*(positions[0] - world.start[:2]).T).min() >= 1.8
-    for path in world.moving_obstacles.paths:
-        assert path[0, 1:] == pytest.approx(path[-1, 1:])
 
 
 def test_the_shipped_scenario_declares_what_moves() -> None:
