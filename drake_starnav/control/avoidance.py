@@ -54,7 +54,7 @@ CHANGE_WEIGHT = 0.15
 
 CREEPING_COMFORT = 0.1
 COMFORT_TIME = 2.0
-"""The robot gives way to what creeps, by nature persons, at this distance, m, and as far as that comes in this, s."""
+"""The robot gives way to what creeps, mostly persons, at this distance, m, and as far as it comes in this time, s."""
 STANDING_SPACING = 0.4
 """Hits on static objects that are nearer to each other than this, in radii of the robot, are treated as one."""
 
@@ -233,7 +233,7 @@ def _change(velocity, row, limits):
 
 @njit(cache=True)
 def _continued(generation, same_place, same_speed):
-    """Indices of the BEAM best rollouts that have not ended and differ by so much, m or m/s, the best first."""
+    """Indices of the BEAM best rollouts that have not ended and differ by these, m and m/s, the best first."""
     kept = np.empty(BEAM, np.int64)
     n = 0
     cost = np.array([row.cost for row in generation])

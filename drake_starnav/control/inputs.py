@@ -1,4 +1,4 @@
-"""What a controller is given."""
+"""What a controller is given, and what it proposes."""
 
 from typing import NamedTuple
 
@@ -13,7 +13,7 @@ class ControllerInputs(NamedTuple):
 
     Attributes:
         pose: (x, y, yaw) of the robot in W, m and rad.
-        twist: (v, omega) commanded last, m/s and rad/s.
+        twist: commanded last, as the base's twists are; see `robot.base`.
         guidance: where to go.
         star: what the last scans certify.
     """
@@ -25,10 +25,10 @@ class ControllerInputs(NamedTuple):
 
 
 class Proposal(NamedTuple):
-    """What a controller proposes; the shield decides what is driven of it.
+    """What a controller proposes; the shield decides how much of it is driven.
 
     Attributes:
-        twist: desired (v, omega), m/s and rad/s.
+        twist: desired, as the base's twists are.
         guiding_vector: unit vector that it follows, shape (2,), W; zero when there is nowhere to go.
     """
 

@@ -1,4 +1,4 @@
-"""Manoeuvres of a robot that is no disc: short sequences of turns and straight or curved moves, where the law is stuck.
+"""Manoeuvres of a robot that is no disc: short sequences of turns and moves, where it is stuck on its path.
 
 The roadmap is searched for the narrowest disc of the footprint, so its paths tell no heading. Where the robot stands
 although it has a path, a way is searched in (x, y, yaw) with the exact footprint, to a place farther along the path. If
@@ -28,9 +28,9 @@ LOOKS = ((1.9, 0.6), (0.95, 0.6), (3.8, 0.6), (1.9, math.inf))
 EXTRA_MARGINS = (0.006, 0.019, 0.032, 0.045)
 """Beyond the certificate's margin, since its scans differ; a wider one after each manoeuvre that it refused."""
 STUCK = 0.3
-"""A robot that has not moved for so long, or for twice the time that it takes from rest, is stuck, s."""
+"""A robot that has not moved for this long, or for twice the time that it takes from rest, is stuck, s."""
 MOVED, TURNED = 0.021, 0.05
-"""It has moved if it did so by more than this, or by so much, rad."""
+"""It has moved if it did so by more than this, or turned by more than this, rad."""
 CIRCLED = 2.5 * math.pi
 """A robot that turned one way by this, rad, and came no nearer to the end of its path is stuck, too: it circles."""
 SAME_PLACE = 1.27
@@ -42,7 +42,7 @@ AT_POSE, AT_HEADING = 0.021, 0.02
 DOCKED = 0.04
 """A robot at its goal with this error of its heading need not manoeuvre, rad."""
 DOCKS = np.array([(x, y, 0.0, 0.0, 0.0) for x, y in ((0.6, 0.0), (0.0, 0.6), (-0.6, 0.0), (0.0, -0.6))])
-"""Places beside a goal to dock at, too, in its tolerance."""
+"""Places beside a goal that serve as well, in shares of its tolerance."""
 NO_POSES = np.zeros((0, 4))
 
 

@@ -22,10 +22,8 @@ PROBE_SEEN_AFTER = 1.2
 """Seeing the probe of the target adds a node only this far from the last node, in radii."""
 REPLAN_DISTANCE = 0.4
 """A blocked optimistic path triggers a new plan only this far from where the last plan was made, in radii."""
-
 OBSTRUCTION_SLACK = 0.24
 """A hit blocks a path if it is nearer than the robot's radius minus this share of it: noise and the size of cells."""
-
 NEXT = 4.0
 """Length of the next part of the optimistic path, to which the robot may turn, in its radii."""
 DOUBTED_WITHIN = 4.8
@@ -56,7 +54,7 @@ def check_plan(state: PlannerState, region: StarRegion, inputs: PlannerInput) ->
     """Check the plan of a state.
 
     Args:
-        state: with at least one node.
+        state: of the planner, maybe without a node yet.
         region: of the latest scan, clear of closures.
         inputs: the latest scan, and where the robot is.
     """

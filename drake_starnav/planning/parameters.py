@@ -33,7 +33,7 @@ class PlannerParameters(Checked, place="planner"):
     )
     progress_timeout: float = parameter(
         4.0,
-        "time without progress after which the target is given up; at least 1.5 times that of 0.6 radii from rest",
+        "time without progress after which the way is closed; at least 1.5 times that of 0.6 radii from rest",
         unit="s",
         above=0.0,
         high=600.0,

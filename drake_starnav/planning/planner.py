@@ -179,7 +179,7 @@ def _arrives_to_look(state: PlannerState, inputs: PlannerInput) -> bool:
 def _unless_blocked(state: PlannerState, check: PlanCheck, inputs: PlannerInput) -> PlannerState:
     """The state; with the hits that show the way to be blocked, and without a path, if they do.
 
-    Nor has it a path at an exit from which nothing more is seen, so that the exit may be closed.
+    Nor has it a path at an exit whose probe was not seen on the way, so that the exit may be closed.
     """
     if not len(state.path):
         return state

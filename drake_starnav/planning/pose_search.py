@@ -22,14 +22,14 @@ from drake_starnav.surroundings.looks import Chords, Looks
 from drake_starnav.surroundings.separation import keeps_clear
 
 CELL, HEADINGS = 0.085, 96
-"""Of the search: cell size, in radii of the disc around the robot, and headings in a turn."""
+"""Cell size, in radii of the disc around the robot, and headings in a turn."""
 OFF_CENTRE = 0.75
 """No place of a cell is farther from its centre, in cells."""
 FIRST_SHARES = (0.125, 0.25, 0.5)
 """Moves from the start are tried at these shares of their lengths, and of their turns, which may differ if the robot
 turns on the spot: one that is wedged in has room for no others."""
 GEAR_COST = 3.75
-"""Of a change between forwards and backwards, in cells."""
+"""Cost of a change between forwards and backwards, in cells."""
 SPACING = 0.5
 """No point of the footprint moves farther between two poses that are checked, in cells."""
 AROUND = 45
@@ -41,13 +41,13 @@ SIDE = 2 * AROUND + 1
 IN_REACH = np.hypot(*(np.indices((SIDE, SIDE)) - AROUND)) < AROUND
 """Cells that are searched."""
 EXACT, MOST_CHECKS = 8, 200000
-"""A move that its cells do not decide counts as so many checks; and a search that has made so many gives up."""
+"""A move that its cells do not decide counts as this many checks; a search that has made this many gives up."""
 GREED = 1.2
 """Weight of the cost to go."""
 NEAR_GOAL = 0.255
 """A pose this near to the goal's place is there, in radii."""
 SHOOT_EVERY, SHOOT_NEAR = 4, 10.0
-"""A straight way to a goal is looked for from each of so many poses, and from all that are so near to it, in cells."""
+"""A straight way to a goal is looked for from every n-th pose, and from all that are this near to it, in cells."""
 
 
 class Space(NamedTuple):

@@ -99,7 +99,7 @@ class PlannerState:
         )
 
     def with_new_goal(self) -> "PlannerState":
-        """The state after a change of the goal, even from UNREACHABLE: the map is kept, all else is reset."""
+        """The state after a change of the goal, even from UNREACHABLE: map and closures are kept, the plan is reset."""
         return dataclasses.replace(
             self,
             status=PlannerStatus.WAITING,
@@ -113,10 +113,10 @@ class PlannerState:
         )
 
     def with_new_footprint(self, margins: Margins, robot_radius: float, swept_radius: float) -> "PlannerState":
-        """The state after a change of the footprint: the scans of the map are kept, all else is as with a new goal.
+        """The state after a change of the footprint: only the scans of the map are kept.
 
         Args:
-            margins: with it.
+            margins: with the new footprint.
             robot_radius, swept_radius: as of `PlannerInput`, m.
         """
         hits = DistanceGrid.empty(self.roadmap.hits.resolution, swept_radius)
@@ -157,7 +157,7 @@ class PlannerInput(NamedTuple):
         goal_tolerance: a robot this near to the goal has reached it, m.
         interval: time since the update before, s.
         body: the robot, if it is no disc.
-        heading: to which a robot at its goal is to turn, W, rad; NaN: to none.
+        heading: to which a robot at its goal is to turn, W, rad; NaN: none.
     """
 
     observation: Observation

@@ -1,4 +1,4 @@
-"""How a robot moves: what it is commanded, what of it it can do, and which motions it may try."""
+"""How a robot moves: its commands, what its limits leave of them, and the motions that it may try."""
 
 from collections.abc import Iterable
 from typing import Protocol
@@ -76,7 +76,7 @@ def twist_of(velocity: Velocity | np.ndarray, base: Base) -> np.ndarray:
 
 
 def straight_and_curved(length: float, turn: float) -> list[tuple]:
-    """Moves of a length (m): straight on, and with a turn (rad) either way, forwards and backwards."""
+    """Rows of `Base.moves`: straight on by a length (m), and 1.2 of it with a turn (rad) either way, in both gears."""
     rows = []
     for gear in (1.0, -1.0):
         cost = 1.0 if gear > 0.0 else 1.2  # of a metre

@@ -9,7 +9,7 @@ from drake_starnav.robot.base import MOVE, SHARES, straight_and_curved
 from drake_starnav.robot.limits import Limits, limited, stopping
 
 TURN, TURN_COST = math.radians(15.0), 0.19
-"""Of the manoeuvres: a turn on the spot or of a curve, rad, and the cost of the former, in radii."""
+"""Turn of a move on the spot or along a curve, rad, and the cost of one on the spot, in radii."""
 FOLLOWING = 2.5
 """Turning rate per heading error of a manoeuvre, 1/s; errors aside are left without swinging at half the full speed."""
 QUICKEST = 4.0 * FOLLOWING
@@ -35,7 +35,7 @@ class Differential:
         return twist[0], twist[1]
 
     def proposals(self, desired: np.ndarray, limits: Limits) -> Iterable[np.ndarray]:
-        """Slower, and turning less; made as they are asked for, as the first one mostly does."""
+        """Slower, and turning less or the other way; made one by one, as the first is mostly accepted."""
         yield desired
         yield from SHARES[1:] * desired
 

@@ -1,4 +1,4 @@
-"""What the drive of any base does, can do, and does to drive in a direction, for compiled functions."""
+"""Velocities and limits of any base's drive, and how it drives in a direction, for compiled functions."""
 
 import math
 from typing import NamedTuple
@@ -12,7 +12,7 @@ HEADING_GAIN = 4.0
 STOPPING_GAIN = 8.0
 """Speed towards where a robot is to stop, for what is left, 1/s, as long as that asks for no more than it can brake."""
 LEAST_SHARE = 0.3
-"""Of its speed, with which a car drives towards what lies aside or behind."""
+"""Share of its speed with which a car drives towards what lies aside or behind."""
 
 
 class Velocity(NamedTuple):
@@ -50,7 +50,7 @@ class Limits(NamedTuple):
 def turning_twist(heading, speed, limits):
     """The twist (v, omega) of a differential drive that turns towards a heading (rad), v = speed * cos(heading)^3.
 
-    Never faster than allows the turn to stop at that heading with the largest yaw acceleration.
+    It turns no faster than it can stop at that heading with the largest yaw acceleration.
     """
     v = speed * max(math.cos(heading), 0.0) ** 3.0
     stopping = math.sqrt(2.0 * limits.max_yaw_acceleration * abs(heading))
@@ -59,7 +59,7 @@ def turning_twist(heading, speed, limits):
 
 @leaf
 def stopping(left, braking):
-    """The speed with which what is left ends at rest: m/s and m, braking by m/s^2, or by angles, rad.
+    """The speed from which a robot comes to rest after what is left: in m, m/s and m/s^2, or the same in rad.
 
     In proportion at the end, without a jump of the deceleration, and never more than `braking`.
     """
@@ -68,7 +68,7 @@ def stopping(left, braking):
 
 
 def time_from_rest(way: float, speed: float, acceleration: float) -> float:
-    """Least time in which a way is driven from rest, s: in m, m/s and m/s^2, or by angles, rad."""
+    """Least time in which a way is driven from rest, s: in m, m/s and m/s^2, or the same in rad."""
     gaining = 0.5 * speed**2 / acceleration
     return math.sqrt(2.0 * way / acceleration) if way < gaining else (way + gaining) / speed
 

@@ -91,8 +91,8 @@ class Actuation:
 class Motion(NamedTuple):
     """What the robot does if a command is sent and then it brakes, as samples.
 
-    No two neighbours are farther apart than LONGEST_STEP or LARGEST_TURN; nor than the footprint's `sampling`, each
-    point of one of polygons.
+    Neighbours are at most LONGEST_STEP and LARGEST_TURN apart. Between them no point of a footprint of polygons, nor a
+    disc's centre, moves farther than its `sampling`.
 
     Attributes:
         samples: shape (n, 6): x, y, yaw, speed, turning rate and the time from now; W, SI units. The first is the
@@ -218,7 +218,7 @@ def slides(v, omega, limits):
 
 @njit(cache=True)
 def sample(pose, twist, target, does, samples):
-    """`roll_out` on arrays, and `Actuation.numbers`: how many samples it has, be there room or not, and the rest."""
+    """`roll_out` by `Actuation.numbers`, into `samples`: how many it has, room or not, and the rest of a `Motion`."""
     (delay, hold, lever, spacing), limits = does[:4], Limits(*does[4:])
     legs, begins = np.empty((3, 4)), np.empty(3, np.int64)
     now, wanted = velocity_of(twist), velocity_of(target)
@@ -234,7 +234,7 @@ def sample(pose, twist, target, does, samples):
 
 @njit(cache=True)
 def rolled(pose, velocity, legs, drive, samples, begins):
-    """The motion of any base over legs, as samples (n, 6) of a `Motion`: how many it has, be there room or not.
+    """The motion of any base over legs, written as samples of a `Motion`; returns their number, room or not.
 
     Args:
         pose, velocity: now.

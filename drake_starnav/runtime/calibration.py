@@ -1,4 +1,4 @@
-"""What a robot is like, from the log of a drive: as YAML to declare. Pure functions."""
+"""Parameters of a robot and its lidars from the log of a drive, as YAML to declare. Pure functions."""
 
 import math
 from typing import NamedTuple
@@ -15,9 +15,9 @@ from drake_starnav.scenario.schema import Scenario
 LONGEST_DELAY, DELAY_STEP = 0.5, 0.01
 """Delays of the drive that are tried, s."""
 STILL, ENOUGH = 0.005, 10
-"""A robot slower than this stands, m/s and rad/s; noise is that of so many scans at least."""
+"""A robot slower than this stands, m/s and rad/s; noise is measured in this many scans at least."""
 OWN_NOISE = 5.0
-"""A hit that stays equal, within so many standard deviations, while the robot moves is on the robot itself."""
+"""A hit that stays equal, within this many standard deviations, while the robot moves is on the robot itself."""
 SHIPPED = 0.003
 """What the shipped bases deviate until they stand, m; only more is to be declared."""
 
@@ -71,7 +71,7 @@ def lidar_of(seen: Observed) -> dict[str, float]:
     late = np.array([came - scan.time for came, scan in seen.scans])
     last = seen.scans[-1][1]
     ranges = np.array([scan.ranges for _, scan in seen.scans if len(scan.ranges) == len(last.ranges)])
-    period = 1.0 / seen.scenario.controller.rate  # a scan waits for a step for so long, which is no delay of its own
+    period = 1.0 / seen.scenario.controller.rate  # a scan waits up to this long for a step: no delay of its own
     turn = last.angle_min + len(last.ranges) * last.angle_increment if last.full_circle else last.angle_max
     return {
         "beams": len(last.ranges),

@@ -26,7 +26,7 @@ TURNED, TURNED_SHARE = 0.6, 0.2
 LEAST_ARM = 0.5
 """Distance of a wheel that slips from the robot's axis, as a share of its radius."""
 REST, AGAIN = 1.0, 10.0
-"""A base that stood for the first time is tried again; if it fails within the second, that lasts, s."""
+"""A base that has stood for the first, s, is tried again; if it then fails within the second, s, that lasts."""
 STANDS, STAYS, CHANGED = 0.02, 0.05, 0.1
 """A robot slower than this stands, m/s and rad/s; a pose stays that changes by less, m and rad; scans have changed if a
 fifth of their ranges differ by more, m."""

@@ -20,7 +20,7 @@ PATIENCE = 0.1
 AHEAD = 0.03
 """The pose at the stamp of a scan is extrapolated by this at most, s, back as well; else it waits."""
 OLDEST, KEPT = 1.0, 3.0
-"""Scans that have waited longer are dropped, odometry is kept for so long, s."""
+"""Scans that have waited longer than the first are dropped; odometry is kept for the second, s."""
 CLOCK = 0.1
 """A stamp is at most this far ahead of the clock, s."""
 JUMP, JUMP_SHARE, TURN_JUMP = 0.05, 0.3, 0.1
@@ -116,7 +116,7 @@ def canonical(scan: LaserScan, **changes: float) -> LaserScan:
 
 
 def taken(intake: Intake, now: float, scans: Iterable[Any], odometry: Iterable[Any], declared: Declared) -> Intake:
-    """What is known with messages that came until `now`, s, whatever they hold; none is taken twice."""
+    """The intake with messages that came until `now`, s, whatever they hold; none is taken twice."""
     for row in odometry:
         intake = _with_row(intake, now, row, declared)
     for item in scans:
@@ -176,7 +176,7 @@ def _with_scan(intake: Intake, now: float, k: Any, scan: Any, declared: Declared
 
 
 def false_scan(scan: LaserScan, lidar: LidarParameters) -> str:
-    """What a scan has less of than its lidar is declared to; empty if nothing."""
+    """In what a scan falls short of its declared lidar; empty: in nothing."""
     view = lidar.field_of_view
     if scan.measured_at == -math.inf:
         return "a scan measures nothing: all beams are lost"

@@ -19,7 +19,7 @@ from drake_starnav.runtime.navigator import Command, Navigator
 from drake_starnav.runtime.watchdog import ZEROS
 
 MANY = 200
-"""Of the last scans the status says how late they are answered."""
+"""The status tells how late the commands were that answered this many last scans."""
 LONGEST_RAMP = 10.0
 """The ramp at the end takes this long at most, s."""
 

@@ -30,7 +30,7 @@ from drake_starnav.systems.star_perception import lidar_names
 from drake_starnav.systems.twist_shield import Unshielded
 
 GAP = 0.1
-"""After so long without a step, or without odometry, the twist that is driven is the measured one, s."""
+"""After this long without a step or odometry, s, the next twist is ramped from the measured one."""
 
 
 class Command(NamedTuple):
@@ -39,8 +39,8 @@ class Command(NamedTuple):
     Attributes:
         twist: finite, within the robot's limits; as many numbers as the base has, see `robot.base`.
         certified: whether the certificates accept the motion; otherwise it brakes.
-        status: driving, reached, unreachable, blocked, braking or standing; the last two for a reason in `why`.
-        why: it does not drive; empty while it does.
+        status: driving or reached; or, for the reason in `why`, unreachable, blocked, braking or standing.
+        why: the reason; empty while it drives or has reached its goal.
     """
 
     twist: np.ndarray

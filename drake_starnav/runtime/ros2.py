@@ -51,7 +51,7 @@ class Ros2:
         tf_static: topic of the transforms that say where the lidars are; if nobody publishes it, the model does.
         namespace: as `/robot_1`.
         domain, interface: as of `ros2_base.middleware`.
-        wait: so long it waits for what is missing, s.
+        wait: how long it waits for what is missing, s.
         mounts: of the lidars; None: as the model says.
         watched: whether a watchdog sends the commands: always.
         navigator: whose path and newest regions are published as `plan` and `markers`; None: nothing is.

@@ -38,7 +38,7 @@ WALLS = np.array(
 GOALS = (8.0, 0.0), (0.0, 0.0, 1.0), (6.5, 0.0), (14.0, 8.0)
 """Behind the dead end, back with a heading, in a wall, and outside."""
 STEPS, LOST, FAST = 400, 7, 1e3
-"""Steps to each goal; one of so many scans loses beams; more than any limit, m/s and rad/s."""
+"""Steps to each goal; one scan in LOST loses beams; more than any limit, m/s and rad/s."""
 
 
 def warm_up(navigator: "Navigator") -> None:

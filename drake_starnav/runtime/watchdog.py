@@ -2,7 +2,7 @@
 
 It is told twists on its standard input, one JSON list a line, and passes them on. When none comes for DEADLINE seconds,
 or the input ends, it brakes along the ramp that the last certified motion ends with. It is armed by the first twist,
-loads neither Drake nor NumPy, and does not hear Ctrl-C, which is the loop's to end in order.
+loads neither Drake nor NumPy, and ignores Ctrl-C: the loop then ends in order.
 """
 
 import contextlib
@@ -21,7 +21,7 @@ from drake_starnav.utils.imported import imported
 DEADLINE, PERIOD = 0.1, 0.02
 """s"""
 ZEROS = 5
-"""So often a base that stands is told to, at the end."""
+"""Number of zero twists that a base is sent in the end."""
 
 
 class Ramp(NamedTuple):

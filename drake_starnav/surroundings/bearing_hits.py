@@ -21,7 +21,7 @@ def half_gaps(distance, beams):
 
     A disc of radius sqrt(R^2 + gap^2) about each hit covers every point within R of the chord between
     connected hits, so that no slit is left between consecutive beams. Beams that carry no information about static
-    obstacles are skipped. Of distances, shape (n,), m, along some `Beams`.
+    obstacles are skipped. Distances, shape (n,), m, are along some `Beams`.
     """
     n, silent = len(distance), beams.kinds & (MOVING | LOST) != 0
     range_max, increment, seam, connected = beams.range_max, beams.increment, beams.seam, CONNECTED_CHORD * beams.body
@@ -77,7 +77,7 @@ def beams_to_bearings(beam_distance, beam_gap, beams, samples):
 
 @njit(cache=True)
 def points_to_bearings(points, point_gap, cx, cy, bearing_0, reach, samples):
-    """The same of points (n, 2) in W as seen from (cx, cy), and their half gaps (n,), m; sample 0 is at `bearing_0`.
+    """As `beams_to_bearings`, of points (n, 2) in W, seen from (cx, cy), and half gaps (n,), m, from `bearing_0` on.
 
     Points farther than `reach` (m) are left out.
     """

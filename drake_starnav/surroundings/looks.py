@@ -22,7 +22,7 @@ from drake_starnav.surroundings.start import Start
 from drake_starnav.utils.snapshot import snapshot
 
 KEPT_EVERY, KEPT_TURN, MOST_LOOKS = 0.125, 0.1, 32
-"""Looks are kept that are so many radii of the robot apart, or turned by so much, rad; at most so many."""
+"""Kept looks are this many radii of the robot apart, or turned by this, rad; at most this many of each lidar."""
 AROUND = 1.5
 """What a look sees within a wider angle may lie around its lidar, rad."""
 NOWHERE = (math.nan,) * 3
@@ -40,7 +40,7 @@ class Look:
         reach: farther places count as not seen.
         robot: (x, y, yaw) of the robot in that frame: nothing else stood where it did.
         footprint: of the robot; None: unknown.
-        short: its ranges count as so much shorter, m: of many looks the one that erred most decides.
+        short: its ranges count as shorter by this, m, since of many looks the one that errs most decides.
     """
 
     hits: np.ndarray
@@ -79,10 +79,10 @@ class Look:
 
 
 class Known(NamedTuple):
-    """What looks knew, the newest first, wherever its frame has moved meanwhile.
+    """Looks with their poses in the current frame, the newest first.
 
     Attributes:
-        looks: as they were.
+        looks: in the frames in which they were made.
         rows: of each (x, y, yaw) of the lidar, with the bearing of the first bin, W; the time, s; and how far the robot
             had come by then, m, and turned, rad; shape (n, 6).
     """
@@ -94,11 +94,11 @@ class Known(NamedTuple):
     def of(
         looks: tuple[Look | Start, ...], places: Sequence[Place], time: float, driven: tuple[float, float] = (0.0, 0.0)
     ) -> "Known":
-        """What looks knew at one time."""
+        """Looks of one time."""
         return Known(looks, np.array([(*place, time, *driven) for place in places]))
 
     def and_then(self, older: "Known") -> "Known":
-        """This, and what older looks knew."""
+        """These, and older ones."""
         return Known(self.looks + older.looks, np.concatenate((self.rows, older.rows)))
 
     def chosen(self, which: np.ndarray) -> "Known":
@@ -112,7 +112,7 @@ class Known(NamedTuple):
 
 
 class Looks(NamedTuple):
-    """Looks for compiled functions, the newest first.
+    """`Known` for compiled functions, the newest first.
 
     Attributes:
         places: (x, y, yaw) of each, shape (n, 3), W.
@@ -128,7 +128,7 @@ class Looks(NamedTuple):
 
     @staticmethod
     def of(known: Known) -> "Looks":
-        """The looks in what is known."""
+        """The looks of a `Known`."""
         seen = [look for look in known.looks if isinstance(look, Look)]
         own = next((look.footprint for look in seen if look.footprint is not None), disc(0.0))
         robots = [look.robot if isinstance(look, Look) and look.footprint is own else NOWHERE for look in known.looks]
@@ -152,13 +152,13 @@ def _stood(places, robots):
 
 
 class Kept(NamedTuple):
-    """Which looks count: a pose that errs with the way, the turn or the time puts an end to them.
+    """Which looks count: a pose whose error grows with the way, the turn or the time makes old ones void.
 
     Attributes:
-        reach: so far from the robot, m.
-        apart: of looks that are no farther apart, m, the last one.
-        way, turn: that the robot has driven since, m, and turned, rad.
-        time: since, s.
+        reach: largest distance of a look from the robot, m.
+        apart: least distance between two of them, m, unless they are turned by KEPT_TURN.
+        way, turn: how far the robot may have driven since, m, and turned, rad.
+        time: largest age, s.
         short: as of `Look`, m.
     """
 
@@ -171,14 +171,14 @@ class Kept(NamedTuple):
 
 
 def remembered(before: Known, new: Known, driven: tuple[float, float], now: tuple[Place, float], kept: Kept) -> Known:
-    """What is known after a scan of what earlier ones saw.
+    """The looks that still count after a scan.
 
     Args:
-        before: known at the scan before.
-        new: what that scan saw; one of each lidar.
+        before: those that counted at the scan before.
+        new: those of that scan, one of each lidar.
         driven: how far the robot has come, m, and turned, rad, since it began.
         now: (x, y, yaw) of the robot, W, and the time, s.
-        kept: what is kept.
+        kept: which count.
     """
     known = new.and_then(before)
     begun = bool(known.looks) and isinstance(known.looks[-1], Start)
@@ -272,8 +272,8 @@ def saw(look, looks, part, n):
 def stands_on(frame, body, part, n, within):
     """Whether a body covers a polygon by one of its parts; else an edge of one that parts what this covers of it.
 
-    Of the edge normal and offset, W; zeros: none. A polygon whose first corner is farther than `within` from the body's
-    place (m) is not looked at.
+    The edge is its normal and offset, W; zeros: none. A polygon whose first corner is farther than `within` from the
+    body's place (m) is not looked at.
     """
     (x, y, cosine, sine), (nx, ny, offset) = frame, (0.0, 0.0, 0.0)
     if not math.hypot(part[0, 0] - x, part[0, 1] - y) <= within:

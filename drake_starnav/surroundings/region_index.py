@@ -65,8 +65,7 @@ def _cells(union: RegionUnion, members: np.ndarray) -> tuple[np.ndarray, np.ndar
 def _mark(marks, first, k, center, bearing_0, values):
     """Set the bit of region k in each cell that it touches.
 
-    It is covered patch by patch: in rings whose radius doubles, by so many samples at once that they are about as wide
-    as PATCH.
+    It is covered patch by patch, in rings whose radius doubles: by as many samples at once as are about PATCH wide.
     """
     samples = len(values)
     step = 2.0 * math.pi / samples

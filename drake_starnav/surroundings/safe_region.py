@@ -35,10 +35,9 @@ SCAN_PATIENCE = 3.0
 NEAR_HITS = 4.0
 """Hits nearer than this count as near, in radii with the margin: among movers no wall is to be approached."""
 COARSE = 4
-"""Of looks of a robot that does not see all around, regions take every n-th."""
+"""Regions of a robot that does not see all around are made of every n-th of its earlier looks."""
 QUARTER = 0.25 * TURN
-"""A disc that drives straight on, so far from the edges of its view, rad, covers of what it does not see only where it
-stood."""
+"""A disc that drives straight on, at least this far inside its view, rad, covers nothing unseen but where it stood."""
 
 
 @snapshot
@@ -124,7 +123,7 @@ class CertifiedRegion:
         return [(look.beams, np.array(now_in(pose, row))) for look, row in zip(*known, strict=True)]
 
     def since(self, time: float) -> "CertifiedRegion":
-        """It without what was seen before a time, s."""
+        """The same without what was seen before a time, s."""
         lasting = np.flatnonzero(self.earlier.rows[:, 3] >= time)
         if len(lasting) == len(self.earlier.looks):
             return self

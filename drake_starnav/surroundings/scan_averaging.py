@@ -72,7 +72,7 @@ def _averaged_ranges(
 ) -> tuple[np.ndarray, np.ndarray]:
     """The mean ranges of the `hits` (n,) of a scan taken at a pose, and of how many scans each is the mean.
 
-    Of earlier scans by their hits (k, 2), W, m, and where those of each scan `ends`; those beyond `reach` are left out.
+    Earlier scans are given by their hits (k, 2), W, m, and where those of each scan `ends`; none beyond `reach` counts.
     """
     measured = np.where(hits, scan.ranges, np.inf)
     rays = scan.points_at(np.ones(len(hits)), np.full(len(hits), True), (0.0, 0.0, pose[2]))

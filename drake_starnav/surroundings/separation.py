@@ -16,12 +16,12 @@ from drake_starnav.surroundings.unseen import Step, is_free
 ESCAPE_CLEARANCE = 0.002
 """A move that begins within the margin may come no nearer than this, m: what bases stray by nature."""
 LOOKAHEAD = 0.03
-"""What no point of a robot leaves on its way is asked about at once, m: a few samples, numerics."""
+"""A margin wider by this, m, is asked about at once, for all samples until a point has moved as far: numerics."""
 
 
 @njit(cache=True)
 def keeps_clear(poses, surfaces, looks, body, sizes):
-    """Whether a body keeps the margin to all surfaces, and is by it within what was seen, at all poses of a motion.
+    """Whether a body keeps the margin to all surfaces, and to all that was not seen, at all poses of a motion.
 
     Where the first pose has less room, that much is enough: to each surface, and to each place that was not seen.
 
@@ -66,7 +66,7 @@ def keeps_clear(poses, surfaces, looks, body, sizes):
 def _keeps_off(frames, moved, ends, center, shade, body, margin):
     """Whether a body keeps a margin to a chord, with `shade` to all that it hides as well; m.
 
-    If it begins nearer to the chord alone, so much is enough.
+    If it begins nearer to the chord alone, it need only come no nearer.
     """
     needed, i, way = margin, 0, moved[-1]
     while True:

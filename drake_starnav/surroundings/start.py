@@ -28,10 +28,10 @@ class Start:
 
     @cached_property
     def beams(self) -> Beams:
-        """It as what a lidar saw that hit nothing."""
+        """The disc as the beams of a lidar that hit nothing."""
         far, lost = float(self.free.max()), np.full(BINS, math.nan)
         return LaserScan(0.0, 0.0, TURN / BINS, 0.0, max(far, 1e-9), lost, lost_beams=True, free=self.free).beams
 
     def cut(self, place: tuple[float, float, float], seen: Chords) -> "Start":
-        """It, about a place (x, y, yaw) in W, without what lies at or behind the surfaces of some chords."""
+        """The disc about a place (x, y, yaw) in W, without what lies at or behind the surfaces among some chords."""
         return Start(np.minimum(self.free, profile(seen.ends[seen.solid], place, float(self.free.max()))))

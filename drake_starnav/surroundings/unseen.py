@@ -1,6 +1,6 @@
 """Whether what the last scan hides of a body is free: earlier looks saw it, or the robot itself stood there.
 
-What is neither may be near the robot where it is. It comes no nearer to that than it is.
+All else is unknown. The robot may begin near it, and then comes no nearer to it.
 """
 
 import math
@@ -15,8 +15,8 @@ from drake_starnav.surroundings.chords import BINS, ROUNDING
 from drake_starnav.surroundings.looks import saw, stands_on
 
 FINEST, MOST_ASKED, DEPTH = 0.004, 8000, 24
-"""A part of what is asked about that is no longer than this is known as a whole, or it is unknown, m: numerics; so is
-what it takes more questions to decide. And so many parts wait at a time."""
+"""Parts no longer than this, m, are known as a whole or unknown, and so is what takes more questions than this; at most
+DEPTH parts wait at a time: numerics."""
 EXCESS = 0.001
 """The polygon around a body with its margin is no larger, m: numerics."""
 SLIVER = 1e-7
@@ -121,9 +121,9 @@ def _known(part, n, looks, step, asked):
 def _no_nearer(part, n, step):
     """Whether the body comes no nearer to any place of a polygon than it is where it stands.
 
-    Each of its parts does not that moves away from all of the polygon along the normals to its corners: the distance is
-    convex, and the other normals are between these. Nor does one that is by a linear bound, from the normal to the
-    middle on, no nearer there than the nearest part is now; of that the corners decide, too.
+    A part of it does not if it moves away from the whole polygon along the normals to its corners: the distance is
+    convex, and all other normals lie between these. Nor does it if a linear bound, by the normal to the middle, is at
+    each corner no less than the distance of the nearest part now.
     """
     here, there, x, y = np.empty((n, 2)), np.empty((n, 2)), 0.0, 0.0
     for i in range(n):

@@ -30,7 +30,7 @@ CROSSINGS = 64
 NEAREST = 0.001
 """A hit that is too close to be measured is placed this far along its beam, to give it a direction, m: numerics."""
 BODY_SLACK = 0.001
-"""Views may begin so far outside the robot, m: within the margin that is kept from everything, numerics."""
+"""Views may begin this far outside the robot, m: within the margin that is kept from everything, numerics."""
 PARALLEL = 1e-9
 """Sine of the angle up to which an edge counts as lying on a ray."""
 SURFACE, DOUBTED, MOVER, OPEN, FREE = range(5)
@@ -56,13 +56,13 @@ def hits_seen(
 
 
 def hit_points(scan: LaserScan, mount: Mount, smoothing: tuple[int, float] = (0, 0.0)) -> tuple[np.ndarray, np.ndarray]:
-    """The same of one lidar."""
+    """`hits_seen` of one lidar."""
     return _hit_points(scan.beams, smoothing, mount.x, mount.y)
 
 
 @njit(cache=True)
 def _hit_points(beams, smoothing, x, y):
-    """The same of its `Beams`, at (x, y)."""
+    """`hit_points` of `Beams` from (x, y) in B."""
     measured, hits = moving_average(beams, smoothing[0], smoothing[1]), beams.kinds & HIT != 0
     points = placed_ends(beams.directions, np.maximum(measured, NEAREST), hits, x, y, 1.0, 0.0)
     return points, half_gaps(measured, beams)[hits]
@@ -160,7 +160,7 @@ def _surround(
     mounts: tuple[Mount, ...],
     body: Footprint,
 ) -> bool:
-    """The same of the first bearing, the step, the number of beams and the range of each."""
+    """`surround`, of each lidar's first bearing, step, number of beams and range."""
     blank = [LaserScan(0.0, first, step, 0.0, far, np.full(beams, math.inf)) for first, step, beams, far in views]
     distance, kind, _ = _followed(blank, mounts, _reach(body) + BODY_SLACK)
     least = min(map(view_range, blank, mounts))
@@ -282,7 +282,7 @@ def _cross_edge(crossings, start, end, kind, bit):
 def _walked(crossings, body, far, now):
     """How far each ray is free, m, up to `far`, and where it ends; within `body` (m) it may be outside all views.
 
-    `now` are the bits of the views of now. A surface of an earlier one counts where no later one sees through it.
+    `now` are the bits of the current views. A surface in an earlier one counts where no later one sees through it.
     """
     distance, view, kinds, count, begin = crossings
     free, end = np.full(len(count), far), np.full(len(count), FREE, np.int8)

@@ -9,9 +9,9 @@ from drake_starnav.errors import StarnavError, said_by, shown
 from drake_starnav.systems.release import RELEASED
 
 UNNAMED = frozenset(("y0", "y"))
-"""The names of an only output port that says nothing: Drake's, where a system gives none, and its `PassThrough`'s."""
+"""Names of a lone output port that count as none: Drake's default, and that of its `PassThrough`."""
 ALIKE = 0.8
-"""An unconnected port whose name is this similar to a known one is taken for a slip of the pen."""
+"""An unconnected port whose name is this similar to a source's is taken for a slip of the pen."""
 
 
 def add_system(builder: DiagramBuilder, name: str, system: System, role: str) -> System:
@@ -65,7 +65,7 @@ def connect(builder: DiagramBuilder, source: OutputPort, port: InputPort, role: 
 
 
 def output_port(system: System, name: str, size: int | None, role: str) -> OutputPort:
-    """The vector output port of that name and size, or the abstract one (None), or the only one, if it has no name.
+    """The output port of a name, a vector of that size or abstract (None); a lone one without a name serves as well.
 
     Raises:
         StarnavError: there is none, or it has another size or type.

@@ -33,7 +33,7 @@ class DsmController(Controller):
                         └───────────────┘
     ```
 
-    It proposes; what is driven of it, the `TwistShield` decides. It has no state.
+    It proposes; the `TwistShield` decides how much of it is driven. It has no state.
 
     Ports:
         guidance: abstract, `Guidance` from any planner.

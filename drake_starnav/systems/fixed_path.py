@@ -42,7 +42,7 @@ class FixedPath(LeafSystem):
         """
         Args:
             path: shape (n, 2), from near the robot to where it stops, W, m.
-            robot_radius: narrow one, m.
+            robot_radius: its narrow radius, m.
 
         Raises:
             StarnavError: the path has another shape, no point, or is not finite.

@@ -92,9 +92,8 @@ class StarRoadmapPlanner(LeafSystem):
     scan and the goal, and f the pure function `step`. The state is abstract, an immutable snapshot; Drake's event for
     abstract state is the unrestricted update, with discrete-time semantics. Outputs are functions of f(x, u): they show
     the latest scan at the instant at which it comes, and the state follows before the next; see `ScanState`. A new
-    goal is planned for at once, with the roadmap searched
-    anew, even after having given up. So it is when the footprint changes: the roadmap is then made anew of its scans,
-    and nothing in it was tried in vain. A goal that is not finite raises a `StarnavError`.
+    goal is planned for at once, even after having given up. So it is when the footprint changes, with a roadmap made
+    anew of its scans, without closures. A goal that is not finite raises a `StarnavError`.
     """
 
     def __init__(
@@ -182,7 +181,7 @@ class StarRoadmapPlanner(LeafSystem):
         return _Plan(after, body, now.goal, time, stand, since)
 
     def _body(self, context: Context, now: FootprintInForce) -> Body | None:
-        """The robot, unless it is a disc or nobody says what its certificate knows."""
+        """The robot, unless it is a disc or `certified_region` is not connected."""
         robot = now.robot
         if robot.shape.is_disc or not self._certified_region.HasValue(context):
             return None
@@ -209,7 +208,7 @@ class StarRoadmapPlanner(LeafSystem):
         return dataclasses.replace(guidance, poses=np.array([(*self._goal.Eval(context), heading, 0.0)]))
 
     def _wanted_heading(self, context: Context) -> float:
-        """To which the robot is to turn at its goal, rad; NaN: to none."""
+        """The heading to which the robot is to turn at its goal, rad; NaN: none."""
         return float(self._heading.Eval(context)[0]) if self._heading.HasValue(context) else math.nan
 
     def _short_term_goal(self, context: Context) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Between any controller and the drive: limits, certificates, ramp, as Drake systems."""
+"""Between any controller and the drive: limits, certificates and ramp, as Drake systems."""
 
 import math
 from dataclasses import replace

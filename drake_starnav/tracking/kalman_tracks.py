@@ -1,4 +1,4 @@
-"""Moving obstacles, persons by nature, as discs: a Kalman filter of constant velocity for each cluster of hits."""
+"""Moving obstacles, mostly persons, as discs: a Kalman filter of constant velocity for each cluster of hits."""
 
 import dataclasses
 import math
@@ -42,7 +42,8 @@ was seen; a track that does not count yet may be farther by GATE_NEW, m, and non
 CONFIRMED_AFTER = 4
 CONFIRMED_SPEED = 0.12
 CONFIRMED_MOTION = 0.3
-"""A track counts after so many scans, if it has been faster than this, m/s, and a larger share of its beams moved."""
+"""A track counts after this many scans if it has been faster than this, m/s, and a larger share than this of its beams
+moved."""
 SETTLED_AFTER = 10
 """Scans after which the speed of a track is known."""
 PACE_DECAY = 0.2
@@ -55,8 +56,8 @@ CREEPING_NOISE = 0.5
 CREEPING_MOTION = 0.03
 CREEPING_SWING = 0.15
 """A track creeps if it was first seen this long ago, s, and drifts by more than this speed, m/s, and this share of its
-noise over that time. Unless a larger share than this of its beams hit what was free before, it must drift by so many
-metres more for each radian by which it is seen from another side: what is no disc seems to move then."""
+noise over that time. Unless a larger share than this of its beams hit what was free before, it must drift faster by the
+last, m/rad, times the rate at which it is seen from another side: what is no disc seems to move then."""
 FORGOTTEN_AFTER = 0.8
 FORGOTTEN_NEW = 0.15
 """A track that is not seen is forgotten after this time, s; one that never counted, or is not where it should be,
@@ -138,7 +139,7 @@ class Tracks:
 
     @cached_property
     def expected_velocity(self) -> np.ndarray:
-        """With which the tracks are predicted, shape (n, 2), m/s."""
+        """The velocities by which the tracks are predicted, shape (n, 2), m/s."""
         return np.where(self.confirmed[:, None], self.velocity, self.drift)
 
 
@@ -249,12 +250,12 @@ class Cluster(NamedTuple):
 
 @njit(cache=True)
 def _continue(rows, k, last, cluster, origins, times, limits):
-    """Correct a predicted row once a cluster has shown the track again.
+    """Correct the predicted row of a track that a cluster continues.
 
     Args:
-        rows, k: it is number k.
-        last: where it was at the last scan.
-        cluster: it.
+        rows, k: number k of them.
+        last: where the track was at the last scan.
+        cluster: of this scan.
         origins: where the lidar was then, and is.
         times: now, and since the last scan, s.
         limits: max_speed and max_radius.

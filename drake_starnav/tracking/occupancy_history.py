@@ -135,7 +135,7 @@ def _cells_hit(beams, x, y, yaw, first):
 
 @leaf
 def _inside(grid, cells, k, border):
-    """Whether a beam hits a cell of a grid, but for so wide a border."""
+    """Whether a beam hits a cell of a grid, without a border of this many cells."""
     return border <= min(cells[k, 0], cells[k, 1]) and max(cells[k, 0], cells[k, 1]) < len(grid) - border
 
 

@@ -85,7 +85,7 @@ def occlusion_points(scan: LaserScan, pose: np.ndarray) -> np.ndarray:
 
 
 def view_edges(scan: LaserScan, pose: np.ndarray) -> np.ndarray:
-    """The same along the first and the last ray of a view; none if it is all around."""
+    """As `occlusion_points`, along the first and the last ray of a view; none if it is all around."""
     if scan.full_circle:
         return np.zeros((0, 3))
     rays = []
@@ -105,7 +105,7 @@ def seen_free(scan: LaserScan, pose: np.ndarray, places: np.ndarray, slack: floa
 
 
 class Rows(NamedTuple):
-    """What is known of each of the `Tracks`, the attributes of these names, for compiled functions."""
+    """The attributes of `Tracks` that have a row for each track, for compiled functions."""
 
     position: np.ndarray
     velocity: np.ndarray
@@ -122,7 +122,7 @@ class Rows(NamedTuple):
 
 @njit(cache=True)
 def chosen_rows(rows, which):
-    """Copies of rows by their indices, of nothing where these are negative."""
+    """Copies of rows by their indices; zeros where these are negative."""
     return Rows(
         _taken(rows.position, which), _taken(rows.velocity, which), _taken(rows.radius, which),
         _taken(rows.variance, which), _taken(rows.scans, which), _taken(rows.seen, which), _taken(rows.motion, which),

@@ -19,8 +19,8 @@ CONNECTED_PER_RANGE = 0.05
 """Consecutive hits are on one surface if nearer than this, m, or this share of their range."""
 FLATNESS = 0.05
 NOISES = 5.0
-"""A notch of less than this between two things is not seen, m; nor one of less than so many standard deviations of the
-range error."""
+"""A notch of less than this between two things is not seen, m; nor one of less than this many standard deviations of
+the range error."""
 WIDEST_SPACING = 0.05
 """Farther than where two beams are this far apart, m, nothing is known to be large: the notches between discs of 0.15 m
 or more that stand side by side, seen from any side, show only nearer than that."""
@@ -77,7 +77,7 @@ def joined(distance, hit, cosine, wrap):
 
 @njit(cache=True)
 def joined_beams(beams, hits):
-    """The same of all `Beams` of a scan, as of those that `hits` (n,) tells of."""
+    """`joined` for all `Beams` of a scan, of which `hits` (n,) hit something."""
     return joined(beams.distances, hits, np.full(len(hits), math.cos(beams.increment)), beams.seam < np.inf)
 
 

@@ -38,10 +38,13 @@ class TrackedObstacles(NamedTuple):
 
 @snapshot
 class Tracked:
-    """The tracker's state after a scan: the latest, de-skewed, with the motion of each hit, and the pose of S in W.
-    Immutable.
+    """The tracker's state after a scan. Immutable.
 
-    The grid, of when the cells around the robot were hit and seen free, is None before the first scan.
+    Attributes:
+        grid: when the cells around the robot were hit and seen free; None before the first scan.
+        tracks: the moving obstacles.
+        scan: the latest, de-skewed, with the motion of each hit.
+        pose: (x, y, yaw) of S in W at that scan.
     """
 
     grid: OccupancyHistory | None = None
@@ -63,6 +66,7 @@ def track(
         before: the state until then; it is not changed.
         scan: the latest, in the sensor frame S; a rolling one is de-skewed.
         pose: (x, y, yaw) of S in W when it was taken.
+        parameters: what is declared.
         range_deviation: declared standard deviation of the range error, m.
     """
     if scan.time_increment and before.grid is not None:
