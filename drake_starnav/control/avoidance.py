@@ -54,7 +54,7 @@ CHANGE_WEIGHT = 0.15
 
 CREEPING_COMFORT = 0.1
 COMFORT_TIME = 2.0
-"""The robot gives way to what creeps, mostly persons, at this distance, m, and as far as it comes in this time, s."""
+"""The robot gives way to what creeps at this distance, m, and as far as it comes in this, s: persons, by nature."""
 STANDING_SPACING = 0.4
 """Hits on static objects that are nearer to each other than this, in radii of the robot, are treated as one."""
 

@@ -121,7 +121,7 @@ TERMS: tuple[ErrorTerm, ...] = (
         "turning that differs from the command while commands are delayed",
     ),
 )
-"""Of the sum, each in m.
+"""Terms of the sum, each in m.
 
 Corners: 0.87 is half of tan 60 degrees. Drift: the heading errs by drift times w for each second, too. In the worst
 case the robot turns first, since its last scan, and then drives; 0.4 w R^2 is no less than the resulting error, by

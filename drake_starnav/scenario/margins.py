@@ -15,13 +15,13 @@ NOMINAL_NOISE = 0.04
 SMOOTHED_DEVIATIONS = 3.0
 """Smoothing may move ranges by this many standard deviations of the noise beyond the nominal."""
 NOISE_PER_DEGREE = 0.06
-"""The certificate smooths over a degree to each side per so much noise, in radii; the margin covers corners' loss."""
+"""The certificate smooths over a degree to each side for this noise, in radii; the margin covers corners' loss."""
 FINE_ENOUGH = 0.5
 """The certificate does not smooth over less than this share of a beam: the next beam would cut corners too much."""
 AVERAGED_NOISE = 0.16
 """From this noise on, in radii, ranges are also averaged: the nearest hit of several scans would close narrow gaps."""
 NOISE_SHARE = 0.75
-"""Of the noise, by which an earlier look counts as shorter: as much as the `error_budget` allows for one scan."""
+"""Share of the noise by which an earlier look counts as shorter: as the `error_budget` allows for one scan."""
 LARGEST_MARGIN = 0.5
 """Safety margins are no wider than this, m."""
 

@@ -137,7 +137,7 @@ class NavigationStation(Diagram, Station):
     ```
 
     Ports:
-        drive.twist_command: vector (v, omega), m/s and rad/s.
+        drive.twist_command: vector, as the base's twists are; see `robot.base`.
         lidar.*: as in `LidarSensor`; further lidars are lidar_2, lidar_3, ...
         localization.pose: vector (x, y, yaw) of the robot's base in the world frame W, m and rad, with its
             declared error.

@@ -19,8 +19,8 @@ class Observation:
 
     Attributes:
         region: star-shaped region of the scan, W; None before the first scan.
-        scan: in S.
-        pose: (x, y, yaw) of S in W when the scan was taken.
+        scan: about the robot's axis, in B: that of a lidar there as of `unturned`, or the `merged` one.
+        pose: (x, y, yaw) of B in W when the scan was taken.
         beside: hits of earlier scans near the robot where this one did not look, shape (k, 2), W, m; they bound the
             region, too.
     """

@@ -37,7 +37,7 @@ class ScanMatcher(LeafSystem):
         certified_region: abstract, `CertifiedRegion` in O; as output, in M, for the planner.
         state: vector (x, y, yaw, v, omega) of the robot in O; as output, in M.
         pose: vector (x, y, yaw) of the robot in M.
-        scan_pose: vector (x, y, yaw) of the sensor frame when the last scan was taken, in O; as output, in M.
+        scan_pose: vector (x, y, yaw) of the robot when the last scan was taken, in O; as output, in M.
         guidance: abstract, the planner's `Guidance` in M; as output, in O, for the controller, so that its certificate
             lies in a frame that no correction moves.
         certificate: abstract, the shield's `BrakingMotion` in O; as output, in M, to be drawn.

@@ -84,9 +84,9 @@ class StarRoadmapPlanner(LeafSystem):
         guidance: abstract, `Guidance` for the controller.
         short_term_goal: vector (x, y) in W, m; the robot's own position while there is none.
         planner_state: abstract, `PlannerState`: the roadmap and what the planner is about to do.
-        status: abstract, `PlannerStatus`; BLOCKED while `blocked_by` says something.
-        blocked_by: abstract, `str`: why the robot has stood still for STANDSTILL seconds away from its goal, or which
-            closed area left no way; empty while it moves.
+        status: abstract, `PlannerStatus`; BLOCKED while a robot that has not given up stands, as `blocked_by` says.
+        blocked_by: abstract, `str`: why the robot has stood still for STANDSTILL seconds or HALF_TURNS half turns away
+            from its goal, or which closed area left no way; empty while it moves.
 
     Discrete update: x[n+1] = f(x[n], u[n]) with each scan n, where x is the planner's state, u the observation of the
     scan and the goal, and f the pure function `step`. The state is abstract, an immutable snapshot; Drake's event for

@@ -1,4 +1,4 @@
-"""Moving obstacles, mostly persons, as discs: a Kalman filter of constant velocity for each cluster of hits."""
+"""Moving obstacles as discs: a Kalman filter of constant velocity for each cluster. Lengths are of persons: nature."""
 
 import dataclasses
 import math

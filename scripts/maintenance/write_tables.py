@@ -239,7 +239,7 @@ def ports_page() -> str:
 The diagrams are Drake's own (`GetGraphvizString`).
 
 Frames: W is the world, S the lidar, B the robot's base; O the odometry and M the map of `ScanMatcher`. In m, rad and s.
-All systems are defined for T = double only. They stand in the order in which a scan passes them.
+All systems are defined for T = double only. Those that a scan passes come first, in that order.
 
 The loop that `add_navigation` wires:
 
