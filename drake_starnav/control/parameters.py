@@ -17,9 +17,7 @@ class ControllerParameters(Checked, place="controller"):
 
     kind: str = parameter(
         "star",
-        "star (follow the guiding vector), star_paper, or a baseline "
-        "(docs/baselines.md), which also reads the section of its own name",
-        choices=("star", "star_paper", "dsm", "foa", "dwa"),
+        "star (follow the guiding vector), star_paper, or a baseline (docs/baselines.md) by the name of its section",
     )
     target: str = parameter(
         "goal",

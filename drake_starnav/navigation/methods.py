@@ -8,7 +8,7 @@ from pydrake.systems.framework import System
 from drake_starnav.baselines import paper
 from drake_starnav.planning import plan_step
 from drake_starnav.planning.state import PlanStep
-from drake_starnav.scenario.schema import Scenario
+from drake_starnav.scenario.schema import BASELINES, Scenario
 from drake_starnav.station.robot_interface import delay_steps
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.perception import Perceive, perceive
@@ -102,7 +102,7 @@ def _baseline(config: LoopConfig) -> System:
 BY_KIND = {
     "star": Method(_guided),
     "star_paper": Method(_paper, paper.perceive, paper.plan_step, shielded=False, tracks=False),
-    **dict.fromkeys(("dsm", "foa", "dwa"), Method(_baseline, guided=False, shielded=False)),
+    **dict.fromkeys(BASELINES, Method(_baseline, guided=False, shielded=False)),
 }
 """The methods by `controller.kind`."""
 SHIELDED = ", ".join(kind for kind, method in BY_KIND.items() if method.shielded)

@@ -33,6 +33,10 @@ class Base(Protocol):
         """Whether it turns without driving."""
 
     @property
+    def steers(self) -> bool:
+        """Whether it is commanded a curvature instead of a turning rate."""
+
+    @property
     def holonomic(self) -> bool:
         """Whether it drives in any direction without turning."""
 

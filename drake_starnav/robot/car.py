@@ -20,7 +20,7 @@ class Car(Differential):
     """Commanded a speed and a curvature; methods as of `Base`."""
 
     components = ("v m/s", "curvature 1/m")
-    turns_on_the_spot, holonomic = False, False
+    turns_on_the_spot, steers, holonomic = False, True, False
 
     def moves(self, radius: float, limits: Limits) -> np.ndarray:
         """No longer than turns by TURN are, on any circle that it can drive."""

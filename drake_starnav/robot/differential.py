@@ -20,7 +20,7 @@ class Differential:
     """Commanded a speed and a turning rate; methods as of `Base`."""
 
     components = ("v m/s", "omega rad/s")
-    turns_on_the_spot, holonomic = True, False
+    turns_on_the_spot, steers, holonomic = True, False, False
 
     def moves(self, radius: float, limits: Limits) -> np.ndarray:
         turns = [(0.0, 0.0, side * TURN, TURN_COST * radius, 0.0) for side in (1.0, -1.0)]

@@ -19,7 +19,7 @@ class Omnidirectional:
     """Commanded speeds along both axes and a turning rate; methods as of `Base`."""
 
     components = ("v_x m/s", "v_y m/s", "omega rad/s")
-    turns_on_the_spot, holonomic = True, True
+    turns_on_the_spot, steers, holonomic = True, False, True
 
     def moves(self, radius: float, limits: Limits) -> np.ndarray:
         aside = [(math.cos(a), math.sin(a), 0.0, 1.0, 1.0) for a in np.arange(8) * math.pi / 4.0]

@@ -162,7 +162,7 @@ class RobotParameters(Checked, place="robot"):
         """Its speeds and accelerations; all floats, or kernels would be compiled again for whole numbers."""
         speed, acceleration = float(self.max_speed), float(self.max_acceleration)
         turning, change = float(self.max_yaw_rate), float(self.max_yaw_acceleration)
-        if self.base == "car":  # at full speed its turning rate and acceleration are within the limits
+        if self.drive.steers:  # at full speed its turning rate and acceleration are within the limits
             return Limits(speed, min(1.0 / self.least_radius, turning / speed), acceleration, change / speed, 1.0)
         return Limits(speed, turning, acceleration, change, 0.0, float(self.drive.holonomic))
 

@@ -151,6 +151,10 @@ class Scenario:
             if len(goal) not in (2, 3) or not all(map(is_number, goal)):
                 raise StarnavError(f"goals[{k}] is {shown(list(goal))}; allowed: finite [x, y] or [x, y, yaw]")
             check_numbers(goal, f"goals[{k}]", ("x", "y", "yaw")[: len(goal)])
+        if self.controller.kind not in CONTROLLERS:
+            raise StarnavError(
+                f"controller.kind is {shown(self.controller.kind)}; allowed: one of {', '.join(CONTROLLERS)}"
+            )
         if self.lidars and self.lidar != self.lidars[0]:
             raise StarnavError("lidar differs from lidars[0]; allowed: the same, or lidars alone")
         first, others = self.all_lidars[0], self.all_lidars[1:]
@@ -176,6 +180,10 @@ SECTIONS: dict[str, Any] = {
     for part in dataclasses.fields(Scenario)
     if part.name not in ("name", "world", "start", "method", *LISTS, *DRAKE_CONFIGS)
 }
+BASELINES = tuple(name for name, make in SECTIONS.items() if hasattr(make, "propose"))
+"""Sections that are a `Baseline` each."""
+CONTROLLERS = ("star", "star_paper", *BASELINES)
+"""Values of `controller.kind`."""
 KEYS = ("world", *SECTIONS, *LISTS, *DRAKE_CONFIGS)
 """Of a scenario's mapping, where they may be overridden; it may also hold `directives`."""
 
