@@ -1,7 +1,6 @@
 """Moments of a recorded run from straight above, by Matplotlib: vector graphics for papers, and pictures."""
 
 import io
-import math
 import re
 from pathlib import Path
 from typing import Any
@@ -14,21 +13,19 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Circle, PathPatch, Polygon, Rectangle
+from matplotlib.patches import PathPatch, Rectangle
 from matplotlib.path import Path as Outline
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 from PIL import Image
 
-from drake_starnav.geometry.se2 import placed
 from drake_starnav.station.model_world import FLOOR_TOLERANCE
 from drake_starnav.station.world_geometry import WALL_THICKNESS
 from drake_starnav.utils.files import replacing
-from drake_starnav.visualization.meshes import DECK_COLOR, HEADING_COLOR, LIDAR_COLOR, Layer
+from drake_starnav.visualization.meshes import Layer
 from drake_starnav.visualization.page import ROOT, around_robot
 from drake_starnav.visualization.star_roadmap_visualizer import FRAME_SLACK
-from drake_starnav.visualization.timeline import DECK, RecordedRun, RobotTrack, SceneTimeline, Shape
+from drake_starnav.visualization.timeline import RecordedRun, SceneTimeline, Shape
 from drake_starnav.visualization.world_figure import DETAILED, WIDTH, figure_pixels, new_figure
-from drake_starnav.worlds.world import ROBOT_HEIGHT
 
 DPI = 200
 """Of what is drawn as pixels."""
@@ -37,7 +34,6 @@ LONG_NUMBER = re.compile(rb"(\d\.\d\d)\d+")
 """Of an SVG file: a hundredth of a point is as much as anyone sees."""
 SOLID_ORDER, ON_TOP = 100.0, 300.0
 """Drawing order; flat layers have the order of their height in cm, solid shapes that of their top and SOLID_ORDER."""
-ROBOT_ORDER = SOLID_ORDER + 100.0 * ROBOT_HEIGHT
 SEAM = 0.5
 """Width of rims that close the seams between the faces of an opaque line, points."""
 MARKERS = {
@@ -53,7 +49,7 @@ def moment_figure(recorded: RecordedRun, time: float, view: str = "top", title: 
     The run's caption says which layers are shown; view `follow` shows what is around the first robot.
     """
     walls = 1.5 * WALL_THICKNESS * np.array([-1.0, -1.0, 1.0, 1.0])
-    extent = around_robot(recorded.robots[0].motion.at(time)) if view == "follow" else np.add(recorded.extent, walls)
+    extent = around_robot(recorded.motions[0].at(time)) if view == "follow" else np.add(recorded.extent, walls)
     (x0, y0, x1, y1), caption = extent, recorded.caption
     handles = [_handle(layer) for name, layer in caption.legend.items() if caption.shows(name)]
     scene = 0.67 * WIDTH * (y1 - y0) / (x1 - x0)  # its height, inches; the legend takes the rest of the width
@@ -96,14 +92,11 @@ def moment_picture(recorded: RecordedRun, time: float, view: str = "top", width:
 
 
 def _draw_scene(axes: Axes, recorded: RecordedRun, time: float) -> None:
-    """Draw a moment of a run, a time in s, into axes in metres of W: solid shapes, layers, robots."""
+    """Draw a moment of a run, a time in s, into axes in metres of W: solid shapes and layers."""
     _draw_solids(axes, recorded.scene, time)
     for name, shape in recorded.visible(time + FRAME_SLACK).items():
         if recorded.caption.shows(name.removeprefix(f"/{ROOT}/")):
             _draw_shape(axes, shape, time)
-    for robot in reversed(recorded.robots):  # the first on top
-        if robot.color is not None:
-            _draw_robot(axes, robot, time)
 
 
 def _handle(layer: Layer) -> Artist:
@@ -150,17 +143,3 @@ def _draw_shape(axes: Axes, shape: Shape, time: float) -> None:
         outlines = [shapely.get_coordinates(ring) @ R.T + p for ring in rings]
         path = Outline.make_compound_path(*(Outline(outline, closed=True) for outline in outlines))
         axes.add_artist(PathPatch(path, color=color, alpha=opacity, linewidth=seam, joinstyle="round", zorder=order))
-
-
-def _draw_robot(axes: Axes, robot: RobotTrack, time: float) -> None:
-    """A hull of its colour, deck, the bar that shows the heading, and the lidar."""
-    (x, y, yaw), radius, outline = robot.motion.at(time), robot.shape.radius, robot.shape.outline
-    for share, color in ((1.0, robot.color), (DECK, DECK_COLOR)):
-        middle = outline.mean(axis=0)
-        corners = placed(np.array((x, y, yaw)), middle + share * (outline - middle))
-        axes.add_artist(Polygon(corners, facecolor=color, zorder=ROBOT_ORDER))
-    ahead, left = np.array([math.cos(yaw), math.sin(yaw)]), np.array([-math.sin(yaw), math.cos(yaw)])
-    bar_corners = [(0.0, -0.1), (0.8, -0.1), (0.8, 0.1), (0.0, 0.1)]
-    bar = np.array([x, y]) + radius * np.array([a * ahead + b * left for a, b in bar_corners])
-    axes.add_artist(Polygon(bar, facecolor=HEADING_COLOR, zorder=ROBOT_ORDER))
-    axes.add_artist(Circle((x, y), 0.24 * radius, facecolor=LIDAR_COLOR, zorder=ROBOT_ORDER))

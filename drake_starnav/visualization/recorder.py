@@ -20,7 +20,7 @@ from drake_starnav.visualization.meshcat_stage import WORLD_PREFIX, add_scene, q
 from drake_starnav.visualization.meshes import layers_of_run
 from drake_starnav.visualization.page import Cameras, Caption, check_view, with_panel
 from drake_starnav.visualization.star_roadmap_visualizer import StarRoadmapVisualizer
-from drake_starnav.visualization.timeline import RecordedRun, RobotTrack, SceneRecorder, SceneTimeline
+from drake_starnav.visualization.timeline import RecordedRun, SceneRecorder, SceneTimeline
 
 
 class Recorder:
@@ -96,8 +96,7 @@ class Recorder:
             X_WB = np.array(poses.values)
             yaw = np.arctan2(X_WB[:, 1, 0], X_WB[:, 0, 0])
             motion = Motion(np.array(poses.times), np.column_stack((X_WB[:, :2, 3], yaw)))
-        track = RobotTrack(motion, self._scenario.robot.shape)
-        self.recorded = RecordedRun(caption, world.extent, self._scene, self._shapes, (track,))
+        self.recorded = RecordedRun(caption, world.extent, self._scene, self._shapes, (motion,))
 
     def save(
         self,

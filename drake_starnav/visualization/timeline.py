@@ -22,7 +22,6 @@ from pydrake.geometry import (
 from pydrake.systems.framework import Context, EventStatus, LeafSystem
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.geometry.trajectory import Motion
 from drake_starnav.models.drake_meshes import mesh_triangles
 from drake_starnav.station.model_world import shape_vertices
@@ -30,8 +29,6 @@ from drake_starnav.visualization.meshes import Color
 from drake_starnav.visualization.page import Caption, Extent
 from drake_starnav.worlds.footprints import box_vertices, convex_footprint
 
-DECK = 0.55
-"""Of a robot that is not in the scene, radius of its light deck as a share of its hull's."""
 UNPAINTED = (0.9, 0.9, 0.9)
 """Drake's colour of a shape that has none."""
 
@@ -196,42 +193,27 @@ class SceneRecorder(LeafSystem):
 
 
 @dataclass(frozen=True)
-class RobotTrack:
-    """A robot that drives through the scene.
-
-    Attributes:
-        motion: its poses.
-        shape: of its hull.
-        color: of its hull, red, green, blue, 0 to 1; None if its shapes are in the scene.
-    """
-
-    motion: Motion
-    shape: Footprint
-    color: Color | None = None
-
-
-@dataclass(frozen=True)
 class RecordedRun:
     """A recorded run.
 
     Attributes:
         caption: text beside the scene.
         extent: the box of the floor that is shown, W, m.
-        scene: obstacles and all else that is solid.
+        scene: robots, obstacles and all else that is solid.
         shapes: drawings on the floor by their paths in Meshcat, in the order of their creation.
-        robots: the robots; the camera follows the first.
+        motions: of the robots; the camera follows the first.
     """
 
     caption: Caption
     extent: Extent
     scene: SceneTimeline
     shapes: dict[str, Shape]
-    robots: tuple[RobotTrack, ...]
+    motions: tuple[Motion, ...]
 
     @property
     def duration(self) -> float:
         """Time of the last pose, s."""
-        return max(robot.motion.duration for robot in self.robots)
+        return max(motion.duration for motion in self.motions)
 
     def visible(self, time: float) -> dict[str, Shape]:
         """Those of the shapes that are visible at a time, s."""

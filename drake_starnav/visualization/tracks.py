@@ -6,7 +6,16 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from pydrake.geometry import Box, Cylinder, Meshcat, Rgba, Shape
+from pydrake.geometry import (
+    Box,
+    Cylinder,
+    FramePoseVector,
+    GeometryFrame,
+    GeometryInstance,
+    MakePhongIllustrationProperties,
+    Meshcat,
+    Shape,
+)
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.framework import DiagramBuilder
@@ -22,8 +31,7 @@ from drake_starnav.visualization.meshcat_stage import WORLD_PREFIX, MeshcatStage
 from drake_starnav.visualization.page import ROOT, Cameras, Caption
 from drake_starnav.visualization.recorder import finish_recording
 from drake_starnav.visualization.star_roadmap_visualizer import FRAME_SLACK
-from drake_starnav.visualization.timeline import DECK, RecordedRun, RobotTrack, SceneTimeline, Solid, Track
-from drake_starnav.worlds.footprints import cylinder_vertices
+from drake_starnav.visualization.timeline import RecordedRun, SceneTimeline
 from drake_starnav.worlds.moving_obstacles import moving_obstacle_states
 from drake_starnav.worlds.world import World
 
@@ -32,7 +40,7 @@ COLORS: tuple[meshes.Color, ...] = (
     (0.34, 0.71, 0.91), (0.30, 0.30, 0.30),
 )  # fmt: skip
 """Colours of the robots in order, distinguishable for colour-blind readers (Okabe and Ito, 2008)."""
-TRAIL, ROBOT_PATH = "trail", "/robots"
+TRAIL = "trail"
 STACKED = 0.02
 """Height step between robots, m: where several coincide, the first one is on top."""
 
@@ -41,6 +49,18 @@ def trail_layer(name: str, said: str, number: int) -> tuple[str, meshes.Layer]:
     """Name and layer of the trail of a robot, whose number, from 0, decides its colour; `said` is about it."""
     color, height = COLORS[number % len(COLORS)], 0.1 - 0.005 * number
     return f"{TRAIL}/{name}", meshes.Layer(f"{name}: {said}", color, "robot", height)
+
+
+_Part = tuple[Shape, float, float, meshes.Color]
+"""A shape, how far ahead its middle is and how far above the floor, m, and its colour."""
+
+
+class _Body(NamedTuple):
+    """What moves through a scene: its path in Meshcat, its motion, and its parts."""
+
+    name: str
+    motion: Motion
+    parts: Sequence[_Part]
 
 
 class Driven(NamedTuple):
@@ -76,96 +96,86 @@ def record_tracks(
     layers |= {"goal": meshes.LAYERS["goal"]} if not any(each.goals for each in driven) else {}
     layers |= meshes.with_scene({}, world)
     del layers["robot"]  # there are several, each with a row of its own
-    tracks = [
-        RobotTrack(each.motion, each.robot.shape, trail.color) for each, trail in zip(driven, trails, strict=True)
-    ]
-    paths = [f"{ROBOT_PATH}/{each.name}" for each in driven]
-    caption = Caption(scenario.name, (line,), layers, shown)
+    caption, rate = Caption(scenario.name, (line,), layers, shown), parameters.frames_per_second
     of_one = [dataclasses.replace(scenario, robot=each.robot, robots=()) for each in driven]
-    height, meshcat = max(map(obstacle_top, of_one)), quiet_meshcat()
-    scene = _publish_world(meshcat, world, height)
-    stage = MeshcatStage(meshcat, f"/{ROOT}", 1.0 / parameters.frames_per_second, layers)
-    for k, (path, track) in enumerate(zip(paths, tracks, strict=True)):
-        _add_robot(meshcat, path, track, body_top(of_one[k]), STACKED * (len(tracks) - k))
-    meshcat.StartRecording(parameters.frames_per_second, set_visualizations_while_recording=False)
+    bodies = [
+        _robot_body(each, trail.color, body_top(one), STACKED * (len(driven) - k))
+        for k, (each, one, trail) in enumerate(zip(driven, of_one, trails, strict=True))
+    ]
+    meshcat, motions = quiet_meshcat(), tuple(each.motion for each in driven)
+    times = np.arange(0.0, max(motion.duration for motion in motions) + 1.0 / rate, 1.0 / rate)
+    stage = MeshcatStage(meshcat, f"/{ROOT}", 1.0 / rate, layers)
+    meshcat.StartRecording(rate, set_visualizations_while_recording=False)
+    scene = _play(meshcat, world, max(map(obstacle_top, of_one)), bodies, times)
     for layer, each in zip(names, driven, strict=True):
         for place in each.goals:
             stage.add(layer, meshes.goal_star(place, each.robot.radius, world.extent), 0.0)
     if "goal" in layers:
         stage.add("goal", meshes.goal_star(world.goal, driven[0].robot.radius, world.extent), 0.0)
-    recorded = RecordedRun(caption, world.extent, scene, stage.shapes, tuple(tracks))
-    times = np.arange(0.0, recorded.duration + 1e-9, 1.0 / parameters.frames_per_second)
-    _play_moving_obstacles(meshcat, scene, world, height, times)
-    for path, track, name in zip(paths, tracks, names, strict=True):
-        width = meshes.LINE_WIDTH * meshes.mark_scale(world.extent, track.shape.radius)
-        _play(meshcat, stage, track.motion, path, (name, layers[name].height, width), parameters)
-    finish_recording(meshcat, html, caption, Cameras(world.extent, view, paths[0], world.start[:2]))
-    return recorded
+    for each, name in zip(driven, names, strict=True):
+        width = meshes.LINE_WIDTH * meshes.mark_scale(world.extent, each.robot.radius)
+        _add_trail(stage, each.motion, name, (width, layers[name].height), parameters)
+    finish_recording(
+        meshcat, html, caption, Cameras(world.extent, view, f"{WORLD_PREFIX}/{bodies[0].name}", world.start[:2])
+    )
+    return RecordedRun(caption, world.extent, scene, stage.shapes, motions)
 
 
-def _play(
-    meshcat: Meshcat,
-    stage: MeshcatStage,
-    motion: Motion,
-    path: str,
-    trail: tuple[str, float, float],
-    parameters: RecordingParameters,
+def _add_trail(
+    stage: MeshcatStage, motion: Motion, layer: str, size: tuple[float, float], parameters: RecordingParameters
 ) -> None:
-    """Keyframes of one robot at a path in Meshcat, and of its trail: a layer, its height and its width, m."""
-    rate, (layer, height, width) = parameters.frames_per_second, trail
+    """Let the trail of a robot grow, of a width and a height above the floor, m."""
+    rate = parameters.frames_per_second
     times = np.append(np.arange(0.0, motion.duration, 1.0 / rate), motion.duration)
     every = max(round(rate / parameters.scan_rate), 1)
-    poses = np.array([motion.at(float(time)) for time in times])
-    for k, (time, (x, y, yaw)) in enumerate(zip(times, poses, strict=True)):
-        X_WB = RigidTransform(RotationMatrix.MakeZRotation(yaw), [x, y, 0.0])
-        meshcat.SetTransform(path, X_WB, time + FRAME_SLACK)
-        if k > 0 and (k % every == 0 or k == len(times) - 1):
-            points = poses[(k - 1) // every * every : k + 1, :2]
-            stage.add(layer, meshes.ribbon(points, width, height), time + FRAME_SLACK)
+    places = np.array([motion.at(float(time))[:2] for time in times])
+    for k in range(1, len(times)):
+        if k % every == 0 or k == len(times) - 1:
+            stage.add(layer, meshes.ribbon(places[(k - 1) // every * every : k + 1], *size), times[k] + FRAME_SLACK)
 
 
-def _play_moving_obstacles(
-    meshcat: Meshcat, scene: SceneTimeline, world: World, height: float, times: np.ndarray
-) -> None:
+def _play(meshcat: Meshcat, world: World, height: float, bodies: Sequence[_Body], times: np.ndarray) -> SceneTimeline:
+    """Show a world's obstacles, of a height, m, and how they and bodies move at the times, s, also in Meshcat."""
     positions, _ = moving_obstacle_states(world.moving_obstacles, times)
-    for k, radius in enumerate(world.moving_obstacles.radii):
-        path = f"{WORLD_PREFIX}/moving_obstacle_{k}"
-        poses, color = Track(), meshes.MOVING_OBSTACLES.color
-        meshcat.SetObject(path, Cylinder(radius, height), Rgba(*color))
-        scene.solids.append(Solid(cylinder_vertices(radius, height), None, color, poses))
-        for time, (x, y) in zip(times, positions[:, k], strict=True):
-            X_WM = RigidTransform([x, y, 0.5 * height])
-            meshcat.SetTransform(path, X_WM, time + FRAME_SLACK)
-            poses.set(X_WM.GetAsMatrix34(), time)
-
-
-def _publish_world(meshcat: Meshcat, world: World, height: float) -> SceneTimeline:
+    paths, color = np.insert(positions, 2, 0.0, axis=2).swapaxes(0, 1), meshes.MOVING_OBSTACLES.color
+    moving = [
+        _Body(f"moving_obstacle_{k}", Motion(times, path), [(Cylinder(radius, height), 0.0, 0.5 * height, color)])
+        for k, (radius, path) in enumerate(zip(world.moving_obstacles.radii, paths, strict=True))
+    ]
     builder = DiagramBuilder()
     plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.0)
     add_still_obstacles(plant, world, height)
     plant.Finalize()
+    source, motions = scene_graph.RegisterSource("bodies"), {}
+    for name, motion, parts in (*bodies, *moving):
+        frame = scene_graph.RegisterFrame(source, GeometryFrame(name))
+        motions[frame] = motion
+        for k, (shape, ahead, up, color) in enumerate(parts):
+            part = GeometryInstance(RigidTransform([ahead, 0.0, up]), shape, f"{name}_{k}")
+            part.set_illustration_properties(MakePhongIllustrationProperties([*color, 1.0]))
+            scene_graph.RegisterGeometry(source, frame, part)
     add_scene(builder, plant, scene_graph, meshcat, floor_geometries(plant, scene_graph))
-    scene = SceneTimeline(scene_graph)
-    diagram = builder.Build()
+    scene, diagram = SceneTimeline(scene_graph), builder.Build()
     context = diagram.CreateDefaultContext()
-    diagram.ForcedPublish(context)
-    scene.note(scene_graph.get_query_output_port().Eval(scene_graph.GetMyContextFromRoot(context)), 0.0)
+    of_scene = scene_graph.GetMyContextFromRoot(context)
+    for time in times.tolist():
+        context.SetTime(time + FRAME_SLACK)
+        poses = FramePoseVector()
+        for frame, motion in motions.items():
+            x, y, yaw = motion.at(time)
+            poses.set_value(frame, RigidTransform(RotationMatrix.MakeZRotation(yaw), [x, y, 0.0]))
+        scene_graph.get_source_pose_port(source).FixValue(of_scene, poses)
+        diagram.ForcedPublish(context)
+        scene.note(scene_graph.get_query_output_port().Eval(of_scene), time)
     return scene
 
 
-def _add_robot(meshcat: Meshcat, path: str, robot: RobotTrack, height: float, above: float) -> None:
+def _robot_body(driven: Driven, color: meshes.Color, height: float, above: float) -> _Body:
     """A hull of its colour and height with a light deck, a bar ahead and a lidar, `above` the floor, m."""
-    shape, radius, top = robot.shape, robot.shape.radius, above + height
-    color, middle = robot.color or meshes.SHELL_COLOR, [0.0, 0.0, top - 0.5 * height]
-    hulls = [upright_prism(part, height, path) for part in shape.parts] or [Cylinder(radius, height)]
-    parts: dict[str, tuple[Shape, list[float], meshes.Color]] = {
-        **{f"hull_{k}": (hull, middle, color) for k, hull in enumerate(hulls)},
-        "deck": (Cylinder(DECK * radius, 0.004), [0.0, 0.0, top], meshes.DECK_COLOR),
-        "heading": (Box(0.8 * radius, 0.2 * radius, 0.008), [0.4 * radius, 0.0, top], meshes.HEADING_COLOR),
-        "lidar": (Cylinder(0.24 * radius, 0.016), [0.0, 0.0, top], meshes.LIDAR_COLOR),
-    }
-    if not shape.is_disc:
-        del parts["deck"]
-    for name, (part, position, rgb) in parts.items():
-        meshcat.SetObject(f"{path}/{name}", part, Rgba(*rgb))
-        meshcat.SetTransform(f"{path}/{name}", RigidTransform(position))
+    shape, radius, top = driven.robot.shape, driven.robot.shape.radius, above + height
+    hulls = [upright_prism(part, height, driven.name) for part in shape.parts] or [Cylinder(radius, height)]
+    parts = [(hull, 0.0, top - 0.5 * height, color) for hull in hulls]
+    parts += [(Cylinder(0.55 * radius, 0.004), 0.0, top, meshes.DECK_COLOR)] if shape.is_disc else []
+    parts += [(Box(0.8 * radius, 0.2 * radius, 0.008), 0.4 * radius, top, meshes.HEADING_COLOR)]
+    parts += [(Cylinder(0.24 * radius, 0.016), 0.0, top, meshes.LIDAR_COLOR)]
+    return _Body(f"robots/{driven.name}", driven.motion, parts)

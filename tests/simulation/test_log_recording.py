@@ -36,7 +36,7 @@ def logged(path, text="{}", seconds=4.0) -> BareRobot:
 def test_the_robot_is_where_it_was(tmp_path, robot) -> None:
     driven = logged(tmp_path / "run.mcap", robot)
     recorded = record_log(tmp_path / "run.mcap", tmp_path / "run.html")
-    motion = recorded.robots[0].motion
+    motion = recorded.motions[0]
     assert math.dist(motion.poses[0, :2], POSTS.start[:2]) < 0.05
     assert math.dist(motion.poses[-1, :2], driven.pose[:2]) < 0.15
     assert recorded.duration == pytest.approx(4.0, abs=0.1)

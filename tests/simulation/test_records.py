@@ -8,11 +8,13 @@ import pytest
 
 from drake_starnav.geometry.trajectory import Motion
 from drake_starnav.loading import parse_scenario
+from drake_starnav.robot import RobotParameters
 from drake_starnav.simulation.records import driven_record, record_comparison, robots_record
 from drake_starnav.simulation.robots import RobotTrial
 from drake_starnav.simulation.run import run_trial
 from drake_starnav.simulation.trial import trial_record
 from drake_starnav.visualization.plot import moment_picture
+from drake_starnav.visualization.tracks import COLORS
 from tests.helpers.browser import BrowserCamera, browser_missing
 from tests.helpers.camera import floor_to_page, plotted
 
@@ -65,7 +67,7 @@ def test_who_arrives_last_or_not_at_all_decides(alone: dict, ends: list[tuple[st
 
 POST = "world: !Obstacles {bounds: [-1, -2, 5, 2], cylinders: [[1.5, 0.1, 0.3]], goal: [3.5, 0.0]}\n"
 METHODS = ("star", "star_paper")
-TIME = 4.0
+TIME, RADIUS = 4.0, RobotParameters().radius
 
 
 @pytest.fixture(scope="module")
@@ -77,16 +79,16 @@ def compared(tmp_path_factory):
 
 def test_plot_shows_robots_where_logged(compared) -> None:
     recorded, _ = compared
-    first, second = (robot.motion.at(TIME)[:2] for robot in recorded.robots)
+    first, second = (motion.at(TIME)[:2] for motion in recorded.motions)
     assert np.hypot(*(first - second)) > 0.3
     layers = recorded.visible(TIME)
     assert len(layers) > 2 * TIME  # trails
     picture = moment_picture(recorded, TIME)
     image = np.asarray(picture, dtype=float) / 255.0
-    for robot in recorded.robots:
+    for motion, color in zip(recorded.motions, COLORS, strict=False):
         for side in (-0.8, 0.8):
-            place = robot.motion.at(TIME)[:2] + (0.0, side * robot.shape.radius)
-            assert image[plotted(recorded, place, picture)] == pytest.approx(robot.color, abs=0.02)
+            place = motion.at(TIME)[:2] + (0.0, side * RADIUS)
+            assert image[plotted(recorded, place, picture)] == pytest.approx(color, abs=0.02)
 
 
 @pytest.mark.slow
@@ -98,10 +100,10 @@ def test_browser_shows_robots_where_logged(compared) -> None:
         image = np.asarray(camera.picture(TIME), dtype=float) / 255.0
         text = camera.page.inner_text("#starnav-panel")
     matrix, offset = floor_to_page(recorded.extent)
-    for robot in recorded.robots:
-        column, row = np.round(matrix @ robot.motion.at(TIME)[:2] + offset).astype(int)
-        ring = round(0.8 * robot.shape.radius * np.sqrt(abs(np.linalg.det(matrix))))
+    for motion, color in zip(recorded.motions, COLORS, strict=False):
+        column, row = np.round(matrix @ motion.at(TIME)[:2] + offset).astype(int)
+        ring = round(0.8 * RADIUS * np.sqrt(abs(np.linalg.det(matrix))))
         for place in (row - ring, row + ring):
-            assert image[place, column] == pytest.approx(robot.color, abs=0.13)
+            assert image[place, column] == pytest.approx(color, abs=0.13)
     assert all(layer.label in text for layer in recorded.caption.legend.values())
     assert text.index("star: reached in") < text.index("star_paper: ")

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from drake_starnav.cli.record import record
+from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.scenario_file import parse_scenario
 from drake_starnav.simulation.run import run_trial
 from drake_starnav.visualization.meshes import LAYERS, selected_layers
@@ -35,8 +36,8 @@ def test_axes_are_in_metres_and_equal(recorded) -> None:
     order = ON_TOP + 100.0 * LAYERS["footprint"].height
     (rim,) = [patch for patch in axes.patches if patch.get_zorder() == order]
     corners = rim.get_path().get_extents().get_points()
-    assert corners.mean(axis=0) == pytest.approx(recorded.robots[0].motion.at(2.0)[:2], abs=0.01)
-    assert corners[1] - corners[0] == pytest.approx(2.0 * recorded.robots[0].shape.radius, abs=0.01)
+    assert corners.mean(axis=0) == pytest.approx(recorded.motions[0].at(2.0)[:2], abs=0.01)
+    assert corners[1] - corners[0] == pytest.approx(2.0 * RobotParameters().radius, abs=0.01)
 
 
 def test_the_legend_has_room_for_its_text(recorded) -> None:

@@ -130,7 +130,7 @@ def test_still_shows_own_bodies_in_place(recorded, time: float) -> None:
         ((1.0, -1.5 + time), RED),
     ):
         assert image[plotted(recorded.recorded, place, picture)] == pytest.approx(color, abs=0.02)
-    assert recorded.recorded.robots[0].motion.at(time)[:2] == pytest.approx((SPEED * time, 0.0), abs=0.05)
+    assert recorded.recorded.motions[0].at(time)[:2] == pytest.approx((SPEED * time, 0.0), abs=0.05)
 
 
 @pytest.mark.slow
