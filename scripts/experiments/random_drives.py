@@ -12,6 +12,7 @@ import json
 import math
 import tempfile
 import time
+import warnings
 from collections import Counter
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
@@ -217,13 +218,14 @@ def with_frames(model: str, mounts: dict[str, Mount], folder: Path) -> Path:
 def driven(seed: int, commands: int = 0) -> dict[str, Any]:
     """The record of the drive of a seed, or of so many random commands.
 
-    Its outcome is `refused` where the parameters are not allowed together, and `crash` after any other exception.
+    Its outcome is `refused` where the parameters are not allowed together, or a warning says that it may hit what its
+    lidars look over; and `crash` after any other exception.
     """
     case = drawn(seed)
     record = {"seed": seed, "scenario": case.scenario, "set": case.overrides, "mounts": case.mounts}
     try:
         return {**record, **(commanded(case, seed, commands) if commands else navigated(case, seed))}
-    except StarnavError as error:
+    except (StarnavError, UserWarning) as error:
         return {**record, "outcome": "refused", "why": str(error)}
     except Exception as error:
         return {**record, "outcome": "crash", "why": f"{type(error).__name__}: {error}"}
@@ -235,7 +237,9 @@ def navigated(case: Case, seed: int) -> dict[str, Any]:
         model, own = case.overrides[0].partition("=")[2], []
         if case.mounts:
             own.append(f"robot.model={with_frames(model, case.mounts, Path(folder))}")
-        trial = run_trial(load_scenario(case.scenario, overrides=[*case.overrides, *own]), seed=seed)
+        with warnings.catch_warnings():
+            warnings.filterwarnings("error", ".*may hit what its lidar")
+            trial = run_trial(load_scenario(case.scenario, overrides=[*case.overrides, *own]), seed=seed)
     figures = {"time_s": trial.time_s, "path_m": trial.path_length_m, "min_clearance_m": trial.min_clearance_m}
     return {"outcome": trial.outcome, "contact": trial.contact, **figures}
 
