@@ -41,9 +41,20 @@ def closed(state: PlannerState, way: np.ndarray, inputs: PlannerInput) -> Planne
 
 
 def reopened(state: PlannerState, inputs: PlannerInput) -> PlannerState:
-    """The state without closures, with whole regions, in doubt: from then on looking in vain closes nothing."""
+    """The state without the closures in which the robot stands, for it has come there; else without any, in doubt.
+
+    From then on looking in vain closes nothing. Regions are whole again but for what is still closed.
+    """
+    size = CLOSED * inputs.robot_radius
+    left = state.closures[np.hypot(*(state.closures - inputs.position).T) > size]
+    doubting = state.doubting or len(left) == len(state.closures)
+    if len(left) == len(state.closures):
+        left = left[:0]
     roadmap = refitted(state.roadmap, inputs.margins, inputs.robot_radius)
-    state = dataclasses.replace(state, roadmap=roadmap, closures=state.closures[:0], doubting=True)
+    if len(left):
+        regions = [clear_of(region, left, size) for region in roadmap.regions]
+        roadmap = revised(roadmap, regions, inputs.margins, inputs.robot_radius)
+    state = dataclasses.replace(state, roadmap=roadmap, closures=left, doubting=doubting)
     latest = len(roadmap) > 0 and roadmap.nodes[-1].scan is inputs.observation.scan
     return state if latest else with_latest(state, inputs)
 

@@ -254,8 +254,7 @@ def _searched(
         here = open_part(state, region)
         route = find_route(state, here, inputs)
         if route is None and not first and (len(state.closures) or not state.doubting):
-            state = reopened(state, inputs)
-            route = find_route(state, region, inputs)
+            return _searched(reopened(state, inputs), first, boxed_in, inputs)
         if route is None or route.exit is None:
             break
         viewpoint, probe = route.exit
