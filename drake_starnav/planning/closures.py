@@ -7,7 +7,7 @@ import numpy as np
 
 from drake_starnav.geometry.polyline import arc_lengths, distance_to_segment
 from drake_starnav.planning.distance_grid import HIT_ERROR
-from drake_starnav.planning.impassable import narrowest_place
+from drake_starnav.planning.impassable import narrowest_gap
 from drake_starnav.planning.roadmap import CLOSED, extended, refitted, revised
 from drake_starnav.planning.state import EMPTY_PATH, PlannerInput, PlannerState
 from drake_starnav.surroundings.erosion import smoothed_distances
@@ -30,31 +30,30 @@ def open_part(state: PlannerState, region: StarRegion) -> StarRegion:
 
 def closed(state: PlannerState, way: np.ndarray, inputs: PlannerInput) -> PlannerState:
     """The state in which a way (k, 2) on from the robot is closed at its narrowest place, and without a path."""
-    place, size = _place_to_close(way, inputs), CLOSED * inputs.robot_radius
+    places, size = _places_to_close(way, inputs), CLOSED * inputs.robot_radius
     regions = [
-        clear_of(region, place[None], size) if math.dist(region.center, place) > size else None
+        clear_of(region, places, size) if np.hypot(*(places - region.center).T).min() > size else None
         for region in state.roadmap.regions
     ]
     roadmap = revised(state.roadmap, regions, inputs.margins, inputs.robot_radius)
-    state = dataclasses.replace(state, roadmap=roadmap, closures=np.vstack((state.closures, place)), path=EMPTY_PATH)
+    state = dataclasses.replace(state, roadmap=roadmap, closures=np.vstack((state.closures, places)), path=EMPTY_PATH)
     return state if len(roadmap) else with_latest(state, inputs)
 
 
 def reopened(state: PlannerState, inputs: PlannerInput) -> PlannerState:
-    """The state without the closures in which the robot stands, for it has come there; else without any, in doubt.
+    """The state without the closures in which the robot stands: they only seem to shut it in, as it has come there.
 
-    From then on looking in vain closes nothing. Regions are whole again but for what is still closed.
+    If it stands in none, without any, in doubt: from then on looking in vain closes nothing. Regions are whole again
+    but for what stays closed.
     """
     size = CLOSED * inputs.robot_radius
-    left = state.closures[np.hypot(*(state.closures - inputs.position).T) > size]
-    doubting = state.doubting or len(left) == len(state.closures)
-    if len(left) == len(state.closures):
-        left = left[:0]
+    within = np.hypot(*(state.closures - inputs.position).T) <= size
+    kept = state.closures[~within] if within.any() else EMPTY_PATH
     roadmap = refitted(state.roadmap, inputs.margins, inputs.robot_radius)
-    if len(left):
-        regions = [clear_of(region, left, size) for region in roadmap.regions]
-        roadmap = revised(roadmap, regions, inputs.margins, inputs.robot_radius)
-    state = dataclasses.replace(state, roadmap=roadmap, closures=left, doubting=doubting)
+    regions = [clear_of(region, kept, size) for region in roadmap.regions]
+    roadmap = revised(roadmap, regions, inputs.margins, inputs.robot_radius)
+    doubting = state.doubting or not within.any()
+    state = dataclasses.replace(state, roadmap=roadmap, closures=kept, doubting=doubting)
     latest = len(roadmap) > 0 and roadmap.nodes[-1].scan is inputs.observation.scan
     return state if latest else with_latest(state, inputs)
 
@@ -72,18 +71,27 @@ def with_latest(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     )
 
 
-def _place_to_close(way: np.ndarray, inputs: PlannerInput) -> np.ndarray:
-    """Where a way (k, 2) on from the robot is narrowest between hits, or just ahead if nowhere narrow; shape (2,)."""
+def _places_to_close(way: np.ndarray, inputs: PlannerInput) -> np.ndarray:
+    """Where a way (k, 2) on from the robot is narrowest between hits, or just ahead if nowhere narrow; shape (n, 2).
+
+    Off the middle, too, where the axis of a robot that is no disc may pass.
+    """
     position, scan, margins = inputs.position, inputs.observation.scan, inputs.margins
-    radius, away = inputs.robot_radius, AWAY * inputs.robot_radius
+    radius, away, size = inputs.robot_radius, AWAY * inputs.robot_radius, CLOSED * inputs.robot_radius
     line = np.vstack((position, way))
     ahead = line[: 1 + max(int(np.searchsorted(arc_lengths(line)[1:], AHEAD * radius)), 1)]
     hits = scan.points_at(smoothed_distances(scan, margins.smoothing_slack), scan.hits, inputs.observation.pose)
-    place = narrowest_place(hits, ahead, 2.0 * (radius + margins.preferred + HIT_ERROR * radius))
-    if place is not None and math.dist(place, position) >= away:
-        return place
+    gap = narrowest_gap(hits, ahead, 2.0 * (inputs.swept_radius + margins.preferred + HIT_ERROR * radius))
     step = line[1] - position
-    return position + step * (away / max(float(np.hypot(*step)), 1e-9))
+    places = (position + step * (away / max(float(np.hypot(*step)), 1e-9)))[None]
+    if gap is None:
+        return places
+    width = math.dist(*gap)
+    off = max(0.5 * width - radius - 0.5 * size, 0.0) / width
+    shares = np.linspace(0.5 - off, 0.5 + off, 1 + math.ceil(2.0 * off * width / size))
+    across = gap[0] + shares[:, None] * (gap[1] - gap[0])
+    clear = np.hypot(*(across - position).T) >= away
+    return across if clear.all() else np.vstack((across[clear], places))
 
 
 def too_narrow(state: PlannerState, inputs: PlannerInput) -> np.ndarray:
@@ -95,8 +103,8 @@ def too_narrow(state: PlannerState, inputs: PlannerInput) -> np.ndarray:
     robot and the place between those two.
     """
     hits, way = _confirmed_hits(state, inputs), np.vstack((inputs.position, state.path, state.optimistic_path))
-    narrow = narrowest_place(hits, way, 2.0 * inputs.robot_radius)
-    return EMPTY_PATH if narrow is None else np.vstack((hits, narrow))
+    narrow = narrowest_gap(hits, way, 2.0 * inputs.robot_radius)
+    return EMPTY_PATH if narrow is None else np.vstack((hits, narrow.mean(axis=0)))
 
 
 def hidden(state: PlannerState, viewpoint: np.ndarray, probe: np.ndarray, inputs: PlannerInput) -> bool:

@@ -73,8 +73,8 @@ def bridged_ends(beams, distance, place, diameter):
     return out
 
 
-def narrowest_place(points: np.ndarray, way: np.ndarray, width: float) -> np.ndarray | None:
-    """The middle, shape (2,), between the two of some points (n, 2) that are nearest to each other across a way (k, 2).
+def narrowest_gap(points: np.ndarray, way: np.ndarray, width: float) -> np.ndarray | None:
+    """The two of some points (n, 2), shape (2, 2), that are nearest to each other across a way (k, 2).
 
     None if no two on both sides of the way are nearer than `width`. All in m, in one frame.
     """
@@ -90,7 +90,7 @@ def narrowest_place(points: np.ndarray, way: np.ndarray, width: float) -> np.nda
         squared = np.where(across, to_x * to_x + to_y * to_y, np.inf)
         if squared.size and squared.min() < least:
             i, j = divmod(int(squared.argmin()), len(theirs))
-            nearest, least = 0.5 * (ours[i] + theirs[j]), float(squared[i, j])
+            nearest, least = np.stack((ours[i], theirs[j])), float(squared[i, j])
     return nearest
 
 

@@ -245,8 +245,8 @@ def _searched(
 ) -> tuple[PlannerState, Route | None]:
     """The state and the route in it. An exit at which the robot stands is closed if what is beyond it is hidden.
 
-    As long as it is neither seen nor shown to be hidden, the robot drives on towards it. Where no way is left, all that
-    was closed is opened again, once more to be tried.
+    As long as it is neither seen nor shown to be hidden, the robot drives on towards it. Where no way is left, what was
+    closed is opened again, once more to be tried.
     """
     region, route = inputs.observation.region, None
     assert region is not None

@@ -16,7 +16,7 @@ from drake_starnav.surroundings.star_region import scan_region
 from drake_starnav.worlds.world import World
 from tests.helpers.path_follower import BAFFLES, PERIOD, VAULT, drive
 from tests.helpers.scans import MARGINS, RADIUS, cast, noisy
-from tests.planning.test_manoeuvre import DOOR, SHAPE, body
+from tests.planning.test_manoeuvre import DOOR, SHAPE, SHAPES, body
 
 PARAMETERS = PlannerParameters()
 
@@ -73,6 +73,37 @@ def test_the_way_of_a_robot_that_is_no_disc_is_closed_whichever_way_it_faces():
     given_up, others = plan_step(shuttling, later), plan_step(first, later)
     assert given_up.doubting and not others.doubting  # it was the only way
     assert not given_up.manoeuvring.gives_up
+
+
+@pytest.mark.parametrize("shape", ["T", "L", "rectangle"])
+def test_a_gap_in_which_a_polygon_has_failed_is_closed_from_side_to_side(shape):
+    """Wherever its narrowest disc would pass; where the robot stands in the gap's mouth, what is not at its axis."""
+    robot = SHAPES[shape]
+    half, pose = robot.radius - 0.02, np.array((0.2, 0.0, 0.4))
+    for x in (0.2, 0.9):
+        world, pose[0] = wall_with_door(half), x
+        scan = cast(world, pose, beams=720)
+        seen = Observation(scan_region(scan, pose, robot.narrow, MARGINS), scan, pose)
+        goal, own = np.array(world.goal), body(world, pose, robot)
+        now = PlannerInput(seen, pose[:2], goal, 0.0, PARAMETERS, MARGINS, robot.narrow, body=own)
+        after = closed(plan_step(PlannerState.initial(PARAMETERS, robot.narrow), now), goal[None], now)
+        sides = np.linspace(-half + robot.narrow, half - robot.narrow, 20)
+        away = np.hypot(after.closures[:, :1] - 1.0, after.closures[:, 1:] - sides).min(axis=0)
+        assert ((away < CLOSED * robot.narrow) | (np.hypot(x - 1.0, sides) < 2.0 * robot.narrow)).all()
+        assert (np.hypot(*(after.closures - pose[:2]).T) > CLOSED * robot.narrow).all()
+
+
+def test_a_closure_into_which_the_robot_has_come_does_not_shut_it_in():
+    """It is opened; the others stay, and the plan is not in doubt."""
+    start = np.array(BAFFLES.start)
+    now = moment_at(BAFFLES, start, np.random.default_rng(0), noise=0.0)
+    first = plan_step(PlannerState.initial(PARAMETERS, RADIUS), now)
+    other = np.array((0.0, 1.2))
+    closures = np.array(((0.1, 0.0), other)) + start[:2]
+    after = plan_step(dataclasses.replace(first, closures=closures, path=first.path[:0]), now._replace(time=0.1))
+    assert len(after.path) and not after.doubting
+    np.testing.assert_array_equal(after.closures, closures[1:])
+    assert not after.roadmap.union.contains(ring(closures[1], 0.95 * CLOSED * RADIUS)).any()
 
 
 def test_a_passage_that_cannot_be_driven_is_left_for_another():
