@@ -114,28 +114,28 @@ def manoeuvring(
         body: the robot.
         patience: a manoeuvre is given up if no pose of it is reached for so long, s.
     """
-    now = before._replace(begun=before.begun[:0], gives_up=False) if before.gives_up else before
-    now, unit = _wound(now, path, pose, body.footprint.radius), body.footprint.radius
+    after = before._replace(begun=before.begun[:0], gives_up=False) if before.gives_up else before
+    after, unit = _wound(after, path, pose, body.footprint.radius), body.footprint.radius
     if not len(path) or _moved(before, pose, unit):
-        now = now._replace(pose=pose.copy(), still=time)
-    if len(now.poses):
-        passed = reached(pose, now.poses, body.base, unit)
-        if passed == len(now.poses) or not len(path) or is_roomy(pose, path, body):
-            return now._replace(poses=NO_POSES, still=time)
+        after = after._replace(pose=pose.copy(), still=time)
+    if len(after.poses):
+        passed = reached(pose, after.poses, body.base, unit)
+        if passed == len(after.poses) or not len(path) or is_roomy(pose, path, body):
+            return after._replace(poses=NO_POSES, still=time)
         if passed:
-            return now._replace(poses=now.poses[passed:], since=time)
-        if time - now.since < patience and time - now.still < 2.0 * body.stuck:
-            return now
-        now = now._replace(poses=NO_POSES)
-    if time - now.still < body.stuck and abs(now.wound) < CIRCLED:
-        return now
-    now = now._replace(wound=0.0)
-    tries = int((np.hypot(*(now.begun - pose[:2]).T) < SAME_PLACE * unit).sum())
+            return after._replace(poses=after.poses[passed:], since=time)
+        if time - after.since < patience and time - after.still < 2.0 * body.stuck:
+            return after
+        after = after._replace(poses=NO_POSES)
+    if time - after.still < body.stuck and abs(after.wound) < CIRCLED:
+        return after
+    after = after._replace(wound=0.0)
+    tries = int((np.hypot(*(after.begun - pose[:2]).T) < SAME_PLACE * unit).sum())
     if tries >= TRIES:
-        return now._replace(still=time, gives_up=True)
-    begun = np.vstack((now.begun[1 - REMEMBERED :], pose[:2]))
+        return after._replace(still=time, gives_up=True)
+    begun = np.vstack((after.begun[1 - REMEMBERED :], pose[:2]))
     poses = found_manoeuvre(pose, path, body, tries)
-    return now._replace(poses=poses, since=time, still=time, begun=begun)
+    return after._replace(poses=poses, since=time, still=time, begun=begun)
 
 
 def docking(
@@ -146,24 +146,24 @@ def docking(
     Where no way is found, it waits longer each time. Arguments as of `manoeuvring`; `dock` is (x, y, yaw) of the goal,
     W, and its tolerance, m: a robot that turns on the spot gets to the very place.
     """
-    now, turns = before._replace(gives_up=False), body.base.turns_on_the_spot
+    after, turns = before._replace(gives_up=False), body.base.turns_on_the_spot
     if _moved(before, pose, body.footprint.radius):
-        now = now._replace(pose=pose.copy(), still=time if turns else now.still)
-    if len(now.poses):
-        passed = reached(pose, now.poses, body.base, body.footprint.radius)
-        if passed < len(now.poses) and (passed or time - now.since < patience):
-            return now._replace(poses=now.poses[passed:], since=time if passed else now.since)
-        now = now._replace(poses=NO_POSES, still=time)
-    near = now.begun[np.hypot(*(now.begun - pose[:2]).T) < REACH * body.footprint.radius]
+        after = after._replace(pose=pose.copy(), still=time if turns else after.still)
+    if len(after.poses):
+        passed = reached(pose, after.poses, body.base, body.footprint.radius)
+        if passed < len(after.poses) and (passed or time - after.since < patience):
+            return after._replace(poses=after.poses[passed:], since=time if passed else after.since)
+        after = after._replace(poses=NO_POSES, still=time)
+    near = after.begun[np.hypot(*(after.begun - pose[:2]).T) < REACH * body.footprint.radius]
     docked = abs(math.remainder(dock[2] - pose[2], 2.0 * math.pi)) < DOCKED
     docked = docked and not (turns and math.dist(dock[:2], pose[:2]) >= dock[3])
-    if docked or time - now.still < body.stuck * (1 + len(near)):
-        return now
+    if docked or time - after.still < body.stuck * (1 + len(near)):
+        return after
     wanted = np.array([(*dock[:3], 0.0 if turns else AT_HEADING, 0.0)])
     if turns:  # or beside it, where the walls leave more room
         wanted = np.vstack((wanted, wanted + DOCKS * dock[3]))
     poses = _found(pose, wanted, body, len(near))
-    return now._replace(poses=poses, since=time, still=time, begun=np.vstack((near[1 - REMEMBERED :], pose[:2])))
+    return after._replace(poses=poses, since=time, still=time, begun=np.vstack((near[1 - REMEMBERED :], pose[:2])))
 
 
 def _moved(before: Manoeuvring, pose: np.ndarray, unit: float) -> bool:
@@ -174,14 +174,14 @@ def _moved(before: Manoeuvring, pose: np.ndarray, unit: float) -> bool:
     return abs(math.remainder(pose[2] - yaw, 2.0 * math.pi)) > TURNED
 
 
-def _wound(now: Manoeuvring, path: np.ndarray, pose: np.ndarray, unit: float) -> Manoeuvring:
-    """With what is left of the path (k, 2), and the turns since it was least; a path to elsewhere begins anew."""
+def _wound(before: Manoeuvring, path: np.ndarray, pose: np.ndarray, unit: float) -> Manoeuvring:
+    """The same with what is left of the path (k, 2), and the turns since that was least; another path begins anew."""
     if not len(path):
-        return now._replace(nearest=math.inf, wound=0.0)
+        return before._replace(nearest=math.inf, wound=0.0)
     left, end = float(arc_lengths(np.vstack((pose[:2], path)))[-1]), (*path[-1], pose[2])
-    if left < now.nearest - MOVED * unit or not math.dist(path[-1], now.end[:2]) < SAME_PLACE * unit:
-        return now._replace(nearest=left, wound=0.0, end=end)
-    return now._replace(wound=now.wound + math.remainder(pose[2] - now.end[2], 2.0 * math.pi), end=end)
+    if left < before.nearest - MOVED * unit or not math.dist(path[-1], before.end[:2]) < SAME_PLACE * unit:
+        return before._replace(nearest=left, wound=0.0, end=end)
+    return before._replace(wound=before.wound + math.remainder(pose[2] - before.end[2], 2.0 * math.pi), end=end)
 
 
 def is_roomy(pose: np.ndarray, path: np.ndarray, body: Body) -> bool:

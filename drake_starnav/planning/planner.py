@@ -85,11 +85,11 @@ def _manoeuvred(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     pose, patience = inputs.observation.pose, inputs.parameters.progress_timeout
     if math.isfinite(inputs.heading):
         dock = np.array((*inputs.goal, inputs.heading, inputs.goal_tolerance))
-        now = docking(state.manoeuvring, dock, pose, inputs.time, inputs.body, patience)
-        return dataclasses.replace(state, manoeuvring=now)
+        after = docking(state.manoeuvring, dock, pose, inputs.time, inputs.body, patience)
+        return dataclasses.replace(state, manoeuvring=after)
     path = EMPTY_PATH if _may_stand(state, inputs) else state.path
-    now = manoeuvring(state.manoeuvring, path, pose, inputs.time, inputs.body, patience)
-    return dataclasses.replace(state, manoeuvring=now)
+    after = manoeuvring(state.manoeuvring, path, pose, inputs.time, inputs.body, patience)
+    return dataclasses.replace(state, manoeuvring=after)
 
 
 def check_beams(roadmap: StarRoadmap, observation: Observation) -> None:

@@ -139,11 +139,11 @@ def roll_out(pose: np.ndarray, twist: np.ndarray, target: np.ndarray, actuation:
         target: that is commanded, within the robot's limits.
         actuation: what commands do.
     """
-    does, samples = actuation.numbers, np.empty((SAMPLES, 6))  # made here, as Numba takes longer to hand out an array
-    count, commanded, braking, grips = sample(pose, twist, target, does, samples)
+    numbers, samples = actuation.numbers, np.empty((SAMPLES, 6))  # made here: Numba takes longer to hand out an array
+    count, commanded, braking, grips = sample(pose, twist, target, numbers, samples)
     if count > SAMPLES:
         samples = np.empty((count, 6))
-        sample(pose, twist, target, does, samples)
+        sample(pose, twist, target, numbers, samples)
     return Motion(samples[:count], commanded, braking, grips, actuation.footprint)
 
 
@@ -217,9 +217,9 @@ def slides(v, omega, limits):
 
 
 @njit(cache=True)
-def sample(pose, twist, target, does, samples):
+def sample(pose, twist, target, numbers, samples):
     """`roll_out` by `Actuation.numbers`, into `samples`: how many it has, room or not, and the rest of a `Motion`."""
-    (delay, hold, lever, spacing), limits = does[:4], Limits(*does[4:])
+    (delay, hold, lever, spacing), limits = numbers[:4], Limits(*numbers[4:])
     legs, begins = np.empty((3, 4)), np.empty(3, np.int64)
     now, wanted = velocity_of(twist), velocity_of(target)
     legs[0] = now.ahead, now.aside, now.turning, delay

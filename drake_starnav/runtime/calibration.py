@@ -46,7 +46,7 @@ def observed(log: Log, scenario: Scenario) -> Observed:
     """What came in and was commanded; a `StarnavError` where that is too little."""
     lidars: list[list[tuple[float, LaserScan]]] = [[] for _ in scenario.all_lidars]
     rows: list[Odometry] = []
-    told: list[Told] = []
+    commands: list[Told] = []
     took: list[float] = []
     for (now, came, odometry, _), command, sent in log.ticks:
         took.append(sent)
@@ -55,23 +55,23 @@ def observed(log: Log, scenario: Scenario) -> Observed:
         for row in filter(None, odometry):
             if all(map(math.isfinite, row)) and (not rows or row.time > rows[-1].time):
                 rows.append(row)
-        told.append(Told.of(now, command.twist, scenario.robot.limits))
+        commands.append(Told.of(now, command.twist, scenario.robot.limits))
     least, scans = min(map(len, lidars)), tuple(map(tuple, lidars))
     if least < ENOUGH or len(rows) < ENOUGH:
         raise StarnavError(
             f"the log has {counted(least, 'scan')} and {counted(len(rows), 'pose')}; allowed: at least {ENOUGH} of each"
         )
-    return Observed(scenario, scans[0], tuple(rows), tuple(told), tuple(took), scans)
+    return Observed(scenario, scans[0], tuple(rows), tuple(commands), tuple(took), scans)
 
 
-def lidar_of(seen: Observed) -> dict[str, float]:
+def lidar_of(logged: Observed) -> dict[str, float]:
     """Beams, limits, rate, noise, lost beams and delay of the lidar, by the keys of `lidar`."""
-    times = np.array([scan.time for _, scan in seen.scans])
+    times = np.array([scan.time for _, scan in logged.scans])
     several = min(len(times) - 1, ENOUGH)  # as they may come by the raster of something else
-    late = np.array([came - scan.time for came, scan in seen.scans])
-    last = seen.scans[-1][1]
-    ranges = np.array([scan.ranges for _, scan in seen.scans if len(scan.ranges) == len(last.ranges)])
-    period = 1.0 / seen.scenario.controller.rate  # a scan waits up to this long for a step: no delay of its own
+    late = np.array([came - scan.time for came, scan in logged.scans])
+    last = logged.scans[-1][1]
+    ranges = np.array([scan.ranges for _, scan in logged.scans if len(scan.ranges) == len(last.ranges)])
+    period = 1.0 / logged.scenario.controller.rate  # a scan waits up to this long for a step: no delay of its own
     turn = last.angle_min + len(last.ranges) * last.angle_increment if last.full_circle else last.angle_max
     return {
         "beams": len(last.ranges),
@@ -80,19 +80,19 @@ def lidar_of(seen: Observed) -> dict[str, float]:
         "range_min": round(last.range_min, 4),
         "range_max": round(last.range_max, 4),
         "rate": float(f"{several / np.median(times[several:] - times[:-several]):.3g}"),
-        "noise": _up(range_noise(seen)),
+        "noise": _up(range_noise(logged)),
         "dropout": _up(float(np.isnan(ranges).mean())),
         "delay": _up(max(float(np.quantile(late, 0.99)) - period, 0.0)),
     }
 
 
-def range_noise(seen: Observed) -> float:
+def range_noise(logged: Observed) -> float:
     """Standard deviation of ranges while the robot stands, m, the median of all beams; NaN where it never does."""
-    times = np.array([row.time for row in seen.rows])
-    moves = np.array([max(abs(row.v), abs(row.aside), abs(row.omega)) > STILL for row in seen.rows])
+    times = np.array([row.time for row in logged.rows])
+    moves = np.array([max(abs(row.v), abs(row.aside), abs(row.omega)) > STILL for row in logged.rows])
     still: list[np.ndarray] = []
     best = math.nan
-    for _, scan in (*seen.scans, (0.0, None)):
+    for _, scan in (*logged.scans, (0.0, None)):
         around = slice(0, 0) if scan is None else slice(*np.searchsorted(times, (scan.time - 0.2, scan.time + 0.2)))
         if scan is not None and not moves[around].any() and len(times[around]):
             still.append(scan.ranges)
@@ -105,16 +105,16 @@ def range_noise(seen: Observed) -> float:
     return best
 
 
-def mask_of(seen: Observed) -> list[list[float]] | None:
+def mask_of(logged: Observed) -> list[list[float]] | None:
     """Where the lidar sees the robot, as of `lidar.mask`; None: unknown, as the robot hardly moved."""
-    last, radius = seen.scans[-1][1], seen.scenario.robot.radius
-    if np.ptp([row[1:3] for row in seen.rows], axis=0).max() < 2.0 * radius:
+    last, radius = logged.scans[-1][1], logged.scenario.robot.radius
+    if np.ptp([row[1:3] for row in logged.rows], axis=0).max() < 2.0 * radius:
         return None  # what stands about it looks the same
-    ranges = np.array([scan.ranges for _, scan in seen.scans if len(scan.ranges) == len(last.ranges)])
+    ranges = np.array([scan.ranges for _, scan in logged.scans if len(scan.ranges) == len(last.ranges)])
     hit = ranges < 1.5 * radius  # -inf included
     near = np.clip(ranges, 0.0, 1.5 * radius)
     spread = np.where(hit, np.abs(near - np.median(near, axis=0)), 0.0).max(axis=0)
-    noise = range_noise(seen)
+    noise = range_noise(logged)
     own = (hit.mean(axis=0) > 0.9) & (spread < OWN_NOISE * (0.01 if math.isnan(noise) else noise) + 1e-6)
     edges = np.flatnonzero(np.diff(np.concatenate(([0], own.astype(int), [0]))))
     half = 0.5 * last.angle_increment
@@ -123,15 +123,15 @@ def mask_of(seen: Observed) -> list[list[float]] | None:
     ).tolist()
 
 
-def drive_of(seen: Observed) -> dict[str, float]:
+def drive_of(logged: Observed) -> dict[str, float]:
     """Delay, slip and error of the drive, by the keys of `drive`: least values that this log allows."""
-    rows, delay = np.array(seen.rows), drive_delay(seen)
-    robot = seen.scenario.robot
+    rows, delay = np.array(logged.rows), drive_delay(logged)
+    robot = logged.scenario.robot
     braking = max(robot.max_speed / robot.max_acceleration, 0.5)
     lost, strayed = [0.0], [0.0]
     for end in np.arange(rows[0, 0] + braking, rows[-1, 0], 0.5 * braking):
-        inside = seen.rows[np.searchsorted(rows[:, 0], end - braking) : np.searchsorted(rows[:, 0], end)]
-        asked, driven, time = compared(seen.told, inside, delay)
+        inside = logged.rows[np.searchsorted(rows[:, 0], end - braking) : np.searchsorted(rows[:, 0], end)]
+        asked, driven, time = compared(logged.told, inside, delay)
         way = math.hypot(*asked[:2])
         if time < 0.5 * braking:
             continue
@@ -142,21 +142,21 @@ def drive_of(seen: Observed) -> dict[str, float]:
     slip = max(float(np.quantile(lost, 0.98)), 0.0)
     error = max(float(np.quantile(strayed, 0.98)) - SHIPPED, 0.0)
     explained = slip * robot.max_speed * braking
-    delay = delay if delay > 1.0 / seen.scenario.controller.rate else 0.0  # a command is reached within its period
-    delay = max(delay, float(np.quantile(seen.took, 0.99)))
+    delay = delay if delay > 1.0 / logged.scenario.controller.rate else 0.0  # a command is reached within its period
+    delay = max(delay, float(np.quantile(logged.took, 0.99)))
     return {"delay": _up(delay), "slip": _up(slip, 0.01), "error": _up(max(error - explained, 0.0), 0.005)}
 
 
-def drive_delay(seen: Observed) -> float:
+def drive_delay(logged: Observed) -> float:
     """The delay with which the twist of the odometry follows the commanded one best, s."""
-    rows, told = np.array(seen.rows), np.array(seen.told)
+    rows, commands = np.array(logged.rows), np.array(logged.told)
     measured = np.column_stack((rows[:, 4], rows[:, 6], rows[:, 5]))
-    scale = np.maximum(np.abs(told[:, 1:]).max(axis=0), 0.05)
+    scale = np.maximum(np.abs(commands[:, 1:]).max(axis=0), 0.05)
     tried = np.arange(0.0, LONGEST_DELAY + 1e-9, DELAY_STEP)
     misfit = []
     for delay in tried:
-        at = np.searchsorted(told[:, 0], rows[:, 0] - delay, side="right") - 1
-        off = (measured - told[np.maximum(at, 0), 1:])[at >= 0] / scale
+        at = np.searchsorted(commands[:, 0], rows[:, 0] - delay, side="right") - 1
+        off = (measured - commands[np.maximum(at, 0), 1:])[at >= 0] / scale
         misfit.append(float((off**2).mean()))
     best = float(tried[int(np.argmin(misfit))])
     return best if misfit[0] - min(misfit) > 1e-4 else 0.0  # a command that never changes tells nothing
@@ -169,11 +169,13 @@ def calibration(log: Log, scenario: Scenario) -> str:
         log: of a drive with turns, and with some seconds of standing.
         scenario: that drove.
     """
-    seen = observed(log, scenario)
-    drive, sections = drive_of(seen), [_section(seen._replace(scans=scans)) for scans in seen.lidars]
-    seconds = seen.rows[-1].time - seen.rows[0].time
-    way = float(np.hypot(*np.diff(np.array(seen.rows)[:, 1:3].T, axis=1)).sum())
-    lines = [f"# {seconds:.0f} s, {way:.1f} m, {len(seen.scans)} scans, {len(seen.rows) / seconds:.0f} poses a second"]
+    logged = observed(log, scenario)
+    drive, sections = drive_of(logged), [_section(logged._replace(scans=scans)) for scans in logged.lidars]
+    seconds = logged.rows[-1].time - logged.rows[0].time
+    way = float(np.hypot(*np.diff(np.array(logged.rows)[:, 1:3].T, axis=1)).sum())
+    lines = [
+        f"# {seconds:.0f} s, {way:.1f} m, {len(logged.scans)} scans, {len(logged.rows) / seconds:.0f} poses a second"
+    ]
     lines.append("lidars:" if scenario.lidars else "lidar:")
     for lidar, section in zip(scenario.all_lidars, sections, strict=True):
         lines += [f"  - frame: {lidar.frame}"] * bool(scenario.lidars)
@@ -184,9 +186,9 @@ def calibration(log: Log, scenario: Scenario) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _section(seen: Observed) -> list[str]:
+def _section(logged: Observed) -> list[str]:
     """What to declare of a lidar."""
-    values, mask = lidar_of(seen), mask_of(seen)
+    values, mask = lidar_of(logged), mask_of(logged)
     lines = [f"{name}: {value:g}" for name, value in values.items() if not math.isnan(value)]
     if math.isnan(values["noise"]):
         lines.append("# noise: unknown, as the robot never stood for half a second")

@@ -43,13 +43,13 @@ def shielded(
 
 
 @njit(cache=True)
-def _drives(pose, twist, target, does, star, places, driven):
+def _drives(pose, twist, target, numbers, star, places, driven):
     """Whether the motion towards a target is short, gripped and covered by a star; if so, write the twist after."""
     samples = np.empty((SAMPLES, 6))
-    count, _, _, grips = sample(pose, twist, target, does, samples)
+    count, _, _, grips = sample(pose, twist, target, numbers, samples)
     if count > SAMPLES or not grips or not covered(star, samples[:count], places):
         return False
-    after, _ = ramped_velocity(velocity_of(twist), velocity_of(target), does[1], Limits(*does[4:]))
+    after, _ = ramped_velocity(velocity_of(twist), velocity_of(target), numbers[1], Limits(*numbers[4:]))
     driven[0], driven[-1] = after.ahead, after.turning
     if len(driven) == 3:
         driven[1] = after.aside

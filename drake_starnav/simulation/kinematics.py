@@ -145,14 +145,16 @@ class KinematicMotion:
         base, limits, footprint = actuation.base, actuation.limits, actuation.footprint
         desired = base.saturated(desired, limits)
         pose, twist, poses = np.array(self.pose, dtype=float), np.array(self.twist, dtype=float), np.empty((count, 3))
-        does, shape = actuation.numbers, (footprint.cover, footprint.body)
+        numbers, shape = actuation.numbers, (footprint.cover, footprint.body)
         seen = Seen.of(self.seen.safety, self._margin, footprint, all_of_it=False)
-        asked, *_, open_ = _burst(pose, twist, (desired, desired[None], self._shield, False), seen, does, shape, poses)
+        asked, *_, open_ = _burst(
+            pose, twist, (desired, desired[None], self._shield, False), seen, numbers, shape, poses
+        )
         if open_:
             proposals = np.array(list(base.proposals(desired, limits)))
             seen = Seen.of(self.seen.safety, self._margin, footprint, all_of_it=True)
             further, changed, braked, _ = _burst(
-                pose, twist, (desired, proposals, True, True), seen, does, shape, poses[asked:]
+                pose, twist, (desired, proposals, True, True), seen, numbers, shape, poses[asked:]
             )
             asked, self.changed, self.braked = asked + further, self.changed + changed, self.braked + braked
         self.asked, self.pose, self.twist = self.asked + asked, poses[asked - 1], twist
@@ -163,17 +165,17 @@ class KinematicMotion:
 
 
 @njit(cache=True)
-def _sampled(pose, twist, target, does, samples):
+def _sampled(pose, twist, target, numbers, samples):
     """All samples of the motion that `sample` writes, from where on it brakes, and whether the wheels grip."""
-    count, _, braking, grips = sample(pose, twist, target, does, samples)
+    count, _, braking, grips = sample(pose, twist, target, numbers, samples)
     if count > len(samples):
         samples = np.empty((count, 6))
-        sample(pose, twist, target, does, samples)
+        sample(pose, twist, target, numbers, samples)
     return samples[:count], braking, grips
 
 
 @njit(cache=True)
-def _burst(pose, twist, asked, seen, does, shape, poses):
+def _burst(pose, twist, asked, seen, numbers, shape, poses):
     """`KinematicMotion.burst` on arrays, which writes poses and the last twist: its three counts, and if it is open.
 
     It ends, and is open, at a command that the star does not certify, where nothing else is to be asked.
@@ -183,18 +185,18 @@ def _burst(pose, twist, asked, seen, does, shape, poses):
         asked: the twist, shape (c,), the proposals, shape (n, c), whether one must be certified, and whether by more
             than the star.
         seen: `Seen`.
-        does: as of `Actuation.numbers`.
+        numbers: as of `Actuation.numbers`.
         shape: the places of the covering discs, and `Body`.
         poses: shape (m, 3), to be written.
     """
     (desired, proposals, certifies, complete), (cover, body) = asked, shape
-    is_disc, samples, limits = len(body.polygons.ends) == 0, np.empty((SAMPLES, 6)), Limits(*does[4:])
+    is_disc, samples, limits = len(body.polygons.ends) == 0, np.empty((SAMPLES, 6)), Limits(*numbers[4:])
     changed = braked = braking = 0
     motion = samples
     for k in range(len(poses)):
         chosen = -1
         for p in range(len(proposals)):
-            motion, braking, grips = _sampled(pose, twist, proposals[p], does, samples)
+            motion, braking, grips = _sampled(pose, twist, proposals[p], numbers, samples)
             if not certifies or (
                 grips
                 and (
@@ -212,9 +214,9 @@ def _burst(pose, twist, asked, seen, does, shape, poses):
         else:
             braked += 1
             target = braking_twist(twist, desired, limits, is_disc)
-            motion, braking, _ = _sampled(pose, twist, target, does, samples)
+            motion, braking, _ = _sampled(pose, twist, target, numbers, samples)
         velocity = velocity_of(twist)
-        after, _ = ramped_velocity(velocity, velocity_of(target), does[1], limits)
+        after, _ = ramped_velocity(velocity, velocity_of(target), numbers[1], limits)
         twist[0], twist[-1] = after.ahead, after.turning
         if len(twist) == 3:
             twist[1] = after.aside

@@ -89,11 +89,11 @@ class DsmController(Controller):
         return inputs, tracked, self._footprint.Eval(context)
 
     def _propose(self, read: tuple[ControllerInputs, TrackedObstacles | None, FootprintInForce]) -> Proposal:
-        inputs, tracked, now = read
-        proposal = followed(inputs, now.robot)
+        inputs, tracked, footprint = read
+        proposal = followed(inputs, footprint.robot)
         if tracked is None:
             return proposal
-        actuation = self._actuation.carrying(now.robot.shape)
-        certificates = standard_certificates(inputs.star, now.margins.safety, actuation, inputs.pose[:2], tracked)
-        way = avoid_collision(inputs, tracked, certificates, actuation, now.robot).twist
+        actuation = self._actuation.carrying(footprint.robot.shape)
+        certificates = standard_certificates(inputs.star, footprint.margins.safety, actuation, inputs.pose[:2], tracked)
+        way = avoid_collision(inputs, tracked, certificates, actuation, footprint.robot).twist
         return proposal if way is None else proposal._replace(twist=way)

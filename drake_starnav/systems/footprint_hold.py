@@ -88,7 +88,7 @@ class FootprintHold(LeafSystem):
         self._robot, self._margins = robot, margins
         own = FootprintInForce(robot, margins(robot))
         self._footprint = self.DeclareAbstractInputPort("footprint", Value[object](robot.shape))
-        self._now = self.DeclareVectorInputPort("state", 5)
+        self._state = self.DeclareVectorInputPort("state", 5)
         self._twist = self.DeclareVectorInputPort("twist_command", len(robot.drive.components))
         self._held = self.DeclareAbstractState(Value[object](own))
         depends = {self.abstract_state_ticket(self._held), self._footprint.ticket()}
@@ -97,22 +97,22 @@ class FootprintHold(LeafSystem):
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, weakly(self._update))
 
     def _update(self, context: Context, state: State) -> EventStatus:
-        held, grown = self._in_force(context), self._grown.Eval(context)
+        current, grown = self._in_force(context), self._grown.Eval(context)
         after = self._with(grown, self._given(context)) if self._stands(context) else grown
-        if after is held:
+        if after is current:
             return EventStatus.DidNothing()
         state.get_mutable_abstract_state(self._held).set_value(after)
         return EventStatus.Succeeded()
 
     def _grown_footprint(self, context: Context) -> FootprintInForce:
-        held = self._in_force(context)
-        return self._with(held, joined(held.robot.shape, self._given(context)))
+        current = self._in_force(context)
+        return self._with(current, joined(current.robot.shape, self._given(context)))
 
-    def _with(self, known: FootprintInForce, shape: Footprint) -> FootprintInForce:
+    def _with(self, current: FootprintInForce, shape: Footprint) -> FootprintInForce:
         """The known one, or another one if the footprint is not the same."""
-        before = known.robot.shape
+        before = current.robot.shape
         if shape is before or (contains(before, shape) and contains(shape, before)):
-            return known
+            return current
         try:
             robot = self._robot.covering(shape)
             return FootprintInForce(robot, self._margins(robot))
@@ -128,7 +128,7 @@ class FootprintHold(LeafSystem):
         return self._robot.body(shape)
 
     def _stands(self, context: Context) -> bool:
-        _, _, _, v, omega = self._now.Eval(context)
+        _, _, _, v, omega = self._state.Eval(context)
         speed, rate = self._robot.drive.body_rates(self._twist.Eval(context))
         fastest = fastest_point(v, omega, self._in_force(context).robot.radius)
         return bool(fastest <= STANDING and max(abs(speed), abs(rate)) < AT_REST)

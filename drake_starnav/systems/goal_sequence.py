@@ -120,9 +120,9 @@ class GoalSequence(LeafSystem):
         if k == len(times):
             return EventStatus.DidNothing()
         state, turning = self._state.Eval(context), math.isfinite(context.get_discrete_state(heading).value()[0])
-        now = Arrival.at(self._goals[k], state, self._room, turning)
-        wanted = now.heading
-        if now.reached and (len(self._goals[k]) == 2 or fastest_point(*state[3:], self._room.radius) <= STANDING):
+        arrival = Arrival.at(self._goals[k], state, self._room, turning)
+        wanted = arrival.heading
+        if arrival.reached and (len(self._goals[k]) == 2 or fastest_point(*state[3:], self._room.radius) <= STANDING):
             times[k] = context.get_time()
             values.set_value(reached, times)
             values.set_value(goal, self._goals[min(k + 1, len(times) - 1)][:2])

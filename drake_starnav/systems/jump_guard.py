@@ -40,7 +40,7 @@ class JumpGuard(LeafSystem):
         self._period = checked_period(self, rate=rate)
         self._tolerance, self._rolling, self._holonomic = tolerance, rolling, holonomic
         self._star = self.DeclareAbstractInputPort("certified_region", Value(CertifiedRegion.none()))
-        self._now = self.DeclareVectorInputPort("state", 5)
+        self._state = self.DeclareVectorInputPort("state", 5)
         self.DeclareDiscreteState((math.nan, math.nan, -math.inf))
         declare_value(self, "certified_region", CertifiedRegion.none(), JumpGuard._guarded)
         self.DeclarePeriodicDiscreteUpdateEvent(self._period, 0.0, self._update)
@@ -53,7 +53,7 @@ class JumpGuard(LeafSystem):
         last_x, last_y, jump_time = context.get_discrete_state(0).value()
         if jump_time > context.get_time():  # time was set back: another run begins
             jump_time = -math.inf
-        x, y, yaw, v, _ = self._now.Eval(context)
+        x, y, yaw, v, _ = self._state.Eval(context)
         way = v * self._period
         if self._holonomic:  # in a direction that the state does not tell
             step = math.hypot(x - last_x, y - last_y) - abs(way)

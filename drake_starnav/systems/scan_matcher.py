@@ -50,21 +50,21 @@ class ScanMatcher(LeafSystem):
         super().__init__()
         self._error = error
         self._observation = self.DeclareAbstractInputPort("observation", Value(Observation.none()))
-        self._star = self.DeclareAbstractInputPort("certified_region", Value(CertifiedRegion.none()))
-        self._now = self.DeclareVectorInputPort("state", 5)
+        self._region = self.DeclareAbstractInputPort("certified_region", Value(CertifiedRegion.none()))
+        self._state = self.DeclareVectorInputPort("state", 5)
         self._scan_pose = self.DeclareVectorInputPort("scan_pose", 3)
         self._guidance = self.DeclareAbstractInputPort("guidance", Value(Guidance.none()))
         self._certificate = self.DeclareAbstractInputPort("certificate", Value(BrakingMotion.none()))
         self._map = ScanState(self, ScanMap(), self._after, (self._observation,), stamp=self._stamp)
-        own, held = ScanMatcher, self._map.ticket
-        seen, star, now, scan_pose, guidance, certificate = (
-            {held, port.ticket()}
-            for port in (self._observation, self._star, self._now, self._scan_pose, self._guidance, self._certificate)
+        own = ScanMatcher
+        ports = self._observation, self._region, self._state, self._scan_pose, self._guidance, self._certificate
+        observation, region, state, scan_pose, guidance, certificate = (
+            {self._map.ticket, port.ticket()} for port in ports
         )
-        declare_value(self, "observation", Observation.none(), own._seen, seen)
-        declare_value(self, "certified_region", CertifiedRegion.none(), own._moved_star, star)
-        declare_vector(self, "state", 5, own._corrected_state, now)
-        declare_vector(self, "pose", 3, lambda system, context: system._corrected_state(context)[:3], now)
+        declare_value(self, "observation", Observation.none(), own._moved_observation, observation)
+        declare_value(self, "certified_region", CertifiedRegion.none(), own._moved_region, region)
+        declare_vector(self, "state", 5, own._corrected_state, state)
+        declare_vector(self, "pose", 3, lambda system, context: system._corrected_state(context)[:3], state)
         declare_vector(self, "scan_pose", 3, own._corrected_scan_pose, scan_pose)
         declare_value(self, "guidance", Guidance.none(), own._uncorrected_guidance, guidance)
         declare_value(self, "certificate", BrakingMotion.none(), own._corrected_certificate, certificate)
@@ -73,19 +73,19 @@ class ScanMatcher(LeafSystem):
         return self._observation.Eval(context).time
 
     def _after(self, context: Context, before: ScanMap) -> ScanMap:
-        seen = self._observation.Eval(context)
-        if seen.time == before.time:
+        observation = self._observation.Eval(context)
+        if observation.time == before.time:
             return before
-        return matched(before, seen.scan, seen.pose, self._error)
+        return matched(before, observation.scan, observation.pose, self._error)
 
-    def _seen(self, context: Context) -> Observation:
+    def _moved_observation(self, context: Context) -> Observation:
         return self._observation.Eval(context).moved(self._map.Eval(context).correction)
 
-    def _moved_star(self, context: Context) -> CertifiedRegion:
-        return self._star.Eval(context).moved(self._map.Eval(context).correction)
+    def _moved_region(self, context: Context) -> CertifiedRegion:
+        return self._region.Eval(context).moved(self._map.Eval(context).correction)
 
     def _corrected_state(self, context: Context) -> np.ndarray:
-        state = self._now.Eval(context)
+        state = self._state.Eval(context)
         return np.concatenate((self._map.Eval(context).corrected(state[:3]), state[3:]))
 
     def _corrected_scan_pose(self, context: Context) -> np.ndarray:

@@ -17,8 +17,8 @@ T = TypeVar("T")
 
 
 @snapshot
-class _Known:
-    """What is known, and what it follows from. Immutable.
+class _Processed:
+    """The owner's value after a scan, and which scan that was. Immutable.
 
     Attributes:
         value: the owner's.
@@ -66,7 +66,7 @@ class ScanState(Generic[T]):
                 they show nothing new.
             stamp: method of the owner: time of the scan that the inputs show, s; -inf if they show none.
         """
-        begun = _Known(initial)
+        begun = _Processed(initial)
         self._name, self._initial = type(system).__name__, initial
         self._state = system.DeclareAbstractState(Value[object](begun))
         self._after, self._stamp = weakly(after), weakly(stamp)
@@ -88,22 +88,22 @@ class ScanState(Generic[T]):
         return self._known.Eval(context)[2].dropped
 
     def _calc(self, context: Context, value: AbstractValue) -> None:
-        held, time = context.get_abstract_state(self._state).get_value(), context.get_time()
-        base, before, known = value.get_value()
-        if base is not held or time < known.clock:
-            if time < held.clock:
-                before = known = _Known(self._initial, clock=time, ignored=max(held.stamp, known.stamp))
+        stored, time = context.get_abstract_state(self._state).get_value(), context.get_time()
+        base, before, latest = value.get_value()
+        if base is not stored or time < latest.clock:
+            if time < stored.clock:
+                before = latest = _Processed(self._initial, clock=time, ignored=max(stored.stamp, latest.stamp))
             else:  # an integrator may look ahead, and go back
-                before = known = held
+                before = latest = stored
         stamp = self._stamp(context)
-        after = self._next(context, known, stamp)
-        if after is known:
-            after, known = known, before
-        elif stamp == known.stamp:  # other inputs have changed: what is known does not depend on who asked before
-            after, known = self._next(context, before, stamp), before
-        value.set_value((held, known, after))
+        after = self._next(context, latest, stamp)
+        if after is latest:
+            after, latest = latest, before
+        elif stamp == latest.stamp:  # other inputs have changed: what is known does not depend on who asked before
+            after, latest = self._next(context, before, stamp), before
+        value.set_value((stored, latest, after))
 
-    def _next(self, context: Context, before: _Known, stamp: float) -> _Known:
+    def _next(self, context: Context, before: _Processed, stamp: float) -> _Processed:
         if stamp in (-math.inf, before.ignored):
             return before
         if stamp < before.stamp:
@@ -119,17 +119,17 @@ class ScanState(Generic[T]):
             return before
         time = context.get_time()
         due = 2.0 * time - before.clock - EARLY if before.clock > -math.inf else time
-        return _Known(value, stamp, time, due, dropped=before.dropped)
+        return _Processed(value, stamp, time, due, dropped=before.dropped)
 
     def _step(self, context: Context, state: State) -> EventStatus:
-        held, before, known = self._known.Eval(context)
-        if before is held and context.get_time() < known.due:
+        stored, before, latest = self._known.Eval(context)
+        if before is stored and context.get_time() < latest.due:
             return EventStatus.DidNothing()  # an update makes Drake copy all state, and forget all that follows from it
         return self._update(context, state)
 
     def _update(self, context: Context, state: State) -> EventStatus:
-        held, _, known = self._known.Eval(context)
-        if known is held:
+        stored, _, latest = self._known.Eval(context)
+        if latest is stored:
             return EventStatus.DidNothing()
-        state.get_mutable_abstract_state(self._state).set_value(known)
+        state.get_mutable_abstract_state(self._state).set_value(latest)
         return EventStatus.Succeeded()

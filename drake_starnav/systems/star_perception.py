@@ -97,8 +97,8 @@ class StarPerception(LeafSystem):
         pose = self._pose.Eval(context).copy()
         if not all(map(math.isfinite, pose.tolist())):
             raise StarnavError(f"the perception's pose is {pose.tolist()}; allowed: finite x, y, m, and yaw, rad")
-        now = self._footprint.Eval(context)
-        settings = PerceptionSettings(now.margins, now.robot.shape, self._outlier_noise, self._mounts)
+        footprint = self._footprint.Eval(context)
+        settings = PerceptionSettings(footprint.margins, footprint.robot.shape, self._outlier_noise, self._mounts)
         if before.observation.region is None and self._certifies:
             backwards = scans[0].motion is not None
             check_views(scans, settings.mounts, settings.footprint, backwards=backwards)

@@ -35,7 +35,7 @@ class StatePredictor(LeafSystem):
         super().__init__()
         self._robot, self._delay, self._period = robot, delay, checked_period(self, rate=rate)
         self._size = len(robot.drive.components)
-        self._now = self.DeclareVectorInputPort("state", 5)
+        self._state = self.DeclareVectorInputPort("state", 5)
         self._command = self.DeclareVectorInputPort("twist_command", self._size)
         self.DeclareDiscreteState(self._size * math.ceil(delay / self._period - 1e-9))
         declare_vector(self, "predicted_state", 5, StatePredictor._predicted)
@@ -53,5 +53,5 @@ class StatePredictor(LeafSystem):
     def _predicted(self, context: Context) -> np.ndarray:
         twists = self._twists(context)
         pending = np.array([(*velocity_of(twist), self._period) for twist in twists])
-        pose = predicted_pose(self._now.Eval(context)[:3], pending, self._delay, self._robot.limits)
+        pose = predicted_pose(self._state.Eval(context)[:3], pending, self._delay, self._robot.limits)
         return np.concatenate((pose, self._robot.drive.body_rates(twists[-1])))

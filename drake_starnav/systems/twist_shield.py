@@ -88,9 +88,9 @@ class Unshielded(LeafSystem):
     def _certificate(self, context: Context) -> BrakingMotion:
         twist = context.get_discrete_state(self._twist).value()
         certified = bool(context.get_discrete_state(self._certified).value()[0])
-        now = replace(self._actuation, delay=0.0)
-        rest = braking_twist(twist, twist, now.limits, False)
-        path = roll_out(self._state.Eval(context), twist, rest, now).pose
+        actuation = replace(self._actuation, delay=0.0)
+        rest = braking_twist(twist, twist, actuation.limits, False)
+        path = roll_out(self._state.Eval(context), twist, rest, actuation).pose
         return BrakingMotion(certified, path)
 
 
@@ -147,9 +147,9 @@ class TwistShield(Unshielded):
             self._tracks = self.DeclareAbstractInputPort("tracks", Value(Tracks()))
 
     def certificates(self, context: Context, position: np.ndarray) -> tuple[tuple[Certificate, ...], Actuation] | None:
-        star, tracked, now = self._certified_region.Eval(context), None, self._footprint.Eval(context)
-        shape, margin = now.robot.shape, now.margins.safety
-        if now is not self._footprint.own:  # the scan may be from before it changed
+        star, tracked, footprint = self._certified_region.Eval(context), None, self._footprint.Eval(context)
+        shape, margin = footprint.robot.shape, footprint.margins.safety
+        if footprint is not self._footprint.own:  # the scan may be from before it changed
             star = star.keeping(shape.narrow + margin)
         if self._obstacles is not None:
             tracks = self._tracks.Eval(context)
