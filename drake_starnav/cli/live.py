@@ -33,8 +33,6 @@ KEYS = {START: "KeyS", PAUSE: "Space", STOP: "Escape"}
 """Buttons and the keys that press them."""
 POLL = 0.05
 """Polling period of the buttons, in simulated time or while nothing runs, s."""
-RIM = 1.15
-"""Radius of the coloured disc below each of several robots, as a share of the robot's."""
 
 
 class Controls:
@@ -210,7 +208,7 @@ class LiveRobots(LiveRun):
         for (name, layer), robot, station in zip(layers.items(), scenario.robots, stations, strict=False):
             for goal in robot.goals:
                 stage.add(name, goal_star(goal, robot.robot.radius, worlds[0].extent), 0.0)
-            below = Cylinder(RIM * robot.robot.radius, LAYERS["goal"].height)
+            below = Cylinder(1.15 * robot.robot.radius, LAYERS["goal"].height)
             self.meshcat.SetObject(f"{robot_path(station)}/rim", below, Rgba(*layer.color))
         return worlds[0], layers, "each drives to its own goals"
 

@@ -32,8 +32,6 @@ SHOWN = 0.5
 """Between two messages with the plan, s."""
 MOST, EACH = 20, 8
 """Regions that are shown, each by every eighth sample."""
-STRIP, LOOP = 0, 1
-"""Types of lines."""
 PATH_COLOR, REGION_COLOR = (
     dict(zip("rgba", each, strict=True)) for each in ((0.8, 0.3, 0.0, 1.0), (0.0, 0.6, 0.0, 0.5))
 )
@@ -48,7 +46,6 @@ SCAN_SCHEMA = RULE.join(
         "MSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec",
     )
 )  # fmt: skip
-CHUNK = 1 << 18
 LOGS = "an MCAP file as drive(log=...) writes it"
 
 
@@ -91,7 +88,7 @@ class RunLog:
         mcap = _mcap()
         self._navigator, self._shown = navigator, -math.inf
         self._file = path.open("wb")
-        self._writer = writer = mcap.writer.Writer(self._file, chunk_size=CHUNK)
+        self._writer = writer = mcap.writer.Writer(self._file, chunk_size=1 << 18)
         writer.start(profile="ros2", library="drake_starnav")
         scan = writer.register_schema("sensor_msgs/msg/LaserScan", "ros2msg", SCAN_SCHEMA.encode())
         count = len(navigator.mounts)
@@ -138,7 +135,7 @@ class RunLog:
 
     def _show(self, at: int) -> None:
         path, outlines = planned(self._navigator)
-        lines = [_line(LOOP, each, REGION_COLOR) for each in outlines] + [_line(STRIP, path, PATH_COLOR)]
+        lines = [_line(each, REGION_COLOR, closed=True) for each in outlines] + [_line(path, PATH_COLOR)]
         entity = {"timestamp": _stamp(at), "frame_id": "odom", "id": "plan", "lines": lines}
         self._json(PLAN, at, {"entities": [entity], "deletions": []})
 
@@ -172,10 +169,10 @@ def planned(navigator: Navigator) -> tuple[np.ndarray, list[np.ndarray]]:
     return np.vstack((rows[-1][1:3], np.reshape(guidance.path, (-1, 2)))), outlines
 
 
-def _line(kind: int, places: np.ndarray, color: dict[str, float]) -> dict[str, Any]:
+def _line(places: np.ndarray, color: dict[str, float], *, closed: bool = False) -> dict[str, Any]:
     points = [{"x": x, "y": y, "z": 0.0} for x, y in np.round(places, 3).tolist()]
     pose = {"position": {"x": 0.0, "y": 0.0, "z": 0.0}, "orientation": {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}}
-    return {"type": kind, "pose": pose, "thickness": 0.02, "points": points, "color": color}
+    return {"type": int(closed), "pose": pose, "thickness": 0.02, "points": points, "color": color}
 
 
 def _stamp(at: int) -> dict[str, int]:

@@ -33,8 +33,6 @@ POLL = 0.05
 """Between two looks at what is there, s."""
 OLDEST = 1.0
 """A first stamp that is older than this is of another clock, s."""
-LINE_LIST = 5
-"""Type of the marker."""
 
 
 @dataclass
@@ -218,7 +216,7 @@ class Ros2:
             each for outline in outlines for each in self._points(np.roll(np.repeat(outline, 2, axis=0), -1, axis=0))
         ]
         look = {"scale": make.Vector3(x=0.02), "color": make.ColorRGBA(g=0.6, a=1.0), "points": lines}
-        mark(make.MarkerArray(markers=[make.Marker(header=head, ns="regions", type=LINE_LIST, **look)]))
+        mark(make.MarkerArray(markers=[make.Marker(header=head, ns="regions", type=5, **look)]))  # a line list
 
     def _points(self, places: Iterable[Any]) -> list[Any]:
         return [self._ros.types.Point(x=float(x), y=float(y)) for x, y in places]

@@ -19,10 +19,6 @@ from drake_starnav.station.robot_geometry import TOLERANCE, RobotModel
 from drake_starnav.station.world_geometry import upright_prism
 
 FRICTION = CoulombFriction(0.3, 0.3)
-DECK = 0.86
-"""Size of the lighter deck, as a share of the body's."""
-DECK_HEIGHT = 0.004
-"""m"""
 MARKS = ("lidar_puck", "heading")
 """Visuals of the shipped robots that stay when they get another body."""
 HOLDS_ALL = (
@@ -43,10 +39,10 @@ def add_body(robot: RobotModel, shape: Footprint, heights: tuple[float, float]) 
 
 
 def add_looks(robot: RobotModel, shape: Footprint, heights: tuple[float, float], root: ElementTree.Element) -> None:
-    """The same for its looks, in the colours of its model."""
-    top = heights[1]
-    deck = dataclasses.replace(shape, parts=tuple(DECK * part for part in shape.parts), radius=DECK * shape.radius)
-    layers = (("hull", shape, heights, "shell"), ("deck", deck, (top, top + DECK_HEIGHT), "deck"))
+    """The same for its looks, with a lighter deck on top, in the colours of its model."""
+    top, share = heights[1], 0.86
+    deck = dataclasses.replace(shape, parts=tuple(share * part for part in shape.parts), radius=share * shape.radius)
+    layers = (("hull", shape, heights, "shell"), ("deck", deck, (top, top + 0.004), "deck"))
     for layer, each, (low, high), material in layers:
         color = root.find(f"material[@name='{material}']/color")
         rgba = np.array([float(value) for value in color.get("rgba", "").split()])  # type: ignore[union-attr]

@@ -11,8 +11,6 @@ from drake_starnav.worlds.moving_obstacles import MovingObstacles, moving_obstac
 
 STANDS = 0.02
 """An obstacle slower than this has no arrow, m/s."""
-SAME_SPEED = 0.1
-"""An arrow is drawn anew where the speed differs from it by this share."""
 
 
 class BodyMarks:
@@ -46,7 +44,7 @@ class BodyMarks:
             speed = math.hypot(vx, vy) if math.hypot(vx, vy) > STANDS else 0.0
             if speed > 0.0:
                 self._stage.move("velocities", f"{k}", np.array((x, y, math.atan2(vy, vx))), time)
-            if abs(speed - self._speeds[k]) > SAME_SPEED * self._speeds[k]:
+            if abs(speed - self._speeds[k]) > 0.1 * self._speeds[k]:
                 arrow = meshes.arrow(speed, 0.7 * self._scale * meshes.LINE_WIDTH) if speed > 0.0 else meshes.NOTHING
                 self._stage.swap("velocities", arrow, time, key=f"{k}")
                 self._speeds[k] = speed

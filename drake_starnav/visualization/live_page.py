@@ -16,8 +16,6 @@ from drake_starnav.worlds.world import World
 
 SOURCE, ADDRESS = 'src="', "location.toString()"
 """How Meshcat's page begins the address of its script and gets its own address: both are then Meshcat's."""
-STEP = 0.01
-"""Step of the sliders, m."""
 
 
 @dataclass(frozen=True)
@@ -79,7 +77,7 @@ def add_goal_sliders(meshcat: Meshcat, world: World) -> Callable[[], np.ndarray 
     """
     x0, y0, x1, y1 = world.extent
     for label, low, high, value in zip(SLIDERS, (x0, y0), (x1, y1), world.goal, strict=True):
-        meshcat.AddSlider(label, low, high, STEP, value)
+        meshcat.AddSlider(label, low, high, 0.01, value)
 
     def values() -> np.ndarray:
         return np.array([meshcat.GetSliderValue(label) for label in SLIDERS])

@@ -15,12 +15,8 @@ from drake_starnav.safety.certificates import Certificate
 from drake_starnav.worlds.moving_obstacles import MOVING_OBSTACLE_COLOR
 from drake_starnav.worlds.world import World
 
-MITRE_LIMIT = 1.7
-"""Corners of a ribbon reach so far from its line, over half its width, and are cut off there: no farther than twice."""
 SAME_POINT = 1e-6
 """Points of a polyline nearer than this count once, m."""
-
-
 Color = tuple[float, float, float]
 ZONES = KeepOut, SpeedZone
 """Certificates that are areas."""
@@ -49,8 +45,8 @@ class Layer:
 
 LINE_WIDTH = 0.07
 """Of path and trail where marks have their usual size, m; outlines and frontiers are half as wide, edges a quarter."""
-USUAL_RADIUS, USUAL_SIZE = 0.25, 40.0
-"""Radius of robots, m, below which marks are smaller, and extent of worlds, in radii, beyond which they are larger."""
+USUAL_RADIUS = 0.25
+"""Of robots, m; marks of smaller ones are smaller."""
 SHELL_COLOR: Color = (0.13, 0.32, 0.58)
 """Colour of the shipped robot's hull; the others are of the parts on it."""
 DECK_COLOR: Color = (0.90, 0.92, 0.95)
@@ -107,7 +103,7 @@ def mark_scale(extent: Sequence[float], radius: float) -> float:
     They grow with the root of the world's size, and shrink with a robot that they would hide.
     """
     (x0, y0, x1, y1), unit = extent, min(radius, USUAL_RADIUS)
-    return unit / USUAL_RADIUS * math.sqrt(max(1.0, max(x1 - x0, y1 - y0) / (USUAL_SIZE * unit)))
+    return unit / USUAL_RADIUS * math.sqrt(max(1.0, max(x1 - x0, y1 - y0) / (40.0 * unit)))
 
 
 def with_scene(layers: dict[str, Layer], world: World) -> dict[str, Layer]:
@@ -168,7 +164,7 @@ def ribbon(points: np.ndarray, width: float, z: float, closed: bool = False) -> 
     kind = shapely.LinearRing if closed else shapely.LineString
     line = kind(points if len(points) > 1 + closed else [])
     with np.errstate(divide="ignore", invalid="ignore"):  # where points of the line coincide
-        band = line.buffer(0.5 * width, cap_style="flat", join_style="mitre", mitre_limit=MITRE_LIMIT)
+        band = line.buffer(0.5 * width, cap_style="flat", join_style="mitre", mitre_limit=1.7)
     return area(band, z)
 
 

@@ -17,8 +17,6 @@ SLIDERS = ("goal x", "goal y")
 """Labels of the live goal's sliders in Meshcat's panel; the page also moves them by clicks and arrow keys."""
 VIEWS = ("top", "follow", "oblique")
 """Names of the camera presets; page.js says how each looks down."""
-FOLLOWED = (9.0, 7.0)
-"""Size of the box around the robot that the preset `follow` shows, m."""
 
 Extent = tuple[float, float, float, float]
 
@@ -72,8 +70,8 @@ class Cameras:
 
 def around_robot(position: np.ndarray) -> Extent:
     """The box of the floor that `follow` shows: (x_min, y_min, x_max, y_max), W, m."""
-    x, y, (width, depth) = *np.asarray(position, dtype=float)[:2], FOLLOWED
-    return float(x - 0.5 * width), float(y - 0.5 * depth), float(x + 0.5 * width), float(y + 0.5 * depth)
+    x, y = np.asarray(position, dtype=float)[:2].tolist()
+    return x - 4.5, y - 3.5, x + 4.5, y + 3.5
 
 
 def check_view(view: str) -> None:

@@ -16,9 +16,6 @@ from drake_starnav.visualization.timeline import RecordedRun
 STILLS, CLIPS = (".png", ".svg", ".pdf"), (".gif", ".mp4")
 Count = Callable[[int, int], None]
 """Called after each picture with the number done and the number of all."""
-GIF_COLORS, PALETTE_PICTURES, KMEANS = 128, 5, 3
-"""Of the palette that all pictures of a GIF share, so that none shimmers: its size, the pictures it is made from, and
-Pillow's threshold for refining it."""
 FINAL_PAUSE = 1.5
 """Duration of the last picture, s."""
 
@@ -75,10 +72,11 @@ def write_gif(
     path: Path, pictures: Sequence[Image.Image], rate: int, caption: str = "", progress: Count | None = None
 ) -> None:
     """Write pictures of equal size, `rate` a second (in hundredths of seconds), as a repeating GIF with a comment."""
-    chosen = [pictures[round(at)] for at in np.linspace(0, len(pictures) - 1, PALETTE_PICTURES)]
+    chosen = [pictures[round(at)] for at in np.linspace(0, len(pictures) - 1, 5)]
     sample = Image.fromarray(np.vstack([np.asarray(picture) for picture in chosen]))
-    # The widest coverage keeps the colours of small things; k-means then makes those of large areas exact.
-    palette = sample.quantize(GIF_COLORS, Image.Quantize.MAXCOVERAGE, kmeans=KMEANS, dither=Image.Dither.NONE)
+    # All pictures share a palette, or they would shimmer. The widest coverage keeps the colours of small things, and
+    # k-means makes those of large areas exact.
+    palette = sample.quantize(128, Image.Quantize.MAXCOVERAGE, kmeans=3, dither=Image.Dither.NONE)
     frames = (picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in _reported(pictures, progress))
     durations = [round(100.0 / rate) * 10] * (len(pictures) - 1) + [round(1000.0 * FINAL_PAUSE)]
     with replacing(path) as temporary:

@@ -27,8 +27,6 @@ from drake_starnav.visualization.star_roadmap_visualizer import FRAME_SLACK
 from drake_starnav.visualization.timeline import RecordedRun, SceneTimeline, Shape
 from drake_starnav.visualization.world_figure import DETAILED, WIDTH, figure_pixels, new_figure
 
-DPI = 200
-"""Of what is drawn as pixels."""
 TEXT_SIZE = 9.0
 LONG_NUMBER = re.compile(rb"(\d\.\d\d)\d+")
 """Of an SVG file: a hundredth of a point is as much as anyone sees."""
@@ -75,7 +73,7 @@ def write_figure(path: Path, recorded: RecordedRun, time: float) -> None:
     file = io.BytesIO()
     with rc_context({"svg.fonttype": "none", "svg.hashsalt": "starnav", "font.size": TEXT_SIZE}):
         figure = moment_figure(recorded, time)
-        figure.savefig(file, format=path.suffix[1:], dpi=DPI, metadata={dated: None})
+        figure.savefig(file, format=path.suffix[1:], dpi=200, metadata={dated: None})
     content = file.getvalue()
     if path.suffix == ".svg":
         content = LONG_NUMBER.sub(rb"\1", content)

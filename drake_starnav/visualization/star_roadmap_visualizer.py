@@ -32,8 +32,6 @@ from drake_starnav.worlds.world import World
 
 SCAN_POINTS = 180
 """Points of a scan that are drawn at most."""
-REGION_VERTICES = 120
-"""Corners of a region's outline."""
 NODE_RADIUS = 0.09
 """Of a roadmap node in a world of usual size, m."""
 BRIGHT, FAINT = (0.45, 0.9), (0.12, 0.3)
@@ -42,9 +40,6 @@ FRAME_SLACK = 1e-6
 """Meshcat's frame at time t is floor(t * frames_per_second): this keeps rounding from losing a frame, s."""
 OLD_REGIONS = 3
 """At most so many old regions are shown: on top of one another they are still fainter than the newest."""
-CERTIFICATE_OPACITY = 0.55
-CERTIFICATE_POINTS = 8
-"""A certificate's path is reduced to about this many points."""
 
 
 class StarRoadmapVisualizer(LeafSystem):
@@ -222,7 +217,7 @@ class StarRoadmapVisualizer(LeafSystem):
 
     def _add_region(self, region: StarRegion, opacities: tuple[float, float], time: float) -> list[str]:
         """Paths of the area and the outline of a region, in these opacities."""
-        height, rim = LAYERS["regions"].height, region.outline(REGION_VERTICES)
+        height, rim = LAYERS["regions"].height, region.outline(120)
         parts = meshes.fan(region.center, rim, height), meshes.ribbon(rim, 0.5 * self._line, height, closed=True)
         added = [self.stage.add("regions", mesh, time, o) for mesh, o in zip(parts, opacities, strict=True)]
         return [path for path in added if path]
@@ -266,10 +261,10 @@ class StarRoadmapVisualizer(LeafSystem):
         self._drawn.certificate = certificate
         path = np.asarray(certificate.path)
         if len(path):
-            kept = np.unique(np.linspace(0, len(path) - 1, min(CERTIFICATE_POINTS, len(path))).round().astype(int))
+            kept = np.unique(np.linspace(0, len(path) - 1, min(8, len(path))).round().astype(int))
             path = path[kept]
         mesh = meshes.swept(path, self._robot.shape, LAYERS["certificate"].height)
-        self.stage.swap("certificate", mesh, time, CERTIFICATE_OPACITY)
+        self.stage.swap("certificate", mesh, time, opacity=0.55)
 
     def _draw_trail(self, time: float) -> None:
         trail = np.array(self._drawn.trail)

@@ -29,9 +29,6 @@ from drake_starnav.visualization.meshes import Color
 from drake_starnav.visualization.page import Caption, Extent
 from drake_starnav.worlds.footprints import box_vertices, convex_footprint
 
-UNPAINTED = (0.9, 0.9, 0.9)
-"""Drake's colour of a shape that has none."""
-
 
 @dataclass
 class Shape:
@@ -146,7 +143,7 @@ class SceneTimeline:
 def _color(look: IllustrationProperties) -> Color:
     """Red, green, blue, 0 to 1, of a shape that looks so."""
     if not look.HasProperty("phong", "diffuse"):
-        return UNPAINTED
+        return 0.9, 0.9, 0.9  # as Drake draws it
     color = look.GetProperty("phong", "diffuse")
     return color.r(), color.g(), color.b()
 

@@ -41,8 +41,6 @@ COLORS: tuple[meshes.Color, ...] = (
 )  # fmt: skip
 """Colours of the robots in order, distinguishable for colour-blind readers (Okabe and Ito, 2008)."""
 TRAIL = "trail"
-STACKED = 0.02
-"""Height step between robots, m: where several coincide, the first one is on top."""
 
 
 def trail_layer(name: str, said: str, number: int) -> tuple[str, meshes.Layer]:
@@ -99,7 +97,7 @@ def record_tracks(
     caption, rate = Caption(scenario.name, (line,), layers, shown), parameters.frames_per_second
     of_one = [dataclasses.replace(scenario, robot=each.robot, robots=()) for each in driven]
     bodies = [
-        _robot_body(each, trail.color, body_top(one), STACKED * (len(driven) - k))
+        _robot_body(each, trail.color, body_top(one), 0.02 * (len(driven) - k))  # the first is on top
         for k, (each, one, trail) in enumerate(zip(driven, of_one, trails, strict=True))
     ]
     meshcat, motions = quiet_meshcat(), tuple(each.motion for each in driven)

@@ -22,13 +22,10 @@ COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#00
 """The palette of Okabe and Ito, its yellow replaced by a brown that shows on white, and a grey."""
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*", "h")
 DASHES = ("-", (0, (5, 1.5)), (0, (1.5, 1)), (0, (4, 1, 1, 1)))
-PANELS_A_ROW = 4
 NARROW = 0.4
 """Width of the figures for narrow windows, as a share of the others'; they have as many fewer panels a row."""
 BINS = 5
-"""Number of bins for worlds of similar difficulty."""
-LEAST_IN_BIN = 5
-"""Least number of worlds in a bin; fewer worlds make fewer bins."""
+"""Number of bins for worlds of similar difficulty; where they would hold fewer than 5 worlds there are fewer."""
 OBSTACLES = "0.78"
 """Their grey, lighter than elsewhere, as several paths cross them."""
 
@@ -114,7 +111,7 @@ def _panels(
     guide: float | None = None,
 ) -> "Figure":
     """A panel for each scenario, a row for each method: a marker, its interval, its number."""
-    rows = math.ceil(len(results.scenarios) / _a_row(PANELS_A_ROW, share))
+    rows = math.ceil(len(results.scenarios) / _a_row(4, share))
     columns = math.ceil(len(results.scenarios) / rows)
     figure = new_figure(rows * (0.95 + 0.38 * len(methods)), share * WIDTH)
     grid = figure.subplots(rows, columns, sharey=True, sharex=limits is not None, squeeze=False)
@@ -218,7 +215,7 @@ def difficulty_edges(records: Sequence[Record], measure: Callable[[Record], floa
     values = np.array(sorted(value for value in worlds.values() if value is not None))
     if len(values) == 0 or values[0] == values[-1]:
         return np.zeros(0)
-    bins = min(BINS, max(1, len(values) // LEAST_IN_BIN))
+    bins = min(BINS, max(1, len(values) // 5))
     return np.unique(np.quantile(values, np.linspace(0.0, 1.0, bins + 1)))
 
 
