@@ -96,12 +96,6 @@ def test_without_a_certified_manoeuvre_there_is_none() -> None:
     assert avoided(obstacle((0.8, 0.0), (-0.6, 0.0)), twist=(0.8, 0.0), star=CertifiedRegion.none()).twist is None
 
 
-def test_the_same_situation_has_the_same_manoeuvre() -> None:
-    tracks = obstacle((2.0, 0.1), (-0.6, 0.1))
-    first, second = avoided(tracks), avoided(tracks)
-    np.testing.assert_array_equal(first.twist, second.twist)
-
-
 def test_the_way_round_is_one_of_the_manoeuvres_if_it_is_wanted() -> None:
     """Round one who comes from ahead on the left, it leads to the right."""
     tracks, limits, still = obstacle((1.5, 0.3), (-0.6, 0.0)), ROBOT.limits, np.zeros(2)

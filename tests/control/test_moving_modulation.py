@@ -42,13 +42,6 @@ def test_around_a_disc_that_stands_it_is_the_static_modulation(angle, velocity, 
     np.testing.assert_allclose(found, matrix @ velocity, atol=1e-9)
 
 
-@given(angle=angles, velocity=vectors, moves=vectors, radius=radii, away=st.floats(1.0, 5.0))
-def test_it_does_not_depend_on_who_looks(angle, velocity, moves, radius, away) -> None:
-    place, drift = away * radius * unit(angle), np.array((0.7, -0.3))
-    found = around_one(place, velocity + drift, moves + drift, radius)
-    np.testing.assert_allclose(found, around_one(place, velocity, moves, radius) + drift, atol=1e-9)
-
-
 @given(angle=angles, velocity=vectors, moves=vectors, radius=radii)
 def test_far_away_and_without_discs_nothing_changes(angle, velocity, moves, radius) -> None:
     np.testing.assert_allclose(around_one(500.0 * unit(angle), velocity, moves, radius), velocity, atol=1e-4)

@@ -142,8 +142,6 @@ def test_resuming_a_cut_file_gives_the_same_trials(whole: Path, tiny: Path, tmp_
         (["--resume", "--seed", "1001"], ["seed 1000, now 1001"]),
         (["--resume", "--method", "star_paper"], ["cases tiny star, now tiny star_paper"]),
         (["--resume", "--set", "robot.radius=0.3"], ["overrides [], now ['robot.radius=0.3']"]),
-        (["--method", "stra"], ["stra", "did you mean star"]),
-        (["--trials", "0"], ["--trials is 0"]),
         (["--worlds", "3-1"], ["--worlds has '3-1'", "ascending"]),
         (["--worlds", "all"], ["--worlds is 'all'", "0-149"]),
         (["--worlds", "0-3"], ["world !Obstacles has no number"]),

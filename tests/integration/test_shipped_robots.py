@@ -7,7 +7,6 @@ from pydrake.systems.analysis import Simulator
 from drake_starnav.scenario.scenario_file import load_scenario
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.navigation_station import NavigationStation
-from drake_starnav.station.robot_geometry import RobotModel, robot_outline
 from drake_starnav.worlds.world import World
 from tests.helpers.motions import limited_twist
 
@@ -56,9 +55,3 @@ def test_brakes_as_hard_as_commanded() -> None:
 def test_the_carrier_follows_commands_within_its_limits() -> None:
     errors = drive(CARRIER, [(1.0, 1.5, 2.0), (-1.0, -1.5, 2.0), (0.0, 0.0, 2.0)])
     assert np.abs(errors).max(axis=0) == pytest.approx((0.0, 0.0), abs=0.05)
-
-
-def test_the_carrier_s_footprint_is_its_outline() -> None:
-    station = NavigationStation(PLAIN, CARRIER)
-    outline = robot_outline(RobotModel(station.plant, station.scene_graph, station.robot_model))
-    assert sorted(map(tuple, np.round(outline, 9).tolist())) == sorted(map(tuple, CARRIER.robot.footprint))

@@ -61,16 +61,6 @@ def test_a_robot_that_drifts_ends_at_its_goal() -> None:
     assert ends["true"] < 0.35 < ends["false"]
 
 
-def test_the_shortest_path_leads_through_narrow_passages():
-    """One that leaves 2 cm on each side, off the grid; without it the way is far longer."""
-    y = 0.0137
-    walls = ((2.9, -4.0, 3.1, y - 0.275), (2.9, y + 0.275, 3.1, 3.0))
-    polygons = tuple(np.array(((a, b), (c, b), (c, d), (a, d))) for a, b, c, d in walls)
-    world = World("door", (1.0, 0.0, 0.0), (5.0, 0.0), polygons=polygons, bounds=(0.0, -4.0, 6.0, 4.0))
-    found = omniscient_path(world, 0.25)
-    assert found is not None and found[0] == pytest.approx(4.0, abs=0.01)
-
-
 def test_a_large_world_is_searched_on_a_coarser_grid():
     world = World(
         "field", (1.0, 1.0, 0.0), (190.0, 190.0), cylinders=np.array(((95.0, 95.0, 1.0),)), bounds=(0, 0, 200, 200)

@@ -128,13 +128,6 @@ def test_a_jump_is_taken_back(offset):
     assert math.hypot(*(known.corrected(believed)[:2] - poses[-1, :2])) < 0.03
 
 
-def test_with_exact_odometry_hardly_anything_is_corrected():
-    poses = circling(2)
-    known, _ = driven(ROOM, poses, OdometryError(0.0, 0.0, NOISE), 1)
-    assert math.hypot(*known.correction[:2]) < 0.01
-    assert abs(known.correction[2]) < math.radians(0.3)
-
-
 def test_lost_beams_cost_little():
     error, poses = OdometryError(0.05, 0.0, NOISE), circling(2)
     known, believed = driven(ROOM, poses, error, 2, lost=0.3)

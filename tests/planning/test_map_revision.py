@@ -108,15 +108,6 @@ def test_a_new_obstacle_cuts_a_region_back_and_keeps_the_rest():
     assert after.contains(inside[1]).all()
 
 
-def test_hits_in_free_space_are_distinguished_from_those_behind_walls():
-    seen = observed(cast(ROOM, HERE), HERE)
-    assert seen_through(seen, seen, 0.05) == 0.0
-    wider = dataclasses.replace(ROOM, bounds=(-4.0, -3.0, 4.0, 3.0), cylinders=[])
-    beyond = observed(cast(wider, HERE), HERE)
-    assert seen_through(beyond, seen, 0.05) == 0.0
-    assert seen_through(seen, beyond, 0.05) == 1.0
-
-
 def test_nodes_seen_through_are_kept_if_the_pose_is_exact():
     posts = dataclasses.replace(ROOM, cylinders=[(x, y, 0.15) for x in (-1.0, -0.3, 0.4) for y in (-1.2, 1.2)])
     roadmap = explored(posts, PLACES[:1])

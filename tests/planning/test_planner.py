@@ -141,10 +141,6 @@ def test_with_a_map_from_an_earlier_goal_nodes_are_added_only_where_something_is
     assert (beyond.roadmap.union.center[len(there.roadmap) :, 0] > 5.0).all()
 
 
-def test_on_the_first_way_no_map_is_known_yet():
-    assert not PlannerState.initial(PARAMETERS, RADIUS).with_new_goal().began_with_map
-
-
 def test_in_a_place_narrower_than_the_margin_an_earlier_node_is_enough():
     half = RADIUS + 0.5 * MARGINS.preferred
     world = World("slot", (0, 0, 0), (0.5, 0), bounds=(-1.0, -half, 2.0, half))

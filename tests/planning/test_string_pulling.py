@@ -22,17 +22,6 @@ def test_pulled_paths_are_not_longer_and_stay_in_the_union(seed):
         assert distance(world, fine).min() > RADIUS  # the margin covers what lies between two samples of the line
 
 
-@settings(max_examples=10)
-@given(seeds)
-def test_a_path_in_one_region_is_pulled_straight(seed):
-    world, roadmap = wandered(seed, nodes=1)
-    rng = np.random.default_rng(seed)
-    end = roadmap.regions[0].center + 0.3 * rng.uniform(-1.0, 1.0, 2) / np.sqrt(2.0)
-    assert roadmap.regions[0].contains(end)
-    detour = rng.uniform(-0.1, 0.1, (3, 2))
-    np.testing.assert_allclose(string_pulled(np.vstack((detour, end)), np.zeros(2), roadmap.union, RADIUS), end[None])
-
-
 @settings(max_examples=20)
 @given(seeds)
 def test_the_last_point_in_sight_is_the_last_that_a_line_reaches(seed):

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, USUAL_BODY, LaserScan
-from drake_starnav.surroundings.bearing_hits import CONNECTED_CHORD, beams_to_bearings, half_gaps, points_to_bearings
+from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, LaserScan
+from drake_starnav.surroundings.bearing_hits import beams_to_bearings, half_gaps, points_to_bearings
 from tests.helpers.scans import cast, scattered, seeds
 
 
@@ -22,14 +22,6 @@ def circle(n: int, radius: float, **changes) -> LaserScan:
 def on_grid(scan: LaserScan, samples: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Distance, half gap and offset."""
     return beams_to_bearings(scan.distances, half_gaps(scan.distances, scan.beams), scan.beams, samples)
-
-
-def test_half_gaps_of_a_round_wall_are_half_its_chords() -> None:
-    scan = circle(360, 2.0)
-    assert half_gaps(scan.distances, scan.beams) == pytest.approx(2.0 * math.sin(math.pi / 360))
-    coarse = circle(60, 2.0)
-    assert 4.0 * math.sin(math.pi / 60) > CONNECTED_CHORD * USUAL_BODY
-    assert not half_gaps(coarse.distances, coarse.beams).any()
 
 
 @given(st.integers(1, 3), st.booleans())

@@ -4,18 +4,15 @@ import dataclasses
 import math
 
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, LaserScan
-from drake_starnav.surroundings.bearing_hits import beams_to_bearings, half_gaps, points_to_bearings
+from drake_starnav.surroundings.bearing_hits import half_gaps, points_to_bearings
 from drake_starnav.surroundings.erosion import (
     FreeRange,
-    bearing_count,
     bearing_tables,
     erode,
-    free_limit,
     free_range,
     smoothed_distances,
 )
@@ -133,20 +130,6 @@ def test_beams_without_return_reach_to_the_rim_and_too_close_ones_allow_only_ret
     assert (samples[np.abs(angle) <= math.pi / 2 + 1e-9] == 0.0).all()
     np.testing.assert_allclose(samples[np.abs(angle) > math.pi / 2 + 1e-9], 5.0 - INFLATED)
     assert (profile(full_scan(np.full(360, -np.inf))).values == 0.0).all()
-
-
-def test_wider_discs_and_shorter_ranges_never_gain():
-    scan = cast(scattered(np.random.default_rng(5)))
-    gaps, count = half_gaps(scan.distances, scan.beams), 720
-    hits, tables = beams_to_bearings(scan.distances, gaps, scan.beams, count), bearing_tables(count)
-    wide, narrow = (erode(*hits, r, free_limit(scan, count, 5.0, r), *tables) for r in (0.4, 0.2))
-    assert (wide <= narrow).all()
-    assert (erode(*hits, 0.2, free_limit(scan, count, 1.0, 0.2), *tables) == np.minimum(narrow, 0.8)).all()
-
-
-@pytest.mark.parametrize("beams, samples", [(360, 720), (720, 720), (500, 1000), (1000, 1000), (7, 721)])
-def test_samples_lie_on_the_beams_of_a_full_circle(beams, samples):
-    assert bearing_count(full_scan(np.ones(beams))) == samples
 
 
 @settings(max_examples=30)

@@ -20,8 +20,3 @@ def test_in_another_frame_it_is_as_if_it_had_been_taken_there() -> None:
     assert moved.scan is scan
     region = scan_region(scan, there, RADIUS, MARGINS)
     np.testing.assert_allclose(moved.region.outline(60), region.outline(60), atol=1e-9)
-
-
-def test_nothing_has_no_region_anywhere() -> None:
-    assert Observation.none().region is None
-    assert Observation.none().moved(FRAME).region is None

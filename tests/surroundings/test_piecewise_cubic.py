@@ -1,7 +1,6 @@
 import math
 
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -93,13 +92,6 @@ def test_a_one_sided_cubic_is_lowered_by_its_overshoot(seed, fitted):
     for first, end in segments(fit, 720):
         over = max((cubics - samples)[first:end].max(), 0.0)
         np.testing.assert_allclose(fit.values[first:end], np.maximum(cubics[first:end] - over, 0.0), atol=1e-8)
-
-
-@pytest.mark.parametrize("wanted", [1, 7, 16, 360])
-def test_given_segments_are_kept(wanted):
-    fit = equal(bumpy(1), wanted)
-    assert len(fit.starts) == wanted
-    assert np.ptp([end - first for first, end in segments(fit, 720)]) <= 1
 
 
 @settings(max_examples=20)

@@ -53,15 +53,6 @@ def test_phi_is_the_smaller_of_the_samples_beside_a_bearing(seed):
     assert region.phi(np.zeros((2, 3))).shape == (2, 3)
 
 
-@settings(max_examples=20)
-@given(seeds)
-def test_bearings_are_periodic(seed):
-    region, _, _ = seen_from(seed)
-    theta = region.bearing_0 + STEP * (np.arange(720) + 0.37)
-    for turns in (-3, -1, 2):
-        np.testing.assert_allclose(region.phi(theta + turns * 2.0 * math.pi), region.phi(theta), atol=1e-6)
-
-
 @settings(max_examples=30)
 @given(seeds)
 def test_contained_points_have_the_clearance_that_the_region_states(seed):

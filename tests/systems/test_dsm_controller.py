@@ -64,13 +64,6 @@ def test_stands_before_the_first_update_and_without_guidance() -> None:
     assert np.array_equal(controlling.out("guiding_vector"), np.zeros(2))
 
 
-def test_without_guidance_a_moving_robot_brakes_as_hard_as_it_may() -> None:
-    controlling = controlling_of(Guidance.none(), twist=(0.5, -0.4))
-    braked = 0.5 - PERIOD * ROBOT.max_acceleration, -0.4 + PERIOD * ROBOT.max_yaw_acceleration
-    assert controlling.update() == pytest.approx(braked)
-    assert controlling.update(50) == pytest.approx([0.0, 0.0], abs=1e-12)
-
-
 @given(v=st.floats(0.15, 0.8), omega=st.floats(-2.0, 2.0))
 def test_without_a_certified_region_it_brakes_and_says_so(v, omega) -> None:
     controlling = controlling_of(AHEAD, CertifiedRegion.none(), twist=(v, omega))
@@ -80,17 +73,6 @@ def test_without_a_certified_region_it_brakes_and_says_so(v, omega) -> None:
     expected = (v - PERIOD * ROBOT.max_acceleration, math.copysign(max(abs(omega) - change, 0.0), omega))
     assert braked == pytest.approx(expected, abs=1e-12)
     assert controlling.update(100)[0] == 0.0
-
-
-def test_with_a_wide_star_it_drives_to_the_short_term_goal_within_the_limits() -> None:
-    controlling = controlling_of()
-    twists = np.array([controlling.update() for _ in range(60)])
-    assert controlling.out("certificate").certified
-    assert controlling.out("guiding_vector") == pytest.approx([1.0, 0.0])
-    steps = np.diff(np.vstack((np.zeros(2), twists)), axis=0)
-    assert np.abs(steps[:, 0]).max() <= ROBOT.max_acceleration * PERIOD + 1e-12
-    assert np.abs(steps[:, 1]).max() <= ROBOT.max_yaw_acceleration * PERIOD + 1e-12
-    assert twists[-1] == pytest.approx([ROBOT.max_speed, 0.0])
 
 
 def test_certificate_path_is_where_the_robot_stops_when_sight_is_lost() -> None:

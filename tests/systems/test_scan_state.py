@@ -110,14 +110,6 @@ def test_outputs_have_what_is_new_and_the_state_takes_it_when_another_is_due(col
         assert state(context) == taken and known(system, context) == (0.0, 0.05)
 
 
-def test_the_state_takes_what_is_known_when_another_comes_early(collecting) -> None:
-    system, simulator, context = collecting
-    for until, time in ((0.06, 0.05), (0.07, 0.06)):
-        system.port.FixValue(context, [time])
-        simulator.AdvanceTo(until)
-    assert state(context) == (0.0, 0.05, 0.06) == known(system, context)
-
-
 def test_scans_that_are_shown_one_after_the_other_by_hand_are_all_processed(collecting) -> None:
     system, simulator, context = collecting
     for time in (0.05, 0.06, 0.07):

@@ -92,22 +92,6 @@ def test_the_certificate_takes_smoothed_ranges_only_if_told_to() -> None:
         assert len(off) > 20 and (max(off) > 1e-3) == bool(beams) and max(off) < 0.03
 
 
-def test_the_planner_s_region_keeps_more_clearance_than_the_certified_region() -> None:
-    perceived = Perceived()
-    perceived.see(POST)
-    perceived.update()
-    region, safety = perceived.out("observation").region, perceived.out("certified_region")
-    assert np.array_equal(safety.center, region.center)
-    assert safety.bearing_0 == region.bearing_0
-    assert safety.values.max() <= MARGINS.safety_range + 1e-9
-    # straight at the post both end at its surface less the robot's radius and their own margin
-    bearing = np.arctan2(*(POST.cylinders[0, :2] - POSE[:2])[::-1])
-    sample = round((bearing - safety.bearing_0) / (2.0 * np.pi) * len(safety.values)) % len(safety.values)
-    free = np.hypot(*(POST.cylinders[0, :2] - POSE[:2])) - POST.cylinders[0, 2] - ROBOT.radius
-    assert safety.values[sample] == pytest.approx(free - MARGINS.safety, abs=5e-3)
-    assert region.boundary.values[sample] <= free - MARGINS.preferred + 5e-3  # smoothing flattens the post a little
-
-
 def test_a_scan_is_seen_at_once_whenever_it_comes() -> None:
     perceived = Perceived()
     perceived.see(POST)

@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 
 from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
-from drake_starnav.tracking.prediction import PREDICTION_STEP
 from drake_starnav.tracking.tracker import Tracked, track
 from tests.helpers.scans import seeds
 from tests.helpers.scenes import PERIOD, Scene, hall, moved, straight
@@ -134,14 +133,6 @@ def test_a_disc_out_of_sight_is_forgotten_and_one_that_is_gone_sooner() -> None:
     behind = Scene(hall((1.0, 0.5, 0.4)), (0.2,), lambda t: np.array(((2.6, min(0.9 * t - 0.9, 1.0)),)))
     assert tracked(behind, 1.8)[0].tracks.confirmed.sum() == 1  # out of sight
     assert tracked(behind, 4.0)[0].tracks.confirmed.sum() == 0
-
-
-def test_a_track_moves_on_evenly() -> None:
-    known, _ = tracked(Scene(hall(), (0.25,), straight((1.5, -0.5), (0.0, 0.5))), 1.5)
-    tracks = known.tracks
-    ways, step = tracks.predicted_trajectories, PREDICTION_STEP * tracks.expected_velocity
-    np.testing.assert_allclose(ways[:, 0], tracks.position)
-    np.testing.assert_allclose(ways[:, 4], tracks.position + 4 * step)
 
 
 @pytest.mark.slow

@@ -31,12 +31,6 @@ def test_it_lasts_as_long_as_asked_and_begins_now() -> None:
     np.testing.assert_array_equal(trajectory[0], (0.0, 0.0))
 
 
-def test_it_is_straight() -> None:
-    trajectory = one((0.3, 0.4))
-    times = PREDICTION_STEP * np.arange(len(trajectory))
-    np.testing.assert_allclose(trajectory, times[:, None] * (0.3, 0.4))
-
-
 def test_it_comes_back_from_a_wall() -> None:
     trajectory = one((0.8, 0.2), walls=WALL)
     assert trajectory[:, 0].max() <= 2.0 - 0.3 + 0.8 * PREDICTION_STEP

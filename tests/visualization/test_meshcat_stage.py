@@ -3,7 +3,6 @@
 import re
 from pathlib import Path
 
-import pytest
 from pydrake.geometry import Role
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
@@ -18,7 +17,6 @@ from drake_starnav.visualization.meshcat_stage import show_collision_shapes
 from drake_starnav.visualization.meshes import SHELL_COLOR
 from drake_starnav.visualization.recorder import robot_frames
 from drake_starnav.worlds import World
-from tests.helpers.browser import BrowserCamera, browser_missing
 from tests.station.test_robot_file import EDITED, JOINTS
 
 POST = """<sdf version="1.7"><model name="posts"><static>true</static><link name="l">
@@ -58,27 +56,3 @@ def test_a_bare_robot_has_its_colour_and_no_shapes_that_are_for_the_floor_alone(
     assert len(drawn) >= 3 and {(c.r(), c.g(), c.b()) for c in colors} == {SHELL_COLOR}
     assert not any(floor_contact(inspector, g) for g in drawn)
     assert any(floor_contact(inspector, g) for g in station.robot_geometries)
-
-
-@pytest.mark.slow
-def test_a_browser_shows_an_obstacle_without_a_visual_shape(tmp_path: Path, monkeypatch) -> None:
-    if browser_missing() is not None:
-        pytest.skip(f"there is no {browser_missing()}")
-    from drake_starnav.cli.record import record
-
-    monkeypatch.chdir(tmp_path)
-    Path("posts.sdf").write_text(POST)
-    Path("mine.yaml").write_text(
-        "world: !Model {directives: posts.sdf, start: [-1.5, 0, 0], goal: [0.75, 1.5]}\nsimulation: {timeout: 0.2}\n"
-    )
-    assert record(["mine.yaml", "--html", "mine.html", "--quiet"]) == 0
-    with BrowserCamera(Path("mine.html")) as camera:
-        image = camera.picture(0.1)
-        x, y = camera.page.evaluate(
-            """() => {
-              const p = viewer.camera.position.clone().set(1.5, 1, 0).project(viewer.camera);
-              const box = viewer.dom_element.getBoundingClientRect();
-              return [box.x + (1 + p.x) * box.width / 2, box.y + (1 - p.y) * box.height / 2];
-            }"""
-        )
-    assert max(image.getpixel((round(x), round(y)))) < 200

@@ -15,7 +15,6 @@ HERE, THERE = (0.0, 0.0, 0.0), (5.0, 0.0)
     "given, message",
     [
         ({"cylinders": [(2, 1), (3, 1), (4, 1)]}, r"cylinders\[0\] is \[2, 1\]; allowed: finite \[x, y, radius\]"),
-        ({"cylinders": np.ones((3, 4))}, r"cylinders\[0\] is \[1.0, 1.0, 1.0, 1.0\]"),
         ({"cylinders": [(2, 1, 0.3), (3, 1)]}, r"cylinders\[1\] is \[3, 1\]; allowed: finite"),
         (
             {"cylinders": np.array([(2, 1, 0.3), (3, 1, math.nan)])},
@@ -28,9 +27,7 @@ HERE, THERE = (0.0, 0.0, 0.0), (5.0, 0.0)
         ({"polygons": [[(2, 1, 0), (3, 1, 0), (3, 2, 0)]]}, r"polygons\[0\]\[0\] is .*; allowed: finite \[x, y\]"),
         ({"polygons": [[(2, 1), (3, 1)]]}, r"polygons\[0\] is .*; allowed: at least 3 finite corners"),
         ({"start": (0, 0)}, r"start is \[0, 0\]; allowed: finite \[x, y, yaw\]"),
-        ({"start": (0, 0, math.nan)}, r"start is .*; allowed: finite \[x, y, yaw\]"),
         ({"goal": (1, 2, 3)}, r"goal is \[1, 2, 3\]; allowed: finite \[x, y\]"),
-        ({"goal": "far"}, r"goal is 'far'; allowed: a list"),
         ({"bounds": (0, 0, 1)}, r"bounds is \[0, 0, 1\]; allowed: finite \[x_min, y_min, x_max, y_max\]"),
         ({"bounds": (0, 0, -1, 1)}, r"bounds is .*; allowed: x_min < x_max"),
     ],

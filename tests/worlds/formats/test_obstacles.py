@@ -41,18 +41,9 @@ def test_an_unreachable_goal_is_allowed():
         ({"polygons": [SQUARE], "goal": [1.5, 1.6]}, r"goal is \[1\.5, 1\.6\], inside polygons\[0\]"),
         ({"bounds": [-0.1, -1.0, 6.0, 1.0]}, r"start .* 0\.1 m from bounds"),
         ({"bounds": [-1.0, -1.0, 3.0, 1.0]}, r"goal .* outside of bounds"),
-        ({"start": [0.0, 0.0]}, r"start is \[0\.0, 0\.0\]; allowed: finite \[x, y, yaw\]"),
-        ({"goal": [0.0, float("nan")]}, r"goal is .*; allowed: finite \[x, y\]"),
-        ({"goal": 3.0}, "goal is 3.0; allowed: a list"),
-        ({"cylinders": [[1.0, 2.0]]}, r"cylinders\[0\] is .*allowed: finite \[x, y, radius\]"),
-        ({"cylinders": [[3.0, 3.0, "wide"]]}, r"cylinders\[0\]"),
-        ({"cylinders": [[3.0, 3.0, -1.0]]}, r"cylinders\[0\].*positive radius"),
-        ({"polygons": [[[1.0, 1.0], [2.0, 1.0]]]}, r"polygons\[0\].*at least 3"),
         ({"polygons": [[]]}, r"polygons\[0\].*at least 3"),
         ({"polygons": [[*SQUARE[:3], [1.0]]]}, r"polygons\[0\]\[3\] is \[1\.0\]"),
         ({"polygons": [[SQUARE[k] for k in (0, 2, 1, 3)]]}, r"polygons\[0\].*simple"),
-        ({"bounds": [0.0, 1.0]}, "bounds"),
-        ({"bounds": [3.0, -1.0, -1.0, 1.0]}, "x_min < x_max"),
     ],
 )
 def test_bad_input_is_refused(fields, message):
