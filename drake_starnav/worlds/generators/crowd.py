@@ -16,19 +16,13 @@ from drake_starnav.worlds.solvable import Drawn, random_yaw
 from drake_starnav.worlds.world import World
 
 _HEIGHT = 12.0  # m, extent along y
-_RADII = (0.2, 0.3)  # m, of the moving obstacles
-_COLUMNS, _COLUMN_RADII = (3, 6), (0.15, 0.4)  # least and greatest number, and radii, m
-_WALLS, _WALL_LENGTHS = (1, 3), (1.5, 3.0)  # least and greatest number, and lengths, m
 _HEAD_START = 1.8  # m, least distance of a moving obstacle from the robot at the start
-_LONGEST_WAIT, _SAMPLING = 10.0, 0.1  # s, for which a moving obstacle may occupy the goal, and of the check for that
+_SAMPLING = 0.1  # s, of the check for how long a moving obstacle stays on the goal
 _TRIES = 1000  # paths drawn for one moving obstacle, or places, and headings for one walk
 _DURATION = 90.0  # s, until the moving obstacles return the way they came, and the trial ends
-_TURN_RATES, _TURN_TIMES = (-0.6, 0.6), (1.0, 3.0)  # rad/s, kept for so long, s
 _SPACING = 0.01  # m, between the places of a leg that are checked
 _ROOM = np.array((10.0, 6.0))  # m, of StopAndGo, from start to goal along x, and along y
-_STOPPING_RADII = (0.15, 0.3)  # m, of its moving obstacles
 _INSET = 0.8  # m, of its start and goal from the walls at both ends
-_WAITS, _WALKS = (0.5, 6.0), (0.5, 2.0)  # s, duration of a stand and of a walk
 
 
 @dataclass(frozen=True)
@@ -49,24 +43,24 @@ class Crowd(Drawn):
         """
         world = super().make(rng, robot)
         count = int(rng.integers(*self.moving_obstacles, endpoint=True))
-        radii = rng.uniform(*_RADII, count)
+        radii = rng.uniform(0.2, 0.3, count)
         paths = tuple(self._draw_path(world, radius, robot.radius, rng) for radius in radii)
         return dataclasses.replace(world, moving_obstacles=MovingObstacles(radii, paths))
 
     def draw(self, rng: np.random.Generator) -> World:
-        count = rng.integers(*_COLUMNS, endpoint=True)
+        count = rng.integers(3, 6, endpoint=True)
         places = rng.uniform((2.0, 1.0), (self.width - 2.0, _HEIGHT - 1.0), (count, 2))
         walls = []
-        for _ in range(rng.integers(*_WALLS, endpoint=True)):
+        for _ in range(rng.integers(1, 3, endpoint=True)):
             middle = rng.uniform((3.0, 2.0), (self.width - 3.0, _HEIGHT - 2.0))
-            half, thick = 0.5 * rng.uniform(*_WALL_LENGTHS), 0.06
+            half, thick = 0.5 * rng.uniform(1.5, 3.0), 0.06
             walls.append(place(rectangle(-half, -thick, half, thick), middle, rng.uniform(0.0, math.pi)))
         start_y, goal_y = rng.uniform(0.8, _HEIGHT - 0.8, 2)
         return World(
             name="crowd",
             start=(rng.uniform(0.6, 1.4), start_y, random_yaw(rng)),
             goal=(self.width - rng.uniform(0.6, 1.4), goal_y),
-            cylinders=np.column_stack((places, rng.uniform(*_COLUMN_RADII, len(places)))),
+            cylinders=np.column_stack((places, rng.uniform(0.15, 0.4, len(places)))),
             polygons=tuple(walls),
             bounds=(0.0, 0.0, self.width, _HEIGHT),
             timeout=_DURATION,
@@ -80,7 +74,7 @@ class Crowd(Drawn):
             if room < 0.05 or math.dist(position, world.start[:2]) < _HEAD_START:
                 continue
             path = wander(world, position, radius, speed, winding, rng)
-            if path is not None and _longest_stay(path, radius + robot_radius, world.goal) <= _LONGEST_WAIT:
+            if path is not None and _longest_stay(path, radius + robot_radius, world.goal) <= 10.0:
                 return path
         raise StarnavError(
             f"Crowd: none of {_TRIES} paths for a disc of radius {radius:.2f} m was free; allowed: a larger room"
@@ -113,7 +107,7 @@ def wander(
     points = [(time, *position)]
     while time < _DURATION:
         if winding and time >= next_turn:
-            turn_rate, next_turn = rng.uniform(*_TURN_RATES), time + rng.uniform(*_TURN_TIMES)
+            turn_rate, next_turn = rng.uniform(-0.6, 0.6), time + rng.uniform(1.0, 3.0)
         leg = 0.2 if winding else 2.0  # s: collision checks and changes of heading are per leg
         heading += turn_rate * leg
         steps = _free_steps(world, position, heading, least, math.ceil(speed * leg / _SPACING))
@@ -168,7 +162,7 @@ class StopAndGo:
                 f"StopAndGo: robot.radius {robot.radius:g} m does not fit at the start; allowed: below {_INSET:g} m"
             )
         start = np.array((_INSET, 0.5 * _ROOM[1]))
-        radii = rng.uniform(*_STOPPING_RADII, self.moving_obstacles)
+        radii = rng.uniform(0.15, 0.3, self.moving_obstacles)
         moving_obstacles = MovingObstacles(radii, tuple(self._draw_path(start, radius, rng) for radius in radii))
         return World(
             name="stop_and_go",
@@ -189,7 +183,7 @@ class StopAndGo:
         speed, time = rng.uniform(*self.speed), 0.0
         points = [(time, *place)]
         while time < 60.0:  # s, until it returns along the same path
-            time += rng.uniform(*_WAITS)
+            time += rng.uniform(0.5, 6.0)
             points.append((time, *place))
             place, duration = _walk(place, speed, low, high, rng)
             time += duration
@@ -202,7 +196,7 @@ def _walk(
 ) -> tuple[np.ndarray, float]:
     """End of a straight walk from a place inside the limits, and its duration, s."""
     for _ in range(_TRIES):
-        heading, duration = rng.uniform(-math.pi, math.pi), rng.uniform(*_WALKS)
+        heading, duration = rng.uniform(-math.pi, math.pi), rng.uniform(0.5, 2.0)
         end = place + speed * duration * np.array((math.cos(heading), math.sin(heading)))
         if ((low <= end) & (end <= high)).all():
             return end, duration

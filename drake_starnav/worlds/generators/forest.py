@@ -9,7 +9,6 @@ from drake_starnav.worlds.solvable import Drawn, random_yaw
 from drake_starnav.worlds.world import World
 
 _CLEARING = 2.2  # m, no trees in the strips at both ends, where start and goal lie
-_VERGE = (0.3, 0.6)  # m, the bounds' distance from the field along x and y
 _TREES = np.array(
     [
         (-1.70186, 2.39497),
@@ -25,7 +24,6 @@ _TREES = np.array(
         (3.60735, -0.432026),
     ]
 )
-_BOUNDS = (-4.01, -1.69, 5.02, 3.51)
 
 
 @dataclass(frozen=True)
@@ -55,7 +53,7 @@ class Forest(Drawn):
             start=(rng.uniform(0.4, 1.2), start_y, random_yaw(rng)),
             goal=(self.width - rng.uniform(0.4, 1.2), goal_y),
             cylinders=np.column_stack((trees, np.full(len(trees), self.radius))),
-            bounds=(-_VERGE[0], -_VERGE[1], self.width + _VERGE[0], self.height + _VERGE[1]),
+            bounds=(-0.3, -0.6, self.width + 0.3, self.height + 0.6),
         )
 
 
@@ -73,5 +71,5 @@ class PaperForest(Drawn):
             start=(rng.uniform(-3.6, -2.7), start_y, random_yaw(rng)),
             goal=(rng.uniform(4.5, 4.8), goal_y),
             cylinders=np.column_stack((_TREES, np.full(len(_TREES), 0.5))),
-            bounds=_BOUNDS,
+            bounds=(-4.01, -1.69, 5.02, 3.51),
         )

@@ -10,7 +10,6 @@ from drake_starnav.worlds.solvable import Drawn, random_yaw
 from drake_starnav.worlds.world import World
 
 _WIDTH, _HEIGHT = 6.0, 8.0  # m, along x and, from start to goal, along y
-_CLUTTER = (3, 7)  # fewest and most cylinders and boxes beside the dead end
 
 
 @dataclass(frozen=True)
@@ -22,7 +21,7 @@ class Room(Drawn):
         dead_end = trap(rng.uniform(1.6, 3.0), rng.uniform(1.0, 2.2), WALL, arms=2)
         polygons = [place(dead_end, middle, rng.uniform(-0.4, 0.4) - math.pi / 2.0)]
         cylinders = []
-        for _ in range(rng.integers(*_CLUTTER, endpoint=True)):
+        for _ in range(rng.integers(3, 7, endpoint=True)):
             position = rng.uniform(0.5, (_WIDTH - 0.5, _HEIGHT - 0.5))
             if rng.random() < 0.5:
                 cylinders.append((*position, rng.uniform(0.1, 0.3)))
