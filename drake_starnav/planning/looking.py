@@ -47,16 +47,23 @@ def looking_aside(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     """The state with guidance to turn, where lidars have not seen all around.
 
     One that is no disc may turn where it begins, and faces its path before it leaves. Later a robot looks at what is
-    beside the path if it stands before it.
+    beside the path if it stands before it. A lone lidar on the axis is turned until it faces a path of which it sees
+    nothing; most bases turn so by themselves.
     """
     scan, pose = inputs.observation.scan, inputs.observation.pose
+    turning = state.aside is not None and len(state.aside.poses) > 0
     if state.aside is not None:
         state = dataclasses.replace(state, aside=None)
-    if not scan.merged or not len(state.path):
+    if sees_all_around(inputs) or not len(state.path):
         return state
     x, y, yaw = pose.tolist()
     ahead = math.atan2(state.path[0, 1] - y, state.path[0, 0] - x) - yaw
     beside = np.mod(scan.bearings - ahead + math.pi, 2.0 * math.pi) - math.pi
+    if not scan.merged:
+        blind = inputs.time - state.progress_time > LOOKS_AFTER and np.abs(beside).min() > scan.angle_increment
+        if not blind and (not turning or faces(inputs, state.path[0])):
+            return state
+        return dataclasses.replace(state, aside=_turn(state, x, y, yaw + ahead))
     near = scan.lost & (scan.distances < UNSEEN_WITHIN * inputs.swept_radius)
     unseen = np.flatnonzero(near & (np.abs(beside) <= 0.5 * math.pi))
     begun, spot = state.roadmap.nodes[0], BEGINS_WITHIN * inputs.robot_radius

@@ -202,11 +202,15 @@ def _along_path(state: PlannerState, check: PlanCheck, inputs: PlannerInput) -> 
 
 
 def _failed_way(state: PlannerState, inputs: PlannerInput) -> np.ndarray:
-    """The way (k, 2) on which a robot has stalled; none if it may stand only to turn, as a disc may."""
+    """The way (k, 2) on which a robot has stalled; none if it may stand only to turn, as a disc may.
+
+    One that faces its way, or turns its back to it, as a holonomic one drives, does not turn any more.
+    """
     way = np.vstack((state.guidance.path, state.optimistic_path))
     if not len(way) or inputs.body is not None:
         return way
-    return way if faces(inputs, way[0]) else EMPTY_PATH
+    turned = faces(inputs, way[0]) or faces(inputs, 2.0 * inputs.position - way[0])
+    return way if turned else EMPTY_PATH
 
 
 def _planned(state: PlannerState, stalled: bool, inputs: PlannerInput) -> PlannerState:

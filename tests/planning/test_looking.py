@@ -65,3 +65,28 @@ def test_facing_and_seeing_the_probe_after_a_turn() -> None:
         turned = inputs(1.0, unseen, yaw)
         assert turned.observation.region is not None
         assert turned_to_look(state, turned.observation.region, turned) == due
+
+
+def blind_behind(time: float, yaw: float) -> PlannerInput:
+    """A lidar on the axis that looks 123 degrees to both sides, in the open."""
+    half = math.radians(123.0)
+    scan = LaserScan(time, -half, half / 180, 0.0, 5.0, np.full(361, math.inf))
+    pose = np.array((0.0, 0.0, yaw))
+    seen = Observation(scan_region(scan, pose, RADIUS, MARGINS), scan, pose)
+    return PlannerInput(seen, pose[:2], np.array((9.0, 0.0)), time, PARAMETERS, MARGINS, RADIUS)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_lidar_that_looks_ahead_is_turned_to_a_path_behind_it_until_it_faces_it(side: float) -> None:
+    """A holonomic base would turn its back to it for good."""
+    state = planned(blind_behind(0.0, side * math.pi))
+    for time, yaw, turns in ((0.3, 3.1, False), (LOOKS_AFTER + 0.1, 3.1, True), (1.0, 1.2, True), (2.0, 0.4, False)):
+        state = looking_aside(state, blind_behind(time, side * yaw))
+        assert (state.aside is not None) == turns
+        assert state.aside is None or abs(math.remainder(state.aside.poses[0, 2], 2.0 * math.pi)) < 1e-9
+    assert looking_aside(state, blind_behind(9.0, side * 2.0)).aside is None  # it sees its path
+
+
+def test_it_is_not_while_the_robot_gets_on() -> None:
+    state = dataclasses.replace(planned(blind_behind(0.0, math.pi)), progress_time=2.0)
+    assert looking_aside(state, blind_behind(2.1, math.pi)).aside is None
