@@ -28,7 +28,7 @@ from drake_starnav.systems.twist_shield import Unshielded
 from drake_starnav.worlds.world import World
 
 PERIOD = 0.1
-"""Of a step of the environment, s."""
+"""Duration of a step of the environment, s."""
 BONUS = 1.0
 """Reward for the goal, and penalty for a contact."""
 

@@ -30,7 +30,7 @@ PERIOD = 0.25
 SAMPLES = (11, 21)
 """Speeds and turning rates across the window; an odd number keeps the present one."""
 CLEARANCE_WEIGHT, SPEED_WEIGHT = 0.5, 0.5
-"""Of the way to the first hit along the arc, and of going fast, against 1 of facing the goal after it."""
+"""Weights of the way to the first hit along the arc and of speed; facing the goal after it has 1."""
 CLEARANCE_LIMIT = 2.0
 """Clearance from which on more is no better, m."""
 STRAIGHT = 1e-6

@@ -14,7 +14,7 @@ from scipy.sparse.csgraph import connected_components
 from drake_starnav.utils.snapshot import snapshot
 
 WALL_RADIUS = 1e5
-"""Of the circle that stands for a wall: over 20 m it is straight to half a millimetre, m."""
+"""Radius of the circle that stands for a wall: over 20 m it is straight to half a millimetre, m."""
 DEPTH = 0.99
 """A reference point is at most this share of the inflated radius away from its circle's centre."""
 

@@ -12,7 +12,7 @@ MODULES = {
     "show_world": "show", "margins": "show", "drive": "drive", "replay": "drive", "warm": "drive",
     "calibrate": "drive",
 }  # fmt: skip
-"""Of each command, in this folder; scripts/ has a file for each but `demo` and those of `drive`."""
+"""Module of each command, in this folder; scripts/ has a file for each but `demo` and those of `drive`."""
 
 
 def find_command(name: str) -> "Command":

@@ -18,9 +18,9 @@ SAMPLING = 0.032
 """Largest distance between two samples of a motion, in narrow radii; of slender bodies in thirds of the radius. The
 discs that cover a polygon are wider than the polygon by no more than this share of half its width."""
 MOST_DISCS = 12
-"""Of each part; one that is longer is covered by wider discs."""
+"""Most discs that cover a part; one that is longer is covered by wider discs."""
 LEAST_SIZE = 0.01
-"""A footprint is at least so wide, m."""
+"""A footprint is at least this wide, m."""
 LARGEST_SIZE = 5.0
 """No corner of a footprint is farther from the axis, m."""
 MOST_PARTS = 8

@@ -21,7 +21,7 @@ from drake_starnav.utils.files import no_file, read_bytes, reading
 DRAKE_NAMESPACE = "http://drake.mit.edu"
 CONVERTED = (".dae", ".stl")
 SHOWN_BY_DRAKE, PAINTED = (".obj", ".gltf"), (".dae", ".stl", ".glb")
-"""Of visual meshes: those that Drake's Meshcat shows, and those that are converted."""
+"""Visual meshes: those that Drake's Meshcat shows, and those that are converted."""
 EVERYWHERE = ("sun", "ground_plane")
 """Included models without which no world of Gazebo's is: there is a floor and light already."""
 _PRIMITIVES = {"box", "sphere", "cylinder", "capsule", "ellipsoid", "empty"}
@@ -37,7 +37,7 @@ _KEPT = {
     "visual": {"pose", "geometry", "material"},
     "material": {"ambient", "diffuse", "specular", "emissive"},
 }
-"""Of these elements of SDF only these parts concern bodies."""
+"""The parts of these elements of SDF that concern bodies."""
 
 
 class Models:

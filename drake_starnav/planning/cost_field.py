@@ -101,7 +101,7 @@ def cost_to_go(
     radius = terrain.robot_radius
     blocked, soft = radius - BLOCKED_SLACK * radius, radius + SOFT_ZONE * radius
     swept = terrain.swept_radius if terrain.swept_radius > radius else 0.0  # of a disc nothing
-    half_diagonal = math.hypot(0.5, 0.5) * grid.resolution  # a path is up to so far off its cells' centres
+    half_diagonal = math.hypot(0.5, 0.5) * grid.resolution  # a path is up to this far off its cells' centres
     limits = blocked - terrain.doubt, blocked, soft, swept
     weight = _weights(grid.arrays, first, count, limits, (NEAR_WALL_COST, TIGHT_COST, DOUBT_COST))
     _close(weight, (terrain.closures - origin) / cell + 1.0, (CLOSED * radius + half_diagonal) / cell)

@@ -13,7 +13,7 @@ from drake_starnav.surroundings.star_region import StarRegion
 FACING = math.radians(30.0)
 """A robot faces a place that lies within this angle of its heading, rad."""
 LOOKS_AFTER = 0.5
-"""A robot that faces its path for so long without progress looks at what it has not seen beside it, s."""
+"""A robot that faces its path for this long without progress looks at what it has not seen beside it, s."""
 UNSEEN_WITHIN = 2.0
 """That is what is no farther than this, in radii of the disc that it covers when it turns."""
 BEGINS_WITHIN = 0.1

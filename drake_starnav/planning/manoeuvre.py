@@ -112,7 +112,7 @@ def manoeuvring(
         pose: (x, y, yaw) of the robot, W.
         time: of the scan, s.
         body: the robot.
-        patience: a manoeuvre is given up if no pose of it is reached for so long, s.
+        patience: a manoeuvre is given up if no pose of it is reached for this long, s.
     """
     after = before._replace(begun=before.begun[:0], gives_up=False) if before.gives_up else before
     after, unit = _wound(after, path, pose, body.footprint.radius), body.footprint.radius

@@ -185,7 +185,7 @@ BASELINES = tuple(name for name, make in SECTIONS.items() if hasattr(make, "prop
 CONTROLLERS = ("star", "star_paper", *BASELINES)
 """Values of `controller.kind`."""
 KEYS = ("world", *SECTIONS, *LISTS, *DRAKE_CONFIGS)
-"""Of a scenario's mapping, where they may be overridden; it may also hold `directives`."""
+"""Keys of a scenario that may be overridden; it may also hold `directives`."""
 
 
 def check_method(scenario: Scenario, method: str | None) -> str:

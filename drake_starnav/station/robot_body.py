@@ -183,7 +183,7 @@ def _refuse_size(robot: RobotParameters, link: str) -> NoReturn:
 def _share(
     shape: Footprint, most: float, placed: list[tuple[ElementTree.Element, list[ElementTree.Element]]]
 ) -> float | None:
-    """To which share of their distances from the axis elements are to be moved, at most, that the parts of all lie in a
+    """The largest share of their distances from the axis to which elements can be moved so that all parts lie in a
     footprint."""
     prints = [(pose_of(element).translation()[:2], *_print(part)) for element, parts in placed for part in parts]
     for share in np.linspace(most, 0.0, 101):

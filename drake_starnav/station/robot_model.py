@@ -39,7 +39,7 @@ WHEEL_GAIN = 10.0
 SERVO_LAG = 0.02
 """A robot's speed follows its wheels' commands within this, s."""
 SPARE_GRIP = 3.0
-"""Wheels must be able to turn a robot by so many times what is asked: casters carry a part of its weight, and drag."""
+"""Wheels must be able to turn a robot by this many times what is asked: casters carry part of its weight, and drag."""
 SIMPLIFIED = 0.004
 """Corners are left out where the outline grows by no more than about this, m."""
 

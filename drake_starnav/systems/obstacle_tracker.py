@@ -16,7 +16,7 @@ from drake_starnav.systems.scan_state import ScanState
 from drake_starnav.systems.star_perception import lidar_names
 from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
-from drake_starnav.tracking.tracker import Tracked, joined, track
+from drake_starnav.tracking.tracker import Tracked, joint_tracks, track
 from drake_starnav.utils.stopwatch import Stopwatch
 
 
@@ -82,7 +82,7 @@ class ObstacleTracker(LeafSystem):
         return unturned(self._tracked.Eval(context)[number].scan, _flip(self._mounts[number]))
 
     def _tracks(self, context: Context) -> Tracks:
-        return joined(self._tracked.Eval(context), self._obstacles)
+        return joint_tracks(self._tracked.Eval(context), self._obstacles)
 
 
 def _flip(mount: Mount) -> Mount:

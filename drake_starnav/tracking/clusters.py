@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.lidar.laser_scan import HIT
-from drake_starnav.tracking.surfaces import joined_beams, run_chord, runs
+from drake_starnav.tracking.surfaces import continuing_beams, run_chord, runs
 
 FEWEST_BEAMS = 2
 """Clusters of fewer hits are not tracked."""
@@ -32,7 +32,7 @@ def clusters(beams, doubtful, may_start, largest):
         largest: radius of the largest obstacle that moves, m.
     """
     n, hits = len(doubtful), beams.kinds & HIT != 0
-    continues, wide = joined_beams(beams, hits), np.zeros(n, np.bool_)
+    continues, wide = continuing_beams(beams, hits), np.zeros(n, np.bool_)
     out, found = np.empty((2 * n, 2), np.int64), 0
     for narrow_only, chosen in ((False, (doubtful | may_start) & hits), (True, doubtful & hits)):
         for first, count in _parted(beams.distances, runs(chosen & (wide | (not narrow_only)), continues)):

@@ -19,7 +19,7 @@ from numba.extending import register_jitable
 from drake_starnav.geometry.compiled import leaf
 from drake_starnav.lidar.laser_scan import DYNAMIC, HIT, LOST, STATIC, UNKNOWN, LaserScan, placed_ends
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
-from drake_starnav.tracking.surfaces import joined_beams, run_chord, runs
+from drake_starnav.tracking.surfaces import continuing_beams, run_chord, runs
 from drake_starnav.utils.snapshot import snapshot
 
 CELL = 0.05
@@ -156,7 +156,7 @@ def _classified(grids, cells, beams, time, width):
         for a in range(i - 1, i + 2):
             for b in range(j - 1, j + 2):
                 stands[k] |= _stands(first_hit[a, b], last_hit[a, b], time)
-    continues = joined_beams(beams, hits)
+    continues = continuing_beams(beams, hits)
     for first, count in runs(hits, continues):  # static if too wide, all around, or if some of it certainly stands
         run = (first + np.arange(count)) % n
         chord = run_chord(beams.distances, beams.increment, first, count)

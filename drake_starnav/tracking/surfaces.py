@@ -48,7 +48,7 @@ def _on_large_surfaces(beams, hits, bearings, width, notch):
         cosine[k] = math.cos(bearings[said[k]] - before)
         ends[k, 0] = distance[k] * beams.directions[said[k], 0]
         ends[k, 1] = distance[k] * beams.directions[said[k], 1]
-    continues = joined(distance, hit, cosine, beams.seam < np.inf)
+    continues = continuing(distance, hit, cosine, beams.seam < np.inf)
     for first, count in runs(hit, continues):
         if count == n and continues[first]:
             first = int(np.argmax(distance))  # what is all around is cut at its farthest corner
@@ -58,7 +58,7 @@ def _on_large_surfaces(beams, hits, bearings, width, notch):
 
 
 @njit(cache=True)
-def joined(distance, hit, cosine, wrap):
+def continuing(distance, hit, cosine, wrap):
     """Which beams hit the surface that the beam before has hit, shape (n,), bool.
 
     Args:
@@ -76,14 +76,14 @@ def joined(distance, hit, cosine, wrap):
 
 
 @njit(cache=True)
-def joined_beams(beams, hits):
-    """`joined` for all `Beams` of a scan, of which `hits` (n,) hit something."""
-    return joined(beams.distances, hits, np.full(len(hits), math.cos(beams.increment)), beams.seam < np.inf)
+def continuing_beams(beams, hits):
+    """`continuing` for all `Beams` of a scan, of which `hits` (n,) hit something."""
+    return continuing(beams.distances, hits, np.full(len(hits), math.cos(beams.increment)), beams.seam < np.inf)
 
 
 @njit(cache=True)
 def runs(chosen, continues):
-    """Runs of `chosen` beams (n,) of which each continues the one before, as from `joined`.
+    """Runs of `chosen` beams (n,) of which each continues the one before, as from `continuing`.
 
     Returns:
         The first beam of each and how many they are, shape (k, 2); after the last beam of a scan comes the first.

@@ -85,7 +85,7 @@ def track(
     return Tracked(grid.updated(scan, pose, large & (motion != DYNAMIC)), tracks, scan, pose)
 
 
-def joined(states: Sequence[Tracked], parameters: DynamicObstacleParameters) -> Tracks:
+def joint_tracks(states: Sequence[Tracked], parameters: DynamicObstacleParameters) -> Tracks:
     """The tracks of several lidars as of the newest scan; those of a single lidar as they are.
 
     Each lidar tracks what it sees, also what another sees. What it saw earlier may have moved since then, no farther
@@ -125,7 +125,7 @@ def _at(time: float, tracks: Tracks, max_speed: float, first: int) -> Tracks:
 
 
 def _hidden(tracked: Tracked, others: Sequence[Tracked], parameters: DynamicObstacleParameters) -> np.ndarray:
-    """The edges of what neither a lidar nor the others see, places with their radius, shape (n, 3); see `joined`."""
+    """Edges of what neither a lidar nor the others see, places with their radius, shape (n, 3), for `joint_tracks`."""
     if not parameters.guarded:
         return tracked.tracks.occlusions
     shadows, edges = tracked.tracks.occlusions, view_edges(tracked.scan, tracked.pose)

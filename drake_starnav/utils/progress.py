@@ -44,7 +44,7 @@ class Progress:
             self.say(f"{self._label}: {detail}")
 
     def count(self, done: int, total: int) -> None:
-        """Report that so many of equal parts are done."""
+        """Report how many of equal parts are done."""
         self.show(done / max(total, 1), f"{done} of {total}")
 
     def say(self, text: str) -> None:

@@ -6,7 +6,7 @@ from drake_starnav.errors import StarnavError
 
 _PACKAGE = Path(__file__).resolve().parents[1]
 _FOLDERS = (_PACKAGE / "share", _PACKAGE.parent / "models")
-"""Of an installed wheel, and of a checkout; the build copies the second to the first."""
+"""Folders of an installed wheel and of a checkout; the build copies the second to the first."""
 
 PACKAGE_URI = "package://drake_starnav/"
 """Of the models folder, as Drake's `Parser` writes it."""

@@ -15,7 +15,7 @@ from drake_starnav.visualization import meshes
 from drake_starnav.worlds.world import OPEN_BORDER, World
 
 WIDTH = 11.0
-"""Of a plot, inches; a page shows an inch as 96 pixels."""
+"""Width of a plot, inches; a page shows an inch as 96 pixels."""
 OBSTACLES, WALLS = "0.62", "0.35"
 """Greys of the obstacles and of the walls around a world."""
 START, GOAL, PATH = "#D55E00", "#009E73", "#0072B2"

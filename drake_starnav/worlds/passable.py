@@ -15,7 +15,7 @@ from drake_starnav.worlds.world import World
 LATTICES = ((0.05, 64), (0.025, 128))
 """Grid step, m, and number of headings: the second where the first finds no way."""
 MOST_STATES = 60_000_000
-"""Of a lattice; a larger one is not searched."""
+"""A lattice of more states is not searched."""
 _INSIDE = 0.04  # m, from the outline to the middles of the discs along it
 _MOVES = np.array([(1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)])
 

@@ -86,7 +86,7 @@ def way_through(
 
 
 def is_solvable(world: World, robot: Footprint, spare: float) -> bool:
-    """Whether a robot has a way from the start to the goal of a world with so much to all sides, m."""
+    """Whether a robot has a way from the start to the goal of a world with `spare` to all sides, m."""
     ends = (world.start, world.goal)
     return all(is_free(world, end, robot, spare) for end in ends) and way_through(world, robot, spare) is not None
 

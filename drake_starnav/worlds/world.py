@@ -22,7 +22,7 @@ SMALLEST, FARTHEST = 1e-3, 1e6
 """Least radius, and greatest distance from the origin, m; beyond them floating-point precision does not suffice."""
 
 MOST_SHAPES = 3000
-"""Of cylinders: more take Drake minutes and gigabytes to register, as it notes of each pair whether it may collide."""
+"""Most cylinders: more take Drake minutes and gigabytes to register, as it notes of each pair if it may collide."""
 
 OPEN_BORDER = 2.0
 """How much of an open plane around the obstacles, start and goal counts as the world's extent, m."""

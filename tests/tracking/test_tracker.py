@@ -12,7 +12,7 @@ from drake_starnav.geometry.se2 import composed
 from drake_starnav.lidar.laser_scan import DYNAMIC
 from drake_starnav.safety.moving_certificate import GROWTH, RADIUS, reachable_discs
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
-from drake_starnav.tracking.tracker import Tracked, joined, track
+from drake_starnav.tracking.tracker import Tracked, joint_tracks, track
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import cast, cast_rolling, seeds
 from tests.helpers.scenes import PERIOD, Scene, hall, straight
@@ -115,7 +115,7 @@ def test_what_comes_to_the_robot_was_reachable_whoever_saw_it(lidars: tuple, age
         shown = np.abs(np.hypot(*(scan.points(pose) - at(-age)[0]).T) - MOVER) < 1e-3
         if shown.any() and not len(states[k].tracks.hits):
             return  # beside the end of the partition it looks like a part of it
-    reachable = reachable_discs(joined(states, obstacles), obstacles)
+    reachable = reachable_discs(joint_tracks(states, obstacles), obstacles)
     comes = next(time for time in np.arange(0.0, 9.0, 0.005) if Point(at(time)[0]).distance(BODY) <= MOVER)
     away = np.array([Point(place).distance(BODY) for place in reachable[:, :2]]) - reachable[:, RADIUS]
     assert (away / reachable[:, GROWTH]).min() <= comes

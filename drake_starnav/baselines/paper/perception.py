@@ -16,7 +16,7 @@ from drake_starnav.surroundings.safe_region import CertifiedRegion
 from drake_starnav.surroundings.star_region import fit_region
 
 TOLERANCE = 0.4
-"""Largest overshoot plus undershoot of a cubic, in radii of the robot: so much that noise makes no segments."""
+"""Largest overshoot plus undershoot of a cubic, in radii of the robot: large enough that noise makes no segments."""
 
 
 def perceive(

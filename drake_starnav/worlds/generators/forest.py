@@ -41,7 +41,7 @@ class Forest(Drawn):
     def draw(self, rng: np.random.Generator) -> World:
         spacing = 2.0 * self.radius + rng.uniform(*self.gap)
         wanted = int(rng.integers(*self.trees, endpoint=True))
-        # a dense forest is full after so many places were tried
+        # a dense forest is full after this many places were tried
         places = rng.uniform((_CLEARING, 0.0), (self.width - _CLEARING, self.height), (4000, 2))
         trees = np.empty((0, 2))
         while len(trees) < wanted and len(places):
