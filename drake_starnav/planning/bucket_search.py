@@ -9,7 +9,7 @@ from drake_starnav.geometry.compiled import largest, leaf
 from drake_starnav.surroundings.region_union import CELL, newest_around
 
 UNREACHED = 2**30
-"""Costs are stored less this, so that 0, of which memory is full at no cost, stands for what was not reached."""
+"""Costs are stored less this, so that 0, with which memory comes at no cost, means not reached."""
 NEIGHBOURHOOD = 150
 """The margin by which a search reaches all 3 x 3 cells about its source, hundredths of a cell."""
 

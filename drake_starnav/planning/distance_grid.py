@@ -171,7 +171,7 @@ def _stamp(tiles, used, rows, first, resolution, cap, points):
         x, y = points[n, 0], points[n, 1]
         i, j = int(round(x / resolution)), int(round(y / resolution))
         row = rows[i // TILE - first[0], j // TILE - first[1]]
-        # a hit closer than half a cell to one already known adds nothing that the grid resolves
+        # a hit in a cell whose centre has one within 0.6 cells adds nothing that the grid resolves
         if row >= 0 and tiles[row, i % TILE, j % TILE] < 0.6 * resolution:
             continue
         for p in range((i - reach) // TILE, (i + reach) // TILE + 1):
@@ -205,7 +205,7 @@ def _distances(grid, points):
 
 @leaf
 def distance_at(grid, x, y):
-    """From the cell of (x, y) to the nearest hit, at most the cap, m; of the `arrays` of a grid."""
+    """Distance from the cell of (x, y) to the nearest hit, at most the cap, m, by the `arrays` of a grid."""
     tiles, rows, first, resolution, cap = grid
     i, j = int(round(x / resolution)), int(round(y / resolution))
     p, q = i // TILE - first[0], j // TILE - first[1]

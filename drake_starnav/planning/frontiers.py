@@ -11,9 +11,8 @@ from drake_starnav.planning.roadmap import CLOSED, StarRoadmap
 from drake_starnav.surroundings.region_union import RegionUnion, cover_at
 
 STEP, BEYOND, COVER_SLACK, LEAST = 0.4, 0.4, 0.2, 0.8
-"""In radii of the robot: boundaries are looked at in steps of at most the first length; a place beyond by the second
-tells whether the boundary is open; it is known where a region ends before it by no more than the third; a run that is
-shorter than the fourth is noise."""
+"""In radii of the robot: largest step along a boundary; how far beyond it a probe tells whether it is open; up to which
+distance from a region a probe counts as covered; and the shortest run that is no noise."""
 
 
 class Gap(NamedTuple):

@@ -1,4 +1,4 @@
-"""A robot whose lidars do not see all around turns to look: only in merged scans are unseen bearings lost beams."""
+"""A robot whose lidars do not see all around turns to look. Merged scans have lost beams where no lidar looks."""
 
 import dataclasses
 import math

@@ -21,12 +21,12 @@ from drake_starnav.surroundings.looks import Chords
 from drake_starnav.surroundings.safe_region import CertifiedRegion
 
 RANK_COST = 1.06
-"""Detour that a goal is worth more than the next one, beside what it is nearer than the first; this and all other
-lengths in radii of the disc around the robot."""
+"""What a goal costs more than the one before it, beside the way by which it is nearer than the first; all lengths here
+are in radii of the disc around the robot."""
 LOOKS = ((1.9, 0.6), (0.95, 0.6), (3.8, 0.6), (1.9, math.inf))
 """Goals along the path: how far ahead, and by how much the heading may be off the path's, rad."""
 EXTRA_MARGINS = (0.006, 0.019, 0.032, 0.045)
-"""Beyond the certificate's margin, since its scans differ; a wider one after each manoeuvre that it refused."""
+"""Added to the certificate's margin, since its scans differ; a wider one after each manoeuvre that it refused."""
 STUCK = 0.3
 """A robot that has not moved for this long, or for twice the time that it takes from rest, is stuck, s."""
 MOVED, TURNED = 0.021, 0.05
@@ -107,7 +107,7 @@ def manoeuvring(
     """The manoeuvres after a scan: what was reached is left out, and one begins if the robot is stuck.
 
     Args:
-        before: with the scan before.
+        before: those after the scan before.
         path: shape (k, 2), way points ahead, W, m; none: the robot may stand.
         pose: (x, y, yaw) of the robot, W.
         time: of the scan, s.

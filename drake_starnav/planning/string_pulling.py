@@ -29,7 +29,7 @@ def string_pulled(path: np.ndarray, position: np.ndarray, regions: RegionUnion, 
 
 @njit(cache=True)
 def _string_pulled(line, regions, radius):
-    """The same of a path that begins at the robot, shape (k, 2)."""
+    """The loop of `string_pulled`, of a path that begins at the robot, shape (k, 2)."""
     forward = _pull(subdivided(line, FORWARD_STEP * radius), regions, radius)
     points = subdivided(forward, BACKWARD_STEP * radius)[::-1].copy()
     points[0, 0], points[0, 1] = forward[-1, 0], forward[-1, 1]  # without its rounding

@@ -241,7 +241,7 @@ def next_look(intake: Intake, now: float) -> tuple[Intake, Look | None]:
 
 
 def _frozen(intake: Intake, k: int, scan: LaserScan, pose: np.ndarray) -> tuple[Intake, str]:
-    """Which scans began to repeat themselves where, and what is said of one that does so though the robot moved."""
+    """The intake with the first of equal scans noted, and what is wrong if one is equal though the robot moved."""
     before = intake.frozen[k]
     same = before is not None and np.array_equal(before[0], scan.ranges, equal_nan=True)
     if before is None or not same or not np.isfinite(scan.ranges).any():

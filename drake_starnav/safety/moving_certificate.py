@@ -43,7 +43,7 @@ from drake_starnav.tracking.tracker import TrackedObstacles
 MOVING_MARGIN = 0.12
 """Clearance kept from obstacles that move, in narrow radii of the robot."""
 ESCAPE = 0.08
-"""As far into that clearance may come what moves the robot no nearer to them than standing would: it makes way."""
+"""A motion that comes no nearer to them than standing would may use this much of that clearance: it makes way."""
 STANDING_SPEED = 0.005
 """A command with which no point of the robot is faster counts as standing, m/s. The body does not follow exactly, so
 this is well below `trajectory.STANDING`, which is about the body."""

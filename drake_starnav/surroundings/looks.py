@@ -24,7 +24,7 @@ from drake_starnav.utils.snapshot import snapshot
 KEPT_EVERY, KEPT_TURN, MOST_LOOKS = 0.125, 0.1, 32
 """Kept looks are this many radii of the robot apart, or turned by this, rad; at most this many of each lidar."""
 AROUND = 1.5
-"""What a look sees within a wider angle may lie around its lidar, rad."""
+"""A polygon that spans a wider angle, rad, may lie around the lidar of a look."""
 NOWHERE = (math.nan,) * 3
 
 
@@ -34,7 +34,7 @@ class Look:
 
     Attributes:
         hits: shape (n, 2), of the last scans of all lidars, those of each scan together.
-        own: the first and the end of the hits that are this lidar's in this scan.
+        own: first and end of the hits that are of this lidar and this scan.
         beams: of this lidar.
         place: (x, y, yaw) of the frame of the beams.
         reach: farther places count as not seen.

@@ -33,7 +33,7 @@ from drake_starnav.utils.snapshot import snapshot
 SCAN_PATIENCE = 3.0
 """Scan periods that a certified region lasts beyond the lidar's delay; without a new scan the robot then brakes."""
 NEAR_HITS = 4.0
-"""Hits nearer than this count as near, in radii with the margin: among movers no wall is to be approached."""
+"""Hits nearer than this count as near, in radii with the margin: among movers the robot keeps off walls."""
 COARSE = 4
 """Regions of a robot that does not see all around are made of every n-th of its earlier looks."""
 QUARTER = 0.25 * TURN
