@@ -26,8 +26,6 @@ from drake_starnav.worlds.footprints import ball_vertices, box_vertices, convex_
 
 TOLERANCE = 1e-3
 """Tolerance of places and headings of a model's wheels and lidars, of its radii and of `robot.radius`, m and rad."""
-GRAVITY = 9.81
-"""m/s^2."""
 FLOOR_CONTACT = ("starnav", "floor")
 """Group and name of a property of a robot's collision shapes."""
 
@@ -292,7 +290,7 @@ def turning_ability(robot: RobotModel) -> float:
         inertia += of_link.CalcRotationalInertia().CopyToFullMatrix3()[2, 2]
         mass += link.default_mass()
     (radii, arms), joints = drive_geometry(robot), robot.wheels
-    grip, torque = GRAVITY * mass / len(joints), 0.0
+    grip, torque = -robot.plant.gravity_field().gravity_vector()[2] * mass / len(joints), 0.0
     for joint, radius, arm in zip(joints, radii, arms, strict=True):
         effort = robot.plant.GetJointActuatorByName(joint.name(), robot.index).effort_limit()
         torque += min(effort / abs(radius), grip) * abs(arm)

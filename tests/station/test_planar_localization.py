@@ -45,13 +45,6 @@ def test_yaw_is_that_of_roll_pitch_yaw_when_the_robot_tilts(roll, pitch, yaw) ->
     assert pose[2] == pytest.approx(yaw, abs=1e-9)
 
 
-def test_yaw_does_not_depend_on_the_quaternion_s_length() -> None:
-    for yaw in np.linspace(-3.0, 3.0, 13):
-        positions = floating(0.0, 0.0, (0.0, 0.0, yaw))
-        positions[:4] *= 1.05  # after 20 s of turning at 2 rad/s
-        assert localized(positions, np.zeros(8))[0][2] == pytest.approx(yaw, abs=1e-9)
-
-
 def test_the_pose_of_a_scan_is_that_at_the_last_one_of_any_lidar() -> None:
     lidars = [LidarParameters(rate=20.0), LidarParameters(rate=8.0)]
     system = PlanarLocalization(num_positions=3, num_velocities=3, lidars=lidars)

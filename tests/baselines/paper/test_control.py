@@ -55,20 +55,6 @@ def test_at_its_reference_point_a_region_does_not_modulate():
     np.testing.assert_allclose(found, (1.5, 0.5), rtol=1e-9)
 
 
-@settings(max_examples=50)
-@given(seeds)
-def test_on_the_boundary_the_modulated_vector_is_tangent_to_it(seed):
-    rng = np.random.default_rng(seed)
-    region, theta = smooth_region(rng, np.zeros(2)), rng.uniform(-math.pi, math.pi)
-    stack = united([region])
-    phi, slope = boundary_at(stack.values[0], stack.slopes[0], stack.bearing_0[0], theta)
-    point = region.center + (1.0 - 1e-7) * phi * unit(theta)
-    normal = phi * unit(theta) - slope * unit(theta + 0.5 * math.pi)
-    guide = rng.uniform(-1.0, 1.0, 2)
-    outward = modulated_vector(point, guide, stack, 2.0) @ normal / np.hypot(*normal)
-    assert abs(outward) < 1e-5
-
-
 @pytest.mark.parametrize("clearance", [0.02, 0.05, 0.15, 0.4, 2.0])
 def test_the_nearest_point_term_blends_by_rho_over_clearance(clearance):
     outward, vector = unit(0.4), 1.7 * unit(0.9)
