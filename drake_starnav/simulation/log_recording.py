@@ -1,13 +1,13 @@
 """The log of a drive on a robot -> the same recording as of a simulated run: its scene is the robot alone."""
 
 import math
-from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from pydrake.common.value import Value
 from pydrake.geometry import GeometryId, SceneGraph
+from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex
 from pydrake.systems.analysis import Simulator
@@ -15,12 +15,10 @@ from pydrake.systems.framework import DiagramBuilder, LeafSystem, OutputPort
 from pydrake.systems.rendering import MultibodyPositionToGeometryPose
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.lidar.mounts import Mount
 from drake_starnav.navigation import Navigation, Parts
 from drake_starnav.navigation.parts import AS_DECLARED
 from drake_starnav.runtime import Navigator, read_log
 from drake_starnav.runtime.log import Tick
-from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.navigation_station import Station
 from drake_starnav.station.planar_localization import PLANAR
 from drake_starnav.station.robot_model import add_robot
@@ -37,11 +35,19 @@ BORDER = 2.5
 
 
 class Shown(LeafSystem):
-    """What a navigator knows and commands, as ports of a system that is drawn; `note` takes what they show."""
+    """What a navigator knows and commands, as ports of a system that is drawn; `note` takes what they show.
 
-    def __init__(self, navigator: Navigator, positions: "Positions") -> None:
+    Of a `RobotInterface` it has what a `Station` asks of it to be drawn.
+    """
+
+    def __init__(
+        self, navigator: Navigator, plant: MultibodyPlant, model: ModelInstanceIndex, ground: GeometryId
+    ) -> None:
         super().__init__()
-        self._navigator, self._positions = navigator, positions
+        self._navigator, self._plant, self._at = navigator, plant, plant.CreateDefaultContext()
+        self._base = plant.GetBodyByName("base_link", model)
+        self._height = plant.EvalBodyPoseInWorld(self._at, self._base).translation()[2]
+        self.scenario, self.mounts, self.model, self.floor = navigator.scenario, navigator.mounts, model, [ground]
         navigation = navigator.navigation
         self.sources: dict[str, OutputPort | None] = {
             "localization.pose": navigation.localization("pose"),
@@ -68,58 +74,15 @@ class Shown(LeafSystem):
         for name, port in self.sources.items():
             value = self._navigator.value(port)
             self.values[name] = np.array(value) if isinstance(value, np.ndarray) else value
-        self.values["positions"] = self._positions.at(self.values["localization.pose"])
+        self.values["positions"] = self._positions(*self.values["localization.pose"])
 
-
-class Positions:
-    """Positions of a plant that holds a robot alone, the base's first: quaternion and place, or those of a plane."""
-
-    def __init__(self, plant: MultibodyPlant, model: ModelInstanceIndex) -> None:
-        context = plant.CreateDefaultContext()
-        height = plant.EvalBodyPoseInWorld(context, plant.GetBodyByName("base_link", model)).translation()[2]
-        self._default, self._height = plant.GetPositions(context).copy(), height
-
-    def at(self, pose: np.ndarray) -> np.ndarray:
-        """With the robot at (x, y, yaw), m and rad."""
-        (x, y, yaw), out = pose, self._default.copy()
-        if len(out) == PLANAR:
-            return np.array(pose)
-        out[:7] = math.cos(0.5 * yaw), 0.0, 0.0, math.sin(0.5 * yaw), x, y, self._height
-        return out
-
-
-class LogStation(Station):
-    """A robot whose scene shows where it was."""
-
-    def __init__(
-        self,
-        scene: tuple[MultibodyPlant, SceneGraph, ModelInstanceIndex, GeometryId],
-        navigator: Navigator,
-        shown: Shown,
-    ) -> None:
-        self.plant, self.scene_graph, self._model, self.ground = scene
-        self._navigator, self._shown, self.moving_obstacle_geometries, self.hull = navigator, shown, [], None
-
-    @property
-    def scenario(self) -> Scenario:
-        return self._navigator.scenario
-
-    @property
-    def mounts(self) -> Sequence[Mount]:
-        return self._navigator.mounts
-
-    @property
-    def robot_model(self) -> ModelInstanceIndex:
-        return self._model
-
-    @property
-    def floor(self) -> list[GeometryId]:
-        return [self.ground]
-
-    def GetOutputPort(self, name: str) -> OutputPort:
-        if name == "cheat.geometry_query":
-            return self.scene_graph.get_query_output_port()
-        return self._shown.GetOutputPort(name)
+    def _positions(self, x: float, y: float, yaw: float) -> np.ndarray:
+        """Of the plant, with the robot there, m and rad."""
+        if self._plant.num_positions() == PLANAR:
+            return np.array((x, y, yaw))
+        X_WB = RigidTransform(RotationMatrix.MakeZRotation(yaw), [x, y, self._height])
+        self._plant.SetFreeBodyPose(self._at, self._base, X_WB)
+        return self._plant.GetPositions(self._at)
 
 
 def record_log(
@@ -141,11 +104,11 @@ def record_log(
     model = add_robot(plant, scene_graph, navigator.scenario.robot, world.start)
     ground = add_ground(plant, world.extent)
     plant.Finalize()
-    drawn = builder.AddNamedSystem("shown", Shown(navigator, Positions(plant, model)))
+    drawn = builder.AddNamedSystem("shown", Shown(navigator, plant, model, ground))
     posed = builder.AddSystem(MultibodyPositionToGeometryPose(plant))
     builder.Connect(drawn.GetOutputPort("positions"), posed.get_input_port())
     builder.Connect(posed.get_output_port(), scene_graph.get_source_pose_port(plant.get_source_id()))
-    station = LogStation((plant, scene_graph, model, ground), navigator, drawn)
+    station = Station(plant, scene_graph, cast(Any, drawn), ground, [], None)
     recorder = Recorder(html, view, shown)
     recorder.add_to(builder, Navigation(world, station, drawn, None, drawn, shield=drawn), navigator.scenario)
     diagram = builder.Build()
