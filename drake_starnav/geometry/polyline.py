@@ -39,6 +39,13 @@ def signed_distance(polygon: np.ndarray, points: np.ndarray) -> np.ndarray:
     return np.where(shapely.contains(area, places), -away, away)
 
 
+def around(polygon: np.ndarray, distance: float, step: float) -> np.ndarray:
+    """Points (k, 2) along the outline of a polygon (n, 2), or on both sides of it at a distance, `step` apart, m."""
+    ring = shapely.LinearRing(polygon)
+    line = ring.buffer(distance).boundary if distance > 0.0 else ring
+    return shapely.get_coordinates(shapely.segmentize(line, step))
+
+
 @njit(cache=True, inline="always")
 def point_to_segment_squared(x, y, ax, ay, bx, by):
     """The same for compiled functions: squared distance from (x, y) to the segment a b, which may be a point, m^2."""

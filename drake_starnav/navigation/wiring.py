@@ -12,7 +12,6 @@ from drake_starnav.navigation.parts import AS_DECLARED, Navigation, Parts
 from drake_starnav.navigation.robot import Robot, robot_world, scan_ports
 from drake_starnav.navigation.sources import control_sources
 from drake_starnav.navigation.validation import check_interface, check_start, validated_margins
-from drake_starnav.planning.closed_areas import ClosedArea, closed_area
 from drake_starnav.robot import RobotParameters
 from drake_starnav.safety.certificates import Certificate
 from drake_starnav.safety.zones import KeepOut
@@ -193,13 +192,6 @@ def _zones(config: LoopConfig, parts: Parts) -> tuple[Certificate, ...]:
     return tuple(zone for zone in config.scenario.zones if zone not in parts.certificates)
 
 
-def _closed_areas(config: LoopConfig, parts: Parts) -> list[ClosedArea]:
-    """What the planner knows of the places that certificates close."""
-    areas = [each for each in (*_zones(config, parts), *parts.certificates) if isinstance(each, KeepOut)]
-    narrow = config.scenario.robot.shape.narrow
-    return [closed_area(each.name or "a KeepOut", each.corners, each.margin, narrow) for each in areas]
-
-
 def _add_perception(builder: DiagramBuilder, config: LoopConfig, navigation: Navigation) -> Navigation:
     """The navigation with what processes scans: tracker, perception and matcher."""
     scenario, station = config.scenario, navigation.station
@@ -248,13 +240,14 @@ def _doubtful(scenario: Scenario) -> LidarParameters:
 
 def _add_planning(builder: DiagramBuilder, config: LoopConfig, parts: Parts, navigation: Navigation) -> Navigation:
     scenario, matcher = config.scenario, navigation.matcher
+    rules = *_zones(config, parts), *parts.certificates
     planner = parts.planner or StarRoadmapPlanner(
         scenario.robot,
         scenario.planner,
         config.margins,
         goal_tolerance=scenario.simulation.goal_tolerance,
         step=config.method.step,
-        closed_areas=_closed_areas(config, parts),
+        closed_areas=[rule for rule in rules if isinstance(rule, KeepOut)],
         stopwatch=config.stopwatch,
     )
     planner = add_system(builder, "planner", planner, "planner")

@@ -6,13 +6,15 @@ import math
 import numpy as np
 
 from drake_starnav.geometry.polyline import arc_lengths, distance_to_segment
+from drake_starnav.planning.closed_places import CLOSED
 from drake_starnav.planning.distance_grid import HIT_ERROR
 from drake_starnav.planning.impassable import narrowest_gap
-from drake_starnav.planning.roadmap import CLOSED, extended, refitted, revised
+from drake_starnav.planning.roadmap import extended, refitted, revised, stamped_anew
+from drake_starnav.planning.route import cost_field
 from drake_starnav.planning.state import EMPTY_PATH, PlannerInput, PlannerState
 from drake_starnav.surroundings.erosion import smoothed_distances
 from drake_starnav.surroundings.scan_averaging import AVERAGED_WITHIN, mean_scan
-from drake_starnav.surroundings.star_region import StarRegion, clear_of
+from drake_starnav.surroundings.star_region import clear_of
 
 AHEAD = 3.2
 """A way that failed is closed at its narrowest place within this distance, in radii of the robot."""
@@ -23,11 +25,6 @@ AVERAGED_SCANS = 16
 by hits that more than half of them confirm."""
 
 
-def open_part(state: PlannerState, region: StarRegion) -> StarRegion:
-    """The part of a region that no closure covers."""
-    return clear_of(region, state.closures, CLOSED * region.radius)
-
-
 def closed(state: PlannerState, way: np.ndarray, inputs: PlannerInput) -> PlannerState:
     """The state in which a way (k, 2) on from the robot is closed at its narrowest place, and without a path."""
     places, size = _places_to_close(way, inputs), CLOSED * inputs.robot_radius
@@ -36,24 +33,23 @@ def closed(state: PlannerState, way: np.ndarray, inputs: PlannerInput) -> Planne
         for region in state.roadmap.regions
     ]
     roadmap = revised(state.roadmap, regions, inputs.margins, inputs.robot_radius)
-    state = dataclasses.replace(state, roadmap=roadmap, closures=np.vstack((state.closures, places)), path=EMPTY_PATH)
+    closures = dataclasses.replace(roadmap.closures, failed=np.vstack((roadmap.closures.failed, places)))
+    state = dataclasses.replace(state, roadmap=dataclasses.replace(roadmap, closures=closures), path=EMPTY_PATH)
     return state if len(roadmap) else with_latest(state, inputs)
 
 
 def reopened(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     """The state without the closures in which the robot stands: they only seem to shut it in, as it has come there.
 
-    If it stands in none, without any, in doubt: from then on looking in vain closes nothing. Regions are whole again
-    but for what stays closed.
+    If it stands in none, with walls alone, in doubt: from then on looking in vain closes nothing. Regions are whole
+    again but for what stays closed.
     """
-    size = CLOSED * inputs.robot_radius
-    within = np.hypot(*(state.closures - inputs.position).T) <= size
-    kept = state.closures[~within] if within.any() else EMPTY_PATH
-    roadmap = refitted(state.roadmap, inputs.margins, inputs.robot_radius)
-    regions = [clear_of(region, kept, size) for region in roadmap.regions]
-    roadmap = revised(roadmap, regions, inputs.margins, inputs.robot_radius)
-    doubting = state.doubting or not within.any()
-    state = dataclasses.replace(state, roadmap=roadmap, closures=kept, doubting=doubting)
+    failed = state.roadmap.closures.failed
+    within = np.hypot(*(failed - inputs.position).T) <= CLOSED * inputs.robot_radius
+    closures = dataclasses.replace(state.roadmap.closures, failed=failed[~within] if within.any() else EMPTY_PATH)
+    roadmap = dataclasses.replace(state.roadmap, closures=closures)
+    roadmap = refitted(roadmap, inputs.margins, inputs.robot_radius)
+    state = dataclasses.replace(state, roadmap=roadmap, doubting=state.doubting or not within.any())
     latest = len(roadmap) > 0 and roadmap.nodes[-1].scan is inputs.observation.scan
     return state if latest else with_latest(state, inputs)
 
@@ -62,13 +58,30 @@ def with_latest(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     """The state with a node at the latest scan, and without a path."""
     seen = inputs.observation
     assert seen.region is not None
-    node = dataclasses.replace(seen, region=open_part(state, seen.region))
+    node = dataclasses.replace(seen, region=state.roadmap.closures.open_part(seen.region))
     return dataclasses.replace(
         state,
         roadmap=extended(state.roadmap, node, inputs.margins, inputs.robot_radius),
         node_position=inputs.position.copy(),
         path=EMPTY_PATH,
     )
+
+
+def barred_by(state: PlannerState, inputs: PlannerInput) -> str:
+    """The causes of the walls but for which a way might be left; empty: there are none."""
+    roadmap, walls = state.roadmap, state.roadmap.closures.walls
+
+    def is_open(*causes: str) -> bool:
+        closures = dataclasses.replace(roadmap.closures, walls={cause: walls[cause] for cause in causes})
+        grid = roadmap.hits.emptied()
+        hits = stamped_anew(grid, closures, roadmap.nodes, inputs.margins, inputs.robot_radius)
+        tried = dataclasses.replace(state, roadmap=dataclasses.replace(roadmap, hits=hits, closures=closures))
+        return len(cost_field(tried, inputs.goal, inputs).path(inputs.position)) > 0
+
+    if not walls or not is_open() or is_open(*walls):
+        return ""
+    alone = [cause for cause in walls if not is_open(cause)]
+    return alone[0] if alone else " and ".join(walls)
 
 
 def _places_to_close(way: np.ndarray, inputs: PlannerInput) -> np.ndarray:

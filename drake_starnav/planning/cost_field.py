@@ -8,8 +8,8 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.planning.bucket_search import UNREACHED, bucket_dijkstra
+from drake_starnav.planning.closed_places import CLOSED
 from drake_starnav.planning.distance_grid import STRIDE, TILE, DistanceGrid
-from drake_starnav.planning.roadmap import CLOSED
 from drake_starnav.surroundings.region_union import RegionUnion
 
 NEAR_WALL_COST = 0.4

@@ -6,8 +6,9 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from drake_starnav.planning.closed_places import CLOSED
 from drake_starnav.planning.distance_grid import HIT_ERROR, distance_at
-from drake_starnav.planning.roadmap import CLOSED, StarRoadmap
+from drake_starnav.planning.roadmap import StarRoadmap
 from drake_starnav.surroundings.region_union import RegionUnion, cover_at
 
 STEP, BEYOND, COVER_SLACK, LEAST = 0.4, 0.4, 0.2, 0.8
@@ -29,16 +30,15 @@ class Gap(NamedTuple):
     owner: int
 
 
-def gaps_of(roadmap: StarRoadmap, closures: np.ndarray, robot_radius: float, owner: int) -> list[Gap]:
+def gaps_of(roadmap: StarRoadmap, robot_radius: float, owner: int) -> list[Gap]:
     """The gaps of one region: where no region, no hit and no closure is beyond its boundary.
 
     Args:
         roadmap: with the region.
-        closures: shape (k, 2), W, m.
         robot_radius: m.
         owner: index of the region.
     """
-    line, probe, is_open = _boundary(roadmap.union, owner, closures, roadmap.hits.arrays, robot_radius)
+    line, probe, is_open = _boundary(roadmap.union, owner, roadmap.closures.failed, roadmap.hits.arrays, robot_radius)
     first = int(np.argmin(is_open))  # no run goes on from the last point to the first
     line, probe, is_open = (np.roll(each, -first, axis=0) for each in (line, probe, is_open))
     ends = np.flatnonzero(np.diff(np.concatenate(([0], is_open.astype(np.int8), [0]))))
@@ -46,9 +46,9 @@ def gaps_of(roadmap: StarRoadmap, closures: np.ndarray, robot_radius: float, own
     return [gap for gap in runs if np.hypot(*np.diff(gap.line, axis=0).T).sum() >= LEAST * robot_radius]
 
 
-def all_gaps(roadmap: StarRoadmap, closures: np.ndarray, robot_radius: float) -> list[Gap]:
+def all_gaps(roadmap: StarRoadmap, robot_radius: float) -> list[Gap]:
     """The gaps of all regions; arguments as for `gaps_of`."""
-    return [gap for owner in range(len(roadmap)) for gap in gaps_of(roadmap, closures, robot_radius, owner)]
+    return [gap for owner in range(len(roadmap)) for gap in gaps_of(roadmap, robot_radius, owner)]
 
 
 @njit(cache=True)

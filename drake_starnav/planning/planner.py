@@ -6,7 +6,7 @@ import math
 import numpy as np
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.planning.closures import AVERAGED_SCANS, closed, hidden, open_part, reopened, too_narrow, with_latest
+from drake_starnav.planning.closures import AVERAGED_SCANS, barred_by, closed, hidden, reopened, too_narrow, with_latest
 from drake_starnav.planning.guidance import PASSED_DISTANCE, Guidance
 from drake_starnav.planning.impassable import impassable_points
 from drake_starnav.planning.looking import faces, looking_aside, sees_all_around, turned_to_look
@@ -49,7 +49,8 @@ def plan_step(state: PlannerState, inputs: PlannerInput) -> PlannerState:
         return state
     check_beams(state.roadmap, observation)
     state, stalled = watched(state, inputs)
-    here, closures = open_part(state, observation.region), state.closures
+    closures = state.roadmap.closures
+    here = closures.open_part(observation.region)
     check = check_plan(state, here, inputs)
     failed = _failed_way(state, inputs) if stalled else EMPTY_PATH
     state = dataclasses.replace(state, recent=(*state.recent, observation)[-AVERAGED_SCANS:])
@@ -60,7 +61,8 @@ def plan_step(state: PlannerState, inputs: PlannerInput) -> PlannerState:
         state = _along_path(state, check, inputs)
     if not len(state.path):
         state = _planned(state, stalled, inputs)
-    here = here if state.closures is closures else open_part(state, observation.region)
+    if state.roadmap.closures is not closures:
+        here = state.roadmap.closures.open_part(observation.region)
     return _manoeuvred(_anticipating(looking_aside(state, inputs), here, inputs), inputs)
 
 
@@ -235,13 +237,16 @@ def _planned(state: PlannerState, stalled: bool, inputs: PlannerInput) -> Planne
             optimistic_path=route.beyond,
         )
     if first or (boxed_in and state.plans == 0):
+        walls = dataclasses.replace(state.roadmap.closures, failed=EMPTY_PATH)
         return dataclasses.replace(
-            PlannerState.initial(inputs.parameters, inputs.robot_radius, inputs.swept_radius),
+            PlannerState.initial(inputs.parameters, inputs.robot_radius, inputs.swept_radius, walls),
             progress_position=state.progress_position,
             progress_time=state.progress_time,
         )
-    status = state.status if boxed_in else PlannerStatus.UNREACHABLE
-    return dataclasses.replace(state, status=status, path=EMPTY_PATH, target=None)
+    state = dataclasses.replace(state, path=EMPTY_PATH, target=None)
+    if boxed_in:
+        return state
+    return dataclasses.replace(state, status=PlannerStatus.UNREACHABLE, barred_by=barred_by(state, inputs))
 
 
 def _searched(
@@ -255,9 +260,9 @@ def _searched(
     region, route = inputs.observation.region, None
     assert region is not None
     for _ in range(MOST_CLOSED):
-        here = open_part(state, region)
+        here = state.roadmap.closures.open_part(region)
         route = find_route(state, here, inputs)
-        if route is None and not first and (len(state.closures) or not state.doubting):
+        if route is None and not first and (len(state.roadmap.closures.failed) or not state.doubting):
             return _searched(reopened(state, inputs), first, boxed_in, inputs)
         if route is None or route.exit is None:
             break

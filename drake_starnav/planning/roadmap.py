@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from numba import njit
 
+from drake_starnav.planning.closed_places import NOTHING_CLOSED, Closures
 from drake_starnav.planning.distance_grid import DistanceGrid
 from drake_starnav.planning.impassable import impassable_points
 from drake_starnav.planning.parameters import PlannerParameters
@@ -23,8 +24,6 @@ AREA_BEARINGS = 4
 """A region's area is sampled along one of this many bearings."""
 AREA_STEP = 0.4
 """Largest spacing of the samples of a region's area along a bearing, in radii of the robot."""
-CLOSED = 0.8
-"""Radius of a closure, in radii of the robot."""
 
 
 @snapshot
@@ -34,14 +33,16 @@ class StarRoadmap:
     Its edges and frontiers are derived, never stored; see `frontiers`.
 
     Attributes:
-        hits: distances to the hits of all node scans and of the scans that blocked an optimistic path.
+        hits: distances to the hits of all node scans, of the scans that blocked an optimistic path, and to walls.
         nodes: what was observed where each is, oldest first; their regions may be smaller than those of their scans.
         union: their regions.
+        closures: the places that are closed: where ways failed, and walls that no lidar sees.
     """
 
     hits: DistanceGrid
     nodes: tuple[Observation, ...] = ()
     union: RegionUnion = field(default_factory=RegionUnion.none)
+    closures: Closures = NOTHING_CLOSED
 
     def __len__(self) -> int:
         return len(self.nodes)
@@ -60,10 +61,12 @@ class StarRoadmap:
         return _edges(self.union)
 
     @staticmethod
-    def empty(parameters: PlannerParameters, robot_radius: float, swept_radius: float = 0.0) -> "StarRoadmap":
-        """A roadmap before the first scan, of a robot whose radii are as of `PlannerInput`, m."""
-        cell = parameters.cell(robot_radius)
-        return StarRoadmap(DistanceGrid.empty(cell, max(robot_radius, swept_radius)))
+    def empty(
+        parameters: PlannerParameters, robot_radius: float, swept_radius: float = 0.0, walls: Closures = NOTHING_CLOSED
+    ) -> "StarRoadmap":
+        """A roadmap before the first scan, of a robot whose radii are as of `PlannerInput`, m, with its walls."""
+        hits = DistanceGrid.empty(parameters.cell(robot_radius), max(robot_radius, swept_radius))
+        return StarRoadmap(hits.stamped(walls.solid), closures=walls)
 
 
 def extended(roadmap: StarRoadmap, node: Observation, margins: Margins, robot_radius: float) -> StarRoadmap:
@@ -82,7 +85,7 @@ def with_node(roadmap: StarRoadmap, node: Observation, hits: DistanceGrid) -> St
     """The roadmap with one more node, and with other hits."""
     assert node.region is not None
     union = indexed(roadmap.union.joined(node.region.alone), roadmap.union, np.array([len(roadmap)]))
-    return StarRoadmap(hits, (*roadmap.nodes, node), union)
+    return dataclasses.replace(roadmap, hits=hits, nodes=(*roadmap.nodes, node), union=union)
 
 
 def revised(
@@ -90,7 +93,7 @@ def revised(
 ) -> StarRoadmap:
     """The roadmap with these regions of its nodes (None: dropped).
 
-    It keeps all hits, unless the pose may err: then only those of the nodes' scans.
+    It keeps all hits, unless the pose may err: then only those of the nodes' scans, and walls.
     """
     if regions is roadmap.regions:
         return roadmap
@@ -101,27 +104,29 @@ def revised(
     )
     hits = roadmap.hits
     if margins.drop_seen_through:
-        hits = stamped_anew(hits.emptied(), nodes, margins, robot_radius)
+        hits = stamped_anew(hits.emptied(), roadmap.closures, nodes, margins, robot_radius)
     if not nodes:
-        return StarRoadmap(hits)
+        return StarRoadmap(hits, closures=roadmap.closures)
     before, news = RegionUnion.none(), np.arange(len(nodes))
     if len(nodes) == len(roadmap):  # else they have other bits in the index
         before = roadmap.union
         news = np.flatnonzero([a is not b for a, b in zip(nodes, roadmap.nodes, strict=True)])
     union = indexed(united(node.region for node in nodes if node.region is not None), before, news)
-    return StarRoadmap(hits, nodes, union)
+    return StarRoadmap(hits, nodes, union, roadmap.closures)
 
 
 def refitted(roadmap: StarRoadmap, margins: Margins, robot_radius: float) -> StarRoadmap:
-    """A roadmap of the same scans and hits, with the whole region of each scan; for another radius (m) or margins."""
-    nodes = [node.refitted(robot_radius, margins) for node in roadmap.nodes]
-    return revised(roadmap, [node.region for node in nodes], margins, robot_radius)
+    """A roadmap of the same scans and hits, with the open part of each scan's region; for a radius (m) and margins."""
+    whole = [node.refitted(robot_radius, margins).region for node in roadmap.nodes]
+    regions = [roadmap.closures.open_part(region) for region in whole if region is not None]
+    return revised(roadmap, regions, margins, robot_radius)
 
 
 def stamped_anew(
-    hits: DistanceGrid, nodes: Sequence[Observation], margins: Margins, robot_radius: float
+    hits: DistanceGrid, closures: Closures, nodes: Sequence[Observation], margins: Margins, robot_radius: float
 ) -> DistanceGrid:
-    """A grid with the hits of nodes, too."""
+    """A grid with walls and the hits of nodes, too."""
+    hits = hits.stamped(closures.solid)
     for node in nodes:
         hits = hits.stamped(impassable_points(node, margins, robot_radius))
     return hits

@@ -50,7 +50,7 @@ def find_route(state: PlannerState, here: StarRegion, inputs: PlannerInput) -> R
     contains (see `approach`). Else the target is the exit: of all frontiers, the one of least cost to come and to go.
 
     Args:
-        state: roadmap and closures.
+        state: with the roadmap.
         here: region of the latest scan.
         inputs: where the robot is and shall go, and the parameters.
 
@@ -87,7 +87,7 @@ def frontier_point(
     It lies as far inside the gap as its probe lies outside.
     """
     owner = cover_at(state.roadmap.union, *inside, 0.0)
-    gaps = gaps_of(state.roadmap, state.closures, robot_radius, owner) if owner >= 0 else []
+    gaps = gaps_of(state.roadmap, robot_radius, owner) if owner >= 0 else []
     crossing = 0.5 * (inside + outside)
     away = [np.hypot(*(gap.line - crossing).T) for gap in gaps]
     if not gaps or min(map(np.min, away)) > NEXT_TO * robot_radius:
@@ -104,7 +104,7 @@ def cost_field(state: PlannerState, goal: np.ndarray, inputs: PlannerInput) -> C
     """The optimistic cost-to-go over hits and closures, from the goal (2,) to the robot."""
     roadmap, position = state.roadmap, inputs.position
     known = np.vstack((roadmap.hits.bounds, roadmap.union.bounds, goal, position))
-    terrain = Terrain(inputs.robot_radius, state.closures, roadmap.union, doubt(inputs), inputs.swept_radius)
+    terrain = Terrain(inputs.robot_radius, roadmap.closures.failed, roadmap.union, doubt(inputs), inputs.swept_radius)
     low, high = known.min(axis=0) - AROUND * inputs.robot_radius, known.max(axis=0) + AROUND * inputs.robot_radius
     return cost_to_go(roadmap.hits, goal, low, high, terrain, position)
 

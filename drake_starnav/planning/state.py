@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_starnav.geometry.polyline import simplified
+from drake_starnav.planning.closed_places import NOTHING_CLOSED, Closures
 from drake_starnav.planning.distance_grid import DistanceGrid
 from drake_starnav.planning.frontiers import all_gaps
 from drake_starnav.planning.guidance import Guidance
@@ -58,12 +59,12 @@ class PlannerState:
         began_with_map: whether the roadmap already had nodes when the goal was set.
         plan_position: position of the robot when the latest path was planned, shape (2,).
         optimistic_path: shape (m, 2), the optimistic path from the target frontier's probe to the goal, W, m.
-        closures: shape (k, 2), places of ways that failed, W, m: within CLOSED of one, nothing is free.
         doubting: whether no way was left once. Then only standing still, or enough scans, speak against a way.
         recent: the latest observations, oldest first.
         manoeuvring: of a robot that is no disc.
         aside: guidance that precedes the path, to turn to what is to be seen or to what the latest scan shows; or None.
         facing_time: since when the robot has faced its path without progress, s.
+        barred_by: the causes of closures but for which there might be a way, once none is left; empty: there are none.
     """
 
     roadmap: StarRoadmap
@@ -77,18 +78,20 @@ class PlannerState:
     began_with_map: bool = False
     plan_position: np.ndarray = field(default_factory=lambda: UNSET_POSITION)
     optimistic_path: np.ndarray = field(default_factory=lambda: EMPTY_PATH)
-    closures: np.ndarray = field(default_factory=lambda: EMPTY_PATH)
     doubting: bool = False
     recent: tuple[Observation, ...] = ()
     manoeuvring: Manoeuvring = Manoeuvring()
     aside: Guidance | None = None
     facing_time: float = 0.0
+    barred_by: str = ""
 
     @staticmethod
-    def initial(parameters: PlannerParameters, robot_radius: float, swept_radius: float = 0.0) -> "PlannerState":
-        """The state before the first scan, of a robot whose radii are as of `PlannerInput`, m."""
+    def initial(
+        parameters: PlannerParameters, robot_radius: float, swept_radius: float = 0.0, walls: Closures = NOTHING_CLOSED
+    ) -> "PlannerState":
+        """The state before the first scan; arguments as for `StarRoadmap.empty`."""
         return PlannerState(
-            roadmap=StarRoadmap.empty(parameters, robot_radius, swept_radius),
+            roadmap=StarRoadmap.empty(parameters, robot_radius, swept_radius, walls),
             status=PlannerStatus.WAITING,
             path=EMPTY_PATH,
             target=None,
@@ -109,26 +112,28 @@ class PlannerState:
             doubting=False,
             recent=(),
             aside=None,
+            barred_by="",
             began_with_map=len(self.roadmap) > 0,
         )
 
-    def with_new_footprint(self, margins: Margins, robot_radius: float, swept_radius: float) -> "PlannerState":
+    def with_new_footprint(
+        self, margins: Margins, robot_radius: float, swept_radius: float, walls: Closures
+    ) -> "PlannerState":
         """The state after a change of the footprint: only the scans of the map are kept.
 
         Args:
             margins: with the new footprint.
             robot_radius, swept_radius: as of `PlannerInput`, m.
+            walls: with it.
         """
         hits = DistanceGrid.empty(self.roadmap.hits.resolution, swept_radius)
-        hits = stamped_anew(hits, self.roadmap.nodes, margins, robot_radius)
-        roadmap = refitted(dataclasses.replace(self.roadmap, hits=hits), margins, robot_radius)
-        return dataclasses.replace(
-            self.with_new_goal(), roadmap=roadmap, closures=EMPTY_PATH, manoeuvring=Manoeuvring()
-        )
+        hits = stamped_anew(hits, walls, self.roadmap.nodes, margins, robot_radius)
+        roadmap = refitted(dataclasses.replace(self.roadmap, hits=hits, closures=walls), margins, robot_radius)
+        return dataclasses.replace(self.with_new_goal(), roadmap=roadmap, manoeuvring=Manoeuvring())
 
     def frontiers(self, robot_radius: float) -> np.ndarray:
         """The frontiers as line segments, shape (n, 2, 2), W, m, for a robot of this radius, m."""
-        gaps = all_gaps(self.roadmap, self.closures, robot_radius)
+        gaps = all_gaps(self.roadmap, robot_radius)
         lines = [simplified(gap.line, STRAIGHT * robot_radius) for gap in gaps]
         return np.concatenate([np.zeros((0, 2, 2)), *(np.stack((each[:-1], each[1:]), axis=1) for each in lines)])
 

@@ -12,7 +12,7 @@ from pydrake.systems.framework import Context, LeafSystem
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, plan_step
-from drake_starnav.planning.closed_areas import ClosedArea, closing, kept_clear, mapped
+from drake_starnav.planning.closed_places import NOTHING_CLOSED, Closures
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.planning.manoeuvre import Body
 from drake_starnav.planning.monitoring import distance_to
@@ -20,6 +20,7 @@ from drake_starnav.planning.planner import PROGRESS_DISTANCE
 from drake_starnav.planning.state import PlannerStatus, PlanStep
 from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.limits import time_from_rest
+from drake_starnav.safety import KeepOut
 from drake_starnav.surroundings import Observation
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.obstruction import obstruction
@@ -104,7 +105,7 @@ class StarRoadmapPlanner(LeafSystem):
         *,
         goal_tolerance: float = 0.0,
         step: PlanStep = plan_step,
-        closed_areas: Sequence[ClosedArea] = (),
+        closed_areas: Sequence[KeepOut] = (),
         stopwatch: Stopwatch | None = None,
     ) -> None:
         """
@@ -126,7 +127,8 @@ class StarRoadmapPlanner(LeafSystem):
         self._heading = self.DeclareVectorInputPort("heading", 1)
         self._certified_region = self.DeclareAbstractInputPort("certified_region", Value(CertifiedRegion.none()))
         self._footprint = FootprintInput(self, robot, margins)
-        initial = PlannerState.initial(planner, robot.shape.narrow, robot.radius)
+        walls = self._walls(self._footprint.own)
+        initial = PlannerState.initial(planner, robot.shape.narrow, robot.radius, walls)
         inputs = self._observation, self._goal, self._footprint.port, self._heading
         begun = _Plan(initial, self._footprint.own)
         self._plans = ScanState(self, begun, self._after, inputs, stamp=self._stamp)
@@ -155,9 +157,8 @@ class StarRoadmapPlanner(LeafSystem):
                 raise StarnavError(f"the planner's goal is {goal.tolist()}; allowed: finite x and y, m")
             state = state.with_new_goal()
         if changed:  # the region may be from before it did
-            state = state.with_new_footprint(margins, narrow, robot.radius)
+            state = state.with_new_footprint(margins, narrow, robot.radius, self._walls(body))
             seen = seen.refitted(narrow, margins)
-        state, seen = mapped(state, self._closed_areas), kept_clear(seen, self._closed_areas, narrow)
         now = PlannerInput(
             seen,
             seen.pose[:2],
@@ -179,6 +180,14 @@ class StarRoadmapPlanner(LeafSystem):
         if moved or changed or not distance_to(now.position, stand) <= STAND * now.robot_radius:
             stand, since = now.position.copy(), time
         return _Plan(after, body, now.goal, time, stand, since)
+
+    def _walls(self, now: FootprintInForce) -> Closures:
+        """The closed areas as walls: who keeps the least margin from them keeps the areas' own."""
+        walls = NOTHING_CLOSED
+        for each in self._closed_areas:
+            distance, name = each.margin - now.margins.least, each.name or "a KeepOut"
+            walls = walls.walled(each.corners, distance, name, now.robot.shape.narrow)
+        return walls
 
     def _body(self, context: Context, now: FootprintInForce) -> Body | None:
         """The robot, unless it is a disc or `certified_region` is not connected."""
@@ -225,9 +234,7 @@ class StarRoadmapPlanner(LeafSystem):
         robot, margins = plan.footprint.robot, plan.footprint.margins
         patience = max(STANDSTILL, HALF_TURNS * math.pi / robot.max_yaw_rate)
         if plan.state.status is PlannerStatus.UNREACHABLE:
-            ends = np.vstack((self._pose.Eval(context)[:2], self._goal.Eval(context)))
-            area = closing(plan.state, self._closed_areas, ends, margins, robot.shape.narrow)
-            return f"no way is left but through {area}" if area else ""
+            return f"no way is left but through {plan.state.barred_by}" if plan.state.barred_by else ""
         if context.get_time() - plan.since < patience - EARLY:
             return ""
         silent = context.get_time() - plan.time

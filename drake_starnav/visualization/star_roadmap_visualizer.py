@@ -196,14 +196,13 @@ class StarRoadmapVisualizer(LeafSystem):
 
     def _draw_frontiers(self, state: PlannerState, time: float) -> None:
         """Draw the frontiers, and the dead ends, if they may have changed."""
-        drawn = self._drawn
-        if state.roadmap is drawn.roadmap and state.closures is drawn.closures:
+        if state.roadmap is self._drawn.roadmap:
             return
-        drawn.closures = state.closures
-        lines, crosses = state.frontiers(self._robot.shape.narrow), LAYERS["frontiers/stuck"].height
+        lines, height = state.frontiers(self._robot.shape.narrow), LAYERS["frontiers/stuck"].height
         mesh = meshes.segments(lines, 0.5 * self._line, LAYERS["frontiers/extendable"].height)
         self.stage.swap("frontiers/extendable", mesh, time)
-        self.stage.swap("frontiers/stuck", meshes.crosses(state.closures, 1.5 * self._node, crosses), time)
+        crosses = meshes.crosses(state.roadmap.closures.failed, 1.5 * self._node, height)
+        self.stage.swap("frontiers/stuck", crosses, time)
 
     def _draw_region(self, region: StarRegion, time: float) -> None:
         """Draw the newest region; the one before it is drawn anew, faint."""
@@ -287,7 +286,6 @@ class _Drawn:
     """The snapshots drawn last, and the objects that will change."""
 
     roadmap: StarRoadmap
-    closures: np.ndarray | None = None
     scan: LaserScan | None = None
     certificate: Any = None
     path: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))

@@ -33,7 +33,7 @@ def main(log: list[LoggedScan], goal: np.ndarray, radius: float, png: Path | Non
         if state.plans > before:
             x, y = state.path[0] if len(state.path) else seen.pose[:2]
             print(f"{seen.scan.time:5.2f} s: {state.status.value} by way of ({x:.2f}, {y:.2f})", end=", ")
-            print(f"{len(state.roadmap)} regions, {len(state.closures)} closures")
+            print(f"{len(state.roadmap)} regions, {len(state.roadmap.closures.failed)} closures")
     print(f"{len(log)} scans, {state.plans} plans; in the end {state.status.value}")
     if png is not None:
         trail = np.array([seen.pose for seen in log])

@@ -21,7 +21,6 @@ from drake_starnav.navigation import add_navigation
 from drake_starnav.planning import PlannerState
 from drake_starnav.planning.frontiers import gaps_of
 from drake_starnav.planning.roadmap import StarRoadmap, extended
-from drake_starnav.planning.state import EMPTY_PATH
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.scenario.scenario_file import load_scenario
 from drake_starnav.scenario.schema import Scenario
@@ -120,7 +119,7 @@ def draw_frontiers(axis: Any, moment: PlannerInput) -> None:
     radius = moment.scenario.robot.radius
     alone = StarRoadmap.empty(moment.scenario.planner, radius)
     alone = extended(alone, moment.seen, derive_margins(moment.scenario), radius)
-    for k, gap in enumerate(gaps_of(alone, EMPTY_PATH, radius, 0)):
+    for k, gap in enumerate(gaps_of(alone, radius, 0)):
         axis.plot(*gap.line.T, color=PURPLE, linewidth=3.0, label=None if k else "gap, a frontier")
         middle = len(gap.line) // 2
         axis.plot(*gap.line[middle], "o", color=PURPLE, markersize=5.0, label=None if k else "frontier point")

@@ -8,9 +8,9 @@ import pytest
 from drake_starnav.geometry.polyline import distance_to_segment
 from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, UNKNOWN
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, plan_step
-from drake_starnav.planning.closures import AHEAD, AVERAGED_SCANS, AWAY, closed, open_part, reopened, too_narrow
+from drake_starnav.planning.closed_places import CLOSED, Closures
+from drake_starnav.planning.closures import AHEAD, AVERAGED_SCANS, AWAY, closed, reopened, too_narrow
 from drake_starnav.planning.manoeuvre import Manoeuvring
-from drake_starnav.planning.roadmap import CLOSED
 from drake_starnav.surroundings import Observation
 from drake_starnav.surroundings.star_region import scan_region
 from drake_starnav.worlds.world import World
@@ -21,14 +21,19 @@ from tests.planning.test_manoeuvre import DOOR, SHAPE, SHAPES, body
 PARAMETERS = PlannerParameters()
 
 
+def failed(state: PlannerState) -> np.ndarray:
+    """Where ways failed, shape (k, 2), W, m."""
+    return state.roadmap.closures.failed
+
+
 def test_where_a_robot_makes_no_progress_its_way_is_closed():
     states = drive(BAFFLES, PARAMETERS, steps=int(4.2 / PERIOD) + 1, speed=0.0)
     first, last = states[0], states[-1]
-    assert not len(first.closures)
-    ((x, y),) = last.closures
+    assert not len(failed(first))
+    ((x, y),) = failed(last)
     assert AWAY * RADIUS - 1e-9 <= np.hypot(x, y) < AHEAD * RADIUS + CLOSED * RADIUS
     way = np.vstack((np.zeros(2), first.path))
-    assert distance_to_way(last.closures, way)[0] < RADIUS
+    assert distance_to_way(failed(last), way)[0] < RADIUS
     assert (np.hypot(*(last.path - (x, y)).T) > CLOSED * RADIUS).all()
     for region in last.roadmap.regions:
         assert region.contains(BAFFLES.start[:2]) and not region.contains(ring((x, y), 0.95 * CLOSED * RADIUS)).any()
@@ -38,7 +43,7 @@ def test_where_a_robot_makes_no_progress_its_way_is_closed():
 def test_a_robot_closes_its_way_unless_it_may_stand_only_to_turn(averted, turns):
     """A holonomic one that has turned its back to its way drives it so, and turns no more."""
     last = drive(BAFFLES, PARAMETERS, steps=int(4.2 / PERIOD) + 1, speed=0.0, averted=averted)[-1]
-    assert (not len(last.closures)) == turns
+    assert (not len(failed(last))) == turns
 
 
 def test_a_way_is_closed_at_its_narrowest_place_ahead():
@@ -50,15 +55,14 @@ def test_a_way_is_closed_at_its_narrowest_place_ahead():
         now = moment_at(world, pose, np.random.default_rng(0), noise=0.0)
         state = plan_step(PlannerState.initial(PARAMETERS, RADIUS), now)
         after = closed(state, np.array(((1.5, 0.0),)), now)
-        np.testing.assert_allclose(after.closures, [expected], atol=0.06)
+        np.testing.assert_allclose(failed(after), [expected], atol=0.06)
         assert not len(after.path) and len(after.roadmap) >= 1
-        assert not after.roadmap.union.contains(ring(after.closures[0], 0.95 * CLOSED * RADIUS)).any()
-        assert (
-            not open_part(after, now.observation.region).contains(ring(after.closures[0], 0.95 * CLOSED * RADIUS)).any()
-        )
+        around = ring(failed(after)[0], 0.95 * CLOSED * RADIUS)
+        assert not after.roadmap.union.contains(around).any()
+        assert not after.roadmap.closures.open_part(now.observation.region).contains(around).any()
         again = reopened(after, now)
-        assert again.doubting and not len(again.closures)
-        assert again.roadmap.union.contains(after.closures).all()
+        assert again.doubting and not len(failed(again))
+        assert again.roadmap.union.contains(failed(after)).all()
 
 
 def test_the_way_of_a_robot_that_is_no_disc_is_closed_whichever_way_it_faces():
@@ -69,8 +73,8 @@ def test_the_way_of_a_robot_that_is_no_disc_is_closed_whichever_way_it_faces():
         seen, pose[:2], np.array((1.6, 0.0)), 0.0, PARAMETERS, MARGINS, SHAPE.narrow, body=body(DOOR, pose)
     )
     first = plan_step(PlannerState.initial(PARAMETERS, SHAPE.radius), now)
-    assert not len(first.closures) and not first.doubting
-    np.testing.assert_allclose(closed(first, first.guidance.path, now).closures, [(0.55, 0.0)], atol=0.12)
+    assert not len(failed(first)) and not first.doubting
+    np.testing.assert_allclose(failed(closed(first, first.guidance.path, now)), [(0.55, 0.0)], atol=0.12)
     shuttling, later = dataclasses.replace(first, manoeuvring=Manoeuvring(gives_up=True)), now._replace(time=0.1)
     given_up, others = plan_step(shuttling, later), plan_step(first, later)
     assert given_up.doubting and not others.doubting  # it was the only way
@@ -90,9 +94,9 @@ def test_a_gap_in_which_a_polygon_has_failed_is_closed_from_side_to_side(shape):
         now = PlannerInput(seen, pose[:2], goal, 0.0, PARAMETERS, MARGINS, robot.narrow, body=own)
         after = closed(plan_step(PlannerState.initial(PARAMETERS, robot.narrow), now), goal[None], now)
         sides = np.linspace(-half + robot.narrow, half - robot.narrow, 20)
-        away = np.hypot(after.closures[:, :1] - 1.0, after.closures[:, 1:] - sides).min(axis=0)
+        away = np.hypot(failed(after)[:, :1] - 1.0, failed(after)[:, 1:] - sides).min(axis=0)
         assert ((away < CLOSED * robot.narrow) | (np.hypot(x - 1.0, sides) < 2.0 * robot.narrow)).all()
-        assert (np.hypot(*(after.closures - pose[:2]).T) > CLOSED * robot.narrow).all()
+        assert (np.hypot(*(failed(after) - pose[:2]).T) > CLOSED * robot.narrow).all()
 
 
 def test_a_closure_into_which_the_robot_has_come_does_not_shut_it_in():
@@ -102,9 +106,10 @@ def test_a_closure_into_which_the_robot_has_come_does_not_shut_it_in():
     first = plan_step(PlannerState.initial(PARAMETERS, RADIUS), now)
     other = np.array((0.0, 1.2))
     closures = np.array(((0.1, 0.0), other)) + start[:2]
-    after = plan_step(dataclasses.replace(first, closures=closures, path=first.path[:0]), now._replace(time=0.1))
+    roadmap = dataclasses.replace(first.roadmap, closures=Closures(closures))
+    after = plan_step(dataclasses.replace(first, roadmap=roadmap, path=first.path[:0]), now._replace(time=0.1))
     assert len(after.path) and not after.doubting
-    np.testing.assert_array_equal(after.closures, closures[1:])
+    np.testing.assert_array_equal(failed(after), closures[1:])
     assert not after.roadmap.union.contains(ring(closures[1], 0.95 * CLOSED * RADIUS)).any()
 
 
@@ -113,9 +118,9 @@ def test_a_passage_that_cannot_be_driven_is_left_for_another():
     world = World("doors", (0, 0, 0), (4, 0), polygons=wall, bounds=(-1, -2, 5, 3))
     states = drive(world, PARAMETERS, 900, refused=lambda place: 1.9 < place[0] < 2.2 and place[1] < 1.0)
     assert len(states) < 900 and states[-1].status is PlannerStatus.APPROACHING
-    assert 1 <= len(states[-1].closures) <= 3
+    assert 1 <= len(failed(states[-1])) <= 3
     open_door = drive(world, PARAMETERS, 900)
-    assert len(open_door) < 150 and not len(open_door[-1].closures)
+    assert len(open_door) < 150 and not len(failed(open_door[-1]))
 
 
 def test_a_passage_that_was_closed_is_tried_again_where_nothing_else_can_help():
@@ -125,7 +130,7 @@ def test_a_passage_that_was_closed_is_tried_again_where_nothing_else_can_help():
     tries = iter(range(10**6))
     states = drive(world, PARAMETERS, 900, refused=lambda place: place[0] > 1.9 and next(tries) < int(5.0 / PERIOD))
     again = next(k for k, state in enumerate(states) if state.doubting)
-    assert not len(states[again].closures) and states[again].status is not PlannerStatus.UNREACHABLE
+    assert not len(failed(states[again])) and states[again].status is not PlannerStatus.UNREACHABLE
     assert len(states) < 900 and states[-1].status is PlannerStatus.APPROACHING
 
 
@@ -197,7 +202,7 @@ def test_noise_closes_no_gap_that_the_robot_just_fits_through(make):
         rng = np.random.default_rng(seed)
         world = dataclasses.replace(make(RADIUS + MARGINS.least), start=(0.0, rng.uniform(-0.5, 0.5), 0.0))
         states = drive(world, PARAMETERS, 300, noise=(0.01, rng))
-        assert len(states) < 130 and not any(len(state.closures) or state.doubting for state in states)
+        assert len(states) < 130 and not any(len(failed(state)) or state.doubting for state in states)
 
 
 @pytest.mark.parametrize(("x", "sway"), [(0.88, 0.05), (0.945, 0.05), (0.945, 0.3)])
@@ -235,10 +240,10 @@ def test_a_robot_with_reason_to_stand_gives_nothing_up():
             seen, pose[:2], np.array(BAFFLES.goal), pause, PARAMETERS, MARGINS, RADIUS, interval=interval
         )
         after = plan_step(first, now)
-        assert bool(len(after.closures)) == given_up
+        assert bool(len(failed(after))) == given_up
     world = World("corridor", (0, 0, 0), (1.0, 0), bounds=(-1.0, -0.6, 2.0, 0.6))
     arrived = drive(world, PARAMETERS, steps=400, stop=False)[-1]
-    assert len(arrived.roadmap) == 1 + int(1.0 / PARAMETERS.spacing(RADIUS)) and not len(arrived.closures)
+    assert len(arrived.roadmap) == 1 + int(1.0 / PARAMETERS.spacing(RADIUS)) and not len(failed(arrived))
 
 
 def waited(motion: np.ndarray | None) -> PlannerState:
@@ -256,8 +261,8 @@ def waited(motion: np.ndarray | None) -> PlannerState:
 
 def test_a_robot_that_gives_way_is_not_stuck() -> None:
     behind = np.arange(360) < 20  # the wall behind it is 1 m away
-    assert len(waited(None).closures)
-    assert not len(waited(np.where(behind, DYNAMIC, STATIC)).closures)
+    assert len(failed(waited(None)))
+    assert not len(failed(waited(np.where(behind, DYNAMIC, STATIC))))
 
 
 def test_only_what_stays_is_remembered_as_an_obstacle() -> None:

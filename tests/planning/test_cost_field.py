@@ -10,9 +10,9 @@ from scipy.sparse.csgraph import dijkstra
 
 from drake_starnav.planning import cost_field
 from drake_starnav.planning.bucket_search import UNREACHED
+from drake_starnav.planning.closed_places import CLOSED
 from drake_starnav.planning.cost_field import BLOCKED_SLACK, SOFT_ZONE, CostField, Terrain, cost_to_go
 from drake_starnav.planning.distance_grid import STRIDE, DistanceGrid
-from drake_starnav.planning.roadmap import CLOSED
 from tests.helpers.scans import RADIUS, seeds
 
 RESOLUTION = 0.05

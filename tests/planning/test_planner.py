@@ -199,7 +199,7 @@ def test_a_gap_narrower_than_the_margin_is_passed_without_rebuilding_the_roadmap
     world = World("gap", (0, 0, 0), (4, 0), polygons=walls, bounds=(-1, -2, 5, 2))
     states = drive(world, PARAMETERS, steps=700)
     assert len(states) < 700 and not states[-1].doubting
-    assert not len(states[-1].closures)
+    assert not len(states[-1].roadmap.closures.failed)
     margins = [region.margin for region in states[-1].roadmap.regions]
     assert MARGINS.least - 1e-9 < min(margins) < max(margins) == MARGINS.preferred
 

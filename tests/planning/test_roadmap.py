@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
+from drake_starnav.planning.closed_places import CLOSED, NOTHING_CLOSED
 from drake_starnav.planning.parameters import PlannerParameters
-from drake_starnav.planning.roadmap import CLOSED, StarRoadmap, extended, refitted, revised, uncovered_share
+from drake_starnav.planning.roadmap import StarRoadmap, extended, refitted, revised, uncovered_share
 from drake_starnav.planning.state import PlannerState
 from drake_starnav.surroundings.region_union import RegionUnion
 from drake_starnav.surroundings.star_region import clear_of, scan_region, united
@@ -64,7 +65,9 @@ def test_the_uncovered_share_is_that_of_random_points_in_the_region(seed):
 def test_refitted_it_is_as_if_it_had_been_explored_with_the_other_footprint(seed):
     _, roadmap = wandered(seed, nodes=4)
     narrow, swept = 0.8 * RADIUS, 1.5 * RADIUS
-    again = dataclasses.replace(INITIAL, roadmap=roadmap).with_new_footprint(MARGINS, narrow, swept).roadmap
+    again = (
+        dataclasses.replace(INITIAL, roadmap=roadmap).with_new_footprint(MARGINS, narrow, swept, NOTHING_CLOSED).roadmap
+    )
     anew = StarRoadmap.empty(PlannerParameters(), RADIUS, swept)
     for node in roadmap.nodes:
         region = scan_region(node.scan, node.pose, narrow, MARGINS)

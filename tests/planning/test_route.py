@@ -9,10 +9,11 @@ from hypothesis import strategies as st
 
 from drake_starnav.lidar.laser_scan import DYNAMIC
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, plan_step, planner
+from drake_starnav.planning.closed_places import CLOSED, Closures
 from drake_starnav.planning.distance_grid import STRIDE
 from drake_starnav.planning.frontiers import gaps_of
 from drake_starnav.planning.monitoring import OBSTRUCTION_SLACK, REPLAN_DISTANCE, is_obstructed
-from drake_starnav.planning.roadmap import CLOSED, StarRoadmap
+from drake_starnav.planning.roadmap import StarRoadmap
 from drake_starnav.planning.route import LEFT, SHIFT, _leaving, find_route, frontier_point
 from drake_starnav.surroundings import Observation
 from drake_starnav.surroundings.star_region import scan_region
@@ -110,7 +111,8 @@ def test_the_robot_does_not_turn_to_an_optimistic_path_past_a_closure():
         if (plan_step(before, now).guidance.path[0] != aim).any():  # from another yaw the region differs a little
             continue
         turned += 1
-        barred = dataclasses.replace(before, closures=aim[None])
+        closures = Closures(np.vstack((before.roadmap.closures.failed, aim)))
+        barred = dataclasses.replace(before, roadmap=dataclasses.replace(before.roadmap, closures=closures))
         later = plan_step(barred, now)
         assert later.plans == before.plans
         assert later.aside is None or float(np.hypot(*(later.guidance.path[0] - aim))) > CLOSED * RADIUS
@@ -182,7 +184,7 @@ def test_a_frontier_point_lies_inside_its_gap_near_where_the_path_crosses_it(see
     np.testing.assert_array_equal(route.beyond[0], probe)
     assert not roadmap.union.contains(probe[None])[0]
     for owner in range(len(roadmap)):
-        for gap in gaps_of(roadmap, state.closures, RADIUS, owner):
+        for gap in gaps_of(roadmap, RADIUS, owner):
             k = len(gap.line) // 2
             inside, outside = 2.0 * gap.line[k] - gap.probe[k], gap.probe[k]
             point = frontier_point(state, RADIUS, inside, outside)
