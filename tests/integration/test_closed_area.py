@@ -55,6 +55,7 @@ def test_a_declared_zone_is_driven_round_and_kept(model: str, tmp_path) -> None:
     ("zones", "names"),
     [
         ("- !KeepOut {name: dock, polygon: [[3, -3], [5, -3], [5, 3], [3, 3]]}", "dock"),
+        ("- !KeepOut {name: wide, margin: 0.6, polygon: [[3, -2.4], [5, -2.4], [5, 2.4], [3, 2.4]]}", "wide"),
         ("- !KeepOut {polygon: [[7.5, -1], [9, -1], [9, 1], [7.5, 1]]}", "zones[0]"),
         (
             "- !KeepOut {name: left, polygon: [[3, 0], [5, 0], [5, 3], [3, 3]]}\n"
