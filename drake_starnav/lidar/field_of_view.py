@@ -57,14 +57,6 @@ class FieldOfView(NamedTuple):
         bearings = self.angle_min + self.angle_increment * np.arange(self.beams)
         return np.any([np.mod(bearings - first, TURN) <= width for first, width in sectors], axis=0)
 
-    @property
-    def sides(self) -> tuple[float, float]:
-        """How far the view reaches to the right and to the left of straight ahead, rad; negative if it does not."""
-        if self.full_circle:
-            return math.pi, math.pi
-        ahead = TURN * round(0.5 * (self.angle_min + self.angle_max) / TURN)
-        return ahead - self.angle_min, self.angle_max - ahead
-
 
 def sectors_of(given: Iterable[Any], name: str) -> list[tuple[float, float]]:
     """First bearing in S and width of sectors, rad, of pairs of bearings: from one counter-clockwise to the other.

@@ -41,8 +41,7 @@ def obstruction(star: CertifiedRegion, scan: LaserScan, towards: float, shape: F
     if not first <= turned <= last:
         return (
             f"blind: the lidar looks from {math.degrees(scan.angle_min):.0f} to {math.degrees(scan.angle_max):.0f} "
-            f"degrees; the "
-            f"way leads towards {math.degrees(math.remainder(towards, TURN)):.0f} degrees"
+            f"degrees; the way leads towards {math.degrees(math.remainder(towards, TURN)):.0f} degrees"
         )
     offset = star.hits - star.center
     distance, bearing = np.hypot(*offset.T), np.arctan2(offset[:, 1], offset[:, 0]) - star.bearing_0

@@ -1,7 +1,7 @@
 """Each scan is turned into star-shaped regions once, for all consumers."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from time import perf_counter
 
 from pydrake.common.value import Value
@@ -81,11 +81,6 @@ class StarPerception(LeafSystem):
         seen, fresh = (lambda own, context: own._perceived.Eval(context).observation), StarPerception._fresh_region
         declare_value(self, "observation", nothing.observation, seen, depends)
         declare_value(self, "certified_region", nothing.safety, fresh, depends | {self.time_ticket()})
-
-    @property
-    def dropped_scans(self) -> Callable[[Context], int]:
-        """Number of scans that came after a later one and were dropped, by a context."""
-        return self._perceived.dropped
 
     def _stamp(self, context: Context) -> float:
         return newest([port.Eval(context) for port in self._scans])

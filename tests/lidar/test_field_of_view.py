@@ -34,7 +34,7 @@ FULL = {
 @pytest.mark.parametrize("view", FULL.values(), ids=FULL)
 def test_a_full_circle_is_one_however_it_is_written(view: tuple[float, float, int]) -> None:
     field = FieldOfView(*view)
-    assert field.full_circle and field.sides == (math.pi, math.pi)
+    assert field.full_circle
     assert 0.0 <= field.seam <= field.angle_increment + SEAM
     assert field.seam + field.span == pytest.approx(TURN, abs=0.01)
     assert field.widest_gap == max(field.seam, field.angle_increment)
@@ -52,12 +52,3 @@ def test_the_seam_of_an_evenly_divided_turn_is_a_step() -> None:
     for beams in range(36, 1500, 7):
         step = TURN / beams
         assert FieldOfView(-math.pi, step, beams).seam == step
-
-
-@pytest.mark.parametrize(
-    ("first", "last", "sides"),
-    [(-1.0, 2.0, (1.0, 2.0)), (TURN - 1.0, TURN + 2.0, (1.0, 2.0)), (0.0, 3.0, (0.0, 3.0)), (0.5, 2.0, (-0.5, 2.0))],
-)
-def test_how_far_a_sector_reaches_to_each_side(first: float, last: float, sides: tuple[float, float]) -> None:
-    field = FieldOfView(first, (last - first) / 30, 31)
-    assert field.sides == pytest.approx(sides)

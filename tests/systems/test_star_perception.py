@@ -197,4 +197,4 @@ def test_scans_of_several_lidars_count_once_each_has_one_and_while_none_is_old()
     assert show(0.07, 0.05).scan.time == 0.07 and show(last, 0.05).scan.time == last
     assert show(last + 0.05, 0.05).scan.time == last, "the second one is silent"
     assert show(last + 0.05, last + 0.1).scan.time == last + 0.1
-    assert system.dropped_scans(context) == 0
+    assert system._perceived.dropped(context) == 0
