@@ -40,6 +40,10 @@ class Closures:
         before = self.walls.get(cause, places[:0])
         return dataclasses.replace(self, walls={**self.walls, cause: np.vstack((before, places))})
 
+    def cause_near(self, places: np.ndarray, reach: float) -> str:
+        """The cause of a wall that is no farther than `reach` from places (n, 2), W, m; empty: there is none."""
+        return next((c for c, wall in self.walls.items() if np.hypot(*(wall[:, None] - places).T).min() <= reach), "")
+
     def open_part(self, region: StarRegion) -> StarRegion:
         """The part of a region that no closure covers; a robot that is on a wall already may leave."""
         room = region.radius + region.margin

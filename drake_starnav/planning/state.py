@@ -112,7 +112,6 @@ class PlannerState:
             doubting=False,
             recent=(),
             aside=None,
-            barred_by="",
             began_with_map=len(self.roadmap) > 0,
         )
 

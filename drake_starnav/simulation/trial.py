@@ -15,7 +15,7 @@ from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.monitors import COLLISION, contact_in, contact_said
 from drake_starnav.systems.goal_sequence import HEADING_TOLERANCE
-from drake_starnav.systems.star_roadmap_planner import STANDSTILL
+from drake_starnav.systems.star_roadmap_planner import NO_WAY, STANDSTILL
 from drake_starnav.worlds.clearance import body_clearance
 from drake_starnav.worlds.moving_obstacles import moving_obstacle_clearance
 from drake_starnav.worlds.solvable import leg_through, poses_at
@@ -212,7 +212,9 @@ def benchmark_score(outcome: str, time: float, optimal_time: float | None) -> fl
 
 def caption_lines(trial: Trial) -> tuple[str, ...]:
     """The caption of a trial's picture."""
-    said = {"reached": f"reached in {trial.time_s:.1f}\u00a0s", "unreachable": "found no way"}
+    why = trial.blocked_by or ""
+    barred = why if why.startswith(NO_WAY) else "found no way"
+    said = {"reached": f"reached in {trial.time_s:.1f}\u00a0s", "unreachable": barred}
     what = trial.outcome if trial.contact is None else contact_said(trial.outcome, trial.contact)
     outcome = said.get(trial.outcome, f"{what} after {trial.time_s:.1f}\u00a0s")
     return f"method {trial.method}, seed {trial.seed}", outcome

@@ -11,6 +11,7 @@ from pydrake.common.value import Value
 from pydrake.systems.framework import Context, LeafSystem
 
 from drake_starnav.errors import StarnavError
+from drake_starnav.geometry.se2 import placed
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, plan_step
 from drake_starnav.planning.closed_places import NOTHING_CLOSED, Closures
 from drake_starnav.planning.guidance import Guidance
@@ -23,7 +24,7 @@ from drake_starnav.robot.limits import time_from_rest
 from drake_starnav.safety import KeepOut
 from drake_starnav.surroundings import Observation
 from drake_starnav.surroundings.margins import Margins
-from drake_starnav.surroundings.obstruction import obstruction
+from drake_starnav.surroundings.obstruction import SHORTEST_WAY, obstruction
 from drake_starnav.surroundings.safe_region import CertifiedRegion
 from drake_starnav.systems.footprint_hold import FootprintInForce, FootprintInput
 from drake_starnav.systems.release import declare_value, declare_vector
@@ -36,6 +37,7 @@ STANDSTILL, STAND = 4.0, 0.2
 """A robot stands still if it moves no farther than the second, in its narrow radii, in the first, s."""
 HALF_TURNS = 1.5
 """Or in the time for this many half turns, if that is longer."""
+NO_WAY = "no way is left but through"
 
 
 @snapshot
@@ -194,23 +196,15 @@ class StarRoadmapPlanner(LeafSystem):
         robot = now.robot
         if robot.shape.is_disc or not self._certified_region.HasValue(context):
             return None
-        return Body(
-            robot.shape,
-            self._certified_region.Eval(context),
-            now.margins.safety,
-            robot.moves,
-            robot.limits,
-            robot.drive,
-        )
+        region = self._certified_region.Eval(context)
+        return Body(robot.shape, region, now.margins.safety, robot.moves, robot.limits, robot.drive)
 
     def _state(self, context: Context) -> PlannerState:
         return self._plans.Eval(context).state
 
     def _guidance(self, context: Context) -> Guidance:
         guidance, heading = self._state(context).guidance, self._wanted_heading(context)
-        if not math.isfinite(heading):
-            return guidance
-        if len(guidance.poses):
+        if not math.isfinite(heading) or len(guidance.poses):
             return guidance
         if not self._footprint.Eval(context).robot.drive.turns_on_the_spot:
             return Guidance.none()
@@ -234,7 +228,7 @@ class StarRoadmapPlanner(LeafSystem):
         robot, margins = plan.footprint.robot, plan.footprint.margins
         patience = max(STANDSTILL, HALF_TURNS * math.pi / robot.max_yaw_rate)
         if plan.state.status is PlannerStatus.UNREACHABLE:
-            return f"no way is left but through {plan.state.barred_by}" if plan.state.barred_by else ""
+            return f"{NO_WAY} {plan.state.barred_by}" if plan.state.barred_by else ""
         if context.get_time() - plan.since < patience - EARLY:
             return ""
         silent = context.get_time() - plan.time
@@ -242,10 +236,8 @@ class StarRoadmapPlanner(LeafSystem):
             return f"blind: no scan that measures anything has arrived for {silent:.1f} s"
         pose, goal = self._pose.Eval(context), self._goal.Eval(context)
         (x, y, yaw), place = pose.tolist(), pose[:2]
-        if (
-            distance_to(place, plan.stand) > STAND * robot.shape.narrow
-            or distance_to(place, goal) <= self._goal_tolerance
-        ):
+        moved = distance_to(place, plan.stand) > STAND * robot.shape.narrow
+        if moved or distance_to(place, goal) <= self._goal_tolerance:
             return ""
         seen = self._observation.Eval(context)
         path = plan.state.guidance.path
@@ -254,6 +246,10 @@ class StarRoadmapPlanner(LeafSystem):
         if self._certified_region.HasValue(context):
             towards = math.atan2(to_y - y, to_x - x) - yaw
             reason = obstruction(self._certified_region.Eval(context), seen.scan, towards, robot.shape, pose)
+        reach = robot.shape.narrow + margins.least + SHORTEST_WAY * robot.shape.narrow
+        wall = plan.state.roadmap.closures.cause_near(placed(pose, robot.shape.cover), reach)
+        if not reason and wall:
+            return f"too near: {wall}, which the robot keeps out of"
         if not reason and not len(path):
             return f"no way is seen that keeps {margins.least:.3g} m beyond robot.radius"
         return reason or "nothing that the certificate knows: the robot does not follow its guidance"

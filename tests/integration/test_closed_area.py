@@ -9,6 +9,7 @@ from drake_starnav.navigation import Parts
 from drake_starnav.safety import KeepOut
 from drake_starnav.scenario.scenario_file import load_scenario, scenario_text
 from drake_starnav.simulation.run import run_trial
+from drake_starnav.simulation.trial import caption_lines
 
 pytestmark = pytest.mark.slow
 
@@ -67,4 +68,5 @@ def test_a_declared_zone_is_driven_round_and_kept(model: str, tmp_path) -> None:
 def test_where_zones_leave_no_way_the_goal_is_given_up_early_and_they_are_named(zones: str, names: str) -> None:
     trial = run_trial(parse_scenario(f"{HALL}zones:\n{zones}", name="closed"))
     assert (trial.outcome, trial.blocked_by) == ("unreachable", f"no way is left but through {names}")
+    assert caption_lines(trial)[-1] == trial.blocked_by
     assert trial.time_s < 30.0 and trial.min_clearance_m > 0.0

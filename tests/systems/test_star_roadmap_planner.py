@@ -11,11 +11,11 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.planning import PlannerParameters, PlannerStatus, StarRoadmap
 from drake_starnav.robot import RobotParameters
+from drake_starnav.safety import KeepOut
 from drake_starnav.surroundings import Observation
 from drake_starnav.surroundings.safe_region import ScanMemory, certified_region
 from drake_starnav.surroundings.star_region import scan_region
 from drake_starnav.systems.star_roadmap_planner import STANDSTILL, StarRoadmapPlanner
-from drake_starnav.utils.stopwatch import Stopwatch
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import MARGINS, cast
 
@@ -34,8 +34,8 @@ IN_SIGHT, BEHIND = np.array([2.5, 0.4]), np.array([4.0, 0.0])
 class Planning:
     """A planner with a simulator, whose inputs are fixed by hand."""
 
-    def __init__(self, goal: np.ndarray = BEHIND, stopwatch: Stopwatch | None = None) -> None:
-        self.system = StarRoadmapPlanner(ROBOT, PARAMETERS, MARGINS, stopwatch=stopwatch)
+    def __init__(self, goal: np.ndarray = BEHIND, **options) -> None:
+        self.system = StarRoadmapPlanner(ROBOT, PARAMETERS, MARGINS, **options)
         self.simulator = Simulator(self.system)
         self.context = self.simulator.get_mutable_context()
         self.put("observation", Value(Observation.none()))
@@ -112,6 +112,14 @@ def test_what_the_certificate_knows_is_named() -> None:
     planning.put("certified_region", Value(star))
     standing(planning, close, STANDSTILL + 0.1, pose)
     assert planning.out("blocked_by").startswith("too near: a hit at 0.260 m, 0 degrees to the")
+
+
+@pytest.mark.parametrize(("ahead", "said"), [(0.28, "too near: dock"), (0.5, "nothing that the certificate knows")])
+def test_the_area_that_holds_a_robot_is_named(ahead: float, said: str) -> None:
+    dock = KeepOut(POSE[:2] + (ahead, 0.0) + np.array([(0.0, -0.3), (0.3, -0.3), (0.3, 0.3), (0.0, 0.3)]), name="dock")
+    planning = Planning(closed_areas=[dock])
+    standing(planning, SCREEN, STANDSTILL + 0.1)
+    assert planning.out("blocked_by").startswith(said)
 
 
 @pytest.mark.parametrize("world", [None, OPEN])
