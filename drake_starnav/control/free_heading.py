@@ -5,6 +5,8 @@ import math
 import numpy as np
 from numba import njit
 
+from drake_starnav.geometry.compiled import put
+
 FREE_HEADING_RANGE = 0.8
 """Largest turn of the guiding vector to a free bearing, rad."""
 OPEN_WAY = 0.08
@@ -48,7 +50,7 @@ def free_heading(x, y, ux, uy, hits, sizes):
     for k in range(len(hits)):
         dx, dy = hits[k, 0] - x, hits[k, 1] - y
         if abs(dx) < distance + way and abs(dy) < distance + way and math.hypot(dx, dy) < distance + way:
-            near[count] = dx, dy, math.hypot(dx, dy)
+            put(near, count, (dx, dy, math.hypot(dx, dy)))
             count += 1
     near, angle = near[:count], math.atan2(uy, ux)
     if _open(angle, near, distance, way):

@@ -112,7 +112,7 @@ def _checked(x, y, driven, plan, known, seen, robot_radius):
     obstructed = False
     if driven[1] > REPLAN_DISTANCE * robot_radius and len(optimistic) > 1:  # there is something beyond the probe
         beams, place, slack = Beams(*seen[0]), seen[1], seen[2]
-        distance = moving_average(beams, SMOOTHING_BEAMS, slack)
+        distance = moving_average(beams, np.int64(SMOOTHING_BEAMS), slack)
         obstructed = is_obstructed(optimistic, bridged_ends(beams, distance, place, 2.0 * robot_radius), robot_radius)
     return sees_probe, outside, obstructed, passed, strayed, doubtful
 

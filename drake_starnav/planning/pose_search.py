@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from drake_starnav.geometry.compiled import put
 from drake_starnav.geometry.footprint import Body, Footprint
 from drake_starnav.geometry.polyline import distances
 from drake_starnav.robot.limits import wrapped_angle
@@ -183,10 +184,10 @@ def _checked(x, y, yaw, move, space, begins):
     margin, discs, cell = space.margin, space.discs, space.grid[2]
     count = int(math.ceil((math.hypot(move[0], move[1]) + space.body.radius * abs(move[2])) / (SPACING * cell))) + 1
     poses, roomy = np.empty((count + 1, 3)), True
-    poses[0] = x, y, yaw
+    put(poses, np.int64(0), (x, y, yaw))
     dx, dy, turn = move[0] / count, move[1] / count, move[2] / count
     for k in range(1, count + 1):
-        poses[k] = _after(poses[k - 1, 0], poses[k - 1, 1], poses[k - 1, 2], dx, dy, turn)
+        put(poses, k, _after(poses[k - 1, 0], poses[k - 1, 1], poses[k - 1, 2], dx, dy, turn))
     for k in range(count, -1, -1):
         cosine, sine = math.cos(poses[k, 2]), math.sin(poses[k, 2])
         for m in range(len(discs)):
@@ -256,7 +257,8 @@ def _searched(starts, goals, moves, to_go, turn_cost, space, leaves):
     queue, count, expanded, checks = [(starts[n, 4], n, False) for n in range(len(starts))], len(starts), 0, 0
     heapq.heapify(queue)
     for n in range(count):
-        nodes[n], costs[n] = (starts[n, 0], starts[n, 1], starts[n, 2], 0.0), starts[n, 4]
+        put(nodes, n, (starts[n, 0], starts[n, 1], starts[n, 2], 0.0))
+        costs[n] = starts[n, 4]
     while len(queue) > 0 and checks < MOST_CHECKS:
         expanded += 1
         _, n, ends = heapq.heappop(queue)
@@ -277,9 +279,9 @@ def _searched(starts, goals, moves, to_go, turn_cost, space, leaves):
                 shot, heading, more = _shot(first, last, space, leaves or n < len(starts))
                 checks += more
                 if shot != 0.0:
-                    nodes[count] = x, y, heading, 0.0
-                    nodes[count + 1] = goal[0], goal[1], heading, -shot if leaves else shot
-                    nodes[count + 2] = goal[0], goal[1], heading + wrapped_angle(goal[2] - heading), 0.0
+                    put(nodes, count, (x, y, heading, 0.0))
+                    put(nodes, count + 1, (goal[0], goal[1], heading, -shot if leaves else shot))
+                    put(nodes, count + 2, (goal[0], goal[1], heading + wrapped_angle(goal[2] - heading), 0.0))
                     parents[count], parents[count + 1], parents[count + 2] = n, count, count + 1
                     heapq.heappush(queue, (ending + GREED * away, count + 2, True))
                     count += 3
@@ -306,7 +308,8 @@ def _searched(starts, goals, moves, to_go, turn_cost, space, leaves):
             if not free:
                 continue
             best[i, j, h] = min(best[i, j, h], cost)
-            nodes[count], parents[count], costs[count] = (px, py, turned, move[4]), n, cost
+            put(nodes, count, (px, py, turned, move[4]))
+            parents[count], costs[count] = n, cost
             left = max(to_go[i, j], _turn_to_go(turned, goals, turn_cost))
             heapq.heappush(queue, (cost + GREED * left, count, False))
             count += 1

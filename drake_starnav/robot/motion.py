@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 from numba.extending import register_jitable
 
-from drake_starnav.geometry.compiled import leaf
+from drake_starnav.geometry.compiled import leaf, put
 from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.robot.base import Base
 from drake_starnav.robot.limits import Limits, Velocity
@@ -222,9 +222,8 @@ def sample(pose, twist, target, numbers, samples):
     (delay, hold, lever, spacing), limits = numbers[:4], Limits(*numbers[4:])
     legs, begins = np.empty((3, 4)), np.empty(3, np.int64)
     now, wanted = velocity_of(twist), velocity_of(target)
-    legs[0] = now.ahead, now.aside, now.turning, delay
-    legs[1] = wanted.ahead, wanted.aside, wanted.turning, hold
-    legs[2] = 0.0, 0.0, 0.0, np.inf
+    for k, (each, lasts) in enumerate(((now, delay), (wanted, hold), (Velocity(0.0, 0.0, 0.0), np.inf))):
+        put(legs, k, (each.ahead, each.aside, each.turning, lasts))
     count = rolled(Pose(pose[0], pose[1], pose[2]), now, legs, (limits, lever, spacing), samples, begins)
     commanded, grips = begins[1], True
     for k in range(commanded + 1, min(count, len(samples))):
@@ -246,7 +245,7 @@ def rolled(pose, velocity, legs, drive, samples, begins):
     """
     limits, lever, spacing = drive
     speed, rate = body_rates(velocity, limits)
-    samples[0] = pose.x, pose.y, pose.yaw, speed, rate, 0.0
+    put(samples, np.int64(0), (pose.x, pose.y, pose.yaw, speed, rate, 0.0))
     count, time = 1, 0.0
     for j in range(len(legs)):
         begins[j], left = count - 1, legs[j, 3]
@@ -270,7 +269,7 @@ def rolled(pose, velocity, legs, drive, samples, begins):
             pose, velocity, _ = advanced(pose, velocity, wanted, step, limits)
             speed, rate = body_rates(velocity, limits)
             time += step
-            samples[min(count, len(samples) - 1)] = pose.x, pose.y, pose.yaw, speed, rate, time
+            put(samples, min(count, len(samples) - 1), (pose.x, pose.y, pose.yaw, speed, rate, time))
             count += 1
     return count
 

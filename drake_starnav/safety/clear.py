@@ -76,6 +76,6 @@ def covered(star, samples, places):
         for j in range(len(places)):
             px, py = places[j]
             px, py = x + cosine * px - sine * py, y + sine * px + cosine * py
-            if not covers(center, bearing_0, values, 0, px, py, 0.0):
+            if not covers(center, bearing_0, values, np.int64(0), px, py, 0.0):
                 return False
     return True

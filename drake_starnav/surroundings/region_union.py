@@ -93,7 +93,7 @@ class RegionUnion(NamedTuple):
 def _covers_at(union, points, slack):
     """The loop of `RegionUnion.covers`: the region that contains a point is tried first on the next."""
     center, bearing_0, values = union.center, union.bearing_0, union.values
-    out, last = np.empty(len(points), np.int64), -1
+    out, last = np.empty(len(points), np.int64), np.int64(-1)  # a literal would compile its callees twice
     for n in range(len(points)):
         x, y = points[n, 0], points[n, 1]
         if last < 0 or not covers(center, bearing_0, values, last, x, y, slack):
@@ -155,7 +155,7 @@ def first_gap(union, start, end, guess, radius):
         place = x0 + (x1 - x0) * i / count, y0 + (y1 - y0) * i / count
         if cover_at(union, place[0], place[1], 0.0) < 0:
             return max(length * i / count, 1e-9)
-    last, i, leap = -1, 0, 1
+    last, i, leap = np.int64(-1), 0, 1
     while i <= count:
         place = x0 + (x1 - x0) * i / count, y0 + (y1 - y0) * i / count
         before = last

@@ -235,9 +235,7 @@ def _cross_view(crossings, beams, place, solid, bit):
         for k, d, m in ((2 * i, a, i), (2 * i + 1, b, j)):
             vertices[k, 0] = x + d * (turned * directions[m, 0] - aside * directions[m, 1])
             vertices[k, 1] = y + d * (aside * directions[m, 0] + turned * directions[m, 1])
-    vertices[2 * cells] = vertices[0]
-    if not full:
-        vertices[2 * cells, 0], vertices[2 * cells, 1] = x, y
+    vertices[2 * cells, 0], vertices[2 * cells, 1] = (vertices[0, 0], vertices[0, 1]) if full else (x, y)
     last = len(vertices) - 1
     ax, ay, place = 0.0, 0.0, -1.0  # and its bearing as a real number of rays; -1 on the axis, where all rays begin
     for k in range(-1, last + 1):  # the edge that leads to each vertex

@@ -20,8 +20,10 @@ class _Compilation(event.Listener):
 
     def on_start(self, event: event.Event) -> None:
         """A function is about to be compiled, often as part of another one."""
-        if self._depth == 0 and not (event.data["dispatcher"].py_func.__module__ or "").startswith(f"{PACKAGE}."):
+        dispatcher = event.data["dispatcher"]
+        if self._depth == 0 and not (dispatcher.py_func.__module__ or "").startswith(f"{PACKAGE}."):
             return
+        dispatcher.targetoptions["no_cfunc_wrapper"] = True  # what C would call, a tenth of all: nobody does
         self._depth += 1
         if self._progress is None:
             self._progress = Progress(COMPILING)

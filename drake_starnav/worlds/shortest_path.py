@@ -124,7 +124,7 @@ def _found_on_grid(ends: np.ndarray, box: np.ndarray, capsules: np.ndarray, step
     weight = np.pad(10 * free.astype(np.uint8), 1)
     cost = np.zeros(weight.shape, np.int32)
     bucket_dijkstra(weight, cost, goal, begin, (RegionUnion.none(), (0.0, 0.0), step, 0))
-    return box[0] + (descent(cost, weight, *begin) - 1) * step
+    return box[0] + (descent(cost, weight, *map(float, begin)) - 1) * step
 
 
 def _nearest_in_sight(end, origin, step, free, capsules) -> tuple[int, int] | None:

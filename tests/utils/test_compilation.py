@@ -35,7 +35,9 @@ def compile_in(module: str) -> None:
         return 2 * x
 
     double.__module__ = module
-    numba.njit(double)(1)
+    compiled = numba.njit(double)
+    compiled(1)
+    assert ("no_cfunc_wrapper" in compiled.targetoptions) == module.startswith(PACKAGE)
 
 
 @pytest.mark.usefixtures("_listening")
