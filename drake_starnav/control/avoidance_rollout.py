@@ -175,11 +175,10 @@ def _foreseen(discs, spent, steps, settings):
 
 @leaf
 def _course(pose, moves):
-    """Speed, with the sign of that along x, and the direction in which it counts, as (cos, sin) in W."""
+    """Speed, with the sign of that along x, and the direction in which it counts, rad in W."""
     if moves.aside == 0.0:
-        return moves.ahead, math.cos(pose.yaw), math.sin(pose.yaw)
-    course = pose.yaw + math.atan2(moves.aside, moves.ahead)
-    return math.hypot(moves.ahead, moves.aside), math.cos(course), math.sin(course)
+        return moves.ahead, pose.yaw
+    return math.hypot(moves.ahead, moves.aside), pose.yaw + math.atan2(moves.aside, moves.ahead)
 
 
 @leaf
@@ -189,7 +188,7 @@ def _must_brake(pose, course, foreseen, s, limits, settings):
     Checked at half the braking time and at its end, for all discs, whether it approaches them or not: a robot that only
     watches those ahead is soon surrounded. The discs are those of `_foreseen` at s.
     """
-    v, ux, uy = course
+    v, heading = course
     if abs(v) < STANDING_SPEED:
         return False
     caution, stop = settings.caution, abs(v) / limits.max_acceleration
@@ -199,6 +198,7 @@ def _must_brake(pose, course, foreseen, s, limits, settings):
         far = distance + radius + (0.5 * abs(v) + foreseen[s, j, 7]) * stop + 1e-9
         if (pose.x - disc_x) ** 2 + (pose.y - disc_y) ** 2 > far * far:
             continue
+        ux, uy = math.cos(heading), math.sin(heading)
         for share in (0.5, 1.0):
             t = share * stop
             way = v * t - 0.5 * math.copysign(limits.max_acceleration, v) * t * t
@@ -214,9 +214,10 @@ def _must_brake(pose, course, foreseen, s, limits, settings):
 @leaf
 def _held(pose, course, standing, limits, settings):
     """Whether a robot that brakes fully from the next step on might be touched by an object that is static now."""
-    v, ux, uy = course
+    v, heading = course
     if abs(v) < STANDING_SPEED or not len(standing):
         return False
+    ux, uy = math.cos(heading), math.sin(heading)
     distance, stop = settings.radius + settings.spacing, abs(v) / limits.max_acceleration
     for share in (0.5, 1.0):
         t = share * stop

@@ -49,6 +49,7 @@ STANDING_SPEED = 0.005
 this is well below `trajectory.STANDING`, which is about the body."""
 X, Y, VX, VY, GROWTH, RADIUS = range(6)
 """Columns of the reachable discs."""
+ANYWHERE = np.zeros(2)
 
 
 class MovingCertificate(NamedTuple):
@@ -76,7 +77,7 @@ class MovingCertificate(NamedTuple):
         longest = age + actuation.delay + actuation.hold + braking
         margin, escape = MOVING_MARGIN * footprint.narrow, ESCAPE * footprint.narrow
         reach = footprint.radius + margin + (limits.max_speed + obstacles.max_speed) * longest
-        discs = within(reachable_discs(tracks, obstacles), position, reach)
+        discs = reachable_discs(tracks, obstacles, position, reach)
         return MovingCertificate(discs, margin, age, escape)
 
     def accepts(self, motion: Motion) -> bool:
@@ -84,7 +85,9 @@ class MovingCertificate(NamedTuple):
         return _stays_clear(motion.samples, motion.braking, self, motion.footprint.body)
 
 
-def reachable_discs(tracks: Tracks, parameters: DynamicObstacleParameters) -> np.ndarray:
+def reachable_discs(
+    tracks: Tracks, parameters: DynamicObstacleParameters, position: np.ndarray = ANYWHERE, reach: float = np.inf
+) -> np.ndarray:
     """The places that a braking robot must keep clear of, shape (n, 6), at the time of the tracks.
 
     Columns: position, m, velocity, m/s, growth of its radius, m/s, and radius, m, with the room to brake. A track that
@@ -93,23 +96,33 @@ def reachable_discs(tracks: Tracks, parameters: DynamicObstacleParameters) -> np
     Args:
         tracks: of the last scan.
         parameters: what is declared.
+        position, reach: only discs whose edge is within `reach` (m) of a place (2,).
     """
     trusted = tracks.confirmed & tracks.settled
-    lost, cautious = np.flatnonzero(trusted & (tracks.seen < tracks.time)), parameters.caution * parameters.max_speed
-    still, tracked = (tracks.standing, tracks.occlusions), np.column_stack((tracks.position, tracks.radius))
-    places = np.vstack((tracks.hits, *still, tracked[lost]))
+    lost, still = np.flatnonzero(trusted & (tracks.seen < tracks.time)), (tracks.standing, tracks.occlusions)
+    places = np.vstack((tracks.hits, *still, np.column_stack((tracks.position, tracks.radius))[lost]))
     owner = np.concatenate((tracks.owner, np.full(sum(map(len, still)), -1), lost))
-    known = np.append(trusted, False)[owner]
-    moving = np.where(known[:, None], (1.0 - parameters.caution) * np.vstack((tracks.velocity, (0.0, 0.0)))[owner], 0.0)
-    growth, radius = np.where(known, cautious, parameters.max_speed), places[:, 2] + parameters.stopping_distance
-    discs = np.column_stack((places[:, :2], moving, growth, radius))
-    return discs[np.argsort(known, kind="stable")]
+    declared = parameters.caution, parameters.max_speed, parameters.stopping_distance
+    near = float(position[0]), float(position[1]), float(reach)
+    return _reachable(places, owner, trusted, tracks.velocity, tuple(map(float, declared)), near)
 
 
-def within(discs: np.ndarray, position: np.ndarray, reach: float) -> np.ndarray:
-    """The reachable discs whose edge is within `reach` (m) of a place (2,)."""
-    away = np.hypot(discs[:, X] - position[0], discs[:, Y] - position[1]) - discs[:, RADIUS]
-    return discs[away < reach]
+@njit(cache=True)
+def _reachable(places, owner, trusted, velocity, declared, near):
+    """The loop of `reachable_discs`; discs of tracks that are trusted come last."""
+    (caution, max_speed, stopping), (x, y, reach) = declared, near
+    discs, n, share = np.empty((len(places), 6)), 0, 1.0 - caution
+    for known in (False, True):
+        for k in range(len(places)):
+            px, py, radius = places[k, 0], places[k, 1], places[k, 2] + stopping
+            track = owner[k] if owner[k] >= 0 and trusted[owner[k]] else -1
+            if (track >= 0) == known and math.hypot(px - x, py - y) - radius < reach:
+                discs[n] = px, py, 0.0, 0.0, max_speed, radius
+                if known:
+                    discs[n, VX], discs[n, VY] = share * velocity[track, 0], share * velocity[track, 1]
+                    discs[n, GROWTH] = caution * max_speed
+                n += 1
+    return discs[:n]
 
 
 @njit(cache=True)

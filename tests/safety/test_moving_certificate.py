@@ -18,7 +18,6 @@ from drake_starnav.safety.moving_certificate import (
     STANDING_SPEED,
     MovingCertificate,
     reachable_discs,
-    within,
 )
 from drake_starnav.safety.shield import braking_twist
 from drake_starnav.tracking.kalman_tracks import SETTLED_AFTER, Tracks
@@ -326,7 +325,8 @@ def test_tracks_are_trusted_as_far_as_caution_leaves_and_they_are_known_for_long
     np.testing.assert_allclose(rows, expected)
     edges = np.hypot(*rows[:, :2].T) - rows[:, 5]
     for reach in (0.75, 0.85, 3.0, 9.0):
-        np.testing.assert_array_equal(within(rows, np.zeros(2), reach), rows[edges < reach])
+        near = reachable_discs(tracks, DynamicObstacleParameters(max_speed=0.8, caution=caution), np.zeros(2), reach)
+        np.testing.assert_array_equal(near, rows[edges < reach])
 
 
 def test_what_stands_may_start_and_what_is_hidden_may_come_out() -> None:
