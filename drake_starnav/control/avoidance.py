@@ -29,7 +29,7 @@ from drake_starnav.control.avoidance_rollout import (
 from drake_starnav.control.inputs import ControllerInputs
 from drake_starnav.control.moving_modulation import moving_modulation
 from drake_starnav.control.rollout import FreeSpace, goal_slowdown, times_left
-from drake_starnav.geometry.compiled import leaf
+from drake_starnav.geometry.compiled import leaf, put
 from drake_starnav.robot import Limits, RobotParameters
 from drake_starnav.robot.base import twist_of
 from drake_starnav.robot.limits import limited, wrapped_angle
@@ -193,7 +193,7 @@ def thinned(places, position, reach, spacing):
         for q in range(n):
             apart = apart and (x - kept[q, 0]) ** 2 + (y - kept[q, 1]) ** 2 >= spacing**2
         if apart:
-            kept[n] = x, y
+            put(kept, n, (x, y))
             n += 1
     return kept[:n]
 

@@ -271,7 +271,7 @@ def drive(rows, ways, steps, scene, most):
                 row.held = 1
             pose, moves, driven = advanced(pose, moves, wanted, STEP, limits)
             row.yaw, row.ahead, row.aside, row.turning = pose.yaw, moves.ahead, moves.aside, moves.turning
-            free = covers(center, bearing_0, values, 0, pose.x, pose.y, 0.0)
+            free = covers(center, bearing_0, values, np.int64(0), pose.x, pose.y, 0.0)
             if not free:
                 row.region = region_around(known, row.region, pose.x, pose.y)
                 free = row.region >= 0

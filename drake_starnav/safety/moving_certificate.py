@@ -34,6 +34,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from drake_starnav.geometry.compiled import put
 from drake_starnav.geometry.footprint import fastest_point, gap_to_disc
 from drake_starnav.robot.motion import Actuation, Motion
 from drake_starnav.tracking.kalman_tracks import Tracks
@@ -117,7 +118,7 @@ def _reachable(places, owner, trusted, velocity, declared, near):
             px, py, radius = places[k, 0], places[k, 1], places[k, 2] + stopping
             track = owner[k] if owner[k] >= 0 and trusted[owner[k]] else -1
             if (track >= 0) == known and math.hypot(px - x, py - y) - radius < reach:
-                discs[n] = px, py, 0.0, 0.0, max_speed, radius
+                put(discs, n, (px, py, 0.0, 0.0, max_speed, radius))
                 if known:
                     discs[n, VX], discs[n, VY] = share * velocity[track, 0], share * velocity[track, 1]
                     discs[n, GROWTH] = caution * max_speed
