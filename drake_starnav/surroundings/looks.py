@@ -260,8 +260,8 @@ def saw(look, looks, part, n):
     first, last = 0, BINS - 1
     if left - right < AROUND:  # else it may lie around the lidar
         bearing = math.atan2(my, mx) - yaw
-        first = int(math.floor((bearing + right) / step - ROUNDING))
-        last = int(math.floor((bearing + left) / step + ROUNDING))
+        first = int(math.floor((bearing + right) / step + ROUNDING))  # not the bin that it only touches
+        last = max(int(math.floor((bearing + left) / step - ROUNDING)), first)
     for b in range(first, last + 1):  # noqa: SIM110 - Numba takes no generator
         if free[b % BINS] < far:
             return False

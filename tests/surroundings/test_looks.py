@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from drake_starnav.geometry.footprint import disc, footprint
+from drake_starnav.geometry.se2 import placed
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.surroundings.looks import MOST_LOOKS, Kept, Known, Look, Start, remembered
 from tests.helpers.scans import cast, look_of, scattered, seen_by
@@ -50,6 +51,17 @@ def test_what_was_seen_is_not_forgotten_while_a_robot_manoeuvres() -> None:
     part = np.array([(0.8, -0.05), (0.9, -0.05), (0.9, 0.05), (0.8, 0.05)])
     assert seen_by(known_before, part) and not seen_by(last, part)
     assert len(known_before.looks) <= MOST_LOOKS
+
+
+@pytest.mark.parametrize("yaw", [0.0, 0.7, -2.9])
+def test_what_begins_at_the_edge_of_a_bin_is_seen_and_what_reaches_across_is_not(yaw: float) -> None:
+    """Two lidars whose views meet along a robot's side leave no strip between them that neither has seen."""
+    scan = LaserScan(0.0, -1e-5, 1.5 * math.pi / 269, 0.0, 5.0, np.full(270, 5.0))
+    place = (0.3, -0.2, yaw)
+    known = Known.of((look_of(scan, place),), (place,), 0.0)
+    for low, seen in ((0.0, True), (0.05, True), (-1e-4, False), (-0.1, False)):
+        part = np.array([(0.1, low), (0.3, low), (0.3, low + 0.1), (0.1, low + 0.1)])
+        assert seen_by(known, placed(np.array(place), part)) == seen
 
 
 def test_where_the_robot_stood_nothing_else_did() -> None:
