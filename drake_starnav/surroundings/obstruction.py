@@ -67,13 +67,13 @@ def obstruction(star: CertifiedRegion, scan: LaserScan, towards: float, shape: F
 
 
 def _beside(star: CertifiedRegion, scan: LaserScan, shape: Footprint, pose: np.ndarray) -> str:
-    """The hit that is nearest to a footprint, if the robot cannot come nearer."""
-    hits, margin = placed(inverse(pose), star.hits), star.radius - shape.narrow
-    gaps = [distance_to_point(x, y, shape.body) for x, y in hits]
+    """The hit that is nearest to a footprint, if the robot cannot come nearer; lost beams tell nothing."""
+    hits, margin, offset = placed(inverse(pose), star.hits), star.radius - shape.narrow, star.hits - star.center
+    turn = np.mod(np.arctan2(offset[:, 1], offset[:, 0]) - star.bearing_0, TURN) / scan.angle_increment
+    lost = scan.lost[np.rint(turn).astype(int) % len(scan.ranges)]
+    gaps = [math.inf if unseen else distance_to_point(*hit, shape.body) for hit, unseen in zip(hits, lost, strict=True)]
     hit = int(np.argmin(gaps))
-    offset = star.hits[hit] - star.center
-    beam = round((math.atan2(offset[1], offset[0]) - star.bearing_0) % TURN / scan.angle_increment) % len(scan.ranges)
-    if scan.lost[beam] or gaps[hit] > margin + SHORTEST_WAY * shape.narrow:
+    if gaps[hit] > margin + SHORTEST_WAY * shape.narrow:
         return ""
     return (
         f"too near: a hit {gaps[hit]:.3f} m from the footprint, {_direction(math.atan2(*hits[hit, ::-1]))}; the robot "

@@ -54,6 +54,10 @@ def test_what_is_too_near_to_a_polygon_is_measured_from_its_outline() -> None:
     )
     assert said(seen({0: 0.5, 90: 0.3}), shape=shape) == ""
     assert said(seen({}), shape=shape) == ""
+    free = np.full(360, 5.0)
+    free[60 + 180] = 0.25  # nearer than the hit, but nothing was measured there
+    scan = seen({60: math.nan, 90: 0.235}, free=free)
+    assert said(scan, shape=shape).startswith("too near: a hit 0.035 m from the footprint, 90")
 
 
 def test_a_hit_that_is_too_close_to_be_measured_has_no_distance() -> None:
