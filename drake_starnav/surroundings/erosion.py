@@ -12,7 +12,7 @@ from numba import njit
 
 from drake_starnav.geometry.compiled import largest
 from drake_starnav.lidar.field_of_view import TURN
-from drake_starnav.lidar.laser_scan import MOVING, LaserScan
+from drake_starnav.lidar.laser_scan import LOST, MOVING, Beams, LaserScan
 from drake_starnav.surroundings.bearing_hits import beams_to_bearings, half_gaps
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.passages import MARGIN_STEPS, PASSAGE_DEPTH, SHUT, with_passages
@@ -41,6 +41,39 @@ class FreeRange(NamedTuple):
     limit: np.ndarray
     margin: float
     radius: float
+
+
+class Disc(NamedTuple):
+    """A disc that moves within what a scan saw, for compiled functions, which take it as a plain tuple.
+
+    Attributes:
+        beams: of the scan, as a plain tuple.
+        limit: as of `free_limit`, shape (M,), m.
+        radius: of the disc without margin, m.
+        margins: margin and least margin, m.
+        tables: as of `bearing_tables`.
+        is_merged: whether the scan is `merged`: what is unknown then ends rays, but is no wall.
+    """
+
+    beams: tuple
+    limit: np.ndarray
+    radius: float
+    margins: tuple[float, float]
+    tables: tuple[np.ndarray, np.ndarray]
+    is_merged: bool
+
+    @staticmethod
+    def of(
+        scan: LaserScan,
+        radius: float,
+        margins: tuple[float, float] = (0.0, 0.0),
+        reach: float = math.inf,
+        samples: int = 0,
+    ) -> "Disc":
+        """One that moves up to `reach`, m, with `samples` M; 0: as many as suit the scan."""
+        samples, within = samples or bearing_count(scan), radius + margins[0]
+        limit = free_limit(scan, samples, min(scan.range_max, reach + within), within)
+        return Disc(tuple(scan.beams), limit, radius, margins, bearing_tables(samples), scan.merged)
 
 
 def smoothed_distances(scan: LaserScan, slack: float = 0.0, beams: int = SMOOTHING_BEAMS) -> np.ndarray:
@@ -102,13 +135,8 @@ def free_range(
 
     Source: paper, section III-A; the erosion, which the paper leaves to the controller: this project.
     """
-    samples, kept = samples or bearing_count(scan), (margins.preferred, margins.least)
-    limit = free_limit(scan, samples, scan.range_max, radius + margins.preferred)
-    if scan.merged and samples == len(scan.ranges):  # what is unknown ends rays, but is no wall
-        room = np.maximum(distance - (radius + margins.preferred), 0.0)
-        limit = np.where(scan.lost, np.minimum(limit, room), limit)
-        distance = np.where(scan.lost, scan.range_max, distance)
-    values, margin = disc_range(scan.beams, distance, limit, radius, kept, bearing_tables(samples))
+    disc = Disc.of(scan, radius, (margins.preferred, margins.least), samples=samples or 0)
+    values, limit, margin = disc_range(distance, tuple(disc))
     return FreeRange(values, limit, margin, radius)
 
 
@@ -120,20 +148,17 @@ def bearing_tables(samples: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 @njit(cache=True)
-def disc_range(beams, distance, limit, radius, margins, tables):
-    """The loop of `free_range`: values and margin of a `FreeRange`.
-
-    Args:
-        beams: of the scan.
-        distance: their smoothed distances, shape (n,), m.
-        limit: of a `FreeRange`, shape (M,), m.
-        radius: of the robot, m.
-        margins: margin and least margin, m.
-        tables: as of `bearing_tables`.
-    """
-    margin, least = margins
-    cosine, squares = tables
+def disc_range(distance, disc):
+    """Values, limit and margin of a `FreeRange` for smoothed distances (n,), m, and a `Disc`."""
+    beams, limit, radius, (margin, least), (cosine, squares), is_merged = disc
+    beams = Beams(*beams)
     samples, inflated, shut = len(cosine), radius + margin, SHUT * radius
+    if is_merged and samples == len(distance):
+        limit, distance = limit.copy(), distance.copy()
+        for i in range(samples):
+            if beams.kinds[i] & LOST:
+                limit[i] = min(limit[i], max(distance[i] - inflated, 0.0))
+                distance[i] = beams.range_max
     gap = half_gaps(distance, beams)
     hits = beams_to_bearings(distance, gap, beams, samples)
     sight = within_sight(limit, beams, inflated)
@@ -144,10 +169,10 @@ def disc_range(beams, distance, limit, radius, margins, tables):
         if free[i] < shut:
             look[i] = min(sight[i], shut + 2.0 * PASSAGE_DEPTH * radius)
     if least >= margin or largest(look) == 0.0:
-        return free, margin
+        return free, limit, margin
     narrowest = erode(hits[0], hits[1], hits[2], radius + least, look, cosine, squares)
     if not with_passages(free, narrowest, radius)[1]:
-        return free, margin
+        return free, limit, margin
     kept = margin
     for step in range(1, MARGIN_STEPS + 1):
         tried = margin + (least - margin) * step / MARGIN_STEPS
@@ -155,7 +180,7 @@ def disc_range(beams, distance, limit, radius, margins, tables):
         free, opened = with_passages(free, narrow, radius)
         if opened:
             kept = tried
-    return free, kept
+    return free, limit, kept
 
 
 @njit(cache=True)

@@ -8,6 +8,7 @@ import dataclasses
 import math
 from collections.abc import Sequence
 from functools import cached_property
+from itertools import compress
 from typing import NamedTuple
 
 import numpy as np
@@ -180,25 +181,24 @@ def remembered(before: Known, new: Known, driven: tuple[float, float], now: tupl
         now: (x, y, yaw) of the robot, W, and the time, s.
         kept: which count.
     """
-    known = new.and_then(before)
-    begun = bool(known.looks) and isinstance(known.looks[-1], Start)
-    (x, y, _), time = now
+    looks, (x, y, _), time = new.looks + before.looks, *now
     limits = x, y, time - kept.time, driven[0] - kept.way, driven[1] - kept.turn
-    return known.chosen(_lasting(known.rows, len(new.looks), begun, limits, (kept.reach, kept.apart)))
+    begun = bool(looks) and isinstance(looks[-1], Start)
+    lasting, rows = _lasting(new.rows, before.rows, begun, limits, (kept.reach, kept.apart))
+    return Known(tuple(compress(looks, lasting.tolist())), rows)
 
 
 @njit(cache=True)
-def _lasting(rows, count, begun, limits, kept):
-    """Indices of what is `remembered`, of the rows of what is `Known`.
+def _lasting(new, before, begun, limits, kept):
+    """Which looks are `remembered`, and their rows, of all that are `Known`.
 
     Args:
-        rows: of the looks of this scan, of the one before, and those that were kept.
-        count: of lidars.
+        new, before: rows of the looks of that scan, and of what was known.
         begun: whether the last one is a `Start`.
         limits: (x, y) of the robot, and the least time, way and turn that count.
         kept: reach and distance apart as of `Kept`, m.
     """
-    reach, apart = kept
+    (reach, apart), count, rows = kept, len(new), np.concatenate((new, before))
     lasting, older, end = np.ones(len(rows), np.bool_), 2 * count, len(rows) - begun
     if len(rows) > older > 0:
         if older == end or _are_apart(rows[count], rows[older], apart):
@@ -222,7 +222,7 @@ def _lasting(rows, count, begun, limits, kept):
                         least, superfluous = away / apart + turned, j
         lasting[superfluous] = False
         left -= 1
-    return np.flatnonzero(lasting)
+    return lasting, rows[lasting]
 
 
 @njit(cache=True)

@@ -6,22 +6,31 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.geometry.se2 import now_in, placed
 from drake_starnav.lidar.deskew import deskewed
 from drake_starnav.lidar.field_of_view import ROUNDING, TURN
-from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.lidar.laser_scan import Beams, LaserScan
 from drake_starnav.lidar.mounts import ON_AXIS, Mount, newest, unturned
 from drake_starnav.lidar.outlier_filter import HitHistory, without_outliers
-from drake_starnav.surroundings.erosion import smoothed_distances
+from drake_starnav.surroundings.erosion import SMOOTHING_BEAMS, Disc, disc_range, moving_average, smoothed_distances
 from drake_starnav.surroundings.looks import KEPT_EVERY, Known, Look, remembered
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.observation import Observation
-from drake_starnav.surroundings.safe_region import SCAN_PATIENCE, CertifiedRegion, ScanMemory, certified_region
+from drake_starnav.surroundings.piecewise_cubic import JUMP, TOLERANCE, PiecewiseCubic, adaptive_fit
+from drake_starnav.surroundings.safe_region import (
+    SCAN_PATIENCE,
+    CertifiedRegion,
+    ScanMemory,
+    asked_of,
+    certified_by,
+    star,
+)
 from drake_starnav.surroundings.scan_averaging import AVERAGED_WITHIN, averaged
-from drake_starnav.surroundings.star_region import clear_of, scan_region
+from drake_starnav.surroundings.star_region import StarRegion, clear_of
 from drake_starnav.surroundings.start import Start
 from drake_starnav.surroundings.unseen import start_radius
 from drake_starnav.surroundings.views import hit_points, hits_beside, hits_seen, merged, surround
@@ -174,34 +183,37 @@ def perceive(
         if look is not None and look.counts_at(time)
     ]
     if len(seen) < len(mounts):
-        return dataclasses.replace(before, looks=looks)
+        return replaced(before, looks=looks)
     near, scans, mounts = zip(*seen, strict=True)
     first = before.observation.region
-    samples = None if first is None else len(first.free_range)  # though the number of beams may vary
-    smoothing = margins.smoothed_beams, margins.smoothing_slack
+    samples = 0 if first is None else len(first.free_range)  # though the number of beams may vary
+    slack, smoothing = margins.smoothing_slack, (margins.smoothed_beams, margins.smoothing_slack)
     alone = len(near) == 1 and mounts[0].offset == 0.0
     surrounded = surround(near, mounts, footprint)
     known = [] if surrounded else before.safety.seen_from(pose)
-    hits, around = hits_seen(near, mounts, smoothing), merged(near, mounts, footprint, known)
+    around = merged(near, mounts, footprint, known)
     scan = around if noise is None else merged(scans, mounts, footprint, known)
-    safe_radius = robot_radius + margins.safety
-    memorised = margins.safety_range + 2.0 * safe_radius, SCAN_MEMORY
-    distance = smoothed_distances(scan, margins.smoothing_slack)
-    region, beside = None, np.zeros((0, 2))
+    safe_radius, memory = robot_radius + margins.safety, before.memory.latest(SCAN_MEMORY - 1)
+    sizes = safe_radius, margins.safety_range, margins.safety_range + 2.0 * safe_radius
+    asked = asked_of(memory, around, pose, *sizes, None if alone else hits_seen(near, mounts, smoothing), smoothing)
+    plan = Disc.of(scan, robot_radius, (margins.preferred, margins.least), samples=samples)
+    distance, profile, boundary, found = _observed(tuple(plan), asked, slack, plans)
+    region, beside, (values, limit, margin) = None, np.zeros((0, 2)), profile
     if plans:
-        region = scan_region(scan, pose, robot_radius, margins, samples, distance)
-    if region is not None and alone and known:
-        beside = hits_beside(near, mounts, known)[0]
-        beside = placed(pose, beside[np.hypot(*beside.T) < memorised[0]])
-        region = clear_of(region, beside, robot_radius)
-    arguments = distance, pose, safe_radius, margins.safety_range, memorised
-    safety, memory = certified_region(before.memory, around, *arguments, hits)
+        region = StarRegion(pose[:2], asked[3][3], PiecewiseCubic(*boundary), values, limit, margin, robot_radius)
+        if alone and known:
+            beside = hits_beside(near, mounts, known)[0]
+            beside = placed(pose, beside[np.hypot(*beside.T) < sizes[2]])
+            region = clear_of(region, beside, robot_radius)
+    safety, after = certified_by(memory, around, asked, found)
     if margins.average_scans and around.motion is None:
         (lone,) = near  # more are refused
-        measured = smoothed_distances(lone, margins.smoothing_slack, margins.smoothed_beams)
+        measured = smoothed_distances(lone, slack, margins.smoothed_beams)
         lone = dataclasses.replace(lone, ranges=np.where(lone.hits, measured, lone.ranges))
         rest, lone = averaged(before.memory, lone, pose, safe_radius + AVERAGED_WITHIN * robot_radius)
-        safety, _ = certified_region(rest, lone, *arguments)
+        rest = rest.latest(SCAN_MEMORY - 1)
+        asked = asked_of(rest, lone, pose, *sizes)
+        safety, _ = certified_by(rest, lone, asked, star(distance, *asked))
     look = replaced(safety.look, footprint=footprint, short=margins.looks.short)
     views = (look,) if alone else _views(look, (near, mounts), pose, smoothing)
     ahead = None if alone and surrounded else 0.0 if surrounded else max(0.0, *(mount.x for mount in mounts))
@@ -212,7 +224,21 @@ def perceive(
         earlier=earlier,
         sight=safety.sight if alone or surrounded else (0.0, 0.0),  # else earlier looks are in the star
     )
-    return Perceived(Observation(region, scan, pose, beside), safety, memory, looks)
+    return Perceived(Observation(region, scan, pose, beside), safety, after, looks)
+
+
+@njit(cache=True)
+def _observed(plan, asked, slack, plans):
+    """Smoothed distances; values, limit and margin of the planner's region and its boundary, if it plans; the `star`.
+
+    `plan` is the planner's `Disc`, `asked` as of `asked_of`, `slack` as of `smoothed_distances`.
+    """
+    distance, none = moving_average(Beams(*plan[0]), SMOOTHING_BEAMS, slack), np.zeros(0)
+    profile, fit = (none, none, 0.0), (np.zeros(0, np.int64), none, none)
+    if plans:
+        profile, radius = disc_range(distance, plan), plan[2]
+        fit = adaptive_fit(profile[0], (JUMP * radius, TOLERANCE * radius), True)
+    return distance, profile, fit, star(distance, *asked)
 
 
 def _seen_before(

@@ -15,20 +15,12 @@ from numba import njit
 from drake_starnav.geometry.se2 import now_in, placed
 from drake_starnav.lidar.field_of_view import TURN
 from drake_starnav.lidar.laser_scan import HIT, LOST, Beams, LaserScan, placed_ends
-from drake_starnav.lidar.mounts import ON_AXIS
 from drake_starnav.surroundings.bearing_hits import CONNECTED_CHORD, points_to_bearings
-from drake_starnav.surroundings.erosion import (
-    bearing_count,
-    bearing_tables,
-    erode,
-    field_of_view,
-    free_limit,
-    within_sight,
-)
+from drake_starnav.surroundings.erosion import Disc, erode, field_of_view, within_sight
 from drake_starnav.surroundings.looks import Known, Look, Looks
 from drake_starnav.surroundings.region_union import RegionUnion
-from drake_starnav.surroundings.views import NEAREST, hit_points
-from drake_starnav.utils.snapshot import snapshot
+from drake_starnav.surroundings.views import NEAREST, seen_hits
+from drake_starnav.utils.snapshot import replaced, snapshot
 
 SCAN_PATIENCE = 3.0
 """Scan periods that a certified region lasts beyond the lidar's delay; without a new scan the robot then brakes."""
@@ -38,6 +30,7 @@ COARSE = 4
 """Regions of a robot that does not see all around are made of every n-th of its earlier looks."""
 QUARTER = 0.25 * TURN
 """A disc that drives straight on, at least this far inside its view, rad, covers nothing unseen but where it stood."""
+NO_HITS, GIVEN = (np.zeros((0, 2)), np.zeros(0)), (-1, 0.0)
 
 
 @snapshot
@@ -170,6 +163,15 @@ class ScanMemory:
     counts: tuple[int, ...] = ()
     time: float = -math.inf
 
+    def latest(self, count: int) -> "ScanMemory":
+        """It without all but this many of the last scans."""
+        forgotten = len(self.counts) - count
+        if forgotten <= 0:
+            return self
+        first = sum(self.counts[:forgotten])
+        points, gaps = self.points[first:], self.half_gaps[first:]
+        return replaced(self, points=points, half_gaps=gaps, counts=self.counts[forgotten:])
+
 
 def certified_region(
     memory: ScanMemory,
@@ -181,81 +183,84 @@ def certified_region(
     remembered: tuple[float, int],
     hits: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> tuple[CertifiedRegion, ScanMemory]:
-    """The certified region about the latest scan, and the memory with this scan, in one compiled call.
+    """The certified region about the latest scan, and the memory with this scan.
 
     Args:
         memory: the last scans, without the latest.
+        distance: shape (n,), the scan's `smoothed_distances`, used for the near hits, m.
+        remembered: farther hits are dropped, m; and the number of scans to keep.
+        scan, pose, radius, reach, hits: as of `asked_of`.
+    """
+    memory = memory.latest(remembered[1] - 1)
+    asked = asked_of(memory, scan, pose, radius, reach, remembered[0], hits)
+    return certified_by(memory, scan, asked, star(distance, *asked))
+
+
+def asked_of(
+    memory: ScanMemory,
+    scan: LaserScan,
+    pose: np.ndarray,
+    radius: float,
+    reach: float,
+    far: float,
+    hits: tuple[np.ndarray, np.ndarray] | None = None,
+    smoothing: tuple[int, float] = (0, 0.0),
+) -> tuple:
+    """What `star` takes beside the distances.
+
+    Args:
+        memory: the scans before the latest.
         scan: the latest, about the robot's axis.
-        distance: shape (n,), its `smoothed_distances`, used for the near hits, m.
         pose: (x, y, yaw) of the robot in W when it was taken.
         radius: of the robot with the safety margin, m.
         reach: maximum extent of the star, m.
-        remembered: farther hits are dropped, m; and the number of scans to keep.
+        far: farther hits are not remembered, m.
         hits: as of `hits_seen`; None: those of the scan.
+        smoothing: of the scan's, as there.
     """
-    far, count = min(remembered[0], scan.range_max), remembered[1]
-    latest, latest_gaps = hits or hit_points(scan, ON_AXIS)
-    forgotten = max(len(memory.counts) + 1 - count, 0)
-    first = sum(memory.counts[:forgotten])
-    (x, y, yaw), samples = pose.tolist(), bearing_count(scan)
-    bearing_0 = yaw + scan.angle_min
-    limit = free_limit(scan, samples, min(scan.range_max, reach + radius), radius)
-    known, known_gaps, remembered_hits, values, near = _certified_region(
-        (memory.points, memory.half_gaps, first),
-        (latest, latest_gaps, far, scan.merged),
-        scan.beams,
-        distance,
-        (x, y, math.cos(yaw), math.sin(yaw)),
-        (bearing_0, limit),
-        bearing_tables(samples),
-        (radius, reach),
-    )
-    newest = len(memory.points) - first
-    counts = *memory.counts[forgotten:], remembered_hits - newest
-    look = Look(known[:remembered_hits], (newest, remembered_hits), scan.beams, (x, y, yaw), far)
-    star = CertifiedRegion(
-        np.array((x, y)),
-        bearing_0,
-        values,
-        near,
-        known,
-        known_gaps,
-        True,
-        scan.time,
-        memory.time,
-        radius,
-        field_of_view(scan),
-        Known.of((look,), (look.place,), scan.time),
-    )
-    return star, ScanMemory(known[:remembered_hits], known_gaps[:remembered_hits], counts, scan.time)
+    (x, y, yaw), disc = pose.tolist(), tuple(Disc.of(scan, radius, reach=reach))
+    seen = *(hits or NO_HITS), smoothing if hits is None else GIVEN, min(far, scan.range_max)
+    return disc, (memory.points, memory.half_gaps), seen, (x, y, yaw, yaw + scan.angle_min), reach
+
+
+def certified_by(memory: ScanMemory, scan: LaserScan, asked: tuple, found: tuple) -> tuple[CertifiedRegion, ScanMemory]:
+    """The certified region and the memory with the scan, by what `star` found for what it was asked."""
+    (_, _, radius, *_), _, (*_, far), (*place, bearing_0), _ = asked
+    hits, gaps, remembered, values, near = found
+    before, points, (x, y, yaw) = len(memory.points), hits[:remembered], place
+    look = Look(points, (before, remembered), scan.beams, (x, y, yaw), far)
+    newest = Known.of((look,), (look.place,), scan.time)
+    region = CertifiedRegion(
+        np.array((x, y)), bearing_0, values, near, hits, gaps, seen=True, time=scan.time, previous=memory.time,
+        radius=radius, sight=field_of_view(scan), newest=newest,
+    )  # fmt: skip
+    return region, ScanMemory(points, gaps[:remembered], (*memory.counts, remembered - before), scan.time)
 
 
 @njit(cache=True)
-def _certified_region(known, seen, beams, distance, place, bearings, tables, sizes):
+def star(distance, disc, known, seen, place, reach):
     """The star's hits and half gaps, how many of them the memory keeps, the first; its values, and the near hits.
 
     Args:
-        known: points and half gaps of the memory, and the first that is kept.
-        seen: latest points and half gaps, up to which distance they are remembered, m, and whether the scan is merged:
-            then the ends of all its rays are among the star's hits, too.
-        beams: of the latest scan.
-        distance: their smoothed distances, shape (n,), m.
-        place: x, y, m, and cosine and sine of the yaw of the robot.
-        bearings: that of sample 0 in W, rad, and the star's `free_limit`, shape (M,), m.
-        tables: as of `bearing_tables`.
-        sizes: radius and reach as of `certified_region`, m.
+        distance: smoothed distances of the beams, shape (n,), m.
+        disc: a `Disc` without margin. Of a merged scan the ends of all rays are among the star's hits, too.
+        known: points and half gaps of the memory.
+        seen: latest points and half gaps; if not GIVEN those of the beams count, smoothed as of `hits_seen`; and up to
+            which distance they are remembered, m.
+        place: x, y, m, and yaw of the robot, and the bearing of sample 0 in W, rad.
+        reach: maximum extent of the star, m.
     """
+    plain, limit, radius, _, (cosines, squares), is_merged = disc
+    (x, y, yaw, bearing_0), beams = place, Beams(*plain)
+    latest, latest_gaps, smoothing, far = seen
+    if smoothing[0] >= 0:
+        latest, latest_gaps = seen_hits(plain, smoothing, 0.0, 0.0)
     measured, range_max, directions = beams.distances, beams.range_max, beams.directions
-    x, y, cosine, sine = place
-    bearing_0, limit = bearings
-    cosines, squares = tables
-    radius, reach = sizes
-    old_points, old_gaps, begin = known
-    latest, latest_gaps, far, is_merged = seen
+    cosine, sine = math.cos(yaw), math.sin(yaw)
     away = np.hypot(latest[:, 0], latest[:, 1])
     ends = placed_ends(latest, np.ones(len(latest)), away < far, x, y, cosine, sine)
-    hits = np.concatenate((old_points[begin:], ends))
-    gaps = np.concatenate((old_gaps[begin:], latest_gaps[away < far]))
+    hits = np.concatenate((known[0], ends))
+    gaps = np.concatenate((known[1], latest_gaps[away < far]))
     remembered = len(hits)
     if is_merged or not beams.complete:  # space behind lost beams of the latest scan is not certified
         bounded = (beams.kinds & (LOST | HIT * is_merged) != 0) & (measured < range_max)

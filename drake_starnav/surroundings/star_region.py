@@ -109,7 +109,6 @@ def scan_region(
     radius: float,
     margins: Margins,
     samples: int | None = None,
-    distance: np.ndarray | None = None,
 ) -> StarRegion:
     """The star-shaped region of one scan.
 
@@ -119,11 +118,8 @@ def scan_region(
         radius: of the robot, m.
         margins: kept, and how ranges are smoothed.
         samples: M, the same for all scans of a roadmap; None: as many as suit this one.
-        distance: shape (n,), the scan's `smoothed_distances`, m; None: they are computed.
     """
-    if distance is None:
-        distance = smoothed_distances(scan, margins.smoothing_slack)
-    profile = free_range(scan, distance, radius, margins, samples)
+    profile = free_range(scan, smoothed_distances(scan, margins.smoothing_slack), radius, margins, samples)
     return fit_region(profile, pose[:2], float(pose[2]) + scan.angle_min)
 
 

@@ -57,12 +57,13 @@ def hits_seen(
 
 def hit_points(scan: LaserScan, mount: Mount, smoothing: tuple[int, float] = (0, 0.0)) -> tuple[np.ndarray, np.ndarray]:
     """`hits_seen` of one lidar."""
-    return _hit_points(scan.beams, smoothing, mount.x, mount.y)
+    return seen_hits(tuple(scan.beams), smoothing, mount.x, mount.y)
 
 
 @njit(cache=True)
-def _hit_points(beams, smoothing, x, y):
-    """`hit_points` of `Beams` from (x, y) in B."""
+def seen_hits(beams, smoothing, x, y):
+    """`hit_points` of `Beams`, as a plain tuple, from (x, y) in B."""
+    beams = Beams(*beams)
     measured, hits = moving_average(beams, smoothing[0], smoothing[1]), beams.kinds & HIT != 0
     points = placed_ends(beams.directions, np.maximum(measured, NEAREST), hits, x, y, 1.0, 0.0)
     return points, half_gaps(measured, beams)[hits]
@@ -106,7 +107,7 @@ def hits_beside(
 
     The arguments are those of `merged`; there is at least one earlier look.
     """
-    hits = [_hit_points(beams, (0, 0.0), 0.0, 0.0) for beams, _ in earlier]
+    hits = [seen_hits(tuple(beams), (0, 0.0), 0.0, 0.0) for beams, _ in earlier]
     kept = np.concatenate([beams.kinds[beams.kinds & HIT != 0] & MAPPABLE != 0 for beams, _ in earlier])
     points = np.vstack([placed(pose, ends) for (_, pose), (ends, _) in zip(earlier, hits, strict=True)])
     for scan, mount in zip(scans, mounts, strict=True):

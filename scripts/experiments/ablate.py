@@ -56,11 +56,12 @@ REFERENCE = Ablation("star", "", "all below", "1 to 9")
 
 FOLLOWING = "drake_starnav.control.path_following"
 PLANNER, ROUTE = "drake_starnav.planning.planner", "drake_starnav.planning.route"
-CUBIC = "drake_starnav.surroundings.piecewise_cubic"
+PERCEPTION, CUBIC = "drake_starnav.surroundings.perception", "drake_starnav.surroundings.piecewise_cubic"
 INTERPRETED = {
     f"{FOLLOWING}._followed": replacements.interpreted_followed,
     f"{FOLLOWING}.guiding_vector": replacements.interpreted_guiding_vector,
 }
+LOOKED_UP = {f"{PERCEPTION}._observed": replacements.interpreted_observed}
 UNCERTIFIED = {
     **INTERPRETED,
     "drake_starnav.systems.twist_shield.shielded": replacements.uncertified_twist,
@@ -76,8 +77,9 @@ ABLATIONS = (
         "each hit excludes a disc as wide as the robot; without it, ranges less the radius",
         "1",
         {
-            "drake_starnav.surroundings.perception.scan_region": replacements.shortened_region,
-            "drake_starnav.surroundings.observation.scan_region": replacements.shortened_region,
+            **LOOKED_UP,
+            f"{PERCEPTION}.disc_range": replacements.shortened_range,
+            "drake_starnav.surroundings.erosion.disc_range": replacements.shortened_range,
         },
     ),
     Ablation(
@@ -85,14 +87,22 @@ ABLATIONS = (
         "cubics through the samples",
         "cubics below all samples",
         "2",
-        {f"{CUBIC}.adaptive_fit": replacements.two_sided_fit},
+        {
+            **LOOKED_UP,
+            f"{CUBIC}.adaptive_fit": replacements.two_sided_fit,
+            f"{PERCEPTION}.adaptive_fit": replacements.two_sided_fit,
+        },
     ),
     Ablation(
         "fixed_segments",
         "segments by the slope",
         "segments by jump and error; without them, 16 equal ones",
         "2",
-        {f"{CUBIC}.adaptive_fit": replacements.equal_segments},
+        {
+            **LOOKED_UP,
+            f"{CUBIC}.adaptive_fit": replacements.equal_segments,
+            f"{PERCEPTION}.adaptive_fit": replacements.equal_segments,
+        },
     ),
     Ablation(
         "free_unknown",

@@ -14,19 +14,17 @@ from unittest.mock import patch
 import numpy as np
 
 from drake_starnav.baselines.paper.control import modulated_vector
-from drake_starnav.baselines.paper.perception import sight_range
 from drake_starnav.control.modulation import SIGMA
 from drake_starnav.control.path_following import _followed, guiding_vector
 from drake_starnav.evaluation.workers import Pool
-from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.lidar.field_of_view import TURN
+from drake_starnav.lidar.laser_scan import Beams
 from drake_starnav.planning import PlannerInput, PlannerState
 from drake_starnav.robot.motion import Actuation
 from drake_starnav.safety.shield import ramped_twist
-from drake_starnav.surroundings import Margins, StarRegion
-from drake_starnav.surroundings.erosion import smoothed_distances
+from drake_starnav.surroundings.perception import _observed
 from drake_starnav.surroundings.piecewise_cubic import adaptive_fit
 from drake_starnav.surroundings.region_union import RegionUnion
-from drake_starnav.surroundings.star_region import fit_region
 from scripts.experiments.ablate_segments import fit_equal
 
 Replaced = Mapping[str, Any]
@@ -103,11 +101,16 @@ def uncertified_twist(
     return ramped_twist(twist, desired, actuation), True
 
 
-def shortened_region(scan: LaserScan, pose: np.ndarray, radius: float, margins: Margins, *others: Any) -> StarRegion:
-    """For `scan_region`: ranges less the radius."""
-    distance = smoothed_distances(scan, margins.smoothing_slack)
-    profile = sight_range(scan, distance, radius, less=radius + margins.preferred)._replace(margin=margins.preferred)
-    return fit_region(profile, pose[:2], float(pose[2]) + scan.angle_min)
+def interpreted_observed(*arguments: Any) -> tuple:
+    """For `perception._observed`: not compiled."""
+    return _observed.py_func(*arguments)
+
+
+def shortened_range(distance: np.ndarray, disc: tuple) -> tuple:
+    """For `disc_range`: ranges less the radius."""
+    beams, limit, radius, (margin, _), *_ = disc
+    beam = np.rint(TURN / len(limit) * np.arange(len(limit)) / Beams(*beams).increment).astype(int) % len(distance)
+    return np.clip(distance[beam] - radius - margin, 0.0, limit), limit, margin
 
 
 def two_sided_fit(samples: np.ndarray, lengths: tuple[float, float], one_sided: bool) -> tuple:
