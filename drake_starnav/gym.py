@@ -143,7 +143,7 @@ class NavigationEnv(gymnasium.Env):
     def _observed(self) -> dict[str, np.ndarray]:
         assert self._motion is not None
         scan, (x, y, yaw) = self._motion.scan, self._motion.pose
-        ranges = np.nan_to_num(scan.ranges, nan=0.0, posinf=scan.range_max, neginf=0.0)
+        ranges = np.fmin(np.fmax(scan.ranges, 0.0), scan.range_max)  # of a lost beam 0
         dx, dy = self.world.goal[0] - x, self.world.goal[1] - y
         goal = (math.cos(yaw) * dx + math.sin(yaw) * dy, math.cos(yaw) * dy - math.sin(yaw) * dx)
         seen = {"scan": ranges, "goal": goal, "twist": self._motion.twist}

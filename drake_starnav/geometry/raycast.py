@@ -97,12 +97,13 @@ def cast_groups(groups, poses, fan, ranges, reach):
     """Shorten `ranges` to the first crossing with groups of shapes, each in its own frame.
 
     Args:
-        groups: `Shapes` of g groups.
+        groups: `Shapes` of g groups, as a plain tuple, which is handed over faster.
         poses: shape (g, 3): (x, y, yaw) of S in the frame of each group, m and rad.
-        fan: a `Fan` of n beams.
+        fan: a `Fan` of n beams, likewise.
         ranges: shape (n,), m, changed in place; start from `+inf`.
         reach: shapes farther than this are ignored, m.
     """
+    groups, fan = Shapes(*groups), Fan(*fan)
     for g in range(len(groups.starts) - 1):
         place = poses[g, 0], poses[g, 1], math.cos(poses[g, 2]), math.sin(poses[g, 2])
         cast_rows(groups.rows[groups.starts[g] : groups.starts[g + 1]], place, fan, ranges, reach)
@@ -118,6 +119,7 @@ def cast_rolling(groups, begin, end, fan, ranges, reach):
         end: the same at the last beam; in between, velocities are constant and yaw changes by at most half a turn.
         fan, ranges, reach: as in `cast_groups`.
     """
+    groups, fan = Shapes(*groups), Fan(*fan)
     beams, circle = len(ranges), 2.0 * math.pi
     for g in range(len(groups.starts) - 1):
         rows = groups.rows[groups.starts[g] : groups.starts[g + 1]]

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from drake_starnav.geometry.polyline import arc_lengths
 from drake_starnav.planning.closed_places import CLOSED
 from drake_starnav.planning.distance_grid import HIT_ERROR, distance_at
 from drake_starnav.planning.roadmap import StarRoadmap
@@ -41,9 +42,9 @@ def gaps_of(roadmap: StarRoadmap, robot_radius: float, owner: int) -> list[Gap]:
     line, probe, is_open = _boundary(roadmap.union, owner, roadmap.closures.failed, roadmap.hits.arrays, robot_radius)
     first = int(np.argmin(is_open))  # no run goes on from the last point to the first
     line, probe, is_open = (np.roll(each, -first, axis=0) for each in (line, probe, is_open))
-    ends = np.flatnonzero(np.diff(np.concatenate(([0], is_open.astype(np.int8), [0]))))
-    runs = [Gap(line[a:b], probe[a:b], owner) for a, b in ends.reshape(-1, 2).tolist()]
-    return [gap for gap in runs if np.hypot(*np.diff(gap.line, axis=0).T).sum() >= LEAST * robot_radius]
+    ends = np.flatnonzero(np.diff(np.concatenate(([0], is_open.astype(np.int8), [0])))).reshape(-1, 2)
+    first, last = arc_lengths(line)[ends - (0, 1)].T
+    return [Gap(line[a:b], probe[a:b], owner) for a, b in ends[last - first >= LEAST * robot_radius].tolist()]
 
 
 def all_gaps(roadmap: StarRoadmap, robot_radius: float) -> list[Gap]:

@@ -1,6 +1,5 @@
 """A robot whose lidars do not see all around turns to look. Merged scans have lost beams where no lidar looks."""
 
-import dataclasses
 import math
 
 import numpy as np
@@ -9,6 +8,7 @@ from drake_starnav.planning.guidance import Guidance
 from drake_starnav.planning.state import PlannerInput, PlannerState
 from drake_starnav.surroundings.region_union import cover_at
 from drake_starnav.surroundings.star_region import StarRegion
+from drake_starnav.utils.snapshot import replaced
 
 FACING = math.radians(30.0)
 """A robot faces a place that lies within this angle of its heading, rad."""
@@ -53,7 +53,7 @@ def looking_aside(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     scan, pose = inputs.observation.scan, inputs.observation.pose
     turning = state.aside is not None and len(state.aside.poses) > 0
     if state.aside is not None:
-        state = dataclasses.replace(state, aside=None)
+        state = replaced(state, aside=None)
     if sees_all_around(inputs) or not len(state.path):
         return state
     x, y, yaw = pose.tolist()
@@ -63,23 +63,23 @@ def looking_aside(state: PlannerState, inputs: PlannerInput) -> PlannerState:
         blind = inputs.time - state.progress_time > LOOKS_AFTER and np.abs(beside).min() > scan.angle_increment
         if not blind and (not turning or faces(inputs, state.path[0])):
             return state
-        return dataclasses.replace(state, aside=_turn(state, x, y, yaw + ahead))
+        return replaced(state, aside=_turn(state, x, y, yaw + ahead))
     near = scan.lost & (scan.distances < UNSEEN_WITHIN * inputs.swept_radius)
     unseen = np.flatnonzero(near & (np.abs(beside) <= 0.5 * math.pi))
     begun, spot = state.roadmap.nodes[0], BEGINS_WITHIN * inputs.robot_radius
     patient = inputs.time - begun.time < inputs.parameters.progress_timeout
     turns = inputs.body is not None and inputs.body.base.turns_on_the_spot
     if patient and turns and math.dist(begun.pose[:2], (x, y)) < spot and math.cos(ahead) < math.cos(LOOKED):
-        return dataclasses.replace(state, facing_time=inputs.time, aside=_turn(state, x, y, yaw + ahead))
+        return replaced(state, facing_time=inputs.time, aside=_turn(state, x, y, yaw + ahead))
     waits = inputs.time - state.facing_time > LOOKS_AFTER and len(unseen) > 0
     if state.progress_time == inputs.time or not (waits or faces(inputs, state.path[0])):
-        return dataclasses.replace(state, facing_time=inputs.time)
+        return replaced(state, facing_time=inputs.time)
     if not waits:
         return state
     aim = float(scan.bearings[unseen[np.abs(beside[unseen]).argmax()]])
     if abs(aim) < LOOKED:  # and it is hidden from there, too
-        return dataclasses.replace(state, facing_time=inputs.time)
-    return dataclasses.replace(state, aside=_turn(state, x, y, yaw + aim))
+        return replaced(state, facing_time=inputs.time)
+    return replaced(state, aside=_turn(state, x, y, yaw + aim))
 
 
 def _turn(state: PlannerState, x: float, y: float, yaw: float) -> Guidance:

@@ -1,6 +1,5 @@
 """The planner as a pure step: planner state and a new scan in, planner state with a path out."""
 
-import dataclasses
 import math
 
 import numpy as np
@@ -20,6 +19,7 @@ from drake_starnav.surroundings.observation import Observation
 from drake_starnav.surroundings.obstruction import AVOIDED
 from drake_starnav.surroundings.region_union import cover_at
 from drake_starnav.surroundings.star_region import StarRegion
+from drake_starnav.utils.snapshot import replaced
 
 PROGRESS_DISTANCE = 0.6
 """Motion that counts as progress, in radii of the robot."""
@@ -53,7 +53,7 @@ def plan_step(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     here = closures.open_part(observation.region)
     check = check_plan(state, here, inputs)
     failed = _failed_way(state, inputs) if stalled else EMPTY_PATH
-    state = dataclasses.replace(state, recent=(*state.recent, observation)[-AVERAGED_SCANS:])
+    state = replaced(state, recent=(*state.recent, observation)[-AVERAGED_SCANS:])
     state = _unless_blocked(_grown(state, here, check, stalled, inputs), check, inputs)
     if len(failed):
         state = closed(state, failed, inputs)
@@ -77,7 +77,7 @@ def _anticipating(state: PlannerState, here: StarRegion, inputs: PlannerInput) -
     ahead = points_ahead(path, *inputs.position.tolist(), tuple(here.alone), inputs.robot_radius)
     if ahead < 0:
         return state
-    return dataclasses.replace(state, aside=Guidance(path[ahead : ahead + 1], False, here.alone))
+    return replaced(state, aside=Guidance(path[ahead : ahead + 1], False, here.alone))
 
 
 def _manoeuvred(state: PlannerState, inputs: PlannerInput) -> PlannerState:
@@ -88,10 +88,10 @@ def _manoeuvred(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     if math.isfinite(inputs.heading):
         dock = np.array((*inputs.goal, inputs.heading, inputs.goal_tolerance))
         after = docking(state.manoeuvring, dock, pose, inputs.time, inputs.body, patience)
-        return dataclasses.replace(state, manoeuvring=after)
+        return replaced(state, manoeuvring=after)
     path = EMPTY_PATH if _may_stand(state, inputs) else state.path
     after = manoeuvring(state.manoeuvring, path, pose, inputs.time, inputs.body, patience)
-    return dataclasses.replace(state, manoeuvring=after)
+    return replaced(state, manoeuvring=after)
 
 
 def check_beams(roadmap: StarRoadmap, observation: Observation) -> None:
@@ -115,9 +115,9 @@ def watched(state: PlannerState, inputs: PlannerInput) -> tuple[PlannerState, bo
     manoeuvres = state.manoeuvring
     moves = len(manoeuvres.poses) > 0 or not distance_to(inputs.position, state.progress_position) <= _progress(inputs)
     if may_stand or (moves and not manoeuvres.gives_up):
-        return dataclasses.replace(state, progress_position=inputs.position.copy(), progress_time=inputs.time), False
+        return replaced(state, progress_position=inputs.position.copy(), progress_time=inputs.time), False
     if manoeuvres.gives_up or inputs.time - state.progress_time > inputs.parameters.progress_timeout:
-        return dataclasses.replace(state, progress_time=inputs.time), True
+        return replaced(state, progress_time=inputs.time), True
     return state, False
 
 
@@ -163,7 +163,7 @@ def _grown(
     regions = remaining(state.roadmap, observation, inputs.margins, inputs.robot_radius)
     changed = regions is not state.roadmap.regions
     roadmap = revised(state.roadmap, regions, inputs.margins, inputs.robot_radius)
-    state = dataclasses.replace(state, roadmap=roadmap, node_position=position.copy())
+    state = replaced(state, roadmap=roadmap, node_position=position.copy())
     return with_latest(state, inputs) if changed or due else state
 
 
@@ -186,21 +186,21 @@ def _unless_blocked(state: PlannerState, check: PlanCheck, inputs: PlannerInput)
     if not len(state.path):
         return state
     if _is_at_exit(state, inputs) and not state.doubting:
-        state = dataclasses.replace(state, path=EMPTY_PATH)
+        state = replaced(state, path=EMPTY_PATH)
     points = too_narrow(state, inputs) if check.doubtful or state.doubting else EMPTY_PATH
     if check.obstructed:
         points = np.vstack((points, impassable_points(inputs.observation, inputs.margins, inputs.robot_radius)))
     if not len(points):
         return state
-    roadmap = dataclasses.replace(state.roadmap, hits=state.roadmap.hits.stamped(points))
-    return dataclasses.replace(state, roadmap=roadmap, path=EMPTY_PATH)
+    roadmap = replaced(state.roadmap, hits=state.roadmap.hits.stamped(points))
+    return replaced(state, roadmap=roadmap, path=EMPTY_PATH)
 
 
 def _along_path(state: PlannerState, check: PlanCheck, inputs: PlannerInput) -> PlannerState:
     """The state with the path still ahead; without a path if the robot has lost sight of it."""
     if check.strayed:
-        return dataclasses.replace(state, path=EMPTY_PATH)
-    return dataclasses.replace(state, path=state.path[check.passed :]) if check.passed else state
+        return replaced(state, path=EMPTY_PATH)
+    return replaced(state, path=state.path[check.passed :]) if check.passed else state
 
 
 def _failed_way(state: PlannerState, inputs: PlannerInput) -> np.ndarray:
@@ -227,7 +227,7 @@ def _planned(state: PlannerState, stalled: bool, inputs: PlannerInput) -> Planne
     first = state.plans == 0 and not stalled
     state, route = _searched(state, first, boxed_in, inputs)
     if route is not None:
-        return dataclasses.replace(
+        return replaced(
             state,
             status=PlannerStatus.APPROACHING if route.exit is None else PlannerStatus.EXPLORING,
             path=route.path,
@@ -237,16 +237,16 @@ def _planned(state: PlannerState, stalled: bool, inputs: PlannerInput) -> Planne
             optimistic_path=route.beyond,
         )
     if first or (boxed_in and state.plans == 0):
-        walls = dataclasses.replace(state.roadmap.closures, failed=EMPTY_PATH)
-        return dataclasses.replace(
+        walls = replaced(state.roadmap.closures, failed=EMPTY_PATH)
+        return replaced(
             PlannerState.initial(inputs.parameters, inputs.robot_radius, inputs.swept_radius, walls),
             progress_position=state.progress_position,
             progress_time=state.progress_time,
         )
-    state = dataclasses.replace(state, path=EMPTY_PATH, target=None)
+    state = replaced(state, path=EMPTY_PATH, target=None)
     if boxed_in:
         return state
-    return dataclasses.replace(state, status=PlannerStatus.UNREACHABLE, barred_by=barred_by(state, inputs))
+    return replaced(state, status=PlannerStatus.UNREACHABLE, barred_by=barred_by(state, inputs))
 
 
 def _searched(

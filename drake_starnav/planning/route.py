@@ -90,9 +90,10 @@ def frontier_point(
     gaps = gaps_of(state.roadmap, robot_radius, owner) if owner >= 0 else []
     crossing = 0.5 * (inside + outside)
     away = [np.hypot(*(gap.line - crossing).T) for gap in gaps]
-    if not gaps or min(map(np.min, away)) > NEXT_TO * robot_radius:
+    nearest = [float(each.min()) for each in away]
+    if not gaps or min(nearest) > NEXT_TO * robot_radius:
         return None
-    k = int(np.argmin([each.min() for each in away]))
+    k = nearest.index(min(nearest))
     line, probe, along = gaps[k].line, gaps[k].probe, arc_lengths(gaps[k].line)
     at = along[away[k].argmin()]
     at += np.clip(0.5 * along[-1] - at, -SHIFT * robot_radius, SHIFT * robot_radius)

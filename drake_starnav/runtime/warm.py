@@ -100,7 +100,7 @@ def _scan(
     view = mount.view(lidar.field_of_view)
     ranges = np.full(view.beams, math.inf)
     place = composed(pose, (mount.x, mount.y, 0.0))
-    cast_groups(Shapes.of([rows]), np.array([place]), Fan.regular(*view), ranges, lidar.range_max)
+    cast_groups(tuple(Shapes.of([rows])), np.array([place]), tuple(Fan.regular(*view)), ranges, lidar.range_max)
     ranges += 0.001 * np.sin(np.arange(view.beams) * (1.0 + now))
     ranges[(ranges >= lidar.range_max)] = math.inf
     ranges[ranges < lidar.range_min] = -math.inf

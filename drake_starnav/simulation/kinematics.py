@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from drake_starnav.geometry.footprint import Footprint
+from drake_starnav.geometry.footprint import Body, Footprint, Polygons
 from drake_starnav.geometry.se2 import composed
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import ON_AXIS, Mount
@@ -31,16 +31,16 @@ NO_SLOPES = np.zeros(0)
 
 
 class Seen(NamedTuple):
-    """What `Clear` asks, for compiled code.
+    """What `Clear` asks, for compiled code; of plain tuples, which are handed over faster.
 
     Attributes:
         star: center, bearing_0 and values of a union of one region; empty where it is never enough.
-        surfaces, looks, sizes: as of `keeps_clear`.
+        surfaces, looks, sizes: as of `keeps_clear`, the looks without the body.
     """
 
     star: tuple[np.ndarray, np.ndarray, np.ndarray]
-    surfaces: Chords
-    looks: Looks
+    surfaces: tuple
+    looks: tuple
     sizes: tuple[float, float]
 
     @staticmethod
@@ -51,13 +51,16 @@ class Seen(NamedTuple):
         )
         if not all_of_it:
             return Seen(inside, *_unseen(), (0.0, 0.0))
-        return Seen(inside, star.look.chords, star.looks, (margin, float(star.look.reach - footprint.radius)))
+        places, free, _, stood = star.looks
+        sizes = margin, float(star.look.reach - footprint.radius)
+        return Seen(inside, tuple(star.look.chords), (places, free, stood), sizes)
 
 
 @functools.cache
-def _unseen() -> tuple[Chords, Looks]:
+def _unseen() -> tuple[tuple, tuple]:
     """Surfaces and looks of nothing, which compiled functions make."""
-    return Look.none().chords, Looks.of(Known())
+    places, free, _, stood = Looks.of(Known())
+    return tuple(Look.none().chords), (places, free, stood)
 
 
 class KinematicMotion:
@@ -145,16 +148,16 @@ class KinematicMotion:
         base, limits, footprint = actuation.base, actuation.limits, actuation.footprint
         desired = base.saturated(desired, limits)
         pose, twist, poses = np.array(self.pose, dtype=float), np.array(self.twist, dtype=float), np.empty((count, 3))
-        numbers, shape = actuation.numbers, (footprint.cover, footprint.body)
+        numbers, (polygons, *sizes) = actuation.numbers, footprint.body
+        shape = footprint.cover, tuple(polygons), *sizes
         seen = Seen.of(self.seen.safety, self._margin, footprint, all_of_it=False)
-        asked, *_, open_ = _burst(
-            pose, twist, (desired, desired[None], self._shield, False), seen, numbers, shape, poses
-        )
+        ask = desired, desired[None], self._shield, False
+        asked, *_, open_ = _burst(pose, twist, ask, tuple(seen), numbers, shape, poses)
         if open_:
             proposals = np.array(list(base.proposals(desired, limits)))
             seen = Seen.of(self.seen.safety, self._margin, footprint, all_of_it=True)
             further, changed, braked, _ = _burst(
-                pose, twist, (desired, proposals, True, True), seen, numbers, shape, poses[asked:]
+                pose, twist, (desired, proposals, True, True), tuple(seen), numbers, shape, poses[asked:]
             )
             asked, self.changed, self.braked = asked + further, self.changed + changed, self.braked + braked
         self.asked, self.pose, self.twist = self.asked + asked, poses[asked - 1], twist
@@ -184,12 +187,14 @@ def _burst(pose, twist, asked, seen, numbers, shape, poses):
         pose, twist: shapes (3,) and (c,), of the robot.
         asked: the twist, shape (c,), the proposals, shape (n, c), whether one must be certified, and whether by more
             than the star.
-        seen: `Seen`.
+        seen: `Seen` as a plain tuple.
         numbers: as of `Actuation.numbers`.
-        shape: the places of the covering discs, and `Body`.
+        shape: the places of the covering discs, and the fields of `Body`.
         poses: shape (m, 3), to be written.
     """
-    (desired, proposals, certifies, complete), (cover, body) = asked, shape
+    (desired, proposals, certifies, complete), (cover, polygons, radius, lever) = asked, shape
+    seen, body = Seen(*seen), Body(Polygons(*polygons), radius, lever)
+    surfaces, looks = Chords(*seen.surfaces), Looks(seen.looks[0], seen.looks[1], body, seen.looks[2])
     is_disc, samples, limits = len(body.polygons.ends) == 0, np.empty((SAMPLES, 6)), Limits(*numbers[4:])
     changed = braked = braking = 0
     motion = samples
@@ -201,7 +206,7 @@ def _burst(pose, twist, asked, seen, numbers, shape, poses):
                 grips
                 and (
                     covered(seen.star, motion, cover)
-                    or (complete and keeps_clear(motion, seen.surfaces, seen.looks, body, seen.sizes))
+                    or (complete and keeps_clear(motion, surfaces, looks, body, seen.sizes))
                 )
             ):
                 chosen = p

@@ -137,12 +137,12 @@ class SceneSlices:
             self._rows[k] = slice_solids(slab.solids, planes[k], EVERYWHERE if k else self._kept)
         if len(stale):
             self._keys, self._groups = keys, Shapes.of(self._rows)
-        ranges = np.empty(len(fan.directions))
-        ranges.fill(np.inf)
+        ranges = np.full(len(fan.directions), np.inf)
+        groups, beams = tuple(self._groups), tuple(fan)
         if X_WS_begin is None:
-            cast_groups(self._groups, end, fan, ranges, range_max)
+            cast_groups(groups, end, beams, ranges, range_max)
         else:
-            cast_rolling(self._groups, begin, end, fan, ranges, range_max)
+            cast_rolling(groups, begin, end, beams, ranges, range_max)
         return ranges
 
     def _read(self, inspector: SceneGraphInspector) -> None:

@@ -63,7 +63,8 @@ def _nearest(world: World, points: np.ndarray) -> dict[str, tuple[np.ndarray, np
     low, high = np.reshape(world.bounds or (-np.inf, -np.inf, np.inf, np.inf), (2, 2))
     found = {"bounds": (np.minimum(points - low, high - points).min(axis=1), np.zeros(len(points)))}
     if len(discs := world.discs):
-        pieces = np.array_split(points, 1 + len(points) * len(discs) // 1_000_000)  # distances in memory at a time
+        most = 1 + 1_000_000 // len(discs)  # points at a time, for the memory that their distances take
+        pieces = [points[k : k + most] for k in range(0, max(len(points), 1), most)]
         away = [np.hypot(*(piece[:, None] - discs[:, :2]).T).T - discs[:, 2] for piece in pieces]
         found["discs"] = (
             np.hstack([part.min(axis=1) for part in away]),

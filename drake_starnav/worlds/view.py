@@ -31,7 +31,7 @@ def scan_from(shapes: Shapes, pose: np.ndarray, lidar: LidarParameters, seed: in
     view = lidar.field_of_view
     fan = Fan.regular(*view)
     distances = np.full(lidar.beams, np.inf)
-    cast_groups(shapes, np.array([pose]), fan, distances, lidar.range_max)
+    cast_groups(tuple(shapes), np.array([pose]), tuple(fan), distances, lidar.range_max)
     ranges = measure(distances, lidar, seed, index)
     return LaserScan(index / lidar.rate, view.angle_min, view.angle_increment, lidar.range_min, lidar.range_max, ranges)
 
@@ -45,7 +45,7 @@ def tightest_gap(world: World, path: np.ndarray) -> float:
     shapes, fan, least = visible_shapes(world), Fan.regular(-math.pi, 2.0 * math.pi / BEAMS, BEAMS), math.inf
     for x, y in resampled(path, STEP):
         ranges = np.full(BEAMS, np.inf)
-        cast_groups(shapes, np.array([(x, y, 0.0)]), fan, ranges, FARTHEST)
+        cast_groups(tuple(shapes), np.array([(x, y, 0.0)]), tuple(fan), ranges, FARTHEST)
         ranges[ranges >= FARTHEST] = np.inf
         least = min(least, float((ranges[: BEAMS // 2] + ranges[BEAMS // 2 :]).min()))
     return least

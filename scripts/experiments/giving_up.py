@@ -142,7 +142,7 @@ def time_to_see(world: World, scenario: Scenario, states: np.ndarray) -> float:
     for time in np.arange(0.0, states[-1, 0] + SEEN_PERIOD, SEEN_PERIOD):
         pose = states[min(np.searchsorted(states[:, 0], time), len(states) - 1), 1:4]
         ranges = np.full(lidar.beams, lidar.range_max)
-        cast_groups(shapes, pose[None], fan, ranges, lidar.range_max)
+        cast_groups(tuple(shapes), pose[None], tuple(fan), ranges, lidar.range_max)
         offset = cells - pose[:2]
         beam = np.rint((np.arctan2(offset[:, 1], offset[:, 0]) - pose[2] - lidar.angle_min) / step).astype(int)
         seen = np.hypot(*offset.T) < ranges[beam % lidar.beams]

@@ -65,7 +65,7 @@ class BareRobot:
     def _ranges(self, index: int) -> np.ndarray:
         lidar, distances = self.scenario.lidar, np.full(self.scenario.lidar.beams, math.inf)
         fan = Fan.regular(*lidar.field_of_view)
-        cast_groups(self.shapes, self.pose[None], fan, distances, lidar.range_max)
+        cast_groups(tuple(self.shapes), self.pose[None], tuple(fan), distances, lidar.range_max)
         return measure(distances, lidar, self.seed, index)
 
     def drive(self, command) -> None:

@@ -35,7 +35,8 @@ BOX = Shapes.of(
 
 def scan_at(pose, time=0.0, lidar=LIDAR) -> LaserScan:
     ranges = np.full(lidar.beams, math.inf)
-    cast_groups(BOX, np.array([pose], float), Fan.regular(*lidar.field_of_view), ranges, lidar.range_max)
+    fan = tuple(Fan.regular(*lidar.field_of_view))
+    cast_groups(tuple(BOX), np.array([pose], float), fan, ranges, lidar.range_max)
     return LaserScan(time, ranges=ranges, **lidar.scan_fields)
 
 
