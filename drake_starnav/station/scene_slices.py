@@ -98,12 +98,7 @@ class SceneSlices:
         return SceneSlices(self._role, self._exclude)  # a copied Context fills its own
 
     def cast(
-        self,
-        query: QueryObject,
-        X_WS: np.ndarray,
-        fan: Fan,
-        range_max: float,
-        X_WS_begin: np.ndarray | None = None,
+        self, query: QueryObject, X_WS: np.ndarray, fan: Fan, range_max: float, X_WS_begin: np.ndarray | None = None
     ) -> np.ndarray:
         """The true distance along each beam of a fan, shape (n,), m, `+inf` where nothing is hit.
 

@@ -72,7 +72,7 @@ class Disc(NamedTuple):
     ) -> "Disc":
         """One that moves up to `reach`, m, with `samples` M; 0: as many as suit the scan."""
         samples, within = samples or bearing_count(scan), radius + margins[0]
-        limit = free_limit(scan, samples, min(scan.range_max, reach + within), within)
+        limit = free_limit(field_of_view(scan), samples, max(min(scan.range_max, reach + within) - within, 0.0))
         return Disc(tuple(scan.beams), limit, radius, margins, bearing_tables(samples), scan.merged)
 
 
@@ -95,21 +95,9 @@ def bearing_count(scan: LaserScan) -> int:
     return steps * math.ceil(BEARINGS / steps)
 
 
-def free_limit(scan: LaserScan, samples: int, view_range: float, radius: float) -> np.ndarray:
-    """Upper bound of the distance that a disc's centre can move within observed space, shape (M,), m.
-
-    Args:
-        scan: defines the field of view, outside which the limit is 0.
-        samples: M.
-        view_range: range up to which the scan observes, m.
-        radius: of the disc with its margin, m.
-    """
-    return _limit(field_of_view(scan), samples, max(view_range - radius, 0.0))
-
-
 @lru_cache(maxsize=16)
-def _limit(view: tuple[float, float], samples: int, farthest: float) -> np.ndarray:
-    """The same within a view, as of `field_of_view`: that of every scan of one lidar."""
+def free_limit(view: tuple[float, float], samples: int, farthest: float) -> np.ndarray:
+    """Upper bound, shape (M,), m, of how far a disc's centre can move: `farthest`, and 0 outside a `field_of_view`."""
     bearing = 2.0 * math.pi / samples * np.arange(samples)
     return np.where((view[0] <= bearing) & (bearing <= view[1]), farthest, 0.0)
 

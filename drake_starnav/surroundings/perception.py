@@ -95,10 +95,6 @@ class LastScan:
     pose: np.ndarray
     history: HitHistory
 
-    def counts_at(self, time: float) -> bool:
-        """Whether it is not too old at a time, s."""
-        return time - self.near.time <= SCAN_PATIENCE * self.near.scan_time + EARLY
-
     def seen_from(self, pose: np.ndarray, time: float, mount: Mount) -> tuple[LaserScan, LaserScan, Mount]:
         """Both scans and the mount as if taken at a later time, s, and pose of the robot in surroundings that stand."""
         if self.near.time == time:
@@ -158,10 +154,7 @@ Perceive = Callable[[Perceived, Sequence[LaserScan], np.ndarray, PerceptionSetti
 
 
 def perceive(
-    before: Perceived,
-    scans: Sequence[LaserScan],
-    pose: np.ndarray,
-    settings: PerceptionSettings,
+    before: Perceived, scans: Sequence[LaserScan], pose: np.ndarray, settings: PerceptionSettings
 ) -> Perceived:
     """Process new scans.
 
@@ -180,7 +173,7 @@ def perceive(
     seen = [
         look.seen_from(pose, time, mount)
         for look, mount in zip(looks, mounts, strict=True)
-        if look is not None and look.counts_at(time)
+        if look is not None and time - look.near.time <= SCAN_PATIENCE * look.near.scan_time + EARLY
     ]
     if len(seen) < len(mounts):
         return replaced(before, looks=looks)
@@ -273,10 +266,7 @@ def _seen_before(
 
 
 def _views(
-    look: Look,
-    lidars: tuple[Sequence[LaserScan], Sequence[Mount]],
-    pose: np.ndarray,
-    smoothing: tuple[int, float],
+    look: Look, lidars: tuple[Sequence[LaserScan], Sequence[Mount]], pose: np.ndarray, smoothing: tuple[int, float]
 ) -> tuple[Look, ...]:
     """What each lidar sees, of what all see, with the robot at a pose; `smoothing` as of `hits_seen`."""
     first, views = look.own[0], []

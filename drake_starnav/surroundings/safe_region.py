@@ -183,13 +183,12 @@ def certified_region(
     remembered: tuple[float, int],
     hits: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> tuple[CertifiedRegion, ScanMemory]:
-    """The certified region about the latest scan, and the memory with this scan.
+    """The certified region about the latest scan, and the memory with this scan; most arguments as of `asked_of`.
 
     Args:
         memory: the last scans, without the latest.
         distance: shape (n,), the scan's `smoothed_distances`, used for the near hits, m.
         remembered: farther hits are dropped, m; and the number of scans to keep.
-        scan, pose, radius, reach, hits: as of `asked_of`.
     """
     memory = memory.latest(remembered[1] - 1)
     asked = asked_of(memory, scan, pose, radius, reach, remembered[0], hits)

@@ -104,11 +104,7 @@ def fit_region(profile: FreeRange, center: np.ndarray, bearing_0: float, fit: Fi
 
 
 def scan_region(
-    scan: LaserScan,
-    pose: np.ndarray,
-    radius: float,
-    margins: Margins,
-    samples: int | None = None,
+    scan: LaserScan, pose: np.ndarray, radius: float, margins: Margins, samples: int | None = None
 ) -> StarRegion:
     """The star-shaped region of one scan.
 

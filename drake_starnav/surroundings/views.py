@@ -156,11 +156,7 @@ def surround(scans: Sequence[LaserScan], mounts: Sequence[Mount], body: Footprin
 
 
 @lru_cache(maxsize=16)
-def _surround(
-    views: tuple[tuple[float, float, int, float], ...],
-    mounts: tuple[Mount, ...],
-    body: Footprint,
-) -> bool:
+def _surround(views: tuple[tuple[float, float, int, float], ...], mounts: tuple[Mount, ...], body: Footprint) -> bool:
     """`surround`, of each lidar's first bearing, step, number of beams and range."""
     blank = [LaserScan(0.0, first, step, 0.0, far, np.full(beams, math.inf)) for first, step, beams, far in views]
     distance, kind, _ = _followed(blank, mounts, _reach(body) + BODY_SLACK)

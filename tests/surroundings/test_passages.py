@@ -14,6 +14,7 @@ from drake_starnav.surroundings.erosion import (
     FreeRange,
     bearing_tables,
     erode,
+    field_of_view,
     free_limit,
     free_range,
     smoothed_distances,
@@ -36,7 +37,7 @@ def profile(scan: LaserScan, margins: Margins = MARGINS) -> FreeRange:
 def eroded(scan: LaserScan, margin: float) -> np.ndarray:
     """The free range with a margin, m, that no passage changes."""
     samples, inflated = 720, RADIUS + margin
-    limit = free_limit(scan, samples, scan.range_max, RADIUS + MARGIN)
+    limit = free_limit(field_of_view(scan), samples, scan.range_max - RADIUS - MARGIN)
     hits = beams_to_bearings(scan.distances, half_gaps(scan.distances, scan.beams), scan.beams, samples)
     return erode(*hits, inflated, within_sight(limit, scan.beams, RADIUS + MARGIN), *bearing_tables(samples))
 

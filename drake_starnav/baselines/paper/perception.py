@@ -8,7 +8,7 @@ import numpy as np
 from drake_starnav.baselines.paper import constants
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.outlier_filter import HitHistory
-from drake_starnav.surroundings.erosion import FreeRange, bearing_count, free_limit
+from drake_starnav.surroundings.erosion import FreeRange, bearing_count, field_of_view, free_limit
 from drake_starnav.surroundings.observation import Observation
 from drake_starnav.surroundings.perception import LastScan, Perceived, PerceptionSettings
 from drake_starnav.surroundings.piecewise_cubic import PiecewiseCubic, fit_piecewise_cubic
@@ -20,10 +20,7 @@ TOLERANCE = 0.4
 
 
 def perceive(
-    before: Perceived,
-    scans: Sequence[LaserScan],
-    pose: np.ndarray,
-    settings: PerceptionSettings,
+    before: Perceived, scans: Sequence[LaserScan], pose: np.ndarray, settings: PerceptionSettings
 ) -> Perceived:
     """Process a new scan; arguments as for `surroundings.perception.perceive`, of one lidar on the axis.
 
@@ -59,7 +56,7 @@ def sight_range(
     samples = bearing_count(scan)
     beam = np.rint(2.0 * math.pi / samples * np.arange(samples) / scan.angle_increment).astype(int)
     beam = beam % len(distance) if scan.full_circle else np.minimum(beam, len(distance) - 1)
-    limit = free_limit(scan, samples, min(scan.range_max, reach), less)
+    limit = free_limit(field_of_view(scan), samples, max(min(scan.range_max, reach) - less, 0.0))
     return FreeRange(np.clip(distance[beam] - less, 0.0, limit), limit, 0.0, radius)
 
 
