@@ -7,7 +7,7 @@ BEAM best rollouts that differ are continued, up to the horizon.
 """
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
@@ -42,8 +42,6 @@ from drake_starnav.tracking.tracker import TrackedObstacles
 
 SEGMENT = 5
 """Steps of a manoeuvre."""
-HELD_FOR = SEGMENT * STEP
-"""A manoeuvre that was searched so long ago, s, is searched again."""
 BEAM = 16
 """Rollouts that are continued."""
 HEADINGS = 8
@@ -67,15 +65,13 @@ class Avoidance:
 
     Attributes:
         nearest: least predicted distance to a disc if the robot just follows its path, m, infinite beyond COMFORT.
-        way: the manoeuvre with which the best rollout begins, a row of `manoeuvres`, shape (1, 4), or None.
-        twist: the certified one of the base with which that begins, or None.
-        least: least predicted distance on that rollout, m; -inf if one is wanted and there is none.
+        twist: the certified one of the base with which the best rollout begins; None if there is none.
+        least: least predicted distance on that rollout, m.
     """
 
-    nearest: float = np.inf
-    way: np.ndarray | None = None
-    twist: np.ndarray | None = None
-    least: float = np.inf
+    nearest: float
+    twist: np.ndarray | None
+    least: float
 
 
 def manoeuvres(twist: np.ndarray, limits: Limits, aside: np.ndarray | None = None) -> np.ndarray:
@@ -127,7 +123,6 @@ def avoid_collision(
     certificates: tuple[Certificate, ...],
     actuation: Actuation,
     robot: RobotParameters,
-    held: Avoidance | None = None,
 ) -> Avoidance:
     """Whether the path leads too near to an obstacle that moves or might start, and the best manoeuvre if so.
 
@@ -137,15 +132,18 @@ def avoid_collision(
         certificates: that the twist with which a manoeuvre begins must pass.
         actuation: what commands do.
         robot: its size and limits.
-        held: what was found for the same tracks up to HELD_FOR ago: kept as long as the certificates accept it.
     """
     tracks, age, obstacles = tracked
     foreseen = tracks.foreseen
     if not (foreseen.any() or len(tracks.standing)):
-        return Avoidance()
+        return Avoidance(np.inf, None, np.inf)
     pose, twist, guidance, star = inputs
     limits, path = robot.limits, guidance.path
-    line = np.vstack((pose[:2], path if len(path) else pose[:2]))
+    line = np.vstack((pose[:2], path)) if len(path) else np.vstack((pose[:2], pose[:2]))
+    known = FreeSpace.of(guidance.regions, star)
+    standing = thinned(tracks.standing[:, :2], pose[:2], HORIZON * robot.max_speed, STANDING_SPACING * robot.radius)
+    trajectories, near = tracks.predicted_trajectories[foreseen], comfort(tracks, obstacles.guarded)[foreseen]
+    discs = Discs(trajectories, tracks.radius[foreseen], near, standing, age)
     settings = Settings(
         slowdown=goal_slowdown(limits) if guidance.arrives or not len(path) else np.inf,
         radius=robot.radius,
@@ -154,32 +152,22 @@ def avoid_collision(
         max_speed=obstacles.max_speed,
     )
     settings = Settings._make(map(float, settings))  # a whole number would have all compiled again
-    if held is not None and held.way is not None:
-        start = twist_of(_first_velocities(held.way, pose, line, limits, settings), robot.drive)[0]
-        if accepted(roll_out(pose, twist, start, actuation), certificates):
-            return replace(held, twist=start)
-    elif held is not None and held.least > -np.inf:
-        return held
-    known = FreeSpace.of(guidance.regions, star)
-    standing = thinned(tracks.standing[:, :2], pose[:2], HORIZON * robot.max_speed, STANDING_SPACING * robot.radius)
-    trajectories, near = tracks.predicted_trajectories[foreseen], comfort(tracks, obstacles.guarded)[foreseen]
-    discs = Discs(trajectories, tracks.radius[foreseen], near, standing, age)
     scene = Scene(line, times_left(line, limits), known, discs, limits, settings)
     start = begun(pose, twist, known.hits, settings.radius)
     ahead = start.copy()
     drive(ahead, np.array([(PATH, 1.0, 0.0, 0.0)]), int(math.ceil(HORIZON / STEP - 1e-9)), scene, np.inf)
-    least, stopped = ahead["least"][0], ahead["held"][0]
+    least, held = ahead["least"][0], ahead["held"][0]
     nearest = float(least) if least < COMFORT else np.inf
-    if nearest >= COMFORT and not stopped:
-        return Avoidance(nearest)
+    if nearest >= COMFORT and not held:
+        return Avoidance(nearest, None, np.inf)
     ways = manoeuvres(twist, limits, around(pose, path, tracked, robot))
-    firsts = _first_velocities(ways, pose, line, limits, settings)
-    twists = twist_of(firsts, robot.drive)
+    firsts = _first_velocities(ways, start, scene)
+    twists = twist_of(firsts, actuation.base)
     asked = list(map(tuple, twists.tolist()))  # several manoeuvres begin alike
     passed = {each: accepted(roll_out(pose, twist, np.array(each), actuation), certificates) for each in set(asked)}
     allowed = np.array([passed[each] for each in asked])
     k, least = _searched(ways, firsts, allowed, start, scene)
-    return Avoidance(nearest, ways[k : k + 1], twists[k], least) if k >= 0 else Avoidance(nearest, least=least)
+    return Avoidance(nearest, twists[k] if k >= 0 else None, least)
 
 
 @njit(cache=True)
@@ -199,13 +187,14 @@ def thinned(places, position, reach, spacing):
 
 
 @njit(cache=True)
-def _first_velocities(ways, pose, line, limits, settings):
+def _first_velocities(ways, start, scene):
     """The velocities (n, 3) with which manoeuvres begin, within the robot's limits."""
-    firsts, here = np.empty((len(ways), 3)), Pose(pose[0], pose[1], pose[2])
-    way_point = line[1, 0], line[1, 1], len(line) == 2
+    firsts, limits, row = np.empty((len(ways), 3)), scene.limits, start[0]
+    pose, k = Pose(row.x, row.y, row.yaw), row.way_point
+    way_point = scene.line[k, 0], scene.line[k, 1], k == len(scene.line) - 1
     for m in range(len(ways)):
         way = ways[m, 0], ways[m, 1], ways[m, 2], ways[m, 3]
-        wanted = wanted_velocity(way, here, way_point, limits, settings)
+        wanted = wanted_velocity(way, pose, way_point, limits, scene.settings)
         firsts[m, 0], firsts[m, 1] = limited(wanted.ahead, limits.max_speed), limited(wanted.aside, limits.max_speed)
         firsts[m, 2] = limited(wanted.turning, limits.max_yaw_rate)
     return firsts

@@ -1,13 +1,10 @@
 """Guidance becomes a desired twist by dynamical system modulation, as a Drake system."""
 
-import math
-from typing import TypeAlias
-
 from pydrake.common.value import Value
 from pydrake.systems.framework import Context, InputPort
 
 from drake_starnav.control import ControllerInputs, ControllerParameters, Proposal, followed
-from drake_starnav.control.avoidance import HELD_FOR, Avoidance, avoid_collision
+from drake_starnav.control.avoidance import avoid_collision
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.motion import Actuation
@@ -16,24 +13,10 @@ from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.safe_region import CertifiedRegion
 from drake_starnav.systems.controller import UNUSED_TWIST, Controller
 from drake_starnav.systems.footprint_hold import FootprintInForce, FootprintInput
-from drake_starnav.systems.scan_state import ScanState
 from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.tracking.tracker import TrackedObstacles
-from drake_starnav.utils.snapshot import snapshot
 from drake_starnav.utils.stopwatch import Stopwatch
-
-Read: TypeAlias = tuple[Context, ControllerInputs, TrackedObstacles | None, FootprintInForce]
-"""What a proposal follows from."""
-
-
-@snapshot
-class Held:
-    """What was found with the scan of a time, s, and when. Immutable."""
-
-    scan: float = -math.inf
-    time: float = -math.inf
-    avoidance: Avoidance = Avoidance()
 
 
 class DsmController(Controller):
@@ -50,7 +33,7 @@ class DsmController(Controller):
                         └───────────────┘
     ```
 
-    It proposes; the `TwistShield` decides how much of it is driven.
+    It proposes; the `TwistShield` decides how much of it is driven. It has no state.
 
     Ports:
         guidance: abstract, `Guidance` from any planner.
@@ -63,8 +46,7 @@ class DsmController(Controller):
         guiding_vector: unit vector (x, y) in W that a holonomic robot would follow; zero when there is none.
 
     Where the path leads too near to something that moves, the twist begins the best manoeuvre past it; see
-    `control.avoidance`. That is searched once a scan, and state until the next: nothing new is known in between. It is
-    searched again where it is no longer certified, or has been held for as long as the search assumes.
+    `control.avoidance`.
     """
 
     def __init__(
@@ -95,40 +77,23 @@ class DsmController(Controller):
         if obstacles is not None:
             self._tracks = self.DeclareAbstractInputPort("tracks", Value(Tracks()))
             self._twist = self.DeclareVectorInputPort("twist_command", len(robot.drive.components))
-            self._searched = ScanState(self, Held(), self._search, (self._tracks,), stamp=self._stamp)
         self._declare_outputs(len(robot.drive.components))
 
-    def _stamp(self, context: Context) -> float:
-        return -math.inf if self._tracks is None else self._tracks.Eval(context).time
-
-    def _read(self, context: Context) -> Read:
+    def _read(self, context: Context) -> tuple[ControllerInputs, TrackedObstacles | None, FootprintInForce]:
         pose, star = self._state.Eval(context)[:3], self._certified_region.Eval(context)
         twist = UNUSED_TWIST if self._twist is None else self._twist.Eval(context)
         inputs, tracked = ControllerInputs(pose, twist, self._guidance.Eval(context), star), None
         if self._obstacles is not None and self._tracks is not None:
             tracks = self._tracks.Eval(context)
             tracked = TrackedObstacles(tracks, context.get_time() + self._state_lead - tracks.time, self._obstacles)
-        return context, inputs, tracked, self._footprint.Eval(context)
+        return inputs, tracked, self._footprint.Eval(context)
 
-    def _propose(self, read: Read) -> Proposal:
-        context, inputs, tracked, footprint = read
+    def _propose(self, read: tuple[ControllerInputs, TrackedObstacles | None, FootprintInForce]) -> Proposal:
+        inputs, tracked, footprint = read
         proposal = followed(inputs, footprint.robot)
         if tracked is None:
             return proposal
-        held = self._searched.Eval(context)
-        avoidance, ago = held.avoidance, context.get_time() - held.time
-        if ago > 0.0:
-            avoidance = self._avoidance(read, avoidance if ago < HELD_FOR else None)
-        return proposal if avoidance.twist is None else proposal._replace(twist=avoidance.twist)
-
-    def _search(self, context: Context, before: Held) -> Held:
-        scan = self._stamp(context)
-        return before if scan == before.scan else Held(scan, context.get_time(), self._avoidance(self._read(context)))
-
-    def _avoidance(self, read: Read, held: Avoidance | None = None) -> Avoidance:
-        _, inputs, tracked, footprint = read
-        if tracked is None:
-            return Avoidance()
         actuation = self._actuation.carrying(footprint.robot.shape)
         certificates = standard_certificates(inputs.star, footprint.margins.safety, actuation, inputs.pose[:2], tracked)
-        return avoid_collision(inputs, tracked, certificates, actuation, footprint.robot, held)
+        way = avoid_collision(inputs, tracked, certificates, actuation, footprint.robot).twist
+        return proposal if way is None else proposal._replace(twist=way)

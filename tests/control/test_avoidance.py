@@ -64,13 +64,12 @@ def avoided(
     twist: tuple[float, float] = (0.5, 0.0),
     path: np.ndarray = PATH,
     star: CertifiedRegion | None = None,
-    held: Avoidance | None = None,
 ) -> Avoidance:
     regions, seen = known()
     inputs = ControllerInputs(np.zeros(3), np.array(twist), Guidance(path, True, regions), star or seen)
     tracked = TrackedObstacles(tracks, 0.0, OBSTACLES)
     asked = standard_certificates(inputs.star, MARGINS.safety, COMMANDS, np.zeros(2), tracked)
-    return avoid_collision(inputs, tracked, asked, COMMANDS, ROBOT, held)
+    return avoid_collision(inputs, tracked, asked, COMMANDS, ROBOT)
 
 
 def test_what_comes_near_nobody_is_no_avoidance() -> None:
@@ -135,15 +134,3 @@ def test_what_stands_is_foreseen_as_few_places() -> None:
     assert apart.min() >= 0.1
     near = places[np.hypot(*places.T) < 1.1]
     assert np.hypot(*(near[:, None] - kept).transpose(2, 0, 1)).min(axis=1).max() < 0.1
-
-
-def test_a_manoeuvre_is_held_while_the_certificates_accept_it() -> None:
-    found = avoided(obstacle((2.2, 0.0), (-0.6, 0.0)))
-    kept = avoided(obstacle((2.2, 0.0), (-0.6, 0.0)), held=found)
-    assert kept.way is found.way and kept.least == found.least
-    np.testing.assert_array_equal(kept.twist, found.twist)
-    nothing = avoided(Tracks())
-    assert avoided(obstacle((2.2, 0.0), (-0.6, 0.0)), held=nothing) is nothing, "the path was clear"
-    none = avoided(obstacle((0.8, 0.0), (-0.6, 0.0)), twist=(0.8, 0.0), star=CertifiedRegion.none(), held=found)
-    assert none.way is None and none.least == -math.inf, "held no longer, and nothing else is certified"
-    assert avoided(obstacle((2.2, 0.0), (-0.6, 0.0)), held=none).twist is not None, "searched again"

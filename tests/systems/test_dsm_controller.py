@@ -11,12 +11,10 @@ from pydrake.common.value import Value
 from pydrake.systems.framework import LeafSystem
 
 from drake_starnav.control import ControllerParameters
-from drake_starnav.control.avoidance import HELD_FOR, Avoidance, avoid_collision
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.robot import RobotParameters
 from drake_starnav.surroundings.region_union import RegionUnion
 from drake_starnav.surroundings.safe_region import CertifiedRegion
-from drake_starnav.systems import dsm_controller
 from drake_starnav.systems.dsm_controller import DsmController
 from drake_starnav.systems.twist_shield import TwistShield
 from drake_starnav.tracking.kalman_tracks import Tracks
@@ -46,7 +44,7 @@ def names(system: LeafSystem) -> tuple[list[str], list[str]]:
 
 
 def test_ports() -> None:
-    """A controller has no numbers for state; of the twist commanded last it asks only where it must search."""
+    """A controller has no state; of the twist commanded last it asks only where it must search."""
     inward, outward = names(DsmController(ROBOT, PARAMETERS, MARGINS))
     assert inward == ["guidance", "certified_region", "state", "footprint"]
     assert outward == ["desired_twist", "guiding_vector"]
@@ -109,24 +107,3 @@ def test_what_moves_is_as_old_as_its_scan_when_the_command_takes_effect(kind, le
     controlling = Controlling(controller, shield, {**inputs(), "tracks": Value(Tracks(-0.05))})
     controlling.simulator.AdvanceTo(1.5 * PERIOD)
     assert ages == pytest.approx([0.05 + lead, 0.05 + PERIOD + lead])
-
-
-def test_manoeuvres_are_searched_once_a_scan_and_held_for_a_while(monkeypatch) -> None:
-    asked = []
-
-    def counted(*arguments) -> Avoidance:
-        asked.append(arguments[-1])
-        return avoid_collision(*arguments)
-
-    monkeypatch.setattr(dsm_controller, "avoid_collision", counted)
-    moving = DynamicObstacleParameters(max_speed=0.5)
-    systems = [kind(ROBOT, PARAMETERS, MARGINS, obstacles=moving) for kind in (DsmController, TwistShield)]
-    controlling = Controlling(*systems, {**inputs(), "tracks": Value(Tracks(0.0))})
-    held = round(HELD_FOR / PERIOD)
-    for time in (0.0, held * PERIOD):
-        controlling.put("tracks", Value(Tracks(time)))
-        controlling.update(held)
-        assert [each is None for each in asked] == [True] + [False] * (held - 1)
-        asked.clear()
-    controlling.update(3)
-    assert asked == [None] * 3, "no scan for a long time"
