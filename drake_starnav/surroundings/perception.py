@@ -23,9 +23,9 @@ from drake_starnav.surroundings.observation import Observation
 from drake_starnav.surroundings.piecewise_cubic import JUMP, TOLERANCE, PiecewiseCubic, adaptive_fit
 from drake_starnav.surroundings.safe_region import (
     SCAN_PATIENCE,
+    Asked,
     CertifiedRegion,
     ScanMemory,
-    asked_of,
     certified_by,
     star,
 )
@@ -188,12 +188,13 @@ def perceive(
     scan = around if noise is None else merged(scans, mounts, footprint, known)
     safe_radius, memory = robot_radius + margins.safety, before.memory.latest(SCAN_MEMORY - 1)
     sizes = safe_radius, margins.safety_range, margins.safety_range + 2.0 * safe_radius
-    asked = asked_of(memory, around, pose, *sizes, None if alone else hits_seen(near, mounts, smoothing), smoothing)
+    hits = None if alone else hits_seen(near, mounts, smoothing)
+    asked = Asked.of(memory, around, pose, sizes, hits, smoothing)
     plan = Disc.of(scan, robot_radius, (margins.preferred, margins.least), samples=samples)
-    distance, profile, boundary, found = _observed(tuple(plan), asked, slack, plans)
+    distance, profile, boundary, found = _observed(tuple(plan), tuple(asked), slack, plans)
     region, beside, (values, limit, margin) = None, np.zeros((0, 2)), profile
     if plans:
-        region = StarRegion(pose[:2], asked[3][3], PiecewiseCubic(*boundary), values, limit, margin, robot_radius)
+        region = StarRegion(pose[:2], asked.bearing_0, PiecewiseCubic(*boundary), values, limit, margin, robot_radius)
         if alone and known:
             beside = hits_beside(near, mounts, known)[0]
             beside = placed(pose, beside[np.hypot(*beside.T) < sizes[2]])
@@ -205,7 +206,7 @@ def perceive(
         lone = dataclasses.replace(lone, ranges=np.where(lone.hits, measured, lone.ranges))
         rest, lone = averaged(before.memory, lone, pose, safe_radius + AVERAGED_WITHIN * robot_radius)
         rest = rest.latest(SCAN_MEMORY - 1)
-        asked = asked_of(rest, lone, pose, *sizes)
+        asked = Asked.of(rest, lone, pose, sizes)
         safety, _ = certified_by(rest, lone, asked, star(distance, *asked))
     look = replaced(safety.look, footprint=footprint, short=margins.looks.short)
     views = (look,) if alone else _views(look, (near, mounts), pose, smoothing)
@@ -224,7 +225,7 @@ def perceive(
 def _observed(plan, asked, slack, plans):
     """Smoothed distances; values, limit and margin of the planner's region and its boundary, if it plans; the `star`.
 
-    `plan` is the planner's `Disc`, `asked` as of `asked_of`, `slack` as of `smoothed_distances`.
+    `plan` is the planner's `Disc`, `asked` an `Asked`, both plain tuples, `slack` as of `smoothed_distances`.
     """
     distance, none = moving_average(Beams(*plan[0]), SMOOTHING_BEAMS, slack), np.zeros(0)
     profile, fit = (none, none, 0.0), (np.zeros(0, np.int64), none, none)

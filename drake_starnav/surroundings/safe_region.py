@@ -8,6 +8,7 @@ import dataclasses
 import math
 from dataclasses import field
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -183,7 +184,7 @@ def certified_region(
     remembered: tuple[float, int],
     hits: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> tuple[CertifiedRegion, ScanMemory]:
-    """The certified region about the latest scan, and the memory with this scan; most arguments as of `asked_of`.
+    """The certified region about the latest scan, and the memory with this scan; most arguments as of `Asked.of`.
 
     Args:
         memory: the last scans, without the latest.
@@ -191,75 +192,85 @@ def certified_region(
         remembered: farther hits are dropped, m; and the number of scans to keep.
     """
     memory = memory.latest(remembered[1] - 1)
-    asked = asked_of(memory, scan, pose, radius, reach, remembered[0], hits)
+    asked = Asked.of(memory, scan, pose, (radius, reach, remembered[0]), hits)
     return certified_by(memory, scan, asked, star(distance, *asked))
 
 
-def asked_of(
-    memory: ScanMemory,
-    scan: LaserScan,
-    pose: np.ndarray,
-    radius: float,
-    reach: float,
-    far: float,
-    hits: tuple[np.ndarray, np.ndarray] | None = None,
-    smoothing: tuple[int, float] = (0, 0.0),
-) -> tuple:
+class Asked(NamedTuple):
     """What `star` takes beside the distances.
 
-    Args:
-        memory: the scans before the latest.
-        scan: the latest, about the robot's axis.
-        pose: (x, y, yaw) of the robot in W when it was taken.
-        radius: of the robot with the safety margin, m.
+    Attributes:
+        disc: a `Disc` without margin, as a plain tuple. Of a merged scan, the ends of all rays are hits, too.
+        known: points and half gaps of the memory.
+        latest: hits and half gaps of the scan. Without any, those of the beams count, smoothed as of `hits_seen`; else
+            the third is GIVEN.
+        pose: (x, y, yaw) of the robot, W, m and rad.
+        bearing_0: of sample 0 in W, rad.
         reach: maximum extent of the star, m.
         far: farther hits are not remembered, m.
-        hits: as of `hits_seen`; None: those of the scan.
-        smoothing: of the scan's, as there.
     """
-    (x, y, yaw), disc = pose.tolist(), tuple(Disc.of(scan, radius, reach=reach))
-    seen = *(hits or NO_HITS), smoothing if hits is None else GIVEN, min(far, scan.range_max)
-    return disc, (memory.points, memory.half_gaps), seen, (x, y, yaw, yaw + scan.angle_min), reach
+
+    disc: tuple
+    known: tuple[np.ndarray, np.ndarray]
+    latest: tuple[np.ndarray, np.ndarray, tuple[int, float]]
+    pose: tuple[float, float, float]
+    bearing_0: float
+    reach: float
+    far: float
+
+    @staticmethod
+    def of(
+        memory: ScanMemory,
+        scan: LaserScan,
+        pose: np.ndarray,
+        sizes: tuple[float, float, float],
+        hits: tuple[np.ndarray, np.ndarray] | None = None,
+        smoothing: tuple[int, float] = (0, 0.0),
+    ) -> "Asked":
+        """What is asked about the latest scan, about the robot's axis.
+
+        Args:
+            memory: the scans before it.
+            scan: the latest.
+            pose: (x, y, yaw) of the robot in W when it was taken.
+            sizes: radius of the robot with the safety margin, reach and far, m.
+            hits: as of `hits_seen`; None: those of the scan, with this smoothing.
+        """
+        (x, y, yaw), (radius, reach, far) = pose.tolist(), sizes
+        latest = *(hits or NO_HITS), smoothing if hits is None else GIVEN
+        disc, known = tuple(Disc.of(scan, radius, reach=reach)), (memory.points, memory.half_gaps)
+        return Asked(disc, known, latest, (x, y, yaw), yaw + scan.angle_min, reach, min(far, scan.range_max))
 
 
-def certified_by(memory: ScanMemory, scan: LaserScan, asked: tuple, found: tuple) -> tuple[CertifiedRegion, ScanMemory]:
+def certified_by(memory: ScanMemory, scan: LaserScan, asked: Asked, found: tuple) -> tuple[CertifiedRegion, ScanMemory]:
     """The certified region and the memory with the scan, by what `star` found for what it was asked."""
-    (_, _, radius, *_), _, (*_, far), (*place, bearing_0), _ = asked
     hits, gaps, remembered, values, near = found
-    before, points, (x, y, yaw) = len(memory.points), hits[:remembered], place
-    look = Look(points, (before, remembered), scan.beams, (x, y, yaw), far)
+    before, points = len(memory.points), hits[:remembered]
+    look = Look(points, (before, remembered), scan.beams, asked.pose, asked.far)
     newest = Known.of((look,), (look.place,), scan.time)
     region = CertifiedRegion(
-        np.array((x, y)), bearing_0, values, near, hits, gaps, seen=True, time=scan.time, previous=memory.time,
-        radius=radius, sight=field_of_view(scan), newest=newest,
+        np.array(asked.pose[:2]), asked.bearing_0, values, near, hits, gaps, seen=True, time=scan.time,
+        previous=memory.time, radius=Disc(*asked.disc).radius, sight=field_of_view(scan), newest=newest,
     )  # fmt: skip
     return region, ScanMemory(points, gaps[:remembered], (*memory.counts, remembered - before), scan.time)
 
 
 @njit(cache=True)
-def star(distance, disc, known, seen, place, reach):
+def star(distance, disc, known, latest, pose, bearing_0, reach, far):
     """The star's hits and half gaps, how many of them the memory keeps, the first; its values, and the near hits.
 
-    Args:
-        distance: smoothed distances of the beams, shape (n,), m.
-        disc: a `Disc` without margin. Of a merged scan the ends of all rays are among the star's hits, too.
-        known: points and half gaps of the memory.
-        seen: latest points and half gaps; if not GIVEN those of the beams count, smoothed as of `hits_seen`; and up to
-            which distance they are remembered, m.
-        place: x, y, m, and yaw of the robot, and the bearing of sample 0 in W, rad.
-        reach: maximum extent of the star, m.
+    `distance` (n,) are the smoothed distances of the beams, m; the others are as of `Asked`.
     """
     plain, limit, radius, _, (cosines, squares), is_merged = disc
-    (x, y, yaw, bearing_0), beams = place, Beams(*plain)
-    latest, latest_gaps, smoothing, far = seen
+    (x, y, yaw), beams, (points, point_gaps, smoothing) = pose, Beams(*plain), latest
     if smoothing[0] >= 0:
-        latest, latest_gaps = seen_hits(plain, smoothing, 0.0, 0.0)
+        points, point_gaps = seen_hits(plain, smoothing, 0.0, 0.0)
     measured, range_max, directions = beams.distances, beams.range_max, beams.directions
     cosine, sine = math.cos(yaw), math.sin(yaw)
-    away = np.hypot(latest[:, 0], latest[:, 1])
-    ends = placed_ends(latest, np.ones(len(latest)), away < far, x, y, cosine, sine)
+    away = np.hypot(points[:, 0], points[:, 1])
+    ends = placed_ends(points, np.ones(len(points)), away < far, x, y, cosine, sine)
     hits = np.concatenate((known[0], ends))
-    gaps = np.concatenate((known[1], latest_gaps[away < far]))
+    gaps = np.concatenate((known[1], point_gaps[away < far]))
     remembered = len(hits)
     if is_merged or not beams.complete:  # space behind lost beams of the latest scan is not certified
         bounded = (beams.kinds & (LOST | HIT * is_merged) != 0) & (measured < range_max)
