@@ -13,7 +13,7 @@ from drake_starnav.utils.snapshot import replaced
 FACING = math.radians(30.0)
 """A robot faces a place that lies within this angle of its heading, rad."""
 LOOKS_AFTER = 0.5
-"""A robot that faces its path for this long without progress looks at what it has not seen beside it, s."""
+"""A robot that faces its path this long, without progress or turning, looks at what it has not seen beside it, s."""
 UNSEEN_WITHIN = 2.0
 """That is what is no farther than this, in radii of the disc that it covers when it turns."""
 BEGINS_WITHIN = 0.1
@@ -72,7 +72,8 @@ def looking_aside(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     if patient and turns and math.dist(begun.pose[:2], (x, y)) < spot and math.cos(ahead) < math.cos(LOOKED):
         return replaced(state, facing_time=inputs.time, aside=_turn(state, x, y, yaw + ahead))
     waits = inputs.time - state.facing_time > LOOKS_AFTER and len(unseen) > 0
-    if state.progress_time == inputs.time or not (waits or faces(inputs, state.path[0])):
+    moves = state.progress_time == inputs.time or not turning and _turns(state)
+    if moves or not (waits or faces(inputs, state.path[0])):
         return replaced(state, facing_time=inputs.time)
     if not waits:
         return state
@@ -80,6 +81,15 @@ def looking_aside(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     if abs(aim) < LOOKED:  # and it is hidden from there, too
         return replaced(state, facing_time=inputs.time)
     return replaced(state, aside=_turn(state, x, y, yaw + aim))
+
+
+def _turns(state: PlannerState) -> bool:
+    """Whether the robot turned between the last two scans, faster than by LOOKED in LOOKS_AFTER."""
+    if len(state.recent) < 2:
+        return False
+    before, latest = state.recent[-2:]
+    turned = abs(math.remainder(float(latest.pose[2] - before.pose[2]), 2.0 * math.pi))
+    return turned * LOOKS_AFTER > LOOKED * (latest.time - before.time)
 
 
 def _turn(state: PlannerState, x: float, y: float, yaw: float) -> Guidance:
