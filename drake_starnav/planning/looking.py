@@ -13,7 +13,9 @@ from drake_starnav.utils.snapshot import replaced
 FACING = math.radians(30.0)
 """A robot faces a place that lies within this angle of its heading, rad."""
 LOOKS_AFTER = 0.5
-"""A robot that faces its path this long, without progress or turning, looks at what it has not seen beside it, s."""
+STILL_TURNS = 1.0
+"""A robot that stands or faces its path for the first time without progress, s, or for the second while it still turns
+to a free heading, looks at what it has not seen beside it."""
 UNSEEN_WITHIN = 2.0
 """That is what is no farther than this, in radii of the disc that it covers when it turns."""
 BEGINS_WITHIN = 0.1
@@ -26,6 +28,15 @@ def faces(inputs: PlannerInput, place: np.ndarray) -> bool:
     """Whether the robot faces a place (2,) in W."""
     (x, y), (at_x, at_y, yaw) = place.tolist(), inputs.observation.pose.tolist()
     return math.cos(math.atan2(y - at_y, x - at_x) - yaw) > math.cos(FACING)
+
+
+def is_turning(state: PlannerState) -> bool:
+    """Whether the robot has turned between the last two scans, faster than by LOOKED in LOOKS_AFTER."""
+    if len(state.recent) < 2:
+        return False
+    before, latest = state.recent[-2:]
+    turned = abs(math.remainder(float(latest.pose[2] - before.pose[2]), 2.0 * math.pi))
+    return turned * LOOKS_AFTER > LOOKED * (latest.time - before.time)
 
 
 def sees_all_around(inputs: PlannerInput) -> bool:
@@ -71,9 +82,9 @@ def looking_aside(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     turns = inputs.body is not None and inputs.body.base.turns_on_the_spot
     if patient and turns and math.dist(begun.pose[:2], (x, y)) < spot and math.cos(ahead) < math.cos(LOOKED):
         return replaced(state, facing_time=inputs.time, aside=_turn(state, x, y, yaw + ahead))
-    waits = inputs.time - state.facing_time > LOOKS_AFTER and len(unseen) > 0
-    moves = state.progress_time == inputs.time or not turning and _turns(state)
-    if moves or not (waits or faces(inputs, state.path[0])):
+    patience = STILL_TURNS if not turning and is_turning(state) else LOOKS_AFTER
+    waits = inputs.time - state.facing_time > patience and len(unseen) > 0
+    if state.progress_time == inputs.time or not (waits or faces(inputs, state.path[0]) or not is_turning(state)):
         return replaced(state, facing_time=inputs.time)
     if not waits:
         return state
@@ -81,15 +92,6 @@ def looking_aside(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     if abs(aim) < LOOKED:  # and it is hidden from there, too
         return replaced(state, facing_time=inputs.time)
     return replaced(state, aside=_turn(state, x, y, yaw + aim))
-
-
-def _turns(state: PlannerState) -> bool:
-    """Whether the robot turned between the last two scans, faster than by LOOKED in LOOKS_AFTER."""
-    if len(state.recent) < 2:
-        return False
-    before, latest = state.recent[-2:]
-    turned = abs(math.remainder(float(latest.pose[2] - before.pose[2]), 2.0 * math.pi))
-    return turned * LOOKS_AFTER > LOOKED * (latest.time - before.time)
 
 
 def _turn(state: PlannerState, x: float, y: float, yaw: float) -> Guidance:

@@ -8,7 +8,7 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.planning.closures import AVERAGED_SCANS, barred_by, closed, hidden, reopened, too_narrow, with_latest
 from drake_starnav.planning.guidance import PASSED_DISTANCE, Guidance
 from drake_starnav.planning.impassable import impassable_points
-from drake_starnav.planning.looking import faces, looking_aside, sees_all_around, turned_to_look
+from drake_starnav.planning.looking import faces, is_turning, looking_aside, sees_all_around, turned_to_look
 from drake_starnav.planning.manoeuvre import docking, manoeuvring
 from drake_starnav.planning.map_revision import remaining
 from drake_starnav.planning.monitoring import PlanCheck, check_plan, distance_to, points_ahead
@@ -204,14 +204,9 @@ def _along_path(state: PlannerState, check: PlanCheck, inputs: PlannerInput) -> 
 
 
 def _failed_way(state: PlannerState, inputs: PlannerInput) -> np.ndarray:
-    """The way (k, 2) on which a robot has stalled; none if it may stand only to turn, as a disc may.
-
-    One that faces its way, or turns its back to it, as a holonomic one drives, does not turn any more.
-    """
+    """The way (k, 2) on which a robot has stalled; none for a disc that still turns to it."""
     way = np.vstack((state.guidance.path, state.optimistic_path))
-    if not len(way) or inputs.body is not None:
-        return way
-    turned = faces(inputs, way[0]) or faces(inputs, 2.0 * inputs.position - way[0])
+    turned = inputs.body is not None or not is_turning(state) or not len(way) or faces(inputs, way[0])
     return way if turned else EMPTY_PATH
 
 

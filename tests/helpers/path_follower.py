@@ -43,14 +43,16 @@ def drive(
     speed: float = 0.8,
     refused: Callable[[np.ndarray], bool] = lambda place: False,
     averted: float = 0.0,
+    turning: float = 0.0,
     stop: bool = True,
     begin: PlannerState | None = None,
     noise: tuple[float, np.random.Generator] | None = None,
 ) -> list[PlannerState]:
     """The planner's states until the goal is reached (unless `stop` is False), it gives up, or the steps are used up.
 
-    The robot does not move to places that are `refused`; it looks `averted` (rad) from its way, swaying. `begin` is the
-    state to begin with, if it is not the first one; `noise` the standard deviation of the ranges, m.
+    The robot does not move to places that are `refused`; it looks `averted` (rad) from its way, swaying, and
+    goes on `turning` (rad/s). `begin` is the state to begin with, if it is not the first one; `noise` the standard
+    deviation of the ranges, m.
     """
     position, goal = np.array(world.start[:2]), np.array(world.goal)
     state, states = begin or PlannerState.initial(parameters, RADIUS), []
@@ -58,7 +60,9 @@ def drive(
     for k in range(first, first + steps):
         path = state.guidance.path
         way = path[0] - position if len(path) else np.array((1.0, 0.0))
-        pose = np.array((*position, np.arctan2(way[1], way[0]) + averted + 0.3 * np.sin(0.1 * k)))
+        pose = np.array(
+            (*position, np.arctan2(way[1], way[0]) + averted + turning * PERIOD * k + 0.3 * np.sin(0.1 * k))
+        )
         scan = dataclasses.replace(cast(world, pose), time=PERIOD * k)
         scan = scan if noise is None else noisy(scan, *noise)
         seen = Observation(scan_region(scan, pose, RADIUS, MARGINS), scan, pose)

@@ -9,7 +9,7 @@ import pytest
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState
 from drake_starnav.planning.closures import with_latest
-from drake_starnav.planning.looking import LOOKS_AFTER, faces, looking_aside, turned_to_look
+from drake_starnav.planning.looking import LOOKS_AFTER, STILL_TURNS, faces, looking_aside, turned_to_look
 from drake_starnav.surroundings import Observation
 from drake_starnav.surroundings.star_region import scan_region
 from tests.helpers.scans import MARGINS, RADIUS
@@ -46,6 +46,19 @@ def test_a_robot_that_stands_before_its_path_turns_to_what_it_has_not_seen_besid
     assert looked is not None
     ((x, y, yaw, gear),) = looked.poses
     assert (x, y, gear) == (0.0, 0.0, 0.0) and yaw == pytest.approx(1.5 * side, abs=0.01)
+
+
+@pytest.mark.parametrize("yaw", [0.0, 0.7, -1.2])
+def test_it_looks_once_it_has_turned_as_far_as_it_can(yaw: float) -> None:
+    """A free heading may be far off the path; turning there is not broken off, unless it takes too long."""
+    unseen = (0.8 - yaw, 1.5 - yaw)
+    standing = [inputs(time, unseen, yaw).observation for time in (0.0, 0.05)]
+    turning = [inputs(time, unseen, yaw - time).observation for time in (0.0, 0.05)]
+    for seen, looks in ((standing, LOOKS_AFTER), (turning, STILL_TURNS if yaw == 0.0 else math.inf)):
+        state = dataclasses.replace(planned(inputs(0.0, unseen, yaw)), recent=tuple(seen))
+        for time in (0.3, LOOKS_AFTER + 0.1, STILL_TURNS + 0.1):
+            state = looking_aside(state, inputs(time, unseen, yaw))
+            assert (state.aside is not None) == (time > looks)
 
 
 def test_it_does_not_where_all_is_seen_or_hidden_from_there_or_behind_it() -> None:
