@@ -64,12 +64,10 @@ class Avoidance:
     """The prediction, and the response.
 
     Attributes:
-        nearest: least predicted distance to a disc if the robot just follows its path, m, infinite beyond COMFORT.
-        twist: the certified one of the base with which the best rollout begins; None if there is none.
+        twist: the certified one of the base with which the best rollout begins; None if none is wanted or allowed.
         least: least predicted distance on that rollout, m.
     """
 
-    nearest: float
     twist: np.ndarray | None
     least: float
 
@@ -136,7 +134,7 @@ def avoid_collision(
     tracks, age, obstacles = tracked
     foreseen = tracks.foreseen
     if not (foreseen.any() or len(tracks.standing)):
-        return Avoidance(np.inf, None, np.inf)
+        return Avoidance(None, np.inf)
     pose, twist, guidance, star = inputs
     limits, path = robot.limits, guidance.path
     line = np.vstack((pose[:2], path)) if len(path) else np.vstack((pose[:2], pose[:2]))
@@ -156,10 +154,8 @@ def avoid_collision(
     start = begun(pose, twist, known.hits, settings.radius)
     ahead = start.copy()
     drive(ahead, np.array([(PATH, 1.0, 0.0, 0.0)]), int(math.ceil(HORIZON / STEP - 1e-9)), scene, np.inf)
-    least, held = ahead["least"][0], ahead["held"][0]
-    nearest = float(least) if least < COMFORT else np.inf
-    if nearest >= COMFORT and not held:
-        return Avoidance(nearest, None, np.inf)
+    if ahead["least"][0] >= COMFORT and not ahead["held"][0]:
+        return Avoidance(None, np.inf)
     ways = manoeuvres(twist, limits, around(pose, path, tracked, robot))
     firsts = _first_velocities(ways, start, scene)
     twists = twist_of(firsts, actuation.base)
@@ -167,7 +163,7 @@ def avoid_collision(
     passed = {each: accepted(roll_out(pose, twist, np.array(each), actuation), certificates) for each in set(asked)}
     allowed = np.array([passed[each] for each in asked])
     k, least = _searched(ways, firsts, allowed, start, scene)
-    return Avoidance(nearest, twists[k] if k >= 0 else None, least)
+    return Avoidance(twists[k] if k >= 0 else None, least)
 
 
 @njit(cache=True)
