@@ -48,7 +48,7 @@ def around(polygon: np.ndarray, distance: float, step: float) -> np.ndarray:
 
 @njit(cache=True, inline="always")
 def point_to_segment_squared(x, y, ax, ay, bx, by):
-    """The same for compiled functions: squared distance from (x, y) to the segment a b, which may be a point, m^2."""
+    """Squared distance, m^2, from (x, y) to the segment a b, which may be a point; for compiled functions."""
     ex, ey = bx - ax, by - ay
     length_squared = ex * ex + ey * ey
     t = 0.0

@@ -62,7 +62,7 @@ def looking_aside(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     nothing; most bases turn so by themselves.
     """
     scan, pose = inputs.observation.scan, inputs.observation.pose
-    turning = state.aside is not None and len(state.aside.poses) > 0
+    looking, turning = state.aside is not None and len(state.aside.poses) > 0, is_turning(state)
     if state.aside is not None:
         state = replaced(state, aside=None)
     if sees_all_around(inputs) or not len(state.path):
@@ -72,7 +72,7 @@ def looking_aside(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     beside = np.mod(scan.bearings - ahead + math.pi, 2.0 * math.pi) - math.pi
     if not scan.merged:
         blind = inputs.time - state.progress_time > LOOKS_AFTER and np.abs(beside).min() > scan.angle_increment
-        if not blind and (not turning or faces(inputs, state.path[0])):
+        if not blind and (not looking or faces(inputs, state.path[0])):
             return state
         return replaced(state, aside=_turn(state, x, y, yaw + ahead))
     near = scan.lost & (scan.distances < UNSEEN_WITHIN * inputs.swept_radius)
@@ -82,9 +82,9 @@ def looking_aside(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     turns = inputs.body is not None and inputs.body.base.turns_on_the_spot
     if patient and turns and math.dist(begun.pose[:2], (x, y)) < spot and math.cos(ahead) < math.cos(LOOKED):
         return replaced(state, facing_time=inputs.time, aside=_turn(state, x, y, yaw + ahead))
-    patience = STILL_TURNS if not turning and is_turning(state) else LOOKS_AFTER
+    patience = STILL_TURNS if turning and not looking else LOOKS_AFTER
     waits = inputs.time - state.facing_time > patience and len(unseen) > 0
-    if state.progress_time == inputs.time or not (waits or faces(inputs, state.path[0]) or not is_turning(state)):
+    if state.progress_time == inputs.time or not (waits or not turning or faces(inputs, state.path[0])):
         return replaced(state, facing_time=inputs.time)
     if not waits:
         return state

@@ -63,7 +63,7 @@ class PlannerState:
         recent: the latest observations, oldest first.
         manoeuvring: of a robot that is no disc.
         aside: guidance that precedes the path, to turn to what is to be seen or to what the latest scan shows; or None.
-        facing_time: since when the robot has faced its path without progress, s.
+        facing_time: since when the robot has stood, or faced its path, without progress, s.
         barred_by: the causes of closures but for which there might be a way, once none is left; empty: there are none.
     """
 

@@ -107,9 +107,7 @@ def field_of_view(scan: LaserScan) -> tuple[float, float]:
     return (0.0, TURN) if scan.full_circle else (0.0, scan.field_of_view.span + 1e-9)
 
 
-def free_range(
-    scan: LaserScan, distance: np.ndarray, radius: float, margins: Margins, samples: int | None = None
-) -> FreeRange:
+def free_range(scan: LaserScan, distance: np.ndarray, radius: float, margins: Margins, samples: int = 0) -> FreeRange:
     """Free range of the robot's centre at every bearing, as the planner uses it.
 
     The clearance is `preferred`. Passages that it would close get a smaller one, down to `least`.
@@ -119,11 +117,11 @@ def free_range(
         distance: shape (n,), the scan's `smoothed_distances`, m.
         radius: of the robot, without margin, m.
         margins: preferred and least.
-        samples: M; None: as many as suit the scan.
+        samples: M; 0: as many as suit the scan.
 
     Source: paper, section III-A; the erosion, which the paper leaves to the controller: this project.
     """
-    disc = Disc.of(scan, radius, (margins.preferred, margins.least), samples=samples or 0)
+    disc = Disc.of(scan, radius, (margins.preferred, margins.least), samples=samples)
     values, limit, margin = disc_range(distance, tuple(disc))
     return FreeRange(values, limit, margin, radius)
 

@@ -42,7 +42,7 @@ class Observation:
 
     def refitted(self, radius: float, margins: Margins) -> "Observation":
         """The same observation with the region of a robot of another radius (m) or with other margins."""
-        samples = None if self.region is None else len(self.region.free_range)
+        samples = 0 if self.region is None else len(self.region.free_range)
         region = scan_region(self.scan, self.pose, radius, margins, samples)
         return dataclasses.replace(self, region=clear_of(region, self.beside, radius))
 

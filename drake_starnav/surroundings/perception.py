@@ -27,6 +27,7 @@ from drake_starnav.surroundings.safe_region import (
     CertifiedRegion,
     ScanMemory,
     certified_by,
+    certified_region,
     star,
 )
 from drake_starnav.surroundings.scan_averaging import AVERAGED_WITHIN, averaged
@@ -205,9 +206,7 @@ def perceive(
         measured = smoothed_distances(lone, slack, margins.smoothed_beams)
         lone = dataclasses.replace(lone, ranges=np.where(lone.hits, measured, lone.ranges))
         rest, lone = averaged(before.memory, lone, pose, safe_radius + AVERAGED_WITHIN * robot_radius)
-        rest = rest.latest(SCAN_MEMORY - 1)
-        asked = Asked.of(rest, lone, pose, sizes)
-        safety, _ = certified_by(rest, lone, asked, star(distance, *asked))
+        safety, _ = certified_region(rest, lone, distance, pose, *sizes[:2], (sizes[2], SCAN_MEMORY))
     look = replaced(safety.look, footprint=footprint, short=margins.looks.short)
     views = (look,) if alone else _views(look, (near, mounts), pose, smoothing)
     ahead = None if alone and surrounded else 0.0 if surrounded else max(0.0, *(mount.x for mount in mounts))
@@ -227,7 +226,7 @@ def _observed(plan, asked, slack, plans):
 
     `plan` is the planner's `Disc`, `asked` an `Asked`, both plain tuples, `slack` as of `smoothed_distances`.
     """
-    distance, none = moving_average(Beams(*plan[0]), SMOOTHING_BEAMS, slack), np.zeros(0)
+    distance, none = moving_average(Beams(*plan[0]), np.int64(SMOOTHING_BEAMS), slack), np.zeros(0)
     profile, fit = (none, none, 0.0), (np.zeros(0, np.int64), none, none)
     if plans:
         profile, radius = disc_range(distance, plan), plan[2]

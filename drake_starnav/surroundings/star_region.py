@@ -103,9 +103,7 @@ def fit_region(profile: FreeRange, center: np.ndarray, bearing_0: float, fit: Fi
     )
 
 
-def scan_region(
-    scan: LaserScan, pose: np.ndarray, radius: float, margins: Margins, samples: int | None = None
-) -> StarRegion:
+def scan_region(scan: LaserScan, pose: np.ndarray, radius: float, margins: Margins, samples: int = 0) -> StarRegion:
     """The star-shaped region of one scan.
 
     Args:
@@ -113,7 +111,7 @@ def scan_region(
         pose: (x, y, yaw) of S in W when the scan was taken.
         radius: of the robot, m.
         margins: kept, and how ranges are smoothed.
-        samples: M, the same for all scans of a roadmap; None: as many as suit this one.
+        samples: M, the same for all scans of a roadmap; 0: as many as suit this one.
     """
     profile = free_range(scan, smoothed_distances(scan, margins.smoothing_slack), radius, margins, samples)
     return fit_region(profile, pose[:2], float(pose[2]) + scan.angle_min)

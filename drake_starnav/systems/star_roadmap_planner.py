@@ -242,14 +242,15 @@ class StarRoadmapPlanner(LeafSystem):
         seen = self._observation.Eval(context)
         path = plan.state.guidance.path
         to_x, to_y = (path[0] if len(path) else goal).tolist()
-        reason = ""
         if self._certified_region.HasValue(context):
             towards = math.atan2(to_y - y, to_x - x) - yaw
             reason = obstruction(self._certified_region.Eval(context), seen.scan, towards, robot.shape, pose)
+            if reason:
+                return reason
         reach = robot.shape.narrow + margins.least + SHORTEST_WAY * robot.shape.narrow
         wall = plan.state.roadmap.closures.cause_near(placed(pose, robot.shape.cover), reach)
-        if not reason and wall:
+        if wall:
             return f"too near: {wall}, which the robot keeps out of"
-        if not reason and not len(path):
+        if not len(path):
             return f"no way is seen that keeps {margins.least:.3g} m beyond robot.radius"
-        return reason or "nothing that the certificate knows: the robot does not follow its guidance"
+        return "nothing that the certificate knows: the robot does not follow its guidance"
