@@ -12,6 +12,8 @@ from drake_starnav.runtime.intake import Odometry
 from drake_starnav.runtime.log import Log
 from drake_starnav.scenario.schema import Scenario
 
+LONGEST_DELAY, DELAY_STEP = 0.5, 0.01
+"""Delays of the drive that are tried, s."""
 STILL, ENOUGH = 0.005, 10
 """A robot slower than this stands, m/s and rad/s; noise is measured in this many scans at least."""
 OWN_NOISE = 5.0
@@ -146,11 +148,11 @@ def drive_of(logged: Observed) -> dict[str, float]:
 
 
 def drive_delay(logged: Observed) -> float:
-    """The delay, up to 0.5 s, with which the twist of the odometry follows the commanded one best, s."""
+    """The delay with which the twist of the odometry follows the commanded one best, s."""
     rows, commands = np.array(logged.rows), np.array(logged.told)
     measured = np.column_stack((rows[:, 4], rows[:, 6], rows[:, 5]))
     scale = np.maximum(np.abs(commands[:, 1:]).max(axis=0), 0.05)
-    tried = np.arange(0.0, 0.5 + 1e-9, 0.01)
+    tried = np.arange(0.0, LONGEST_DELAY + 1e-9, DELAY_STEP)
     misfit = []
     for delay in tried:
         at = np.searchsorted(commands[:, 0], rows[:, 0] - delay, side="right") - 1

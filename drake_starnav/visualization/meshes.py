@@ -45,8 +45,8 @@ class Layer:
 
 LINE_WIDTH = 0.07
 """Of path and trail where marks have their usual size, m; outlines and frontiers are half as wide, edges a quarter."""
-USUAL_RADIUS = 0.25
-"""Of robots, m; marks of smaller ones are smaller."""
+USUAL_RADIUS, USUAL_SIZE = 0.25, 40.0
+"""Radius of robots, m, below which marks are smaller, and extent of worlds, in radii, beyond which they are larger."""
 SHELL_COLOR: Color = (0.13, 0.32, 0.58)
 """Colour of the shipped robot's hull; the others are of the parts on it."""
 DECK_COLOR: Color = (0.90, 0.92, 0.95)
@@ -103,7 +103,7 @@ def mark_scale(extent: Sequence[float], radius: float) -> float:
     They grow with the root of the world's size, and shrink with a robot that they would hide.
     """
     (x0, y0, x1, y1), unit = extent, min(radius, USUAL_RADIUS)
-    return unit / USUAL_RADIUS * math.sqrt(max(1.0, max(x1 - x0, y1 - y0) / (40.0 * unit)))
+    return unit / USUAL_RADIUS * math.sqrt(max(1.0, max(x1 - x0, y1 - y0) / (USUAL_SIZE * unit)))
 
 
 def with_scene(layers: dict[str, Layer], world: World) -> dict[str, Layer]:

@@ -25,7 +25,9 @@ DASHES = ("-", (0, (5, 1.5)), (0, (1.5, 1)), (0, (4, 1, 1, 1)))
 NARROW = 0.4
 """Width of the figures for narrow windows, as a share of the others'; they have as many fewer panels a row."""
 BINS = 5
-"""Number of bins for worlds of similar difficulty; where they would hold fewer than 5 worlds there are fewer."""
+"""Number of bins for worlds of similar difficulty."""
+LEAST_IN_BIN = 5
+"""Least number of worlds in a bin; fewer worlds make fewer bins."""
 OBSTACLES = "0.78"
 """Their grey, lighter than elsewhere, as several paths cross them."""
 
@@ -215,7 +217,7 @@ def difficulty_edges(records: Sequence[Record], measure: Callable[[Record], floa
     values = np.array(sorted(value for value in worlds.values() if value is not None))
     if len(values) == 0 or values[0] == values[-1]:
         return np.zeros(0)
-    bins = min(BINS, max(1, len(values) // 5))
+    bins = min(BINS, max(1, len(values) // LEAST_IN_BIN))
     return np.unique(np.quantile(values, np.linspace(0.0, 1.0, bins + 1)))
 
 

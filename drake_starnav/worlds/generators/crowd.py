@@ -17,7 +17,7 @@ from drake_starnav.worlds.world import World
 
 _HEIGHT = 12.0  # m, extent along y
 _HEAD_START = 1.8  # m, least distance of a moving obstacle from the robot at the start
-_SAMPLING = 0.1  # s, of the check for how long a moving obstacle stays on the goal
+_LONGEST_WAIT, _SAMPLING = 10.0, 0.1  # s, for which a moving obstacle may occupy the goal, and of the check for that
 _TRIES = 1000  # paths drawn for one moving obstacle, or places, and headings for one walk
 _DURATION = 90.0  # s, until the moving obstacles return the way they came, and the trial ends
 _SPACING = 0.01  # m, between the places of a leg that are checked
@@ -74,7 +74,7 @@ class Crowd(Drawn):
             if room < 0.05 or math.dist(position, world.start[:2]) < _HEAD_START:
                 continue
             path = wander(world, position, radius, speed, winding, rng)
-            if path is not None and _longest_stay(path, radius + robot_radius, world.goal) <= 10.0:
+            if path is not None and _longest_stay(path, radius + robot_radius, world.goal) <= _LONGEST_WAIT:
                 return path
         raise StarnavError(
             f"Crowd: none of {_TRIES} paths for a disc of radius {radius:.2f} m was free; allowed: a larger room"
