@@ -158,12 +158,13 @@ def _cast_beam(row, place, directions, i, ranges):
         gx, gy = row[0] - x, row[1] - y
         _cast_circle(cy * gx + sy * gy, cy * gy - sy * gx, row[2], directions, i, i, ranges)
     else:
-        ax, ay, bx, by = row[4] - x, row[5] - y, row[6] - x, row[7] - y
-        ux, uy = cy * directions[i, 0] - sy * directions[i, 1], sy * directions[i, 0] + cy * directions[i, 1]
-        left, right = ax * uy - ay * ux, bx * uy - by * ux  # of the beam, either end
-        if left * right <= 0.0 or abs(left) <= _PAD * math.hypot(ax, ay) or abs(right) <= _PAD * math.hypot(bx, by):
-            ax, ay, bx, by = cy * ax + sy * ay, cy * ay - sy * ax, cy * bx + sy * by, cy * by - sy * bx
-            _cast_segment(ax, ay, bx - ax, by - ay, directions, i, i, ranges)
+        ax, ay, ex, ey = row[4] - x, row[5] - y, row[6] - row[4], row[7] - row[5]
+        ax, ay, ex, ey = cy * ax + sy * ay, cy * ay - sy * ax, cy * ex + sy * ey, cy * ey - sy * ex
+        ux, uy = directions[i, 0], directions[i, 1]
+        one, other = ax * uy - ay * ux, (ax + ex) * uy - (ay + ey) * ux  # how far the ends are to the right of the beam
+        slack = _PAD * (abs(ax) + abs(ay) + abs(ex) + abs(ey))
+        if min(one, other) <= slack and max(one, other) >= -slack:
+            _cast_segment(ax, ay, ex, ey, directions, i, i, ranges)
 
 
 @njit(cache=True)
