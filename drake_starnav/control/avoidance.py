@@ -7,19 +7,15 @@ BEAM best rollouts that differ are continued, up to the horizon.
 """
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
 
 from drake_starnav.control.avoidance_rollout import (
-    COMFORT,
     HEADING,
     PATH,
     ROLLOUT,
-    STEP,
     TWIST,
-    Discs,
     Scene,
     Settings,
     begun,
@@ -28,7 +24,15 @@ from drake_starnav.control.avoidance_rollout import (
 )
 from drake_starnav.control.inputs import ControllerInputs
 from drake_starnav.control.moving_modulation import moving_modulation
-from drake_starnav.control.rollout import FreeSpace, goal_slowdown, times_left
+from drake_starnav.control.rollout import (
+    COMFORT,
+    STEP,
+    Discs,
+    FreeSpace,
+    foreseen_discs,
+    goal_slowdown,
+    times_left,
+)
 from drake_starnav.geometry.compiled import leaf, put
 from drake_starnav.robot import Limits, RobotParameters
 from drake_starnav.robot.base import twist_of
@@ -57,19 +61,6 @@ COMFORT_TIME = 2.0
 """The robot gives way to what creeps at this distance, m, and as far as it comes in this, s: persons, by nature."""
 STANDING_SPACING = 0.4
 """Hits on static objects that are nearer to each other than this, in radii of the robot, are treated as one."""
-
-
-@dataclass(frozen=True)
-class Avoidance:
-    """The prediction, and the response.
-
-    Attributes:
-        twist: the certified one of the base with which the best rollout begins; None if none is wanted or allowed.
-        least: least predicted distance on that rollout, m.
-    """
-
-    twist: np.ndarray | None
-    least: float
 
 
 def manoeuvres(twist: np.ndarray, limits: Limits, aside: np.ndarray | None = None) -> np.ndarray:
@@ -121,8 +112,10 @@ def avoid_collision(
     certificates: tuple[Certificate, ...],
     actuation: Actuation,
     robot: RobotParameters,
-) -> Avoidance:
-    """Whether the path leads too near to an obstacle that moves or might start, and the best manoeuvre if so.
+) -> np.ndarray | None:
+    """The certified twist, of the base, with which the best manoeuvre past obstacles that move or might start begins.
+
+    None if the path leads near to none, or no manoeuvre is allowed.
 
     Args:
         inputs: what the controller is given.
@@ -134,7 +127,7 @@ def avoid_collision(
     tracks, age, obstacles = tracked
     foreseen = tracks.foreseen
     if not (foreseen.any() or len(tracks.standing)):
-        return Avoidance(None, np.inf)
+        return None
     pose, twist, guidance, star = inputs
     limits, path = robot.limits, guidance.path
     line = np.vstack((pose[:2], path)) if len(path) else np.vstack((pose[:2], pose[:2]))
@@ -152,18 +145,18 @@ def avoid_collision(
     settings = Settings._make(map(float, settings))  # a whole number would have all compiled again
     scene = Scene(line, times_left(line, limits), known, discs, limits, settings)
     start = begun(pose, twist, known.hits, settings.radius)
-    ahead = start.copy()
-    drive(ahead, np.array([(PATH, 1.0, 0.0, 0.0)]), int(math.ceil(HORIZON / STEP - 1e-9)), scene, np.inf)
+    ahead, during = start.copy(), foreseen_discs(discs, 0.0, int(math.ceil(HORIZON / STEP - 1e-9)), settings)
+    drive(start[0], np.array([(PATH, 1.0, 0.0, 0.0)]), during, scene, np.inf, ahead)
     if ahead["least"][0] >= COMFORT and not ahead["held"][0]:
-        return Avoidance(None, np.inf)
+        return None
     ways = manoeuvres(twist, limits, around(pose, path, tracked, robot))
     firsts = _first_velocities(ways, start, scene)
     twists = twist_of(firsts, actuation.base)
     asked = list(map(tuple, twists.tolist()))  # several manoeuvres begin alike
     passed = {each: accepted(roll_out(pose, twist, np.array(each), actuation), certificates) for each in set(asked)}
     allowed = np.array([passed[each] for each in asked])
-    k, least = _searched(ways, firsts, allowed, start, scene)
-    return Avoidance(twists[k] if k >= 0 else None, least)
+    k = _searched(ways, firsts, allowed, start, scene)
+    return twists[k] if k >= 0 else None
 
 
 @njit(cache=True)
@@ -198,26 +191,28 @@ def _first_velocities(ways, start, scene):
 
 @njit(cache=True)
 def _searched(ways, firsts, allowed, start, scene):
-    """The manoeuvre with which the best rollout begins, or -1, and its least predicted distance, m."""
+    """The manoeuvre with which the best rollout begins, or -1."""
     limits, allowed = scene.limits, np.flatnonzero(allowed)
-    best, least, best_cost, generation = -1, -np.inf, np.inf, start
+    best, best_cost, generation = -1, np.inf, start
     segments = int(math.ceil(HORIZON / (SEGMENT * STEP) - 1e-9))
     for depth in range(segments):
         following, last = ways[allowed] if depth == 0 else ways, depth == segments - 1
         kept = _continued(generation, SAME_PLACE * scene.settings.radius, SAME_SPEED * limits.max_speed)
+        if not len(kept):
+            break
         count, rows = len(following), np.empty(len(kept) * len(following), ROLLOUT)
+        foreseen = foreseen_discs(scene.discs, generation[kept[0]].spent, SEGMENT, scene.settings)
         for k in range(len(kept)):
             group = rows[k * count : (k + 1) * count]
-            for m in range(count):
-                group[m] = generation[kept[k]]
+            drive(generation[kept[k]], following, foreseen, scene, best_cost if last else np.inf, group)
+            for m in range(count):  # rollouts that ended compete with those that reached the horizon
                 if depth == 0:
                     group[m].first, group[m].change = allowed[m], _change(firsts[allowed[m]], start[0], limits)
-            drive(group, following, SEGMENT, scene, best_cost if last else np.inf)
-            for m in range(count):  # rollouts that ended compete with those that reached the horizon
+                    group[m].cost += group[m].change
                 if (last or group[m].ended > 0) and group[m].cost < best_cost:
-                    best, least, best_cost = group[m].first, group[m].least, group[m].cost
+                    best, best_cost = group[m].first, group[m].cost
         generation = rows
-    return best, least
+    return best
 
 
 @leaf

@@ -21,26 +21,24 @@ from numba import njit
 
 from drake_starnav.control.rollout import (
     ARRIVED,
+    COMFORT,
     CREEP,
+    STEP,
+    Discs,
     FreeSpace,
     nearest_hit,
     next_way_point,
     region_around,
     time_to_go,
 )
-from drake_starnav.geometry.compiled import leaf
+from drake_starnav.geometry.compiled import leaf, put
 from drake_starnav.robot import Limits
 from drake_starnav.robot.limits import Velocity, aimed, slowed, wrapped_angle
-from drake_starnav.robot.motion import Pose, advanced, velocity_of
+from drake_starnav.robot.motion import Pose, moved, ramped_velocity, velocity_of
 from drake_starnav.safety.moving_certificate import MOVING_MARGIN, STANDING_SPEED
 from drake_starnav.surroundings.region_union import covers
-from drake_starnav.tracking.prediction import HORIZON, PREDICTION_STEP
+from drake_starnav.tracking.prediction import HORIZON
 
-COMFORT = 0.4
-"""Predicted distance from a moving obstacle below which the robot gives way, m: as persons like it, nature. From slow
-ones less is due: distances from them count for more, in proportion."""
-STEP = 0.1
-"""Time step of the rollout, s."""
 PATH, TWIST, HEADING = range(3)
 """Kinds of manoeuvre."""
 CONTACT_COST = 8.0
@@ -61,24 +59,6 @@ ROLLOUT = np.dtype(
 """A rollout: pose and `Velocity` at its end, what its first change of these costs, s; the way point ahead, the region
 around it and the manoeuvre it began with; clearance, the least so far, comfort lost, the least distance to discs, the
 time spent, that of arrival and the cost, m and s; whether it ended, and whether the robot was held."""
-
-
-class Discs(NamedTuple):
-    """The dynamic obstacles, as predicted.
-
-    Attributes:
-        trajectories: shape (n, k, 2), places every PREDICTION_STEP from the time of the scan on, W, m.
-        radius: shape (n,), m.
-        comfort: shape (n,), foreseen distance below which the robot gives way, m: at most COMFORT.
-        standing: shape (m, 2), places on static objects that might start, W, m.
-        age: of the scan, s.
-    """
-
-    trajectories: np.ndarray
-    radius: np.ndarray
-    comfort: np.ndarray
-    standing: np.ndarray
-    age: float
 
 
 class Settings(NamedTuple):
@@ -148,37 +128,12 @@ def wanted_velocity(way, pose, way_point, limits, settings):
     return wanted
 
 
-@njit(cache=True, error_model="numpy")
-def _foreseen(discs, spent, steps, settings):
-    """The discs after `spent` and at the end of each step, shape (steps + 1, n, 8), W, m and m/s.
-
-    Columns: (x, y), velocity, radius, weight of distances to it and its inverse, speed with which it may come.
-    """
-    trajectories, last = discs.trajectories, discs.trajectories.shape[1] - 1.001
-    foreseen = np.empty((steps + 1, len(discs.radius), 8))
-    for s in range(steps + 1):
-        at = min((discs.age + spent) / PREDICTION_STEP, last)
-        i = int(at)
-        share = at - i
-        for j in range(len(discs.radius)):
-            x, y = trajectories[j, i, 0], trajectories[j, i, 1]
-            dx, dy = trajectories[j, i + 1, 0] - x, trajectories[j, i + 1, 1] - y
-            foreseen[s, j, 0], foreseen[s, j, 1] = x + share * dx, y + share * dy
-            foreseen[s, j, 2], foreseen[s, j, 3] = dx / PREDICTION_STEP, dy / PREDICTION_STEP
-            foreseen[s, j, 4], foreseen[s, j, 5] = discs.radius[j], COMFORT / discs.comfort[j]
-            coming = (1.0 - settings.caution) * math.hypot(dx, dy) / PREDICTION_STEP
-            foreseen[s, j, 6] = discs.comfort[j] / COMFORT
-            foreseen[s, j, 7] = coming + settings.caution * settings.max_speed
-        spent += STEP
-    return foreseen
-
-
 @leaf
-def _course(pose, moves):
+def _course(row):
     """Speed, with the sign of that along x, and the direction in which it counts, rad in W."""
-    if moves.aside == 0.0:
-        return moves.ahead, pose.yaw
-    return math.hypot(moves.ahead, moves.aside), pose.yaw + math.atan2(moves.aside, moves.ahead)
+    if row.aside == 0.0:
+        return row.ahead, row.yaw
+    return math.hypot(row.ahead, row.aside), row.yaw + math.atan2(row.aside, row.ahead)
 
 
 @leaf
@@ -186,19 +141,21 @@ def _must_brake(pose, course, foreseen, s, limits, settings):
     """Whether a robot that brakes fully now might be touched before it stops, with the discs at their predictions.
 
     Checked at half the braking time and at its end, for all discs, whether it approaches them or not: a robot that only
-    watches those ahead is soon surrounded. The discs are those of `_foreseen` at s.
+    watches those ahead is soon surrounded. The discs are those of `foreseen_discs` at s.
     """
     v, heading = course
     if abs(v) < STANDING_SPEED:
         return False
     caution, stop = settings.caution, abs(v) / limits.max_acceleration
     distance = settings.radius + settings.spacing + MOVING_MARGIN * settings.radius  # again: tracks err more than hits
+    ux = uy = 0.0
     for j in range(foreseen.shape[1]):
         disc_x, disc_y, radius = foreseen[s, j, 0], foreseen[s, j, 1], foreseen[s, j, 4]
         far = distance + radius + (0.5 * abs(v) + foreseen[s, j, 7]) * stop + 1e-9
         if (pose.x - disc_x) ** 2 + (pose.y - disc_y) ** 2 > far * far:
             continue
-        ux, uy = math.cos(heading), math.sin(heading)
+        if not (ux or uy):
+            ux, uy = math.cos(heading), math.sin(heading)
         for share in (0.5, 1.0):
             t = share * stop
             way = v * t - 0.5 * math.copysign(limits.max_acceleration, v) * t * t
@@ -237,57 +194,76 @@ def _lost(row, zone):
 
 
 @njit(cache=True, error_model="numpy")
-def drive(rows, ways, steps, scene, most):
-    """Continue rollouts (n,) in place by some steps, each of its manoeuvre: ways (n, 4), rows of `manoeuvres`.
+def drive(start, ways, foreseen, scene, most, rows):
+    """Continue a rollout by each of some manoeuvres: ways (n, 4), rows of `manoeuvres`, as rows (n,) to be written.
 
-    All have spent the same time. One ends early if the robot is touched or reaches a frontier. Its cost is then that so
-    far plus the time to the goal, s. Those that cannot cost less than `most` stay where they are, at infinite cost.
+    By as many steps as the discs are `foreseen` for. Manoeuvres that are alike so far are driven once: limits make many
+    begin alike. A rollout ends early if the robot is touched or reaches a frontier. Its cost is then that so far plus
+    the time to the goal, s. If none can cost less than `most`, all stay where they are, at infinite cost.
     """
     line, left, known, discs, limits, settings = scene
-    hits, star = known.hits, known.star
+    hits, star, standing, age, radius = known.hits, known.star, discs.standing, discs.age, settings.radius
     center, bearing_0, values = star.center, star.bearing_0, star.values
-    if not len(rows):
+    arrived, zone, steps = ARRIVED * radius, WALL_ZONE * radius, len(foreseen) - 1
+    cost = _lost(start, zone) + start.change
+    way = math.hypot(line[-1, 0] - start.x, line[-1, 1] - start.y)
+    way = way if way > arrived + steps * STEP * limits.max_speed else 0.0
+    cost += min(start.arrival, start.spent + way / limits.max_speed)
+    if cost - 1e-9 >= most or not len(ways):
+        for m in range(len(ways)):
+            rows[m] = start
+            rows[m].cost = np.inf
         return
-    foreseen = _foreseen(discs, rows[0].spent, steps, settings)
-    last, arrived, zone = len(line) - 1, ARRIVED * settings.radius, WALL_ZONE * settings.radius
-    for r in range(len(rows)):
-        row, asked = rows[r], (ways[r, 0], ways[r, 1], ways[r, 2], ways[r, 3])
-        row.cost = _lost(row, zone) + row.change
-        way = math.hypot(line[-1, 0] - row.x, line[-1, 1] - row.y)
-        way = way if way > arrived + steps * STEP * limits.max_speed else 0.0
-        row.cost += min(row.arrival, row.spent + way / limits.max_speed)
-        if row.cost - 1e-9 >= most:
-            row.cost = np.inf
-            continue
-        room = 0.0  # no hit is nearer than this, m
-        for s in range(steps):
-            pose, moves, k = Pose(row.x, row.y, row.yaw), Velocity(row.ahead, row.aside, row.turning), row.way_point
+    n, last = len(ways), len(line) - 1
+    like, before = np.zeros(n, np.int64), np.zeros(n, np.int64)  # the first rollout that is the same so far
+    brakes, room, moves = np.zeros(n, np.bool_), np.zeros(n), np.empty((n, 6))  # no hit is nearer than room, m
+    rows[0] = start
+    for s in range(steps):
+        for m in range(n):
+            before[m], row = like[m], rows[m]
+            if like[m] == m and row.ended == 0:
+                pose, course = Pose(row.x, row.y, row.yaw), _course(row)
+                brakes[m] = _must_brake(pose, course, foreseen, s, limits, settings)
+                if _held(pose, course, standing, limits, settings):
+                    brakes[m], row.held = True, 1
+        for m in range(n):
+            row, k = rows[before[m]], rows[before[m]].way_point
+            if row.ended > 0:
+                continue
+            asked, pose = (ways[m, 0], ways[m, 1], ways[m, 2], ways[m, 3]), Pose(row.x, row.y, row.yaw)
             wanted = wanted_velocity(asked, pose, (line[k, 0], line[k, 1], k == last), limits, settings)
-            course = _course(pose, moves)
-            if _must_brake(pose, course, foreseen, s, limits, settings):
+            if brakes[before[m]]:
                 wanted = Velocity(0.0, 0.0, wanted.turning)
-            if _held(pose, course, discs.standing, limits, settings):
-                wanted = Velocity(0.0, 0.0, wanted.turning)
-                row.held = 1
-            pose, moves, driven = advanced(pose, moves, wanted, STEP, limits)
-            row.yaw, row.ahead, row.aside, row.turning = pose.yaw, moves.ahead, moves.aside, moves.turning
+            now = Velocity(row.ahead, row.aside, row.turning)
+            after, mean = ramped_velocity(now, wanted, STEP, limits)
+            put(moves, m, (after.ahead, after.aside, after.turning, mean.ahead, mean.aside, mean.turning))
+            like[m] = _first_alike(moves, before, m)
+            if like[m] == m != before[m]:
+                rows[m], room[m] = row, room[before[m]]
+        for m in range(n):
+            row = rows[m]
+            if like[m] < m or row.ended > 0:
+                continue
+            mean = Velocity(moves[m, 3], moves[m, 4], moves[m, 5])
+            pose, driven = moved(Pose(row.x, row.y, row.yaw), mean, STEP, limits)
+            row.yaw, row.ahead, row.aside, row.turning = pose.yaw, moves[m, 0], moves[m, 1], moves[m, 2]
             free = covers(center, bearing_0, values, np.int64(0), pose.x, pose.y, 0.0)
             if not free:
                 row.region = region_around(known, row.region, pose.x, pose.y)
                 free = row.region >= 0
-            room -= abs(driven) + 1e-9
-            if room <= settings.radius + zone:
-                room = nearest_hit(pose.x, pose.y, hits)
-            clearance = max(min(room, settings.radius + zone) - settings.radius, 0.0)
+            room[m] -= abs(driven) + 1e-9
+            if room[m] <= radius + zone:
+                room[m] = nearest_hit(pose.x, pose.y, hits)
+            clearance = max(min(room[m], radius + zone) - radius, 0.0)
             if free or clearance > row.clearance:
                 row.x, row.y, row.clearance = pose.x, pose.y, clearance
                 row.closest = min(row.closest, clearance)
-                row.way_point = next_way_point(line, row.way_point, pose.x, pose.y, settings.radius)
+                row.way_point = next_way_point(line, row.way_point, pose.x, pose.y, radius)
             else:
-                row.ahead = row.aside = room = 0.0
+                row.ahead = row.aside = room[m] = 0.0
             row.spent += STEP
-            grown = 1.0 + UNCERTAINTY * (discs.age + row.spent)
-            apart = _worth(row.x, row.y, foreseen, s + 1, settings.radius, grown, max(row.least, COMFORT))
+            grown = 1.0 + UNCERTAINTY * (age + row.spent)
+            apart = _worth(row.x, row.y, foreseen, s + 1, radius, grown, max(row.least, COMFORT))
             row.least = min(row.least, apart)
             if apart < COMFORT:
                 share = 1.0 - max(apart, 0.0) / COMFORT
@@ -300,15 +276,31 @@ def drive(rows, ways, steps, scene, most):
                 row.arrival = min(row.arrival, row.spent)
                 if settings.slowdown == np.inf:  # at a frontier, where exploration continues
                     row.ended = 1
-            if row.ended > 0:
-                break
+    for m in range(n):
+        row = rows[m]
+        if like[m] < m:
+            rows[m] = rows[like[m]]
+            continue
         row.cost = _lost(row, zone)
         if row.arrival < np.inf:  # it has been at the goal, wherever it goes to make way
             row.cost += row.arrival
         else:
-            pose, moves = Pose(row.x, row.y, row.yaw), Velocity(row.ahead, row.aside, row.turning)
-            row.cost = row.cost + row.spent + time_to_go(line, left, row.way_point, pose, moves, limits)
+            pose, now = Pose(row.x, row.y, row.yaw), Velocity(row.ahead, row.aside, row.turning)
+            row.cost = row.cost + row.spent + time_to_go(line, left, row.way_point, pose, now, limits)
         row.cost += row.change
+
+
+@leaf
+def _first_alike(moves, before, m):
+    """The first rollout that was the same as number m before and moves alike, (n, 6)."""
+    for k in range(before[m], m):
+        if before[k] == before[m]:
+            alike = True
+            for i in range(6):
+                alike = alike and moves[k, i] == moves[m, i]
+            if alike:
+                return k
+    return m
 
 
 @leaf

@@ -1,4 +1,4 @@
-"""Predicted motions: known free space, the next way point, and the time to go."""
+"""Predicted motions: known free space, the dynamic obstacles, the next way point, and the time to go."""
 
 import math
 from typing import NamedTuple
@@ -11,6 +11,7 @@ from drake_starnav.planning.guidance import PASSED_DISTANCE
 from drake_starnav.robot.limits import STOPPING_GAIN, Velocity, wrapped_angle
 from drake_starnav.surroundings.region_union import RegionUnion, cover_at, covers
 from drake_starnav.surroundings.safe_region import CertifiedRegion
+from drake_starnav.tracking.prediction import PREDICTION_STEP
 
 GOAL_BRAKING = 0.96
 """On arrival a robot brakes with up to this share of its largest deceleration."""
@@ -18,6 +19,11 @@ CREEP = 10.0
 """On arrival a robot slows down to its largest speed divided by this, so that it does arrive."""
 ARRIVED = 0.48
 """A predicted motion this near to the end of the path has arrived, in radii of the robot."""
+COMFORT = 0.4
+"""Predicted distance from a moving obstacle below which the robot gives way, m: as persons like it, nature. From slow
+ones less is due: distances from them count for more, in proportion."""
+STEP = 0.1
+"""Time step of the rollout, s."""
 
 
 class FreeSpace(NamedTuple):
@@ -37,6 +43,49 @@ class FreeSpace(NamedTuple):
     def of(regions: RegionUnion, star: CertifiedRegion) -> "FreeSpace":
         """From the regions and the last scans."""
         return FreeSpace(regions, star.alone, star.near_hits)
+
+
+class Discs(NamedTuple):
+    """The dynamic obstacles, as predicted.
+
+    Attributes:
+        trajectories: shape (n, k, 2), places every PREDICTION_STEP from the time of the scan on, W, m.
+        radius: shape (n,), m.
+        comfort: shape (n,), foreseen distance below which the robot gives way, m: at most COMFORT.
+        standing: shape (m, 2), places on static objects that might start, W, m.
+        age: of the scan, s.
+    """
+
+    trajectories: np.ndarray
+    radius: np.ndarray
+    comfort: np.ndarray
+    standing: np.ndarray
+    age: float
+
+
+@njit(cache=True, error_model="numpy")
+def foreseen_discs(discs, spent, steps, settings):
+    """The discs after `spent` and at the end of each step, shape (steps + 1, n, 8), W, m and m/s.
+
+    Columns: (x, y), velocity, radius, weight of distances to it and its inverse, speed with which it may come.
+    """
+    trajectories, last = discs.trajectories, discs.trajectories.shape[1] - 1.001
+    foreseen = np.empty((steps + 1, len(discs.radius), 8))
+    for s in range(steps + 1):
+        at = min((discs.age + spent) / PREDICTION_STEP, last)
+        i = int(at)
+        share = at - i
+        for j in range(len(discs.radius)):
+            x, y = trajectories[j, i, 0], trajectories[j, i, 1]
+            dx, dy = trajectories[j, i + 1, 0] - x, trajectories[j, i + 1, 1] - y
+            foreseen[s, j, 0], foreseen[s, j, 1] = x + share * dx, y + share * dy
+            foreseen[s, j, 2], foreseen[s, j, 3] = dx / PREDICTION_STEP, dy / PREDICTION_STEP
+            foreseen[s, j, 4], foreseen[s, j, 5] = discs.radius[j], COMFORT / discs.comfort[j]
+            coming = (1.0 - settings.caution) * math.hypot(dx, dy) / PREDICTION_STEP
+            foreseen[s, j, 6] = discs.comfort[j] / COMFORT
+            foreseen[s, j, 7] = coming + settings.caution * settings.max_speed
+        spent += STEP
+    return foreseen
 
 
 @njit(cache=True)

@@ -220,7 +220,8 @@ def found_manoeuvre(pose: np.ndarray, path: np.ndarray, body: Body, tried: int) 
         tried: how many manoeuvres failed here; others are tried then.
     """
     goals, unit = _goals(pose, path, body), body.footprint.radius
-    away, turned = np.hypot(*(goals[:, :2] - pose[:2]).T), wrapped_angle(goals[:, 2] - pose[2])
+    away = np.hypot(*(goals[:, :2] - pose[:2]).T)
+    turned = np.array([wrapped_angle(turn) for turn in goals[:, 2] - pose[2]])
     first = tried % len(goals)
     costs = RANK_COST * unit * np.roll(np.arange(len(goals)), first) + np.maximum(away[first] - away, 0.0)
     ahead = (away >= NEAR_GOAL * unit) | (np.abs(turned) >= goals[:, 3])

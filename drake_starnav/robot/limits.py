@@ -50,9 +50,10 @@ class Limits(NamedTuple):
 def turning_twist(heading, speed, limits):
     """The twist (v, omega) of a differential drive that turns towards a heading (rad), v = speed * cos(heading)^3.
 
-    It turns no faster than it can stop at that heading with the largest yaw acceleration.
+    With v = 0 for what lies behind. It turns no faster than it can stop at that heading with the largest yaw
+    acceleration.
     """
-    v = speed * max(math.cos(heading), 0.0) ** 3.0
+    v = speed * math.cos(heading) ** 3.0 if abs(heading) <= 0.5 * math.pi else 0.0
     stopping = math.sqrt(2.0 * limits.max_yaw_acceleration * abs(heading))
     return v, limited(HEADING_GAIN * heading, min(limits.max_yaw_rate, stopping))
 
@@ -111,4 +112,11 @@ def limited(value, limit):
 @leaf
 def wrapped_angle(angle):
     """The angle in [-pi, pi), rad."""
-    return (angle + math.pi) % (2.0 * math.pi) - math.pi
+    turned, circle = angle + math.pi, 2.0 * math.pi
+    if not -circle <= turned < 2.0 * circle:
+        turned %= circle
+    elif turned < 0.0:  # the same, faster
+        turned += circle
+    elif turned >= circle:
+        turned -= circle
+    return turned - math.pi

@@ -184,15 +184,22 @@ def ramped_velocity(now, target, step, limits):
 
 
 @leaf
-def advanced(pose, velocity, target, step, limits):
-    """Pose and velocity after a step (s) towards a target velocity, and the way driven (m), at its mean rates."""
-    after, mean = ramped_velocity(velocity, target, step, limits)
+def moved(pose, mean, step, limits):
+    """The pose after a step (s) at mean rates, and the way driven (m)."""
     way, side, turn = mean.ahead * step, mean.aside * step, mean.turning * step
     if limits.steers > 0.0:
         turn = mean.turning * way
     middle = pose.yaw + 0.5 * turn
     cosine, sine = math.cos(middle), math.sin(middle)
-    return Pose(pose.x + way * cosine - side * sine, pose.y + way * sine + side * cosine, pose.yaw + turn), after, way
+    return Pose(pose.x + way * cosine - side * sine, pose.y + way * sine + side * cosine, pose.yaw + turn), way
+
+
+@leaf
+def advanced(pose, velocity, target, step, limits):
+    """Pose and velocity after a step (s) towards a target velocity, and the way driven (m), at its mean rates."""
+    after, mean = ramped_velocity(velocity, target, step, limits)
+    pose, way = moved(pose, mean, step, limits)
+    return pose, after, way
 
 
 @leaf

@@ -95,5 +95,5 @@ class DsmController(Controller):
             return proposal
         actuation = self._actuation.carrying(footprint.robot.shape)
         certificates = standard_certificates(inputs.star, footprint.margins.safety, actuation, inputs.pose[:2], tracked)
-        way = avoid_collision(inputs, tracked, certificates, actuation, footprint.robot).twist
+        way = avoid_collision(inputs, tracked, certificates, actuation, footprint.robot)
         return proposal if way is None else proposal._replace(twist=way)

@@ -6,21 +6,18 @@ import numpy as np
 import pytest
 
 from drake_starnav.control.avoidance_rollout import (
-    COMFORT,
     CONTACT_COST,
     HEADING,
     PATH,
-    STEP,
     TWIST,
     WALL_COST,
-    Discs,
     Scene,
     Settings,
     begun,
     drive,
     wanted_velocity,
 )
-from drake_starnav.control.rollout import FreeSpace, times_left
+from drake_starnav.control.rollout import COMFORT, STEP, Discs, FreeSpace, foreseen_discs, times_left
 from drake_starnav.robot import Limits
 from drake_starnav.robot.motion import Pose
 from drake_starnav.safety.moving_certificate import MOVING_MARGIN
@@ -58,7 +55,7 @@ def begin(v: float = 0.0, limits: Limits = LIMITS) -> np.ndarray:
 
 def driven(start: np.ndarray, way: tuple[float, ...], steps: int, among: Scene) -> np.void:
     rows = start.copy()
-    drive(rows, np.array([way]), steps, among, np.inf)
+    drive(start[0], np.array([way]), foreseen_discs(among.discs, 0.0, steps, SETTINGS), among, np.inf, rows)
     return rows[0]
 
 
@@ -118,10 +115,12 @@ def test_a_contact_ends_it_and_costs_more_the_sooner_it_comes() -> None:
     assert costs[0] > costs[1] > CONTACT_COST
 
 
-def test_rollouts_in_one_array_do_not_meddle_with_each_other() -> None:
-    ways = np.array([(PATH, 1.0, 0.0, 0.0), (TWIST, 0.8, 0.0, 0.0), (HEADING, 1.0, -0.8, 0.0)])
-    rows = np.concatenate([begin(0.1 * k) for k in range(3)])
-    alone = [driven(rows[k : k + 1], tuple(way), 30, scene((0.9, 0.1))) for k, way in enumerate(ways)]
-    drive(rows, ways, 30, scene((0.9, 0.1)), np.inf)
-    assert np.array_equal(rows, np.array(alone))
-    assert len({float(row["cost"]) for row in rows}) == 3
+@pytest.mark.parametrize("limits", BASES.values(), ids=BASES)
+def test_manoeuvres_that_begin_alike_are_driven_as_if_each_were_alone(limits: Limits) -> None:
+    headings = [(HEADING, float(heading), speed, 0.0) for heading in range(-3, 4) for speed in (0.8, -0.8)]
+    ways = [(PATH, 1.0, 0.0, 0.0), (TWIST, 0.8, 0.0, 0.0), (PATH, 0.5, 0.0, 0.0), (TWIST, 0.8, 0.0, 0.0), *headings]
+    start, among = begin(0.1, limits), scene((0.9, 0.1), limits=limits)
+    rows = np.repeat(start, len(ways))
+    drive(start[0], np.array(ways), foreseen_discs(among.discs, 0.0, 30, SETTINGS), among, np.inf, rows)
+    assert np.array_equal(rows, np.array([driven(start, way, 30, among) for way in ways]))
+    assert rows[1] == rows[3] and len({float(row["cost"]) for row in rows}) > len(ways) // 2

@@ -41,7 +41,7 @@ def command(
     """What is driven next: what the controller proposes, as far as the shield accepts it."""
     commands, inputs = actuation(ROBOT, 1.0 / CONTROLLER.rate), ControllerInputs(pose, twist, guidance, star)
     certificates = standard_certificates(star, MARGINS.safety, commands, pose[:2], tracked)
-    way = avoid_collision(inputs, tracked, certificates, commands, ROBOT).twist
+    way = avoid_collision(inputs, tracked, certificates, commands, ROBOT)
     proposed = followed(inputs, ROBOT).twist if way is None else way
     return np.array(ramped_twist(twist, certified_twist(pose, twist, proposed, certificates, commands)[0], commands))
 
