@@ -40,16 +40,15 @@ def bucket_dijkstra(weight, cost, goal, source, known):
     while buckets <= 28 * (np.int64(largest(w)) + unknown) + 1:
         buckets *= 2
     head = np.full(buckets, -1, np.int32)
-    entries = np.empty((buckets, 3), np.int32)  # cell, cost less UNREACHED, next entry
-    rows, columns = np.array([1, -1, 0, 0, 1, 1, -1, -1]), np.array([0, 0, 1, -1, 1, -1, 1, -1])
-    lengths = np.array([10, 10, 10, 10, 14, 14, 14, 14])
+    entries = np.empty((buckets, 3), np.int32)  # cell * 8 + direction in which it was reached, cost less UNREACHED, next
+    rows, columns = np.array([1, 1, 0, -1, -1, -1, 0, 1]), np.array([0, 1, 1, 1, 0, -1, -1, -1])  # by bearing
     start = gi * ny + gj
     costs[start] = -UNREACHED
-    entries[0, 0], entries[0, 1], entries[0, 2] = start, -UNREACHED, -1
     bucket = heuristic(gi, gj, si, sj) & (buckets - 1)
-    head[bucket] = 0
-    used = 1
-    waiting = 1
+    for k in range(2):  # as if reached in two opposite directions, from where its neighbours are all those of either
+        entries[k, 0], entries[k, 1], entries[k, 2] = 8 * start + 4 * k, -UNREACHED, k - 1
+    head[bucket] = 1
+    used, spare, waiting = 2, -1, 2
     while waiting > 0:
         if used + 8 > len(entries):
             larger = np.empty((2 * len(entries), 3), np.int32)
@@ -60,20 +59,20 @@ def bucket_dijkstra(weight, cost, goal, source, known):
             while head[bucket] < 0:
                 bucket = (bucket + 1) & (buckets - 1)
             e = head[bucket]
-            head[bucket] = entries[e, 2]
+            c, came, reached = np.int64(entries[e, 0]) // 8, entries[e, 0] & 7, entries[e, 1]
+            head[bucket], entries[e, 2], spare = entries[e, 2], spare, e
             waiting -= 1
-            c, reached = entries[e, 0], entries[e, 1]
             if reached > costs[c]:
                 continue
-            cost_to_go = reached + UNREACHED
-            i = np.int64(c) // ny
+            i = c // ny
             j = c - i * ny
-            f = cost_to_go + heuristic(i, j, si, sj)
+            f = reached + UNREACHED + heuristic(i, j, si, sj)
             if si >= 0 and abs(i - si) <= around and abs(j - sj) <= around:
                 best = min(best, f)
             if f > best + NEIGHBOURHOOD:
                 return
-            for k in range(8):
+            for turn in range(came + 6, came + 11):  # from the cell before, the others are reached at less cost
+                k = turn & 7
                 n = c + rows[k] * ny + columns[k]
                 if w[n] == 0:
                     continue
@@ -82,23 +81,23 @@ def bucket_dijkstra(weight, cost, goal, source, known):
                     a, b = int(math.floor(x / CELL)) - corner[0], int(math.floor(y / CELL)) - corner[1]
                     if newest_around(center, bearing_0, values, marks, (a, b), (x, y, 0.0)) < 0:
                         w[n] += unknown
-                candidate = reached + w[n] * lengths[k]
+                candidate = reached + w[n] * (14 if k & 1 else 10)
                 if candidate < costs[n]:
                     costs[n] = candidate
                     b = (candidate + UNREACHED + heuristic(i + rows[k], j + columns[k], si, sj)) & (buckets - 1)
-                    entries[used, 0], entries[used, 1], entries[used, 2] = n, candidate, head[b]
-                    head[b] = used
-                    used += 1
+                    if spare < 0:
+                        e, used = used, used + 1
+                    else:
+                        e, spare = spare, entries[spare, 2]
+                    entries[e, 0], entries[e, 1], entries[e, 2] = 8 * n + k, candidate, head[b]
+                    head[b] = e
                     waiting += 1
 
 
 @leaf
 def heuristic(i, j, si, sj):
-    """A lower bound of the cost from the source (si, sj), in hundredths of a cell; 0 without a source (-1).
-
-    It is no more than the straight line, which is no more than the way from cell to cell.
-    """
+    """The least cost from cell to cell to the source (si, sj), in hundredths of a cell; 0 without a source (-1)."""
     if si < 0:
         return 0
     di, dj = abs(i - si), abs(j - sj)
-    return (100 * max(di, dj) + 40 * min(di, dj)) * 12 // 13
+    return 100 * max(di, dj) + 40 * min(di, dj)
