@@ -40,7 +40,7 @@ def bucket_dijkstra(weight, cost, goal, source, known):
     while buckets <= 28 * (np.int64(largest(w)) + unknown) + 1:
         buckets *= 2
     head = np.full(buckets, -1, np.int32)
-    entries = np.empty((buckets, 3), np.int32)  # cell * 8 + direction in which it was reached, cost less UNREACHED, next
+    entries = np.empty((buckets, 3), np.int32)  # 8 * cell + direction of the step to it, cost less UNREACHED, next
     rows, columns = np.array([1, 1, 0, -1, -1, -1, 0, 1]), np.array([0, 1, 1, 1, 0, -1, -1, -1])  # by bearing
     start = gi * ny + gj
     costs[start] = -UNREACHED

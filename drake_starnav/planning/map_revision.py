@@ -16,7 +16,7 @@ from drake_starnav.surroundings.bearing_hits import half_gaps
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.observation import Observation
 from drake_starnav.surroundings.piecewise_cubic import JUMP
-from drake_starnav.surroundings.region_union import CELL, WORD
+from drake_starnav.surroundings.region_union import CELL, WORD, highest
 from drake_starnav.surroundings.star_region import StarRegion, cut_back, refitted
 
 CONTRADICTION = 0.8
@@ -124,25 +124,27 @@ def _near_hits(union, points, reach, sizes, gap):
         x, y = points[n, 0], points[n, 1]
         low, high = int(math.floor((x - reach) / CELL)) - corner[0], int(math.floor((x + reach) / CELL)) - corner[0]
         left, right = int(math.floor((y - reach) / CELL)) - corner[1], int(math.floor((y + reach) / CELL)) - corner[1]
-        for k in range(len(center)):
-            if k % WORD == 0:
-                word = np.uint64(0)
-                for i in range(max(low, 0), min(high + 1, marks.shape[0])):
-                    for j in range(max(left, 0), min(right + 1, marks.shape[1])):
-                        word |= marks[i, j, k // WORD]
-            if found[k] or not word >> np.uint64(k % WORD) & one:
-                continue
-            dx, dy = x - center[k, 0], y - center[k, 1]
-            away = math.sqrt(dx * dx + dy * dy)
-            disc = math.sqrt((radius + 0.5 * step * away) ** 2 + gap * gap)
-            found[k] = away <= disc
-            if away > disc:
-                nearest = int(math.floor((math.atan2(dy, dx) - bearing_0[k]) / step + 0.5))
-                width = int(math.asin(disc / away) / step)
-                for m in range(nearest - width, nearest + width + 1):
-                    beyond = values[k, m % samples] + jump
-                    if beyond > away - disc:
-                        off = step * (m - nearest)
-                        under = math.sqrt(max(disc * disc - (away * math.sin(off)) ** 2, 0.0))
-                        found[k] = found[k] or beyond > away * math.cos(off) - under
+        for w in range(marks.shape[2]):
+            word = np.uint64(0)
+            for i in range(max(low, 0), min(high + 1, marks.shape[0])):
+                for j in range(max(left, 0), min(right + 1, marks.shape[1])):
+                    word |= marks[i, j, w]
+            while word != 0:
+                k = w * WORD + highest(word)
+                word ^= one << np.uint64(k % WORD)
+                if found[k]:
+                    continue
+                dx, dy = x - center[k, 0], y - center[k, 1]
+                away = math.sqrt(dx * dx + dy * dy)
+                disc = math.sqrt((radius + 0.5 * step * away) ** 2 + gap * gap)
+                found[k] = away <= disc
+                if away > disc:
+                    nearest = int(math.floor((math.atan2(dy, dx) - bearing_0[k]) / step + 0.5))
+                    width = int(math.asin(disc / away) / step)
+                    for m in range(nearest - width, nearest + width + 1):
+                        beyond = values[k, m % samples] + jump
+                        if beyond > away - disc:
+                            off = step * (m - nearest)
+                            under = math.sqrt(max(disc * disc - (away * math.sin(off)) ** 2, 0.0))
+                            found[k] = found[k] or beyond > away * math.cos(off) - under
     return np.flatnonzero(found)

@@ -107,12 +107,16 @@ def revised(
         hits = stamped_anew(hits.emptied(), roadmap.closures, nodes, margins, robot_radius)
     if not nodes:
         return StarRoadmap(hits, closures=roadmap.closures)
-    before, news = RegionUnion.none(), np.arange(len(nodes))
-    if len(nodes) == len(roadmap):  # else they have other bits in the index
-        before = roadmap.union
-        news = np.flatnonzero([a is not b for a, b in zip(nodes, roadmap.nodes, strict=True)])
-    union = indexed(united(node.region for node in nodes if node.region is not None), before, news)
-    return StarRoadmap(hits, nodes, union, roadmap.closures)
+    kept = [region for region in regions if region is not None]
+    if len(kept) < len(roadmap):  # they have other bits in the index
+        union = indexed(united(kept), RegionUnion.none(), np.arange(len(kept)))
+        return StarRoadmap(hits, nodes, union, roadmap.closures)
+    news = [k for k, node in enumerate(nodes) if node is not roadmap.nodes[k]]
+    rows = tuple(map(np.copy, roadmap.union.rows))
+    for k in news:
+        for row, new in zip(rows, kept[k].row, strict=True):
+            row[k] = new
+    return StarRoadmap(hits, nodes, indexed(RegionUnion(*rows), roadmap.union, np.array(news, int)), roadmap.closures)
 
 
 def refitted(roadmap: StarRoadmap, margins: Margins, robot_radius: float) -> StarRoadmap:

@@ -127,15 +127,22 @@ def newest_around(center, bearing_0, values, marks, cell, place):
     for w in range(marks.shape[2] - 1, -1, -1):
         word = marks[i, j, w]
         while word != 0:
-            k, rest = w * WORD, word
-            for shift in (32, 16, 8, 4, 2, 1):  # to the highest bit
-                if rest >> np.uint64(shift):
-                    rest >>= np.uint64(shift)
-                    k += shift
+            k = w * WORD + highest(word)
             if covers(center, bearing_0, values, k, x, y, slack):
                 return k
             word ^= np.uint64(1) << np.uint64(k % WORD)
     return -1
+
+
+@leaf
+def highest(word):
+    """Number of the highest bit that is set in a word, uint64."""
+    k = 0
+    for shift in (32, 16, 8, 4, 2, 1):
+        if word >> np.uint64(shift):
+            word >>= np.uint64(shift)
+            k += shift
+    return k
 
 
 @njit(cache=True)
