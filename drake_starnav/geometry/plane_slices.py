@@ -175,21 +175,18 @@ def _slice(plane, near, quadrics, vertices, face_starts, face_vertices):
     heights = np.empty(len(vertices))
     for k in range(len(vertices)):
         heights[k] = _along(vertices[k], normal, plane[2])
-    crossing = 0
+    crossing, cut = np.empty(len(face_starts) - 1, np.int64), 0
     for f in range(len(face_starts) - 1):
-        above = False
-        below = False
+        above = 0
         for k in range(face_starts[f], face_starts[f + 1]):
-            if heights[face_vertices[k]] >= 0.0:
-                above = True
-            else:
-                below = True
-        crossing += above and below
-    rows = np.zeros((3 * len(quadrics) + crossing, COLUMNS))
+            above += heights[face_vertices[k]] >= 0.0
+        crossing[cut] = f
+        cut += 0 < above < face_starts[f + 1] - face_starts[f]
+    rows = np.zeros((3 * len(quadrics) + cut, COLUMNS))
     count = np.int64(0)  # a literal would compile its callees twice
     for k in range(len(quadrics)):
         count = _slice_quadric(quadrics[k], plane, normal, rows, count)
-    for f in range(len(face_starts) - 1):
+    for f in crossing[:cut]:
         first, last, found = face_starts[f], face_starts[f + 1], 0
         x1 = y1 = x2 = y2 = 0.0
         for k in range(first, last):
@@ -205,9 +202,13 @@ def _slice(plane, near, quadrics, vertices, face_starts, face_vertices):
             found += 1
         if found == 2 and (x1 != x2 or y1 != y2):
             count = _put_segment(x1, y1, x2, y2, rows, count)
-    x, y, radius = near
-    rows = rows[:count]
-    return rows[np.hypot(rows[:, 0] - x, rows[:, 1] - y) <= radius + rows[:, 2]]
+    (x, y, radius), kept = near, 0
+    for k in range(count):
+        if math.hypot(rows[k, 0] - x, rows[k, 1] - y) <= radius + rows[k, 2]:
+            for column in range(COLUMNS if kept < k else 0):
+                rows[kept, column] = rows[k, column]
+            kept += 1
+    return rows[:kept]
 
 
 @leaf
