@@ -62,14 +62,12 @@ class Drive:
         scans, commands: some of them.
         plans: for every search of the roadmap, its number of nodes and the time of that step, s.
         roadmaps: some of those searched, with the goal, shape (2,), W, m.
-        node_count: of the roadmap at the end.
     """
 
     scans: list[ScanMoment] = field(default_factory=list)
     commands: list[CommandMoment] = field(default_factory=list)
     plans: list[tuple[int, float]] = field(default_factory=list)
     roadmaps: list[tuple[StarRoadmap, np.ndarray]] = field(default_factory=list)
-    node_count: int = 0
 
 
 def scan_processing(moment: ScanMoment) -> Perceived:
@@ -92,8 +90,8 @@ def command(moment: CommandMoment) -> np.ndarray:
     return shielded(moment.pose, moment.twist, desired, asked, COMMANDS)[0]
 
 
-def drive(world: World, seed: int, seconds: float, nodes: float = math.inf) -> Drive:
-    """Drive to the goal, for `seconds` of simulated time, or up to a number of nodes; twists are followed exactly."""
+def drive(world: World, seed: int, seconds: float) -> Drive:
+    """Drive to the goal or for `seconds` of simulated time; twists are followed exactly."""
     kept = Drive()
     shapes, goal = visible_shapes(world), np.array(world.goal)
     pose, twist, period = np.array(world.start), np.zeros(2), 1.0 / CONTROLLER.rate
@@ -101,7 +99,7 @@ def drive(world: World, seed: int, seconds: float, nodes: float = math.inf) -> D
     scan_count = 0
     for k in range(int(seconds * CONTROLLER.rate)):
         arrived = math.hypot(*(pose[:2] - goal)) < ARRIVED
-        if arrived or state.status is PlannerStatus.UNREACHABLE or kept.node_count > nodes:
+        if arrived or state.status is PlannerStatus.UNREACHABLE:
             break
         if k * period >= scan_count / LIDAR.rate:
             scan, scan_pose = scan_from(shapes, pose, LIDAR, seed, scan_count), pose
@@ -118,7 +116,6 @@ def drive(world: World, seed: int, seconds: float, nodes: float = math.inf) -> D
                 kept.plans.append((len(state.roadmap), spent))
                 if len(kept.plans) % SAMPLED == 1:
                     kept.roadmaps.append((state.roadmap, goal))
-            kept.node_count = len(state.roadmap)
             guidance = state.guidance
             scan_count += 1
         command_inputs = CommandMoment(pose, twist, guidance, known.safety, scan, scan_pose)

@@ -1,6 +1,6 @@
 """Time each step of the pipeline, and its command beside that of the FOA baseline.
 
-Run in the checkout: python -m benchmarks.pipeline [--seconds 10] [--rounds 3] [--corridor 300]
+Run in the checkout: python -m benchmarks.pipeline [--seconds 10] [--rounds 3]
 
 A robot without dynamics drives through a forest, a maze and a room. The inputs of its steps are kept and processed
 again. Plans are timed during the drive, since a roadmap grows cheaply only at its end.
@@ -34,10 +34,7 @@ from drake_starnav.robot.limits import HEADING_GAIN
 from drake_starnav.safety.shield import ramped_twist
 from drake_starnav.surroundings.erosion import free_range, smoothed_distances
 from drake_starnav.surroundings.piecewise_cubic import fit_piecewise_cubic
-from drake_starnav.worlds import Corridor, Forest, Maze, Room, make_world
-
-FEW, MANY, AROUND = 50, 400, 0.1
-"""Numbers of nodes at which plans are compared, and the relative tolerance for them."""
+from drake_starnav.worlds import Forest, Maze, Room, make_world
 
 
 def foa_command(moment: CommandMoment) -> np.ndarray:
@@ -104,11 +101,6 @@ def percentiles(seconds: np.ndarray) -> tuple[float, float]:
     return float(p50), float(p99)
 
 
-def plan_seconds(plans: list[tuple[int, float]], nodes: int) -> np.ndarray:
-    """Times of the plans of roadmaps with about `nodes` nodes, s."""
-    return np.array([seconds for count, seconds in plans if abs(count - nodes) <= AROUND * nodes])
-
-
 def report_world(name: str, kept: Drive, rounds: int) -> None:
     """Print the rows of one kind of world."""
     for step, calls in steps(kept).items():
@@ -125,9 +117,6 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seconds", type=float, default=10.0, help="simulated time of a drive, s (default: 10)")
     parser.add_argument("--rounds", type=int, default=3, help="how often each moment is timed (default: 3)")
-    parser.add_argument(
-        "--corridor", type=float, default=300.0, help="length of the corridor, m; 0 for none (default: 300)"
-    )
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args()
     drive(make_world(Room(), options.seed, ROBOT.radius), options.seed, 3.0)  # compiles
@@ -144,18 +133,6 @@ def main() -> None:
     (p50, p99), (foa_p50, foa_p99) = percentiles(ours), percentiles(foa)
     print(f"\ncommand: p50 {p50:.0f} us, p99 {p99:.0f} us ({p99 / p50:.2f} x p50)")
     print(f"FOA's command: p50 {foa_p50:.0f} us, p99 {foa_p99:.0f} us; command / FOA at p50: {p50 / foa_p50:.2f}")
-    if options.corridor <= 0.0:
-        return
-    world = make_world(Corridor(length=options.corridor), options.seed, ROBOT.radius)
-    plans = drive(world, options.seed, world.timeout, MANY * (1.0 + AROUND)).plans
-    few, many = plan_seconds(plans, FEW), plan_seconds(plans, MANY)
-    if not len(few) or not len(many):
-        print(f"corridor of {options.corridor:g} m: only {plans[-1][0]} nodes at the end, too few to compare")
-        return
-    (few_p50, few_p99), (many_p50, many_p99) = percentiles(few), percentiles(many)
-    print(f"plan in the corridor at {FEW} nodes: p50 {few_p50:.0f} us, p99 {few_p99:.0f} us ({len(few)} plans)")
-    print(f"plan in the corridor at {MANY} nodes: p50 {many_p50:.0f} us, p99 {many_p99:.0f} us ({len(many)} plans)")
-    print(f"plan at {MANY} nodes / at {FEW} nodes, p50: {many_p50 / few_p50:.2f}")
 
 
 if __name__ == "__main__":

@@ -15,11 +15,14 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
+from typing import TypeVar
 
 ROOT = Path(__file__).resolve().parents[1]
 FIRST_SEED = 1000
+Found = TypeVar("Found")
 
 
 class Driver:
@@ -50,6 +53,16 @@ class Driver:
         self._process.communicate()
 
 
+def timed(run: Callable[..., Found]) -> tuple[Found, float, float]:
+    """What a run that takes `progress` returns; its CPU time per simulated second, ms, and of all of it, s."""
+    marks: list[tuple[float, float]] = []
+    begin = time.process_time()
+    found = run(progress=lambda now, limit: marks.append((now, time.process_time())))
+    total = time.process_time() - begin
+    (first, start), (last, end) = marks[0], marks[-1]
+    return found, (end - start) / max(last - first, 1e-9) * 1e3, total
+
+
 def work() -> None:
     """Drive the trials that come in by standard input; only what every version has is used."""
     from drake_starnav import load_scenario, run_trial
@@ -57,16 +70,7 @@ def work() -> None:
     answers, sys.stdout = sys.stdout, sys.stderr
     for line in sys.stdin:
         scenario, seed = line.split()
-        marks: list[tuple[float, float]] = []
-        begin = time.process_time()
-        trial = run_trial(
-            load_scenario(scenario),
-            seed=int(seed),
-            progress=lambda now, limit: marks.append((now, time.process_time())),  # noqa: B023
-        )
-        total = time.process_time() - begin
-        (first, start), (last, end) = marks[0], marks[-1]
-        ms = (end - start) / max(last - first, 1e-9) * 1e3
+        trial, ms, total = timed(partial(run_trial, load_scenario(scenario), seed=int(seed)))
         found = {"ms": ms, "trial": total, "time": trial.time_s, "reached": trial.outcome == "reached"}
         print(json.dumps(found), file=answers, flush=True)
 
