@@ -1,13 +1,19 @@
 """Navigation as environments of Gymnasium, with the braking certificate as a shield (extra `gym`).
 
-`gymnasium.make("drake_starnav.gym:starnav/Kinematic-v0")` for training, `...:starnav/Plant-v0` with Drake's plant.
+`gymnasium.make("drake_starnav.gym:starnav/Kinematic-v0")` for training, `...:starnav/Plant-v0` with Drake's plant;
+`gymnasium.make_vec` of the same names for several at once.
 """
 
+import functools
 import math
+import operator
+import os
 from typing import Any
 
 import gymnasium
 import numpy as np
+from gymnasium.vector import AsyncVectorEnv, AutoresetMode, SyncVectorEnv, VectorEnv
+from gymnasium.vector.utils import batch_space
 from pydrake.systems.analysis import SimulatorStatus
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource, PassThrough
@@ -31,6 +37,11 @@ PERIOD = 0.1
 """Duration of a step of the environment, s."""
 BONUS = 1.0
 """Reward for the goal, and penalty for a contact."""
+UNSIMULATED = (
+    *("obstacles.max_speed", "drive.delay", "drive.slip", "localization.drift", "localization.jump"),
+    *(f"lidar.{name}" for name in ("delay", "scan_loss", "silence_duration", "rolling", "outliers")),
+)
+"""Faults and movers that the kinematics do not have."""
 
 
 class NavigationEnv(gymnasium.Env):
@@ -154,6 +165,76 @@ class NavigationEnv(gymnasium.Env):
         return {"outcome": outcome, "pose": self._motion.pose.copy()}
 
 
+class NavigationVectorEnv(VectorEnv):
+    """Environments in several processes, each of which steps its share of them one after the other.
+
+    That is one message a step for a process, where gymnasium's `AsyncVectorEnv` alone needs one for each environment.
+    What they return, and which seeds they get, is as of gymnasium's `SyncVectorEnv`.
+    """
+
+    metadata: dict[str, Any] = {"autoreset_mode": AutoresetMode.NEXT_STEP}
+
+    def __init__(self, num_envs: int = 1, *, processes: int | None = None, **settings: Any) -> None:
+        """In at most so many `processes`, else one for each core: as many as share the environments evenly.
+
+        `settings` are those of `NavigationEnv`, whose errors are raised.
+        """
+        most = (os.cpu_count() or 1) if processes is None else processes
+        if min(num_envs, most) < 1:
+            raise StarnavError(f"num_envs is {num_envs}, processes {processes}; allowed: whole numbers > 0")
+        one = NavigationEnv(**settings)
+        self._count = max(count for count in range(1, most + 1) if num_envs % count == 0)
+        share = functools.partial(_Share, num_envs // self._count, settings)
+        self._shares = AsyncVectorEnv([share] * self._count, copy=False, autoreset_mode=AutoresetMode.DISABLED)
+        self.num_envs, self.processes = num_envs, self._shares.processes
+        self.single_observation_space, self.single_action_space = one.observation_space, one.action_space
+        self.observation_space = batch_space(one.observation_space, num_envs)
+        self.action_space = batch_space(one.action_space, num_envs)
+
+    def reset(self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None) -> Any:
+        """Begin episodes, with seeds that count on from one number or are those of a list: observations, info."""
+        seeds = range(seed, seed + self.num_envs) if isinstance(seed, int) else seed or [None] * self.num_envs
+        return self._all(*self._shares.reset(seed=self._shared(list(seeds)), options=options))
+
+    def step(self, actions: np.ndarray) -> Any:
+        """Drive all at their twists, shape (num_envs, 2): as of `NavigationEnv.step`, each with a row for each."""
+        return self._all(*self._shares.step(np.array(self._shared(actions))))
+
+    def close_extras(self, **kwargs: Any) -> None:
+        """End the processes."""
+        self._shares.close(**kwargs)
+
+    def _shared(self, rows: Any) -> list:
+        size = self.num_envs // self._count
+        return [rows[k : k + size] for k in range(0, self.num_envs, size)]
+
+    def _all(self, seen: dict[str, np.ndarray], *flags: Any) -> tuple:
+        """What the shares returned, with a row for each environment."""
+        rows = {name: np.concatenate(values) for name, values in seen.items()}
+        infos = [info for (info,) in flags[-1]["share"]]
+        info = {name: np.concatenate([each[name] for each in infos]) for name in infos[0]}
+        return rows, *map(np.concatenate, flags[:-1]), info
+
+
+class _Share(gymnasium.Env):
+    """Environments of one process, as one environment."""
+
+    def __init__(self, count: int, settings: dict[str, Any]) -> None:
+        self._envs = SyncVectorEnv([functools.partial(NavigationEnv, **settings)] * count, copy=False)
+        self.observation_space, self.action_space = self._envs.observation_space, self._envs.action_space
+
+    def reset(self, *, seed: Any = None, options: dict[str, Any] | None = None) -> tuple:
+        seen, info = self._envs.reset(seed=seed, options=options)
+        return seen, {"share": (info,)}
+
+    def step(self, action: np.ndarray) -> tuple:
+        *found, info = self._envs.step(action)
+        return *found, {"share": (info,)}
+
+    def close(self) -> None:
+        self._envs.close()
+
+
 class PlantMotion:
     """The station of Drake's plant, with the shield before its drive."""
 
@@ -202,22 +283,15 @@ class PlantMotion:
 
 
 def _check_kinematic(scenario: Scenario) -> None:
-    lidar = scenario.lidar
-    for name, value in (
-        ("obstacles.max_speed", scenario.obstacles.max_speed),
-        ("drive.delay", scenario.drive.delay),
-        ("drive.slip", scenario.drive.slip),
-        ("localization.drift", scenario.localization.drift),
-        ("localization.jump", scenario.localization.jump),
-        ("lidar.delay", lidar.delay),
-        ("lidar.scan_loss", lidar.scan_loss),
-        ("lidar.silence_duration", lidar.silence_duration),
-        ("lidar.rolling", lidar.rolling),
-        ("lidar.outliers", lidar.outliers),
-    ):
-        if value:
+    for name in UNSIMULATED:
+        if value := operator.attrgetter(name)(scenario):
             raise UnsupportedError(f"{name} is {value} with plant=False; allowed: 0, or plant=True")
 
 
 for _name, _plant in (("Kinematic", False), ("Plant", True)):
-    gymnasium.register(f"starnav/{_name}-v0", "drake_starnav.gym:NavigationEnv", kwargs={"plant": _plant})
+    gymnasium.register(
+        f"starnav/{_name}-v0",
+        "drake_starnav.gym:NavigationEnv",
+        vector_entry_point="drake_starnav.gym:NavigationVectorEnv",
+        kwargs={"plant": _plant},
+    )

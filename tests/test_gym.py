@@ -10,7 +10,7 @@ gymnasium = pytest.importorskip("gymnasium", reason="needs the extra gym")
 
 from gymnasium.utils.env_checker import check_env  # noqa: E402
 
-from drake_starnav.gym import NavigationEnv  # noqa: E402
+from drake_starnav.gym import NavigationEnv, NavigationVectorEnv  # noqa: E402
 
 YARD = parse_scenario(
     "world: !Obstacles {cylinders: [[1.4, 0.0, 0.3]], goal: [3.0, 0.0], bounds: [-1, -1.5, 4, 1.5]}", name="yard"
@@ -130,3 +130,24 @@ def test_several_lidars_are_no_observation() -> None:
 def test_other_bases_have_other_actions() -> None:
     with pytest.raises(UnsupportedError, match="robot.base is car; allowed: differential"):
         NavigationEnv(parse_scenario("world: !Obstacles {}\nrobot: {base: car}", name="car"))
+
+
+@pytest.mark.parametrize(("count", "processes"), [(4, 2), (3, 2)])
+def test_several_in_processes_are_as_those_in_one(count: int, processes: int) -> None:
+    def make(mode: str, **settings):
+        name = "drake_starnav.gym:starnav/Kinematic-v0"
+        return gymnasium.make_vec(
+            name, num_envs=count, vectorization_mode=mode, scenario=YARD, shield=False, **settings
+        )
+
+    ours, theirs = make("vector_entry_point", processes=processes), make("sync")
+    assert ours.action_space == theirs.action_space and ours.observation_space == theirs.observation_space
+    actions = np.tile(AHEAD, (count, 1)) * np.linspace(1.0, 0.2, count, dtype=np.float32)[:, None]
+    found = [[each.reset(seed=3), *(each.step(actions) for _ in range(20))] for each in (ours, theirs)]
+    for mine, other in zip(*found, strict=True):
+        np.testing.assert_equal(mine, other)
+    assert found[0][-1][4]["outcome"].tolist()[-1] == "" and any(step[2].any() for step in found[0][1:])
+    ours.close()
+    theirs.close()
+    with pytest.raises(StarnavError, match="num_envs is 4, processes 0; allowed: whole numbers > 0"):
+        NavigationVectorEnv(4, processes=0)
