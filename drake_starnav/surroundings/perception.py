@@ -27,7 +27,6 @@ from drake_starnav.surroundings.safe_region import (
     CertifiedRegion,
     ScanMemory,
     certified_by,
-    certified_region,
     star,
 )
 from drake_starnav.surroundings.scan_averaging import AVERAGED_WITHIN, averaged
@@ -200,23 +199,23 @@ def perceive(
             beside = hits_beside(near, mounts, known)[0]
             beside = placed(pose, beside[np.hypot(*beside.T) < sizes[2]])
             region = clear_of(region, beside, robot_radius)
-    safety, after = certified_by(memory, around, asked, found)
+    after = memory.and_then(around, found)
     if margins.average_scans and around.motion is None:
         (lone,) = near  # more are refused
         measured = smoothed_distances(lone, slack, margins.smoothed_beams)
         lone = dataclasses.replace(lone, ranges=np.where(lone.hits, measured, lone.ranges))
-        rest, lone = averaged(before.memory, lone, pose, safe_radius + AVERAGED_WITHIN * robot_radius)
-        safety, _ = certified_region(rest, lone, distance, pose, *sizes[:2], (sizes[2], SCAN_MEMORY))
-    look = replaced(safety.look, footprint=footprint, short=margins.looks.short)
+        memory, around = averaged(before.memory, lone, pose, safe_radius + AVERAGED_WITHIN * robot_radius)
+        memory = memory.latest(SCAN_MEMORY - 1)
+        asked = Asked.of(memory, around, pose, sizes)
+        found = star(distance, *asked)
+    look = asked.look(around, found, footprint, margins.looks.short)
     views = (look,) if alone else _views(look, (near, mounts), pose, smoothing)
     ahead = None if alone and surrounded else 0.0 if surrounded else max(0.0, *(mount.x for mount in mounts))
     earlier, driven = _seen_before(before, pose, time, views[0], ahead, settings)
-    safety = replaced(
-        safety,
-        newest=Known.of(views, [each.place for each in views], time, driven),
-        earlier=earlier,
-        sight=safety.sight if alone or surrounded else (0.0, 0.0),  # else earlier looks are in the star
-    )
+    latest = Known.of(views, [each.place for each in views], time, driven)
+    safety = certified_by(memory, around, asked, found, latest, earlier)
+    if not (alone or surrounded):
+        safety = replaced(safety, sight=(0.0, 0.0))  # earlier looks are in the star
     return Perceived(Observation(region, scan, pose, beside), safety, after, looks)
 
 

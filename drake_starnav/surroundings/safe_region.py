@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.geometry.se2 import now_in, placed
 from drake_starnav.lidar.field_of_view import TURN
 from drake_starnav.lidar.laser_scan import HIT, LOST, Beams, LaserScan, placed_ends
@@ -31,7 +32,7 @@ COARSE = 4
 """Regions of a robot that does not see all around are made of every n-th of its earlier looks."""
 QUARTER = 0.25 * TURN
 """A disc that drives straight on, at least this far inside its view, rad, covers nothing unseen but where it stood."""
-NO_HITS, GIVEN = (np.zeros((0, 2)), np.zeros(0)), (-1, 0.0)
+NO_HITS, GIVEN, NOTHING_SEEN = (np.zeros((0, 2)), np.zeros(0)), (-1, 0.0), Known()
 
 
 @snapshot
@@ -69,7 +70,7 @@ class CertifiedRegion:
     radius: float = 0.0
     sight: tuple[float, float] = (0.0, TURN)
     newest: Known = field(default_factory=lambda: Known.of((Look.none(),), ((0.0, 0.0, 0.0),), -math.inf))
-    earlier: Known = Known()
+    earlier: Known = NOTHING_SEEN
 
     @cached_property
     def alone(self) -> RegionUnion:
@@ -173,6 +174,12 @@ class ScanMemory:
         points, gaps = self.points[first:], self.half_gaps[first:]
         return replaced(self, points=points, half_gaps=gaps, counts=self.counts[forgotten:])
 
+    def and_then(self, scan: LaserScan, found: tuple) -> "ScanMemory":
+        """It with the latest scan, by what `star` found."""
+        hits, gaps, remembered, *_ = found
+        counts = (*self.counts, remembered - len(self.points))
+        return ScanMemory(hits[:remembered], gaps[:remembered], counts, scan.time)
+
 
 def certified_region(
     memory: ScanMemory,
@@ -193,7 +200,10 @@ def certified_region(
     """
     memory = memory.latest(remembered[1] - 1)
     asked = Asked.of(memory, scan, pose, (radius, reach, remembered[0]), hits)
-    return certified_by(memory, scan, asked, star(distance, *asked))
+    found = star(distance, *asked)
+    look = asked.look(scan, found)
+    newest = Known.of((look,), (look.place,), scan.time)
+    return certified_by(memory, scan, asked, found, newest), memory.and_then(scan, found)
 
 
 class Asked(NamedTuple):
@@ -241,18 +251,22 @@ class Asked(NamedTuple):
         disc, known = tuple(Disc.of(scan, radius, reach=reach)), (memory.points, memory.half_gaps)
         return Asked(disc, known, latest, (x, y, yaw), yaw + scan.angle_min, reach, min(far, scan.range_max))
 
+    def look(self, scan: LaserScan, found: tuple, footprint: Footprint | None = None, short: float = 0.0) -> Look:
+        """What the latest scan saw, by what `star` found; footprint and `short` as of `Look`."""
+        hits, _, remembered, *_ = found
+        own = len(self.known[0]), remembered
+        return Look(hits[:remembered], own, scan.beams, self.pose, self.far, footprint=footprint, short=short)
 
-def certified_by(memory: ScanMemory, scan: LaserScan, asked: Asked, found: tuple) -> tuple[CertifiedRegion, ScanMemory]:
-    """The certified region and the memory with the scan, by what `star` found for what it was asked."""
-    hits, gaps, remembered, values, near = found
-    before, points = len(memory.points), hits[:remembered]
-    look = Look(points, (before, remembered), scan.beams, asked.pose, asked.far)
-    newest = Known.of((look,), (look.place,), scan.time)
-    region = CertifiedRegion(
+
+def certified_by(
+    memory: ScanMemory, scan: LaserScan, asked: Asked, found: tuple, newest: Known, earlier: Known = NOTHING_SEEN
+) -> CertifiedRegion:
+    """The certified region by what `star` found for what it was asked, and by what was seen."""
+    hits, gaps, _, values, near = found
+    return CertifiedRegion(
         np.array(asked.pose[:2]), asked.bearing_0, values, near, hits, gaps, seen=True, time=scan.time,
-        previous=memory.time, radius=Disc(*asked.disc).radius, sight=field_of_view(scan), newest=newest,
+        previous=memory.time, radius=asked.disc[2], sight=field_of_view(scan), newest=newest, earlier=earlier,
     )  # fmt: skip
-    return region, ScanMemory(points, gaps[:remembered], (*memory.counts, remembered - before), scan.time)
 
 
 @njit(cache=True)
