@@ -6,6 +6,7 @@ backwards, as the base does it (`aimed`): turning and then driving aside is one 
 BEAM best rollouts that differ are continued, up to the horizon.
 """
 
+import functools
 import math
 
 import numpy as np
@@ -150,12 +151,19 @@ def avoid_collision(
     if ahead["least"][0] >= COMFORT and not ahead["held"][0]:
         return None
     ways = manoeuvres(twist, limits, around(pose, path, tracked, robot))
-    firsts = _first_velocities(ways, start, scene)
-    twists = twist_of(firsts, actuation.base)
-    asked = list(map(tuple, twists.tolist()))  # several manoeuvres begin alike
-    passed = {each: accepted(roll_out(pose, twist, np.array(each), actuation), certificates) for each in set(asked)}
-    allowed = np.array([passed[each] for each in asked])
-    k = _searched(ways, firsts, allowed, start, scene)
+    firsts, rows = _begun_by(ways, start, scene)
+    twists, apart = twist_of(firsts, actuation.base), (SAME_PLACE * robot.radius, SAME_SPEED * limits.max_speed)
+
+    @functools.cache  # several manoeuvres begin alike
+    def passes(*first: float) -> bool:
+        return accepted(roll_out(pose, twist, np.array(first), actuation), certificates)
+
+    refused = [0]
+    while refused:  # only those that the search would continue, or that may be its result, are asked
+        asked = [*_continued(rows, *apart), *np.flatnonzero((rows["ended"] > 0) & (rows["cost"] < np.inf))]
+        refused = [k for k in asked if not passes(*twists[k].tolist())]
+        rows["ended"][refused], rows["cost"][refused] = 1, np.inf
+    k = _searched(ways, rows, apart, scene)
     return twists[k] if k >= 0 else None
 
 
@@ -176,42 +184,39 @@ def thinned(places, position, reach, spacing):
 
 
 @njit(cache=True)
-def _first_velocities(ways, start, scene):
-    """The velocities (n, 3) with which manoeuvres begin, within the robot's limits."""
-    firsts, limits, row = np.empty((len(ways), 3)), scene.limits, start[0]
+def _begun_by(ways, start, scene):
+    """The velocities (n, 3) with which manoeuvres begin, within the robot's limits, and the rollouts (n,) of each."""
+    firsts, rows, limits, row = np.empty((len(ways), 3)), np.empty(len(ways), ROLLOUT), scene.limits, start[0]
     pose, k = Pose(row.x, row.y, row.yaw), row.way_point
     way_point = scene.line[k, 0], scene.line[k, 1], k == len(scene.line) - 1
+    drive(row, ways, foreseen_discs(scene.discs, row.spent, SEGMENT, scene.settings), scene, np.inf, rows)
     for m in range(len(ways)):
         way = ways[m, 0], ways[m, 1], ways[m, 2], ways[m, 3]
         wanted = wanted_velocity(way, pose, way_point, limits, scene.settings)
         firsts[m, 0], firsts[m, 1] = limited(wanted.ahead, limits.max_speed), limited(wanted.aside, limits.max_speed)
         firsts[m, 2] = limited(wanted.turning, limits.max_yaw_rate)
-    return firsts
+        rows[m].first, rows[m].change = m, _change(firsts[m], row, limits)
+        rows[m].cost += rows[m].change
+    return firsts, rows
 
 
 @njit(cache=True)
-def _searched(ways, firsts, allowed, start, scene):
-    """The manoeuvre with which the best rollout begins, or -1."""
-    limits, allowed = scene.limits, np.flatnonzero(allowed)
-    best, best_cost, generation = -1, np.inf, start
-    segments = int(math.ceil(HORIZON / (SEGMENT * STEP) - 1e-9))
-    for depth in range(segments):
-        following, last = ways[allowed] if depth == 0 else ways, depth == segments - 1
-        kept = _continued(generation, SAME_PLACE * scene.settings.radius, SAME_SPEED * limits.max_speed)
-        if not len(kept):
+def _searched(ways, begun_by, apart, scene):
+    """The manoeuvre with which the best rollout begins, of those that begin by one, or -1; `apart` as `_continued`."""
+    best, best_cost, rows, last = -1, np.inf, begun_by, int(math.ceil(HORIZON / (SEGMENT * STEP) - 1e-9)) - 1
+    for depth in range(last + 1):
+        for row in rows:  # rollouts that ended compete with those that reached the horizon
+            if (depth == last or row.ended > 0) and row.cost < best_cost:
+                best, best_cost = row.first, row.cost
+        kept = _continued(rows, apart[0], apart[1])
+        if depth == last or not len(kept):
             break
-        count, rows = len(following), np.empty(len(kept) * len(following), ROLLOUT)
-        foreseen = foreseen_discs(scene.discs, generation[kept[0]].spent, SEGMENT, scene.settings)
+        count, generation = len(ways), rows
+        foreseen = foreseen_discs(scene.discs, rows[kept[0]].spent, SEGMENT, scene.settings)
+        rows = np.empty(len(kept) * count, ROLLOUT)
         for k in range(len(kept)):
             group = rows[k * count : (k + 1) * count]
-            drive(generation[kept[k]], following, foreseen, scene, best_cost if last else np.inf, group)
-            for m in range(count):  # rollouts that ended compete with those that reached the horizon
-                if depth == 0:
-                    group[m].first, group[m].change = allowed[m], _change(firsts[allowed[m]], start[0], limits)
-                    group[m].cost += group[m].change
-                if (last or group[m].ended > 0) and group[m].cost < best_cost:
-                    best, best_cost = group[m].first, group[m].cost
-        generation = rows
+            drive(generation[kept[k]], ways, foreseen, scene, best_cost if depth + 1 == last else np.inf, group)
     return best
 
 
