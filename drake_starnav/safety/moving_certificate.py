@@ -89,23 +89,18 @@ class MovingCertificate(NamedTuple):
 def reachable_discs(
     tracks: Tracks, parameters: DynamicObstacleParameters, position: np.ndarray = ANYWHERE, reach: float = np.inf
 ) -> np.ndarray:
-    """The places that a braking robot must keep clear of, shape (n, 6), at the time of the tracks.
+    """The `sources` of the tracks that a braking robot must keep clear of, shape (n, 6), at the time of the tracks.
 
-    Columns: position, m, velocity, m/s, growth of its radius, m/s, and radius, m, with the room to brake. A track that
-    counts but is not in view is a disc at its predicted position; what may come out of its occlusion is listed as well.
+    Columns: position, m, velocity, m/s, growth of its radius, m/s, and radius, m, with the room to brake.
 
     Args:
         tracks: of the last scan.
         parameters: what is declared.
         position, reach: only discs whose edge is within `reach` (m) of a place (2,).
     """
-    trusted = tracks.confirmed & tracks.settled
-    lost, still = np.flatnonzero(trusted & (tracks.seen < tracks.time)), (tracks.standing, tracks.occlusions)
-    places = np.vstack((tracks.hits, *still, np.column_stack((tracks.position, tracks.radius))[lost]))
-    owner = np.concatenate((tracks.owner, np.full(sum(map(len, still)), -1), lost))
-    declared = parameters.caution, parameters.max_speed, parameters.stopping_distance
+    declared = float(parameters.caution), float(parameters.max_speed), float(parameters.stopping_distance)
     near = float(position[0]), float(position[1]), float(reach)
-    return _reachable(places, owner, trusted, tracks.velocity, tuple(map(float, declared)), near)
+    return _reachable(*tracks.sources, tracks.trusted, tracks.velocity, declared, near)
 
 
 @njit(cache=True)

@@ -138,6 +138,22 @@ class Tracks:
         return self.confirmed | self.creeping
 
     @cached_property
+    def trusted(self) -> np.ndarray:
+        """Which tracks move as they are known to, shape (n,), bool."""
+        return self.confirmed & self.settled
+
+    @cached_property
+    def sources(self) -> tuple[np.ndarray, np.ndarray]:
+        """Places from which something may come, shape (k, 3), as `hits`, and the track of each, (k,); -1 for none.
+
+        Beside those listed that of each trusted track that is not in view, a disc at its predicted position.
+        """
+        lost, still = np.flatnonzero(self.trusted & (self.seen < self.time)), (self.standing, self.occlusions)
+        discs = np.column_stack((self.position, self.radius))[lost]
+        owner = np.concatenate((self.owner, np.full(sum(map(len, still)), -1), lost))
+        return np.vstack((self.hits, *still, discs)), owner
+
+    @cached_property
     def expected_velocity(self) -> np.ndarray:
         """The velocities by which the tracks are predicted, shape (n, 2), m/s."""
         return np.where(self.confirmed[:, None], self.velocity, self.drift)

@@ -14,9 +14,8 @@ import math
 
 import numpy as np
 from numba import njit
-from numba.extending import register_jitable
 
-from drake_starnav.geometry.compiled import leaf
+from drake_starnav.geometry.compiled import leaf, put
 from drake_starnav.lidar.laser_scan import DYNAMIC, HIT, LOST, STATIC, UNKNOWN, LaserScan, placed_ends
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.tracking.surfaces import continuing_beams, run_chord, runs
@@ -99,13 +98,7 @@ class OccupancyHistory:
 
         All that are within reach (k,) of places (k, 2), m, are among them.
         """
-        if not len(places):
-            return np.zeros((0, 2))
-        ends = (places - reach[:, None]).min(axis=0), (places + reach[:, None]).max(axis=0)
-        (i, j), (k, m) = np.clip(np.floor(np.array(ends) / CELL).astype(np.int64) - self.first, 0, len(self.large) - 1)
-        near = slice(i, k + 1), slice(j, m + 1)
-        cells = np.argwhere(_stands(self.first_hit[near], self.last_hit[near], time))
-        return (cells + (i, j) + self.first + 0.5) * CELL
+        return _standing_cells(self.first_hit, self.last_hit, time, self.first, places, reach)
 
     def updated(self, scan: LaserScan, pose: np.ndarray, large: np.ndarray) -> "OccupancyHistory":
         """The grid with one more scan; arguments as for `may_start`."""
@@ -185,6 +178,23 @@ def _may_start(large, cells, small):
 
 
 @njit(cache=True)
+def _standing_cells(first_hit, last_hit, time, first, places, reach):
+    """The loop of `OccupancyHistory.walls`, over the box of grids from cell `first` of W on that holds what is near."""
+    begin, end, last = np.full(2, len(first_hit) - 1), np.zeros(2, np.int64), len(first_hit) - 1
+    for k in range(len(places)):
+        for i in range(2):
+            begin[i] = min(begin[i], max(math.floor((places[k, i] - reach[k]) / CELL) - first[i], 0))
+            end[i] = max(end[i], min(math.floor((places[k, i] + reach[k]) / CELL) - first[i], last))
+    out, n = np.empty((max(end[0] + 1 - begin[0], 0) * max(end[1] + 1 - begin[1], 0), 2)), 0
+    for i in range(begin[0], end[0] + 1):
+        for j in range(begin[1], end[1] + 1):
+            if _stands(first_hit[i, j], last_hit[i, j], time):
+                put(out, n, ((i + first[0] + 0.5) * CELL, (j + first[1] + 0.5) * CELL))
+                n += 1
+    return out[:n].copy()
+
+
+@njit(cache=True)
 def _note(grids, places, beams, time, place, large):
     """Note in grids of first and last hits, when seen free, and large surfaces, what a scan shows at a time, s.
 
@@ -219,12 +229,11 @@ def _shifted(array: np.ndarray, empty: float, di: int, dj: int) -> np.ndarray:
     return out
 
 
-@register_jitable
+@leaf
 def _stands(first_hit, last_hit, time):
     """Whether a cell has been occupied for long enough."""
-    return (
-        (first_hit >= 0.0) & (time - first_hit >= STANDING_AFTER) & (last_hit - first_hit >= HIT_SHARE * STANDING_AFTER)
-    )
+    since, lasted = time - first_hit, last_hit - first_hit
+    return first_hit >= 0.0 and since >= STANDING_AFTER and lasted >= HIT_SHARE * STANDING_AFTER
 
 
 @njit(cache=True, error_model="numpy")
@@ -275,8 +284,8 @@ def _settled(first_hit, seen_free, large, square):
 def _free(first_hit, seen_free, large, place, beams, distance):
     """Note in square grids which cells all beams near them pass: those are free now.
 
-    Squares of cells whose beams all end before them, or all beyond, are not looked at cell by cell; small ones that are
-    free anyway are not looked at.
+    Squares of cells whose beams all end before them, or all beyond, are not looked at cell by cell, nor what is free
+    anyway.
 
     Args:
         first_hit, seen_free, large: changed in place.
@@ -295,7 +304,7 @@ def _free(first_hit, seen_free, large, place, beams, distance):
     while waiting > 0:
         waiting -= 1
         i, j, side = squares[waiting, 0], squares[waiting, 1], squares[waiting, 2]
-        if side <= 2 and _settled(first_hit, seen_free, large, (i, j, side)):
+        if _settled(first_hit, seen_free, large, (i, j, side)):
             continue
         dx, dy = (i + origin[0] + 0.5 * side) * CELL - x, (j + origin[1] + 0.5 * side) * CELL - y
         r, spread = math.sqrt(dx * dx + dy * dy), (side - 1) * half
