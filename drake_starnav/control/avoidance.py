@@ -208,7 +208,8 @@ def _searched(ways, begun_by, apart, scene):
         for row in rows:  # rollouts that ended compete with those that reached the horizon
             if (depth == last or row.ended > 0) and row.cost < best_cost:
                 best, best_cost = row.first, row.cost
-        kept = _continued(rows, apart[0], apart[1])
+        if depth < last:
+            kept = _continued(rows, apart[0], apart[1])
         if depth == last or not len(kept):
             break
         count, generation = len(ways), rows

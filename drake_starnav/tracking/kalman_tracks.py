@@ -19,6 +19,7 @@ from drake_starnav.tracking.clusters import (
     least_distance,
     partners,
 )
+from drake_starnav.tracking.occupancy_history import Judged
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.tracking.prediction import Rows, chosen_rows, grown, occlusion_points, predicted_rows, seen_past
 from drake_starnav.utils.snapshot import snapshot
@@ -157,15 +158,6 @@ class Tracks:
     def expected_velocity(self) -> np.ndarray:
         """The velocities by which the tracks are predicted, shape (n, 2), m/s."""
         return np.where(self.confirmed[:, None], self.velocity, self.drift)
-
-
-class Judged(NamedTuple):
-    """What `OccupancyHistory` tells of the beams of a scan, each of shape (n,): STATIC, UNKNOWN or DYNAMIC, which hit
-    what was not here before, and which hit something small enough to move."""
-
-    motion: np.ndarray
-    came: np.ndarray
-    may_start: np.ndarray
 
 
 def updated(

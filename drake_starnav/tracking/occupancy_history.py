@@ -11,6 +11,7 @@ surfaces were seen. Its lengths are of persons and carts, whoever watches: natur
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -35,6 +36,20 @@ RANGE_SLACK = 0.05
 STANDING_AFTER = 2.0
 HIT_SHARE = 0.5
 """A cell hit for this long, s, counts as static if its first and last hit are at least this share of it apart."""
+
+
+class Judged(NamedTuple):
+    """What `OccupancyHistory` tells of the beams of a scan, each of shape (n,).
+
+    Attributes:
+        motion: STATIC, also without a hit or outside the grid, UNKNOWN or DYNAMIC.
+        came: whether each hit what has come here, bool: what is DYNAMIC, and what stands by now, or creeps.
+        may_start: whether each hit what could move, whether or not it does, bool.
+    """
+
+    motion: np.ndarray
+    came: np.ndarray
+    may_start: np.ndarray
 
 
 @snapshot
@@ -75,23 +90,15 @@ class OccupancyHistory:
             wanted, *times, *(_shifted(array, False, *shift) for array in (self.seen_free, self.large))
         )
 
-    def classified(
-        self, scan: LaserScan, pose: np.ndarray, parameters: DynamicObstacleParameters
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """What each beam of a scan at a pose (x, y, yaw) of S in W hit, judged by the earlier scans, shape (n,), int.
+    def judged(
+        self, scan: LaserScan, pose: np.ndarray, large: np.ndarray, parameters: DynamicObstacleParameters
+    ) -> Judged:
+        """What the beams of a scan at a pose (x, y, yaw) of S in W hit, judged by the earlier scans.
 
-        It is STATIC, also without a hit or outside the grid, UNKNOWN or DYNAMIC. The second array says which beams hit
-        what has come here, shape (n,), bool: what is DYNAMIC, and what stands by now, or creeps.
+        `large` are those on a surface that is too large to move, shape (n,).
         """
-        grids, widest = (self.first_hit, self.last_hit, self.seen_free), 2.0 * parameters.max_radius
-        return _classified(grids, self._cells_hit(scan, pose), scan.beams, scan.time, widest)
-
-    def may_start(self, scan: LaserScan, pose: np.ndarray, large: np.ndarray) -> np.ndarray:
-        """Which hits are on objects that could move, whether or not they do, shape (n,), bool.
-
-        `large` are those on a surface that is too large to move, shape (n,); other arguments as for `classified`.
-        """
-        return _may_start(self.large, self._cells_hit(scan, pose), scan.hits & ~large)
+        grids = self.first_hit, self.last_hit, self.seen_free, self.large
+        return Judged(*_judged(grids, self._cells_hit(scan, pose), scan.beams, scan.time, large, parameters.max_radius))
 
     def walls(self, time: float, places: np.ndarray, reach: np.ndarray) -> np.ndarray:
         """Centres of cells that at a time (s) have been occupied for STANDING_AFTER, shape (n, 2), W, m.
@@ -101,7 +108,7 @@ class OccupancyHistory:
         return _standing_cells(self.first_hit, self.last_hit, time, self.first, places, reach)
 
     def updated(self, scan: LaserScan, pose: np.ndarray, large: np.ndarray) -> "OccupancyHistory":
-        """The grid with one more scan; arguments as for `may_start`."""
+        """The grid with one more scan; arguments as for `judged`."""
         grid = self.following(pose[:2])
         grids = [array.copy() for array in (grid.first_hit, grid.last_hit, grid.seen_free, grid.large)]
         place = float(pose[0]), float(pose[1]), scan.angle_min + float(pose[2])
@@ -133,14 +140,11 @@ def _inside(grid, cells, k, border):
 
 
 @njit(cache=True)
-def _classified(grids, cells, beams, time, width):
-    """The loop of `OccupancyHistory.classified`: grids of first and last hits, and of when cells were seen free.
-
-    `width` is that of what is too wide to move, m.
-    """
-    first_hit, last_hit, seen_free = grids
+def _judged(grids, cells, beams, time, large, most):
+    """The loop of `OccupancyHistory.judged`; `most` is the radius of the largest obstacle that moves, m."""
+    first_hit, last_hit, seen_free, seen_large = grids
     n, hits = len(cells), beams.kinds & HIT != 0
-    stands, freed, static = hits.copy(), np.zeros(n, np.bool_), np.zeros(n, np.bool_)
+    stands, freed, static, may_start = hits.copy(), np.zeros(n, np.bool_), np.zeros(n, np.bool_), hits & ~large
     for k in range(n):
         if not _inside(first_hit, cells, k, 1):
             continue
@@ -149,11 +153,12 @@ def _classified(grids, cells, beams, time, width):
         for a in range(i - 1, i + 2):
             for b in range(j - 1, j + 2):
                 stands[k] |= _stands(first_hit[a, b], last_hit[a, b], time)
+                may_start[k] &= not seen_large[a, b]
     continues = continuing_beams(beams, hits)
     for first, count in runs(hits, continues):  # static if too wide, all around, or if some of it certainly stands
         run = (first + np.arange(count)) % n
         chord = run_chord(beams.distances, beams.increment, first, count)
-        static[run] = (count == n and continues[first]) or chord > width or stands[run].any()
+        static[run] = (count == n and continues[first]) or chord > 2.0 * most or stands[run].any()
     motion, came = np.full(n, STATIC), np.zeros(n, np.bool_)
     for k in range(n):
         before, after = k - 1, k + 1 if k + 1 < n else 0  # an obstacle is hit by two beams at least
@@ -163,18 +168,7 @@ def _classified(grids, cells, beams, time, width):
             motion[k] = DYNAMIC
         elif hits[k] and not stands[k] and (freed[k] or not static[k]):
             motion[k] = UNKNOWN
-    return motion, came
-
-
-@njit(cache=True)
-def _may_start(large, cells, small):
-    """Which of some `small` surfaces' hits (n,) are where no large one was seen."""
-    out = small.copy()
-    for k in range(len(cells)):
-        if _inside(large, cells, k, 1):
-            i, j = cells[k]
-            out[k] &= not large[i - 1 : i + 2, j - 1 : j + 2].any()
-    return out
+    return motion, came, may_start
 
 
 @njit(cache=True)

@@ -9,7 +9,7 @@ import numpy as np
 
 from drake_starnav.lidar.deskew import deskewed
 from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, LaserScan
-from drake_starnav.tracking.kalman_tracks import Judged, Tracks, updated
+from drake_starnav.tracking.kalman_tracks import Tracks, updated
 from drake_starnav.tracking.occupancy_history import OccupancyHistory
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.tracking.prediction import PREDICTED, Rows, grown, predicted_trajectories, seen_free, view_edges
@@ -72,17 +72,16 @@ def track(
     if scan.time_increment and before.grid is not None:
         scan = deskewed(scan, before.pose, before.scan.time, pose)
     grid = before.grid or OccupancyHistory.about(pose[:2])
-    motion, came = grid.classified(scan, pose, parameters)
     large = on_large_surfaces(scan, 2.0 * parameters.max_radius, range_deviation)
-    may_start = grid.may_start(scan, pose, large)
-    tracks, reported = updated(before.tracks, scan, Judged(motion, came, may_start), pose, parameters)
+    judged = grid.judged(scan, pose, large, parameters)
+    tracks, reported = updated(before.tracks, scan, judged, pose, parameters)
     reach = tracks.radius + np.hypot(*tracks.expected_velocity.T) * PREDICTED
-    standing = scan.points_at(scan.distances, scan.hits & (motion == STATIC), pose)
+    standing = scan.points_at(scan.distances, scan.hits & (judged.motion == STATIC), pose)
     walls = np.vstack((grid.walls(scan.time, tracks.position, reach), standing))
     ways = predicted_trajectories(tracks.position, tracks.expected_velocity, tracks.radius, walls)
     tracks = dataclasses.replace(tracks, predicted_trajectories=ways)
     scan = dataclasses.replace(scan, motion=reported)
-    return Tracked(grid.updated(scan, pose, large & (motion != DYNAMIC)), tracks, scan, pose)
+    return Tracked(grid.updated(scan, pose, large & (judged.motion != DYNAMIC)), tracks, scan, pose)
 
 
 def joint_tracks(states: Sequence[Tracked], parameters: DynamicObstacleParameters) -> Tracks:

@@ -37,7 +37,7 @@ def test_in_a_static_world_hardly_a_beam_moves_for_a_moving_robot_with_noise(see
     shares = []
     for k in range(60):
         scan = world.scan(k * PERIOD, pose, rng)
-        shares.append(float(np.mean(grid.classified(scan, pose, OBSTACLES)[0] == DYNAMIC)))
+        shares.append(float(np.mean(grid.judged(scan, pose, NOTHING, OBSTACLES).motion == DYNAMIC)))
         grid = grid.updated(scan, pose, NOTHING)
         pose = moved(pose, twist, PERIOD)
     assert np.mean(shares) < 1e-3
@@ -50,12 +50,12 @@ def test_what_stays_is_known_after_a_while_and_a_wall_at_once() -> None:
     column = np.abs(scene.scan(0.0, pose).bearings) < math.asin(0.2 / 1.5)
     for k in range(math.ceil(STANDING_AFTER / PERIOD) + 1):
         scan = scene.scan(k * PERIOD, pose)
-        motion = grid.classified(scan, pose, OBSTACLES)[0]
+        motion = grid.judged(scan, pose, NOTHING, OBSTACLES).motion
         assert (motion[~column] == STATIC).all()
         if k * PERIOD < STANDING_AFTER:
             assert (motion[column & scan.hits] == UNKNOWN).all()
         grid = grid.updated(scan, pose, NOTHING)
-    assert (grid.classified(scene.scan((k + 1) * PERIOD, pose), pose, OBSTACLES)[0] == STATIC).all()
+    assert (grid.judged(scene.scan((k + 1) * PERIOD, pose), pose, NOTHING, OBSTACLES).motion == STATIC).all()
 
 
 def looks(
@@ -66,7 +66,7 @@ def looks(
     for time in PERIOD * np.arange(count):
         pose = np.array(pose_at(time))
         scan = scene.scan(time, pose)
-        motion = grid.classified(scan, pose, OBSTACLES)[0]
+        motion = grid.judged(scan, pose, NOTHING, OBSTACLES).motion
         yield time, scan.points_at(scan.distances, np.ones(len(motion), bool), pose), motion
         grid = grid.updated(scan, pose, NOTHING)
 
@@ -95,10 +95,9 @@ def test_the_grid_follows_the_robot_and_forgets_nothing_near() -> None:
     assert followed is not grid
     scan = scene.scan(3.0, pose)
     near = scan.distances < 3.0
-    np.testing.assert_array_equal(
-        followed.classified(scan, pose, OBSTACLES)[0][near], grid.classified(scan, pose, OBSTACLES)[0][near]
-    )
-    assert (followed.classified(scan, pose, OBSTACLES)[0][near] == STATIC).mean() > 0.9
+    motion, moved = (each.judged(scan, pose, NOTHING, OBSTACLES).motion[near] for each in (grid, followed))
+    np.testing.assert_array_equal(moved, motion)
+    assert (moved == STATIC).mean() > 0.9
 
 
 def test_an_update_leaves_the_grid_before_it_alone() -> None:
@@ -138,9 +137,9 @@ def test_what_was_seen_to_be_large_is_known_where_only_a_piece_of_it_is_in_view(
     wall, piece = Scene(hall(), (), lambda t: np.zeros((0, 2))), np.zeros(360, bool)
     scan = wall.scan(0.0, np.zeros(3))
     grid = OccupancyHistory.about(np.zeros(2))
-    assert (grid.may_start(scan, np.zeros(3), piece) == scan.hits).all()
+    assert (grid.judged(scan, np.zeros(3), piece, OBSTACLES).may_start == scan.hits).all()
     grid = grid.updated(scan, np.zeros(3), scan.hits)
-    assert not grid.may_start(wall.scan(PERIOD, np.zeros(3)), np.zeros(3), piece).any()
+    assert not grid.judged(wall.scan(PERIOD, np.zeros(3)), np.zeros(3), piece, OBSTACLES).may_start.any()
 
 
 def test_what_stands_where_a_large_surface_was_and_has_gone_may_start() -> None:
@@ -151,9 +150,9 @@ def test_what_stands_where_a_large_surface_was_and_has_gone_may_start() -> None:
     own = on_disc(first.points(), (1.5, 0.0), 0.3)
     beams = np.flatnonzero(first.hits)[own]
     grid = grid.updated(first, np.zeros(3), first.hits)
-    assert not grid.may_start(first, np.zeros(3), NOTHING)[beams].any()
+    assert not grid.judged(first, np.zeros(3), NOTHING, OBSTACLES).may_start[beams].any()
     grid = grid.updated(empty.scan(PERIOD, np.zeros(3)), np.zeros(3), NOTHING)
-    assert grid.may_start(standing.scan(2 * PERIOD, np.zeros(3)), np.zeros(3), NOTHING)[beams].all()
+    assert grid.judged(standing.scan(2 * PERIOD, np.zeros(3)), np.zeros(3), NOTHING, OBSTACLES).may_start[beams].all()
 
 
 @settings(max_examples=25, deadline=None)
