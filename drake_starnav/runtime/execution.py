@@ -13,7 +13,7 @@ import numpy as np
 
 from drake_starnav.robot.limits import Limits
 from drake_starnav.robot.motion import velocity_of
-from drake_starnav.runtime.intake import Look, Odometry
+from drake_starnav.runtime.intake import Odometry, PosedScan
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.utils.snapshot import snapshot
 
@@ -55,7 +55,7 @@ class Execution:
 
     Attributes:
         told: commands, oldest first.
-        looks: of the first lidar, oldest first.
+        scans: of the first lidar, oldest first.
         why: what the base does other than it is told; empty: nothing.
         lasts: whether `why` lasts until the goal is given anew.
         stands: since when it stands, s, while there is a `why`; infinite: it does not.
@@ -63,7 +63,7 @@ class Execution:
     """
 
     told: tuple[Told, ...] = ()
-    looks: tuple[Look, ...] = ()
+    scans: tuple[PosedScan, ...] = ()
     why: str = ""
     lasts: bool = False
     stands: float = math.inf
@@ -81,10 +81,10 @@ def with_command(execution: Execution, command: Told, delay: float) -> Execution
     return replace(execution, told=(*told, command))
 
 
-def with_look(execution: Execution, look: Look) -> Execution:
+def with_scan(execution: Execution, latest: PosedScan) -> Execution:
     """What the first lidar has seen."""
-    looks = tuple(each for each in execution.looks if each.scan.time > look.scan.time - WINDOW)
-    return replace(execution, looks=(*looks, look))
+    scans = tuple(each for each in execution.scans if each.scan.time > latest.scan.time - WINDOW)
+    return replace(execution, scans=(*scans, latest))
 
 
 def judged(execution: Execution, now: float, rows: Sequence[Odometry], scenario: Scenario) -> Execution:
@@ -93,22 +93,22 @@ def judged(execution: Execution, now: float, rows: Sequence[Odometry], scenario:
         return execution
     if not execution.why:
         why = not_executed(execution.told, rows, scenario)
-        lasts = bool(why) and (now < execution.tried + AGAIN or denied(execution.looks))
+        lasts = bool(why) and (now < execution.tried + AGAIN or denied(execution.scans))
         return replace(execution, why=why, lasts=lasts)
     last, told = rows[-1], execution.told[-1][1:] if execution.told else ()
     if any(abs(each) > STANDS for each in (last.v, last.aside, last.omega, *told)):
         return replace(execution, stands=math.inf)
     since = min(execution.stands, now)
-    return Execution((), execution.looks, tried=now) if now > since + REST else replace(execution, stands=since)
+    return Execution((), execution.scans, tried=now) if now > since + REST else replace(execution, stands=since)
 
 
-def denied(looks: Sequence[Look]) -> bool:
+def denied(scans: Sequence[PosedScan]) -> bool:
     """Whether scans change while the pose stays, or tell nothing."""
-    if not looks:
+    if not scans:
         return False
-    poses, newest = np.array([each.pose for each in looks]), looks[-1].scan.ranges
+    poses, newest = np.array([each.pose for each in scans]), scans[-1].scan.ranges
     left = np.flatnonzero(np.abs(poses - poses[-1]).max(axis=1) > STAYS)
-    oldest = looks[left[-1] + 1 if len(left) else 0].scan.ranges
+    oldest = scans[left[-1] + 1 if len(left) else 0].scan.ranges
     if len(oldest) != len(newest):
         return True
     both = np.isfinite(oldest) & np.isfinite(newest)

@@ -62,7 +62,7 @@ class Declared(NamedTuple):
         return Declared(scenario.all_lidars, scenario.robot, scenario.localization.jump > 0.0)
 
 
-class Look(NamedTuple):
+class PosedScan(NamedTuple):
     """The scan of a lidar, by its number, and the robot's pose (x, y, yaw) at its stamp, m and rad."""
 
     lidar: int
@@ -219,7 +219,7 @@ def state_at(rows: Sequence[Odometry], now: float) -> np.ndarray | None:
     return np.array((*pose, speed, last.omega))
 
 
-def next_look(intake: Intake, now: float) -> tuple[Intake, Look | None]:
+def next_scan(intake: Intake, now: float) -> tuple[Intake, PosedScan | None]:
     """The scan that waits longest, with the pose at its stamp; None: not yet, or there is none."""
     while intake.waiting:
         k, scan = first = min(intake.waiting, key=lambda each: each[1].time)
@@ -235,7 +235,7 @@ def next_look(intake: Intake, now: float) -> tuple[Intake, Look | None]:
             continue
         intake, still = _frozen(intake, k, scan, pose)
         if not still:
-            return intake, Look(k, scan, pose)
+            return intake, PosedScan(k, scan, pose)
         intake = intake.without("frozen scan", bad_scan=still)
     return intake, None
 

@@ -18,8 +18,8 @@ from drake_starnav.navigation.robot import robot_mounts
 from drake_starnav.planning import PlannerStatus
 from drake_starnav.robot.motion import Actuation
 from drake_starnav.runtime import intake as take
-from drake_starnav.runtime.execution import STANDS, Execution, Told, judged, with_command, with_look
-from drake_starnav.runtime.intake import Declared, Intake, Look
+from drake_starnav.runtime.execution import STANDS, Execution, Told, judged, with_command, with_scan
+from drake_starnav.runtime.intake import Declared, Intake, PosedScan
 from drake_starnav.runtime.station import AskedGoal, DriverStation, no_scan
 from drake_starnav.safety.shield import braking_twist, ramped_twist
 from drake_starnav.scenario.schema import Scenario
@@ -200,7 +200,7 @@ class Navigator:
             wrong = str(error)
         if told_goal != self._goal:
             self._goal, self._reached, self._turning = told_goal, False, False
-            self._execution = Execution(looks=self._execution.looks)
+            self._execution = Execution(scans=self._execution.scans)
         state = take.state_at(self.intake.rows, now)
         if state is not None and (self._blind or not elapsed < GAP):  # what was done meanwhile is not known
             self._execution = dataclasses.replace(self._execution, told=())
@@ -251,18 +251,18 @@ class Navigator:
             self._fix("goal", np.array(goal[:2]))
             self._fixed = True
         while True:
-            self.intake, look = take.next_look(self.intake, now)
-            if look is None:
+            self.intake, posed = take.next_scan(self.intake, now)
+            if posed is None:
                 break
-            self._process(context, look)
+            self._process(context, posed)
 
-    def _process(self, context: Context, look: Look) -> None:
-        scan = dataclasses.replace(look.scan, time=look.scan.time - self._origin)
-        self._fix(self._names[look.lidar], Value(scan))
-        self._fix("scan_pose", look.pose)
-        self._seen[look.lidar] = look.scan.time
-        if look.lidar == 0:
-            self._execution = with_look(self._execution, look)
+    def _process(self, context: Context, posed: PosedScan) -> None:
+        scan = dataclasses.replace(posed.scan, time=posed.scan.time - self._origin)
+        self._fix(self._names[posed.lidar], Value(scan))
+        self._fix("scan_pose", posed.pose)
+        self._seen[posed.lidar] = posed.scan.time
+        if posed.lidar == 0:
+            self._execution = with_scan(self._execution, posed)
         after = context.Clone()
         self.diagram.CalcForcedUnrestrictedUpdate(context, after.get_mutable_state())
         context.SetTimeStateAndParametersFrom(after)

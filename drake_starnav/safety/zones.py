@@ -13,8 +13,19 @@ from drake_starnav.parameters import is_number
 from drake_starnav.robot.motion import Motion
 
 
+class _Place:
+    """What has a `polygon`."""
+
+    polygon: Any
+
+    @cached_property
+    def corners(self) -> np.ndarray:
+        """The polygon's corners, shape (n, 2), W, m."""
+        return np.array(self.polygon)
+
+
 @dataclass(frozen=True)
-class KeepOut:
+class KeepOut(_Place):
     """Accepts motions on which the robot, as the discs that cover its footprint, stays out of a polygon.
 
     A robot that begins nearer may move, but not nearer to the polygon.
@@ -37,11 +48,6 @@ class KeepOut:
         if not (is_number(self.margin) and self.margin >= 0.0):
             raise StarnavError(f"KeepOut.margin is {shown(self.margin)}; allowed: 0 m or more")
 
-    @cached_property
-    def corners(self) -> np.ndarray:
-        """The polygon's corners, shape (n, 2), W, m."""
-        return np.array(self.polygon)
-
     def accepts(self, motion: Motion) -> bool:
         """Whether the robot keeps its distance, or the one that it has."""
         narrow, cover = motion.footprint.narrow, motion.footprint.cover
@@ -50,7 +56,7 @@ class KeepOut:
 
 
 @dataclass(frozen=True)
-class SpeedZone:
+class SpeedZone(_Place):
     """Accepts motions on which the robot is no faster than a limit while its centre is in a polygon.
 
     A robot that is too fast already brakes.
@@ -72,11 +78,6 @@ class SpeedZone:
         _keep_corners(self)
         if not (is_number(self.max_speed) and self.max_speed > 0.0):
             raise StarnavError(f"SpeedZone.max_speed is {shown(self.max_speed)}; allowed: more than 0 m/s")
-
-    @cached_property
-    def corners(self) -> np.ndarray:
-        """The polygon's corners, shape (n, 2), W, m."""
-        return np.array(self.polygon)
 
     def accepts(self, motion: Motion) -> bool:
         """Whether the robot is slow wherever the zone says so."""

@@ -9,7 +9,7 @@ from drake_starnav import Scenario, parse_scenario
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.runtime import Odometry
 from drake_starnav.runtime.execution import Execution, Told, compared, denied, judged, not_executed, with_command
-from drake_starnav.runtime.intake import Look
+from drake_starnav.runtime.intake import PosedScan
 
 PLAIN = Scenario("plain", None)
 
@@ -72,10 +72,9 @@ def test_a_car_that_drives_backwards_and_aside() -> None:
 
 def looks(moved, ranges, pose=(0.0, 0.0, 0.0)):
     """Two seconds of scans with these ranges, in a room in which all of them grow by `moved`, m."""
-    return [
-        Look(0, LaserScan(0.1 * k, -1.0, 0.02, 0.0, 5.0, ranges + 0.05 * k * moved, lost_beams=True), np.array(pose))
-        for k in range(20)
-    ]
+    measured = [(0.1 * k, ranges + 0.05 * k * moved) for k in range(20)]
+    scans = [LaserScan(time, -1.0, 0.02, 0.0, 5.0, row, lost_beams=True) for time, row in measured]
+    return [PosedScan(0, scan, np.array(pose)) for scan in scans]
 
 
 def test_scans_speak_against_a_pose_that_stays() -> None:

@@ -19,7 +19,7 @@ from drake_starnav.runtime.intake import (
     extrapolated,
     false_scan,
     goal_of,
-    next_look,
+    next_scan,
     pose_at,
     state_at,
     taken,
@@ -75,19 +75,19 @@ def test_the_state_is_stale_after_patience() -> None:
 
 def test_a_scan_waits_for_its_pose() -> None:
     intake = taken(Intake.empty(1), 0.5, [scan_at((0, 0, 0), 0.49)], [arc(0.4)], ONE)
-    intake, look = next_look(intake, 0.5)
+    intake, look = next_scan(intake, 0.5)
     assert look is None and len(intake.waiting) == 1
     intake = taken(intake, 0.52, [], [arc(0.5)], ONE)
-    intake, look = next_look(intake, 0.52)
+    intake, look = next_scan(intake, 0.52)
     assert look.scan.time == 0.49 and look.pose == pytest.approx(arc(0.49)[1:4], abs=1e-3)
-    assert next_look(intake, 0.52)[1] is None
+    assert next_scan(intake, 0.52)[1] is None
 
 
 def test_scans_of_several_lidars_come_in_the_order_of_their_stamps() -> None:
     scans = [(0, scan_at((0, 0, 0), 0.45)), (1, scan_at((0, 0, 0), 0.44)), (0, scan_at((0, 0, 0), 0.47))]
     intake, found = taken(Intake.empty(2), 0.5, scans, ARC[:26], TWO), []
     while True:
-        intake, look = next_look(intake, 0.5)
+        intake, look = next_scan(intake, 0.5)
         if look is None:
             break
         found.append((look.lidar, look.scan.time))
