@@ -46,9 +46,10 @@ class Closures:
 
     def open_part(self, region: StarRegion) -> StarRegion:
         """The part of a region that no closure covers; a robot that is on a wall already may leave."""
-        room = region.radius + region.margin
-        away = np.hypot(*(self.solid - region.center).T)
-        region = clear_of(region, self.solid[(away > region.radius) & (away < region.reach + room)], room)
+        if self.walls:
+            room = region.radius + region.margin
+            away = np.hypot(*(self.solid - region.center).T)
+            region = clear_of(region, self.solid[(away > region.radius) & (away < region.reach + room)], room)
         return clear_of(region, self.failed, CLOSED * region.radius)
 
 
