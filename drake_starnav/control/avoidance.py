@@ -55,8 +55,6 @@ SAME_PLACE, SAME_HEADING, SAME_SPEED = 0.6, 0.5, 0.375
 """Rollouts that end nearer to each other than this do not differ: radii of the robot, rad, share of its speed."""
 CHANGE_WEIGHT = 0.15
 """What a change of speed or turning rate by its whole range costs, s."""
-
-
 CREEPING_COMFORT = 0.1
 COMFORT_TIME = 2.0
 """The robot gives way to what creeps at this distance, m, and as far as it comes in this, s: persons, by nature."""
@@ -201,24 +199,31 @@ def _begun_by(ways, start, scene):
 
 
 @njit(cache=True)
-def _searched(ways, begun_by, apart, scene):
-    """The manoeuvre with which the best rollout begins, of those that begin by one, or -1; `apart` as `_continued`."""
-    best, best_cost, rows, last = -1, np.inf, begun_by, int(math.ceil(HORIZON / (SEGMENT * STEP) - 1e-9)) - 1
-    for depth in range(last + 1):
-        for row in rows:  # rollouts that ended compete with those that reached the horizon
-            if (depth == last or row.ended > 0) and row.cost < best_cost:
-                best, best_cost = row.first, row.cost
-        if depth < last:
-            kept = _continued(rows, apart[0], apart[1])
-        if depth == last or not len(kept):
+def _searched(ways, rows, apart, scene):
+    """The manoeuvre with which the best rollout begins that continues one of rows (n,), `apart` as given, or -1."""
+    (best, cost), count = _best(rows, False, (-1, np.inf)), len(ways)
+    last = int(math.ceil(HORIZON / (SEGMENT * STEP) - 1e-9))
+    for depth in range(2, last + 1):
+        generation, kept = rows, _continued(rows, apart[0], apart[1])
+        if not len(kept):
             break
-        count, generation = len(ways), rows
         foreseen = foreseen_discs(scene.discs, rows[kept[0]].spent, SEGMENT, scene.settings)
         rows = np.empty(len(kept) * count, ROLLOUT)
         for k in range(len(kept)):
             group = rows[k * count : (k + 1) * count]
-            drive(generation[kept[k]], ways, foreseen, scene, best_cost if depth + 1 == last else np.inf, group)
+            drive(generation[kept[k]], ways, foreseen, scene, cost if depth == last else np.inf, group)
+            best, cost = _best(group, depth == last, (best, cost))
     return best
+
+
+@leaf
+def _best(rows, at_horizon, than):
+    """The manoeuvre and the cost of the best rollout; those that ended compete with those at the horizon."""
+    best, cost = than
+    for m in range(len(rows)):
+        if (at_horizon or rows[m].ended > 0) and rows[m].cost < cost:
+            best, cost = rows[m].first, rows[m].cost
+    return best, cost
 
 
 @leaf
@@ -238,19 +243,17 @@ def _continued(generation, same_place, same_speed):
         row = generation[i]
         if row.ended > 0:
             continue
-        differs = True
         for q in range(n):
             other = generation[kept[q]]
-            differs = not (
+            if (
                 (row.x - other.x) ** 2 + (row.y - other.y) ** 2 < same_place * same_place
                 and abs(wrapped_angle(row.yaw - other.yaw)) < SAME_HEADING
                 and math.hypot(row.ahead - other.ahead, row.aside - other.aside) < same_speed
-            )
-            if not differs:
+            ):
                 break
-        if differs:
+        else:
             kept[n] = i
             n += 1
-            if n == BEAM:
-                break
+        if n == BEAM:
+            break
     return kept[:n]

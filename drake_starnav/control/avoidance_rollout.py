@@ -294,12 +294,11 @@ def drive(start, ways, foreseen, scene, most, rows):
 def _first_alike(moves, before, m):
     """The first rollout that was the same as number m before and moves alike, (n, 6)."""
     for k in range(before[m], m):
-        if before[k] == before[m]:
-            alike = True
-            for i in range(6):
-                alike = alike and moves[k, i] == moves[m, i]
-            if alike:
-                return k
+        alike = before[k] == before[m]
+        for i in range(6):
+            alike = alike and moves[k, i] == moves[m, i]
+        if alike:
+            return k
     return m
 
 

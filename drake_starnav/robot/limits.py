@@ -113,10 +113,8 @@ def limited(value, limit):
 def wrapped_angle(angle):
     """The angle in [-pi, pi), rad."""
     turned, circle = angle + math.pi, 2.0 * math.pi
-    if not -circle <= turned < 2.0 * circle:
+    if -circle <= turned < 2.0 * circle:  # faster, and the same
+        turned += circle if turned < 0.0 else -circle if turned >= circle else 0.0
+    else:
         turned %= circle
-    elif turned < 0.0:  # the same, faster
-        turned += circle
-    elif turned >= circle:
-        turned -= circle
     return turned - math.pi
