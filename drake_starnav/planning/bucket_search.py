@@ -1,21 +1,20 @@
 """Search of a grid by a bucket queue: Dijkstra's from a goal, or A* towards a source."""
 
-import math
-
 import numpy as np
 from numba import njit
 
-from drake_starnav.geometry.compiled import largest, leaf
-from drake_starnav.surroundings.region_union import CELL, newest_around
+from drake_starnav.geometry.compiled import leaf
 
 UNREACHED = 2**30
 """Costs are stored less this, so that 0, with which memory comes at no cost, means not reached."""
+BUCKETS = 2**13
+"""Of a queue: no open cell exceeds the least by more, as a step costs at most 14 times 255, and h falls by less."""
 NEIGHBOURHOOD = 150
 """The margin by which a search reaches all 3 x 3 cells about its source, hundredths of a cell."""
 
 
 @njit(cache=True, error_model="numpy")
-def bucket_dijkstra(weight, cost, goal, source, known):
+def bucket_dijkstra(weight, cost, goal, source):
     """Dial's bucket-queue A* from the goal to the source, cells (i, j); Dijkstra's search without a source (-1, -1).
 
     It fills `cost`, which begins as zeros, in hundredths of a cell less UNREACHED. It stops once every open cell's f =
@@ -23,28 +22,21 @@ def bucket_dijkstra(weight, cost, goal, source, known):
     NEIGHBOURHOOD.
 
     Args:
-        weight: what crossing each cell costs in tenths, 0 where blocked, uint8. Of cells that are reached outside the
-            known regions it is raised.
+        weight: what crossing each cell costs in tenths, at least 10, or 0 where it is blocked, as at the border; uint8.
         cost: same shape, int32.
         goal, source: cells.
-        known: the indexed union of known regions, where cell (1, 1) lies in W, the size of a cell, m, and by how much
-            the weight is raised; by 0, the union does not matter.
     """
     ny = weight.shape[1]
-    (gi, gj), (si, sj), (union, origin, cell, unknown) = goal, source, known
+    (gi, gj), (si, sj) = goal, source
     w, costs = weight.ravel(), cost.ravel()
-    center, bearing_0, values, _, marks, corner = union
     best = UNREACHED
     around = 0 if si >= 0 and sj >= 0 and si < weight.shape[0] and sj < ny and weight[si, sj] > 0 else 1
-    buckets = 1
-    while buckets <= 28 * (np.int64(largest(w)) + unknown) + 1:
-        buckets *= 2
-    head = np.full(buckets, -1, np.int32)
-    entries = np.empty((buckets, 3), np.int32)  # 8 * cell + direction of the step to it, cost less UNREACHED, next
+    head = np.full(BUCKETS, -1, np.int32)
+    entries = np.empty((BUCKETS, 3), np.int32)  # 8 * cell + direction of the step to it, cost less UNREACHED, next
     rows, columns = np.array([1, 1, 0, -1, -1, -1, 0, 1]), np.array([0, 1, 1, 1, 0, -1, -1, -1])  # by bearing
     start = gi * ny + gj
     costs[start] = -UNREACHED
-    bucket = heuristic(gi, gj, si, sj) & (buckets - 1)
+    bucket = heuristic(gi, gj, si, sj) & (BUCKETS - 1)
     for k in range(2):  # as if reached in two opposite directions, from where its neighbours are all those of either
         entries[k, 0], entries[k, 1], entries[k, 2] = 8 * start + 4 * k, -UNREACHED, k - 1
     head[bucket] = 1
@@ -57,7 +49,7 @@ def bucket_dijkstra(weight, cost, goal, source, known):
             entries = larger
         while waiting > 0 and used + 8 <= len(entries):  # apart: Numba would count references to what a loop replaces
             while head[bucket] < 0:
-                bucket = (bucket + 1) & (buckets - 1)
+                bucket = (bucket + 1) & (BUCKETS - 1)
             e = head[bucket]
             c, came, reached = np.int64(entries[e, 0]) // 8, entries[e, 0] & 7, entries[e, 1]
             head[bucket], entries[e, 2], spare = entries[e, 2], spare, e
@@ -76,15 +68,10 @@ def bucket_dijkstra(weight, cost, goal, source, known):
                 n = c + rows[k] * ny + columns[k]
                 if w[n] == 0:
                     continue
-                if unknown > 0 and costs[n] == 0:
-                    x, y = origin[0] + (i + rows[k] - 1) * cell, origin[1] + (j + columns[k] - 1) * cell
-                    a, b = int(math.floor(x / CELL)) - corner[0], int(math.floor(y / CELL)) - corner[1]
-                    if newest_around(center, bearing_0, values, marks, (a, b), (x, y, 0.0)) < 0:
-                        w[n] += unknown
                 candidate = reached + w[n] * (14 if k & 1 else 10)
                 if candidate < costs[n]:
                     costs[n] = candidate
-                    b = (candidate + UNREACHED + heuristic(i + rows[k], j + columns[k], si, sj)) & (buckets - 1)
+                    b = (candidate + UNREACHED + heuristic(i + rows[k], j + columns[k], si, sj)) & (BUCKETS - 1)
                     if spare < 0:
                         e, used = used, used + 1
                     else:

@@ -10,7 +10,7 @@ from numba import njit
 from drake_starnav.planning.bucket_search import UNREACHED, bucket_dijkstra
 from drake_starnav.planning.closed_places import CLOSED
 from drake_starnav.planning.distance_grid import STRIDE, TILE, DistanceGrid
-from drake_starnav.surroundings.region_union import RegionUnion
+from drake_starnav.planning.known_cells import BLOCK, KnownCells
 
 NEAR_WALL_COST = 0.4
 """Additional cost of a metre right at an obstacle, as a multiple of its length: wide paths are preferred."""
@@ -63,14 +63,14 @@ class Terrain(NamedTuple):
     Attributes:
         robot_radius: cells nearer than this to a hit are blocked, m.
         closures: shape (k, 2), W, m: cells within CLOSED of one are blocked.
-        known: regions outside which cells are unknown, and cost more by UNKNOWN_COST; none: all costs alike.
+        known: cells that are in no region are unknown, and cost more by UNKNOWN_COST; none: all cost alike.
         doubt: cells that hits block by no more than this are passable, at DOUBT_COST, m.
         swept_radius: cells nearer than this, where the robot cannot turn, cost more, by up to TIGHT_COST, m.
     """
 
     robot_radius: float
     closures: np.ndarray = np.zeros((0, 2))
-    known: RegionUnion = RegionUnion.none()
+    known: KnownCells = KnownCells()
     doubt: float = 0.0
     swept_radius: float = 0.0
 
@@ -104,12 +104,13 @@ def cost_to_go(
     half_diagonal = math.hypot(0.5, 0.5) * grid.resolution  # a path is up to this far off its cells' centres
     limits = blocked - terrain.doubt, blocked, soft, swept
     weight = _weights(grid.arrays, first, count, limits, (NEAR_WALL_COST, TIGHT_COST, DOUBT_COST))
+    if terrain.known.whole.size:
+        _raise_unknown(weight, terrain.known, first // STRIDE, round(10.0 * UNKNOWN_COST))
     _close(weight, (terrain.closures - origin) / cell + 1.0, (CLOSED * radius + half_diagonal) / cell)
     cost = np.zeros(weight.shape, np.int32)
     end = np.clip(np.rint((goal - origin) / cell).astype(np.int64), 0, np.array(weight.shape) - 3) + 1
     begin = np.full(2, -1) if source is None else np.rint((source - origin) / cell).astype(np.int64) + 1
-    known = terrain.known, tuple(origin.tolist()), cell, round(10.0 * UNKNOWN_COST) if terrain.known.size else 0
-    bucket_dijkstra(weight, cost, tuple(end.tolist()), tuple(begin.tolist()), known)
+    bucket_dijkstra(weight, cost, tuple(end.tolist()), tuple(begin.tolist()))
     return CostField(cost, weight, origin, cell, grid)
 
 
@@ -149,6 +150,19 @@ def _weights(grid, corner, count, limits, costs):
                         near_wall += tight_cost * (swept - clear) / (swept - blocked)
                     out[p + i + 1, q + j + 1] = int(10.0 * (1.0 + near_wall))
     return out
+
+
+@njit(cache=True)
+def _raise_unknown(weight, known, corner, more):
+    """Raise the weights of open cells that are unknown by `more`; cell (1, 1) is number `corner`."""
+    first, whole, part = known
+    for i in range(1, weight.shape[0] - 1):
+        p = corner[0] + i - 1 - BLOCK * first[0]
+        for j in range(1, weight.shape[1] - 1):
+            q = corner[1] + j - 1 - BLOCK * first[1]
+            within = 0 <= p < part.shape[0] and 0 <= q < part.shape[1]
+            if weight[i, j] and not (within and (part[p, q] or whole[p // BLOCK, q // BLOCK])):
+                weight[i, j] += more
 
 
 @njit(cache=True)

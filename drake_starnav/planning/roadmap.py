@@ -10,8 +10,9 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.planning.closed_places import NOTHING_CLOSED, Closures
-from drake_starnav.planning.distance_grid import DistanceGrid
+from drake_starnav.planning.distance_grid import STRIDE, DistanceGrid
 from drake_starnav.planning.impassable import impassable_points
+from drake_starnav.planning.known_cells import KnownCells
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.observation import Observation
@@ -37,12 +38,14 @@ class StarRoadmap:
         nodes: what was observed where each is, oldest first; their regions may be smaller than those of their scans.
         union: their regions.
         closures: the places that are closed: where ways failed, and walls that no lidar sees.
+        known: the cells in these regions.
     """
 
     hits: DistanceGrid
     nodes: tuple[Observation, ...] = ()
     union: RegionUnion = field(default_factory=RegionUnion.none)
     closures: Closures = NOTHING_CLOSED
+    known: KnownCells = KnownCells()
 
     def __len__(self) -> int:
         return len(self.nodes)
@@ -85,7 +88,9 @@ def with_node(roadmap: StarRoadmap, node: Observation, hits: DistanceGrid) -> St
     """The roadmap with one more node, and with other hits."""
     assert node.region is not None
     union = indexed(roadmap.union.joined(node.region.alone), roadmap.union, np.array([len(roadmap)]))
-    return dataclasses.replace(roadmap, hits=hits, nodes=(*roadmap.nodes, node), union=union)
+    alone = node.region.alone
+    known = roadmap.known.recounted(hits.resolution * STRIDE, alone, np.zeros_like(alone.values), union.bounds)
+    return dataclasses.replace(roadmap, hits=hits, nodes=(*roadmap.nodes, node), union=union, known=known)
 
 
 def revised(
@@ -108,15 +113,18 @@ def revised(
     if not nodes:
         return StarRoadmap(hits, closures=roadmap.closures)
     kept = [region for region in regions if region is not None]
+    news = np.array([k for k, region in enumerate(regions) if region is not roadmap.regions[k]], int)
+    after = [*map(np.copy, roadmap.union.rows)]
+    for k in news.tolist():
+        new = regions[k]
+        after[2][k], after[3][k] = (0.0, 0.0) if new is None else new.row[2:]
+    changed, before = RegionUnion(*(row[news] for row in after)), roadmap.union.values[news]
     if len(kept) < len(roadmap):  # they have other bits in the index
         union = indexed(united(kept), RegionUnion.none(), np.arange(len(kept)))
-        return StarRoadmap(hits, nodes, union, roadmap.closures)
-    news = [k for k, node in enumerate(nodes) if node is not roadmap.nodes[k]]
-    rows = tuple(map(np.copy, roadmap.union.rows))
-    for k in news:
-        for row, new in zip(rows, kept[k].row, strict=True):
-            row[k] = new
-    return StarRoadmap(hits, nodes, indexed(RegionUnion(*rows), roadmap.union, np.array(news, int)), roadmap.closures)
+    else:
+        union = indexed(RegionUnion(*after), roadmap.union, news)
+    known = roadmap.known.recounted(hits.resolution * STRIDE, changed, before, union.bounds)
+    return StarRoadmap(hits, nodes, union, roadmap.closures, known)
 
 
 def refitted(roadmap: StarRoadmap, margins: Margins, robot_radius: float) -> StarRoadmap:

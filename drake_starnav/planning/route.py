@@ -105,7 +105,7 @@ def cost_field(state: PlannerState, goal: np.ndarray, inputs: PlannerInput) -> C
     """The optimistic cost-to-go over hits and closures, from the goal (2,) to the robot."""
     roadmap, position = state.roadmap, inputs.position
     known = np.vstack((roadmap.hits.bounds, roadmap.union.bounds, goal, position))
-    terrain = Terrain(inputs.robot_radius, roadmap.closures.failed, roadmap.union, doubt(inputs), inputs.swept_radius)
+    terrain = Terrain(inputs.robot_radius, roadmap.closures.failed, roadmap.known, doubt(inputs), inputs.swept_radius)
     low, high = known.min(axis=0) - AROUND * inputs.robot_radius, known.max(axis=0) + AROUND * inputs.robot_radius
     return cost_to_go(roadmap.hits, goal, low, high, terrain, position)
 

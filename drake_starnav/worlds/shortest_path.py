@@ -16,7 +16,6 @@ from drake_starnav.geometry.se2 import placed
 from drake_starnav.planning.bucket_search import bucket_dijkstra
 from drake_starnav.planning.cost_field import descent
 from drake_starnav.planning.distance_grid import LARGEST_GRID
-from drake_starnav.surroundings.region_union import RegionUnion
 from drake_starnav.worlds.clearance import clearance as clearance_at
 from drake_starnav.worlds.world import World
 
@@ -123,7 +122,7 @@ def _found_on_grid(ends: np.ndarray, box: np.ndarray, capsules: np.ndarray, step
         return np.empty((0, 2))
     weight = np.pad(10 * free.astype(np.uint8), 1)
     cost = np.zeros(weight.shape, np.int32)
-    bucket_dijkstra(weight, cost, goal, begin, (RegionUnion.none(), (0.0, 0.0), step, 0))
+    bucket_dijkstra(weight, cost, goal, begin)
     return box[0] + (descent(cost, weight, *map(float, begin)) - 1) * step
 
 

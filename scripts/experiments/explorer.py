@@ -26,7 +26,6 @@ from drake_starnav.planning.bucket_search import bucket_dijkstra
 from drake_starnav.planning.cost_field import CostField
 from drake_starnav.planning.distance_grid import DistanceGrid
 from drake_starnav.scenario.scenario_file import parse_scenario
-from drake_starnav.surroundings.region_union import RegionUnion
 from drake_starnav.worlds import World, make_world
 from drake_starnav.worlds.view import scan_from, visible_shapes
 
@@ -96,7 +95,7 @@ def _shortest_path(weight: np.ndarray, origin: np.ndarray, position: np.ndarray,
     """Cells of a shortest path from near the position, then the goal, shape (k, 2), W, m; none if there is no way."""
     start, end = np.rint((position - origin) / CELL).astype(int), np.rint((goal - origin) / CELL).astype(int)
     cost = np.zeros(weight.shape, np.int32)
-    bucket_dijkstra(weight, cost, tuple(end.tolist()), tuple(start.tolist()), (RegionUnion.none(), (0.0, 0.0), CELL, 0))
+    bucket_dijkstra(weight, cost, tuple(end.tolist()), tuple(start.tolist()))
     no_hits = DistanceGrid.empty(0.5 * CELL, 0.0)
     path = CostField(cost, weight, origin + CELL, CELL, no_hits).path(position)
     return np.vstack((path, goal)) if len(path) else path

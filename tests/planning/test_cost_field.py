@@ -13,7 +13,7 @@ from drake_starnav.planning.bucket_search import UNREACHED
 from drake_starnav.planning.closed_places import CLOSED
 from drake_starnav.planning.cost_field import BLOCKED_SLACK, SOFT_ZONE, CostField, Terrain, cost_to_go
 from drake_starnav.planning.distance_grid import STRIDE, DistanceGrid
-from tests.helpers.scans import RADIUS, seeds
+from tests.helpers.scans import RADIUS, seeds, wandered
 
 RESOLUTION = 0.05
 CELL = RESOLUTION * STRIDE
@@ -100,6 +100,20 @@ def test_a_closure_closes_its_disc_and_nothing_else():
     np.testing.assert_array_equal(way((2.9, 2.9)), way())
     on = way()[len(way()) // 5]
     assert np.hypot(*(way(on) - on).T).min() > CLOSED * RADIUS
+
+
+@settings(max_examples=5)
+@given(seeds)
+def test_cells_outside_the_known_regions_cost_more(seed):
+    _, roadmap = wandered(seed, nodes=3)
+    plain, weighed = (
+        cost_to_go(roadmap.hits, np.zeros(2), LOW, HIGH, terrain).weight.astype(int)
+        for terrain in (Terrain(RADIUS), Terrain(RADIUS, known=roadmap.known))
+    )
+    middles = cost_to_go(roadmap.hits, np.zeros(2), LOW, HIGH, Terrain(RADIUS)).origin + (np.argwhere(plain) - 1) * CELL
+    added = np.where(roadmap.union.contains(middles), 0, 3)
+    np.testing.assert_array_equal((weighed - plain)[plain > 0], added)
+    assert (weighed[plain == 0] == 0).all() and len(np.unique(added)) == 2
 
 
 def test_a_walled_in_goal_or_point_and_places_outside_of_the_box_are_infinitely_far():

@@ -1,0 +1,97 @@
+"""Which cells of the cost-to-go are known: how many regions cover each, recounted where a region changes."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from drake_starnav.planning.distance_grid import STRIDE
+from drake_starnav.surroundings.region_union import RegionUnion, covers, samples_beside
+
+BLOCK = 4
+"""Cells along a block: most blocks that a region touches lie inside it, which is told at once."""
+OFF = 0.5 * (STRIDE - 1) / STRIDE
+"""Cell p has its middle at p + OFF, in cells."""
+
+
+class KnownCells(NamedTuple):
+    """How many regions cover the middles of cells of W. Immutable.
+
+    Attributes:
+        first: the block that comes first, for both axes, shape (2,); it begins with cell BLOCK * `first`.
+        whole: how many regions cover all of a block, shape (I, J), uint16.
+        part: how many cover a cell, but not all of its block, shape (BLOCK I, BLOCK J), uint16.
+    """
+
+    first: np.ndarray = np.zeros(2, np.int64)
+    whole: np.ndarray = np.zeros((0, 0), np.uint16)
+    part: np.ndarray = np.zeros((0, 0), np.uint16)
+
+    def recounted(self, cell: float, regions: RegionUnion, before: np.ndarray, bounds: np.ndarray) -> "KnownCells":
+        """The counts after regions have changed.
+
+        Args:
+            cell: size of a cell, m.
+            regions: those that have changed; without samples (all 0) they are gone.
+            before: their samples before, shape (n, M), m; 0 of new ones.
+            bounds: corners of a box that holds the regions, shape (2, 2), W, m.
+        """
+        (low, high), last = np.floor(bounds / (BLOCK * cell)).astype(np.int64) + ((0,), (1,)), self.first
+        if self.whole.size:
+            last = self.first + self.whole.shape
+            low, high = np.minimum(low, self.first), np.maximum(high, last)
+        border = np.stack((self.first - low, high - last) if self.whole.size else (0 * low, high - low), axis=1)
+        out = KnownCells(low, np.pad(self.whole, border), np.pad(self.part, BLOCK * border))
+        _recount(out, cell, regions.center, regions.bearing_0, before, regions.values)
+        return out
+
+
+@njit(cache=True, error_model="numpy")
+def _recount(known, cell, center, bearing_0, before, after):
+    """The loop of `KnownCells.recounted`: of each region, the blocks about those samples that have changed."""
+    first, whole, part = known
+    samples, side, half = after.shape[1], BLOCK * cell, math.sqrt(0.5) * (BLOCK - 1) * cell + 1e-9
+    turn, middle = 2.0 * math.pi / samples, 0.5 * (BLOCK - 1) * cell
+    for k in range(len(center)):
+        left, right, bottom, top = np.inf, -np.inf, np.inf, -np.inf
+        for m in range(samples):
+            if before[k, m] != after[k, m]:
+                for n in range(m - 1, m + 2):
+                    u, v = math.cos(bearing_0[k] + n * turn), math.sin(bearing_0[k] + n * turn)
+                    for r in (before[k, m], after[k, m]):
+                        left, right, bottom, top = (
+                            min(left, r * u),
+                            max(right, r * u),
+                            min(bottom, r * v),
+                            max(top, r * v),
+                        )
+        if left > right:
+            continue
+        x, y = center[k, 0] / side - first[0], center[k, 1] / side - first[1]
+        for i in range(max(int(x + left / side - 1.0), 0), min(int(x + right / side + 2.0), whole.shape[0])):
+            for j in range(max(int(y + bottom / side - 1.0), 0), min(int(y + top / side + 2.0), whole.shape[1])):
+                x0, y0 = ((i + first[0]) * BLOCK + OFF) * cell, ((j + first[1]) * BLOCK + OFF) * cell
+                dx, dy = x0 + middle - center[k, 0], y0 + middle - center[k, 1]
+                away = math.hypot(dx, dy)
+                width = samples // 2
+                if away > 2.0 * half:
+                    width = int(1.1 * half / away / turn) + 1
+                at, _ = samples_beside(bearing_0[k], samples, dx, dy)
+                differs = False
+                low_0, high_0, low_1, high_1 = np.inf, 0.0, np.inf, 0.0
+                for n in range(at - width, at + width + 2):
+                    a, b = before[k, n % samples], after[k, n % samples]
+                    differs |= a != b
+                    low_0, high_0, low_1, high_1 = min(low_0, a), max(high_0, a), min(low_1, b), max(high_1, b)
+                if not differs or max(high_0, high_1) < away - half:
+                    continue
+                was, now = low_0 > away + half, low_1 > away + half
+                whole[i, j] += np.int64(now) - np.int64(was)
+                for a in range(0 if was and now else BLOCK):
+                    for b in range(BLOCK):
+                        x1, y1 = x0 + a * cell, y0 + b * cell
+                        if high_0 > 0.0 and not was and covers(center, bearing_0, before, k, x1, y1, 0.0):
+                            part[i * BLOCK + a, j * BLOCK + b] -= 1
+                        if high_1 > 0.0 and not now and covers(center, bearing_0, after, k, x1, y1, 0.0):
+                            part[i * BLOCK + a, j * BLOCK + b] += 1
