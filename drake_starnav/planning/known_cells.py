@@ -28,13 +28,13 @@ class KnownCells(NamedTuple):
     whole: np.ndarray = np.zeros((0, 0), np.uint16)
     part: np.ndarray = np.zeros((0, 0), np.uint16)
 
-    def recounted(self, cell: float, regions: RegionUnion, before: np.ndarray, bounds: np.ndarray) -> "KnownCells":
+    def recounted(self, cell: float, regions: RegionUnion, after: np.ndarray, bounds: np.ndarray) -> "KnownCells":
         """The counts after regions have changed.
 
         Args:
             cell: size of a cell, m.
-            regions: those that have changed; without samples (all 0) they are gone.
-            before: their samples before, shape (n, M), m; 0 of new ones.
+            regions: those that have changed, as they were; of new ones, all samples are 0.
+            after: their samples now, shape (n, M), m; 0 of those that are gone.
             bounds: corners of a box that holds the regions, shape (2, 2), W, m.
         """
         (low, high), last = np.floor(bounds / (BLOCK * cell)).astype(np.int64) + ((0,), (1,)), self.first
@@ -43,7 +43,7 @@ class KnownCells(NamedTuple):
             low, high = np.minimum(low, self.first), np.maximum(high, last)
         border = np.stack((self.first - low, high - last) if self.whole.size else (0 * low, high - low), axis=1)
         out = KnownCells(low, np.pad(self.whole, border), np.pad(self.part, BLOCK * border))
-        _recount(out, cell, regions.center, regions.bearing_0, before, regions.values)
+        _recount(out, cell, regions.center, regions.bearing_0, regions.values, after)
         return out
 
 

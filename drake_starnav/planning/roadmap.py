@@ -16,9 +16,9 @@ from drake_starnav.planning.known_cells import KnownCells
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.observation import Observation
-from drake_starnav.surroundings.region_index import indexed
+from drake_starnav.surroundings.region_index import indexed, thinned
 from drake_starnav.surroundings.region_union import CELL, WORD, RegionUnion, covers, excess
-from drake_starnav.surroundings.star_region import StarRegion, united
+from drake_starnav.surroundings.star_region import StarRegion
 from drake_starnav.utils.snapshot import snapshot
 
 AREA_BEARINGS = 4
@@ -89,7 +89,8 @@ def with_node(roadmap: StarRoadmap, node: Observation, hits: DistanceGrid) -> St
     assert node.region is not None
     union = indexed(roadmap.union.joined(node.region.alone), roadmap.union, np.array([len(roadmap)]))
     alone = node.region.alone
-    known = roadmap.known.recounted(hits.resolution * STRIDE, alone, np.zeros_like(alone.values), union.bounds)
+    nothing = alone._replace(values=np.zeros_like(alone.values))
+    known = roadmap.known.recounted(hits.resolution * STRIDE, nothing, alone.values, union.bounds)
     return dataclasses.replace(roadmap, hits=hits, nodes=(*roadmap.nodes, node), union=union, known=known)
 
 
@@ -112,18 +113,17 @@ def revised(
         hits = stamped_anew(hits.emptied(), roadmap.closures, nodes, margins, robot_radius)
     if not nodes:
         return StarRoadmap(hits, closures=roadmap.closures)
-    kept = [region for region in regions if region is not None]
-    news = np.array([k for k, region in enumerate(regions) if region is not roadmap.regions[k]], int)
-    after = [*map(np.copy, roadmap.union.rows)]
-    for k in news.tolist():
-        new = regions[k]
-        after[2][k], after[3][k] = (0.0, 0.0) if new is None else new.row[2:]
-    changed, before = RegionUnion(*(row[news] for row in after)), roadmap.union.values[news]
-    if len(kept) < len(roadmap):  # they have other bits in the index
-        union = indexed(united(kept), RegionUnion.none(), np.arange(len(kept)))
-    else:
-        union = indexed(RegionUnion(*after), roadmap.union, news)
-    known = roadmap.known.recounted(hits.resolution * STRIDE, changed, before, union.bounds)
+    old, kept = roadmap.union, np.array([region is not None for region in regions])
+    news = np.flatnonzero([new is not region for new, region in zip(regions, roadmap.regions, strict=True)])
+    rows, numbers, after = [row[kept] for row in old.rows], np.cumsum(kept) - 1, np.zeros_like(old.values[news])
+    for i, k in enumerate(news.tolist()):
+        region = regions[k]
+        if region is not None:
+            after[i] = rows[2][numbers[k]] = region.boundary.values
+            rows[3][numbers[k]] = region.boundary.slopes
+    union = indexed(RegionUnion(*rows), thinned(old, kept), numbers[news[kept[news]]])
+    changed = RegionUnion(*(row[news] for row in old.rows))
+    known = roadmap.known.recounted(hits.resolution * STRIDE, changed, after, union.bounds)
     return StarRoadmap(hits, nodes, union, roadmap.closures, known)
 
 

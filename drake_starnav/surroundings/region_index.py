@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.geometry.compiled import largest
-from drake_starnav.surroundings.region_union import CELL, WORD, RegionUnion
+from drake_starnav.surroundings.region_union import CELL, WORD, RegionUnion, highest
 
 SLACK = 0.01
 """Regions are marked this far beyond their boundaries, m, for rounding: numerics."""
@@ -40,6 +40,30 @@ def indexed(union: RegionUnion, before: RegionUnion, news: np.ndarray) -> Region
     for k in news.tolist():
         _mark(marks, corner, k, union.center[k], union.bearing_0[k], union.values[k])
     return union._replace(marks=marks, corner=corner)
+
+
+def thinned(union: RegionUnion, kept: np.ndarray) -> RegionUnion:
+    """An indexed union of those of its regions that are kept, shape (n,), bool, which have other bits then."""
+    if kept.all():
+        return union
+    marks = _renumbered(union.marks, np.where(kept, np.cumsum(kept) - 1, -1), int(kept.sum()) // WORD + 1)
+    return RegionUnion(*(row[kept] for row in union.rows))._replace(marks=marks, corner=union.corner)
+
+
+@njit(cache=True)
+def _renumbered(marks, numbers, words):
+    """An index whose regions have other numbers (n,), -1 if they are gone."""
+    out = np.zeros((marks.shape[0], marks.shape[1], words), np.uint64)
+    for i in range(marks.shape[0]):
+        for j in range(marks.shape[1]):
+            for w in range(marks.shape[2]):
+                word = marks[i, j, w]
+                while word != 0:
+                    k = w * WORD + highest(word)
+                    word ^= np.uint64(1) << np.uint64(k % WORD)
+                    if numbers[k] >= 0:
+                        out[i, j, numbers[k] // WORD] |= np.uint64(1) << np.uint64(numbers[k] % WORD)
+    return out
 
 
 def _bits(members: np.ndarray, words: int) -> np.ndarray:

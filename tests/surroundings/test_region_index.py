@@ -3,7 +3,7 @@
 import numpy as np
 
 from drake_starnav.surroundings.piecewise_cubic import fit_piecewise_cubic
-from drake_starnav.surroundings.region_index import indexed
+from drake_starnav.surroundings.region_index import indexed, thinned
 from drake_starnav.surroundings.region_union import RegionUnion, cover_at
 from drake_starnav.surroundings.star_region import StarRegion, united
 
@@ -40,3 +40,14 @@ def test_a_union_in_which_regions_were_replaced_answers_as_a_loop_over_all_regio
     for _ in range(2):
         longer = [*revised, spiky_region(rng)]
         assert_answers_of_a_loop_over_all(indexed(united(longer), after, np.array([70])), rng)
+
+
+def test_a_union_without_some_regions_answers_as_a_loop_over_the_others() -> None:
+    rng = np.random.default_rng(1)
+    regions = [spiky_region(rng) for _ in range(70)]
+    kept = rng.random(70) < 0.6
+    fewer = thinned(indexed(united(regions), RegionUnion.none(), np.arange(70)), kept)
+    np.testing.assert_array_equal(
+        fewer.center, [region.center for region, stays in zip(regions, kept, strict=True) if stays]
+    )
+    assert_answers_of_a_loop_over_all(fewer, rng)
