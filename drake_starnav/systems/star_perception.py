@@ -76,7 +76,7 @@ class StarPerception(LeafSystem):
         self._pose = self.DeclareVectorInputPort("pose", 3)
         self._footprint = FootprintInput(self, robot, margins)
         nothing = Perceived.nothing()
-        self._perceived = ScanState(self, nothing, self._after, (*self._scans, self._pose), stamp=self._stamp)
+        self._perceived = ScanState(self, nothing, self._after, tuple(self._scans), stamp=self._stamp)
         depends = {self._perceived.ticket}
         seen, fresh = (lambda own, context: own._perceived.Eval(context).observation), StarPerception._fresh_region
         declare_value(self, "observation", nothing.observation, seen, depends)
