@@ -1,6 +1,5 @@
 """Moving obstacles as discs: a Kalman filter of constant velocity for each cluster. Lengths are of persons: nature."""
 
-import dataclasses
 import math
 from dataclasses import field
 from functools import cached_property
@@ -22,7 +21,7 @@ from drake_starnav.tracking.clusters import (
 from drake_starnav.tracking.occupancy_history import Judged
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.tracking.prediction import Rows, chosen_rows, grown, occlusion_points, predicted_rows, seen_past
-from drake_starnav.utils.snapshot import snapshot
+from drake_starnav.utils.snapshot import replaced, snapshot
 
 GAIN = 0.2
 """Share by which a track's radius, and its share of moving beams, follow the latest cluster."""
@@ -194,7 +193,7 @@ def updated(
     )
     if parameters.guarded:
         standing = grown(points[judged.may_start & ~doubtful], 0.0)
-        after = dataclasses.replace(after, standing=standing, occlusions=occlusion_points(scan, pose))
+        after = replaced(after, standing=standing, occlusions=occlusion_points(scan, pose))
     motion = judged.motion.copy()
     if len(after):
         tracked = owner >= 0

@@ -14,7 +14,7 @@ from drake_starnav.tracking.occupancy_history import OccupancyHistory
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.tracking.prediction import PREDICTED, Rows, grown, predicted_trajectories, seen_free, view_edges
 from drake_starnav.tracking.surfaces import on_large_surfaces
-from drake_starnav.utils.snapshot import snapshot
+from drake_starnav.utils.snapshot import replaced, snapshot
 
 _BLIND = LaserScan(0.0, -1.0, 1.0, 0.0, 1.0, np.full(3, np.nan), lost_beams=True)
 """A scan of lost beams only, which carries no information."""
@@ -79,8 +79,7 @@ def track(
     standing = scan.points_at(scan.distances, scan.hits & (judged.motion == STATIC), pose)
     walls = np.vstack((grid.walls(scan.time, tracks.position, reach), standing))
     ways = predicted_trajectories(tracks.position, tracks.expected_velocity, tracks.radius, walls)
-    tracks = dataclasses.replace(tracks, predicted_trajectories=ways)
-    scan = dataclasses.replace(scan, motion=reported)
+    tracks, scan = replaced(tracks, predicted_trajectories=ways), replaced(scan, motion=reported)
     return Tracked(grid.updated(scan, pose, large & (judged.motion != DYNAMIC)), tracks, scan, pose)
 
 
