@@ -37,11 +37,11 @@ class KnownCells(NamedTuple):
             after: their samples now, shape (n, M), m; 0 of those that are gone.
             bounds: corners of a box that holds the regions, shape (2, 2), W, m.
         """
-        (low, high), last = np.floor(bounds / (BLOCK * cell)).astype(np.int64) + ((0,), (1,)), self.first
-        if self.whole.size:
-            last = self.first + self.whole.shape
-            low, high = np.minimum(low, self.first), np.maximum(high, last)
-        border = np.stack((self.first - low, high - last) if self.whole.size else (0 * low, high - low), axis=1)
+        low, high = np.floor(bounds / (BLOCK * cell)).astype(np.int64) + ((0,), (1,))
+        first = self.first if self.whole.size else low
+        last = first + self.whole.shape
+        low, high = np.minimum(low, first), np.maximum(high, last)
+        border = np.stack((first - low, high - last), axis=1)
         out = KnownCells(low, np.pad(self.whole, border), np.pad(self.part, BLOCK * border))
         _recount(out, cell, regions.center, regions.bearing_0, regions.values, after)
         return out
@@ -60,12 +60,8 @@ def _recount(known, cell, center, bearing_0, before, after):
                 for n in range(m - 1, m + 2):
                     u, v = math.cos(bearing_0[k] + n * turn), math.sin(bearing_0[k] + n * turn)
                     for r in (before[k, m], after[k, m]):
-                        left, right, bottom, top = (
-                            min(left, r * u),
-                            max(right, r * u),
-                            min(bottom, r * v),
-                            max(top, r * v),
-                        )
+                        left, right = min(left, r * u), max(right, r * u)
+                        bottom, top = min(bottom, r * v), max(top, r * v)
         if left > right:
             continue
         x, y = center[k, 0] / side - first[0], center[k, 1] / side - first[1]
@@ -74,24 +70,22 @@ def _recount(known, cell, center, bearing_0, before, after):
                 x0, y0 = ((i + first[0]) * BLOCK + OFF) * cell, ((j + first[1]) * BLOCK + OFF) * cell
                 dx, dy = x0 + middle - center[k, 0], y0 + middle - center[k, 1]
                 away = math.hypot(dx, dy)
-                width = samples // 2
-                if away > 2.0 * half:
-                    width = int(1.1 * half / away / turn) + 1
                 at, _ = samples_beside(bearing_0[k], samples, dx, dy)
-                differs = False
-                low_0, high_0, low_1, high_1 = np.inf, 0.0, np.inf, 0.0
+                width = int(1.1 * half / away / turn) + 1 if away > 2.0 * half else samples // 2
+                differs, least, most, least_now, most_now = False, np.inf, 0.0, np.inf, 0.0
                 for n in range(at - width, at + width + 2):
-                    a, b = before[k, n % samples], after[k, n % samples]
-                    differs |= a != b
-                    low_0, high_0, low_1, high_1 = min(low_0, a), max(high_0, a), min(low_1, b), max(high_1, b)
-                if not differs or max(high_0, high_1) < away - half:
+                    r, r_now = before[k, n % samples], after[k, n % samples]
+                    differs |= r != r_now
+                    least, most = min(least, r), max(most, r)
+                    least_now, most_now = min(least_now, r_now), max(most_now, r_now)
+                if not differs or max(most, most_now) < away - half:
                     continue
-                was, now = low_0 > away + half, low_1 > away + half
-                whole[i, j] += np.int64(now) - np.int64(was)
-                for a in range(0 if was and now else BLOCK):
+                was_whole, is_whole = least > away + half, least_now > away + half
+                whole[i, j] += np.int64(is_whole) - np.int64(was_whole)
+                for a in range(0 if was_whole and is_whole else BLOCK):
                     for b in range(BLOCK):
-                        x1, y1 = x0 + a * cell, y0 + b * cell
-                        if high_0 > 0.0 and not was and covers(center, bearing_0, before, k, x1, y1, 0.0):
+                        u, v = x0 + a * cell, y0 + b * cell
+                        if most > 0.0 and not was_whole and covers(center, bearing_0, before, k, u, v, 0.0):
                             part[i * BLOCK + a, j * BLOCK + b] -= 1
-                        if high_1 > 0.0 and not now and covers(center, bearing_0, after, k, x1, y1, 0.0):
+                        if most_now > 0.0 and not is_whole and covers(center, bearing_0, after, k, u, v, 0.0):
                             part[i * BLOCK + a, j * BLOCK + b] += 1
