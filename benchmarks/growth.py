@@ -106,7 +106,7 @@ def scenarios(table: str, folder: Path) -> dict[str, list[Scenario]]:
     if table == "triangles":
         return {each.name: [each] for each in (balls(folder, k) for k in range(1, 5))}
     if table == "six_robots":
-        six = load_scenario(table, overrides=["simulation.timeout=20"])
+        six = load_scenario(table, overrides=["simulation.timeout=12"])
         return {f"the first {k}": [replace(six, robots=six.robots[:k])] for k in range(1, len(six.robots) + 1)}
     names = WORLDS if table in ("lidar", "robot") else (table,)
     return {

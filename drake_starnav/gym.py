@@ -184,7 +184,8 @@ class NavigationVectorEnv(VectorEnv):
             raise StarnavError(f"num_envs is {num_envs}, processes {processes}; allowed: whole numbers > 0")
         one = NavigationEnv(**settings)
         self._count = max(count for count in range(1, most + 1) if num_envs % count == 0)
-        share = functools.partial(_Share, num_envs // self._count, settings)
+        envs = [functools.partial(NavigationEnv, **settings)] * (num_envs // self._count)
+        share = functools.partial(_Share, envs, copy=False)
         self._shares = AsyncVectorEnv([share] * self._count, copy=False, autoreset_mode=AutoresetMode.DISABLED)
         self.num_envs, self.processes = num_envs, self._shares.processes
         self.single_observation_space, self.single_action_space = one.observation_space, one.action_space
@@ -216,23 +217,16 @@ class NavigationVectorEnv(VectorEnv):
         return rows, *map(np.concatenate, flags[:-1]), info
 
 
-class _Share(gymnasium.Env):
-    """Environments of one process, as one environment."""
+class _Share(SyncVectorEnv):
+    """Environments of one process, which answer as one environment."""
 
-    def __init__(self, count: int, settings: dict[str, Any]) -> None:
-        self._envs = SyncVectorEnv([functools.partial(NavigationEnv, **settings)] * count, copy=False)
-        self.observation_space, self.action_space = self._envs.observation_space, self._envs.action_space
-
-    def reset(self, *, seed: Any = None, options: dict[str, Any] | None = None) -> tuple:
-        seen, info = self._envs.reset(seed=seed, options=options)
+    def reset(self, **settings: Any) -> tuple:
+        seen, info = super().reset(**settings)
         return seen, {"share": (info,)}
 
-    def step(self, action: np.ndarray) -> tuple:
-        *found, info = self._envs.step(action)
+    def step(self, actions: np.ndarray) -> tuple:
+        *found, info = super().step(actions)
         return *found, {"share": (info,)}
-
-    def close(self) -> None:
-        self._envs.close()
 
 
 class PlantMotion:
