@@ -9,6 +9,7 @@ import math
 import numpy as np
 from numba import njit
 
+from drake_starnav.geometry.compiled import leaf
 from drake_starnav.geometry.footprint import in_frame
 from drake_starnav.geometry.polyline import point_to_segment_squared
 from drake_starnav.surroundings.unseen import Step, is_free
@@ -36,20 +37,27 @@ def keeps_clear(poses, surfaces, looks, body, sizes):
     margin, room = max(sizes[0], ESCAPE_CLEARANCE), sizes[1]
     count, center = len(poses), surfaces.center
     moved, frames = np.zeros(count), np.empty((count, 4))  # no point of the body has moved farther
+    middle_x, middle_y = 0.5 * (poses[0, 0] + poses[-1, 0]), 0.5 * (poses[0, 1] + poses[-1, 1])
+    farthest, around = 0.0, 0.0  # of the places from the scan's, and from the middle of the way
     for i in range(count):
         x, y, yaw = poses[i, 0], poses[i, 1], poses[i, 2]
         frames[i, 0], frames[i, 1], frames[i, 2], frames[i, 3] = x, y, math.cos(yaw), math.sin(yaw)
-        if math.hypot(x - center[0], y - center[1]) > room:
-            return False
+        farthest = max(farthest, math.hypot(x - center[0], y - center[1]))
+        around = max(around, math.hypot(x - middle_x, y - middle_y))
         if i > 0:
             way = math.hypot(x - poses[i - 1, 0], y - poses[i - 1, 1])
             moved[i] = moved[i - 1] + way + body.lever * abs(yaw - poses[i - 1, 2])
-    apart = math.hypot(frames[0, 0] - center[0], frames[0, 1] - center[1]) + body.radius + margin + moved[-1]
+    if farthest > room:
+        return False
+    farthest, around = farthest + body.radius + margin, around + body.radius + margin
     asked = np.zeros(2, np.int64)
     for j in range(len(surfaces.ends)):
         ends = surfaces.ends[j]
         away = point_to_segment_squared(center[0], center[1], ends[0], ends[1], ends[2], ends[3])
-        if away > apart * apart:  # what a chord hides is farther away than the chord
+        if away > farthest * farthest:  # what a chord hides is farther away than the chord
+            continue
+        beside = point_to_segment_squared(middle_x, middle_y, ends[0], ends[1], ends[2], ends[3])
+        if beside > around * around and not surfaces.shades[j]:
             continue
         if _keeps_off(frames, moved, ends, center, surfaces.shades[j], body, margin):
             continue
@@ -62,7 +70,7 @@ def keeps_clear(poses, surfaces, looks, body, sizes):
     return True
 
 
-@njit(cache=True)
+@leaf
 def _keeps_off(frames, moved, ends, center, shade, body, margin):
     """Whether a body keeps a margin to a chord, with `shade` to all that it hides as well; m.
 
@@ -78,7 +86,8 @@ def _keeps_off(frames, moved, ends, center, shade, body, margin):
         reached = moved[i] + (gap - needed)  # not less than moved[i]
         if reached >= way:
             return True
-        i = np.searchsorted(moved, reached, side="right")
+        while moved[i] <= reached:
+            i += 1
 
 
 @njit(cache=True)
@@ -93,17 +102,20 @@ def _stays_free(frames, moved, ends, center, looks, body, margin, asked):
                 gap = margin + LOOKAHEAD
             elif i > 0 and not is_free(Step(body, frames[0], frames[i], False), ends, center, looks, margin, asked):
                 return False
-        i = max(i + 1, np.searchsorted(moved, moved[i] + (gap - margin), side="right"))
+        reached = moved[i] + (gap - margin)
+        i += 1
+        while i < count and moved[i] <= reached:
+            i += 1
     return True
 
 
-@njit(cache=True)
+@leaf
 def body_gap(frame, ends, center, shade, body, enough):
     """Lower bound of the distance of a body from a chord (4,) and, with `shade`, all that it hides, m, up to `enough`.
 
     `frame` is the body's: x, y, and cosine and sine of its yaw, W.
     """
-    x, y, _, _ = frame
+    x, y = frame[0], frame[1]  # to unpack an array may raise an error
     if len(body.polygons.ends) == 0:
         return _point_gap(x, y, ends, center, shade) - body.radius
     near = body.radius + enough
@@ -120,7 +132,7 @@ def body_gap(frame, ends, center, shade, body, enough):
     return least
 
 
-@njit(cache=True)
+@leaf
 def _point_gap(x, y, ends, center, shade):
     """Distance of a place from a chord and, with `shade`, all that it hides, m; negative within that."""
     away = math.sqrt(point_to_segment_squared(x, y, ends[0], ends[1], ends[2], ends[3]))
