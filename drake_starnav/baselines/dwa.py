@@ -17,10 +17,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from drake_starnav.baselines.baseline_step import BaselineInput, unit_vector
 from drake_starnav.control.inputs import Proposal
+from drake_starnav.geometry.compiled import kernel
 from drake_starnav.geometry.se2 import inverse, placed
 from drake_starnav.parameters import Checked, parameter
 from drake_starnav.robot import RobotParameters
@@ -76,7 +76,7 @@ def dwa_twist(
     return float(v), float(omega)
 
 
-@njit(cache=True)
+@kernel
 def _best(twist, goal, points, limits, radius):
     """The best admissible twist (v, omega); goal and points in the robot's frame, m, limits are `Limits`."""
     (v_now, omega_now), (goal_ahead, goal_left) = twist, goal
@@ -119,7 +119,7 @@ def _best(twist, goal, points, limits, radius):
     return max(kept * v_now, 0.0), kept * omega_now
 
 
-@njit(cache=True)
+@kernel
 def _arc_clearance(points, curvature, radius, enough):
     """The way until a disc at the origin, on an arc along x, touches a point; less than `enough` ends the search."""
     clearance = math.inf

@@ -1,6 +1,5 @@
 """Guidance -> (v, omega)."""
 
-import drake_starnav.utils.compilation  # noqa: F401  (shows what is compiled)
 from drake_starnav.control.inputs import ControllerInputs, Proposal
 from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.control.path_following import followed, guiding_vector

@@ -10,7 +10,6 @@ import functools
 import math
 
 import numpy as np
-from numba import njit
 
 from drake_starnav.control.avoidance_rollout import (
     HEADING,
@@ -34,7 +33,7 @@ from drake_starnav.control.rollout import (
     goal_slowdown,
     times_left,
 )
-from drake_starnav.geometry.compiled import leaf, put
+from drake_starnav.geometry.compiled import kernel, leaf, put
 from drake_starnav.robot import Limits, RobotParameters
 from drake_starnav.robot.base import twist_of
 from drake_starnav.robot.limits import limited, wrapped_angle
@@ -165,7 +164,7 @@ def avoid_collision(
     return twists[k] if k >= 0 else None
 
 
-@njit(cache=True)
+@kernel
 def thinned(places, position, reach, spacing):
     """The places (n, 2) within `reach` (m) of a position, no two of them nearer to each other than `spacing` (m)."""
     kept = np.empty((len(places), 2))
@@ -181,7 +180,7 @@ def thinned(places, position, reach, spacing):
     return kept[:n]
 
 
-@njit(cache=True)
+@kernel
 def _begun_by(ways, start, scene):
     """The velocities (n, 3) with which manoeuvres begin, within the robot's limits, and the rollouts (n,) of each."""
     firsts, rows, limits, row = np.empty((len(ways), 3)), np.empty(len(ways), ROLLOUT), scene.limits, start[0]
@@ -198,7 +197,7 @@ def _begun_by(ways, start, scene):
     return firsts, rows
 
 
-@njit(cache=True)
+@kernel
 def _searched(ways, rows, apart, scene):
     """The manoeuvre with which the best rollout begins that continues one of rows (n,), `apart` as given, or -1."""
     (best, cost), count = _best(rows, False, (-1, np.inf)), len(ways)
@@ -233,7 +232,7 @@ def _change(velocity, row, limits):
     return CHANGE_WEIGHT * (speed / limits.max_speed + abs(velocity[2] - row.turning) / limits.max_yaw_rate)
 
 
-@njit(cache=True)
+@kernel
 def _continued(generation, same_place, same_speed):
     """Indices of the BEAM best rollouts that have not ended and differ by these, m and m/s, the best first."""
     kept = np.empty(BEAM, np.int64)

@@ -17,7 +17,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from drake_starnav.control.rollout import (
     ARRIVED,
@@ -31,7 +30,7 @@ from drake_starnav.control.rollout import (
     region_around,
     time_to_go,
 )
-from drake_starnav.geometry.compiled import leaf, put
+from drake_starnav.geometry.compiled import kernel, leaf, put
 from drake_starnav.robot import Limits
 from drake_starnav.robot.limits import Velocity, aimed, slowed, wrapped_angle
 from drake_starnav.robot.motion import Pose, moved, ramped_velocity, velocity_of
@@ -193,7 +192,7 @@ def _lost(row, zone):
     return row.lost + WALL_COST * (1.0 - row.closest / zone) ** 2
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def drive(start, ways, foreseen, scene, most, rows):
     """Continue a rollout by each of some manoeuvres: ways (n, 4), rows of `manoeuvres`, as rows (n,) to be written.
 

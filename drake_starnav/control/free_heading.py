@@ -3,9 +3,8 @@
 import math
 
 import numpy as np
-from numba import njit
 
-from drake_starnav.geometry.compiled import put
+from drake_starnav.geometry.compiled import kernel, put
 
 FREE_HEADING_RANGE = 0.8
 """Largest turn of the guiding vector to a free bearing, rad."""
@@ -17,7 +16,7 @@ STEP = math.radians(2.0)
 """Spacing of the bearings tried; a free one counts only if the next is free too: otherwise noise may close it again."""
 
 
-@njit(cache=True)
+@kernel
 def _open(angle, near, distance, way):
     """Whether a way (m) along a bearing keeps a distance from hits (n, 3), x, y and how far now, or leads off them."""
     ux, uy = math.cos(angle), math.sin(angle)
@@ -31,7 +30,7 @@ def _open(angle, near, distance, way):
     return True
 
 
-@njit(cache=True)
+@kernel
 def free_heading(x, y, ux, uy, hits, sizes):
     """The unit vector (ux, uy) if it is free, else the nearest free one within FREE_HEADING_RANGE, or itself.
 

@@ -10,9 +10,7 @@ Source: paper, section III-B; E by columns and t from Phi' are corrections, with
 
 import math
 
-from numba import njit
-
-from drake_starnav.geometry.compiled import leaf
+from drake_starnav.geometry.compiled import kernel, leaf
 
 SIGMA = 2.0
 """Exponent of Gamma, as of the paper: what is damped grows with the square of the way to the boundary."""
@@ -35,7 +33,7 @@ def boundary_at(values, slopes, bearing_0, theta):
     return phi, (1.0 - share) * slopes[left] + share * slopes[right]
 
 
-@njit(cache=True)
+@kernel
 def modulated_direction(x, y, ux, uy, regions, radius):
     """The mean direction of the unit vector (ux, uy), modulated by each region that contains (x, y).
 

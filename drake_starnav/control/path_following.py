@@ -3,13 +3,13 @@
 import math
 
 import numpy as np
-from numba import njit
 
 from drake_starnav.control.free_heading import free_heading
 from drake_starnav.control.inputs import ControllerInputs, Proposal
 from drake_starnav.control.manoeuvre_following import followed_manoeuvre
 from drake_starnav.control.modulation import modulated_direction
 from drake_starnav.control.rollout import CREEP, goal_slowdown
+from drake_starnav.geometry.compiled import kernel
 from drake_starnav.planning.guidance import PASSED_DISTANCE
 from drake_starnav.robot import Limits, RobotParameters
 from drake_starnav.robot.base import twist_of
@@ -33,7 +33,7 @@ def followed(inputs: ControllerInputs, robot: RobotParameters) -> Proposal:
     return Proposal(twist_of(found[2:], robot.drive), found[:2])
 
 
-@njit(cache=True)
+@kernel
 def _followed(pose, ahead, seen, radius, limits, found):
     """Write guiding vector (2,) and `Velocity` into `found` (5,), where the robot shall not stand."""
     x, y, yaw = pose
@@ -53,7 +53,7 @@ def _followed(pose, ahead, seen, radius, limits, found):
     found[2], found[3], found[4] = velocity.ahead, velocity.aside, velocity.turning
 
 
-@njit(cache=True)
+@kernel
 def guiding_vector(x, y, path, regions, radius):
     """Unit vector (x, y) for a robot at (x, y) to follow, and the distance to its way point, m; zero at the last one.
 
@@ -69,7 +69,7 @@ def guiding_vector(x, y, path, regions, radius):
     return ux, uy, distance
 
 
-@njit(cache=True)
+@kernel
 def way_point(x, y, path, radius):
     """Unit vector to the first way point of a path (k, 2) that a robot has not passed, and its distance, m.
 

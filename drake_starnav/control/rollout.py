@@ -4,9 +4,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
-from drake_starnav.geometry.compiled import leaf
+from drake_starnav.geometry.compiled import kernel, leaf
 from drake_starnav.planning.guidance import PASSED_DISTANCE
 from drake_starnav.robot.limits import STOPPING_GAIN, Velocity, wrapped_angle
 from drake_starnav.surroundings.region_union import RegionUnion, cover_at, covers
@@ -63,7 +62,7 @@ class Discs(NamedTuple):
     age: float
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def foreseen_discs(discs, spent, steps, settings):
     """The discs after `spent` and at the end of each step, shape (steps + 1, n, 8), W, m and m/s.
 
@@ -88,7 +87,7 @@ def foreseen_discs(discs, spent, steps, settings):
     return foreseen
 
 
-@njit(cache=True)
+@kernel
 def region_around(known, region, x, y):
     """Index of a region that contains (x, y), or -1; `region`, which contained the last position, is tried first."""
     regions = known.regions
@@ -132,7 +131,7 @@ def next_way_point(line, k, x, y, radius):
     return k
 
 
-@njit(cache=True)
+@kernel
 def times_left(line, limits):
     """Time from each way point to the end of the path, starting along the next leg at full speed, shape (n,), s."""
     left = np.zeros(len(line))

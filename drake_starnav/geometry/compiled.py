@@ -1,10 +1,14 @@
-"""How small functions are compiled that loops call."""
+"""How the package's functions are compiled, and small ones that loops call."""
 
 from numba import njit
 
+import drake_starnav.utils.compilation  # noqa: F401  (shows what is compiled)
+
+kernel = njit(cache=True, error_model="numpy")
+"""For all of them. A division by zero gives inf or NaN, as in NumPy: exceptions would take longer to compile."""
 leaf = njit(cache=True, error_model="numpy", forceinline=True)
-"""For functions that divide by nothing that may be zero: inlined, and without exceptions, they let Numba leave out the
-counting of references to the arrays that a loop passes to them, which would cost more than what they do."""
+"""For what loops call: inlined, it lets Numba leave out the counting of references to the arrays that are passed to it,
+which would cost more than what it does."""
 
 
 @leaf
@@ -14,7 +18,7 @@ def put(rows, k, values):
         rows[k, j] = values[j]
 
 
-@njit(cache=True)
+@kernel
 def largest(values):
     """The largest of some numbers (n,), n >= 1; the array's own `max` takes Numba ten times as long to compile."""
     most = values[0]

@@ -7,10 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 import shapely
-from numba import njit
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.geometry.compiled import leaf
+from drake_starnav.geometry.compiled import kernel, leaf
 from drake_starnav.geometry.se2 import placed
 from drake_starnav.utils.snapshot import snapshot
 
@@ -131,14 +130,14 @@ def fastest_point(speed, turning, lever):
     return np.abs(speed) + lever * np.abs(turning)
 
 
-@njit(cache=True)
+@kernel
 def in_frame(x, y, frame):
     """A place in the frame at (x, y, cosine and sine of the yaw); all three in one outer frame, m."""
     dx, dy = x - frame[0], y - frame[1]
     return frame[2] * dx + frame[3] * dy, frame[2] * dy - frame[3] * dx
 
 
-@njit(cache=True)
+@kernel
 def gap_to_disc(frame, body, x, y, radius, least):
     """How far a `Body` at a frame is from a disc about (x, y), m, or `least` if that is less."""
     near = least + radius + body.radius
@@ -148,7 +147,7 @@ def gap_to_disc(frame, body, x, y, radius, least):
     return min(least, distance_to_point(x, y, body) - radius)
 
 
-@njit(cache=True)
+@kernel
 def distance_to_point(x, y, body):
     """How far a `Body` is from a place in its frame, m; negative inside, by a part's depth."""
     ends, least = body.polygons.ends, np.inf
@@ -158,7 +157,7 @@ def distance_to_point(x, y, body):
     return least
 
 
-@njit(cache=True)
+@kernel
 def part_distance(x, y, body, start, end):
     """How far one part of a `Body` is from a place, m, negative within it; and the direction from it; in its frame.
 

@@ -10,9 +10,8 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
-from drake_starnav.geometry.compiled import leaf
+from drake_starnav.geometry.compiled import kernel, leaf
 from drake_starnav.geometry.raycast import CIRCLE, COLUMNS, CONIC, SEGMENT
 
 RESOLUTION = 1e-6
@@ -103,7 +102,7 @@ def slice_solids(solids: Solids, plane: np.ndarray, near: tuple[float, float, fl
     return _slice(plane, near, solids.quadrics, solids.vertices, solids.face_starts, solids.face_vertices)
 
 
-@njit(cache=True)
+@kernel
 def scan_planes(X_WF, X_WS_begin, X_WS, known):
     """The scan plane in each of m frames F.
 
@@ -166,7 +165,7 @@ def _along(point, axis, origin=(0.0, 0.0, 0.0)):
     return x * axis[0] + y * axis[1] + z * axis[2]
 
 
-@njit(cache=True)
+@kernel
 def _slice(plane, near, quadrics, vertices, face_starts, face_vertices):
     """The rows (k, 14) of the slice of `Solids` by a plane (3, 3), of those that may lie within a circle."""
     a, b, normal = plane[0], plane[1], np.empty(3)
@@ -230,7 +229,7 @@ def _times(q, v):
     )
 
 
-@njit(cache=True)
+@kernel
 def _slice_quadric(q, plane, normal, rows, count):
     """Write the conic d^T A d + 2 b^T d + c = 0 of one quadric, clipped to low <= m^T d <= high, and its end faces."""
     e1, e2, center, axis = plane[0], plane[1], q[0:3], q[9:12]
@@ -292,7 +291,7 @@ def _slice_quadric(q, plane, normal, rows, count):
     return _slice_caps(q, height, lean, (x0, y0, u0, u1, slope), rows, count) if q[14] > 0.0 else count
 
 
-@njit(cache=True)
+@kernel
 def _slice_caps(q, height, lean, place, rows, count):
     """Write the chords of the flat end faces of a quadric whose centre is so high above the plane, m, and whose axis
     leans on its normal; `place`: x and y of the centre, the axis's direction there, and its component along that."""

@@ -4,7 +4,8 @@ import math
 
 import numpy as np
 import shapely
-from numba import njit
+
+from drake_starnav.geometry.compiled import kernel, leaf
 
 
 def simplified(points: np.ndarray, tolerance: float) -> np.ndarray:
@@ -26,7 +27,7 @@ def distance_to_segment(points: np.ndarray, start: np.ndarray, end: np.ndarray) 
     return np.hypot(*(points - start - np.multiply.outer(share, along)).T)
 
 
-@njit(cache=True)
+@kernel
 def third_side(a, b, cosine):
     """The third side of a triangle from two others and the cosine of the angle between them, m."""
     return math.sqrt(max(a * a + b * b - 2.0 * a * b * cosine, 0.0))
@@ -46,7 +47,7 @@ def around(polygon: np.ndarray, distance: float, step: float) -> np.ndarray:
     return shapely.get_coordinates(shapely.segmentize(line, step))
 
 
-@njit(cache=True, inline="always")
+@leaf
 def point_to_segment_squared(x, y, ax, ay, bx, by):
     """Squared distance, m^2, from (x, y) to the segment a b, which may be a point; for compiled functions."""
     ex, ey = bx - ax, by - ay
@@ -58,7 +59,7 @@ def point_to_segment_squared(x, y, ax, ay, bx, by):
     return dx * dx + dy * dy
 
 
-@njit(cache=True)
+@kernel
 def distances(origin, shape, step, reach, capsules):
     """How far the points of a grid are from the nearest capsule, up to `reach`, m; shape as asked.
 
@@ -90,7 +91,7 @@ def resampled(points: np.ndarray, step: float) -> np.ndarray:
     return np.column_stack([np.interp(at, travelled, coordinate) for coordinate in points.T])
 
 
-@njit(cache=True)
+@kernel
 def subdivided(points, step):
     """Points (k, 2) along a polyline (n, 2) at most `step` apart, all of its corners included, m."""
     counts = np.ones(len(points), np.int64)

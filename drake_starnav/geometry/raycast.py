@@ -21,9 +21,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
-from drake_starnav.geometry.compiled import leaf
+from drake_starnav.geometry.compiled import kernel, leaf
 
 COLUMNS = 14
 CIRCLE, SEGMENT, CONIC = 0.0, 1.0, 2.0
@@ -92,7 +91,7 @@ def segment_rows(segments: np.ndarray) -> np.ndarray:
     return rows
 
 
-@njit(cache=True)
+@kernel
 def cast_groups(groups, poses, fan, ranges, reach):
     """Shorten `ranges` to the first crossing with groups of shapes, each in its own frame.
 
@@ -109,7 +108,7 @@ def cast_groups(groups, poses, fan, ranges, reach):
         cast_rows(groups.rows[groups.starts[g] : groups.starts[g + 1]], place, fan, ranges, reach)
 
 
-@njit(cache=True)
+@kernel
 def cast_rolling(groups, begin, end, fan, ranges, reach):
     """Shorten `ranges` to those of a rolling scan: beams measure one after the other while the sensor moves.
 
@@ -147,7 +146,7 @@ def cast_rolling(groups, begin, end, fan, ranges, reach):
                     cast_rows(rows[k : k + 1], place, beam, ranges[i : i + 1], reach)
 
 
-@njit(cache=True)
+@kernel
 def cast_rows(rows, place, fan, ranges, reach):
     """Shorten `ranges` to the first crossing with rows of shapes.
 

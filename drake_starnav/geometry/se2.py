@@ -3,7 +3,8 @@
 import math
 
 import numpy as np
-from numba import njit
+
+from drake_starnav.geometry.compiled import kernel
 
 
 def now_in(frame: np.ndarray, pose: np.ndarray) -> tuple[float, float, float]:
@@ -41,7 +42,7 @@ def placed(frame: np.ndarray, points: np.ndarray) -> np.ndarray:
     return _placed(np.ascontiguousarray(points, dtype=float), float(x), float(y), math.cos(yaw), math.sin(yaw))
 
 
-@njit(cache=True)
+@kernel
 def _placed(points, x, y, cosine, sine):
     """The loop of `placed`."""
     out = np.empty((len(points), 2))

@@ -1,6 +1,5 @@
 """Laser scans, and the errors of a sensor."""
 
-import drake_starnav.utils.compilation  # noqa: F401  (shows what is compiled)
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.scan_log import LoggedScan, read_scan_log
 from drake_starnav.lidar.sensor_model import LidarParameters

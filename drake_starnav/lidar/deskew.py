@@ -4,8 +4,8 @@ import dataclasses
 import math
 
 import numpy as np
-from numba import njit
 
+from drake_starnav.geometry.compiled import kernel
 from drake_starnav.geometry.se2 import now_in
 from drake_starnav.lidar.laser_scan import UNKNOWN, LaserScan
 
@@ -34,7 +34,7 @@ def deskewed(scan: LaserScan, earlier: np.ndarray, time: float, pose: np.ndarray
     return dataclasses.replace(scan, ranges=ranges, time_increment=0.0, lost_beams=True, motion=motion)
 
 
-@njit(cache=True)
+@kernel
 def _rebinned(ranges, step, clockwise, field, seam, limits):
     """The ranges (n,), m, as seen from the end of the sweep, and the index of the beam each came from, or -1.
 

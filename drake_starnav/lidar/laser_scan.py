@@ -8,9 +8,9 @@ from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from drake_starnav.errors import StarnavError
+from drake_starnav.geometry.compiled import kernel
 from drake_starnav.lidar.field_of_view import SEAM, TURN, FieldOfView, sectors_of
 from drake_starnav.utils.snapshot import replaced, snapshot
 
@@ -69,7 +69,7 @@ class Beams(NamedTuple):
     complete: bool
 
 
-@njit(cache=True)
+@kernel
 def classified(ranges, motion, free, range_max, increment, seam):
     """The fields of `Beams` from `distances` on; `range_max`, `increment` and `seam` are as there.
 
@@ -94,7 +94,7 @@ def classified(ranges, motion, free, range_max, increment, seam):
     return distance, kinds, complete
 
 
-@njit(cache=True)
+@kernel
 def _bounded(distance, range_max, increment, seam):
     """The distances with those of lost beams (NaN) bounded by the beams on both sides."""
     n = len(distance)
@@ -308,7 +308,7 @@ class LaserScan:
         return placed_ends(self.beams.directions, distance, chosen, x, y, math.cos(yaw), math.sin(yaw))
 
 
-@njit(cache=True)
+@kernel
 def placed_ends(directions, distance, chosen, x, y, cosine, sine):
     """Points at given distances along the chosen beams of a sensor at (x, y) with a yaw of that cosine and sine."""
     points, n = np.empty((len(distance), 2)), 0

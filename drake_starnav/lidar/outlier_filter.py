@@ -10,8 +10,8 @@ import dataclasses
 import math
 
 import numpy as np
-from numba import njit
 
+from drake_starnav.geometry.compiled import kernel
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.utils.snapshot import snapshot
 
@@ -78,7 +78,7 @@ def _lost(scan: LaserScan, beams: np.ndarray) -> LaserScan:
     return dataclasses.replace(scan, ranges=ranges, lost_beams=True)
 
 
-@njit(cache=True)
+@kernel
 def _confirmed(points, center, distance, index, earlier, number, beams, slack):
     """Which hits a neighbouring beam confirms, and which earlier scans do, shape (n,) each.
 

@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from drake_starnav.errors import StarnavError
+from drake_starnav.geometry.compiled import kernel
 from drake_starnav.lidar.field_of_view import ROUNDING, TURN, FieldOfView, sectors_of
 from drake_starnav.parameters import Checked, parameter
 
@@ -242,7 +242,7 @@ def _of_scan(seed: int, index: int, stream: Stream) -> np.random.Generator:
     return random_numbers(seed, stream, index << 192)
 
 
-@njit(cache=True)
+@kernel
 def _reported(distances, errors, lost, strays, quantisation, low, high):
     """Ranges (n,) of true distances with their errors; hits are clamped to [low, high]; empty: no such fault."""
     ranges = np.empty(len(distances))

@@ -13,8 +13,8 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from drake_starnav.geometry.compiled import kernel
 from drake_starnav.geometry.se2 import composed, inverse, now_in
 from drake_starnav.lidar.laser_scan import USUAL_BODY, LaserScan
 from drake_starnav.utils.snapshot import snapshot
@@ -67,7 +67,7 @@ class Surfaces(NamedTuple):
         return Surfaces(points, anchor, normal, scan.angle_min, scan.angle_increment, scan.full_circle)
 
 
-@njit(cache=True)
+@kernel
 def _lines(points, increment, wrap, width):
     """Lines through each point's neighbours on one surface, an anchor point and a normal each, (n, 2), 0 without one.
 
@@ -112,7 +112,7 @@ def _lines(points, increment, wrap, width):
     return anchor, normal
 
 
-@njit(cache=True)
+@kernel
 def aligned(points, guess, weight, known, sigma, gate, last_gate):
     """The pose (x, y, yaw) of points (k, 2) in the frame of known surfaces, near a guess, and the number of inliers.
 
@@ -147,7 +147,7 @@ def aligned(points, guess, weight, known, sigma, gate, last_gate):
     return pose, inliers
 
 
-@njit(cache=True)
+@kernel
 def _add_points(h, g, points, pose, known, sigma, gate):
     """Add the points' distances to their lines to the matrix (3, 3) and the gradient (3,); the number of inliers."""
     inliers = 0
@@ -171,7 +171,7 @@ def _add_points(h, g, points, pose, known, sigma, gate):
     return inliers
 
 
-@njit(cache=True)
+@kernel
 def _nearest(known, x, y, gate):
     """The known point nearest to a place, found by its beam, or -1 if none is within the gate."""
     n, turn = len(known.points), 2.0 * math.pi / known.increment

@@ -1,6 +1,5 @@
 """Regions -> roadmap, path and short-term goal."""
 
-import drake_starnav.utils.compilation  # noqa: F401  (shows what is compiled)
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.planner import plan_step

@@ -1,9 +1,8 @@
 """Search of a grid by a bucket queue: Dijkstra's from a goal, or A* towards a source."""
 
 import numpy as np
-from numba import njit
 
-from drake_starnav.geometry.compiled import leaf
+from drake_starnav.geometry.compiled import kernel, leaf
 
 UNREACHED = 2**30
 """Costs are stored less this, so that 0, with which memory comes at no cost, means not reached."""
@@ -13,7 +12,7 @@ NEIGHBOURHOOD = 150
 """The margin by which a search reaches all 3 x 3 cells about its source, hundredths of a cell."""
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def bucket_dijkstra(weight, cost, goal, source):
     """Dial's bucket-queue A* from the goal to the source, cells (i, j); Dijkstra's search without a source (-1, -1).
 

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from drake_starnav.geometry.compiled import kernel
 from drake_starnav.planning.bucket_search import UNREACHED, bucket_dijkstra
 from drake_starnav.planning.closed_places import CLOSED
 from drake_starnav.planning.distance_grid import STRIDE, TILE, DistanceGrid
@@ -114,7 +114,7 @@ def cost_to_go(
     return CostField(cost, weight, origin, cell, grid)
 
 
-@njit(cache=True)
+@kernel
 def _weights(grid, corner, count, limits, costs):
     """What crossing each cell costs in tenths, 0 where blocked, by the greatest distance in it; with a blocked border.
 
@@ -152,7 +152,7 @@ def _weights(grid, corner, count, limits, costs):
     return out
 
 
-@njit(cache=True)
+@kernel
 def _raise_unknown(weight, known, corner, more):
     """Raise the weights of open cells that are unknown by `more`; cell (1, 1) is number `corner`."""
     first, whole, part = known
@@ -165,7 +165,7 @@ def _raise_unknown(weight, known, corner, more):
                 weight[i, j] += more
 
 
-@njit(cache=True)
+@kernel
 def _close(weight, middles, reach):
     """Block the cells within `reach` of some places (k, 2), and those that hold them; all in cells."""
     for x, y in middles:
@@ -175,7 +175,7 @@ def _close(weight, middles, reach):
                     weight[i, j] = 0
 
 
-@njit(cache=True)
+@kernel
 def descent(cost, weight, x, y):
     """Cells (i, j) from the best of the 3 x 3 about (x, y) down to the goal, shape (k, 2); none if it is cut off."""
     nx, ny = cost.shape

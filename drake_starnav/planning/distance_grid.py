@@ -8,10 +8,9 @@ import math
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numba import njit
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.geometry.compiled import leaf
+from drake_starnav.geometry.compiled import kernel, leaf
 
 TILE = 64
 """Cells along a tile's side."""
@@ -162,7 +161,7 @@ def _widened(first: np.ndarray, rows: np.ndarray, low: np.ndarray, high: np.ndar
     return new_first, out
 
 
-@njit(cache=True)
+@kernel
 def _stamp(tiles, used, rows, first, resolution, cap, points):
     """The loop of `stamped`: rows of the pool from `used` on become the tiles that change; the rows in use then."""
     reach = int(cap / resolution) + 1
@@ -194,7 +193,7 @@ def _stamp(tiles, used, rows, first, resolution, cap, points):
     return used
 
 
-@njit(cache=True)
+@kernel
 def _distances(grid, points):
     """The loop of `DistanceGrid.distance`."""
     out = np.empty(len(points))

@@ -4,8 +4,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from drake_starnav.geometry.compiled import kernel
 from drake_starnav.geometry.polyline import arc_lengths
 from drake_starnav.planning.closed_places import CLOSED
 from drake_starnav.planning.distance_grid import HIT_ERROR, distance_at
@@ -52,7 +52,7 @@ def all_gaps(roadmap: StarRoadmap, robot_radius: float) -> list[Gap]:
     return [gap for owner in range(len(roadmap)) for gap in gaps_of(roadmap, robot_radius, owner)]
 
 
-@njit(cache=True)
+@kernel
 def _boundary(union: RegionUnion, owner, closures, hits, radius):
     """Points along a region's boundary (n, 2), the places beyond them (n, 2), and whether these are open (n,)."""
     center, bearing_0, values = union.center[owner], union.bearing_0[owner], union.values[owner]

@@ -4,8 +4,8 @@ import itertools
 import math
 
 import numpy as np
-from numba import njit
 
+from drake_starnav.geometry.compiled import kernel
 from drake_starnav.lidar.laser_scan import MAPPABLE, placed_ends
 from drake_starnav.surroundings.erosion import smoothed_distances
 from drake_starnav.surroundings.margins import Margins
@@ -31,7 +31,7 @@ def impassable_points(observation: Observation, margins: Margins, robot_radius: 
     return bridged_ends(observation.scan.beams, distance, (x, y, math.cos(yaw), math.sin(yaw)), 2.0 * robot_radius)
 
 
-@njit(cache=True)
+@kernel
 def bridged_ends(beams, distance, place, diameter):
     """As `impassable_points`, of distances along some `Beams` from a place (x, y, cosine and sine of the yaw)."""
     (x, y, cosine, sine), spacing = place, BRIDGE_SPACING * diameter

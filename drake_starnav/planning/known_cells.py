@@ -4,8 +4,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from drake_starnav.geometry.compiled import kernel
 from drake_starnav.planning.distance_grid import STRIDE
 from drake_starnav.surroundings.region_union import RegionUnion, covers, samples_beside
 
@@ -47,7 +47,7 @@ class KnownCells(NamedTuple):
         return out
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _recount(known, cell, center, bearing_0, before, after):
     """The loop of `KnownCells.recounted`: of each region, the blocks about those samples that have changed."""
     first, whole, part = known

@@ -9,8 +9,8 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numba import njit
 
+from drake_starnav.geometry.compiled import kernel
 from drake_starnav.planning.roadmap import StarRoadmap
 from drake_starnav.surroundings.bearing_hits import half_gaps
 from drake_starnav.surroundings.margins import Margins
@@ -49,7 +49,7 @@ def seen_through(old: Observation, new: Observation, slack: float) -> float:
     return 0.0 if through.sum() < FEWEST_HITS else float(through.sum() / judged.sum())
 
 
-@njit(cache=True)
+@kernel
 def _free_around(beam, distance, ranges, increment, slack, wrap):
     """The shortest range among the beams that pass within `slack` of a place at `beam` and `distance`."""
     n = len(ranges)
@@ -107,7 +107,7 @@ def _agreeing(region: StarRegion, points: np.ndarray, gaps: np.ndarray, radius: 
     return None if values.sum() < KEPT_SHARE * region.free_range.sum() else refitted(region, values)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _near_hits(union, points, reach, sizes, gap):
     """Indices of the regions of an indexed union that some points (n, 2), hits, may contradict.
 

@@ -4,8 +4,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from drake_starnav.geometry.compiled import kernel
 from drake_starnav.lidar.laser_scan import Beams
 from drake_starnav.planning.distance_grid import distance_at
 from drake_starnav.planning.guidance import PASSED_DISTANCE
@@ -74,7 +74,7 @@ def distance_to(a: np.ndarray, b: np.ndarray) -> float:
     return math.dist(a.tolist(), b.tolist())
 
 
-@njit(cache=True)
+@kernel
 def points_ahead(path, x, y, here, radius):
     """Index of the last point of a path (k, 2) in line of sight from (x, y) inside a union, or -1, for a robot.
 
@@ -88,7 +88,7 @@ def points_ahead(path, x, y, here, radius):
     return last_in_sight(path[:count], x, y, here, radius)
 
 
-@njit(cache=True)
+@kernel
 def _checked(x, y, driven, plan, known, seen, robot_radius):
     """The loop of `check_plan`: the fields of a `PlanCheck`; `driven` since the last node and since the plan, m."""
     (path, probe, optimistic), (union, here, doubting, hits) = plan, known
@@ -117,7 +117,7 @@ def _checked(x, y, driven, plan, known, seen, robot_radius):
     return sees_probe, outside, obstructed, passed, strayed, doubtful
 
 
-@njit(cache=True)
+@kernel
 def _is_doubtful(way, x, y, hits, robot_radius):
     """Whether hits seem to close a way (k, 2) within DOUBTED_WITHIN of (x, y)."""
     for i in range(len(way)):
@@ -127,7 +127,7 @@ def _is_doubtful(way, x, y, hits, robot_radius):
     return False
 
 
-@njit(cache=True)
+@kernel
 def passed_points(x, y, path, union, radius):
     """Number of way points that the robot at (x, y) has passed, or can see past; never the last one."""
     k = 0
@@ -139,7 +139,7 @@ def passed_points(x, y, path, union, radius):
     return k
 
 
-@njit(cache=True)
+@kernel
 def is_obstructed(path, points, robot_radius):
     """Whether points (n, 2) that the robot must not touch block an optimistic path (k, 2), all in W, m.
 

@@ -13,9 +13,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
-from drake_starnav.geometry.compiled import put
+from drake_starnav.geometry.compiled import kernel, put
 from drake_starnav.geometry.footprint import Body, Footprint
 from drake_starnav.geometry.polyline import distances
 from drake_starnav.robot.limits import wrapped_angle
@@ -134,13 +133,13 @@ def found_way(
     return np.vstack((there[1:], into)) if len(there) else there
 
 
-@njit(cache=True)
+@kernel
 def _cell(x, y, grid):
     """The cell of a place; it may lie outside of what is searched."""
     return int(round((x - grid[0]) / grid[2])), int(round((y - grid[1]) / grid[2]))
 
 
-@njit(cache=True)
+@kernel
 def _costs_to_go(clear, radius, goals, grid):
     """Costs of the shortest ways of a disc to a goal, m, by `Space.clear`.
 
@@ -167,7 +166,7 @@ def _costs_to_go(clear, radius, goals, grid):
     return out
 
 
-@njit(cache=True)
+@kernel
 def _after(x, y, yaw, dx, dy, turn):
     """The pose after a move (dx, dy) that is turned evenly."""
     middle = yaw + 0.5 * turn
@@ -175,7 +174,7 @@ def _after(x, y, yaw, dx, dy, turn):
     return x + cosine * dx - sine * dy, y + sine * dx + cosine * dy, yaw + turn
 
 
-@njit(cache=True)
+@kernel
 def _checked(x, y, yaw, move, space, begins):
     """Whether the footprint keeps its margin on a move (dx, dy, dyaw, ...) from a pose, and how many checks it took.
 
@@ -205,7 +204,7 @@ def _checked(x, y, yaw, move, space, begins):
     return keeps_clear(poses, surfaces, space.looks, space.body, (margin, np.inf)), EXACT
 
 
-@njit(cache=True)
+@kernel
 def _shot(pose, goal, space, begins):
     """Gear and heading of a straight way to the goal between two turns on the spot, gear 0 if there is none; and the
     number of checks.
@@ -229,7 +228,7 @@ def _shot(pose, goal, space, begins):
     return 0.0, yaw, checks
 
 
-@njit(cache=True)
+@kernel
 def _turn_to_go(yaw, goals, turn_cost):
     """The least cost of the turn to any goal, and of ending there, m."""
     least = np.inf
@@ -238,7 +237,7 @@ def _turn_to_go(yaw, goals, turn_cost):
     return least
 
 
-@njit(cache=True)
+@kernel
 def _searched(starts, goals, moves, to_go, turn_cost, space, leaves):
     """The poses that `found_way` reached, each one's predecessor, and the last one of the way; -1 without a way.
 

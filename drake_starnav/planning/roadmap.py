@@ -7,8 +7,8 @@ from dataclasses import field
 from functools import cached_property
 
 import numpy as np
-from numba import njit
 
+from drake_starnav.geometry.compiled import kernel
 from drake_starnav.planning.closed_places import NOTHING_CLOSED, Closures
 from drake_starnav.planning.distance_grid import STRIDE, DistanceGrid
 from drake_starnav.planning.impassable import impassable_points
@@ -144,7 +144,7 @@ def stamped_anew(
     return hits
 
 
-@njit(cache=True)
+@kernel
 def _edges(union):
     """The loop of `StarRoadmap.edges`, of an indexed union.
 

@@ -4,8 +4,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from drake_starnav.geometry.compiled import kernel
 from drake_starnav.geometry.polyline import arc_lengths
 from drake_starnav.planning.approach import approach
 from drake_starnav.planning.cost_field import CostField, Terrain, cost_to_go
@@ -117,7 +117,7 @@ def doubt(inputs: PlannerInput) -> float:
     return max(min(half_diagonal + MARGINS_IN_DOUBT * inputs.margins.least, most), 0.0)
 
 
-@njit(cache=True)
+@kernel
 def _leaving(path, half_cell, union, left):
     """Where a path (k, 2) leaves a union for longer than `left`, m, or ends outside.
 

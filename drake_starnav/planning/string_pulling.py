@@ -3,8 +3,8 @@
 import math
 
 import numpy as np
-from numba import njit
 
+from drake_starnav.geometry.compiled import kernel
 from drake_starnav.geometry.polyline import subdivided
 from drake_starnav.surroundings.region_union import RegionUnion, cover_at, first_gap
 
@@ -27,7 +27,7 @@ def string_pulled(path: np.ndarray, position: np.ndarray, regions: RegionUnion, 
     return _string_pulled(np.vstack((position, path)), regions, radius) if len(path) > 1 else path
 
 
-@njit(cache=True)
+@kernel
 def _string_pulled(line, regions, radius):
     """The loop of `string_pulled`, of a path that begins at the robot, shape (k, 2)."""
     forward = _pull(subdivided(line, FORWARD_STEP * radius), regions, radius)
@@ -38,7 +38,7 @@ def _string_pulled(line, regions, radius):
     return (backward[::-1][1:] if whole and len(backward) > 1 else forward[1:]).copy()
 
 
-@njit(cache=True)
+@kernel
 def last_in_sight(points, x, y, union, radius):
     """Index of the last of some points (n, 2) in line of sight from (x, y) inside a union, or -1, for a robot."""
     if cover_at(union, x, y, 0.0) < 0:
@@ -51,7 +51,7 @@ def last_in_sight(points, x, y, union, radius):
     return -1
 
 
-@njit(cache=True)
+@kernel
 def _pull(points, regions, radius):
     """The first of some points (n, 2), and on from it repeatedly the last one in line of sight."""
     kept, n, i = np.empty_like(points), 1, 1

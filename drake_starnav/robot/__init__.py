@@ -1,6 +1,5 @@
 """The robot: what it covers, how it moves, and its limits."""
 
-import drake_starnav.utils.compilation  # noqa: F401  (shows what is compiled)
 from drake_starnav.robot.base import Base
 from drake_starnav.robot.limits import Limits
 from drake_starnav.robot.motion import BrakingMotion, Motion

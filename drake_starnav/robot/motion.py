@@ -9,10 +9,9 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numba.extending import register_jitable
 
-from drake_starnav.geometry.compiled import leaf, put
+from drake_starnav.geometry.compiled import kernel, leaf, put
 from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.robot.base import Base
 from drake_starnav.robot.limits import Limits, Velocity
@@ -211,19 +210,19 @@ def body_rates(velocity, limits):
     return speed, velocity.turning * speed if limits.steers > 0.0 else velocity.turning
 
 
-@njit(cache=True)
+@kernel
 def gripped(acceleration):
     """Largest speed times yaw rate of a robot that may brake with this acceleration, m/s^2: more, and it slides."""
     return GRIP * min(GRIP_WHILE_BRAKING / acceleration, 1.0) ** 3
 
 
-@njit(cache=True)
+@kernel
 def slides(v, omega, limits):
     """Whether a robot that has this twist, and may brake as hard as its limits allow, slides."""
     return abs(v * omega) > gripped(limits.max_acceleration) + 1e-9
 
 
-@njit(cache=True)
+@kernel
 def sample(pose, twist, target, numbers, samples):
     """`roll_out` by `Actuation.numbers`, into `samples`: how many it has, room or not, and the rest of a `Motion`."""
     (delay, hold, lever, spacing), limits = numbers[:4], Limits(*numbers[4:])
@@ -238,7 +237,7 @@ def sample(pose, twist, target, numbers, samples):
     return count, commanded, begins[2], grips
 
 
-@njit(cache=True)
+@kernel
 def rolled(pose, velocity, legs, drive, samples, begins):
     """The motion of any base over legs, written as samples of a `Motion`; returns their number, room or not.
 

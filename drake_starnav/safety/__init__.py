@@ -1,6 +1,5 @@
 """Twists that are certified: what every motion must keep, and the shield that asks it."""
 
-import drake_starnav.utils.compilation  # noqa: F401  (shows what is compiled)
 from drake_starnav.safety.certificates import Certificate
 from drake_starnav.safety.zones import KeepOut, SpeedZone
 

@@ -25,8 +25,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from drake_starnav.geometry.compiled import kernel
 from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.robot.motion import Motion
 from drake_starnav.surroundings.region_union import covers
@@ -64,7 +64,7 @@ class Clear(NamedTuple):
         return bool(keeps_clear(motion.samples, look.chords, self.star.looks, self.footprint.body, sizes))
 
 
-@njit(cache=True)
+@kernel
 def covered(star, samples, places):
     """Whether a region contains places (m, 2) of a robot at all samples of a `Motion` but the first.
 

@@ -32,9 +32,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
-from drake_starnav.geometry.compiled import put
+from drake_starnav.geometry.compiled import kernel, put
 from drake_starnav.geometry.footprint import fastest_point, gap_to_disc
 from drake_starnav.robot.motion import Actuation, Motion
 from drake_starnav.tracking.kalman_tracks import Tracks
@@ -103,7 +102,7 @@ def reachable_discs(
     return _reachable(*tracks.sources, tracks.trusted, tracks.velocity, declared, near)
 
 
-@njit(cache=True)
+@kernel
 def _reachable(places, owner, trusted, velocity, declared, near):
     """The loop of `reachable_discs`; discs of tracks that are trusted come last."""
     (caution, max_speed, stopping), (x, y, reach) = declared, near
@@ -121,7 +120,7 @@ def _reachable(places, owner, trusted, velocity, declared, near):
     return discs[:n]
 
 
-@njit(cache=True)
+@kernel
 def _clearance(sample, moving, time, body):
     """Least distance of a robot at a sample to all places that discs may have reached at a time, less what it needs."""
     least, frame = np.inf, (sample[0], sample[1], math.cos(sample[2]), math.sin(sample[2]))
@@ -131,7 +130,7 @@ def _clearance(sample, moving, time, body):
     return least - moving.distance
 
 
-@njit(cache=True)
+@kernel
 def _stays_clear(samples, braking, moving, body):
     """Whether a robot stays clear of the discs of a `MovingCertificate` at all samples of a motion while it moves.
 

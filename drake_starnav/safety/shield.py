@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numba import njit
 from numba.extending import register_jitable
 
+from drake_starnav.geometry.compiled import kernel
 from drake_starnav.robot import Limits
 from drake_starnav.robot.motion import (
     SAMPLES,
@@ -42,7 +42,7 @@ def shielded(
     return ramped_twist(twist, target, actuation), certified
 
 
-@njit(cache=True)
+@kernel
 def _drives(pose, twist, target, numbers, star, places, driven):
     """Whether the motion towards a target is short, gripped and covered by a star; if so, write the twist after."""
     samples = np.empty((SAMPLES, 6))

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from drake_starnav.geometry.compiled import kernel
 from drake_starnav.geometry.footprint import Body, Footprint, Polygons
 from drake_starnav.geometry.se2 import composed
 from drake_starnav.lidar.laser_scan import LaserScan
@@ -167,7 +167,7 @@ class KinematicMotion:
         """Nothing to give back."""
 
 
-@njit(cache=True)
+@kernel
 def _sampled(pose, twist, target, numbers, samples):
     """All samples of the motion that `sample` writes, from where on it brakes, and whether the wheels grip."""
     count, _, braking, grips = sample(pose, twist, target, numbers, samples)
@@ -177,7 +177,7 @@ def _sampled(pose, twist, target, numbers, samples):
     return samples[:count], braking, grips
 
 
-@njit(cache=True)
+@kernel
 def _burst(pose, twist, asked, seen, numbers, shape, poses):
     """`KinematicMotion.burst` on arrays, which writes poses and the last twist: its three counts, and if it is open.
 

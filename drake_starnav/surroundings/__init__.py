@@ -1,6 +1,5 @@
 """Scan -> star-shaped free space."""
 
-import drake_starnav.utils.compilation  # noqa: F401  (shows what is compiled)
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.observation import Observation
 from drake_starnav.surroundings.region_union import RegionUnion

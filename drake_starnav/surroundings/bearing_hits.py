@@ -6,8 +6,8 @@ A bearing grid of M samples covers the full turn, sample i at bearing `bearing_0
 import math
 
 import numpy as np
-from numba import njit
 
+from drake_starnav.geometry.compiled import kernel
 from drake_starnav.geometry.polyline import third_side
 from drake_starnav.lidar.laser_scan import LOST, MOVING
 
@@ -15,7 +15,7 @@ CONNECTED_CHORD = 0.6
 """Neighbouring hits nearer than this belong to one surface, in narrow radii: no robot fits between them."""
 
 
-@njit(cache=True)
+@kernel
 def half_gaps(distance, beams):
     """Half the longer chord from each hit to a neighbouring hit of the same surface, shape (n,), m.
 
@@ -46,7 +46,7 @@ def half_gaps(distance, beams):
     return out
 
 
-@njit(cache=True)
+@kernel
 def beams_to_bearings(beam_distance, beam_gap, beams, samples):
     """The nearest hit in each sample of a bearing grid, of distances and half gaps along some `Beams`.
 
@@ -75,7 +75,7 @@ def beams_to_bearings(beam_distance, beam_gap, beams, samples):
     return distance, gap, offset
 
 
-@njit(cache=True)
+@kernel
 def points_to_bearings(points, point_gap, cx, cy, bearing_0, reach, samples):
     """As `beams_to_bearings`, of points (n, 2) in W, seen from (cx, cy), and half gaps (n,), m, from `bearing_0` on.
 

@@ -4,8 +4,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from drake_starnav.geometry.compiled import kernel
 from drake_starnav.geometry.polyline import point_to_segment_squared
 from drake_starnav.lidar.field_of_view import TURN
 from drake_starnav.lidar.laser_scan import HIT, LOST, MOVING
@@ -35,7 +35,7 @@ class Chords(NamedTuple):
     center: np.ndarray
 
 
-@njit(cache=True)
+@kernel
 def surfaces(hits, own, place, body):
     """Hits (n, 2) as chords (k, 4), and which of them shade: those between an own pair of the last scan's.
 
@@ -69,12 +69,12 @@ def surfaces(hits, own, place, body):
     return ends[:m], shades[:m]
 
 
-@njit(cache=True)
+@kernel
 def _joined(hits, i, j, body):
     return (hits[j, 0] - hits[i, 0]) ** 2 + (hits[j, 1] - hits[i, 1]) ** 2 < (CONNECTED_CHORD * body) ** 2
 
 
-@njit(cache=True)
+@kernel
 def hides(beams, place):
     """Chords (k, 4) behind which some `Beams` saw nothing, beside what joined hits of theirs hide; W, m.
 
@@ -116,7 +116,7 @@ def hides(beams, place):
     return ends[:m]
 
 
-@njit(cache=True)
+@kernel
 def _neighbours(beams, i, j):
     """Whether two beams hit one surface."""
     if i == j or beams.kinds[i] & HIT == 0 or beams.kinds[j] & HIT == 0:
@@ -126,7 +126,7 @@ def _neighbours(beams, i, j):
     return dx * dx + dy * dy < (CONNECTED_CHORD * beams.body) ** 2
 
 
-@njit(cache=True)
+@kernel
 def profile(ends, place, reach):
     """`Look.free` of chords (k, 4), in W: in each bin the nearest place of any counts."""
     out, step = np.full(BINS, reach), TURN / BINS

@@ -8,9 +8,8 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
-from drake_starnav.geometry.compiled import largest
+from drake_starnav.geometry.compiled import kernel, largest
 from drake_starnav.lidar.field_of_view import TURN
 from drake_starnav.lidar.laser_scan import LOST, MOVING, Beams, LaserScan
 from drake_starnav.surroundings.bearing_hits import beams_to_bearings, half_gaps
@@ -133,7 +132,7 @@ def bearing_tables(samples: int) -> tuple[np.ndarray, np.ndarray]:
     return np.cos(angle), np.sin(angle) ** 2
 
 
-@njit(cache=True)
+@kernel
 def disc_range(distance, disc):
     """Values, limit and margin of a `FreeRange` for smoothed distances (n,), m, and a `Disc`."""
     beams, limit, radius, (margin, least), (cosine, squares), is_merged = disc
@@ -169,7 +168,7 @@ def disc_range(distance, disc):
     return free, limit, kept
 
 
-@njit(cache=True)
+@kernel
 def moving_average(beams, half_width, slack):
     """The loop of `smoothed_distances`: of some `Beams`, over `half_width` of them to each side."""
     distance, range_max, wrap = beams.distances, beams.range_max, beams.seam < np.inf
@@ -198,7 +197,7 @@ def moving_average(beams, half_width, slack):
     return out
 
 
-@njit(cache=True)
+@kernel
 def within_sight(limit, beams, radius):
     """The limit (M,) of `free_limit`, m, reduced where a moving obstacle occludes the space behind it, by some `Beams`.
 
@@ -224,7 +223,7 @@ def within_sight(limit, beams, radius):
     return out
 
 
-@njit(cache=True)
+@kernel
 def erode(distance, gap, offset, radius, limit, cosine, sine_squared):
     """Distance that a disc's centre can move along each bearing, shape (M,), m.
 

@@ -12,8 +12,8 @@ from itertools import compress
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from drake_starnav.geometry.compiled import kernel
 from drake_starnav.geometry.footprint import Body, Footprint, disc
 from drake_starnav.geometry.se2 import Place, composed, placed
 from drake_starnav.lidar.field_of_view import TURN
@@ -138,7 +138,7 @@ class Looks(NamedTuple):
         return Looks(places, free, own.body, _stood(places, np.array(robots).reshape(-1, 3)))
 
 
-@njit(cache=True)
+@kernel
 def _stood(places, robots):
     """`Looks.stood` by the poses of looks and, in their frames, of the robot, shape (n, 3)."""
     stood = np.empty((len(places), 4))
@@ -188,7 +188,7 @@ def remembered(before: Known, new: Known, driven: tuple[float, float], now: tupl
     return Known(tuple(compress(looks, lasting.tolist())), rows)
 
 
-@njit(cache=True)
+@kernel
 def _lasting(new, before, begun, limits, kept):
     """Which looks are `remembered`, and their rows, of all that are `Known`.
 
@@ -225,20 +225,20 @@ def _lasting(new, before, begun, limits, kept):
     return lasting, rows[lasting]
 
 
-@njit(cache=True)
+@kernel
 def _are_apart(one, other, apart):
     away, turned = _difference(one, other)
     return away > apart or turned > KEPT_TURN
 
 
-@njit(cache=True)
+@kernel
 def _difference(one, other):
     """How far apart two looks are, m, and how much they are turned, rad."""
     turned = one[2] - other[2]
     return math.hypot(one[0] - other[0], one[1] - other[1]), abs(turned - TURN * round(turned / TURN))
 
 
-@njit(cache=True)
+@kernel
 def saw(look, looks, part, n):
     """Whether a look saw all of a convex polygon, the first `n` of `part`: nothing was nearer on any bearing of it.
 
@@ -268,7 +268,7 @@ def saw(look, looks, part, n):
     return True
 
 
-@njit(cache=True)
+@kernel
 def stands_on(frame, body, part, n, within):
     """Whether a body covers a polygon by one of its parts; else an edge of one that parts what this covers of it.
 

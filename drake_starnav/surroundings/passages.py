@@ -1,6 +1,6 @@
 """Passages: openings that the full margin would close and a smaller one leaves open."""
 
-from numba import njit
+from drake_starnav.geometry.compiled import kernel
 
 PASSAGE_DEPTH = 0.8
 """A passage extends the free range by more than this, in radii of the robot."""
@@ -11,7 +11,7 @@ MARGIN_STEPS = 2
 """Number of margins tried in a passage, from the largest to the smallest."""
 
 
-@njit(cache=True)
+@kernel
 def with_passages(free, narrow, radius):
     """The free range with the passages that only a narrower robot fits through, and whether there are any.
 

@@ -6,9 +6,9 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from drake_starnav.errors import StarnavError
+from drake_starnav.geometry.compiled import kernel
 from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.geometry.se2 import now_in, placed
 from drake_starnav.lidar.deskew import deskewed
@@ -219,7 +219,7 @@ def perceive(
     return Perceived(Observation(region, scan, pose, beside), safety, after, looks)
 
 
-@njit(cache=True)
+@kernel
 def _observed(plan, asked, slack, plans):
     """Smoothed distances; values, limit and margin of the planner's region and its boundary, if it plans; the `star`.
 

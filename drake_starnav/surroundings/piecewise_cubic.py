@@ -8,7 +8,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
+
+from drake_starnav.geometry.compiled import kernel
 
 SMALLEST_SPLIT = 5
 """Segments with fewer samples are not bisected."""
@@ -63,7 +64,7 @@ def fit_segments(samples: np.ndarray, breaks: np.ndarray, tolerance: float, one_
     return PiecewiseCubic(*_fit(samples, breaks, tolerance, one_sided))
 
 
-@njit(cache=True)
+@kernel
 def adaptive_fit(samples, lengths, one_sided):
     """The fields of the `PiecewiseCubic` that `fit_piecewise_cubic` returns; jump and tolerance are `lengths`, m."""
     jump, tolerance = lengths
@@ -78,7 +79,7 @@ def adaptive_fit(samples, lengths, one_sided):
     return _fit(samples, breaks[: n + 1], tolerance, one_sided)
 
 
-@njit(cache=True)
+@kernel
 def _fit(samples, breaks, tolerance, one_sided):
     """The fields of a `PiecewiseCubic` with segments between some breaks, as `fit_segments`."""
     count = len(samples)
@@ -122,7 +123,7 @@ def _fit(samples, breaks, tolerance, one_sided):
     return starts[:segments].copy(), values, slopes
 
 
-@njit(cache=True)
+@kernel
 def _least_squares(samples, abscissa):
     """Cubic fit of samples (n,) on a symmetric abscissa, its first n, where even and odd coefficients decouple."""
     n = len(samples)

@@ -4,9 +4,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
-from drake_starnav.geometry.compiled import leaf
+from drake_starnav.geometry.compiled import kernel, leaf
 from drake_starnav.geometry.se2 import placed
 
 LINE_STEP = 0.2
@@ -89,7 +88,7 @@ class RegionUnion(NamedTuple):
         return RegionUnion(placed(frame, self.center), self.bearing_0 + frame[2], self.values, self.slopes)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _covers_at(union, points, slack):
     """The loop of `RegionUnion.covers`: the region that contains a point is tried first on the next."""
     center, bearing_0, values = union.center, union.bearing_0, union.values
@@ -145,7 +144,7 @@ def highest(word):
     return k
 
 
-@njit(cache=True)
+@kernel
 def first_gap(union, start, end, guess, radius):
     """How far from `start` (x, y) the segment to `end` leaves a union, m, at least 1e-9; -1 if it does not.
 
@@ -191,7 +190,7 @@ def first_gap(union, start, end, guess, radius):
     return max(length * ((i + beyond - 1) // 2) / count, 1e-9)
 
 
-@njit(cache=True)
+@kernel
 def excess(union, x, y):
     """How far (x, y) is beyond the boundary of each region along the ray from its centre, at most 0 inside; (n,), m."""
     center, bearing_0, values = union.center, union.bearing_0, union.values
@@ -215,7 +214,7 @@ def covers(center, bearing_0, values, k, x, y, slack):
     return squared <= bound * bound
 
 
-@njit(cache=True)
+@kernel
 def _covers_segment(center, bearing_0, values, k, start, end):
     """Whether region k certainly covers a segment: its values between the bearings of both ends are large enough."""
     ax, ay, bx, by = start[0] - center[k, 0], start[1] - center[k, 1], end[0] - center[k, 0], end[1] - center[k, 1]

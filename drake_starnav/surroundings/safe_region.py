@@ -11,8 +11,8 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from drake_starnav.geometry.compiled import kernel
 from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.geometry.se2 import now_in, placed
 from drake_starnav.lidar.field_of_view import TURN
@@ -269,7 +269,7 @@ def certified_by(
     )  # fmt: skip
 
 
-@njit(cache=True)
+@kernel
 def star(distance, disc, known, latest, pose, bearing_0, reach, far):
     """The star's hits and half gaps, how many of them the memory keeps, the first; its values, and the near hits.
 

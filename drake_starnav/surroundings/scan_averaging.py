@@ -11,8 +11,8 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numba import njit
 
+from drake_starnav.geometry.compiled import kernel
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.surroundings.bearing_hits import CONNECTED_CHORD
 from drake_starnav.surroundings.erosion import SAME_SURFACE
@@ -99,7 +99,7 @@ def _seen_again(scan: LaserScan, ranges: np.ndarray, points: np.ndarray, pose: n
     return within & (between | beside)
 
 
-@njit(cache=True)
+@kernel
 def _estimates(measured, rays, points, beam, beams, reach):
     """Each beam's crossing with a chord of an earlier scan, the one nearest to its measured range, m; or infinity.
 

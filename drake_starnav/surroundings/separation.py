@@ -7,9 +7,8 @@ normal is a lower bound of their distance.
 import math
 
 import numpy as np
-from numba import njit
 
-from drake_starnav.geometry.compiled import leaf
+from drake_starnav.geometry.compiled import kernel, leaf
 from drake_starnav.geometry.footprint import in_frame
 from drake_starnav.geometry.polyline import point_to_segment_squared
 from drake_starnav.surroundings.unseen import Step, is_free
@@ -20,7 +19,7 @@ LOOKAHEAD = 0.03
 """A margin wider by this, m, is asked about at once, for all samples until a point has moved as far: numerics."""
 
 
-@njit(cache=True)
+@kernel
 def keeps_clear(poses, surfaces, looks, body, sizes):
     """Whether a body keeps the margin to all surfaces, and to all that was not seen, at all poses of a motion.
 
@@ -90,7 +89,7 @@ def _keeps_off(frames, moved, ends, center, shade, body, margin):
             i += 1
 
 
-@njit(cache=True)
+@kernel
 def _stays_free(frames, moved, ends, center, looks, body, margin, asked):
     """Whether all that a chord hides of a body with a margin around it is free, or no nearer than at first."""
     i, count = 0, len(moved)
@@ -150,7 +149,7 @@ def _point_gap(x, y, ends, center, shade):
     return -away if inside else away
 
 
-@njit(cache=True)
+@kernel
 def _part_gap(chord, rays, polygons, start, end, enough):
     """`body_gap` of the polygon of these vertices, in the robot's frame."""
     ax, ay, bx, by = chord
@@ -172,7 +171,7 @@ def _part_gap(chord, rays, polygons, start, end, enough):
     return best
 
 
-@njit(cache=True)
+@kernel
 def _along(nx, ny, chord, rays):
     """Least extent of a chord and the rays behind it along a normal, m; minus infinity if the rays lead back."""
     if nx * rays[0] + ny * rays[1] < -1e-12 or nx * rays[2] + ny * rays[3] < -1e-12:

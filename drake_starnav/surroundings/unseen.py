@@ -7,8 +7,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from drake_starnav.geometry.compiled import kernel
 from drake_starnav.geometry.footprint import Body, Footprint, in_frame, part_distance
 from drake_starnav.lidar.field_of_view import TURN
 from drake_starnav.surroundings.chords import BINS, ROUNDING
@@ -40,7 +40,7 @@ class Step(NamedTuple):
     alone: bool
 
 
-@njit(cache=True)
+@kernel
 def is_free(step, ends, center, looks, margin, asked):
     """Whether all that a chord hides of a body with a margin around it is free, or no nearer to it than it was.
 
@@ -62,7 +62,7 @@ def is_free(step, ends, center, looks, margin, asked):
     return True
 
 
-@njit(cache=True)
+@kernel
 def known(part, n, looks, step, asked):
     """Whether each place of a convex polygon, the first `n` of `part`, is free, or no nearer to a body than it was.
 
@@ -106,7 +106,7 @@ def known(part, n, looks, step, asked):
     return True
 
 
-@njit(cache=True)
+@kernel
 def _known(part, n, looks, step, asked):
     """Whether all of a polygon is the robot's own place, or was seen by one look, or is no nearer than it was.
 
@@ -117,7 +117,7 @@ def _known(part, n, looks, step, asked):
     return free, nx, ny, middle
 
 
-@njit(cache=True)
+@kernel
 def _no_nearer(part, n, step):
     """Whether the body comes no nearer to any place of a polygon than it is where it stands.
 
@@ -155,7 +155,7 @@ def _no_nearer(part, n, step):
     return True
 
 
-@njit(cache=True)
+@kernel
 def _seen_by_any(part, n, looks, asked):
     """Whether some look saw all of a polygon."""
     if len(looks.places) == 0:
@@ -173,7 +173,7 @@ def _seen_by_any(part, n, looks, asked):
     return False
 
 
-@njit(cache=True)
+@kernel
 def clipped(part, n, nx, ny, offset, out):
     """What of a convex polygon, the first `n` of `part`, lies where normal @ p <= offset, into `out`; its size."""
     m = 0
@@ -192,7 +192,7 @@ def clipped(part, n, nx, ny, offset, out):
     return m
 
 
-@njit(cache=True)
+@kernel
 def _grown(frame, body, k, margin):
     """A polygon around the k-th part of a body with a margin, that exceeds it by no more than EXCESS, W."""
     (x, y, cosine, sine), (vertices, normals, _, stops) = frame, body.polygons
@@ -213,7 +213,7 @@ def _grown(frame, body, k, margin):
     return np.array(out)
 
 
-@njit(cache=True)
+@kernel
 def _hidden(part, ends, center, out):
     """What a chord hides of a convex polygon, as a polygon into `out`; how many corners it has, 0: nothing."""
     cx, cy = center

@@ -13,8 +13,8 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from drake_starnav.geometry.compiled import kernel
 from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.geometry.polyline import third_side
 from drake_starnav.geometry.se2 import placed
@@ -60,7 +60,7 @@ def hit_points(scan: LaserScan, mount: Mount, smoothing: tuple[int, float] = (0,
     return seen_hits(tuple(scan.beams), smoothing, mount.x, mount.y)
 
 
-@njit(cache=True)
+@kernel
 def seen_hits(beams, smoothing, x, y):
     """`hit_points` of `Beams`, as a plain tuple, from (x, y) in B."""
     beams = Beams(*beams)
@@ -206,7 +206,7 @@ class _Crossings(NamedTuple):
     inside: np.ndarray
 
 
-@njit(cache=True)
+@kernel
 def _cross_view(crossings, beams, place, solid, bit):
     """Add the edges of the view of one lidar to the crossings; `place` is x, y, and cosine and sine of its yaw.
 
@@ -244,7 +244,7 @@ def _cross_view(crossings, beams, place, solid, bit):
         ax, ay, place = bx, by, there
 
 
-@njit(cache=True)
+@kernel
 def _cross_edge(crossings, start, end, kind, bit):
     """Add an edge to the rays that cross it. One through an end belongs to the edge that begins there on its left."""
     distance, view, kinds, count, inside = crossings
@@ -273,7 +273,7 @@ def _cross_edge(crossings, start, end, kind, bit):
         distance[k, i], view[k, i], kinds[k, i] = t, bit, kind
 
 
-@njit(cache=True)
+@kernel
 def _walked(crossings, body, far, now):
     """How far each ray is free, m, up to `far`, and where it ends; within `body` (m) it may be outside all views.
 

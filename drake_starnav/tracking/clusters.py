@@ -3,8 +3,8 @@
 import math
 
 import numpy as np
-from numba import njit
 
+from drake_starnav.geometry.compiled import kernel
 from drake_starnav.lidar.laser_scan import HIT
 from drake_starnav.tracking.surfaces import continuing_beams, run_chord, runs
 
@@ -19,7 +19,7 @@ FIT_PRIOR = 0.05
 """Rounds of the fit of a disc to hits, and the weight of the predicted centre in it, in hits."""
 
 
-@njit(cache=True)
+@kernel
 def clusters(beams, doubtful, may_start, largest):
     """Runs of connected hits that may be of one moving obstacle, as from `runs`.
 
@@ -45,7 +45,7 @@ def clusters(beams, doubtful, may_start, largest):
     return out[:found].copy()
 
 
-@njit(cache=True)
+@kernel
 def _parted(distance, whole):
     """Runs (k, 2), split at the peaks of the range."""
     n = len(distance)
@@ -73,7 +73,7 @@ def _parted(distance, whole):
     return out[:found]
 
 
-@njit(cache=True)
+@kernel
 def first_disc(beams, run, points, place, largest):
     """Centre (x, y) and radius of a disc as a cluster alone shows it, m, and whether both its sides are in view.
 
@@ -99,7 +99,7 @@ def first_disc(beams, run, points, place, largest):
     return x, y, radius, bare and nearest + radius < beams.range_max
 
 
-@njit(cache=True)
+@kernel
 def least_distance(distance, run):
     """The least distance of the beams of a run, m."""
     first, count = run
@@ -109,7 +109,7 @@ def least_distance(distance, run):
     return least
 
 
-@njit(cache=True)
+@kernel
 def partners(discs, places, gates):
     """The track that each disc continues, the nearest pairs first, shape (c,); -1 for none.
 
@@ -129,7 +129,7 @@ def partners(discs, places, gates):
     return partner
 
 
-@njit(cache=True)
+@kernel
 def fitted_radius(points, start, radius, weight):
     """The radius of the disc that fits points on its boundary, by Gauss-Newton from a centre and a radius.
 
@@ -155,7 +155,7 @@ def fitted_radius(points, start, radius, weight):
     return r
 
 
-@njit(cache=True)
+@kernel
 def fitted_center(points, start, radius):
     """The centre of the disc of a given radius that fits points on its boundary, by Gauss-Newton from `start`."""
     x, y = start[0], start[1]

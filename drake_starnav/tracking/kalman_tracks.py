@@ -6,8 +6,8 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from drake_starnav.geometry.compiled import kernel
 from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, UNKNOWN, LaserScan, placed_ends
 from drake_starnav.tracking.clusters import (
     SMALLEST_RADIUS,
@@ -202,7 +202,7 @@ def updated(
     return after, motion
 
 
-@njit(cache=True)
+@kernel
 def _updated(tracks, last, beams, judged, pose, now, limits):
     """The loop of `updated`: the `Rows` of the tracks, where each beam ends, and the track that it belongs to, or -1.
 
@@ -255,7 +255,7 @@ class Cluster(NamedTuple):
     whole: bool
 
 
-@njit(cache=True)
+@kernel
 def _continue(rows, k, last, cluster, origins, times, limits):
     """Correct the predicted row of a track that a cluster continues.
 
@@ -294,14 +294,14 @@ def _continue(rows, k, last, cluster, origins, times, limits):
     rows.scans[k] += 1
 
 
-@njit(cache=True)
+@kernel
 def _turned(place, before, now):
     """The angle by which the line of sight to a place (2,) turns as the lidar moves between positions (2,), rad."""
     a, b, c, d = place[0] - before[0], place[1] - before[1], place[0] - now[0], place[1] - now[1]
     return math.atan2(a * d - b * c, a * c + b * d)
 
 
-@njit(cache=True)
+@kernel
 def _gates(rows, time):
     """How far from the prediction of each track a cluster may continue it, shape (n,), m."""
     gates = GATE + GATE_SPEED * (time - rows.seen)

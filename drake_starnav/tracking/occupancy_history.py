@@ -14,9 +14,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
-from drake_starnav.geometry.compiled import leaf, put
+from drake_starnav.geometry.compiled import kernel, leaf, put
 from drake_starnav.lidar.laser_scan import DYNAMIC, HIT, LOST, STATIC, UNKNOWN, LaserScan, placed_ends
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.tracking.surfaces import continuing_beams, run_chord, runs
@@ -120,7 +119,7 @@ class OccupancyHistory:
         return _cells_hit(scan.beams, float(pose[0]), float(pose[1]), float(pose[2]), self.first)
 
 
-@njit(cache=True)
+@kernel
 def _cells_hit(beams, x, y, yaw, first):
     """The loop of `OccupancyHistory._cells_hit`."""
     everything = np.ones(len(beams.kinds), np.bool_)
@@ -139,7 +138,7 @@ def _inside(grid, cells, k, border):
     return border <= min(cells[k, 0], cells[k, 1]) and max(cells[k, 0], cells[k, 1]) < len(grid) - border
 
 
-@njit(cache=True)
+@kernel
 def _judged(grids, cells, beams, time, large, most):
     """The loop of `OccupancyHistory.judged`; `most` is the radius of the largest obstacle that moves, m."""
     first_hit, last_hit, seen_free, seen_large = grids
@@ -171,7 +170,7 @@ def _judged(grids, cells, beams, time, large, most):
     return motion, came, may_start
 
 
-@njit(cache=True)
+@kernel
 def _standing_cells(first_hit, last_hit, time, first, places, reach):
     """The loop of `OccupancyHistory.walls`, over the box of grids from cell `first` of W on that holds what is near."""
     begin, end, last = np.full(2, len(first_hit) - 1), np.zeros(2, np.int64), len(first_hit) - 1
@@ -188,7 +187,7 @@ def _standing_cells(first_hit, last_hit, time, first, places, reach):
     return out[:n].copy()
 
 
-@njit(cache=True)
+@kernel
 def _note(grids, places, beams, time, place, large):
     """Note in grids of first and last hits, when seen free, and large surfaces, what a scan shows at a time, s.
 
@@ -230,7 +229,7 @@ def _stands(first_hit, last_hit, time):
     return first_hit >= 0.0 and since >= STANDING_AFTER and lasted >= HIT_SHARE * STANDING_AFTER
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _extremes(distance):
     """Least and greatest distance of 2^k beams from each on, of two turns, shape (2, levels, 2 n)."""
     n, levels = len(distance), 1
@@ -274,7 +273,7 @@ def _settled(first_hit, seen_free, large, square):
     return True
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _free(first_hit, seen_free, large, place, beams, distance):
     """Note in square grids which cells all beams near them pass: those are free now.
 

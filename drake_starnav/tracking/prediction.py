@@ -10,8 +10,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from drake_starnav.geometry.compiled import kernel
 from drake_starnav.lidar.laser_scan import LaserScan
 
 HORIZON = 3.0
@@ -30,7 +30,7 @@ OCCLUSION_SPACING = 0.15
 places on the ray between the two have this spacing."""
 
 
-@njit(cache=True)
+@kernel
 def predicted_trajectories(position, velocity, radius, walls):
     """Predicted positions of discs, shape (n, k, 2), W, m: now and then every PREDICTION_STEP, beyond the horizon.
 
@@ -120,7 +120,7 @@ class Rows(NamedTuple):
     swing: np.ndarray
 
 
-@njit(cache=True)
+@kernel
 def chosen_rows(rows, which):
     """Copies of rows by their indices; zeros where these are negative."""
     return Rows(
@@ -130,7 +130,7 @@ def chosen_rows(rows, which):
     )  # fmt: skip
 
 
-@njit(cache=True)
+@kernel
 def _taken(array, which):
     out = np.zeros((len(which), *array.shape[1:]), array.dtype)
     for k in range(len(which)):
@@ -139,7 +139,7 @@ def _taken(array, which):
     return out
 
 
-@njit(cache=True)
+@kernel
 def predicted_rows(rows, dt):
     """The rows after a time, s."""
     rows = chosen_rows(rows, np.arange(len(rows.radius)))
@@ -151,13 +151,13 @@ def predicted_rows(rows, dt):
     return rows
 
 
-@njit(cache=True)
+@kernel
 def _beam(dx, dy, pose, beams):
     """The number, not rounded, of the beam of a scan in a direction; `pose` is that of the first beam."""
     return ((math.atan2(dy, dx) - pose[2]) % (2.0 * math.pi)) / beams.increment
 
 
-@njit(cache=True)
+@kernel
 def seen_past(beams, pose, place):
     """Whether the beam nearest to a place (2,) ended behind it, or a scan did not look there.
 
@@ -169,7 +169,7 @@ def seen_past(beams, pose, place):
     return k >= n or beams.distances[k] > math.hypot(dx, dy)
 
 
-@njit(cache=True)
+@kernel
 def _seen_free(beams, pose, places, slack):
     """The loop of `seen_free`; `pose` is that of the first beam."""
     n, wrap = len(beams.distances), beams.seam < np.inf
@@ -194,7 +194,7 @@ def _seen_free(beams, pose, places, slack):
     return whole, looked
 
 
-@njit(cache=True)
+@kernel
 def _occlusion_points(distance, increment, wrap, x, y, bearing_0):
     """Points (k, 2) behind the edges between beams of distances (n,), of a sensor at (x, y)."""
     n = len(distance)

@@ -9,8 +9,8 @@ turns to the left. A surface wider than the largest dynamic obstacle is static. 
 import math
 
 import numpy as np
-from numba import njit
 
+from drake_starnav.geometry.compiled import kernel
 from drake_starnav.geometry.polyline import point_to_segment_squared, third_side
 from drake_starnav.lidar.laser_scan import LOST, LaserScan
 
@@ -36,7 +36,7 @@ def on_large_surfaces(scan: LaserScan, width: float, range_deviation: float) -> 
     return _on_large_surfaces(scan.beams, scan.ranges < scan.range_max, scan.bearings, width, notch)
 
 
-@njit(cache=True)
+@kernel
 def _on_large_surfaces(beams, hits, bearings, width, notch):
     """The loop of `on_large_surfaces`, of `Beams` with their bearings, shape (n,), and which of them hit something."""
     said = np.flatnonzero(beams.kinds & LOST == 0)
@@ -57,7 +57,7 @@ def _on_large_surfaces(beams, hits, bearings, width, notch):
     return out
 
 
-@njit(cache=True)
+@kernel
 def continuing(distance, hit, cosine, wrap):
     """Which beams hit the surface that the beam before has hit, shape (n,), bool.
 
@@ -75,13 +75,13 @@ def continuing(distance, hit, cosine, wrap):
     return out
 
 
-@njit(cache=True)
+@kernel
 def continuing_beams(beams, hits):
     """`continuing` for all `Beams` of a scan, of which `hits` (n,) hit something."""
     return continuing(beams.distances, hits, np.full(len(hits), math.cos(beams.increment)), beams.seam < np.inf)
 
 
-@njit(cache=True)
+@kernel
 def runs(chosen, continues):
     """Runs of `chosen` beams (n,) of which each continues the one before, as from `continuing`.
 
@@ -104,14 +104,14 @@ def runs(chosen, continues):
     return out[:found]
 
 
-@njit(cache=True)
+@kernel
 def run_chord(distance, increment, first, count):
     """Distance between the first and the last hit of a run of beams, m."""
     last = (first + count - 1) % len(distance)
     return third_side(distance[first], distance[last], math.cos((count - 1) * increment))
 
 
-@njit(cache=True)
+@kernel
 def _on_wide_surface(points, width, notch):
     """Which of some connected hits, points (k, 2), are on a wide convex surface, shape (k,), bool."""
     out, corner = np.zeros(len(points), np.bool_), _corners(points, notch)
@@ -128,7 +128,7 @@ def _on_wide_surface(points, width, notch):
     return out
 
 
-@njit(cache=True)
+@kernel
 def _corners(points, tolerance):
     """Indices of the corners that the algorithm of Douglas and Peucker leaves of a polyline (k, 2)."""
     left, waiting, depth = np.zeros(len(points), np.bool_), np.empty((len(points), 2), np.int64), 1
@@ -150,7 +150,7 @@ def _corners(points, tolerance):
     return np.flatnonzero(left)
 
 
-@njit(cache=True)
+@kernel
 def _wider(points, width):
     """Whether two of some points (k, 2) are farther apart than `width`, m."""
     for i in range(len(points)):

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-import drake_starnav.utils.compilation  # noqa: F401  (shows what is compiled)
 from drake_starnav.errors import StarnavError, shown
 from drake_starnav.geometry.footprint import Footprint, shaped
 from drake_starnav.parameters import check_parameters

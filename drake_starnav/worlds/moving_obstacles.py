@@ -5,9 +5,9 @@ from dataclasses import field
 from functools import cached_property
 
 import numpy as np
-from numba import njit
 
 from drake_starnav.errors import StarnavError, shown
+from drake_starnav.geometry.compiled import kernel
 from drake_starnav.geometry.footprint import Footprint, disc, gap_to_disc
 from drake_starnav.utils.snapshot import snapshot
 
@@ -98,7 +98,7 @@ def moving_obstacle_clearance(
     return disc_clearance(positions, moving_obstacles.radii, poses, footprint.body)
 
 
-@njit(cache=True)
+@kernel
 def disc_clearance(positions, radii, poses, body):
     """The same of a `Body` to discs of some radii (n,), m, at positions (m, n, 2), W, one row for each pose."""
     least = np.full(len(poses), np.inf)
@@ -116,7 +116,7 @@ def there_and_back(way_points: np.ndarray) -> np.ndarray:
     return np.vstack((way_points, back))
 
 
-@njit(cache=True)
+@kernel
 def _states(times: np.ndarray, way_points: np.ndarray, first: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Positions and velocities (m, n, 2) at times (m,) on paths that begin at `first` (n + 1,) in way points."""
     count = len(first) - 1

@@ -1,8 +1,9 @@
 """Outlines of the polygons that stand in worlds, each of shape (k, 2), counter-clockwise; and few for many cells."""
 
 import numpy as np
-from numba import njit
 from scipy import ndimage
+
+from drake_starnav.geometry.compiled import kernel
 
 WALL = 0.1
 """Thickness of walls in corridors and rooms, m."""
@@ -61,7 +62,7 @@ def solid_rectangles(solid: np.ndarray, places: np.ndarray | None = None) -> np.
     return _cover(solid & at_passable, solid & ~outside)
 
 
-@njit(cache=True)
+@kernel
 def _cover(required: np.ndarray, allowed: np.ndarray) -> np.ndarray:
     """Rectangles of allowed cells that cover all required ones, greedily, in the order of rows.
 

@@ -5,8 +5,8 @@ import math
 
 import numpy as np
 import shapely
-from numba import njit
 
+from drake_starnav.geometry.compiled import kernel
 from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.geometry.polyline import distances, resampled
 from drake_starnav.worlds.shortest_path import capsules_around
@@ -63,7 +63,7 @@ def _discs(robot: Footprint) -> np.ndarray:
     return np.vstack(rows)
 
 
-@njit(cache=True)
+@kernel
 def _is_free(x, y, yaw, room, origin, step, discs):
     """Whether all discs of a body at a pose are free, by distances between grid points."""
     cosine, sine = math.cos(yaw), math.sin(yaw)
@@ -85,7 +85,7 @@ def _is_free(x, y, yaw, room, origin, step, discs):
     return True
 
 
-@njit(cache=True)
+@kernel
 def _found(start, end, box, lattice, discs, capsules):
     """Whether a search from the start, nearest to the goal first, comes within a grid step of the goal."""
     step, headings = lattice

@@ -8,9 +8,9 @@ checked against every obstacle, so the path never comes nearer than asked.
 import math
 
 import numpy as np
-from numba import njit
 
 from drake_starnav.errors import StarnavError
+from drake_starnav.geometry.compiled import kernel
 from drake_starnav.geometry.polyline import arc_lengths, distances, point_to_segment_squared, subdivided
 from drake_starnav.geometry.se2 import placed
 from drake_starnav.planning.bucket_search import bucket_dijkstra
@@ -31,7 +31,7 @@ def capsules_around(world: World, clearance: float) -> np.ndarray:
     return np.vstack((world.discs[:, [0, 1, 0, 1, 2]], edges)) + (0.0, 0.0, 0.0, 0.0, clearance)
 
 
-@njit(cache=True)
+@kernel
 def blocks(ax: float, ay: float, bx: float, by: float, capsule: np.ndarray) -> bool:
     """Whether the segment a b enters the capsule."""
     x1, y1, x2, y2, radius = capsule
@@ -55,7 +55,7 @@ def blocks(ax: float, ay: float, bx: float, by: float, capsule: np.ndarray) -> b
     return nearest < (radius - TOLERANCE) ** 2
 
 
-@njit(cache=True)
+@kernel
 def blocker(ax: float, ay: float, bx: float, by: float, capsules: np.ndarray) -> int:
     """Index of a capsule that the segment a b enters, -1 if it is free."""
     for k in range(len(capsules)):
@@ -169,7 +169,7 @@ def _straighten(path: np.ndarray, capsules: np.ndarray) -> np.ndarray:
     return path[np.array(keep)]
 
 
-@njit(cache=True)
+@kernel
 def _shortest_through(points: np.ndarray, capsules: np.ndarray) -> np.ndarray:
     """The shortest polyline (k, 2) from the first to the last of points (n, 2), in their order; neighbours in it see
     one another past all capsules (m, 5)."""
@@ -196,7 +196,7 @@ def _shortest_through(points: np.ndarray, capsules: np.ndarray) -> np.ndarray:
     return points[np.array(chain[::-1])]
 
 
-@njit(cache=True)
+@kernel
 def distance_from(capsules, x, y):
     """Distance of a place to the nearest capsule, m; less than 0 in one."""
     least = np.inf

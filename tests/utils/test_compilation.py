@@ -1,5 +1,6 @@
 """What Numba compiles, who says so, and what it finds in a cache."""
 
+import gc
 import subprocess
 import sys
 from pathlib import Path
@@ -28,7 +29,7 @@ def _listening(monkeypatch):
         event.register("numba:compile", compilation._compilation)
 
 
-def compile_in(module: str) -> None:
+def compile_in(module: str, value: int | None = 1) -> None:
     """Compile a function that says it is of a module."""
 
     def double(x):
@@ -36,7 +37,7 @@ def compile_in(module: str) -> None:
 
     double.__module__ = module
     compiled = numba.njit(double)
-    compiled(1)
+    compiled(value)
     assert ("no_cfunc_wrapper" in compiled.targetoptions) == module.startswith(PACKAGE)
 
 
@@ -49,18 +50,32 @@ def test_functions_of_this_package_are_counted(capsys) -> None:
 
 
 @pytest.mark.usefixtures("_listening")
+@pytest.mark.parametrize("collects", [True, False])
+def test_garbage_is_collected_again_after_a_compilation_that_failed_or_not(collects: bool) -> None:
+    if not collects:
+        gc.disable()
+    try:
+        compile_in(f"{PACKAGE}.room.module")
+        assert gc.isenabled() is collects
+        with pytest.raises(numba.TypingError):
+            compile_in(f"{PACKAGE}.room.module", None)
+        assert gc.isenabled() is collects
+    finally:
+        gc.enable()
+
+
+@pytest.mark.usefixtures("_listening")
 def test_nothing_is_said_in_silence(capsys) -> None:
     with silence(True):
         compile_in(f"{PACKAGE}.room.module")
     assert capsys.readouterr().err == ""
 
 
-def test_every_room_with_compiled_functions_is_followed_whoever_calls_it() -> None:
-    sources = {path: path.read_text(encoding="utf-8") for path in PATH.rglob("*.py")}
-    rooms = {path.relative_to(PATH).parts[0] for path, text in sources.items() if "from numba import njit" in text}
-    assert {"geometry", "planning"} < rooms
-    for room in rooms:
-        assert f"import {compilation.__name__}" in sources[PATH / room / "__init__.py"]
+def test_all_functions_are_compiled_in_one_way_which_is_followed() -> None:
+    sources = {path.relative_to(PATH): path.read_text(encoding="utf-8") for path in PATH.rglob("*.py")}
+    (way,) = (str(path) for path, text in sources.items() if "njit" in text)
+    assert way == "geometry/compiled.py"
+    assert f"import {compilation.__name__}" in sources[Path(way)]
 
 
 def test_what_was_compiled_with_a_module_since_renamed_is_compiled_anew(tmp_path: Path) -> None:
