@@ -101,7 +101,7 @@ def _covers_at(union, points, slack):
     return out
 
 
-@leaf
+@kernel
 def cover_at(union, x, y, slack):
     """Index of the newest region of a union that contains (x, y), or up to `slack` beyond its boundary, m; or -1."""
     center, bearing_0, values, marks, corner = union.center, union.bearing_0, union.values, union.marks, union.corner

@@ -93,6 +93,8 @@ def moving_obstacle_clearance(
 
     +inf without an obstacle; negative where they overlap, to the depth of the disc's centre if that is inside, too.
     """
+    if not moving_obstacles.paths:
+        return np.full(len(times), np.inf)
     positions, _ = moving_obstacle_states(moving_obstacles, times)
     poses = np.ascontiguousarray(poses, dtype=float)
     return disc_clearance(positions, moving_obstacles.radii, poses, footprint.body)
