@@ -24,10 +24,16 @@ def indexed(union: RegionUnion, before: RegionUnion, news: np.ndarray) -> Region
 
     Args:
         union: to index.
-        before: an indexed union with the same regions in its rows, but for new ones.
-        news: indices of the new regions, shape (k,).
+        before: an indexed union with the same regions in its rows, with the same centres and bearings.
+        news: indices of the regions that are new or have other values, shape (k,).
     """
-    low, high = _cells(union, news)
+    values = union.values[news]
+    for row, k in zip(values, news.tolist(), strict=True):
+        if k < before.size:  # where it has shrunk, it lies in the cells that it had
+            row *= row > before.values[k]
+    grown = values.any(axis=1)
+    news, values = news[grown], values[grown]
+    low, high = _cells(union, news, values)
     old, first = before.marks, before.corner
     last = first + old.shape[:2]
     if not old.size:
@@ -35,9 +41,9 @@ def indexed(union: RegionUnion, before: RegionUnion, news: np.ndarray) -> Region
     corner, end = np.where(low < first, low - SPARE_CELLS, first), np.where(high > last, high + SPARE_CELLS, last)
     marks = np.zeros((*(end - corner), union.size // WORD + 1), np.uint64)
     (i, j), (nx, ny, words) = first - corner, old.shape
-    np.bitwise_and(old, ~_bits(news, words), out=marks[i : i + nx, j : j + ny, :words])
-    for k in news.tolist():
-        _mark(marks, corner, k, union.center[k], union.bearing_0[k], union.values[k])
+    marks[i : i + nx, j : j + ny, :words] = old
+    for k, row in zip(news.tolist(), values, strict=True):
+        _mark(marks, corner, k, union.center[k], union.bearing_0[k], row)
     return union._replace(marks=marks, corner=corner)
 
 
@@ -65,18 +71,11 @@ def _renumbered(marks, numbers, words):
     return out
 
 
-def _bits(members: np.ndarray, words: int) -> np.ndarray:
-    """The bits of regions of these indices (k,) in a cell's words, shape (words,), uint64."""
-    chosen = np.zeros(WORD * words, bool)
-    chosen[members[members < len(chosen)]] = True
-    return np.packbits(chosen, bitorder="little").view(np.uint64)
-
-
-def _cells(union: RegionUnion, members: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The first cell and the one beyond the last that some regions may touch."""
+def _cells(union: RegionUnion, members: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The first cell and the one beyond the last that some regions with these values may touch."""
     if not len(members):
         return union.corner, union.corner
-    values, step = union.values[members], 2.0 * math.pi / union.values.shape[1]
+    step = 2.0 * math.pi / values.shape[1]
     bearing = union.bearing_0[members, None] + step * np.arange(values.shape[1])
     border = 3.0 * PATCH + SLACK + 2.0 * step * float(values.max())
     edge = union.center[members, None] + values[..., None] * np.stack((np.cos(bearing), np.sin(bearing)), axis=-1)
