@@ -119,13 +119,19 @@ def cast_rolling(groups, begin, end, fan, ranges, reach):
         fan, ranges, reach: as in `cast_groups`.
     """
     groups, fan = Shapes(*groups), Fan(*fan)
-    beams, circle = len(ranges), 2.0 * math.pi
+    beams, circle, directions = len(ranges), 2.0 * math.pi, fan.directions
+    places = np.empty((beams, 4))  # of the sensor at each beam, as `place` of `cast_rows`
     for g in range(len(groups.starts) - 1):
         rows = groups.rows[groups.starts[g] : groups.starts[g + 1]]
         turn = (end[g, 2] - begin[g, 2] + math.pi) % circle - math.pi
         step = max(fan.increment + (-turn if fan.clockwise else turn) / beams, _PAD)  # of the beams' bearings
         first = fan.angle_min + end[g, 2] - (0.0 if fan.clockwise else turn * (1.0 - 1.0 / beams))
         ax, ay, bx, by = begin[g, 0], begin[g, 1], end[g, 0], end[g, 1]
+        for i in range(beams):
+            left = i / beams if fan.clockwise else 1.0 - (i + 1.0) / beams  # of the sweep, at this beam
+            yaw = end[g, 2] - left * turn
+            places[i, 0], places[i, 1] = bx + left * (ax - bx), by + left * (ay - by)
+            places[i, 2], places[i, 3] = math.cos(yaw), math.sin(yaw)
         for k in range(len(rows)):
             dx, dy = rows[k, 0] - 0.5 * (ax + bx), rows[k, 1] - 0.5 * (ay + by)
             away, radius = math.hypot(dx, dy), rows[k, 2] + 0.5 * math.hypot(bx - ax, by - ay) + _PAD
@@ -138,12 +144,26 @@ def cast_rolling(groups, begin, end, fan, ranges, reach):
             for start in (offset - circle, offset, offset + circle):  # beams beyond `width` miss it from everywhere
                 i0 = max(0, int(math.ceil((start - _PAD) / step)))
                 for i in range(i0, min(beams, int(math.floor((start + width + _PAD) / step)) + 1)):
-                    left = i / beams if fan.clockwise else 1.0 - (i + 1.0) / beams  # of the sweep, at this beam
-                    yaw = end[g, 2] - left * turn
-                    place = bx + left * (ax - bx), by + left * (ay - by), math.cos(yaw), math.sin(yaw)
-                    at = fan.angle_min + i * fan.increment
-                    beam = Fan(at, fan.increment, fan.directions[i : i + 1], fan.clockwise)
-                    cast_rows(rows[k : k + 1], place, beam, ranges[i : i + 1], reach)
+                    _cast_beam(rows[k], places[i], directions, i, ranges)
+
+
+@leaf
+def _cast_beam(row, place, directions, i, ranges):
+    """Shorten the range of beam i to a shape; arguments as of `cast_rows`."""
+    x, y, cy, sy = place
+    if row[3] == CONIC:
+        _cast_conic(row, (x, y, cy, sy), directions, i, i, ranges)
+    elif row[3] == CIRCLE:
+        gx, gy = row[0] - x, row[1] - y
+        _cast_circle(cy * gx + sy * gy, cy * gy - sy * gx, row[2], directions, i, i, ranges)
+    else:
+        ax, ay, ex, ey = row[4] - x, row[5] - y, row[6] - row[4], row[7] - row[5]
+        ax, ay, ex, ey = cy * ax + sy * ay, cy * ay - sy * ax, cy * ex + sy * ey, cy * ey - sy * ex
+        ux, uy = directions[i, 0], directions[i, 1]
+        one, other = ax * uy - ay * ux, (ax + ex) * uy - (ay + ey) * ux  # how far the ends are to the right of the beam
+        slack = _PAD * (abs(ax) + abs(ay) + abs(ex) + abs(ey))
+        if min(one, other) <= slack and max(one, other) >= -slack:
+            _cast_segment(ax, ay, ex, ey, directions, i, i, ranges)
 
 
 @kernel

@@ -288,7 +288,7 @@ class LaserScan:
     @property
     def mappable_hits(self) -> np.ndarray:
         """Beams that hit a static obstacle, shape (n,), bool."""
-        return self.hits & self.mappable
+        return self.beams.kinds & (HIT | MAPPABLE) == HIT | MAPPABLE
 
     def points(self, pose: np.ndarray | tuple[float, float, float] = (0.0, 0.0, 0.0)) -> np.ndarray:
         """The hits as points, shape (k, 2), m, for a pose (x, y, yaw) of S in the requested frame; default S itself."""

@@ -174,19 +174,23 @@ def _add_points(h, g, points, pose, known, sigma, gate):
 @kernel
 def _nearest(known, x, y, gate):
     """The known point nearest to a place, found by its beam, or -1 if none is within the gate."""
-    n, turn = len(known.points), 2.0 * math.pi / known.increment
-    middle = int(round(((math.atan2(y, x) - known.angle_min) % (2.0 * math.pi)) / known.increment))
-    if not known.wrap and middle > 0.5 * (n + turn):
+    n, turn, points, wrap = len(known.points), 2.0 * math.pi / known.increment, known.points, known.wrap
+    bearing = math.atan2(y, x) - known.angle_min
+    if not 0.0 <= bearing < 2.0 * math.pi:
+        bearing %= 2.0 * math.pi  # which takes longer than the rest
+    middle = int(round(bearing / known.increment))
+    if not wrap and middle > 0.5 * (n + turn):
         middle -= int(turn)  # just before the first beam
     reach = min(int(math.ceil(gate / max(math.hypot(x, y), gate) / known.increment)), n // 4)
+    first, last = middle - reach, middle + reach
+    first, last = (first, last) if wrap else (max(first, 0), min(last, n - 1))
     best, nearest = -1, gate * gate
-    for k in range(middle - reach, middle + reach + 1):
-        if not known.wrap and not 0 <= k < n:
-            continue
-        dx, dy = known.points[k % n, 0] - x, known.points[k % n, 1] - y
+    for k in range(first, last + 1):
+        i = k - n if k >= n else k + n if k < 0 else k
+        dx, dy = points[i, 0] - x, points[i, 1] - y
         squared = dx * dx + dy * dy
         if squared < nearest:
-            best, nearest = k % n, squared
+            best, nearest = i, squared
     return best
 
 
@@ -257,7 +261,7 @@ def matched(known: ScanMap, scan: LaserScan, odometry: np.ndarray, error: Odomet
         return ScanMap((first,), first.pose[None, :2], known.correction, np.array(odometry, dtype=float), scan.time)
     step, unit = now_in(known.odometry, odometry), error.body
     way = math.hypot(step[0], step[1])
-    if (way < STILL * unit and abs(step[2]) < STILL_HEADING) or hit.sum() < 20:
+    if (way < STILL * unit and abs(step[2]) < STILL_HEADING) or np.count_nonzero(hit) < 20:
         return known
     speed = np.array(step[:2]) / max(scan.time - known.time, 1e-9)
     jumped = error.jump > 0.0 and np.hypot(*(speed - known.speed)) * (scan.time - known.time) > UNSEEN_JUMP * unit

@@ -5,6 +5,7 @@ import math
 from collections.abc import Callable
 from dataclasses import field
 from enum import Enum
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -136,7 +137,7 @@ class PlannerState:
         lines = [simplified(gap.line, STRAIGHT * robot_radius) for gap in gaps]
         return np.concatenate([np.zeros((0, 2, 2)), *(np.stack((each[:-1], each[1:]), axis=1) for each in lines)])
 
-    @property
+    @cached_property
     def guidance(self) -> Guidance:
         """The plan as the controller receives it."""
         if not len(self.path):

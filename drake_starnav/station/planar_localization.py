@@ -32,11 +32,18 @@ def drifted(believed: np.ndarray, before: np.ndarray, now: np.ndarray, drift: fl
     angle turned.
     """
     along, across, turn = now_in(before, now)
-    generator = random_numbers(seed, Stream.DRIFT)
-    angle, sign = generator.uniform(-math.pi, math.pi), 1.0 if generator.random() < 0.5 else -1.0
-    astray = drift * complex(along, across) * complex(math.cos(angle), math.sin(angle))
+    direction, sign = _bias(seed)
+    astray = drift * complex(along, across) * direction
     along, across = along + astray.real, across + astray.imag
     return composed(believed, (along, across, turn * (1.0 + drift * sign)))
+
+
+@functools.lru_cache(maxsize=16)
+def _bias(seed: int) -> tuple[complex, float]:
+    """The direction of a trial's drift relative to the robot's motion, a unit vector, and the sign of the heading's."""
+    generator = random_numbers(seed, Stream.DRIFT)
+    angle = generator.uniform(-math.pi, math.pi)
+    return complex(math.cos(angle), math.sin(angle)), 1.0 if generator.random() < 0.5 else -1.0
 
 
 def jumped(jump: float, seed: int, index: int) -> np.ndarray:

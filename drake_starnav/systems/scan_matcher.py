@@ -1,5 +1,8 @@
 """Corrects odometry errors for the planner by aligning scans."""
 
+from functools import lru_cache
+from typing import Any
+
 import numpy as np
 from pydrake.common.value import Value
 from pydrake.systems.framework import Context, LeafSystem
@@ -49,6 +52,7 @@ class ScanMatcher(LeafSystem):
         """Match scans, weighed by the errors of odometry and lidar."""
         super().__init__()
         self._error = error
+        self._moved = lru_cache(maxsize=4)(_moved)  # ports are asked again when the state has followed what they show
         self._observation = self.DeclareAbstractInputPort("observation", Value(Observation.none()))
         self._region = self.DeclareAbstractInputPort("certified_region", Value(CertifiedRegion.none()))
         self._state = self.DeclareVectorInputPort("state", 5)
@@ -79,10 +83,10 @@ class ScanMatcher(LeafSystem):
         return matched(before, observation.scan, observation.pose, self._error)
 
     def _moved_observation(self, context: Context) -> Observation:
-        return self._observation.Eval(context).moved(self._map.Eval(context).correction)
+        return self._moved(self._observation.Eval(context), self._map.Eval(context))
 
     def _moved_region(self, context: Context) -> CertifiedRegion:
-        return self._region.Eval(context).moved(self._map.Eval(context).correction)
+        return self._moved(self._region.Eval(context), self._map.Eval(context))
 
     def _corrected_state(self, context: Context) -> np.ndarray:
         state = self._state.Eval(context)
@@ -92,8 +96,13 @@ class ScanMatcher(LeafSystem):
         return self._map.Eval(context).corrected(self._scan_pose.Eval(context))
 
     def _uncorrected_guidance(self, context: Context) -> Guidance:
-        return self._guidance.Eval(context).moved(inverse(self._map.Eval(context).correction))
+        return self._moved(self._guidance.Eval(context), self._map.Eval(context), back=True)
 
     def _corrected_certificate(self, context: Context) -> BrakingMotion:
         certificate, known = self._certificate.Eval(context), self._map.Eval(context)
         return BrakingMotion(certificate.certified, np.array([known.corrected(pose) for pose in certificate.path]))
+
+
+def _moved(value: Any, known: ScanMap, back: bool = False) -> Any:
+    """A value in O, one with a method `moved`, in M; or back."""
+    return value.moved(inverse(known.correction) if back else known.correction)
