@@ -186,7 +186,9 @@ class NavigationVectorEnv(VectorEnv):
         self._count = max(count for count in range(1, most + 1) if num_envs % count == 0)
         envs = [functools.partial(NavigationEnv, **settings)] * (num_envs // self._count)
         share = functools.partial(_Share, envs, copy=False)
-        self._shares = AsyncVectorEnv([share] * self._count, copy=False, autoreset_mode=AutoresetMode.DISABLED)
+        self._shares = AsyncVectorEnv(
+            [share] * self._count, copy=False, autoreset_mode=AutoresetMode.DISABLED, context="spawn"
+        )  # not forked: with Drake's threads a fork may hang
         self.num_envs, self.processes = num_envs, self._shares.processes
         self.single_observation_space, self.single_action_space = one.observation_space, one.action_space
         self.observation_space = batch_space(one.observation_space, num_envs)

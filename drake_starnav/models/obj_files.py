@@ -4,6 +4,8 @@ import atexit
 import functools
 import hashlib
 import math
+import os
+import shutil
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
@@ -108,9 +110,14 @@ def obj_text(vertices: np.ndarray, triangles: np.ndarray) -> str:
 @functools.cache
 def _folder() -> Path:
     """Where converted files lie until the process ends: Drake reads meshes when it comes to them."""
-    folder = tempfile.TemporaryDirectory(prefix="drake_starnav_")
-    atexit.register(folder.cleanup)
-    return Path(folder.name)
+    folder, owner = tempfile.mkdtemp(prefix="drake_starnav_"), os.getpid()
+
+    def remove() -> None:
+        if os.getpid() == owner:  # a forked process that ends inherits this
+            shutil.rmtree(folder, ignore_errors=True)
+
+    atexit.register(remove)
+    return Path(folder)
 
 
 def write(data: bytes, suffix: str) -> Path:

@@ -49,6 +49,7 @@ def keeps_clear(poses, surfaces, looks, body, sizes):
     if farthest > room:
         return False
     farthest, around = farthest + body.radius + margin, around + body.radius + margin
+    is_disc = len(body.polygons.ends) == 0  # else the gap is a bound, which may be less than that of the disc around
     asked = np.zeros(2, np.int64)
     for j in range(len(surfaces.ends)):
         ends = surfaces.ends[j]
@@ -56,7 +57,7 @@ def keeps_clear(poses, surfaces, looks, body, sizes):
         if away > farthest * farthest:  # what a chord hides is farther away than the chord
             continue
         beside = point_to_segment_squared(middle_x, middle_y, ends[0], ends[1], ends[2], ends[3])
-        if beside > around * around and not surfaces.shades[j]:
+        if is_disc and beside > around * around and not surfaces.shades[j]:
             continue
         if _keeps_off(frames, moved, ends, center, surfaces.shades[j], body, margin):
             continue

@@ -1,5 +1,7 @@
 """Meshes, cones, planes and extruded outlines as OBJ files."""
 
+import subprocess
+import sys
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -28,6 +30,21 @@ def test_a_file_is_written_once_and_holds_what_is_used() -> None:
     assert write_obj(CORNERS, FACES) == path
     np.testing.assert_array_equal(points_of(path), CORNERS)
     assert [line for line in path.read_text().splitlines() if line.startswith("f")][0] == "f 1 3 2"
+
+
+def test_files_outlast_a_forked_process() -> None:
+    script = """
+import multiprocessing
+from drake_starnav.models.obj_files import write
+path = write(b"", ".obj")
+child = multiprocessing.get_context("fork").Process(target=int)
+child.start()
+child.join()
+assert child.exitcode == 0 and path.exists()
+print(path)
+"""
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert not Path(done.stdout.strip()).exists()
 
 
 @pytest.mark.parametrize("count", [3, MOST_PIECES + 1])
