@@ -166,10 +166,11 @@ class NavigationEnv(gymnasium.Env):
 
 
 class NavigationVectorEnv(VectorEnv):
-    """Environments in several processes, each of which steps its share of them one after the other.
+    """Environments in several processes, this one among them, each of which steps its share one after the other.
 
     That is one message a step for a process, where gymnasium's `AsyncVectorEnv` alone needs one for each environment.
-    What they return, and which seeds they get, is as of gymnasium's `SyncVectorEnv`.
+    What they return, and which seeds they get, is as of gymnasium's `SyncVectorEnv`. Processes are spawned, as a fork
+    may hang with Drake's threads: a script makes them below `if __name__ == "__main__":`.
     """
 
     metadata: dict[str, Any] = {"autoreset_mode": AutoresetMode.NEXT_STEP}
@@ -182,41 +183,51 @@ class NavigationVectorEnv(VectorEnv):
         most = (os.cpu_count() or 1) if processes is None else processes
         if min(num_envs, most) < 1:
             raise StarnavError(f"num_envs is {num_envs}, processes {processes}; allowed: whole numbers > 0")
-        one = NavigationEnv(**settings)
-        self._count = max(count for count in range(1, most + 1) if num_envs % count == 0)
-        envs = [functools.partial(NavigationEnv, **settings)] * (num_envs // self._count)
-        share = functools.partial(_Share, envs, copy=False)
-        self._shares = AsyncVectorEnv(
-            [share] * self._count, copy=False, autoreset_mode=AutoresetMode.DISABLED, context="spawn"
-        )  # not forked: with Drake's threads a fork may hang
-        self.num_envs, self.processes = num_envs, self._shares.processes
-        self.single_observation_space, self.single_action_space = one.observation_space, one.action_space
-        self.observation_space = batch_space(one.observation_space, num_envs)
-        self.action_space = batch_space(one.action_space, num_envs)
+        count = max(count for count in range(1, most + 1) if num_envs % count == 0)
+        self._size = num_envs // count
+        envs = [functools.partial(NavigationEnv, **settings)] * self._size
+        self._own, self._others = SyncVectorEnv(envs, copy=count == 1), None
+        if count > 1:
+            shares, mode = [functools.partial(_Share, envs, copy=False)] * (count - 1), AutoresetMode.DISABLED
+            self._others = AsyncVectorEnv(shares, copy=False, autoreset_mode=mode, context="spawn")
+        self.num_envs, self.processes = num_envs, [] if self._others is None else self._others.processes
+        self.single_observation_space = self._own.single_observation_space
+        self.single_action_space = self._own.single_action_space
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self.action_space = batch_space(self.single_action_space, num_envs)
 
     def reset(self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None) -> Any:
         """Begin episodes, with seeds that count on from one number or are those of a list: observations, info."""
         seeds = range(seed, seed + self.num_envs) if isinstance(seed, int) else seed or [None] * self.num_envs
-        return self._all(*self._shares.reset(seed=self._shared(list(seeds)), options=options))
+        own, *shared = self._shared(list(seeds))
+        if self._others is None:
+            return self._own.reset(seed=own, options=options)
+        self._others.reset_async(seed=shared, options=options)
+        return self._all(self._own.reset(seed=own, options=options), self._others.reset_wait())
 
     def step(self, actions: np.ndarray) -> Any:
         """Drive all at their twists, shape (num_envs, 2): as of `NavigationEnv.step`, each with a row for each."""
-        return self._all(*self._shares.step(np.array(self._shared(actions))))
+        own, *shared = self._shared(actions)
+        if self._others is None:
+            return self._own.step(own)
+        self._others.step_async(np.array(shared))
+        return self._all(self._own.step(own), self._others.step_wait())
 
     def close_extras(self, **kwargs: Any) -> None:
         """End the processes."""
-        self._shares.close(**kwargs)
+        self._own.close()
+        if self._others is not None:
+            self._others.close(**kwargs)
 
     def _shared(self, rows: Any) -> list:
-        size = self.num_envs // self._count
-        return [rows[k : k + size] for k in range(0, self.num_envs, size)]
+        return [rows[k : k + self._size] for k in range(0, self.num_envs, self._size)]
 
-    def _all(self, seen: dict[str, np.ndarray], *flags: Any) -> tuple:
+    def _all(self, own: tuple, others: tuple) -> tuple:
         """What the shares returned, with a row for each environment."""
-        rows = {name: np.concatenate(values) for name, values in seen.items()}
-        infos = [info for (info,) in flags[-1]["share"]]
-        info = {name: np.concatenate([each[name] for each in infos]) for name in infos[0]}
-        return rows, *map(np.concatenate, flags[:-1]), info
+        rows = {name: np.concatenate((first, *others[0][name])) for name, first in own[0].items()}
+        flags = [np.concatenate((first, *more)) for first, more in zip(own[1:-1], others[1:-1], strict=True)]
+        infos = [own[-1], *(info for (info,) in others[-1]["share"])]
+        return rows, *flags, {name: np.concatenate([each[name] for each in infos]) for name in infos[0]}
 
 
 class _Share(SyncVectorEnv):
