@@ -144,7 +144,8 @@ def cast_rolling(groups, begin, end, fan, ranges, reach):
             for start in (offset - circle, offset, offset + circle):  # beams beyond `width` miss it from everywhere
                 i0 = max(0, int(math.ceil((start - _PAD) / step)))
                 for i in range(i0, min(beams, int(math.floor((start + width + _PAD) / step)) + 1)):
-                    _cast_beam(rows[k], places[i], directions, i, ranges)
+                    place = places[i, 0], places[i, 1], places[i, 2], places[i, 3]
+                    _cast_beam(rows[k], place, directions, i, ranges)
 
 
 @leaf
@@ -152,13 +153,12 @@ def _cast_beam(row, place, directions, i, ranges):
     """Shorten the range of beam i to a shape; arguments as of `cast_rows`."""
     x, y, cy, sy = place
     if row[3] == CONIC:
-        _cast_conic(row, (x, y, cy, sy), directions, i, i, ranges)
+        _cast_conic(row, place, directions, i, i, ranges)
     elif row[3] == CIRCLE:
         gx, gy = row[0] - x, row[1] - y
         _cast_circle(cy * gx + sy * gy, cy * gy - sy * gx, row[2], directions, i, i, ranges)
     else:
-        ax, ay, ex, ey = row[4] - x, row[5] - y, row[6] - row[4], row[7] - row[5]
-        ax, ay, ex, ey = cy * ax + sy * ay, cy * ay - sy * ax, cy * ex + sy * ey, cy * ey - sy * ex
+        ax, ay, ex, ey = _segment(row, place)
         ux, uy = directions[i, 0], directions[i, 1]
         one, other = ax * uy - ay * ux, (ax + ex) * uy - (ay + ey) * ux  # how far the ends are to the right of the beam
         slack = _PAD * (abs(ax) + abs(ay) + abs(ex) + abs(ey))
@@ -185,10 +185,7 @@ def cast_rows(rows, place, fan, ranges, reach):
             continue
         dx, dy = cy * gx + sy * gy, cy * gy - sy * gx
         if row[3] == SEGMENT:
-            ax, ay = row[4] - x, row[5] - y
-            ex, ey = row[6] - row[4], row[7] - row[5]
-            ax, ay = cy * ax + sy * ay, cy * ay - sy * ax
-            ex, ey = cy * ex + sy * ey, cy * ey - sy * ex
+            ax, ay, ex, ey = _segment(row, place)
             angle = math.atan2(ay, ax)
             width = math.atan2(ax * ey - ay * ex, ax * (ax + ex) + ay * (ay + ey))
             if width < 0.0:
@@ -211,6 +208,14 @@ def cast_rows(rows, place, fan, ranges, reach):
                 _cast_segment(ax, ay, ex, ey, directions, i0, i1, ranges)
             else:
                 _cast_conic(row, place, directions, i0, i1, ranges)
+
+
+@leaf
+def _segment(row, place):
+    """The first end of a segment, and the way from there to the other, in S, m."""
+    x, y, cy, sy = place
+    ax, ay, ex, ey = row[4] - x, row[5] - y, row[6] - row[4], row[7] - row[5]
+    return cy * ax + sy * ay, cy * ay - sy * ax, cy * ex + sy * ey, cy * ey - sy * ex
 
 
 @leaf

@@ -7,7 +7,6 @@ import numpy as np
 from drake_starnav.geometry.compiled import kernel
 from drake_starnav.geometry.se2 import now_in
 from drake_starnav.lidar.laser_scan import UNKNOWN, LaserScan
-from drake_starnav.utils.snapshot import replaced
 
 
 def deskewed(scan: LaserScan, earlier: np.ndarray, time: float, pose: np.ndarray) -> LaserScan:
@@ -31,8 +30,7 @@ def deskewed(scan: LaserScan, earlier: np.ndarray, time: float, pose: np.ndarray
     field, limits = scan.field_of_view, (scan.range_min, scan.range_max)
     ranges, source = _rebinned(scan.ranges, step, scan.time_increment < 0.0, field, field.seam, limits)
     motion = None if scan.motion is None else np.where(source >= 0, scan.motion[source], UNKNOWN)
-    ranges.setflags(write=False)
-    return replaced(scan, ranges=ranges, time_increment=0.0, lost_beams=True, motion=motion)
+    return scan.again(ranges, time_increment=0.0, lost_beams=True, motion=motion)
 
 
 @kernel

@@ -5,7 +5,7 @@ import math
 import operator
 from collections.abc import Sequence
 from functools import cached_property, lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -202,10 +202,10 @@ class LaserScan:
         ranges.setflags(write=False)
         object.__setattr__(self, "ranges", ranges)
 
-    def again(self, time: float, ranges: np.ndarray) -> "LaserScan":
-        """Another scan of the sensor at a time, s, with ranges (n,) as of `measure`, m, which are not checked again."""
+    def again(self, ranges: np.ndarray, **changes: Any) -> "LaserScan":
+        """Another scan of the sensor with ranges (n,) as of `measure`, m, and changes, which are not checked again."""
         ranges.setflags(write=False)
-        return replaced(self, time=time, ranges=ranges)
+        return replaced(self, ranges=ranges, **changes)
 
     def masked(self, sectors: Sequence[tuple[float, float]]) -> "LaserScan":
         """The scan without the beams in which the robot sees itself: they are lost.

@@ -193,7 +193,8 @@ class LidarSensor(LeafSystem):
     ) -> _Measurement:
         p, time = self._parameters, context.get_time()
         distances = self._slices.Eval(context).cast(query, X_WS, self._fan, p.range_max, X_WS_begin)
-        return _Measurement(self._blank.again(time, measure(distances, p, self._seed, scan_index(time, p.rate))), X_WS)
+        ranges = measure(distances, p, self._seed, scan_index(time, p.rate))
+        return _Measurement(self._blank.again(ranges, time=time), X_WS)
 
     def _measure(self, context: Context, measurement: AbstractValue) -> None:
         query = self._query_port.Eval(context)
