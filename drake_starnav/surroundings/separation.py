@@ -81,7 +81,7 @@ def _keeps_off(frames, moved, ends, center, shade, body, margin):
         gap = body_gap(frames[i], ends, center, shade, body, needed + way)
         if i == 0 and gap < needed and not shade:
             needed = max(gap - 1e-9, ESCAPE_CLEARANCE)
-        if gap < needed:
+        if not gap >= needed:  # nor is it where a pose is no number
             return False
         reached = moved[i] + (gap - needed)  # not less than moved[i]
         if reached >= way:
