@@ -16,7 +16,7 @@ from drake_starnav.planning.known_cells import KnownCells
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.observation import Observation
-from drake_starnav.surroundings.region_index import indexed, thinned
+from drake_starnav.surroundings.region_index import indexed, subset
 from drake_starnav.surroundings.region_union import CELL, WORD, RegionUnion, covers, excess
 from drake_starnav.surroundings.star_region import StarRegion
 from drake_starnav.utils.snapshot import snapshot
@@ -121,7 +121,7 @@ def revised(
         if region is not None:
             after[i] = rows[2][numbers[k]] = region.boundary.values
             rows[3][numbers[k]] = region.boundary.slopes
-    union = indexed(RegionUnion(*rows), thinned(old, kept), numbers[news[kept[news]]])
+    union = indexed(RegionUnion(*rows), subset(old, kept), numbers[news[kept[news]]])
     changed = RegionUnion(*(row[news] for row in old.rows))
     known = roadmap.known.recounted(hits.resolution * STRIDE, changed, after, union.bounds)
     return StarRoadmap(hits, nodes, union, roadmap.closures, known)

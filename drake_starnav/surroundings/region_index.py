@@ -47,7 +47,7 @@ def indexed(union: RegionUnion, before: RegionUnion, news: np.ndarray) -> Region
     return union._replace(marks=marks, corner=corner)
 
 
-def thinned(union: RegionUnion, kept: np.ndarray) -> RegionUnion:
+def subset(union: RegionUnion, kept: np.ndarray) -> RegionUnion:
     """An indexed union of those of its regions that are kept, shape (n,), bool, which have other bits then."""
     if kept.all():
         return union

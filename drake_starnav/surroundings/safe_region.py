@@ -265,7 +265,8 @@ def certified_by(
     hits, gaps, _, values, near = found
     return CertifiedRegion(
         np.array(asked.pose[:2]), asked.bearing_0, values, near, hits, gaps, seen=True, time=scan.time,
-        previous=memory.time, radius=asked.disc[2], sight=field_of_view(scan), newest=newest, earlier=earlier,
+        previous=memory.time, radius=Disc(*asked.disc).radius, sight=field_of_view(scan),
+        newest=newest, earlier=earlier,
     )  # fmt: skip
 
 

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 
 from drake_starnav.surroundings.piecewise_cubic import fit_piecewise_cubic
-from drake_starnav.surroundings.region_index import indexed, thinned
+from drake_starnav.surroundings.region_index import indexed, subset
 from drake_starnav.surroundings.region_union import RegionUnion, cover_at
 from drake_starnav.surroundings.star_region import StarRegion, united
 
@@ -51,7 +51,7 @@ def test_a_union_without_some_regions_answers_as_a_loop_over_the_others() -> Non
     rng = np.random.default_rng(1)
     regions = [spiky_region(rng) for _ in range(70)]
     kept = rng.random(70) < 0.6
-    fewer = thinned(indexed(united(regions), RegionUnion.none(), np.arange(70)), kept)
+    fewer = subset(indexed(united(regions), RegionUnion.none(), np.arange(70)), kept)
     np.testing.assert_array_equal(
         fewer.center, [region.center for region, stays in zip(regions, kept, strict=True) if stays]
     )
