@@ -62,4 +62,4 @@ install:
 
 clean:
 	rm -rf "$(VENV)" out dist
-	find drake_starnav \( -name '*.nbi' -o -name '*.nbc' \) -delete
+	find drake_starnav -name __pycache__ -prune -exec rm -r {} +

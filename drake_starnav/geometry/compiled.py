@@ -2,13 +2,25 @@
 
 from numba import njit
 
-import drake_starnav.utils.compilation  # noqa: F401  (shows what is compiled)
+from drake_starnav.utils.compilation import SourcesCache
 
-kernel = njit(cache=True, error_model="numpy")
-"""For all of them. A division by zero gives inf or NaN, as in NumPy: exceptions would take longer to compile."""
-leaf = njit(cache=True, error_model="numpy", forceinline=True)
-"""For what loops call: inlined, it lets Numba leave out the counting of references to the arrays that are passed to it,
-which would cost more than what it does."""
+
+def kernel(function, **options):
+    """Have Numba compile a function when it is called first, or load it from the cache.
+
+    A division by zero gives inf or NaN, as in NumPy: exceptions would take longer to compile.
+    """
+    dispatcher = njit(error_model="numpy", **options)(function)
+    dispatcher._cache = SourcesCache(function)  # as its `enable_caching` would with Numba's own
+    return dispatcher
+
+
+def leaf(function):
+    """The same for what loops call: inlined, it lets Numba leave out the counting of references to the arrays.
+
+    That would cost more than what it does.
+    """
+    return kernel(function, forceinline=True)
 
 
 @leaf

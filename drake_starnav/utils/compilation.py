@@ -1,15 +1,25 @@
 """What Numba compiles: all that its cache lacks, as in the first run after an installation."""
 
+import contextlib
+import fcntl
 import gc
+import hashlib
+import os
+import shutil
+from pathlib import Path
 from typing import Any
 
-from numba.core import caching, event
+from numba.core import caching, config, event
 
 from drake_starnav.utils.progress import Progress
 
 COMPILING = "compiling, once"
 """What a first run says."""
 PACKAGE = __name__.partition(".")[0]
+ROOT = Path(__file__).parents[1]
+"""The folder of the package."""
+COMPILED = "compiled_"
+"""Begins the names of the folders of compiled functions, one for each state of the sources."""
 
 
 class _Compilation(event.Listener):
@@ -49,23 +59,86 @@ class _Compilation(event.Listener):
             self._progress.hide()
 
 
-class _Cache(caching.IndexDataCacheFile):
-    """A cache in which functions that name modules of an earlier version, since renamed, count as not compiled yet."""
-
-    def _load_index(self) -> dict[Any, str]:
-        try:
-            found: dict[Any, str] = super()._load_index()
-        except (ImportError, AttributeError):
-            return {}
-        return found
-
-    def _load_data(self, name: str) -> Any:
-        try:
-            return super()._load_data(name)
-        except (ImportError, AttributeError) as error:
-            raise OSError(str(error)) from None
+def _stamps() -> list[tuple[str, int, int]]:
+    """Path, time of the last change in ns, and size of each source file of the package."""
+    names = ((folder, name) for folder, _, files in os.walk(ROOT) for name in files if name.endswith(".py"))
+    paths = sorted(os.path.join(folder, name) for folder, name in names if name[:-3].isidentifier())
+    return [(path, (stat := os.stat(path)).st_mtime_ns, stat.st_size) for path in paths]
 
 
+def _key(stamps: list[tuple[str, int, int]]) -> str:
+    """Hash the names and the texts of source files, 12 ms for all of the package."""
+    digest = hashlib.sha256()
+    for path, *_ in stamps:
+        text = Path(path).read_bytes()
+        digest.update(f"{os.path.relpath(path, ROOT)} {len(text)} ".encode() + text)
+    return digest.hexdigest()[:16]
+
+
+def _cache_folder(key: str) -> Path:
+    """Return the folder for what is compiled from the sources with a key, and remove those of other sources.
+
+    It is inside the package, or else where Numba keeps what it compiles for a user; inside `NUMBA_CACHE_DIR` if that is
+    set. Where no folder can be written, what the package's own holds is loaded, and nothing is saved.
+    """
+    inside = ROOT / "__pycache__"
+    user = Path(config.CACHE_DIR or caching.AppDirs("numba", appauthor=False).user_cache_dir)
+    user /= caching.InTreeCacheLocator.get_suitable_cache_subpath(str(ROOT / "__init__.py"))
+    for place in (user,) if config.CACHE_DIR else (inside, user):
+        folder = place / f"{COMPILED}{key}"
+        with contextlib.suppress(OSError):
+            folder.mkdir(parents=True, exist_ok=True)
+            if os.access(folder, os.W_OK):
+                for other in set(place.glob(f"{COMPILED}*")) - {folder}:
+                    shutil.rmtree(other, ignore_errors=True)
+                return folder
+    return inside / f"{COMPILED}{key}"
+
+
+class _Locator(caching.InTreeCacheLocator):
+    """Places what is compiled of each package in a folder of its own, inside `FOLDER`."""
+
+    def __init__(self, py_func: Any, py_file: str) -> None:
+        super().__init__(py_func, py_file)
+        self._cache_path = str(FOLDER / os.path.relpath(os.path.dirname(py_file), ROOT).replace(os.sep, "_"))
+
+    @classmethod
+    def from_function(cls, py_func: Any, py_file: str) -> "_Locator":
+        """Return the locator of a function, whether or not its folder can be written."""
+        return cls(py_func, py_file)
+
+
+class _Located(caching.CompileResultCacheImpl):
+    _locator_classes = (_Locator,)
+
+
+class SourcesCache(caching.FunctionCache):
+    """Numba's cache of one function, valid for the present sources of the whole package.
+
+    Numba's own sees changes only in the function's file, and not in those of the compiled functions that it calls.
+    """
+
+    _impl_class = _Located
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Load a function; None where there is none that can be read."""
+        with contextlib.suppress(OSError):
+            return super().load_overload(sig, target_context)
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Save a function, unless sources changed after this process began or the folder cannot be written.
+
+        Of two processes that save at once, one waits: Numba's index would name the function of the other.
+        """
+        with contextlib.suppress(OSError):
+            if _stamps() == STAMPS:
+                FOLDER.mkdir(exist_ok=True)
+                with open(FOLDER / "lock", "wb") as lock:
+                    fcntl.flock(lock, fcntl.LOCK_EX)
+                    super().save_overload(sig, data)
+
+
+STAMPS = _stamps()
+FOLDER = _cache_folder(_key(STAMPS))
 _compilation = _Compilation()
 event.register("numba:compile", _compilation)
-caching.IndexDataCacheFile = _Cache

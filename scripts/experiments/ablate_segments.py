@@ -17,9 +17,9 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from numba import njit
 from tqdm import tqdm
 
+from drake_starnav.geometry.compiled import kernel
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.margins import derive_margins
@@ -91,7 +91,7 @@ def fit_slopes(samples: np.ndarray, one_sided: bool = False) -> PiecewiseCubic:
     return fit_segments(samples, _slope_breaks(samples, JUMP * RADIUS, SLOPE_CHANGE), math.inf, one_sided)
 
 
-@njit(cache=True)
+@kernel
 def _slope_breaks(samples, jump, change):
     """A new segment begins where the boundary's direction has turned by more than `change`."""
     count = len(samples)

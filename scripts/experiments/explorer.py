@@ -14,13 +14,13 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from numba import njit
 from tqdm import tqdm
 
 from drake_starnav.cli.options import run_command
 from drake_starnav.errors import StarnavError
 from drake_starnav.evaluation.summary import markdown_table
 from drake_starnav.evaluation.trial_file import read_trials
+from drake_starnav.geometry.compiled import kernel
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.planning.bucket_search import bucket_dijkstra
 from drake_starnav.planning.cost_field import CostField
@@ -101,7 +101,7 @@ def _shortest_path(weight: np.ndarray, origin: np.ndarray, position: np.ndarray,
     return np.vstack((path, goal)) if len(path) else path
 
 
-@njit(cache=True)
+@kernel
 def _close_cells(weight, hits, radius):
     """Close all cells whose centre is nearer than `radius` (m) to a hit; hits of shape (n, 2) in cells."""
     reach = radius / CELL
@@ -113,7 +113,7 @@ def _close_cells(weight, hits, radius):
                     weight[i, j] = 0
 
 
-@njit(cache=True)
+@kernel
 def _last_in_reach(weight, position, path):
     """Index of the last place of a path to which a straight line leads through free cells.
 

@@ -16,9 +16,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import shapely
-from numba import njit
 from tqdm import tqdm
 
+from drake_starnav.geometry.compiled import kernel
 from drake_starnav.geometry.footprint import Footprint, covered
 from drake_starnav.geometry.polyline import point_to_segment_squared
 from drake_starnav.robot import Limits
@@ -120,7 +120,7 @@ def looked(
     return state.safety
 
 
-@njit(cache=True)
+@kernel
 def swept(pose, velocity, target, phases, limits):
     """Poses (n, 3) every STEP of a robot that keeps its velocity, ramps to the target, and then brakes.
 
@@ -161,7 +161,7 @@ def swept(pose, velocity, target, phases, limits):
     return out[:n]
 
 
-@njit(cache=True)
+@kernel
 def least_distance(poses, parts, radius, segments, discs):
     """Least distance, m, of a footprint on its poses (n, 3) from segments (k, 4) and discs (m, 3); 0 in contact.
 
@@ -189,7 +189,7 @@ def least_distance(poses, parts, radius, segments, discs):
     return least
 
 
-@njit(cache=True)
+@kernel
 def _apart(parts, radius, line):
     """Distance of a footprint from a segment in its frame, which may be a point, m; 0 in contact."""
     ax, ay, bx, by = line
