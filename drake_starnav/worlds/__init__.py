@@ -19,8 +19,9 @@ from drake_starnav.worlds.formats.world_file import Barn, DynaBarn
 from drake_starnav.worlds.generators.channel import Channel
 from drake_starnav.worlds.generators.corridor import Corridor
 from drake_starnav.worlds.generators.crowd import Crowd, StopAndGo
-from drake_starnav.worlds.generators.forest import Forest, PaperForest
+from drake_starnav.worlds.generators.forest import Forest
 from drake_starnav.worlds.generators.maze import Maze
+from drake_starnav.worlds.generators.paper import PaperForest, PaperMaze, PaperRoom
 from drake_starnav.worlds.generators.room import Room
 from drake_starnav.worlds.generators.rooms import Rooms
 from drake_starnav.worlds.moving_obstacles import MovingObstacles, moving_obstacle_states
@@ -35,6 +36,8 @@ WORLD_KINDS: dict[str, type] = {
         Room,
         Maze,
         PaperForest,
+        PaperMaze,
+        PaperRoom,
         Corridor,
         Channel,
         Rooms,

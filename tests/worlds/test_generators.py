@@ -17,6 +17,8 @@ from drake_starnav.worlds import (
     Forest,
     Maze,
     PaperForest,
+    PaperMaze,
+    PaperRoom,
     Room,
     StopAndGo,
     World,
@@ -26,7 +28,8 @@ from drake_starnav.worlds import (
     shortest_path,
 )
 
-KINDS = [Forest(), Room(), Maze(family="cells"), Maze(family="open"), PaperForest(), Corridor(), Crowd(), StopAndGo()]
+KINDS = [Forest(), Room(), Maze(family="cells"), Maze(family="open"), Corridor(), Crowd(), StopAndGo()]
+KINDS += [PaperForest(), PaperMaze(), PaperRoom()]
 GENERATORS = [kind for name, kind in WORLD_KINDS.items() if name not in ("Obstacles", "Model", "Barn", "DynaBarn")]
 
 
@@ -73,17 +76,6 @@ def test_seeds_and_kinds_differ():
 def test_a_robot_that_fits_nowhere_is_named(kind):
     with pytest.raises(StarnavError, match=r"robot.radius 2\.5 m"):
         make_world(kind(), 0, 2.5)
-
-
-def test_paper_forest_has_the_papers_cylinders_and_ranges():
-    for seed in range(10):
-        world = make_world(PaperForest(), seed, 0.2)
-        assert world.cylinders.shape == (11, 3)
-        assert world.bounds == (-4.01, -1.69, 5.02, 3.51)
-        assert -3.6 <= world.start[0] <= -2.7
-        assert -1.35 <= world.start[1] <= 3.2
-        assert 4.5 <= world.goal[0] <= 4.8
-        assert -1.35 <= world.goal[1] <= 3.2
 
 
 def test_open_mazes_hold_walls_spheres_cylinders_and_concave_obstacles():
