@@ -274,11 +274,16 @@ def _cast_circle(dx, dy, radius, directions, i0, i1, ranges):
 
 @leaf
 def _cast_segment(ax, ay, ex, ey, directions, i0, i1, ranges):
-    """The same with a segment from (ax, ay) to (ax + ex, ay + ey) in S, m."""
-    cross = ax * ey - ay * ex
+    """The same with a segment from (ax, ay) to (ax + ex, ay + ey) in S, m.
+
+    A beam in line with it meets its nearer end: the quotient of two rounding errors lies anywhere.
+    """
+    cross, parallel = ax * ey - ay * ex, _PAD * (abs(ex) + abs(ey))
     for i in range(i0, i1 + 1):
-        below = directions[i, 0] * ey - directions[i, 1] * ex
-        if below != 0.0:
-            t = cross / below
-            if 0.0 <= t < ranges[i]:
-                ranges[i] = t
+        ux, uy = directions[i, 0], directions[i, 1]
+        below, one = ux * ey - uy * ex, ax * ux + ay * uy
+        other = one + ex * ux + ey * uy  # how far ahead the ends are
+        t = cross / below if abs(below) > parallel else min(one, other)
+        t = min(max(t, min(one, other) - _PAD), max(one, other) + _PAD)
+        if 0.0 <= t < ranges[i]:
+            ranges[i] = t

@@ -2,6 +2,7 @@ import math
 
 import numpy as np
 import pytest
+import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -9,6 +10,7 @@ from drake_starnav.geometry.raycast import (
     CIRCLE,
     COLUMNS,
     CONIC,
+    SEGMENT,
     Fan,
     Shapes,
     cast_groups,
@@ -110,6 +112,60 @@ def test_a_rolling_scan_is_each_beam_cast_from_its_own_pose(seed, most, clockwis
         pose = begin + (1 - i / BEAMS if clockwise else (i + 1) / BEAMS) * np.array((*(end - begin)[:2], turn))
         alone = cast(rows, pose)
         assert min(swept[i], 5.0) == pytest.approx(min(alone[i], 5.0), abs=1e-9)
+
+
+def tangent_to(kind: str, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """A random shape as rows, a point of it, and the direction of the shape there; of a segment, an end."""
+    centre, size, angle = rng.uniform(-3.0, 3.0, 2), 10.0 ** rng.uniform(-2.0, 1.0), rng.uniform(-4.0, 4.0)
+    turned = np.array([(np.cos(angle), -np.sin(angle)), (np.sin(angle), np.cos(angle))])
+    if kind == "segment":
+        return segment_rows(np.hstack((centre, centre + size * turned[0]))), centre, turned[0]
+    axes = size * np.array((1.0, 1.0 if kind == "circle" else rng.uniform(0.01, 1.0)))
+    place, way = turned @ (axes * (0.0, 1.0)), turned @ (axes * (1.0, 0.0))
+    rows = circle_rows((*centre, size)) if kind == "circle" else ellipse_rows((*centre, *axes, angle))
+    return rows, centre + place, way / np.hypot(*way)
+
+
+def distance_from(row: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Distance of points (n, 2) from the curve of a shape, m; from an ellipse to first order."""
+    away = points - row[:2]
+    if row[3] == CIRCLE:
+        return np.abs(np.hypot(*away.T) - row[2])
+    if row[3] == SEGMENT:
+        return shapely.distance(shapely.LineString(row[4:8].reshape(2, 2)), shapely.points(points))
+    slope = away @ row[[4, 5, 5, 6]].reshape(2, 2)
+    return np.abs((slope * away).sum(axis=1) + row[9]) / (2.0 * np.hypot(*slope.T))
+
+
+@settings(max_examples=150)
+@given(
+    seed=st.integers(0, 10**6),
+    kind=st.sampled_from(("segment", "circle", "ellipse")),
+    rolling=st.sampled_from((None, "counterclockwise", "clockwise")),
+    away=st.one_of(st.just(0.0), st.floats(1e-9, 5.0)),
+)
+def test_a_beam_in_line_with_a_shape_ends_on_it(seed, kind, rolling, away):
+    """Or passes it by; so do all others of the fan, at its ends, beside it and where the sensor touches it."""
+    rng = np.random.default_rng(seed)
+    row, point, way = tangent_to(kind, rng)
+    beams, beam = 720, int(rng.integers(0, 720))
+    fan = Fan.regular(-np.pi, 2.0 * np.pi / beams, beams, rolling == "clockwise")
+    bearings = fan.angle_min + fan.increment * np.arange(beams)
+    steps = np.arange(beams) if fan.clockwise else beams - 1 - np.arange(beams)
+    left = np.zeros(beams) if rolling is None else steps / beams  # of the sweep, at each beam
+    moved, turned = rng.uniform(-0.3, 0.3) * way, rng.uniform(-0.5, 0.5)
+    pose = np.array((*(point - away * way), np.arctan2(way[1], way[0]) - bearings[beam]))
+    end = pose + left[beam] * np.array((*moved, turned))
+    ranges = np.full(beams, np.inf)
+    if rolling is None:
+        cast_groups(Shapes.of([row]), end[None], fan, ranges, 20.0)
+    else:
+        cast_rolling(Shapes.of([row]), end[None] - (*moved, turned), end[None], fan, ranges, 20.0)
+    if kind == "segment" and away > 1e-6:
+        assert ranges[beam] == np.inf or ranges[beam] == pytest.approx(away, abs=2e-8)
+    angles, hit = end[2] - left * turned + bearings, np.isfinite(ranges)
+    places = end[:2] - left[:, None] * moved + ranges[:, None] * np.column_stack((np.cos(angles), np.sin(angles)))
+    assert (distance_from(row[0], places[hit]) <= 2e-8).all()
 
 
 DEGREES = Fan.regular(-math.pi, math.pi / 180.0, 360)
