@@ -1,5 +1,6 @@
 """The base class of all errors that this package raises on purpose, and helpers for their messages."""
 
+from collections.abc import Iterator
 from typing import Any
 
 LONGEST_VALUE = 100
@@ -28,9 +29,35 @@ def check_kind(value: Any, kind: type, name: str, source: str) -> None:
 
 
 def shown(value: Any, most: int = LONGEST_VALUE) -> str:
-    """`repr(value)` for a message, shortened to `most` characters."""
-    text = repr(value)
-    return text if len(text) <= most else f"{text[: most - 3]}..."
+    """Return `repr(value)` for a message, shortened to `most` characters; no more of the value is written out."""
+    text = ""
+    for piece in _repr_pieces(value, most):
+        text += piece
+        if len(text) > most:
+            return f"{text[: most - 3]}..."
+    return text
+
+
+def _repr_pieces(value: Any, most: int) -> Iterator[str]:
+    """Yield what `repr` writes, piece by piece: lists in YAML that hold one list many times would fill the memory."""
+    kind: Any = type(value)
+    writes: Any = kind.__repr__
+    if writes is dict.__repr__:
+        yield "{"
+        for k, (key, item) in enumerate(value.items()):
+            yield ", " if k > 0 else ""
+            yield from _repr_pieces(key, most)
+            yield ": "
+            yield from _repr_pieces(item, most)
+        yield "}"
+    elif writes in (list.__repr__, tuple.__repr__):
+        yield "[" if isinstance(value, list) else "("
+        for k, item in enumerate(value):
+            yield ", " if k > 0 else ""
+            yield from _repr_pieces(item, most)
+        yield "]" if isinstance(value, list) else ",)" if len(value) == 1 else ")"
+    else:
+        yield repr(value[: most + 1] if kind in (str, bytes) else value)
 
 
 def one_line(text: str) -> str:

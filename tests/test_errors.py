@@ -18,3 +18,19 @@ def test_a_line_is_one() -> None:
 
 def test_bad_input_is_a_value_error_and_what_cannot_be_tried_is_bad_input() -> None:
     assert issubclass(UnsupportedError, StarnavError) and issubclass(StarnavError, ValueError)
+
+
+def test_no_more_of_a_value_is_written_out_than_is_shown() -> None:
+    nested: list = ["l"] * 10
+    for _ in range(40):  # written out, 10^41 letters
+        nested = [nested] * 10
+    assert len(shown({"a": (nested,)})) == LONGEST_VALUE
+    endless: list = []
+    endless.append(endless)
+    assert shown(endless).startswith("[[[[")
+    assert shown("a" * 10**8).startswith("'aaaa")
+
+
+@pytest.mark.parametrize("value", [[], (), (1,), {}, {"a": [1, ("b", 2.5)]}, [None, {"x": {}}], "it's", {1}])
+def test_what_is_short_is_written_as_python_does(value: object) -> None:
+    assert shown(value) == repr(value)

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from drake_starnav.errors import StarnavError
+from drake_starnav.errors import StarnavError, shown
 from drake_starnav.geometry.compiled import kernel, leaf
 from drake_starnav.geometry.se2 import placed
 from drake_starnav.utils.snapshot import snapshot
@@ -285,7 +285,8 @@ def _around(radius: float) -> np.ndarray:
 def _convex(corners: Sequence) -> np.ndarray:
     points = np.array(corners, dtype=float)
     if points.ndim != 2 or points.shape[1:] != (2,) or len(points) < 3 or not np.isfinite(points).all():
-        raise StarnavError(f"footprint has corners of shape {points.shape}; allowed: (n, 2), n >= 3, finite x and y, m")
+        part = shown([list(corner) for corner in corners])
+        raise StarnavError(f"footprint has the part {part}; allowed: three or more corners [x, y], finite, m")
     reach = float(np.hypot(*points.T).max())
     if reach > LARGEST_SIZE:
         raise StarnavError(

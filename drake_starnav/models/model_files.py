@@ -15,7 +15,7 @@ from xml.etree.ElementTree import Element, SubElement
 
 from drake_starnav.errors import StarnavError, said_by, shown
 from drake_starnav.models.model_folders import FOLDERS, find
-from drake_starnav.models.obj_files import SOLIDS, converted, painted, write, write_obj
+from drake_starnav.models.obj_files import SOLIDS, check_faces, converted, painted, write, write_obj
 from drake_starnav.utils.files import no_file, read_bytes, reading
 
 DRAKE_NAMESPACE = "http://drake.mit.edu"
@@ -24,6 +24,10 @@ SHOWN_BY_DRAKE, PAINTED = (".obj", ".gltf"), (".dae", ".stl", ".glb")
 """Visual meshes: those that Drake's Meshcat shows, and those that are converted."""
 EVERYWHERE = ("sun", "ground_plane")
 """Included models without which no world of Gazebo's is: there is a floor and light already."""
+MOST_LINKS = 2000
+"""Links of a model with all that it includes: a few small files that include each other may mean millions."""
+LARGEST_LENGTH = 1e6
+"""The largest coordinate or extent in a model, m."""
 _PRIMITIVES = {"box", "sphere", "cylinder", "capsule", "ellipsoid", "empty"}
 _OF_WORLD = {"world", "model", "include", "frame", "joint"}
 _KEPT = {
@@ -49,6 +53,8 @@ class Models:
         self._weld = weld
         self._open: list[Path] = []
         self._written: dict[str, Path] = {}
+        self._adapted: dict[Path, tuple[Path, int]] = {}
+        self._links = 0
 
     def said(self, text: str) -> str:
         """A message of Drake's with the names of the files as they were found."""
@@ -74,7 +80,12 @@ class Models:
         path = path.resolve()
         if path in self._open or len(self._open) >= 50:
             raise StarnavError(f"model {path} includes itself; allowed: files that do not")
+        if path in self._adapted:
+            adapted, links = self._adapted[path]
+            self._add_links(links, path)
+            return adapted
         self._open.append(path)
+        links_before = self._links
         try:
             data = self._bytes(path, "model")
             if path.name.endswith((".dmd.yaml", ".yaml")):
@@ -95,10 +106,21 @@ class Models:
             self._open.pop()
         written = write(text.encode(), suffix)
         self._written[str(written)] = path
+        self._adapted[path] = written, self._links - links_before
         return written
+
+    def _add_links(self, count: int, path: Path) -> None:
+        """Count the links of a file, and the file itself, each time that it is included."""
+        self._links += count
+        if self._links > MOST_LINKS:
+            raise StarnavError(
+                f"model {path} makes more than {MOST_LINKS} links, with those that it includes or stands beside; "
+                f"allowed: at most {MOST_LINKS}"
+            )
 
     def urdf(self, root: Element, path: Path) -> None:
         """Let all links of a robot collide with shapes that Drake reads, and have no looks that it does not."""
+        self._add_links(1 + sum(1 for _ in root.iter("link")), path)
         for link in root.iter("link"):
             for visual in link.findall("visual"):
                 mesh, bare = visual.find("geometry/mesh"), visual.find("material") is None
@@ -119,6 +141,7 @@ class Models:
     def _sdf(self, root: Element, path: Path) -> None:
         if root.tag != "sdf":
             raise StarnavError(f"model {path} begins with <{shown(root.tag)}>; allowed: <sdf> or <robot>")
+        self._add_links(1 + sum(1 for _ in root.iter("link")), path)
         for element in list(root.iter()):
             kept = _KEPT.get(element.tag)
             for part in list(element):
@@ -233,10 +256,13 @@ class Models:
         if path is None or why:
             raise StarnavError(f"{place}: mesh {shown(uri.strip())}: {why}; allowed: a mesh file")
         suffix = path.suffix.lower()
-        if suffix not in CONVERTED:
+        if suffix not in (*CONVERTED, ".obj"):
             return [path.resolve()]
         data = self._bytes(path, "mesh")
         try:
+            if suffix == ".obj":
+                check_faces(data)
+                return [path.resolve()]
             return list(converted(data, suffix))
         except StarnavError as error:
             raise StarnavError(f"mesh {path}: {error}; allowed: a whole {suffix} file") from None
@@ -266,7 +292,9 @@ class Models:
 
     def _parsed(self, data: bytes, path: Path) -> Element:
         with reading(f"model {path}", "XML"):
-            return parsed_xml(data)
+            root = parsed_xml(data)
+        check_lengths(root, f"model {path}")
+        return root
 
 
 def parsed_xml(data: bytes) -> Element:
@@ -277,6 +305,25 @@ def parsed_xml(data: bytes) -> Element:
     if b"<drake:" in data and b"xmlns:drake" not in data:
         data = re.sub(rb"<(robot|sdf)\b", rb'<\1 xmlns:drake="%s"' % DRAKE_NAMESPACE.encode(), data, count=1)
     return ElementTree.fromstring(data)
+
+
+def check_lengths(root: Element, place: str) -> None:
+    """Raise `StarnavError` for a pose or shape that reaches farther than `LARGEST_LENGTH`; `place` names the file."""
+    for part in root.iter():
+        for element in part.iter() if part.tag in ("pose", "origin", "geometry") else ():
+            for word in " ".join((element.text or "", *element.attrib.values())).split():
+                if not _length(word) <= LARGEST_LENGTH:
+                    raise StarnavError(
+                        f"{place} has {shown(word)} in <{part.tag}>; allowed: at most {LARGEST_LENGTH:g} m"
+                    )
+
+
+def _length(word: str) -> float:
+    """Return the size of a number; 0 of other words."""
+    try:
+        return abs(float(word))
+    except ValueError:
+        return 0.0
 
 
 def _name_in(include: Element) -> str:

@@ -15,6 +15,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from drake_starnav.errors import StarnavError, shown
 from drake_starnav.models.mesh_file import mesh_surfaces, mesh_triangles
 from drake_starnav.worlds.convex_parts import convex_parts
 from drake_starnav.worlds.footprints import cylinder_vertices
@@ -93,6 +94,21 @@ half space among twenty shapes does."""
 
 def _fan(corners: np.ndarray) -> np.ndarray:
     return np.column_stack((np.full(len(corners) - 2, corners[0]), corners[1:-1], corners[2:]))
+
+
+def check_faces(data: bytes) -> None:
+    """Raise `StarnavError` for a face of an OBJ file that names a vertex, texture or normal which is not there.
+
+    Drake's reader does not look.
+    """
+    rows = [line.split() or [b""] for line in data.splitlines()]
+    counts = [sum(row[0] == kind for row in rows) for kind in (b"v", b"vt", b"vn")]
+    for number, row in enumerate(rows, 1):
+        for corner in row[1:] if row[0] == b"f" else ():
+            for text, count, noun in zip(corner.split(b"/"), counts, ("vertex", "texture", "normal"), strict=False):
+                if text and not (text.lstrip(b"-").isdigit() and 0 < abs(int(text)) <= count):
+                    named = text.decode(errors="replace")
+                    raise StarnavError(f"line {number} names the {noun} {shown(named)} of {count}")
 
 
 def write_obj(vertices: np.ndarray, triangles: np.ndarray) -> Path:

@@ -5,16 +5,15 @@ import os
 import re
 import warnings
 import xml.etree.ElementTree as ElementTree
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from pydrake.math import RigidTransform
 
-from drake_starnav.errors import StarnavError, said_by, shown
+from drake_starnav.errors import StarnavError, shown
 from drake_starnav.models.model_files import Models, parsed_xml
-from drake_starnav.models.model_folders import find
-from drake_starnav.parameters import unknown_name
+from drake_starnav.models.xacro_files import expand_macros
 from drake_starnav.robot import MODEL_FILES, RobotParameters
 from drake_starnav.station.robot_body import link_at, pose_of, set_pose, undressed
 from drake_starnav.utils.files import read_bytes, reading
@@ -64,7 +63,7 @@ def robot_urdf(robot: RobotParameters) -> ModelText:
                 f"robot.xacro_args is {shown(robot.xacro_args)} with the model {path}, which has no macros of xacro; "
                 "allowed: none"
             )
-        root = parsed_xml(_expanded(path, robot.xacro_args) if macros else data)
+        root = parsed_xml(expand_macros(path, robot.xacro_args, place) if macros else data)
     for part in list(root):
         if part.tag not in KEPT and not part.tag.startswith("{"):
             root.remove(part)
@@ -125,66 +124,6 @@ def effort(root: ElementTree.Element, joint: str) -> float:
     limit = root.find(f"joint[@name='{joint}']/limit")
     value = 0.0 if limit is None else float(limit.get("effort", "0"))
     return value if value > 0.0 else math.inf
-
-
-class _Arguments(dict[str, str]):
-    """Values of xacro's arguments; it notes for which of them a model asks."""
-
-    def __init__(self, *values: Any) -> None:
-        super().__init__(*values)
-        self.declared: set[str] = set()
-
-    def __contains__(self, name: object) -> bool:
-        self.declared.add(str(name))
-        return super().__contains__(name)
-
-    def __getitem__(self, name: str) -> str:
-        self.declared.add(name)
-        return super().__getitem__(name)
-
-
-def _as_text(value: Any) -> str:
-    return str(value).lower() if isinstance(value, bool) else str(value)
-
-
-def _expanded(path: Path, arguments: Mapping[str, Any]) -> bytes:
-    """The text of a model file whose macros of xacro are expanded, with the values of its arguments."""
-    try:
-        import xacro  # an extra
-        from xacro import substitution_args
-    except ImportError:
-        raise StarnavError(
-            f"robot model {path} has macros of xacro; allowed: pip install 'drake-starnav[xacro]', or a file that is "
-            "expanded already (xacro IN > OUT)"
-        ) from None
-
-    missing: list[str] = []
-
-    def found(package: str) -> str:
-        """Where it lies; else a pattern without a match: only what is used of the package is missed."""
-        folder = find(f"package://{package}", path.resolve().parent)
-        if folder is None:
-            missing.append(package)
-        return str(folder or f"/no_package_{package}*")
-
-    asked, substitution_args._eval_find = substitution_args._eval_find, found  # else it asks an installation of ROS
-    try:
-        values = _Arguments((name, _as_text(value)) for name, value in arguments.items())
-        expanded: bytes = xacro.process_file(str(path), mappings=values).toxml(encoding="utf-8")
-        if missing and b"<link" not in expanded:  # an include without a match is left out
-            raise StarnavError("it includes nothing that has links")
-    except Exception as error:  # whatever a broken macro makes it raise
-        lacks = "".join(f"package {name}, which it names, is not found; " for name in dict.fromkeys(missing))
-        raise StarnavError(
-            f"robot model {path}: xacro: {said_by(error)}; {lacks}allowed: a file that xacro expands, its packages "
-            "beside it or in ROS_PACKAGE_PATH, its arguments in robot.xacro_args"
-        ) from None
-    finally:
-        substitution_args._eval_find = asked
-    for name in arguments:
-        if name not in values.declared:
-            raise unknown_name(f"key robot.xacro_args.{name} of {path}", name, sorted(values.declared))
-    return expanded
 
 
 def _name_base(root: ElementTree.Element) -> None:

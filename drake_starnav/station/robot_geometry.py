@@ -70,23 +70,32 @@ class RobotModel(NamedTuple):
 
     def carried(self, link: RigidBody) -> list[RigidBody]:
         """A link, and all that hang on it."""
-        joints, found = self.joints, [link]
+        joints_below, found = self._joints_below(), [link]
         for body in found:  # grows
-            found += [joint.child_body() for joint in joints if joint.parent_body().index() == body.index()]
+            found += [joint.child_body() for joint in joints_below.get(body.index(), ())]
         return found
 
     def poses(self) -> dict[BodyIndex, RigidTransform]:
         """Where its links are in base_link, with all joints at zero."""
-        poses, joints = {self.base.index(): RigidTransform()}, self.joints
-        for _ in joints:  # each round knows the links one joint farther from the base
-            for joint in joints:
-                parent, child = joint.parent_body().index(), joint.child_body().index()
-                if parent in poses and child not in poses:
+        poses = {self.base.index(): RigidTransform()}
+        joints_below = self._joints_below()
+        for parent in (links := [self.base.index()]):  # grows
+            for joint in joints_below.get(parent, ()):
+                child = joint.child_body().index()
+                if child not in poses:
                     X_PF, X_CM = (
                         f.GetFixedPoseInBodyFrame() for f in (joint.frame_on_parent(), joint.frame_on_child())
                     )
                     poses[child] = poses[parent] @ X_PF @ X_CM.inverse()
+                    links.append(child)
         return poses
+
+    def _joints_below(self) -> dict[BodyIndex, list[Joint]]:
+        """Joints by the link that is their parent."""
+        below: dict[BodyIndex, list[Joint]] = {}
+        for joint in self.joints:
+            below.setdefault(joint.parent_body().index(), []).append(joint)
+        return below
 
     def extents(self, poses: Mapping[BodyIndex, RigidTransform]) -> Iterator["Extent"]:
         """What the colliding shapes of links cover, with the links at poses in a frame."""
@@ -215,16 +224,20 @@ def massless_links(plant: MultibodyPlant, bodies: Iterable[BodyIndex]) -> list[s
     on = {joint.child_body().index(): joint.parent_body().index() for joint in joints}
     welded = {joint.child_body().index() for joint in joints if joint.num_velocities() == 0}
     heavy = {plant.world_body().index()}
+    root_of: dict[BodyIndex, BodyIndex | None] = {}  # of what carries a mass; None if a joint on the way to it moves
     for body in map(BodyIndex, range(1, plant.num_bodies())):
         if plant.get_body(body).default_mass() > 0.0:
-            carrier, turned = body, False
-            while carrier in on:
-                heavy.add(carrier)
-                turned = turned or carrier not in welded
+            chain, carrier = [], body
+            while carrier in on and carrier not in root_of:
+                chain.append(carrier)
                 carrier = on[carrier]
-            if not turned:
-                heavy.add(carrier)
-    return [plant.get_body(body).name() for body in bodies if body not in heavy and body not in welded]
+            root: BodyIndex | None = root_of.get(carrier, carrier)
+            for link in reversed(chain):
+                root = root_of[link] = root if link in welded else None
+            if root is not None:
+                heavy.add(root)
+    held = heavy | root_of.keys() | welded
+    return [plant.get_body(body).name() for body in bodies if body not in held]
 
 
 class Drive(NamedTuple):

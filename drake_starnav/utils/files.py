@@ -1,5 +1,6 @@
 """Reads text files, and writes files whole or not at all."""
 
+import io
 import os
 import re
 import tempfile
@@ -10,6 +11,8 @@ from pathlib import Path
 
 from drake_starnav.errors import StarnavError, said_by
 
+LARGEST_FILE = 200_000_000
+"""Bytes that are read of a file at most."""
 _NAME_PART = 40
 """Characters of a text, or of a file's name in its temporary one, in a name that would be too long otherwise."""
 
@@ -37,18 +40,29 @@ def no_file(path: Path | None) -> str:
     return "" if path.is_file() else "a folder" if path.is_dir() else "no regular file"
 
 
-def read_bytes(path: Path | str, place: str, allowed: str) -> bytes:
-    """The content of a file, which must hold something; arguments and errors as of `reading`."""
+def read_bytes(path: Path | str, place: str, allowed: str, *, may_be_empty: bool = False) -> bytes:
+    """Return the content of a regular file of at most `LARGEST_FILE` bytes; arguments and errors as of `reading`.
+
+    A device may have no end, and a pipe may never be written.
+    """
     with reading(place, allowed):
-        if data := Path(path).read_bytes():
+        path = Path(path)
+        if os.path.exists(path) and not (path.is_file() or path.is_dir()):
+            raise ValueError("no regular file")
+        with path.open("rb") as file:
+            data = file.read(LARGEST_FILE + 1)
+        if len(data) > LARGEST_FILE:
+            raise ValueError(f"it has more than {LARGEST_FILE // 10**6} MB")
+        if data or may_be_empty:
             return data
         raise ValueError("it is empty")
 
 
 def read_text(path: str | os.PathLike, place: str = "", allowed: str = "a text file in UTF-8") -> str:
-    """The content of a text file in UTF-8, with or without a byte order mark; errors as of `reading`."""
-    with reading(place or str(path), allowed):
-        return Path(path).read_text(encoding="utf-8-sig")
+    """Return the content of a text file in UTF-8, with or without a byte order mark; errors as of `read_bytes`."""
+    data = read_bytes(Path(path), place or str(path), allowed, may_be_empty=True)
+    with reading(place or str(path), allowed), io.TextIOWrapper(io.BytesIO(data), encoding="utf-8-sig") as text:
+        return text.read()
 
 
 @contextmanager

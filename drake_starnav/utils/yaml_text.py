@@ -1,5 +1,6 @@
 """YAML of plain values and tagged mappings, as `world: !Forest {width: 20}`."""
 
+import math
 import re
 from collections.abc import Iterable
 from typing import Any
@@ -19,9 +20,13 @@ class PlainLoader(_Loader):
     """Makes numbers, texts, lists and mappings; of other tags only what a subclass adds."""
 
 
-PlainLoader.add_implicit_resolver(  # as in YAML 1.2; 1.1 reads 1e-3 as a text
-    "tag:yaml.org,2002:float", re.compile(r"[-+]?(\d[\d_]*\.?[\d_]*|\.\d[\d_]*)[eE][-+]?\d+$"), list("-+.0123456789")
+PlainLoader.add_implicit_resolver(  # as in YAML 1.2; 1.1 reads 1e-3 and -.25 as texts
+    "tag:yaml.org,2002:float",
+    re.compile(r"[-+]?((\d[\d_]*\.?[\d_]*|\.\d[\d_]*)[eE][-+]?\d+|\.\d[\d_]*)$"),
+    list("-+.0123456789"),
 )
+MOST_VALUES = 1_000_000
+"""Values in a YAML text whose aliases are written out: a few short lines may mean more than the memory holds."""
 
 
 def load_yaml(text: str, place: str, loader: type = PlainLoader) -> Any:
@@ -31,7 +36,14 @@ def load_yaml(text: str, place: str, loader: type = PlainLoader) -> Any:
         StarnavError: it is not valid YAML.
     """
     try:
-        return yaml.load(text, Loader=loader)
+        reader = loader(text)
+        try:
+            node = reader.get_single_node()
+            if "*" in text and node is not None:
+                _count_values(node, {})
+            return None if node is None else reader.construct_document(node)
+        finally:
+            reader.dispose()
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None)
         where = f" line {mark.line + 1}, column {mark.column + 1}" if mark else ""
@@ -39,6 +51,25 @@ def load_yaml(text: str, place: str, loader: type = PlainLoader) -> Any:
     except (ValueError, RecursionError) as error:  # no such date, too many digits
         where, reason = "", error
     raise StarnavError(f"{place}{where}: {said_by(ValueError(reason))}; allowed: valid YAML")
+
+
+def _count_values(node: yaml.Node, counts: dict[int, float]) -> float:
+    """Return the number of values below a node, aliases written out; `counts` holds those of nodes already counted.
+
+    Raises:
+        ComposerError: there are more than `MOST_VALUES`, without end in a node that holds itself.
+    """
+    if id(node) not in counts:
+        counts[id(node)] = math.inf  # until it is known: whoever meets it below itself
+        parts = node.value if isinstance(node, yaml.CollectionNode) else ()
+        if isinstance(node, yaml.MappingNode):
+            parts = [part for pair in parts for part in pair]
+        counts[id(node)] = 1 + sum(_count_values(part, counts) for part in parts)
+    if counts[id(node)] > MOST_VALUES:
+        raise yaml.composer.ComposerError(
+            None, None, f"its aliases stand for more than {MOST_VALUES} values", node.start_mark
+        )
+    return counts[id(node)]
 
 
 class Tagged(dict):

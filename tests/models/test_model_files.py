@@ -8,7 +8,7 @@ import pytest
 import trimesh
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.models.model_files import Models
+from drake_starnav.models.model_files import MOST_LINKS, Models
 from drake_starnav.models.model_folders import FOLDERS
 from tests.models.test_mesh_file import ascii_stl, binary_stl, dae, solid
 
@@ -229,3 +229,37 @@ def test_what_cannot_be_built_is_refused(shape: str, message: str, tmp_path: Pat
         (tmp_path / f"folder.{kind}").mkdir()
     with pytest.raises(StarnavError, match=message):
         Models().model(sdf(tmp_path, MODEL.format(LINK.format(shape))))
+
+
+def test_files_that_include_each_other_make_a_bounded_number_of_links(tmp_path: Path) -> None:
+    sdf(tmp_path, MODEL.format(BOX), "s0.sdf")
+    for k in range(1, 9):
+        includes = "".join(f"<include><uri>s{k - 1}.sdf</uri><name>q{n}</name></include>" for n in range(10))
+        sdf(tmp_path, f'<model name="m{k}">{includes}</model>', f"s{k}.sdf")
+    with pytest.raises(StarnavError, match=f"makes more than {MOST_LINKS} links"):
+        Models().model(tmp_path / "s8.sdf")
+    text = "".join(f"- add_directives: {{file: s2.sdf, n: {n}}}\n" for n in range(20))
+    with pytest.raises(StarnavError, match=f"makes more than {MOST_LINKS} links"):
+        Models().directives(text, tmp_path)
+    assert len(prepared(tmp_path / "s1.sdf").findall("model/include")) == 10
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        LINK.format("<sphere><radius>1e200</radius></sphere>"),
+        LINK.format("<box><size>1 inf 1</size></box>"),
+        LINK.format("<cylinder><radius>1</radius><length>nan</length></cylinder>"),
+        f"<pose>1e9 0 0 0 0 0</pose>{BOX}",
+    ],
+)
+def test_what_reaches_farther_than_any_world_is_refused(content: str, tmp_path: Path) -> None:
+    with pytest.raises(StarnavError, match=r"m.sdf has .* in <(geometry|pose)>; allowed: at most 1e\+06 m"):
+        Models().model(sdf(tmp_path, MODEL.format(content)))
+
+
+@pytest.mark.parametrize("face", ["99999999 2 3", "0 1 2", "-4 1 2", "1/1 2/1 3/1", "1//1 2//1 3//1", "a b c"])
+def test_a_face_of_what_is_not_there_is_refused(face: str, tmp_path: Path) -> None:
+    (tmp_path / "bad.obj").write_text(f"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf -1 -2 -3\nf {face}\n")
+    with pytest.raises(StarnavError, match="bad.obj: line 6 names the (vertex|texture|normal) .* of (0|3)"):
+        Models().model(sdf(tmp_path, MODEL.format(LINK.format("<mesh><uri>bad.obj</uri></mesh>"))))

@@ -1,11 +1,13 @@
 """Files appear whole or not at all."""
 
+import os
 from pathlib import Path
 
 import pytest
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.utils.files import check_outputs, read_text, replacing, write_text
+from drake_starnav.utils import files
+from drake_starnav.utils.files import check_outputs, read_bytes, read_text, replacing, write_text
 
 
 def test_a_file_appears_once_the_block_has_ended(tmp_path: Path) -> None:
@@ -60,3 +62,15 @@ def test_a_text_is_read_with_or_without_a_mark_and_else_the_reason_is_told(tmp_p
         read_text(tmp_path / "latin", "notes")
     with pytest.raises(StarnavError, match="missing cannot be read: No such file"):
         read_text(tmp_path / "missing")
+
+
+def test_only_regular_files_of_a_bounded_size_are_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    endless, pipe, large = tmp_path / "endless", tmp_path / "pipe", tmp_path / "large"
+    endless.symlink_to("/dev/zero")
+    os.mkfifo(pipe)
+    large.write_bytes(b"12345678")
+    monkeypatch.setattr(files, "LARGEST_FILE", 7)
+    for path, reason in ((endless, "no regular file"), (pipe, "no regular file"), (large, "it has more than")):
+        for read in (lambda path: read_bytes(path, str(path), "a file"), read_text):
+            with pytest.raises(StarnavError, match=f"{path} cannot be read: {reason}"):
+                read(path)

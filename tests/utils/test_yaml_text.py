@@ -7,7 +7,7 @@ import pytest
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.scenario.scenario_file import parse_scenario, scenario_text
-from drake_starnav.utils.yaml_text import load_yaml
+from drake_starnav.utils.yaml_text import Loader, PlainLoader, load_yaml
 
 
 @pytest.mark.parametrize(
@@ -44,3 +44,19 @@ def test_yaml_never_runs_code(tag: str, tmp_path: Path) -> None:
     with pytest.raises(StarnavError, match="could not determine a constructor"):
         load_yaml("x: !!python/object/" + tag.format(tmp_path / "harm"), "here")
     assert not [*tmp_path.iterdir()]
+
+
+def test_numbers_are_those_of_yaml_1_2() -> None:
+    assert load_yaml("[-.25, +.5, .5, 1e-3, -.2e1, 1., -0.25]", "x") == [-0.25, 0.5, 0.5, 1e-3, -2.0, 1.0, -0.25]
+    assert load_yaml("[a.5, -., ., -.x]", "x") == ["a.5", "-.", ".", "-.x"]
+
+
+@pytest.mark.parametrize("loader", [PlainLoader, Loader])
+def test_aliases_that_stand_for_millions_of_values_are_refused(loader: type) -> None:
+    bomb = "[&a0 [" + ", ".join("l" * 10) + "]"
+    for k in range(1, 9):
+        bomb += f", &a{k} [" + ", ".join([f"*a{k - 1}"] * 10) + "]"
+    for text in (f"a: {bomb}]", "&a [*a]", "&a {b: *a}"):
+        with pytest.raises(StarnavError, match="x line .* aliases stand for more than 1000000 values; allowed"):
+            load_yaml(text, "x", loader)
+    assert load_yaml("[&a [1, 2], *a, *a]", "x", loader) == [[1, 2]] * 3
