@@ -17,6 +17,8 @@ from drake_starnav.utils.snapshot import snapshot
 
 NEIGHBOUR_BEAMS = 2
 """Neighbours are searched among this many beams to each side."""
+SAME_SURFACE = 0.05
+"""Hits nearer than this to each other lie on the same surface, m."""
 CONFIRMING_SCANS = 4
 """Number of earlier scans that are compared."""
 CONFIRMATIONS = 2
@@ -70,6 +72,27 @@ def without_outliers(
     return _lost(scan, index[~(beside | before)]), _lost(scan, index[~trusted])
 
 
+def lone_close_hits(scan: LaserScan, body: float) -> np.ndarray:
+    """Return the beams whose hits are errors, though no outliers are declared: nearer than all that can be near.
+
+    Such a hit is nearer than `range_min` or inside the robot, and NEIGHBOUR_BEAMS to each side all see farther, so that
+    what it hits would have to be narrower than two beams are apart there. `body` is as of `without_outliers`.
+    """
+    nearest, n, wraps = max(scan.range_min, body), len(scan.ranges), scan.full_circle
+    close = np.flatnonzero(scan.ranges < nearest)
+    if not len(close):
+        return close
+    steps = np.array([k for k in range(-NEIGHBOUR_BEAMS, NEIGHBOUR_BEAMS + 1) if k])
+    beside = close[:, None] + steps
+    farther = scan.ranges[beside % n] > nearest + SAME_SURFACE
+    return close[(farther & (wraps | (beside >= 0) & (beside < n))).all(axis=1)]
+
+
+def without_lone_close_hits(scan: LaserScan, body: float) -> LaserScan:
+    """Return the scan with its `lone_close_hits` lost."""
+    return _lost(scan, lone_close_hits(scan, body))
+
+
 def _lost(scan: LaserScan, beams: np.ndarray) -> LaserScan:
     if not len(beams):
         return scan
@@ -90,7 +113,7 @@ def _confirmed(points, center, distance, index, earlier, number, beams, slack):
     for i in range(n):
         x, y = points[i, 0], points[i, 1]
         chord = distance[i] * increment  # between two beams at its range
-        reach = max(0.05, 4.0 * chord) + slack  # hits nearer than this to each other lie on the same surface
+        reach = max(SAME_SURFACE, 4.0 * chord) + slack  # hits nearer than this to each other lie on the same surface
         for side in (-1, 1):
             for k in range(1, min(NEIGHBOUR_BEAMS, n - 1) + 1):  # hits are sorted by beam
                 j = i + side * k

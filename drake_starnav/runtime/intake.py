@@ -10,6 +10,8 @@ import numpy as np
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.se2 import now_in
 from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.lidar.mounts import ON_AXIS, Mount
+from drake_starnav.lidar.outlier_filter import lone_close_hits
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.schema import Scenario
@@ -50,16 +52,19 @@ class Odometry(NamedTuple):
 
 
 class Declared(NamedTuple):
-    """What inputs are held against; `jumps`: whether the pose may."""
+    """What inputs are held against; `jumps`: whether the pose may; `bodies`: the robot's radius about each lidar, m."""
 
     lidars: tuple[LidarParameters, ...]
     robot: RobotParameters
     jumps: bool
+    bodies: tuple[float, ...]
 
     @staticmethod
-    def of(scenario: Scenario) -> "Declared":
-        """By a scenario."""
-        return Declared(scenario.all_lidars, scenario.robot, scenario.localization.jump > 0.0)
+    def of(scenario: Scenario, mounts: Sequence[Mount] | None = None) -> "Declared":
+        """By a scenario; `mounts` of its lidars, None: on the robot's axis."""
+        lidars, narrow = scenario.all_lidars, scenario.robot.shape.narrow
+        bodies = tuple(narrow - mount.offset for mount in mounts or (ON_AXIS,) * len(lidars))
+        return Declared(lidars, scenario.robot, scenario.localization.jump > 0.0, bodies)
 
 
 class PosedScan(NamedTuple):
@@ -172,6 +177,8 @@ def _with_scan(intake: Intake, now: float, k: Any, scan: Any, declared: Declared
         return intake.without("scan twice or out of order")
     if wrong := false_scan(scan, lidar):
         return intake.without("false scan", bad_scan=wrong)
+    for beam in () if lidar.outliers else lone_close_hits(scan, declared.bodies[k]):
+        intake = intake.without(f"hit of beam {beam} of lidar {k} alone, inside the robot or nearer than range_min")
     return dataclasses.replace(intake, waiting=(*intake.waiting, (k, scan)), bad_scan="")
 
 

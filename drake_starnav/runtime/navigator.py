@@ -108,7 +108,7 @@ class Navigator:
         self.diagram.set_name(scenario.name)
         robot, controller = scenario.robot, scenario.controller
         self.mounts = tuple(mounts)
-        self._declared = Declared.of(self.scenario)
+        self._declared = Declared.of(self.scenario, self.mounts)
         self.actuation = Actuation(robot.limits, robot.shape, 1.0 / controller.rate, controller.delay, robot.drive)
         self._expiry = scenario.lidar.delay + SCAN_PATIENCE / min(lidar.rate for lidar in scenario.all_lidars)
         self._simulator = Simulator(self.diagram)

@@ -56,12 +56,13 @@ def obstruction(star: CertifiedRegion, scan: LaserScan, towards: float, shape: F
     hit = int(np.argmin(np.where(ahead, np.abs(off), math.inf)))
     where = _direction(float(bearing[hit]) + scan.angle_min)
     beam = round(float(bearing[hit] % TURN) / scan.angle_increment) % len(scan.ranges)
+    named = "" if scan.merged else f" of beam {beam}"
     if scan.lost[beam]:
         return f"blind: {int(scan.lost.sum())} of {len(scan.lost)} beams are lost, also {where}"
     measured = distance[hit] >= scan.range_min
     near = f"at {distance[hit]:.3f} m" if measured else f"nearer than lidar.range_min {scan.range_min:g} m"
     return (
-        f"too near: a hit {near}, {where}; robot.radius {robot_radius:g} m with a safety margin of "
+        f"too near: a hit{named} {near}, {where}; robot.radius {robot_radius:g} m with a safety margin of "
         f"{star.radius - robot_radius:.3g} m keeps {kept[hit]:.3f} m from it"
     )
 

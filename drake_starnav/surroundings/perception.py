@@ -15,7 +15,7 @@ from drake_starnav.lidar.deskew import deskewed
 from drake_starnav.lidar.field_of_view import ROUNDING, TURN
 from drake_starnav.lidar.laser_scan import Beams, LaserScan
 from drake_starnav.lidar.mounts import ON_AXIS, Mount, newest, unturned
-from drake_starnav.lidar.outlier_filter import HitHistory, without_outliers
+from drake_starnav.lidar.outlier_filter import HitHistory, without_lone_close_hits, without_outliers
 from drake_starnav.surroundings.erosion import SMOOTHING_BEAMS, Disc, disc_range, moving_average, smoothed_distances
 from drake_starnav.surroundings.looks import KEPT_EVERY, Known, Look, remembered
 from drake_starnav.surroundings.margins import Margins
@@ -299,12 +299,14 @@ def _look(
     """A new scan of a lidar whose last look is given."""
     if scan.body != settings.footprint.narrow:
         scan = dataclasses.replace(scan, body=settings.footprint.narrow)
+    body = settings.footprint.narrow - mount.offset
+    if settings.outlier_noise is None:
+        scan = without_lone_close_hits(scan, body)
     scan, place = unturned(scan, mount), mount.unturned(pose)
     if before is not None and scan.time_increment:
         scan = deskewed(scan, mount.unturned(before.pose), before.near.time, place)
     history = HitHistory() if before is None else before.history
     if settings.outlier_noise is None:
         return LastScan(scan, scan, pose, history)
-    body = settings.footprint.narrow - mount.offset
     near, sure = without_outliers(scan, place, history, settings.outlier_noise, body)
     return LastScan(near, sure, pose, history.remembered(scan.points(place)))

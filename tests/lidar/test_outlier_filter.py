@@ -4,12 +4,21 @@ import dataclasses
 import math
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.lidar.outlier_filter import CONFIRMATIONS, CONFIRMING_SCANS, HitHistory, without_outliers
+from drake_starnav.lidar.outlier_filter import (
+    CONFIRMATIONS,
+    CONFIRMING_SCANS,
+    HitHistory,
+    lone_close_hits,
+    without_lone_close_hits,
+    without_outliers,
+)
 from drake_starnav.lidar.sensor_model import LidarParameters, measure
+from drake_starnav.worlds.world import World
 from tests.helpers.scans import ORIGIN, cast, scattered, seeds
 
 NOTHING = HitHistory()
@@ -74,6 +83,34 @@ def test_a_hit_inside_the_robot_is_an_outlier_even_with_a_neighbour():
 def test_a_hit_too_close_is_none_for_a_lidar_whose_minimum_range_exceeds_the_robot():
     scan = dataclasses.replace(lonely(b200=-np.inf, b201=-np.inf), range_min=0.3)
     assert without_outliers(scan, ORIGIN, NOTHING, 0.01, 0.25)[0].beams.complete
+
+
+@pytest.mark.parametrize("value", [-np.inf, 0.05, 0.2])
+def test_a_beam_that_alone_sees_something_inside_the_robot_errs(value):
+    view = {"time": 0.0, "angle_min": -2.0, "angle_increment": 0.02, "range_min": 0.02, "range_max": 5.0}
+    for beam in (2, 90, 197):
+        scan = LaserScan(**view, ranges=np.where(np.arange(200) == beam, value, 3.0))
+        assert lone_close_hits(scan, 0.25).tolist() == [beam]
+        assert np.flatnonzero(without_lone_close_hits(scan, 0.25).lost).tolist() == [beam]
+
+
+@pytest.mark.parametrize("bearing", np.linspace(-3.0, 3.0, 7))
+@pytest.mark.parametrize("gap", [0.01, 0.1])
+def test_what_is_two_beams_wide_where_it_is_too_close_counts(bearing, gap):
+    """And beside a beam that measured nothing, or at the end of the view, one beam suffices."""
+    range_min, beams = 0.3, 360
+    radius = 1.1 * (range_min - gap) * 2.0 * np.pi / beams
+    away = np.array((math.cos(bearing), math.sin(bearing)))
+    pole = World("pole", (0.0, 0.0, 0.0), (9.0, 9.0), cylinders=np.array([(*((range_min - gap) * away), radius)]))
+    seen = cast(pole, beams=beams)
+    too_close = np.where(seen.ranges < range_min, -np.inf, seen.ranges)
+    scan = dataclasses.replace(seen, range_min=range_min, ranges=too_close)
+    assert np.isneginf(scan.ranges).any() and not len(lone_close_hits(scan, 0.25))
+    for changes in ({7: -np.inf, 8: np.nan}, {0: -np.inf}, {7: -np.inf, 9: 0.31}, {7: 0.1, 9: 0.2}):
+        ranges = np.full(90, 3.0)
+        ranges[list(changes)] = list(changes.values())
+        scan = LaserScan(0.0, -1.0, 0.02, 0.02, 5.0, ranges, lost_beams=True)
+        assert not len(lone_close_hits(scan, 0.3))
 
 
 @given(seeds)

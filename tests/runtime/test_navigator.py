@@ -52,6 +52,23 @@ def test_what_does_no_harm_does_not_stop_it(forest, kind) -> None:
     assert robot.clearance > 0.0
 
 
+@pytest.mark.parametrize("value", [-math.inf, 0.15])
+def test_one_beam_that_errs_for_good_holds_no_robot_and_is_named(forest, value) -> None:
+    def constant(reading, time):
+        scans = [
+            replace(scan, ranges=np.where(np.arange(len(scan.ranges)) == 100, value, scan.ranges))
+            for scan in reading.scans
+        ]
+        return reading._replace(scans=scans)
+
+    forest.reset()
+    robot = BareRobot(FOREST)
+    commands = driven(forest, robot, 3.0, constant, begin=0.0)
+    assert commands[-1].status == "driving" and robot.way > 1.5 and robot.clearance > 0.0
+    ((named, count),) = forest.intake.dropped
+    assert "beam 100 of lidar 0" in named and count == robot.scans
+
+
 def test_silence_that_ends_is_forgiven(forest) -> None:
     forest.reset()
     robot = BareRobot(FOREST)

@@ -42,7 +42,7 @@ def test_nothing_obstructs_where_there_is_room() -> None:
 @pytest.mark.parametrize(("degrees", "side"), [(0, "0 degrees to the"), (-30, "30 degrees to the right")])
 def test_what_is_too_near_is_named_with_the_margin(degrees: int, side: str) -> None:
     reason = said(seen({degrees: 0.26, 170: 0.2}))
-    assert reason.startswith(f"too near: a hit at 0.260 m, {side}")
+    assert reason.startswith(f"too near: a hit of beam {180 + degrees} at 0.260 m, {side}")
     assert reason.endswith("robot.radius 0.25 m with a safety margin of 0.0145 m keeps 0.265 m from it")
 
 
@@ -61,7 +61,7 @@ def test_what_is_too_near_to_a_polygon_is_measured_from_its_outline() -> None:
 
 
 def test_a_hit_that_is_too_close_to_be_measured_has_no_distance() -> None:
-    assert said(seen({5: -math.inf})).startswith("too near: a hit nearer than lidar.range_min 0.1 m, 5 degrees to the")
+    assert said(seen({5: -math.inf})).startswith("too near: a hit of beam 185 nearer than lidar.range_min 0.1 m, 5 deg")
 
 
 def test_a_direction_that_the_lidar_does_not_see_is_named() -> None:

@@ -111,7 +111,7 @@ def test_what_the_certificate_knows_is_named() -> None:
     star, _ = certified_region(ScanMemory(), scan, scan.distances, pose, kept, 1.2, (2.0, 5))
     planning.put("certified_region", Value(star))
     standing(planning, close, STANDSTILL + 0.1, pose)
-    assert planning.out("blocked_by").startswith("too near: a hit at 0.260 m, 0 degrees to the")
+    assert planning.out("blocked_by").startswith("too near: a hit of beam 180 at 0.260 m, 0 degrees to the")
 
 
 @pytest.mark.parametrize(("ahead", "said"), [(0.28, "too near: dock"), (0.5, "nothing that the certificate knows")])
