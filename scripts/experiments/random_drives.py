@@ -4,7 +4,7 @@ Each is a drive of the navigation in Drake's plant or, with --commands, so many 
 robot that follows them exactly, from place to place of the world. A failure is repeated by its seed: --seed SEED
 --drives 1.
 
-Run: python scripts/experiments/random_drives.py [--drives N] [--commands N] [--seed S] [--workers N] [--out FILE]
+Run: python -m scripts.experiments.random_drives [--drives N] [--commands N] [--seed S] [--workers N] [--out FILE]
 """
 
 import argparse
@@ -28,7 +28,6 @@ from drake_starnav.lidar.mounts import ON_AXIS, Mount
 from drake_starnav.navigation.validation import QUICKEST_LOCK, validated_margins
 from drake_starnav.scenario.scenario_file import load_scenario
 from drake_starnav.scenario.schema import Scenario
-from drake_starnav.simulation.kinematics import KinematicMotion
 from drake_starnav.simulation.run import run_trial
 from drake_starnav.station.model_world import make_world_with_footprints
 from drake_starnav.surroundings.unseen import start_radius
@@ -37,6 +36,7 @@ from drake_starnav.utils.resources import model_path
 from drake_starnav.worlds.clearance import body_clearance
 from drake_starnav.worlds.world import World
 from scripts.experiments.least_clearance import least_clearance
+from tests.helpers.kinematic_robot import KinematicRobot
 
 SCENARIOS = ("forest", "maze", "room", "rooms", "corridor", "channel", "paper_forest")
 """The last is too narrow for all but starbot."""
@@ -259,7 +259,7 @@ def commanded(case: Case, seed: int, commands: int) -> dict[str, Any]:
     sees_all = all(lidar.field_of_view.full_circle for lidar in scenario.all_lidars)
     free = start_radius(robot.shape, margin, max(0.0, *(mount.x for mount in mounts)))
     around = robot.shape if sees_all else disc(free)  # what it does not see there it takes for free; see SAFETY.md
-    motion, rng = KinematicMotion(scenario, world, seed, True, mounts), np.random.default_rng((seed, 1))
+    motion, rng = KinematicRobot(scenario, world, seed, mounts), np.random.default_rng((seed, 1))
     least, contact, path, scans, began = math.inf, None, 0.0, 0, time.process_time()
     while motion.asked < commands and contact is None:
         motion.put(free_pose(world, around, margin, rng))
@@ -282,7 +282,7 @@ def commanded(case: Case, seed: int, commands: int) -> dict[str, Any]:
     }
 
 
-def wandered(motion: KinematicMotion, scenario: Scenario, rng: np.random.Generator) -> list[np.ndarray]:
+def wandered(motion: KinematicRobot, scenario: Scenario, rng: np.random.Generator) -> list[np.ndarray]:
     """What a robot drives by random commands from where it stands, until EPISODE scans are taken: poses (n, 3) each."""
     robot, period, kept, parts = scenario.robot, round(PACE["controller.rate"] / PACE["lidar.rate"]), None, []
     most = np.array((*(robot.max_speed,) * (len(robot.drive.components) - 1), robot.limits.max_yaw_rate))

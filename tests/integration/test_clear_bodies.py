@@ -15,7 +15,6 @@ from drake_starnav.robot.motion import Actuation, roll_out
 from drake_starnav.safety.clear import Clear
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.scenario.scenario_file import parse_scenario
-from drake_starnav.simulation.kinematics import KinematicMotion
 from drake_starnav.surroundings.erosion import smoothed_distances
 from drake_starnav.surroundings.perception import Perceived, PerceptionSettings, perceive
 from drake_starnav.surroundings.safe_region import CertifiedRegion, ScanMemory, certified_region
@@ -23,6 +22,7 @@ from drake_starnav.surroundings.unseen import start_radius
 from drake_starnav.worlds.clearance import body_clearance
 from drake_starnav.worlds.world import World
 from scripts.experiments.footprint_soundness import least_distance, solid, sweep
+from tests.helpers.kinematic_robot import KinematicRobot
 from tests.helpers.motions import certified
 from tests.helpers.scans import MARGINS, RADIUS, cast, noisy, scattered, seeds
 
@@ -155,7 +155,7 @@ def test_a_robot_backs_no_farther_than_what_it_has_seen(half, yaw, base):
     along = 2.0 * np.array((-normal[1], normal[0]))
     behind = np.array((-normal + along, -normal - along, -1.1 * normal - along, -1.1 * normal + along))
     world = World("wall", (0, 0, yaw), (0, 0), polygons=(behind,), bounds=(-6.0, -6.0, 6.0, 6.0))
-    motion = KinematicMotion(scenario, world, 0, True)
+    motion = KinematicRobot(scenario, world, 0)
     back, forth = np.zeros((2, len(robot.drive.components)))
     back[0], forth[0] = -0.5, 0.5
     motion.drive(back, 3.0)
@@ -175,7 +175,7 @@ def test_where_a_robot_has_driven_it_may_drive_back_and_turn(name: str, mount: M
     corners = [list(map(list, part)) for part in SHAPES[name].parts]
     robot = RobotParameters(footprint=corners[0] if len(corners) == 1 else corners)
     world = World("open", (0, 0, 0), (0, 0), cylinders=[(2.5, 2.0, 0.2), (1.0, -2.0, 0.2)])
-    motion = KinematicMotion(dataclasses.replace(scenario, robot=robot), world, 0, True, (mount,))
+    motion = KinematicRobot(dataclasses.replace(scenario, robot=robot), world, 0, (mount,))
     for speed, turning, time in ((0.6, 0.0, 3.0), (-0.6, 0.0, 2.0), (0.0, 2.0, 1.5), (0.4, 0.0, 1.2)):
         before = motion.pose
         motion.drive(np.array((speed, turning)), time)
@@ -307,7 +307,7 @@ def test_no_driver_comes_nearer_than_the_margin_to_what_was_never_seen(name: str
             posts.append((away * math.cos(bearing), away * math.sin(bearing), radius))
         begin = (0.0, 0.0, float(rng.uniform(-3.0, 3.0)))
         world = World("posts", begin, (0, 0), cylinders=posts, bounds=(-far, -far, far, far))
-        motion = KinematicMotion(scenario, world, seed, True, (mount,))
+        motion = KinematicRobot(scenario, world, seed, (mount,))
         for _ in range(15):
             speed, turning = rng.uniform(-0.4, 0.4), rng.uniform(-1.2, 1.2)
             motion.drive(np.array((-abs(speed) if rng.random() < 0.5 else speed, turning)), rng.uniform(0.3, 1.0))

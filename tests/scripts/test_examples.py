@@ -70,7 +70,7 @@ EXPECTED = {
 def needs_extras(example: Path) -> None:
     """Skip where an extra is not installed that an example needs."""
     if example.stem == "09_batch_over_seeds":
-        pytest.importorskip("gymnasium", reason="needs the extra gym")
+        pytest.importorskip("gymnasium", reason="needs gymnasium")
     if example.stem.startswith("20") and not TURTLEBOT.exists():
         pytest.skip("needs the URDF of turtlebot3_description in the folder that TURTLEBOT3 names")
     for module in ("mujoco", "irsim", "pybullet"):

@@ -4,9 +4,6 @@ import sys
 
 import pytest
 
-from benchmarks import pipeline
-from benchmarks.kinematic_drive import ROBOT, drive
-from drake_starnav.worlds import Room, make_world
 from scripts.experiments import ablate_segments, compare_regions
 
 
@@ -19,9 +16,3 @@ def test_a_script_writes_table_and_picture(script, tmp_path, monkeypatch, capsys
     assert text in capsys.readouterr().out
     assert "3 scans" in text
     assert (tmp_path / "new" / f"{name}.png").read_bytes().startswith(b"\x89PNG")
-
-
-def test_each_step_of_the_pipeline_is_timed() -> None:
-    kept = drive(make_world(Room(), 3, ROBOT.radius), 3, 4.0)
-    for calls in pipeline.steps(kept).values():
-        assert calls and (pipeline.interleaved([(call,) for call in calls[:2]], 1) > 0.0).all()
