@@ -17,8 +17,8 @@ from drake_starnav.station.navigation_station import StationInterface, simulated
 from drake_starnav.systems.star_perception import lidar_names
 from drake_starnav.utils.files import write_text
 from drake_starnav.visualization.meshcat_stage import WORLD_PREFIX, add_scene, quiet_meshcat
-from drake_starnav.visualization.meshes import layers_of_run
-from drake_starnav.visualization.page import Cameras, Caption, check_view, with_panel
+from drake_starnav.visualization.meshes import layers_of_run, with_scene
+from drake_starnav.visualization.page import ROOT, Cameras, Caption, check_view, with_panel
 from drake_starnav.visualization.star_roadmap_visualizer import StarRoadmapVisualizer
 from drake_starnav.visualization.timeline import RecordedRun, SceneRecorder, SceneTimeline
 
@@ -87,6 +87,13 @@ class Recorder:
         """
         world, station = self._navigation.world, simulated(self._navigation.station)
         layers = layers_of_run(self._scenario.robot.max_speed, world, zones(self._navigation))
+        drawn = {path.removeprefix(f"/{ROOT}/") for path in self._shapes}
+        in_scene = with_scene({}, world)
+        layers = {
+            name: layer
+            for name, layer in layers.items()
+            if name in in_scene or any(path.startswith(f"{name}/") for path in drawn)
+        }
         caption = Caption(self._scenario.name, lines, layers, self._shown)
         cameras = Cameras(world.extent, self._view, robot_path(station), world.start[:2])
         finish_recording(self._meshcat, self._html, caption, cameras)

@@ -32,14 +32,16 @@ from drake_starnav.worlds.world import World
 
 SCAN_POINTS = 180
 """Points of a scan that are drawn at most."""
-NODE_RADIUS = 0.09
-"""Of a roadmap node in a world of usual size, m."""
-BRIGHT, FAINT = (0.45, 0.9), (0.12, 0.3)
-"""Opacity of area and outline of the newest region, and of a region as soon as a newer one is there."""
+NODE_RADIUS, FRONTIER_RADIUS = 0.05, 0.07
+"""Of a roadmap node and of a frontier point in a world of usual size, m."""
+SPACING = 8.0
+"""Nodes, and frontier points, nearer than this to one that is drawn are left out, in radii of a node."""
+BRIGHT, FAINT = (0.4, 0.9), 0.3
+"""Opacity of area and outline of the newest region, and of the area of all regions."""
+LEAST_AREA = 1e-4
+"""What a region adds to the area of all regions is drawn if it is larger, m^2."""
 FRAME_SLACK = 1e-6
 """Meshcat's frame at time t is floor(t * frames_per_second): this keeps rounding from losing a frame, s."""
-OLD_REGIONS = 3
-"""At most so many old regions are shown: on top of one another they are still fainter than the newest."""
 
 
 class StarRoadmapVisualizer(LeafSystem):
@@ -101,12 +103,14 @@ class StarRoadmapVisualizer(LeafSystem):
         self.stage = MeshcatStage(meshcat, f"/{ROOT}", 1.0 / parameters.frames_per_second, keep=keep, scale=scale)
         self._bodies = BodyMarks(self.stage, MovingObstacles() if world is None else world.moving_obstacles, scale)
         state = PlannerState.initial(PlannerParameters(), robot.radius)
-        node, here, self._line = scale * NODE_RADIUS, np.zeros(2), scale * LINE_WIDTH
-        self._node = node
+        here, self._line = np.zeros(2), scale * LINE_WIDTH
+        self._node, self._frontier = scale * NODE_RADIUS, scale * FRONTIER_RADIUS
         self._marks = {
             "goal": meshes.goal_star(here, robot.radius, extent),
-            "short_term_goal": meshes.ring(here, 1.2 * node, 2.0 * node, LAYERS["short_term_goal"].height),
-            "frontiers/target": meshes.ring(here, 2.4 * node, 3.1 * node, LAYERS["frontiers/target"].height),
+            "short_term_goal": meshes.ring(here, 2.2 * self._node, 3.6 * self._node, LAYERS["short_term_goal"].height),
+            "frontiers/target": meshes.ring(
+                here, 4.3 * self._node, 5.6 * self._node, LAYERS["frontiers/target"].height
+            ),
         }
         self._zones = [zone for zone in zones if isinstance(zone, meshes.ZONES)]
         self._nothing = state.roadmap
@@ -174,60 +178,59 @@ class StarRoadmapVisualizer(LeafSystem):
             self._drawn.marked[layer] = None if place is None else np.array(place)
 
     def _draw_roadmap(self, roadmap: StarRoadmap, time: float) -> None:
-        """Draw regions, nodes and edges: the new ones, or all if the roadmap was rebuilt."""
+        """Draw regions, nodes and edges: what is new, or all if the roadmap was rebuilt."""
         drawn, last = self._drawn, self._drawn.roadmap
         if roadmap is last:
             return
         drawn.roadmap = roadmap
         known, edges = len(last), len(last.edges)
         if len(roadmap) < known or any(a is not b for a, b in zip(last.regions, roadmap.regions, strict=False)):
-            for path in drawn.growing:  # another margin: other regions from the same scans
+            for path in drawn.growing:  # other regions from the same scans
                 self.stage.remove(path, time)
             drawn.growing.clear()
-            self._remove_regions(len(drawn.regions), time)
+            drawn.nodes, drawn.area = np.zeros((0, 2)), shapely.Polygon()
             known = edges = 0
-        if len(roadmap) > known:
-            self._draw_region(roadmap.regions[-1], time)
-        nodes, thin = roadmap.union.center, 0.5 * self._line
-        dots = meshes.discs(nodes[known:], self._node, LAYERS["roadmap/nodes"].height)
-        self._grow(self.stage.add("roadmap/nodes", dots, time))
-        lines = meshes.segments(nodes[roadmap.edges[edges:]], 0.5 * thin, LAYERS["roadmap/edges"].height)
+        self._draw_regions(roadmap.regions[known:], time)
+        nodes = roadmap.union.center
+        self._draw_nodes(nodes[known:], time)
+        lines = meshes.segments(nodes[roadmap.edges[edges:]], 0.25 * self._line, LAYERS["roadmap/edges"].height)
         self._grow(self.stage.add("roadmap/edges", lines, time))
 
+    def _draw_regions(self, regions: Sequence[StarRegion], time: float) -> None:
+        """Add regions to the faint area of all; the newest is bright."""
+        if not regions:
+            return
+        areas = [shapely.Polygon(region.outline(120)).buffer(0.0) for region in regions]
+        added = shapely.union_all(areas).difference(self._drawn.area, grid_size=1e-4)
+        parts = [part for part in shapely.get_parts(added) if part.geom_type == "Polygon" and part.area > LEAST_AREA]
+        self._drawn.area = shapely.union_all([self._drawn.area, *areas], grid_size=1e-4)
+        layer = LAYERS["regions/all"]
+        self._grow(self.stage.add("regions/all", meshes.area(shapely.MultiPolygon(parts), layer.height), time, FAINT))
+        rim, height = regions[-1].outline(120), LAYERS["regions/newest"].height
+        newest = meshes.fan(regions[-1].center, rim, height), meshes.ribbon(rim, 0.5 * self._line, height, closed=True)
+        for key, mesh, opacity in zip(("area", "rim"), newest, BRIGHT, strict=True):
+            self.stage.swap("regions/newest", mesh, time, opacity, key)
+
+    def _draw_nodes(self, nodes: np.ndarray, time: float) -> None:
+        """Draw those nodes, W, m, shape (n, 2), that are apart from all that are drawn."""
+        apart = _apart_from(self._drawn.nodes, nodes, SPACING * self._node)
+        self._drawn.nodes = np.vstack((self._drawn.nodes, apart))
+        self._grow(
+            self.stage.add("roadmap/nodes", meshes.discs(apart, self._node, LAYERS["roadmap/nodes"].height), time)
+        )
+
     def _draw_frontiers(self, state: PlannerState, time: float) -> None:
-        """Draw the frontiers, and the dead ends, if they may have changed."""
+        """Draw the frontiers with their points, and the dead ends, if they may have changed."""
         if state.roadmap is self._drawn.roadmap:
             return
-        lines, height = state.frontiers(self._robot.shape.narrow), LAYERS["frontiers/stuck"].height
-        mesh = meshes.segments(lines, 0.5 * self._line, LAYERS["frontiers/extendable"].height)
-        self.stage.swap("frontiers/extendable", mesh, time)
-        crosses = meshes.crosses(state.roadmap.closures.failed, 1.5 * self._node, height)
+        lines = state.frontiers(self._robot.shape.narrow)
+        edges = meshes.segments(lines, 0.5 * self._line, LAYERS["frontiers/extendable"].height)
+        self.stage.swap("frontiers/extendable", edges, time)
+        points = _apart_from(np.zeros((0, 2)), _middles(lines), SPACING * self._node)
+        dots = meshes.discs(points, self._frontier, LAYERS["frontiers/points"].height)
+        self.stage.swap("frontiers/points", dots, time)
+        crosses = meshes.crosses(state.roadmap.closures.failed, 2.7 * self._node, LAYERS["frontiers/stuck"].height)
         self.stage.swap("frontiers/stuck", crosses, time)
-
-    def _draw_region(self, region: StarRegion, time: float) -> None:
-        """Draw the newest region; the one before it is drawn anew, faint."""
-        regions = self._drawn.regions
-        if regions:
-            before = regions[-1][0]
-            self._remove_regions(-1, time)
-            regions.append((before, self._add_region(before, FAINT, time)))
-        self._remove_regions(max(len(regions) - OLD_REGIONS, 0), time)
-        regions.append((region, self._add_region(region, BRIGHT, time)))
-
-    def _add_region(self, region: StarRegion, opacities: tuple[float, float], time: float) -> list[str]:
-        """Paths of the area and the outline of a region, in these opacities."""
-        height, rim = LAYERS["regions"].height, region.outline(120)
-        parts = meshes.fan(region.center, rim, height), meshes.ribbon(rim, 0.5 * self._line, height, closed=True)
-        added = [self.stage.add("regions", mesh, time, o) for mesh, o in zip(parts, opacities, strict=True)]
-        return [path for path in added if path]
-
-    def _remove_regions(self, count: int, time: float) -> None:
-        """Remove so many of the oldest ones, or if negative of the newest."""
-        chosen = slice(count) if count >= 0 else slice(count, None)
-        for _, paths in self._drawn.regions[chosen]:
-            for path in paths:
-                self.stage.remove(path, time)
-        del self._drawn.regions[chosen]
 
     def _grow(self, path: str | None) -> None:
         """Remember an added object that remains for as long as the roadmap only grows."""
@@ -281,6 +284,22 @@ class StarRoadmapVisualizer(LeafSystem):
         self._drawn.trail = self._drawn.trail[-1:]
 
 
+def _apart_from(drawn: np.ndarray, points: np.ndarray, spacing: float) -> np.ndarray:
+    """Those points, shape (n, 2), that are farther than `spacing` from all `drawn` ones and from one another, m."""
+    known = len(drawn)
+    for point in points:
+        if not len(drawn) or np.hypot(*(drawn - point).T).min() > spacing:
+            drawn = np.vstack((drawn, point))
+    return drawn[known:]
+
+
+def _middles(lines: np.ndarray) -> np.ndarray:
+    """The middles of polylines, whose segments, shape (n, 2, 2), follow one another; shape (m, 2)."""
+    breaks = np.flatnonzero(np.any(lines[1:, 0] != lines[:-1, 1], axis=1)) + 1
+    chains = [shapely.LineString([*part[:, 0], part[-1, 1]]) for part in np.split(lines, breaks) if len(part)]
+    return shapely.get_coordinates(shapely.line_interpolate_point(chains, 0.5, normalized=True))
+
+
 @dataclass
 class _Drawn:
     """The snapshots drawn last, and the objects that will change."""
@@ -292,6 +311,7 @@ class _Drawn:
     trail: list[tuple[float, float, float]] = field(default_factory=list)
     marked: dict[str, np.ndarray | None] = field(default_factory=dict)
     growing: list[str] = field(default_factory=list)
-    regions: list[tuple[StarRegion, list[str]]] = field(default_factory=list)
+    nodes: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
+    area: shapely.Geometry = field(default_factory=shapely.Polygon)
     zoned: bool = False
     next_scan_time: float = 0.0

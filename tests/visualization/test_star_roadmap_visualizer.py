@@ -5,6 +5,7 @@ from collections import defaultdict
 
 import numpy as np
 import pytest
+import shapely
 from pydrake.geometry import Meshcat
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
@@ -17,8 +18,9 @@ from drake_starnav.visualization.meshes import LAYERS
 from drake_starnav.visualization.star_roadmap_visualizer import (
     BRIGHT,
     FAINT,
-    OLD_REGIONS,
+    NODE_RADIUS,
     SCAN_POINTS,
+    SPACING,
     StarRoadmapVisualizer,
 )
 from drake_starnav.worlds.world import World
@@ -62,6 +64,18 @@ class Script(list):
                 shown.append(path)
         return shown
 
+    def meshes(self, layer, frame):
+        """Vertices (3, n) and faces (3, k) of the layer's objects that are on stage in a frame."""
+        shown = set(self.visible(layer, frame))
+        return [call[2:4] for call in self if call[0] == "SetTriangleMesh" and call[1] in shown]
+
+
+def covered_area(mesh):
+    """The sum of the areas of a mesh's triangles, m^2."""
+    a, b, c = mesh[0][:2, mesh[1]].transpose(1, 0, 2)
+    (abx, aby), (acx, acy) = b - a, c - a
+    return 0.5 * np.abs(abx * acy - aby * acx).sum()
+
 
 def play(log, ports=None, **parameters):
     """The calls to Meshcat of a run."""
@@ -92,7 +106,13 @@ def test_regions_nodes_and_open_frontiers_are_those_of_the_roadmap(log, script):
     assert len(log[-1]["planner_state"].roadmap) > 2
     for frame in (0, 20, 45, 60):
         roadmap = log[frame]["planner_state"].roadmap
-        assert 2 <= len(script.visible("regions", frame)) <= 2 * min(len(roadmap), 1 + OLD_REGIONS)  # fan and outline
+        assert len(script.visible("regions/newest", frame)) == 2  # area and outline
+        known = shapely.union_all([shapely.Polygon(region.outline(120)).buffer(0.0) for region in roadmap.regions])
+        assert sum(map(covered_area, script.meshes("regions/all", frame))) == pytest.approx(known.area, rel=0.01)
+        nodes = np.vstack([vertices[:2].T for vertices, _ in script.meshes("roadmap/nodes", frame)])
+        apart = np.hypot(*(nodes[:, None] - nodes[None]).T)
+        assert ((apart < 2.01 * NODE_RADIUS) | (apart > (SPACING - 2.01) * NODE_RADIUS)).all()
+        assert all(np.hypot(*(nodes - node).T).min() < (SPACING + 1.01) * NODE_RADIUS for node in roadmap.union.center)
         shown = set(script.visible("frontiers/extendable", frame))
         lines = [call[2] for call in script if call[0] == "SetTriangleMesh" and call[1] in shown]
         assert sum(vertices.shape[1] for vertices in lines) == 4 * len(
@@ -112,13 +132,12 @@ def test_scans_are_drawn_at_their_rate_and_thinned(log):
     assert all(0 < cloud.size() <= SCAN_POINTS for cloud in clouds)
 
 
-def test_the_newest_region_is_bright_and_faint_when_it_is_no_longer(log):
+def test_the_newest_region_is_bright_and_all_together_are_faint(log):
     script = play(log)
-    count = [len(row["planner_state"].roadmap) for row in log]
-    second = next(k for k, n in enumerate(count) if n > 1)
     opacity = {call[1]: call[4].a() for call in script if call[0] == "SetTriangleMesh"}
-    for frame, shown in ((second - 1, [BRIGHT]), (second, [FAINT, BRIGHT])):
-        assert [opacity[path] for path in script.visible("regions", frame)] == [o for both in shown for o in both]
+    for frame in (0, 30, 60):
+        assert [opacity[path] for path in script.visible("regions/newest", frame)] == list(BRIGHT)
+        assert {opacity[path] for path in script.visible("regions/all", frame)} == {FAINT}
 
 
 def test_no_keyframe_lies_ahead_of_the_run(script):
@@ -133,7 +152,7 @@ def test_a_rebuilt_roadmap_replaces_all_regions(log):
     after = {**log[-1], "planner_state": dataclasses.replace(last, roadmap=narrow)}
     script = play([*log, after, after])
     old, new = script.visible("regions", 60), script.visible("regions", 61)
-    assert len(old) > 2 and len(new) == 2
+    assert len(old) > 3 and len(new) == 3  # all together, area and outline of the newest
     assert not set(old) & set(new)
 
 
