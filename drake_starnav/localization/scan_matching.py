@@ -92,7 +92,9 @@ def _lines(points, increment, wrap, width):
                 if not wrap and not 0 <= j < n:
                     break
                 px, py = points[j % n]
-                if px == np.inf or math.hypot(px - lx, py - ly) > chord or math.hypot(px - x, py - y) > near:
+                if px == np.inf:
+                    continue  # a lost beam: whether the surface goes on is told by the next hit
+                if math.hypot(px - lx, py - ly) > chord or math.hypot(px - x, py - y) > near:
                     break
                 lx, ly = px, py
                 dx, dy = px - x, py - y

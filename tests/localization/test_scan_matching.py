@@ -1,6 +1,7 @@
 """Alignment with earlier scans corrects the errors of the odometry, and nothing else."""
 
 import dataclasses
+import itertools
 import math
 
 import numpy as np
@@ -14,10 +15,24 @@ from drake_starnav.station.planar_localization import drifted
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import cast, noisy, scattered, seeds
 
+
+
+def arc_of_walls(radius, sides, missing):
+    """The sides of a regular polygon about the origin, 6 cm thick, but for the last ones."""
+    angle = 2.0 * math.pi / sides * np.arange(sides + 1 - missing)
+    corners = np.column_stack((np.cos(angle), np.sin(angle)))
+    return [np.array((a, b, 1.1 * b, 1.1 * a)) * radius for a, b in itertools.pairwise(corners)]
+
+
 BOX = World("box", (0, 0, 0), (0, 0), bounds=(-3.0, -2.0, 3.0, 2.0))
 ROOM = World("room", (0, 0, 0), (0, 0), cylinders=[(1.0, 1.2, 0.3), (-1.2, 0.9, 0.2)], bounds=(-3.0, -2.0, 3.0, 2.0))
 CORRIDOR = World("corridor", (0, 0, 0), (0, 0), bounds=(-50.0, -1.0, 50.0, 1.0))
+RING = World(
+    "ring", (0, 0, 0), (0, 0), polygons=tuple(arc_of_walls(0.6, 12, 2)), bounds=(-4.0, -4.0, 4.0, 4.0)
+)
+"""Twelve walls about the robot, two of which are open."""
 NOISE = 0.01
+NOISY = OdometryError(0.02, 0.05, 0.03)
 
 
 def found(scan, points, guess, deviation, gate=0.3):
@@ -47,6 +62,19 @@ def test_aligned_points_return_the_pose(seed):
     guess = pose + np.array((*rng.uniform(-0.1, 0.1, 2), rng.uniform(-0.05, 0.05)))
     off = now_in(pose, found(cast(world), points, guess, 0.1)[0])
     assert math.hypot(*off[:2]) < 0.01 and abs(off[2]) < math.radians(0.5)
+
+
+@given(seeds, st.floats(0.0, 0.4))
+@settings(max_examples=10)
+def test_lost_beams_end_no_surface(seed, lost):
+    """Of the hits nearly as many have a line as if no beam were lost, also where noise needs a long line."""
+    rng = np.random.default_rng(seed)
+    scan = noisy(cast(RING), 0.03, rng)
+    ranges = np.where(rng.random(len(scan.ranges)) < lost, np.nan, scan.ranges)
+    rare = dataclasses.replace(scan, ranges=ranges, lost_beams=True)
+    normals = (Keyframe.of(each, np.zeros(3), NOISY).surfaces.normal[np.isfinite(ranges)] for each in (scan, rare))
+    all_lines, lines = (np.hypot(*normal.T).mean() for normal in normals)
+    assert all_lines > 0.8 and lines > 0.9 * all_lines
 
 
 def test_certain_guess_is_kept() -> None:
