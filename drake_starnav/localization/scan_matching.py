@@ -208,19 +208,55 @@ class OdometryError:
 
 
 @dataclass(frozen=True)
+class Travel:
+    """The odometry of a drive, and by how much it may err. Immutable.
+
+    Attributes:
+        pose: (x, y, yaw) in O.
+        way: driven so far, m.
+        shift, turn: greatest sum of the declared errors of all steps so far, m and rad.
+    """
+
+    pose: np.ndarray
+    way: float = 0.0
+    shift: float = 0.0
+    turn: float = 0.0
+
+    def extended(self, pose: np.ndarray, drift: float, jump: float) -> "Travel":
+        """Return the odometry after a step to another pose, with a declared drift and a jump on the way, m."""
+        x, y, yaw = now_in(self.pose, pose)
+        way = math.hypot(x, y)
+        shift, turn = self.shift + drift * way + jump, self.turn + drift * abs(yaw)
+        return Travel(np.array(pose, dtype=float), self.way + way, shift, turn)
+
+    def allows(self, earlier: "Travel", step: np.ndarray, slack: np.ndarray) -> bool:
+        """Return whether the robot may have made a step (x, y, yaw) since an earlier time; `slack` (3,), m and rad."""
+        x, y, yaw = now_in(now_in(earlier.pose, self.pose), step)
+        turn = self.turn - earlier.turn
+        shift = self.shift - earlier.shift + turn * (self.way - earlier.way)
+        return math.hypot(x, y) <= shift + slack[0] and abs(math.remainder(yaw, 2.0 * math.pi)) <= turn + slack[2]
+
+
+@dataclass(frozen=True)
 class Keyframe:
-    """A scan in the sensor frame S with its pose (x, y, yaw) in M, and as surfaces for the alignment of others.
-    Immutable."""
+    """A scan in the sensor frame S, and as surfaces for the alignment of others. Immutable.
+
+    Attributes:
+        pose: (x, y, yaw) in M at which it was taken.
+        scan, surfaces: what was seen.
+        travel: the odometry then.
+    """
 
     pose: np.ndarray
     scan: LaserScan
     surfaces: Surfaces
+    travel: "Travel"
 
     @staticmethod
-    def of(scan: LaserScan, pose: np.ndarray, error: OdometryError) -> "Keyframe":
-        """The keyframe of a scan taken at a pose (x, y, yaw) in M."""
+    def of(scan: LaserScan, pose: np.ndarray, travel: "Travel", error: OdometryError) -> "Keyframe":
+        """Return the keyframe of a scan taken at a pose (x, y, yaw) in M."""
         width = max(SURFACE_WIDTH * error.body, 8.0 * error.noise)
-        return Keyframe(np.array(pose, dtype=float), scan, Surfaces.of(scan, width))
+        return Keyframe(np.array(pose, dtype=float), scan, Surfaces.of(scan, width), travel)
 
 
 @snapshot
@@ -231,7 +267,7 @@ class ScanMap:
         keyframes: oldest first.
         places: shape (n, 2), positions of the keyframes, M, m.
         correction: (x, y, yaw) of O in M.
-        odometry: (x, y, yaw) in O when the last aligned scan was taken.
+        travel: the odometry when the last aligned scan was taken.
         time: when that scan was taken, s.
         speed: shape (2,), forward and lateral, from odometry between the last two aligned scans, m/s; NaN if unknown.
         last: index of the keyframe with which that scan was aligned.
@@ -240,7 +276,7 @@ class ScanMap:
     keyframes: tuple[Keyframe, ...] = ()
     places: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
     correction: np.ndarray = field(default_factory=lambda: np.zeros(3))
-    odometry: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    travel: Travel = Travel(np.zeros(3))
     time: float = -math.inf
     speed: np.ndarray = field(default_factory=lambda: np.full(2, np.nan))
     last: int = 0
@@ -259,9 +295,10 @@ def matched(known: ScanMap, scan: LaserScan, odometry: np.ndarray, error: Odomet
     """
     hit = scan.mappable_hits
     if not known.keyframes:
-        first = Keyframe.of(scan, composed(known.correction, odometry), error)
-        return ScanMap((first,), first.pose[None, :2], known.correction, np.array(odometry, dtype=float), scan.time)
-    step, unit = now_in(known.odometry, odometry), error.body
+        travel = Travel(np.array(odometry, dtype=float))
+        first = Keyframe.of(scan, composed(known.correction, odometry), travel, error)
+        return ScanMap((first,), first.pose[None, :2], known.correction, travel, scan.time)
+    step, unit = now_in(known.travel.pose, odometry), error.body
     way = math.hypot(step[0], step[1])
     if (way < STILL * unit and abs(step[2]) < STILL_HEADING) or np.count_nonzero(hit) < 20:
         return known
@@ -273,12 +310,16 @@ def matched(known: ScanMap, scan: LaserScan, odometry: np.ndarray, error: Odomet
     # m and rad; 0.0005 without faults
     deviation = np.array((drift * way + jump, drift * way + jump, drift * abs(step[2]))) + 0.0005
     predicted = composed(known.correction, odometry)
+    travel = known.travel.extended(odometry, error.drift, jump)
     points = scan.points_at(scan.distances, hit, (0.0, 0.0, 0.0))
     pose, share, used = predicted, 0.0, known.last
     near = _in_view(known, scan, predicted, unit)
     for index in dict.fromkeys((*near[:2], known.last)):  # the oldest in view are tried before the last one used
-        returning = np.array((RETURN_ERROR * unit, RETURN_ERROR * unit, RETURN_TURN)) if index < known.last else 0.0
-        found, fits = _fitted(known.keyframes[index], points, predicted, deviation + returning, error)
+        returning = np.array((RETURN_ERROR * unit, RETURN_ERROR * unit, RETURN_TURN))
+        keyframe = known.keyframes[index]
+        found, fits = _fitted(keyframe, points, predicted, deviation + (index < known.last) * returning, error)
+        if not travel.allows(keyframe.travel, now_in(keyframe.pose, found), returning):
+            continue
         if fits > share:
             pose, share, used = found, fits, index
         if fits >= GOOD_SHARE:
@@ -288,10 +329,10 @@ def matched(known: ScanMap, scan: LaserScan, odometry: np.ndarray, error: Odomet
     keyframes, places = known.keyframes, known.places
     away = np.hypot(*(places - pose[:2]).T)
     if (away[near] > SPACING * unit).all() or (share < GOOD_SHARE and away[-1] > LEAST_SPACING * unit):
-        keyframes, places = (*keyframes, Keyframe.of(scan, pose, error)), np.vstack((places, pose[:2]))
+        keyframes, places = (*keyframes, Keyframe.of(scan, pose, travel, error)), np.vstack((places, pose[:2]))
         used = used if share >= GOOD_SHARE else len(keyframes) - 1
     correction = composed(pose, inverse(odometry))
-    return ScanMap(keyframes, places, correction, np.array(odometry, dtype=float), scan.time, speed, used)
+    return ScanMap(keyframes, places, correction, travel, scan.time, speed, used)
 
 
 def _in_view(known: ScanMap, scan: LaserScan, pose: np.ndarray, unit: float) -> list[int]:

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_starnav.geometry.se2 import composed, inverse, now_in, placed
-from drake_starnav.localization.scan_matching import Keyframe, OdometryError, ScanMap, Surfaces, aligned, matched
+from drake_starnav.localization.scan_matching import Keyframe, OdometryError, ScanMap, Surfaces, Travel, aligned, matched
 from drake_starnav.station.planar_localization import drifted
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import cast, noisy, scattered, seeds
@@ -72,7 +72,7 @@ def test_lost_beams_end_no_surface(seed, lost):
     scan = noisy(cast(RING), 0.03, rng)
     ranges = np.where(rng.random(len(scan.ranges)) < lost, np.nan, scan.ranges)
     rare = dataclasses.replace(scan, ranges=ranges, lost_beams=True)
-    normals = (Keyframe.of(each, np.zeros(3), NOISY).surfaces.normal[np.isfinite(ranges)] for each in (scan, rare))
+    normals = (Keyframe.of(each, np.zeros(3), Travel(np.zeros(3)), NOISY).surfaces.normal[np.isfinite(ranges)] for each in (scan, rare))
     all_lines, lines = (np.hypot(*normal.T).mean() for normal in normals)
     assert all_lines > 0.8 and lines > 0.9 * all_lines
 
@@ -241,8 +241,9 @@ def test_on_return_the_older_part_of_the_map_is_trusted():
     off, first, second = np.array((0.08, 0.0, 0.035)), np.zeros(3), np.array((0.6, 0.0, 0.0))
     wrong = composed(off, second)
     error = OdometryError(0.0, 0.0, NOISE)
-    frames = Keyframe.of(cast(ROOM, first), first, error), Keyframe.of(cast(ROOM, second), wrong, error)
-    known = ScanMap(frames, np.array([first[:2], wrong[:2]]), off, second, 0.0, last=1)
+    travels = Travel(first), Travel(second)
+    frames = [Keyframe.of(cast(ROOM, t.pose), pose, t, error) for t, pose in zip(travels, (first, wrong), strict=True)]
+    known = ScanMap(tuple(frames), np.array([first[:2], wrong[:2]]), off, travels[1], 0.0, last=1)
     now = np.array((0.3, 0.0, 0.2))
     known = matched(known, dataclasses.replace(cast(ROOM, now), time=0.5), now, error)
     assert known.last == 0
