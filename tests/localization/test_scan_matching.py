@@ -10,11 +10,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_starnav.geometry.se2 import composed, inverse, now_in, placed
-from drake_starnav.localization.scan_matching import Keyframe, OdometryError, ScanMap, Surfaces, Travel, aligned, matched
+from drake_starnav.localization.scan_matching import (
+    Keyframe,
+    OdometryError,
+    ScanMap,
+    Surfaces,
+    Travel,
+    aligned,
+    matched,
+)
 from drake_starnav.station.planar_localization import drifted
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import cast, noisy, scattered, seeds
-
 
 
 def arc_of_walls(radius, sides, missing):
@@ -27,9 +34,7 @@ def arc_of_walls(radius, sides, missing):
 BOX = World("box", (0, 0, 0), (0, 0), bounds=(-3.0, -2.0, 3.0, 2.0))
 ROOM = World("room", (0, 0, 0), (0, 0), cylinders=[(1.0, 1.2, 0.3), (-1.2, 0.9, 0.2)], bounds=(-3.0, -2.0, 3.0, 2.0))
 CORRIDOR = World("corridor", (0, 0, 0), (0, 0), bounds=(-50.0, -1.0, 50.0, 1.0))
-RING = World(
-    "ring", (0, 0, 0), (0, 0), polygons=tuple(arc_of_walls(0.6, 12, 2)), bounds=(-4.0, -4.0, 4.0, 4.0)
-)
+RING = World("ring", (0, 0, 0), (0, 0), polygons=tuple(arc_of_walls(0.6, 12, 2)), bounds=(-4.0, -4.0, 4.0, 4.0))
 """Twelve walls about the robot, two of which are open."""
 NOISE = 0.01
 NOISY = OdometryError(0.02, 0.05, 0.03)
@@ -72,7 +77,10 @@ def test_lost_beams_end_no_surface(seed, lost):
     scan = noisy(cast(RING), 0.03, rng)
     ranges = np.where(rng.random(len(scan.ranges)) < lost, np.nan, scan.ranges)
     rare = dataclasses.replace(scan, ranges=ranges, lost_beams=True)
-    normals = (Keyframe.of(each, np.zeros(3), Travel(np.zeros(3)), NOISY).surfaces.normal[np.isfinite(ranges)] for each in (scan, rare))
+    normals = (
+        Keyframe.of(each, np.zeros(3), Travel(np.zeros(3)), NOISY).surfaces.normal[np.isfinite(ranges)]
+        for each in (scan, rare)
+    )
     all_lines, lines = (np.hypot(*normal.T).mean() for normal in normals)
     assert all_lines > 0.8 and lines > 0.9 * all_lines
 
@@ -262,3 +270,35 @@ def test_where_the_frame_of_the_odometry_lies_does_not_matter(x, y, yaw):
         elsewhere = matched(elsewhere, scan, composed(frame, pose), error)
     found = now_in(frame, elsewhere.corrected(composed(frame, poses[-1])))
     assert found == pytest.approx(now_in(np.zeros(3), here.corrected(poses[-1])), abs=1e-3)
+
+
+@given(seeds, st.floats(0.0, 0.2), st.integers(0, 20))
+def test_travel_allows_what_the_odometry_may_hide_and_no_more(seed, drift, since):
+    """Since any earlier time: the true step is allowed, and one that is off by twice the greatest error is not."""
+    rng = np.random.default_rng(seed)
+    poses = np.cumsum(np.column_stack((rng.uniform(-0.1, 0.1, (40, 2)), rng.uniform(-0.3, 0.3, 40))), axis=0)
+    believed, slack = poses[0], np.full(3, 1e-3)  # steps are chords
+    travels = [Travel(believed)]
+    for before, pose in itertools.pairwise(poses):
+        believed = drifted(believed, before, pose, drift, seed)
+        travels.append(travels[-1].extended(believed, 1.05 * drift / (1.0 - drift), 0.0))
+    step, last, earlier = now_in(poses[since], poses[-1]), travels[-1], travels[since]
+    assert last.allows(earlier, step, slack)
+    turn = 2.0 * (last.turn - earlier.turn + slack[2])
+    shift = 2.0 * (last.shift - earlier.shift + last.way * turn + slack[0])
+    assert not last.allows(earlier, composed(step, (0.0, 0.0, turn)), slack)
+    assert not last.allows(earlier, np.add(step, (shift, 0.0, 0.0)), slack)
+
+
+@pytest.mark.parametrize("turned", [0.12, -0.12])
+def test_an_older_part_that_the_odometry_rules_out_is_not_returned_to(turned):
+    """The older keyframe looks as the room does from a robot that is turned by more than the odometry can err."""
+    poses, error = (np.zeros(3), np.array((0.6, 0.0, 0.0))), OdometryError(0.02, 0.0, NOISE)
+    travels = [Travel(pose, pose[0]) for pose in poses]
+    scans = cast(ROOM, (0.0, 0.0, turned)), cast(ROOM, poses[1])
+    frames = tuple(Keyframe.of(scan, t.pose, t, error) for scan, t in zip(scans, travels, strict=True))
+    known = ScanMap(frames, np.array([pose[:2] for pose in poses]), np.zeros(3), travels[1], 0.0, last=1)
+    now = np.array((0.3, 0.0, 0.2))
+    known = matched(known, dataclasses.replace(cast(ROOM, now), time=0.5), now, error)
+    assert known.last == 1
+    assert now_in(now, known.corrected(now)) == pytest.approx((0.0, 0.0, 0.0), abs=0.01)
