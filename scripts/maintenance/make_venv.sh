@@ -46,5 +46,3 @@ echo "Installing into $venv with Python $(version "$venv/bin/python"); Drake is 
 "$venv/bin/python" -m pip install --quiet --disable-pip-version-check --editable '.[dev]' ||
     fail "Installing the dependencies failed, see pip's message above; is there a network connection?"
 echo "$PWD" >"$stamp"
-echo "Compiling what trials need, half a minute; later runs find it compiled."
-"$venv/bin/python" -m drake_starnav simulate room --quiet --set simulation.timeout=8 >/dev/null 2>&1 || true
