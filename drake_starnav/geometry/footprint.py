@@ -22,8 +22,6 @@ LEAST_SIZE = 0.01
 """A footprint is at least this wide, m."""
 LARGEST_SIZE = 5.0
 """No corner of a footprint is farther from the axis, m."""
-MOST_PARTS = 8
-"""Joined footprints of more parts become one rectangle, or what is joined again and again would grow without bound."""
 IN_LINE = 1e-3
 """A corner so near to the hull of the others counts as in line with its neighbours, m; the hull is the footprint."""
 ROUNDING = 1e-6
@@ -219,13 +217,6 @@ def footprint(corners: tuple) -> Footprint:
     return Footprint(parts, np.vstack(cover), narrow, radius)
 
 
-def contains(outer: Footprint, inner: Footprint) -> bool:
-    """Whether a footprint lies inside another one."""
-    if inner.is_disc:
-        return protrusion(outer, np.zeros((1, 2)), inner.radius) <= ROUNDING
-    return all(protrusion(outer, part) <= ROUNDING for part in inner.parts)
-
-
 def protrusion(shape: Footprint, points: np.ndarray, grown: float = 0.0) -> float:
     """By how much all that is nearer than `grown` to the hull of points (n, 2) sticks out of a footprint, m.
 
@@ -248,19 +239,6 @@ def protrusion(shape: Footprint, points: np.ndarray, grown: float = 0.0) -> floa
     return least
 
 
-def joined(one: Footprint, other: Footprint) -> Footprint:
-    """A footprint that contains two: one of them if that suffices, else their union or the rectangle around it."""
-    if contains(one, other):
-        return one
-    if contains(other, one):
-        return other
-    parts = [part for shape in (one, other) for part in shape.parts or (_around(shape.radius),)]
-    if len(parts) > MOST_PARTS:
-        (x0, y0), (x1, y1) = np.vstack(parts).min(axis=0), np.vstack(parts).max(axis=0)
-        parts = [np.array(((x0, y0), (x1, y0), (x1, y1), (x0, y1)))]
-    return footprint(tuple(tuple(map(tuple, part.tolist())) for part in parts))
-
-
 def covered(shape: Footprint, pose: np.ndarray) -> shapely.Geometry:
     """The area that a robot covers at a pose (x, y, yaw); a disc as a polygon of 48 corners."""
     return shapely.union_all([shapely.Polygon(placed(pose, part)) for part in shape.parts or (shape.outline,)])
@@ -274,12 +252,6 @@ def overlap(one: Footprint, pose: np.ndarray, other: Footprint, other_pose: np.n
 def least_width(shape: shapely.Geometry) -> float:
     """The width of the least rectangle around a geometry, m."""
     return _box(shapely.get_coordinates(shape))[3]
-
-
-def _around(radius: float) -> np.ndarray:
-    """A polygon that contains a disc about the origin."""
-    rim = disc(radius).outline
-    return rim / math.cos(math.pi / len(rim))
 
 
 def _convex(corners: Sequence) -> np.ndarray:

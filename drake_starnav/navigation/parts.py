@@ -14,7 +14,6 @@ from drake_starnav.scenario.schema import Scenario
 from drake_starnav.scenario.shipped import own_method
 from drake_starnav.station.navigation_station import StationInterface
 from drake_starnav.systems.connecting import output_port, outputs
-from drake_starnav.systems.footprint_hold import FootprintHold
 from drake_starnav.systems.obstacle_tracker import ObstacleTracker
 from drake_starnav.systems.scan_matcher import ScanMatcher
 from drake_starnav.systems.star_perception import StarPerception
@@ -26,10 +25,10 @@ class Parts:
     """Parts of a navigation loop of your own, in the place of those of its scenario.
 
     A planner or controller is wired by the names of its ports. Inputs are `scan`, `ranges`, `scan_pose`, `pose`,
-    `state`, `goal`, `heading` of a `GoalSequence`, `observation`, `certified_region`, `tracks` and, if it changes,
-    `footprint`, as of the systems that output them; for a controller also `twist_command`, which is driven now, and the
-    planner's outputs: `short_term_goal`, `guidance` and all others. Inputs that are connected already stay so. Each
-    system serves for one diagram.
+    `state`, `goal`, `heading` of a `GoalSequence`, `observation`, `certified_region` and `tracks`, as of the systems
+    that output them; for a controller also `twist_command`, which is driven now, and the planner's outputs:
+    `short_term_goal`, `guidance` and all others. Inputs that are connected already stay so. Each system serves for one
+    diagram.
 
     Attributes:
         world: in which to drive.
@@ -37,8 +36,6 @@ class Parts:
             `RobotInterface` of one of several robots in a plant, or one without a plant.
         goal: whose output `goal`, or only one, is (x, y) in W, m, instead of the scenario's goals and the world's; in
             the builder already, or not.
-        footprint: whose output `footprint`, or only one, is the `Footprint` that the robot has from then on, where it
-            changes; in the builder already, or not. A `FootprintHold` decides when a change counts.
         planner: instead of the star roadmap; it outputs `guidance`, or what your controller reads.
         controller: instead of the scenario's; it outputs `desired_twist`, (v, omega), m/s and rad/s.
         shield: instead of a `TwistShield`, e.g. an `Unshielded`, for which no guarantee holds.
@@ -48,7 +45,6 @@ class Parts:
     world: World | None = None
     station: Robot | None = None
     goal: System | None = None
-    footprint: System | None = None
     planner: System | None = None
     controller: System | None = None
     shield: System | None = None
@@ -93,7 +89,6 @@ class Navigation:
         perception: None for a baseline that heads for the goal itself.
         planner: None for such a baseline.
         controller: proposes the twist.
-        footprint: if it changes; it outputs the current one.
         tracker: if the scenario declares obstacles that move.
         matcher: if it declares that the believed pose errs.
         shield: decides what of it is driven.
@@ -105,7 +100,6 @@ class Navigation:
     perception: StarPerception | None = None
     planner: System | None = None
     controller: System | None = None
-    footprint: FootprintHold | None = None
     tracker: ObstacleTracker | None = None
     matcher: ScanMatcher | None = None
     shield: System | None = None
@@ -133,7 +127,6 @@ class Navigation:
         signals["scan"] = self.station.GetOutputPort("lidar.scan")
         if isinstance(self.station, StationInterface):
             signals["ranges"] = self.station.GetOutputPort("lidar.ranges")
-        signals |= self.footprint_in_force
         if self.goal is not None:
             signals["goal"] = self.goal_position
             signals |= {name: port for name, port in outputs(self.goal).items() if name == "heading"}
@@ -143,11 +136,6 @@ class Navigation:
         if self.matcher is None and self.tracker is not None:  # else they are in the frame of the odometry
             signals["tracks"] = self.tracker.GetOutputPort("tracks")
         return signals if self.planner is None else outputs(self.planner) | signals
-
-    @property
-    def footprint_in_force(self) -> dict[str, OutputPort]:
-        """The port of the current footprint, as `footprint`; empty where it never changes."""
-        return {} if self.footprint is None else {"footprint": self.footprint.get_output_port()}
 
     def localization(self, name: str) -> OutputPort:
         """The port `pose`, `state` or `scan_pose` in the world frame of planner and goal."""

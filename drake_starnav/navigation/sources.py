@@ -30,7 +30,7 @@ def _guided_sources(builder: DiagramBuilder, config: LoopConfig, navigation: Nav
     scenario, rate = config.scenario, config.scenario.controller.rate
     star = navigation.perception.GetOutputPort("certified_region")
     state = navigation.station.GetOutputPort("localization.state")
-    sources = navigation.footprint_in_force
+    sources: dict[str, OutputPort] = {}
     guidance = navigation.planned("guidance")
     if guidance is not None:
         matcher = navigation.matcher

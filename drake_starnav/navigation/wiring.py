@@ -9,18 +9,15 @@ from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.localization.scan_matching import OdometryError
 from drake_starnav.navigation.methods import BY_KIND, SHIELDED, LoopConfig
 from drake_starnav.navigation.parts import AS_DECLARED, Navigation, Parts
-from drake_starnav.navigation.robot import Robot, robot_world, scan_ports
+from drake_starnav.navigation.robot import robot_world, scan_ports
 from drake_starnav.navigation.sources import control_sources
 from drake_starnav.navigation.validation import check_interface, check_start, validated_margins
-from drake_starnav.robot import RobotParameters
 from drake_starnav.safety.certificates import Certificate
 from drake_starnav.safety.zones import KeepOut
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.navigation_station import NavigationStation, StationInterface
-from drake_starnav.surroundings.margins import Margins
 from drake_starnav.systems.connecting import add_system, connect, connect_inputs, output_port, outputs
 from drake_starnav.systems.fixed_goal import FixedGoal
-from drake_starnav.systems.footprint_hold import FootprintHold
 from drake_starnav.systems.goal_sequence import GoalSequence
 from drake_starnav.systems.obstacle_tracker import ObstacleTracker
 from drake_starnav.systems.scan_matcher import ScanMatcher
@@ -33,7 +30,7 @@ from drake_starnav.worlds.world import World
 
 SYSTEMS = (
     "goal", "perception", "planner", "tracker", "matcher", "controller", "shield", "jump_guard", "predictor",
-    "known_obstacles", "footprint", "footprint_hold",
+    "known_obstacles",
 )  # fmt: skip
 """Names that `add_navigation` gives, beside the station's."""
 
@@ -78,7 +75,7 @@ def add_navigation(
     if isinstance(station, StationInterface):
         check_start(world, scenario, station.mounts, config.margins.safety)
     goal = add_system(builder, "goal", parts.goal or _goal(scenario, world), "goal")
-    navigation = Navigation(world, station, goal, footprint=_footprint(builder, config, parts.footprint, station))
+    navigation = Navigation(world, station, goal)
     if config.plans:
         navigation = _add_planning(builder, config, parts, _add_perception(builder, config, navigation))
     if isinstance(goal, GoalSequence):
@@ -89,31 +86,9 @@ def add_navigation(
     navigation = dataclasses.replace(navigation, controller=controller, shield=shield)
     _connect_control(builder, config, parts, navigation)
     connect(builder, navigation.twist_command, station.GetInputPort("drive.twist_command"), "shield")
-    if navigation.footprint is not None:
-        builder.Connect(navigation.twist_command, navigation.footprint.GetInputPort("twist_command"))
     if navigation.matcher is not None and "certificate" in outputs(shield):
         builder.Connect(shield.GetOutputPort("certificate"), navigation.matcher.GetInputPort("certificate"))
     return navigation
-
-
-def _footprint(
-    builder: DiagramBuilder, config: LoopConfig, given: System | None, station: Robot
-) -> FootprintHold | None:
-    """The system that decides which footprint counts, where a system of the user's changes it."""
-    if given is None:
-        return None
-    scenario, mounts = config.scenario, station.mounts
-
-    def margins(robot: RobotParameters) -> Margins:
-        return validated_margins(dataclasses.replace(scenario, robot=robot), mounts)
-
-    given = add_system(builder, "footprint", given, "footprint")
-    hold = FootprintHold(scenario.robot, margins, rate=scenario.controller.rate)
-    builder.AddNamedSystem("footprint_hold", hold)
-    source = output_port(given, "footprint", None, "footprint")
-    connect_inputs(builder, hold, {"footprint": source}, "footprint")
-    builder.Connect(station.GetOutputPort("localization.state"), hold.GetInputPort("state"))
-    return hold
 
 
 def _goal(scenario: Scenario, world: World) -> System:
@@ -134,7 +109,7 @@ def _check_parts(scenario: Scenario, parts: Parts) -> None:
         )
     settings, method = scenario.controller, BY_KIND[scenario.controller.kind]
     certificates = parts.certificates if parts.shield is None else ()
-    own = {"a controller": parts.controller is not None, "certificates": certificates, "a footprint": parts.footprint}
+    own = {"a controller": parts.controller is not None, "certificates": certificates}
     if scenario.zones and (parts.shield is not None or not method.shielded):
         by = "a shield of your own" if method.shielded else f"controller.kind {settings.kind}"
         raise StarnavError(f"zones with {by}, which does not keep them; allowed: {SHIELDED}, behind its own shield")
@@ -150,7 +125,7 @@ def _check_parts(scenario: Scenario, parts: Parts) -> None:
 
 def _check_names(builder: DiagramBuilder, parts: Parts) -> None:
     """Raise a `StarnavError` where the builder has other systems of the names that are to be given."""
-    own = parts.goal, parts.footprint, parts.planner, parts.controller, parts.shield
+    own = parts.goal, parts.planner, parts.controller, parts.shield
     for name in SYSTEMS if parts.station is not None else (*SYSTEMS, "station"):
         if builder.HasSubsystemNamed(name) and builder.GetSubsystemByName(name) not in own:
             raise StarnavError(
@@ -220,7 +195,6 @@ def _add_perception(builder: DiagramBuilder, config: LoopConfig, navigation: Nav
     for name, scan in zip(names, scans, strict=True):
         builder.Connect(scan, perception.GetInputPort(name))
     builder.Connect(scan_pose, perception.GetInputPort("pose"))
-    connect_inputs(builder, perception, navigation.footprint_in_force, "perception")
     if config.matches:
         error = OdometryError(localization.drift, localization.jump, lidar.noise, scenario.robot.shape.narrow)
         matcher = builder.AddNamedSystem("matcher", ScanMatcher(error))

@@ -12,12 +12,11 @@ import numpy as np
 
 from drake_starnav.geometry.polyline import simplified
 from drake_starnav.planning.closed_places import NOTHING_CLOSED, Closures
-from drake_starnav.planning.distance_grid import DistanceGrid
 from drake_starnav.planning.frontiers import all_gaps
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.planning.manoeuvre import Body, Manoeuvring
 from drake_starnav.planning.parameters import PlannerParameters
-from drake_starnav.planning.roadmap import StarRoadmap, refitted, stamped_anew
+from drake_starnav.planning.roadmap import StarRoadmap
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.observation import Observation
 from drake_starnav.utils.snapshot import snapshot
@@ -115,21 +114,6 @@ class PlannerState:
             aside=None,
             began_with_map=len(self.roadmap) > 0,
         )
-
-    def with_new_footprint(
-        self, margins: Margins, robot_radius: float, swept_radius: float, walls: Closures
-    ) -> "PlannerState":
-        """The state after a change of the footprint: only the scans of the map are kept.
-
-        Args:
-            margins: with the new footprint.
-            robot_radius, swept_radius: as of `PlannerInput`, m.
-            walls: with it.
-        """
-        hits = DistanceGrid.empty(self.roadmap.hits.resolution, swept_radius)
-        hits = stamped_anew(hits, walls, self.roadmap.nodes, margins, robot_radius)
-        roadmap = refitted(dataclasses.replace(self.roadmap, hits=hits, closures=walls), margins, robot_radius)
-        return dataclasses.replace(self.with_new_goal(), roadmap=roadmap, manoeuvring=Manoeuvring())
 
     def frontiers(self, robot_radius: float) -> np.ndarray:
         """The frontiers as line segments, shape (n, 2, 2), W, m, for a robot of this radius, m."""

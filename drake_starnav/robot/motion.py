@@ -4,7 +4,7 @@ Every certificate is asked about this motion, and every prediction takes its ste
 """
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
@@ -81,10 +81,6 @@ class Actuation:
         """Delay, hold, lever, sampling, limits: for compiled functions, which take plain tuples faster than records."""
         shape = self.footprint
         return tuple(map(float, (self.delay, self.hold, shape.lever, shape.sampling, *self.limits)))
-
-    def carrying(self, footprint: Footprint) -> "Actuation":
-        """The same of a robot with this footprint."""
-        return self if footprint is self.footprint else replace(self, footprint=footprint)
 
 
 class Motion(NamedTuple):

@@ -1,6 +1,6 @@
 """The robot's body and limits."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -149,13 +149,6 @@ class RobotParameters(Checked, place="robot"):
         """A footprint as this robot is driven with it: of a base that cannot turn on the spot a polygon."""
         turns = self.drive.turns_on_the_spot or not shape.is_disc
         return shape if turns else footprint(_tuples(shape.outline.tolist()))
-
-    def covering(self, shape: Footprint) -> "RobotParameters":
-        """The same robot with another footprint."""
-        if shape.is_disc:
-            return replace(self, footprint=[], radius=shape.radius)
-        corners = [part.tolist() for part in shape.parts]
-        return replace(self, footprint=corners, radius=RobotParameters.radius)
 
     @cached_property
     def limits(self) -> Limits:

@@ -14,13 +14,12 @@ from pydrake.systems.framework import Context, Diagram, DiagramBuilder
 from pydrake.systems.primitives import VectorLogSink
 
 from drake_starnav.errors import StarnavError, check_kind
-from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.geometry.trajectory import Motion
 from drake_starnav.navigation import Navigation, Parts, add_navigation
 from drake_starnav.navigation.parts import AS_DECLARED
 from drake_starnav.navigation.robot import robot_world
 from drake_starnav.scenario.schema import Scenario, check_method
-from drake_starnav.simulation.monitors import FOOTPRINT_LOG, add_monitors, blocked_by, watcher
+from drake_starnav.simulation.monitors import add_monitors, blocked_by, watcher
 from drake_starnav.simulation.trial import INTERRUPTED, TIMEOUT, Run, Trial, caption_lines, figures, omniscient_path
 from drake_starnav.station.navigation_station import add_station, simulated
 from drake_starnav.station.planar_localization import planar_states
@@ -148,11 +147,6 @@ def left_by(simulator: Simulator, navigation: Navigation, log: VectorLogSink, me
     nodes = 0
     if isinstance(navigation.planner, StarRoadmapPlanner):
         nodes = len(value_of(navigation.planner.GetOutputPort("planner_state"), context).roadmap)
-    footprints: tuple[tuple[float, Footprint], ...] = ()
-    if navigation.footprint is not None:
-        footprint_log = simulator.get_system().GetSubsystemByName(FOOTPRINT_LOG)
-        noted = footprint_log.noted(footprint_log.GetMyContextFromRoot(context))
-        footprints = tuple((since, each.robot.shape) for since, each in noted)
     reached: tuple[float, ...] = ()
     if isinstance(navigation.goal, GoalSequence):
         times_reached = value_of(navigation.goal.GetOutputPort("reached"), context).tolist()
@@ -166,7 +160,6 @@ def left_by(simulator: Simulator, navigation: Navigation, log: VectorLogSink, me
         nodes=nodes,
         wall=wall,
         goals=reached,
-        footprints=footprints,
     )
 
 

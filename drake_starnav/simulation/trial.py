@@ -113,7 +113,6 @@ class Run:
         nodes: in the roadmap.
         wall: wall-clock time, s.
         goals: when each of several goals was reached, s.
-        footprints: since when, s, which footprint counted; empty: the robot's own during the whole run.
     """
 
     message: str
@@ -125,7 +124,6 @@ class Run:
     wall: float
     blocked: tuple[tuple[float, str], ...] = ()
     goals: tuple[float, ...] = ()
-    footprints: tuple[tuple[float, Footprint], ...] = ()
 
 
 def figures(scenario: Scenario, world: World, shortest: tuple[float, np.ndarray] | None, run: Run) -> dict[str, Any]:
@@ -170,16 +168,10 @@ def figures(scenario: Scenario, world: World, shortest: tuple[float, np.ndarray]
 
 
 def _clearances(world: World, run: Run, own: Footprint) -> tuple[np.ndarray, np.ndarray]:
-    """Clearances of the current footprint to what stands, and to what stands or moves; each of shape (n,), m."""
-    since, footprints = zip(*(run.footprints or ((0.0, own),)), strict=True)
-    ends = np.append(np.searchsorted(run.times, since[1:]), len(run.times))
-    standing, moving, first = np.empty(len(run.times)), np.empty(len(run.times)), 0
-    for footprint, end in zip(footprints, ends, strict=True):
-        if end > first:
-            poses, times = run.driven[first:end, :3], run.times[first:end]
-            standing[first:end] = body_clearance(world, poses, footprint)
-            moving[first:end] = moving_obstacle_clearance(world.moving_obstacles, poses, times, footprint)
-            first = end
+    """Clearances of a footprint to what stands, and to what stands or moves; each of shape (n,), m."""
+    poses = run.driven[:, :3]
+    standing = body_clearance(world, poses, own)
+    moving = moving_obstacle_clearance(world.moving_obstacles, poses, run.times, own)
     return standing, np.minimum(standing, moving)
 
 
@@ -189,7 +181,7 @@ def goal_occupied(world: World, run: Run, scenario: Scenario) -> bool:
     The certificate keeps the safety margin beyond the footprint, at the goal's heading, or at any where it has none.
     """
     goals = scenario.goals or [world.goal]
-    shape = run.footprints[-1][1] if run.footprints else scenario.robot.shape
+    shape = scenario.robot.shape
     goal = goals[min(len(run.goals), len(goals) - 1)]
     poses = poses_at(goal, shape)
     off = HEADING_TOLERANCE if len(goal) > 2 else math.pi / len(poses)

@@ -38,14 +38,12 @@ class CollisionMonitor(LeafSystem):
     geometry_query ───>│                  │
                        │ CollisionMonitor │
     state ────────────>│                  │
-    footprint ────────>│                  │
                        └──────────────────┘
     ```
 
     Ports:
         geometry_query: abstract, `QueryObject` of the scene; what penetrates is in contact, a mesh as its convex hull.
         state: vector (x, y, yaw, v, omega) of the robot, m, rad and s; needed only if there are moving obstacles.
-        footprint: abstract, any object with a `robot` of that shape, as `FootprintInForce`; need not be connected.
 
     The simulator stops with status "reached termination" and a message such as `collision of base_link with crate at
     3.200 s`: the name of the contact, and those of both bodies, see `body_name`. The contact is `STRUCK` if the robot
@@ -71,7 +69,7 @@ class CollisionMonitor(LeafSystem):
             ground: geometries that the robot may touch.
             moving_obstacles: of the moving obstacles.
             hull: obstacles that are in the plant as surfaces only; None without any.
-            footprint: of the robot, unless the port says another one; None: a disc, and no `hull`.
+            footprint: of the robot; None: a disc, and no `hull`.
             near: all that the robot may touch, if none of it moves, and how far the robot reaches from base_link's
                 origin, m: contacts are then looked for only where something may be near. `state` is then where it is.
             period: of the checks, s. A robot that is struck is pushed, and no longer stands a few steps later:
@@ -87,7 +85,6 @@ class CollisionMonitor(LeafSystem):
         self._clear = self.DeclareDiscreteState(3)  # a place, and how far from there it is free
         self._query = self.DeclareAbstractInputPort("geometry_query", Value(QueryObject()))
         self._state = self.DeclareVectorInputPort("state", 5)
-        self._footprint = self.DeclareAbstractInputPort("footprint", Value[object](object()))
         # an update, for publish events see old geometry, see make_simulator
         self.DeclarePeriodicDiscreteUpdateEvent(checked_period(self, period=period), 0.0, self._check)
 
@@ -117,11 +114,7 @@ class CollisionMonitor(LeafSystem):
     def _stands(self, context: Context) -> bool:
         """Whether no point of the footprint moves."""
         _, _, _, speed, turning = self._state.Eval(context).tolist()
-        return bool(fastest_point(speed, turning, self._body(context).lever) <= STANDING)
-
-    def _body(self, context: Context) -> Footprint:
-        """The current footprint."""
-        return self._footprint.Eval(context).robot.shape if self._footprint.HasValue(context) else self._own
+        return bool(fastest_point(speed, turning, self._own.lever) <= STANDING)
 
     def _check(self, context: Context, values: DiscreteValues) -> EventStatus:
         if self._bars is not None:
@@ -140,7 +133,7 @@ class CollisionMonitor(LeafSystem):
         if self._hull is None:
             return EventStatus.DidNothing()
         X_WB, surfaces = self._query.Eval(context).GetPoseInWorld(self._hull.frame), self._hull.surfaces
-        footprint = self._body(context)
+        footprint = self._own
         (x, y, _), (forward_x, forward_y, _) = X_WB.translation(), X_WB.rotation().col(0)
         name, distance = nearest_obstacle(surfaces, (x, y))
         pose = np.array([(x, y, math.atan2(forward_y, forward_x))])

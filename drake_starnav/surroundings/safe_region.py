@@ -124,12 +124,6 @@ class CertifiedRegion:
             return self
         return dataclasses.replace(self, earlier=self.earlier.chosen(lasting))
 
-    def keeping(self, radius: float) -> "CertifiedRegion":
-        """What it says to a robot that keeps `radius` from hits, m: no star if that is more than it was made for."""
-        if radius <= self.radius:
-            return self
-        return dataclasses.replace(self, values=np.zeros_like(self.values))
-
     def moved(self, frame: np.ndarray) -> "CertifiedRegion":
         """The same region in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""
         newest = self.newest.moved(frame)

@@ -12,7 +12,6 @@ from drake_starnav.safety.certificates import standard_certificates
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.safe_region import CertifiedRegion
 from drake_starnav.systems.controller import UNUSED_TWIST, Controller
-from drake_starnav.systems.footprint_hold import FootprintInForce, FootprintInput
 from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.tracking.tracker import TrackedObstacles
@@ -27,7 +26,6 @@ class DsmController(Controller):
     guidance ──────────>│               │
     certified_region ──>│               ├──> desired_twist
     state ─────────────>│ DsmController ├──> guiding_vector
-    footprint ─────────>│               │
     tracks ────────────>│               │
     twist_command ─────>│               │
                         └───────────────┘
@@ -39,7 +37,6 @@ class DsmController(Controller):
         guidance: abstract, `Guidance` from any planner.
         certified_region: abstract, `CertifiedRegion`.
         state: vector (x, y, yaw, v, omega) of the robot in the world frame W; its pose is used.
-        footprint: abstract, `FootprintInForce`; need not be connected.
         tracks: abstract, `Tracks` of the moving obstacles; only with `obstacles`.
         twist_command: vector of the base that is commanded now, from the shield; only with `obstacles`.
         desired_twist: vector, as the base's twists are; see `robot.base`.
@@ -66,12 +63,11 @@ class DsmController(Controller):
             stopwatch: notes `command` times, if given.
         """
         super().__init__(stopwatch)
-        self._obstacles, self._state_lead = obstacles, state_lead
+        self._obstacles, self._state_lead, self._robot, self._margin = obstacles, state_lead, robot, margins.safety
         self._actuation = Actuation(robot.limits, robot.shape, 1.0 / controller.rate, controller.delay, robot.drive)
         self._guidance = self.DeclareAbstractInputPort("guidance", Value(Guidance.none()))
         self._certified_region = self.DeclareAbstractInputPort("certified_region", Value(CertifiedRegion.none()))
         self._state = self.DeclareVectorInputPort("state", 5)
-        self._footprint = FootprintInput(self, robot, margins)
         self._tracks: InputPort | None = None
         self._twist: InputPort | None = None
         if obstacles is not None:
@@ -79,21 +75,20 @@ class DsmController(Controller):
             self._twist = self.DeclareVectorInputPort("twist_command", len(robot.drive.components))
         self._declare_outputs(len(robot.drive.components))
 
-    def _read(self, context: Context) -> tuple[ControllerInputs, TrackedObstacles | None, FootprintInForce]:
+    def _read(self, context: Context) -> tuple[ControllerInputs, TrackedObstacles | None]:
         pose, star = self._state.Eval(context)[:3], self._certified_region.Eval(context)
         twist = UNUSED_TWIST if self._twist is None else self._twist.Eval(context)
         inputs, tracked = ControllerInputs(pose, twist, self._guidance.Eval(context), star), None
         if self._obstacles is not None and self._tracks is not None:
             tracks = self._tracks.Eval(context)
             tracked = TrackedObstacles(tracks, context.get_time() + self._state_lead - tracks.time, self._obstacles)
-        return inputs, tracked, self._footprint.Eval(context)
+        return inputs, tracked
 
-    def _propose(self, read: tuple[ControllerInputs, TrackedObstacles | None, FootprintInForce]) -> Proposal:
-        inputs, tracked, footprint = read
-        proposal = followed(inputs, footprint.robot)
+    def _propose(self, read: tuple[ControllerInputs, TrackedObstacles | None]) -> Proposal:
+        inputs, tracked = read
+        proposal = followed(inputs, self._robot)
         if tracked is None:
             return proposal
-        actuation = self._actuation.carrying(footprint.robot.shape)
-        certificates = standard_certificates(inputs.star, footprint.margins.safety, actuation, inputs.pose[:2], tracked)
-        way = avoid_collision(inputs, tracked, certificates, actuation, footprint.robot)
+        certificates = standard_certificates(inputs.star, self._margin, self._actuation, inputs.pose[:2], tracked)
+        way = avoid_collision(inputs, tracked, certificates, self._actuation, self._robot)
         return proposal if way is None else proposal._replace(twist=way)

@@ -15,7 +15,6 @@ from drake_starnav.robot import RobotParameters
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.perception import Perceive, Perceived, PerceptionSettings, check_views, perceive
 from drake_starnav.surroundings.safe_region import SCAN_PATIENCE, CertifiedRegion
-from drake_starnav.systems.footprint_hold import FootprintInput
 from drake_starnav.systems.release import declare_value
 from drake_starnav.systems.scan_state import ScanState
 from drake_starnav.utils.stopwatch import Stopwatch
@@ -26,17 +25,15 @@ class StarPerception(LeafSystem):
     """Turns laser scans into the planner's star-shaped region and the controller's certified region.
 
     ```
-                 ┌────────────────┐
-    scan ───────>│                ├──> observation
-    pose ───────>│ StarPerception ├──> certified_region
-    footprint ──>│                │
-                 └────────────────┘
+            ┌────────────────┐
+    scan ──>│                ├──> observation
+    pose ──>│ StarPerception ├──> certified_region
+            └────────────────┘
     ```
 
     Ports:
         scan: abstract, `LaserScan` in the sensor frame S. Further lidars have the ports scan_2, scan_3, ...
         pose: vector (x, y, yaw) of the robot in the world frame W at the time of the scan, m and rad.
-        footprint: abstract, `FootprintInForce`, by which the next scan is processed; need not be connected.
         observation: abstract, `Observation`: the scan, or that of all lidars about the robot's axis, the robot's pose,
             and the region with the planning margin.
         certified_region: abstract, `CertifiedRegion` from the last scans; one that certifies nothing
@@ -67,14 +64,14 @@ class StarPerception(LeafSystem):
             stopwatch: notes `scan` times, if given.
         """
         super().__init__()
-        self._outlier_noise, self._mounts = lidar.noise if lidar.outliers > 0.0 else None, tuple(mounts)
+        outlier_noise = lidar.noise if lidar.outliers > 0.0 else None
+        self._settings = PerceptionSettings(margins, robot.shape, outlier_noise, tuple(mounts))
         self._certifies, self._perceive = certifies, perceive
         self._stopwatch = stopwatch or Stopwatch()
         self._expiry = lidar.delay + SCAN_PATIENCE / lidar.rate
         names = lidar_names("scan", len(mounts))
         self._scans = [self.DeclareAbstractInputPort(name, Value(LaserScan.nothing())) for name in names]
         self._pose = self.DeclareVectorInputPort("pose", 3)
-        self._footprint = FootprintInput(self, robot, margins)
         nothing = Perceived.nothing()
         self._perceived = ScanState(self, nothing, self._after, tuple(self._scans), stamp=self._stamp)
         depends = {self._perceived.ticket}
@@ -92,8 +89,7 @@ class StarPerception(LeafSystem):
         pose = self._pose.Eval(context).copy()
         if not all(map(math.isfinite, pose.tolist())):
             raise StarnavError(f"the perception's pose is {pose.tolist()}; allowed: finite x, y, m, and yaw, rad")
-        footprint = self._footprint.Eval(context)
-        settings = PerceptionSettings(footprint.margins, footprint.robot.shape, self._outlier_noise, self._mounts)
+        settings = self._settings
         if before.observation.region is None and self._certifies:
             backwards = scans[0].motion is not None
             check_views(scans, settings.mounts, settings.footprint, backwards=backwards)

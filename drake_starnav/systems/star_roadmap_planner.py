@@ -26,7 +26,6 @@ from drake_starnav.surroundings import Observation
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.obstruction import SHORTEST_WAY, obstruction
 from drake_starnav.surroundings.safe_region import CertifiedRegion
-from drake_starnav.systems.footprint_hold import FootprintInForce, FootprintInput
 from drake_starnav.systems.release import declare_value, declare_vector
 from drake_starnav.systems.scan_state import ScanState
 from drake_starnav.utils.snapshot import snapshot
@@ -46,7 +45,6 @@ class _Plan:
 
     Attributes:
         state: the planner's.
-        footprint: with which it was planned last.
         goal: with which it was planned last, W, m.
         time: of the last scan, s.
         stand: where the robot last moved to, or was given its goal, W, m.
@@ -54,7 +52,6 @@ class _Plan:
     """
 
     state: PlannerState
-    footprint: FootprintInForce
     goal: np.ndarray = field(default_factory=lambda: np.full(2, np.nan))
     time: float = 0.0
     stand: np.ndarray = field(default_factory=lambda: np.full(2, np.nan))
@@ -71,7 +68,6 @@ class StarRoadmapPlanner(LeafSystem):
     goal ──────────────>│ StarRoadmapPlanner ├──> planner_state
     heading ───────────>│                    ├──> status
     certified_region ──>│                    ├──> blocked_by
-    footprint ─────────>│                    │
                         └────────────────────┘
     ```
 
@@ -83,7 +79,6 @@ class StarRoadmapPlanner(LeafSystem):
             not connected: it leads to the goal.
         certified_region: abstract, `CertifiedRegion` in W, for manoeuvres of a robot that is no disc, and to say what
             blocks a robot; need not be connected.
-        footprint: abstract, `FootprintInForce`; need not be connected.
         guidance: abstract, `Guidance` for the controller.
         short_term_goal: vector (x, y) in W, m; the robot's own position while there is none.
         planner_state: abstract, `PlannerState`: the roadmap and what the planner is about to do.
@@ -95,8 +90,7 @@ class StarRoadmapPlanner(LeafSystem):
     scan and the goal, and f the pure function `step`. The state is abstract, an immutable snapshot; Drake's event for
     abstract state is the unrestricted update, with discrete-time semantics. Outputs are functions of f(x, u): they show
     the latest scan at the instant at which it comes, and the state follows before the next; see `ScanState`. A new
-    goal is planned for at once, even after having given up. So it is when the footprint changes, with a roadmap made
-    anew of its scans, without closures. A goal that is not finite raises a `StarnavError`.
+    goal is planned for at once, even after having given up. A goal that is not finite raises a `StarnavError`.
     """
 
     def __init__(
@@ -121,19 +115,17 @@ class StarRoadmapPlanner(LeafSystem):
         ahead = time_from_rest(PROGRESS_DISTANCE * robot.shape.narrow, robot.max_speed, robot.max_acceleration)
         planner = dataclasses.replace(planner, progress_timeout=max(planner.progress_timeout, 1.5 * ahead))
         self._planner, self._goal_tolerance, self._step = planner, goal_tolerance, step
-        self._closed_areas = tuple(closed_areas)
+        self._robot, self._margins = robot, margins
         self._stopwatch = stopwatch or Stopwatch()
         self._observation = self.DeclareAbstractInputPort("observation", Value(Observation.none()))
         self._pose = self.DeclareVectorInputPort("pose", 3)
         self._goal = self.DeclareVectorInputPort("goal", 2)
         self._heading = self.DeclareVectorInputPort("heading", 1)
         self._certified_region = self.DeclareAbstractInputPort("certified_region", Value(CertifiedRegion.none()))
-        self._footprint = FootprintInput(self, robot, margins)
-        walls = self._walls(self._footprint.own)
+        walls = self._walls(closed_areas)
         initial = PlannerState.initial(planner, robot.shape.narrow, robot.radius, walls)
-        inputs = self._observation, self._goal, self._footprint.port, self._heading
-        begun = _Plan(initial, self._footprint.own)
-        self._plans = ScanState(self, begun, self._after, inputs, stamp=self._stamp)
+        inputs = self._observation, self._goal, self._heading
+        self._plans = ScanState(self, _Plan(initial), self._after, inputs, stamp=self._stamp)
         own, depends = StarRoadmapPlanner, {self._plans.ticket}
         turned, placed = depends | {self._heading.ticket()}, depends | {self._pose.ticket()}
         declare_value(self, "guidance", Guidance.none(), own._guidance, turned)
@@ -147,31 +139,26 @@ class StarRoadmapPlanner(LeafSystem):
         return self._observation.Eval(context).time
 
     def _after(self, context: Context, before: _Plan) -> _Plan:
-        seen, goal, body = self._observation.Eval(context), self._goal.Eval(context), self._footprint.Eval(context)
-        time = seen.time
-        moved, changed = goal.tolist() != before.goal.tolist(), body is not before.footprint
-        if time == before.time and not (moved or changed):
+        seen, goal = self._observation.Eval(context), self._goal.Eval(context)
+        time, moved = seen.time, goal.tolist() != before.goal.tolist()
+        if time == before.time and not moved:
             return before
-        robot, margins, narrow = body.robot, body.margins, body.robot.shape.narrow
         state, interval = before.state, time - before.time
         if moved:
             if not np.isfinite(goal).all():
                 raise StarnavError(f"the planner's goal is {goal.tolist()}; allowed: finite x and y, m")
             state = state.with_new_goal()
-        if changed:  # the region may be from before it did
-            state = state.with_new_footprint(margins, narrow, robot.radius, self._walls(body))
-            seen = seen.refitted(narrow, margins)
         now = PlannerInput(
             seen,
             seen.pose[:2],
             goal.copy(),
             time,
             self._planner,
-            margins,
-            narrow,
+            self._margins,
+            self._robot.shape.narrow,
             self._goal_tolerance,
             interval,
-            self._body(context, body),
+            self._body(context),
             self._wanted_heading(context),
         )
         begin = perf_counter()
@@ -179,25 +166,25 @@ class StarRoadmapPlanner(LeafSystem):
         if after.plans > state.plans:
             self._stopwatch.note("plan", begin)
         stand, since = before.stand, before.since
-        if moved or changed or not distance_to(now.position, stand) <= STAND * now.robot_radius:
+        if moved or not distance_to(now.position, stand) <= STAND * now.robot_radius:
             stand, since = now.position.copy(), time
-        return _Plan(after, body, now.goal, time, stand, since)
+        return _Plan(after, now.goal, time, stand, since)
 
-    def _walls(self, now: FootprintInForce) -> Closures:
+    def _walls(self, closed_areas: Sequence[KeepOut]) -> Closures:
         """The closed areas as walls: who keeps the least margin from them keeps the areas' own."""
         walls = NOTHING_CLOSED
-        for each in self._closed_areas:
-            distance, name = each.margin - now.margins.least, each.name or "a KeepOut"
-            walls = walls.walled(each.corners, distance, name, now.robot.shape.narrow)
+        for each in closed_areas:
+            distance, name = each.margin - self._margins.least, each.name or "a KeepOut"
+            walls = walls.walled(each.corners, distance, name, self._robot.shape.narrow)
         return walls
 
-    def _body(self, context: Context, now: FootprintInForce) -> Body | None:
+    def _body(self, context: Context) -> Body | None:
         """The robot, unless it is a disc or `certified_region` is not connected."""
-        robot = now.robot
+        robot = self._robot
         if robot.shape.is_disc or not self._certified_region.HasValue(context):
             return None
         region = self._certified_region.Eval(context)
-        return Body(robot.shape, region, now.margins.safety, robot.moves, robot.limits, robot.drive)
+        return Body(robot.shape, region, self._margins.safety, robot.moves, robot.limits, robot.drive)
 
     def _state(self, context: Context) -> PlannerState:
         return self._plans.Eval(context).state
@@ -206,7 +193,7 @@ class StarRoadmapPlanner(LeafSystem):
         guidance, heading = self._state(context).guidance, self._wanted_heading(context)
         if not math.isfinite(heading) or len(guidance.poses):
             return guidance
-        if not self._footprint.Eval(context).robot.drive.turns_on_the_spot:
+        if not self._robot.drive.turns_on_the_spot:
             return Guidance.none()
         return dataclasses.replace(guidance, poses=np.array([(*self._goal.Eval(context), heading, 0.0)]))
 
@@ -224,8 +211,7 @@ class StarRoadmapPlanner(LeafSystem):
         return PlannerStatus.BLOCKED if blocked else status
 
     def _blocked_by(self, context: Context) -> str:
-        plan = self._plans.Eval(context)
-        robot, margins = plan.footprint.robot, plan.footprint.margins
+        plan, robot, margins = self._plans.Eval(context), self._robot, self._margins
         patience = max(STANDSTILL, HALF_TURNS * math.pi / robot.max_yaw_rate)
         if plan.state.status is PlannerStatus.UNREACHABLE:
             return f"{NO_WAY} {plan.state.barred_by}" if plan.state.barred_by else ""

@@ -16,7 +16,6 @@ from drake_starnav.safety.certificates import Certificate, standard_certificates
 from drake_starnav.safety.shield import braking_twist, ramped_twist, shielded
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.safe_region import CertifiedRegion
-from drake_starnav.systems.footprint_hold import FootprintInput
 from drake_starnav.systems.release import declare_value
 from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
@@ -102,7 +101,6 @@ class TwistShield(Unshielded):
     desired_twist ─────>│             │
     state ─────────────>│ TwistShield ├──> twist_command
     certified_region ──>│             ├──> certificate
-    footprint ─────────>│             │
     tracks ────────────>│             │
                         └─────────────┘
     ```
@@ -111,7 +109,6 @@ class TwistShield(Unshielded):
         desired_twist: vector of any controller, as the base's twists are; see `robot.base`.
         state: vector (x, y, yaw, v, omega) of the robot in the world frame W; its pose is used.
         certified_region: abstract, `CertifiedRegion`.
-        footprint: abstract, `FootprintInForce`; need not be connected.
         tracks: abstract, `Tracks` of the moving obstacles; only with `obstacles`.
         twist_command: vector of the same size, within the robot's limits.
         certificate: abstract, `BrakingMotion`.
@@ -142,20 +139,17 @@ class TwistShield(Unshielded):
         self.own_certificates, self._obstacles, self._state_lead = certificates, obstacles, state_lead
         _check_certificates(certificates, self._actuation)
         self._certified_region = self.DeclareAbstractInputPort("certified_region", Value(CertifiedRegion.none()))
-        self._footprint = FootprintInput(self, robot, margins)
+        self._margin = margins.safety
         if obstacles is not None:
             self._tracks = self.DeclareAbstractInputPort("tracks", Value(Tracks()))
 
     def certificates(self, context: Context, position: np.ndarray) -> tuple[tuple[Certificate, ...], Actuation] | None:
-        star, tracked, footprint = self._certified_region.Eval(context), None, self._footprint.Eval(context)
-        shape, margin = footprint.robot.shape, footprint.margins.safety
-        if footprint is not self._footprint.own:  # the scan may be from before it changed
-            star = star.keeping(shape.narrow + margin)
+        star, tracked = self._certified_region.Eval(context), None
         if self._obstacles is not None:
             tracks = self._tracks.Eval(context)
             tracked = TrackedObstacles(tracks, context.get_time() + self._state_lead - tracks.time, self._obstacles)
-        actuation = self._actuation.carrying(shape)
-        return standard_certificates(star, margin, actuation, position, tracked) + self.own_certificates, actuation
+        standard = standard_certificates(star, self._margin, self._actuation, position, tracked)
+        return standard + self.own_certificates, self._actuation
 
 
 def _check_certificates(certificates: tuple[Certificate, ...], actuation: Actuation) -> None:

@@ -169,7 +169,6 @@ def add_visualizers(
         (navigation.twist_command, "twist"),
         (navigation.certificate, "certificate"),
         (navigation.planned("planner_state"), "planner_state"),
-        (None if navigation.footprint is None else navigation.footprint.get_output_port(), "footprint"),
     ):
         if port is not None:
             builder.Connect(port, visualizer.GetInputPort(name))

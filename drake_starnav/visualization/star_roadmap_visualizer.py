@@ -56,7 +56,6 @@ class StarRoadmapVisualizer(LeafSystem):
     goal ───────────>│                       │
     twist ──────────>│                       │
     certificate ────>│                       │
-    footprint ──────>│                       │
                      └───────────────────────┘
     ```
 
@@ -68,7 +67,6 @@ class StarRoadmapVisualizer(LeafSystem):
         goal: vector of size 2, m.
         twist: vector that is commanded, as the base's twists are; its speed colours the trail.
         certificate: abstract, any object whose `path`, of shape (n, 2) or (n, 3), is the certified motion, m.
-        footprint: abstract, any object with a `robot`, as `FootprintInForce`; unconnected, the robot keeps its own.
 
     Each layer of `meshes.LAYERS` is one folder below `ROOT` in Meshcat's panel and can be switched there.
 
@@ -124,7 +122,6 @@ class StarRoadmapVisualizer(LeafSystem):
         self.DeclareVectorInputPort("goal", 2)
         self.DeclareVectorInputPort("twist", len(robot.drive.components))
         self.DeclareAbstractInputPort("certificate", Value[object](SimpleNamespace(path=np.zeros((0, 2)))))
-        self.DeclareAbstractInputPort("footprint", Value[object](object()))
         self.DeclareInitializationPublishEvent(self._clear)
         self.DeclarePeriodicPublishEvent(1.0 / parameters.frames_per_second, 0.0, self._publish)
 
@@ -151,8 +148,7 @@ class StarRoadmapVisualizer(LeafSystem):
             self._mark("frontiers/target", None if state.target is None else state.target[0], time)
         self._bodies.draw_velocities(time)
         if pose is not None:
-            changed = self._input("footprint", context)
-            self._bodies.draw_robot(pose, (changed.robot if changed else self._robot).shape, time)
+            self._bodies.draw_robot(pose, self._robot.shape, time)
             speed = 0.0 if twist is None else float(self._robot.drive.body_rates(twist)[0])
             self._drawn.trail.append((pose[0], pose[1], speed))
         # With half a frame of tolerance: publishes are as far apart as frames, up to rounding.

@@ -45,7 +45,6 @@ from drake_starnav.systems.controller import Controller
 from drake_starnav.systems.dsm_controller import DsmController
 from drake_starnav.systems.fixed_goal import FixedGoal
 from drake_starnav.systems.fixed_path import FixedPath
-from drake_starnav.systems.footprint_hold import FootprintHold
 from drake_starnav.systems.goal_sequence import GoalSequence
 from drake_starnav.systems.jump_guard import JumpGuard
 from drake_starnav.systems.obstacle_tracker import ObstacleTracker
@@ -98,7 +97,6 @@ def all_systems() -> list[System]:
         PaperController(robot),
         BaselineController(robot, defaults.foa),
         TwistShield(robot, controller, margins, obstacles=defaults.obstacles),
-        FootprintHold(robot, lambda _: margins, rate=controller.rate),
         Unshielded(robot, controller),
         WheelServo(RobotModel(station.plant, station.scene_graph, station.robot_model)),
         WheelSpeedCommand(robot=robot, drive=Drive((0.05, 0.05), (-0.16, 0.16))),

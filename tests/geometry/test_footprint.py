@@ -10,16 +10,22 @@ from hypothesis import strategies as st
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.footprint import (
-    contains,
+    Footprint,
     covered,
     disc,
     footprint,
-    joined,
     protrusion,
 )
 
 SQUARE = ((0.2, 0.2), (-0.2, 0.2), (-0.2, -0.2), (0.2, -0.2))
 corner = st.tuples(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0))
+
+
+def contains(outer: Footprint, inner: Footprint) -> bool:
+    """Whether one footprint lies inside another."""
+    if inner.is_disc:
+        return protrusion(outer, np.zeros((1, 2)), inner.radius) < 1e-6
+    return all(protrusion(outer, part) < 1e-6 for part in inner.parts)
 
 
 @pytest.mark.parametrize("middle", [(0.0, 0.2), (0.0, 0.2000001), (0.1, 0.1999), (0.0, 0.1991), (0.3, 0.2)])
@@ -96,18 +102,6 @@ HALVES = footprint(tuple(((x0, -0.2), (x1, -0.2), (x1, 0.2), (x0, 0.2)) for x0, 
 )
 def test_which_footprint_contains_which(outer, inner, lies_inside) -> None:
     assert contains(outer, inner) == lies_inside
-
-
-def test_joined_a_disc_and_a_polygon_contain_the_whole_disc() -> None:
-    both = joined(disc(0.3), LONG)
-    rim = 0.3 * np.column_stack((np.cos(np.arange(1000.0)), np.sin(np.arange(1000.0))))
-    assert shapely.covers(covered(both, np.zeros(3)).buffer(1e-9), shapely.points(rim)).all()
-    assert both.radius == pytest.approx(LONG.radius)
-
-
-def test_of_two_joined_footprints_one_is_enough_where_it_contains_the_other() -> None:
-    assert joined(LONG, disc(0.1)) is LONG and joined(disc(0.1), LONG) is LONG
-    assert joined(LONG, HALVES) is LONG
 
 
 def test_what_spans_a_notch_sticks_out_between_its_corners() -> None:

@@ -69,12 +69,10 @@ def test_walls_last_whatever_is_made_anew_and_failed_ways_do_not() -> None:
     assert len(after.roadmap.closures.failed) == 1 and list(after.roadmap.closures.walls) == ["dock", "bay"]
     forgetful = dataclasses.replace(MARGINS, drop_seen_through=True)
     regions = [dataclasses.replace(region) for region in after.roadmap.regions]
-    other = walled(("dock", SQUARE), ("bay", SQUARE + (0.0, 1.0)), distance=0.02)
     again = {
         "reopened": reopened(after, now).roadmap,
         "revised": revised(after.roadmap, regions, forgetful, RADIUS),
         "emptied": revised(after.roadmap, [None], forgetful, RADIUS),
-        "new footprint": after.with_new_footprint(MARGINS, 0.8 * RADIUS, RADIUS, other).roadmap,
     }
     for how, roadmap in again.items():
         kept = roadmap.closures

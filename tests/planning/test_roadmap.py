@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from drake_starnav.planning.closed_places import CLOSED, NOTHING_CLOSED
+from drake_starnav.planning.closed_places import CLOSED
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.roadmap import StarRoadmap, extended, refitted, revised, uncovered_share
 from drake_starnav.planning.state import PlannerState
 from drake_starnav.surroundings.region_union import RegionUnion
-from drake_starnav.surroundings.star_region import clear_of, scan_region, united
+from drake_starnav.surroundings.star_region import clear_of, united
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import MARGINS, RADIUS, cast, distance, explored, observed, seeds, wandered
 
@@ -58,24 +58,6 @@ def test_the_uncovered_share_is_that_of_random_points_in_the_region(seed):
     assert uncovered_share(region, united(others)) == pytest.approx(new.mean(), abs=0.03)
     assert uncovered_share(region, roadmap.union) == 0.0
     assert uncovered_share(region, RegionUnion.none()) == 1.0
-
-
-@settings(max_examples=8)
-@given(seeds)
-def test_refitted_it_is_as_if_it_had_been_explored_with_the_other_footprint(seed):
-    _, roadmap = wandered(seed, nodes=4)
-    narrow, swept = 0.8 * RADIUS, 1.5 * RADIUS
-    again = (
-        dataclasses.replace(INITIAL, roadmap=roadmap).with_new_footprint(MARGINS, narrow, swept, NOTHING_CLOSED).roadmap
-    )
-    anew = StarRoadmap.empty(PlannerParameters(), RADIUS, swept)
-    for node in roadmap.nodes:
-        region = scan_region(node.scan, node.pose, narrow, MARGINS)
-        anew = extended(anew, dataclasses.replace(node, region=region), MARGINS, narrow)
-    np.testing.assert_array_equal(again.union.values, anew.union.values)
-    np.testing.assert_array_equal(again.edges, anew.edges)
-    np.testing.assert_array_equal(hits(again), hits(anew))
-    assert again.hits.cap == anew.hits.cap
 
 
 @settings(max_examples=15)

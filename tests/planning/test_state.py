@@ -3,13 +3,11 @@
 import dataclasses
 
 import numpy as np
-import pytest
 
-from drake_starnav.planning.closed_places import NOTHING_CLOSED, Closures
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.state import PlannerState, PlannerStatus
-from tests.helpers.scans import MARGINS, RADIUS
+from tests.helpers.scans import RADIUS
 
 INITIAL = PlannerState.initial(PlannerParameters(), RADIUS)
 PATH = np.array(((1.0, 0.0), (2.0, 0.0)))
@@ -39,13 +37,3 @@ def test_a_new_goal_keeps_the_map_and_resets_the_search() -> None:
     after = given_up.with_new_goal()
     assert after.roadmap is given_up.roadmap and after.plans == 7
     assert after.status is PlannerStatus.WAITING and not after.doubting and len(after.path) == 0
-
-
-def test_a_new_footprint_keeps_the_scans_and_resets_all_else() -> None:
-    looked = dataclasses.replace(INITIAL, path=PATH, status=PlannerStatus.UNREACHABLE, doubting=True, recent=(None,))
-    closures = Closures(PATH)
-    looked = dataclasses.replace(looked, roadmap=dataclasses.replace(looked.roadmap, closures=closures))
-    after = looked.with_new_footprint(MARGINS, 2.0 * RADIUS, 3.0 * RADIUS, NOTHING_CLOSED)
-    assert after.status is PlannerStatus.WAITING and not after.doubting and len(after.path) == len(after.recent) == 0
-    assert after.roadmap.closures is NOTHING_CLOSED
-    assert after.roadmap.hits.cap == pytest.approx(3.0 * INITIAL.roadmap.hits.cap)

@@ -6,7 +6,6 @@ import math
 import pytest
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.geometry.footprint import contains
 from drake_starnav.robot import RobotParameters
 
 
@@ -55,11 +54,7 @@ def test_a_car_is_limited_by_its_least_radius_and_its_turning_rate() -> None:
 
 
 @pytest.mark.parametrize("base", ["differential", "omnidirectional", "car"])
-def test_with_another_footprint_all_else_stays(base: str) -> None:
-    robot, square = RobotParameters(base=base, max_speed=0.4), RobotParameters(footprint=SQUARE).shape
-    other = robot.covering(square)
-    assert contains(other.shape, square) and contains(square, other.shape)
-    assert other.radius == square.radius and other.limits == robot.limits
-    assert other.covering(RobotParameters(radius=0.3).shape).radius == pytest.approx(0.3, rel=0.01)
+def test_a_base_that_cannot_turn_on_the_spot_is_driven_with_a_polygon(base: str) -> None:
+    robot = RobotParameters(base=base)
     assert robot.body(robot.shape) is robot.shape
     assert robot.body(RobotParameters(radius=0.3).shape).is_disc == (base != "car")

@@ -276,11 +276,3 @@ def test_the_ends_of_rays_that_several_lidars_share_bound_what_is_certified_and_
     known = np.array(((1.0, 0.0), (1.0, 0.1))), np.zeros(2)
     star, _ = certified_region(ScanMemory(), merged, merged.distances, pose, SAFE, REACH, KEPT, hits=known)
     assert len(star.look.hits) == 2 and len(star.hits) == 2 + scan.hits.sum()
-
-
-def test_to_a_robot_that_has_grown_since_the_scan_it_has_no_star_but_its_hits() -> None:
-    star, *_ = driven(3)
-    assert star.keeping(SAFE) is star and star.keeping(0.5 * SAFE) is star
-    grown = star.keeping(1.01 * SAFE)
-    assert star.values.max() > 0.0 and grown.values.max() == 0.0
-    assert grown.hits is star.hits and grown.seen

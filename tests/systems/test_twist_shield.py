@@ -1,6 +1,5 @@
 """The shield through a context."""
 
-import dataclasses
 import math
 
 import numpy as np
@@ -10,18 +9,14 @@ from pydrake.systems.analysis import Simulator
 
 from drake_starnav.control import ControllerParameters
 from drake_starnav.errors import StarnavError
-from drake_starnav.geometry.footprint import Footprint, disc
 from drake_starnav.robot import RobotParameters
-from drake_starnav.surroundings.looks import Known
 from drake_starnav.surroundings.safe_region import CertifiedRegion
-from drake_starnav.systems.footprint_hold import FootprintInForce
 from drake_starnav.systems.twist_shield import TwistShield, Unshielded
 from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.tracking.prediction import grown
 from drake_starnav.utils.stopwatch import Stopwatch
-from tests.helpers.footprints import WIDE as WIDE_ARMS
-from tests.helpers.scans import MARGINS, remembered_hits
+from tests.helpers.scans import MARGINS
 
 WIDE = CertifiedRegion(np.zeros(2), 0.0, np.full(720, 5.0), np.zeros((0, 2)))
 STEP = np.array((1.0, -4.0)) / ControllerParameters().rate
@@ -156,39 +151,3 @@ def test_tracks_are_asked_for_only_among_moving_obstacles() -> None:
     needs = RobotParameters(), ControllerParameters(), MARGINS
     assert not TwistShield(*needs).HasInputPort("tracks")
     assert TwistShield(*needs, obstacles=DynamicObstacleParameters(max_speed=0.8)).HasInputPort("tracks")
-
-
-def with_footprint(shape: Footprint, star: CertifiedRegion) -> Simulator:
-    """Under way at 0.5 m/s along x, with a footprint from then on."""
-    simulator = shielding([0.5, 0.0], dataclasses.replace(WIDE, radius=0.25 + MARGINS.safety, seen=True))
-    simulator.AdvanceTo(1.0)
-    now, context = FootprintInForce(RobotParameters().covering(shape), MARGINS), simulator.get_mutable_context()
-    simulator.get_system().GetInputPort("footprint").FixValue(context, Value[object](now))
-    simulator.get_system().GetInputPort("certified_region").FixValue(context, Value(star))
-    simulator.AdvanceTo(1.5)
-    return simulator
-
-
-@pytest.mark.parametrize(
-    ("shape", "kept", "hits", "drives"),
-    [
-        (disc(0.25), 0.25, np.zeros((0, 2)), True),
-        (disc(0.3), 0.3, np.zeros((0, 2)), True),
-        (disc(0.3), 0.25, np.array([(0.31, 0.0)]), False),  # its star is of a scan before it grew
-        (WIDE_ARMS, 0.25, np.zeros((0, 2)), True),  # what was hit is known
-        (WIDE_ARMS, 0.25, np.array([(0.26, 0.4)]), False),
-        (WIDE_ARMS, 0.25, np.array([(0.26, 0.6)]), True),
-    ],
-)
-def test_a_star_of_before_it_grew_certifies_nothing_but_hits_do(shape, kept, hits, drives) -> None:
-    newest = Known.of((remembered_hits(hits),), ((0.0, 0.0, 0.0),), 0.0)
-    star = dataclasses.replace(WIDE, radius=kept + MARGINS.safety, seen=True, hits=hits, newest=newest)
-    assert (out(with_footprint(shape, star), "twist_command")[0] > 0.0) == drives
-
-
-def test_what_is_no_footprint_in_force_is_refused() -> None:
-    simulator = shielding([0.5, 0.0])
-    port = simulator.get_system().GetInputPort("footprint")
-    port.FixValue(simulator.get_mutable_context(), Value[object](disc(0.3)))
-    with pytest.raises(StarnavError, match="port footprint is .*; allowed: a FootprintInForce, from a FootprintHold"):
-        simulator.AdvanceTo(0.1)
