@@ -46,7 +46,7 @@ def names(system: LeafSystem) -> tuple[list[str], list[str]]:
 def test_ports() -> None:
     """A controller has no state; of the twist commanded last it asks only where it must search."""
     inward, outward = names(DsmController(ROBOT, PARAMETERS, MARGINS))
-    assert inward == ["guidance", "certified_region", "state", "footprint"]
+    assert inward == ["guidance", "certified_region", "state"]
     assert outward == ["desired_twist", "guiding_vector"]
     moving = DsmController(ROBOT, PARAMETERS, MARGINS, obstacles=DynamicObstacleParameters(max_speed=0.5))
     assert names(moving)[0] == [*inward, "tracks", "twist_command"]

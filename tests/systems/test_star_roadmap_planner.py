@@ -72,7 +72,7 @@ class Planning:
 def test_ports() -> None:
     system = Planning().system
     inputs = [system.get_input_port(k).get_name() for k in range(system.num_input_ports())]
-    assert inputs == ["observation", "pose", "goal", "heading", "certified_region", "footprint"]
+    assert inputs == ["observation", "pose", "goal", "heading", "certified_region"]
     outputs = [system.get_output_port(k).get_name() for k in range(system.num_output_ports())]
     assert outputs == ["guidance", "short_term_goal", "planner_state", "status", "blocked_by"]
     assert system.GetOutputPort("short_term_goal").size() == 2
