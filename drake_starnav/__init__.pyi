@@ -35,7 +35,6 @@ from drake_starnav.systems.scan_matcher import ScanMatcher as ScanMatcher
 from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner as StarRoadmapPlanner
 from drake_starnav.systems.fixed_goal import FixedGoal as FixedGoal
 from drake_starnav.systems.goal_sequence import GoalSequence as GoalSequence
-from drake_starnav.systems.fixed_path import FixedPath as FixedPath
 from drake_starnav.planning.guidance import Guidance as Guidance
 from drake_starnav.tracking.kalman_tracks import Tracks as Tracks
 from drake_starnav.geometry.footprint import Footprint as Footprint

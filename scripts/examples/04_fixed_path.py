@@ -1,7 +1,7 @@
 """A fixed path in place of our planner: our controller follows it and drives around obstacles on it.
 
-Any system that outputs a `Guidance` may stand before the controller. That of `FixedPath` holds the part of a given path
-that is still ahead, and the star-shaped region of the latest scan, along whose boundary the controller bends its way.
+Any system that outputs a `Guidance` may stand before the controller. That of the `FixedPath` here holds the part of a
+path that is still ahead, and the star-shaped region of the latest scan, along whose boundary the controller bends.
 
 Run: python scripts/examples/04_fixed_path.py [--png FILE]
 """
@@ -10,8 +10,9 @@ import argparse
 from pathlib import Path
 
 import numpy as np
+from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.framework import Context, DiagramBuilder, DiscreteValues, LeafSystem
 from pydrake.systems.primitives import LogVectorOutput
 
 from drake_starnav import (
@@ -19,7 +20,7 @@ from drake_starnav import (
     CollisionMonitor,
     DsmController,
     FixedGoal,
-    FixedPath,
+    Guidance,
     NavigationStation,
     StarPerception,
     TwistShield,
@@ -28,10 +29,54 @@ from drake_starnav import (
     load_scenario,
 )
 from drake_starnav.plotting import draw_goal, draw_robot, save_figure, world_axes
+from drake_starnav.surroundings import Observation
 
 BLUE, ORANGE = "#0072B2", "#D55E00"
+SPACING, NEAR, FAR = 0.05, 0.7, 3.5
+"""Distance between way points, and how far ahead the next one lies: at least, and at most where something stands, m."""
 ANGLE = np.linspace(0.6, 6.1, 200)
 ROUTE = np.column_stack((3.0 * np.sin(ANGLE), 1.5 * np.sin(2.0 * ANGLE)))  # most of an eight, m
+
+
+class FixedPath(LeafSystem):
+    """Observation and pose -> guidance: along a path to the first way point a little ahead that is seen to be free."""
+
+    def __init__(self, path: np.ndarray) -> None:
+        """Take a path, shape (n, 2), W, m, with way points SPACING apart."""
+        super().__init__()
+        self.path = path
+        self.observation = self.DeclareAbstractInputPort("observation", Value(Observation.none()))
+        self.pose = self.DeclareVectorInputPort("pose", 3)
+        self.passed = self.DeclareDiscreteState(1)  # index of a way point, as a path may cross itself
+        self.DeclareAbstractOutputPort("guidance", lambda: Value(Guidance.none()), self.calc_guidance)
+        self.DeclarePeriodicDiscreteUpdateEvent(0.05, 0.0, self.update)
+
+    def ahead(self, context: Context, near: float, far: float) -> slice:
+        """Way points from `near` to `far` beyond the one passed, m; at least one."""
+        passed = int(context.get_discrete_state(self.passed)[0])
+        first, last = (passed + round(distance / SPACING) for distance in (near, far))
+        return slice(min(first, len(self.path) - 1), last + 1)
+
+    def update(self, context: Context, values: DiscreteValues) -> None:
+        window = self.ahead(context, 0.0, NEAR)
+        distances = np.hypot(*(self.path[window] - self.pose.Eval(context)[:2]).T)
+        values.set_value(self.passed, [window.start + int(distances.argmin())])
+
+    def calc_guidance(self, context: Context, output: AbstractValue) -> None:
+        region = self.observation.Eval(context).region
+        if region is None:
+            output.set_value(Guidance.none())
+            return
+        window = self.ahead(context, NEAR, FAR)
+        free = int(region.contains(self.path[window]).argmax())  # the nearest one where none is
+        output.set_value(Guidance.along(self.path[window.start + free :], [region]))
+
+
+def resampled(path: np.ndarray) -> np.ndarray:
+    """Way points SPACING apart along a path (n, 2), m."""
+    along = np.append(0.0, np.hypot(*np.diff(path, axis=0).T).cumsum())
+    places = np.append(np.arange(0.0, along[-1], SPACING), along[-1])
+    return np.column_stack([np.interp(places, along, values) for values in path.T])
 
 
 def main(png: Path | None) -> None:
@@ -43,7 +88,7 @@ def main(png: Path | None) -> None:
     builder = DiagramBuilder()
     station = builder.AddSystem(NavigationStation(world, scenario))
     perception = builder.AddSystem(StarPerception(robot, margins, scenario.lidar))
-    route = builder.AddSystem(FixedPath(ROUTE))
+    route = builder.AddSystem(FixedPath(resampled(ROUTE)))
     controller = builder.AddSystem(DsmController(robot, scenario.controller, margins))
     shield = builder.AddSystem(TwistShield(robot, scenario.controller, margins))
     goal = builder.AddSystem(FixedGoal(world.goal))

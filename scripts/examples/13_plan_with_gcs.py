@@ -1,7 +1,7 @@
 """Explore with our planner, plan the way home with Drake's `GcsTrajectoryOptimization`, and drive it.
 
-`convex_cover` turns the star-shaped regions of the roadmap into convex sets, free of collisions as the regions are. The
-trajectory through them is driven by our controller, with its certificate, around whatever it sees on the way.
+`convex_cover` turns the star-shaped regions of the roadmap into convex sets, free of collisions as the regions are.
+The trajectory through them is driven by our controller, with its certificate, around whatever it sees on the way.
 
 Run: python scripts/examples/13_plan_with_gcs.py [--html FILE] [--png FILE]
 """
@@ -13,16 +13,18 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
-from pydrake.geometry.optimization import GraphOfConvexSetsOptions, Point
+import shapely
+from pydrake.common.value import AbstractValue, Value
+from pydrake.geometry.optimization import GraphOfConvexSetsOptions, HPolyhedron, Iris, IrisOptions, Point, VPolytope
 from pydrake.planning import GcsTrajectoryOptimization
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import DiagramBuilder, System
+from pydrake.systems.framework import Context, DiagramBuilder, DiscreteValues, LeafSystem, System
 from pydrake.systems.primitives import LogVectorOutput
 
 from drake_starnav import (
     ArrivalMonitor,
     CollisionMonitor,
-    FixedPath,
+    Guidance,
     Parts,
     Recorder,
     Scenario,
@@ -33,12 +35,96 @@ from drake_starnav import (
 )
 from drake_starnav.plotting import Motion, draw_goal, draw_robot, save_figure, world_axes
 from drake_starnav.station import simulated
-from drake_starnav.surroundings import StarRegion
-from drake_starnav.systems import convex_cover
+from drake_starnav.surroundings import Observation, StarRegion
 
 BLUE, ORANGE, GREY = "#0072B2", "#D55E00", "#999999"
 SEED, SETS = 7, 2
 """Of the room; convex sets of each region, as regions overlap and edges cost time."""
+
+
+TOLERANCE = 0.004
+"""The outline that is given to IRIS lies inside the region by this share of its reach, or a little more."""
+LEAST_LEFT = 0.01
+"""A region counts as covered once no more than this share of its area is left."""
+
+
+def convex_cover(region: StarRegion, count: int) -> list[HPolyhedron]:
+    """Up to `count` convex sets inside a region, each grown by IRIS from the deepest point that is not covered yet."""
+    free = simplified(region)
+    if free.is_empty:
+        return []
+    ring = shapely.get_coordinates(free.exterior)
+    edges = [VPolytope(np.column_stack(ends)) for ends in zip(ring, ring[1:], strict=False)]
+    x0, y0, x1, y1 = free.bounds
+    box, options = HPolyhedron.MakeBox((x0, y0), (x1, y1)), IrisOptions()
+    options.require_sample_point_is_contained = True
+    center = shapely.Point(region.center)
+    seed, left, covered = center if free.contains(center) else free.representative_point(), free, shapely.Polygon()
+    sets: list[HPolyhedron] = []
+    while len(sets) < count and left.area > LEAST_LEFT * free.area:
+        grown = Iris(edges, np.array(seed.coords[0]), box, options)
+        area = shapely.MultiPoint(VPolytope(grown).vertices().T).convex_hull
+        if not sets or area.intersection(covered).area > 0.0:  # each other one overlaps an earlier one
+            sets.append(grown)
+            covered = covered.union(area)
+        left = left.difference(area)
+        seed = shapely.Point(shapely.maximum_inscribed_circle(left).coords[0])
+    return sets
+
+
+def simplified(region: StarRegion) -> shapely.Polygon:
+    """A polygon of few edges inside a region; empty where it has no area."""
+    values, tolerance = region.boundary.values, TOLERANCE * region.reach
+    bearing = region.bearing_0 + 2.0 * np.pi / len(values) * np.arange(len(values))
+    rays, reach = np.column_stack((np.cos(bearing), np.sin(bearing))), np.minimum(values, np.roll(values, -1))[:, None]
+    corners = region.center + np.hstack((reach * rays, reach * np.roll(rays, -1, axis=0))).reshape(-1, 2)
+    inner = shapely.Polygon(corners).buffer(0.0).buffer(-tolerance).simplify(tolerance)
+    return max(shapely.get_parts(inner), key=shapely.area, default=shapely.Polygon())
+
+
+SPACING, NEAR, FAR = 0.05, 0.7, 3.5
+"""Distance between way points, and how far ahead the next one lies: at least, and at most where something stands, m."""
+
+
+class FixedPath(LeafSystem):
+    """Observation and pose -> guidance: along a path to the first way point a little ahead that is seen to be free."""
+
+    def __init__(self, path: np.ndarray) -> None:
+        """Take a path, shape (n, 2), W, m, with way points SPACING apart."""
+        super().__init__()
+        self.path = path
+        self.observation = self.DeclareAbstractInputPort("observation", Value(Observation.none()))
+        self.pose = self.DeclareVectorInputPort("pose", 3)
+        self.passed = self.DeclareDiscreteState(1)  # index of a way point, as a path may cross itself
+        self.DeclareAbstractOutputPort("guidance", lambda: Value(Guidance.none()), self.calc_guidance)
+        self.DeclarePeriodicDiscreteUpdateEvent(0.05, 0.0, self.update)
+
+    def ahead(self, context: Context, near: float, far: float) -> slice:
+        """Way points from `near` to `far` beyond the one passed, m; at least one."""
+        passed = int(context.get_discrete_state(self.passed)[0])
+        first, last = (passed + round(distance / SPACING) for distance in (near, far))
+        return slice(min(first, len(self.path) - 1), last + 1)
+
+    def update(self, context: Context, values: DiscreteValues) -> None:
+        window = self.ahead(context, 0.0, NEAR)
+        distances = np.hypot(*(self.path[window] - self.pose.Eval(context)[:2]).T)
+        values.set_value(self.passed, [window.start + int(distances.argmin())])
+
+    def calc_guidance(self, context: Context, output: AbstractValue) -> None:
+        region = self.observation.Eval(context).region
+        if region is None:
+            output.set_value(Guidance.none())
+            return
+        window = self.ahead(context, NEAR, FAR)
+        free = int(region.contains(self.path[window]).argmax())  # the nearest one where none is
+        output.set_value(Guidance.along(self.path[window.start + free :], [region]))
+
+
+def resampled(path: np.ndarray) -> np.ndarray:
+    """Way points SPACING apart along a path (n, 2), m."""
+    along = np.append(0.0, np.hypot(*np.diff(path, axis=0).T).cumsum())
+    places = np.append(np.arange(0.0, along[-1], SPACING), along[-1])
+    return np.column_stack([np.interp(places, along, values) for values in path.T])
 
 
 def explored(scenario: Scenario, world: World) -> tuple[list[StarRegion], np.ndarray]:
@@ -88,7 +174,7 @@ def main(html: Path, png: Path | None) -> None:
 
     back = dataclasses.replace(world, start=tuple(pose), goal=tuple(path[-1]))
     builder = DiagramBuilder()
-    navigation = add_navigation(builder, scenario, Parts(back, planner=FixedPath(path)))
+    navigation = add_navigation(builder, scenario, Parts(back, planner=FixedPath(resampled(path))))
     station = simulated(navigation.station)
     arrival = builder.AddSystem(ArrivalMonitor(tolerance=0.1, period=0.02))
     collision = builder.AddSystem(CollisionMonitor(robot=station.robot_geometries, ground=station.floor))

@@ -44,7 +44,6 @@ from drake_starnav.systems.baseline_controller import BaselineController, PaperC
 from drake_starnav.systems.controller import Controller
 from drake_starnav.systems.dsm_controller import DsmController
 from drake_starnav.systems.fixed_goal import FixedGoal
-from drake_starnav.systems.fixed_path import FixedPath
 from drake_starnav.systems.goal_sequence import GoalSequence
 from drake_starnav.systems.jump_guard import JumpGuard
 from drake_starnav.systems.obstacle_tracker import ObstacleTracker
@@ -92,7 +91,6 @@ def all_systems() -> list[System]:
         StarRoadmapPlanner(robot, planner, margins),
         FixedGoal((1.0, 0.0)),
         GoalSequence([(1.0, 0.0)], tolerance=0.3, period=0.02),
-        FixedPath(np.zeros((1, 2))),
         DsmController(robot, controller, margins, obstacles=defaults.obstacles),
         PaperController(robot),
         BaselineController(robot, defaults.foa),
