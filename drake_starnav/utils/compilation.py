@@ -2,10 +2,13 @@
 
 import contextlib
 import fcntl
+import functools
 import gc
 import hashlib
 import os
+import re
 import shutil
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +22,11 @@ PACKAGE = __name__.partition(".")[0]
 ROOT = Path(__file__).parents[1]
 """The folder of the package."""
 COMPILED = "compiled_"
-"""Begins the names of the folders of compiled functions, one for each state of the sources."""
+"""Begins the names of the folders of compiled functions, one for each file with such functions."""
+IMPORT = re.compile(
+    rb"^[ \t]*(?:from|import)[ \t]+(%s[\w.]*)(?:[ \t]+import[ \t]*(\([^)]*\)|[^\n]*))?" % PACKAGE.encode(), re.M
+)
+"""What a file imports of the package: module, and names."""
 
 
 class _Compilation(event.Listener):
@@ -59,24 +66,49 @@ class _Compilation(event.Listener):
             self._progress.hide()
 
 
-def _stamps() -> list[tuple[str, int, int]]:
-    """Path, time of the last change in ns, and size of each source file of the package."""
-    names = ((folder, name) for folder, _, files in os.walk(ROOT) for name in files if name.endswith(".py"))
-    paths = sorted(os.path.join(folder, name) for folder, name in names if name[:-3].isidentifier())
-    return [(path, (stat := os.stat(path)).st_mtime_ns, stat.st_size) for path in paths]
+@functools.cache
+def _imported(path: str) -> set[str]:
+    """Return the files of the package that a file may import a function or constant from."""
+    found: set[str] = set()
+    for module, names in IMPORT.findall(Path(path).read_bytes()):
+        place = ROOT.joinpath(*module.decode().split(".")[1:])
+        inside = [place / f"{name}.py" for name in re.findall(r"\w+", names.decode())]
+        if place.with_suffix(".py").is_file():
+            found.add(str(place.with_suffix(".py")))
+        elif all(file.is_file() for file in inside):
+            found.update(map(str, inside))
+        else:  # names of a package, which any of its files may hold
+            found.update(str(file) for file in place.glob("*.py") if file.stem.isidentifier())
+    return found
 
 
-def _key(stamps: list[tuple[str, int, int]]) -> str:
-    """Hash the names and the texts of source files, 12 ms for all of the package."""
+@functools.cache
+def _sources(path: str) -> tuple[tuple[str, int, int], ...]:
+    """Return path, time of the last change in ns, and size of a file and of all that it may import, directly or not."""
+    known, files = {path}, [path]
+    for file in files:  # grows
+        new = _imported(file) - known
+        known |= new
+        files += new
+    return _stamped(sorted(known))
+
+
+def _stamped(paths: Iterable[str]) -> tuple[tuple[str, int, int], ...]:
+    return tuple((path, (stat := os.stat(path)).st_mtime_ns, stat.st_size) for path in paths)
+
+
+def _key(path: str) -> str:
+    """Hash the names and the texts of the sources of a file."""
     digest = hashlib.sha256()
-    for path, *_ in stamps:
-        text = Path(path).read_bytes()
-        digest.update(f"{os.path.relpath(path, ROOT)} {len(text)} ".encode() + text)
+    for source, *_ in _sources(path):
+        text = Path(source).read_bytes()
+        digest.update(f"{os.path.relpath(source, ROOT)} {len(text)} ".encode() + text)
     return digest.hexdigest()[:16]
 
 
-def _cache_folder(key: str) -> Path:
-    """Return the folder for what is compiled from the sources with a key, and remove those of other sources.
+@functools.cache
+def _cache_folder(path: str) -> Path:
+    """Return the folder for what is compiled of a file, and remove those of its former sources.
 
     It is inside the package, or else where Numba keeps what it compiles for a user; inside `NUMBA_CACHE_DIR` if that is
     set. Where no folder can be written, what the package's own holds is loaded, and nothing is saved.
@@ -84,23 +116,25 @@ def _cache_folder(key: str) -> Path:
     inside = ROOT / "__pycache__"
     user = Path(config.CACHE_DIR or caching.AppDirs("numba", appauthor=False).user_cache_dir)
     user /= caching.InTreeCacheLocator.get_suitable_cache_subpath(str(ROOT / "__init__.py"))
+    module = os.path.relpath(path, ROOT).removesuffix(".py").replace(os.sep, ".")
+    name = f"{COMPILED}{module}-{_key(path)}"
     for place in (user,) if config.CACHE_DIR else (inside, user):
-        folder = place / f"{COMPILED}{key}"
+        folder = place / name
         with contextlib.suppress(OSError):
             folder.mkdir(parents=True, exist_ok=True)
             if os.access(folder, os.W_OK):
-                for other in set(place.glob(f"{COMPILED}*")) - {folder}:
+                for other in set(place.glob(f"{COMPILED}{module}-*")) - {folder}:
                     shutil.rmtree(other, ignore_errors=True)
                 return folder
-    return inside / f"{COMPILED}{key}"
+    return inside / name
 
 
 class _Locator(caching.InTreeCacheLocator):
-    """Places what is compiled of each package in a folder of its own, inside `FOLDER`."""
+    """Places what is compiled of each file in a folder of its own."""
 
     def __init__(self, py_func: Any, py_file: str) -> None:
         super().__init__(py_func, py_file)
-        self._cache_path = str(FOLDER / os.path.relpath(os.path.dirname(py_file), ROOT).replace(os.sep, "_"))
+        self._cache_path = str(_cache_folder(py_file))
 
     @classmethod
     def from_function(cls, py_func: Any, py_file: str) -> "_Locator":
@@ -113,7 +147,7 @@ class _Located(caching.CompileResultCacheImpl):
 
 
 class SourcesCache(caching.FunctionCache):
-    """Numba's cache of one function, valid for the present sources of the whole package.
+    """Numba's cache of one function, valid for the present text of its file and of all files that this may import.
 
     Numba's own sees changes only in the function's file, and not in those of the compiled functions that it calls.
     """
@@ -126,19 +160,18 @@ class SourcesCache(caching.FunctionCache):
             return super().load_overload(sig, target_context)
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        """Save a function, unless sources changed after this process began or the folder cannot be written.
+        """Save a function, unless its sources changed after this process began or the folder cannot be written.
 
         Of two processes that save at once, one waits: Numba's index would name the function of the other.
         """
         with contextlib.suppress(OSError):
-            if _stamps() == STAMPS:
-                FOLDER.mkdir(exist_ok=True)
-                with open(FOLDER / "lock", "wb") as lock:
+            sources, folder = _sources(self._py_func.__code__.co_filename), Path(self.cache_path)
+            if _stamped(path for path, *_ in sources) == sources:
+                folder.mkdir(exist_ok=True)
+                with open(folder / "lock", "wb") as lock:
                     fcntl.flock(lock, fcntl.LOCK_EX)
                     super().save_overload(sig, data)
 
 
-STAMPS = _stamps()
-FOLDER = _cache_folder(_key(STAMPS))
 _compilation = _Compilation()
 event.register("numba:compile", _compilation)

@@ -115,8 +115,8 @@ class Copy:
         return printed.strip()
 
     def folders(self) -> list[Path]:
-        """Those that hold compiled functions."""
-        return [*self.folder.rglob("compiled_*/")]
+        """That which holds the compiled caller."""
+        return [*self.folder.rglob("compiled_geometry.caller-*/")]
 
 
 @pytest.fixture
@@ -131,6 +131,15 @@ def test_a_change_of_a_called_function_in_another_file_is_seen(copy) -> None:
     assert [copy.printed(), copy.printed()] == ["3", "3 1"]
     (fresh,) = copy.folders()
     assert fresh != stale and fresh.is_relative_to(copy.package)
+    (copy.package / "geometry" / "unrelated.py").write_text("FACTOR = 4\n")
+    assert copy.printed() == "3 1"
+    (copy.package / "geometry" / "callee.py").write_text(
+        "from drake_starnav.geometry.other import multiply as multiply\n"
+    )
+    (copy.package / "geometry" / "other.py").write_text(CALLEE.format(5))
+    assert [copy.printed(), copy.printed()] == ["5", "5 1"]
+    (copy.package / "geometry" / "other.py").write_text(CALLEE.format(6))
+    assert [copy.printed(), copy.printed()] == ["6", "6 1"]
 
 
 def test_what_a_process_compiles_after_an_edit_is_not_kept_for_the_sources_before_it(copy) -> None:
@@ -147,6 +156,29 @@ def test_processes_that_begin_at_once_leave_a_cache_that_fits(copy) -> None:
     assert [each.communicate(timeout=100)[0].split()[0] for each in processes] == [*results.values()]
     again = f"print(*map(twice, ({', '.join(results)})), end=' ')"
     assert copy.printed(code=again).split() == [*results.values(), "2", "1", "1", "1", "1"]
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "from drake_starnav.geometry import callee",
+        "import drake_starnav.geometry.callee as callee",
+        "from drake_starnav.geometry.callee import (\n    FACTOR,\n    multiply,\n)",
+        "if True:\n    from drake_starnav.geometry.callee import FACTOR",
+        "from drake_starnav.geometry import FACTOR",
+    ],
+)
+def test_all_ways_to_import_are_followed(line, tmp_path, monkeypatch) -> None:
+    monkeypatch.setattr(compilation, "ROOT", tmp_path)
+    (tmp_path / "geometry").mkdir()
+    for name, text in (
+        ("__init__", "from drake_starnav.geometry.callee import FACTOR"),
+        ("callee", ""),
+        ("caller", line),
+    ):
+        (tmp_path / "geometry" / f"{name}.py").write_text(text)
+    sources = {Path(path).name for path, *_ in compilation._sources(str(tmp_path / "geometry" / "caller.py"))}
+    assert {"caller.py", "callee.py"} <= sources
 
 
 def test_what_was_compiled_moves_with_the_package(copy) -> None:
