@@ -111,6 +111,7 @@ def _benchmark(options: argparse.Namespace) -> int:
     header = make_header(
         cases, options.seed, options.overrides, suite=options.suite, in_worlds=worlds is not None, command=options.typed
     )
+    make_results([header], [], options.reference)  # raises before any trial runs if a reference is unknown
     with (
         chosen_pool(options) as pool,
         TrialFile(options.json, header, resume=options.resume) if options.json else nullcontext() as file,
@@ -121,9 +122,9 @@ def _benchmark(options: argparse.Namespace) -> int:
             if file is not None:
                 raise KeyboardInterrupt(f"{interruption}, in {options.json}; --resume goes on") from None
             if interruption.records:
-                _report(make_results([header], interruption.records), options)
+                _report(make_results([header], interruption.records, options.reference), options)
             raise
-    _report(make_results([header], records), options)
+    _report(make_results([header], records, options.reference), options)
     if not options.quiet and options.json is not None:
         print(f"wrote {options.json}")
     return NOT_REACHED if any(record["outcome"] == "error" for record in records) else REACHED
@@ -142,11 +143,15 @@ def _report_files(options: argparse.Namespace) -> int:
     _check_report_outputs(options, options.file)
     from drake_starnav.evaluation.report.results import read_results
 
-    _report(read_results(options.file), options)
+    _report(read_results(options.file, options.reference), options)
     return REACHED
 
 
 def _add_report_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--reference", nargs="+", default=[], metavar="METHOD",
+        help="methods that all are compared with (default: those of the suite, or the first method)",
+    )  # fmt: skip
     parser.add_argument("--markdown", type=Path, metavar="FILE", help="write the tables")
     parser.add_argument(
         "--csv", type=Path, metavar="FILE", help="write the figures, a line for each scenario and method"

@@ -32,14 +32,14 @@ class Suite:
     Attributes:
         meaning: its purpose, in a few words.
         scenarios, methods: each scenario is run with each method.
-        reference: the method that times and paths are compared with.
+        references: the methods that times and paths are compared with.
         published: figures by scenario and method.
     """
 
     meaning: str
     scenarios: tuple[str, ...]
     methods: tuple[str, ...]
-    reference: str = "star"
+    references: tuple[str, ...] = ("star",)
     published: dict[tuple[str, str], Published] = field(default_factory=dict)
 
 
@@ -60,6 +60,7 @@ SUITES: dict[str, Suite] = {
         meaning="Table I of arXiv 2403.11484: all methods in forests and mazes",
         scenarios=("forest", "maze", "paper_forest"),
         methods=("star", "star_paper", "dsm", "foa", "foa_cluster", "foa_roadmap", "dwa"),
+        references=("star", "star_paper"),
         published={
             (scenario, method): row
             for scenario, rows in (("forest", _FOREST), ("paper_forest", _FOREST), ("maze", _MAZE))
@@ -77,27 +78,31 @@ def find_suite(name: str) -> Suite:
     return SUITES[name]
 
 
-def suite_table(suite: Suite, records: Sequence[Record]) -> Table:
-    """A row for each scenario and method, with each measured figure beside the published one."""
+def suite_table(suite: Suite, records: Sequence[Record], references: Sequence[str] = ()) -> Table:
+    """A row for each scenario, method and reference, with each measured figure beside the published one.
+
+    The references are the suite's unless others are given.
+    """
     by_case: dict[tuple[str, str], list[Record]] = {}
     for record in records:
         by_case.setdefault((record["scenario"], record["method"]), []).append(record)
     rows = []
     for summary in summarise(records):
         case = (summary.scenario, summary.method)
-        ratio = compare(by_case[case], by_case.get((summary.scenario, suite.reference), []))
         paper = suite.published.get(case, Published())
-        rows.append(
-            (
-                *case,
-                number(ratio.time_ratio, 1, 100.0), number(paper.time_percent, 1),
-                number(ratio.path_ratio, 1, 100.0), number(paper.path_percent, 1), str(ratio.trials),
-                rate_text(summary.reached, summary.trials), number(paper.success_percent, 1),
-                number(summary.command_p50_s, 3, 1e3), number(paper.command_ms, 2),
-            )
-        )  # fmt: skip
+        for reference in references or suite.references:
+            pair = compare(by_case[case], by_case.get((summary.scenario, reference), []))
+            rows.append(
+                (
+                    *case, reference,
+                    number(pair.time and pair.time.mean, 1, 100.0), number(paper.time_percent, 1),
+                    number(pair.path and pair.path.mean, 1, 100.0), number(paper.path_percent, 1), str(pair.trials),
+                    rate_text(summary.reached, summary.trials), number(paper.success_percent, 1),
+                    number(summary.command_p50_s, 3, 1e3), number(paper.command_ms, 2),
+                )
+            )  # fmt: skip
     head = (
-        "scenario", "method", "TTR %", "published", "PLR %", "published", "of trials", "SR (95 % interval)",
-        "published %", "command ms", "published",
+        "scenario", "method", "compared with", "TTR %", "published", "PLR %", "published", "of trials",
+        "SR (95 % interval)", "published %", "command ms", "published",
     )  # fmt: skip
     return head, rows

@@ -3,11 +3,13 @@
 import multiprocessing
 import os
 import signal
+import threading
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor
 from contextlib import AbstractContextManager, closing, contextmanager
 from dataclasses import dataclass
+from multiprocessing import connection
 from queue import SimpleQueue
 
 from drake_starnav.errors import StarnavError, one_line
@@ -85,12 +87,11 @@ def local_processes(count: int) -> Iterator[Executor]:
     """An executor of `count` processes of this machine, with one thread each.
 
     They are spawned, not forked: forking with Drake's threads deadlocks. If the context is left by an exception, as by
-    Ctrl-C, which they themselves ignore, they end at once.
+    Ctrl-C, which they themselves ignore, they end at once; so they do if this process ends, in whatever way.
     """
     for name in THREAD_VARIABLES:
         os.environ.setdefault(name, "1")  # children read them before they import NumPy
-    spawn, deaf = multiprocessing.get_context("spawn"), (signal.SIGINT, signal.SIG_IGN)
-    executor = ProcessPoolExecutor(count, spawn, initializer=signal.signal, initargs=deaf)
+    executor = ProcessPoolExecutor(count, multiprocessing.get_context("spawn"), initializer=_follow_parent)
     try:
         yield executor
         executor.shutdown()
@@ -100,6 +101,22 @@ def local_processes(count: int) -> Iterator[Executor]:
             worker.terminate()
             worker.join()
         raise
+
+
+def _follow_parent() -> None:
+    """Leave Ctrl-C to the process that started this one, and end with it, even if it is killed.
+
+    The sentinel is a pipe whose other end only that process holds: the system closes it, however the process ends.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = multiprocessing.parent_process()
+    assert parent is not None  # it is an initializer of spawned processes
+
+    def end_with_parent() -> None:
+        connection.wait([parent.sentinel])
+        os._exit(1)
+
+    threading.Thread(target=end_with_parent, daemon=True).start()
 
 
 def announcement(jobs: Sequence[Job], workers: int) -> str:

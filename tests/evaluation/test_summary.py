@@ -8,8 +8,8 @@ from drake_starnav.evaluation.summary import (
     compare,
     cost_table,
     markdown_table,
+    median_interval,
     outcome_table,
-    ratio_interval,
     summarise,
     wilson_interval,
 )
@@ -96,22 +96,59 @@ def test_comparison_uses_trials_that_both_reached() -> None:
     ours = [record(0, time_s=30.0), record(1, "timeout", time_s=500.0), record(2), record(3)]
     reference = [record(0), record(1), record(2, "collision"), record(3, path_length_m=3.0)]
     result = compare(ours, reference)
-    assert (result.trials, result.time_ratio, result.path_ratio) == (2, pytest.approx(2.0), pytest.approx(12.0 / 9.0))
-    assert compare(ours[1:2], reference).time_ratio is None
+    assert result.trials == 2 and result.time is not None and result.path is not None
+    assert (result.time.mean, result.time.of_sums) == (pytest.approx(2.0), pytest.approx(2.0))
+    assert (result.path.mean, result.path.of_sums) == (pytest.approx(1.5), pytest.approx(12.0 / 9.0))
+    assert compare(ours[1:2], reference).time is None
     other_world = [record(0, scenario="maze")]
     assert compare(other_world, reference).trials == 0
+
+
+def test_success_is_compared_on_the_trials_in_which_one_method_alone_reached() -> None:
+    unsupported = record(9, "unsupported")
+    ours = [*map(record, range(9)), unsupported]
+    theirs = [record(k, "reached" if k < 3 else "timeout") for k in range(10)]
+    result = compare(ours, theirs)
+    assert (result.trials, result.reached_alone, result.other_reached_alone) == (3, 6, 0)
+    assert result.success_p_value == pytest.approx(2 * 0.5**6)
+    assert compare(theirs, ours).success_p_value == result.success_p_value
+    assert compare(ours, ours).success_p_value == 1.0
 
 
 def test_table_is_markdown() -> None:
     assert markdown_table(("a", "bcd"), [("100", "2")]) == "| a   | bcd |\n| --- | --- |\n| 100 | 2   |"
 
 
-def test_the_interval_holds_the_truth_about_as_often_as_it_says() -> None:
-    rng = np.random.default_rng(2)
-    held = 0
-    for _ in range(200):
-        below = rng.uniform(1.0, 3.0, 40)
-        ratio, low, high = ratio_interval(below * rng.normal(1.3, 0.2, 40), below)
-        assert low <= ratio <= high
-        held += low <= 1.3 <= high
-    assert 180 <= held <= 198
+OUTLIERS = {
+    "none": (0.0, 1.0),
+    "rare and large": (0.1, 20.0),
+    "many": (0.35, 3.0),
+    "on the other side": (0.25, 0.05),
+}
+"""Share of the ratios that are multiplied, and the factor."""
+
+
+@pytest.mark.parametrize(("share", "factor"), OUTLIERS.values(), ids=OUTLIERS)
+@pytest.mark.parametrize("count", [6, 7, 9, 10, 15, 20, 30])
+def test_the_interval_holds_its_level_for_few_pairs_with_outliers(count: int, share: float, factor: float) -> None:
+    rng, samples = np.random.default_rng(2), 400
+
+    def ratios(shape: tuple[int, ...]) -> np.ndarray:
+        return rng.lognormal(0.0, 0.1, shape) * np.where(rng.random(shape) < share, factor, 1.0)
+
+    truth = np.median(ratios((200_000,)))
+    intervals = [median_interval(sample) for sample in ratios((samples, count))]
+    assert all(low <= value <= high for value, low, high in intervals)
+    held = sum(low <= truth <= high for _, low, high in intervals)
+    assert held >= 0.95 * samples - 3.0 * np.sqrt(0.05 * 0.95 * samples)
+
+
+def test_an_outlier_does_not_stretch_the_interval_beyond_the_sample() -> None:
+    value, low, high = median_interval([1.05, 1.03, 0.94, 1.0, 2.72, 1.02])
+    assert (value, low, high) == (pytest.approx(1.025), 0.94, 2.72)
+
+
+@pytest.mark.parametrize("count", range(1, 6))
+def test_fewer_than_six_pairs_have_no_interval(count: int) -> None:
+    value, low, high = median_interval([1.0] * count)
+    assert value == 1.0 and np.isnan(low) and np.isnan(high)

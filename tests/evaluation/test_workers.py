@@ -203,3 +203,35 @@ def test_ctrl_c_in_a_batch_keeps_what_has_ended_and_ends_the_workers(tiny: Path,
             return
         time.sleep(0.05)
     pytest.fail("a process is left")
+
+
+COMPUTE = """
+from drake_starnav.evaluation.workers import local_processes
+
+def compute():
+    while True:
+        pass
+
+if __name__ == "__main__":
+    with local_processes(2) as executor:
+        for _ in range(2):
+            executor.submit(compute)
+        print(*executor._processes, flush=True)
+        executor.submit(compute).result()
+"""
+
+
+@pytest.mark.skipif(not Path("/proc").exists(), reason="processes are looked up in /proc")
+@pytest.mark.parametrize("end", [signal.SIGTERM, signal.SIGKILL])
+def test_workers_end_with_the_process_that_started_them(end: signal.Signals, tmp_path: Path) -> None:
+    (tmp_path / "compute.py").write_text(COMPUTE)
+    with subprocess.Popen([sys.executable, tmp_path / "compute.py"], stdout=subprocess.PIPE, text=True) as parent:
+        assert parent.stdout is not None
+        workers_of_parent = parent.stdout.readline().split()
+        assert workers_of_parent and all(Path("/proc", worker).exists() for worker in workers_of_parent)
+        parent.send_signal(end)
+    for _ in range(400):
+        if not any(Path("/proc", worker).exists() for worker in workers_of_parent):
+            return
+        time.sleep(0.05)
+    pytest.fail("a worker outlives its parent")

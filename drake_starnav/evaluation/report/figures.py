@@ -4,13 +4,13 @@ import io
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from drake_starnav.evaluation.jobs import Record
 from drake_starnav.evaluation.report.results import Results
-from drake_starnav.evaluation.summary import ratio_interval, summarise, wilson_interval
+from drake_starnav.evaluation.summary import compare, median_interval, summarise, wilson_interval
 from drake_starnav.visualization.world_figure import WIDTH, draw_world, new_figure
 from drake_starnav.worlds import World
 
@@ -75,30 +75,30 @@ def success_figure(results: Results, share: float = 1.0) -> "Figure":
 
 
 def path_figure(results: Results, share: float = 1.0) -> "Figure | None":
-    """Mean of path over shortest path given the full map, where the goal was reached, with bootstrap intervals."""
+    """Median of path over shortest path given the full map, where the goal was reached, with its exact interval."""
     points = {}
     for pair, case in results.cases.items():
         reached = [r for r in case if r["outcome"] == "reached" and r["shortest_path_m"]]
         if reached:
             ratios = [r["path_length_m"] / r["shortest_path_m"] for r in reached]
-            value, low, high = ratio_interval(ratios, [1.0] * len(ratios))  # of the mean, as in the table
-            points[pair] = Point(value, low, high, f"{value:.3f}")
-    label = "path / shortest path, mean over the trials (95 % interval)"
+            median = median_interval(ratios)
+            points[pair] = Point(*median, f"{median.value:.3f}")
+    label = "path / shortest path, median of the trials (95 % interval)"
     return _panels(results, results.methods, points, label, share, guide=1.0) if points else None
 
 
-def comparison_figure(results: Results, field: str, label: str, share: float = 1.0) -> "Figure | None":
-    """Each method's total of a field over the first method's, on trials that both finished, with intervals."""
-    reference, *others = results.methods
+def comparison_figure(
+    results: Results, reference: str, field: Literal["time", "path"], label: str, share: float = 1.0
+) -> "Figure | None":
+    """Median of each method's time or path over the reference's, on trials that both finished, with its interval."""
     points = {}
     for (scenario, method), case in results.cases.items():
-        theirs = {r["trial"]: r for r in results.of(scenario, reference) if r["outcome"] == "reached"}
-        ours = [r for r in case if r["outcome"] == "reached" and r["trial"] in theirs]
-        if ours and method != reference:
-            pairs = [r[field] for r in ours], [theirs[r["trial"]][field] for r in ours]
-            value, low, high = (100.0 * x for x in ratio_interval(*pairs))
+        ratio = getattr(compare(case, results.of(scenario, reference)), field)
+        if ratio is not None and method != reference:
+            value, low, high = (100.0 * x for x in ratio.median)
             points[scenario, method] = Point(value, low, high, f"{value:.1f} %")
-    label = f"{label}, % of {reference}'s (95 % interval)"
+    others = [method for method in results.methods if method != reference]
+    label = f"{label}, % of {reference}'s, median of the trials (95 % interval)"
     return _panels(results, others, points, label, share, guide=100.0) if points else None
 
 

@@ -1,9 +1,11 @@
 """The report as one HTML page that requests nothing from a network; its template is page.html."""
 
 import base64
+import itertools
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.evaluation.report import figures
@@ -24,10 +26,10 @@ SECTIONS = {
     "reproduce": "How to reproduce it",
 }
 """Titles of the page's sections; those without content are left out."""
-COST_IMAGES = (
-    "path over shortest path", "time compared with the first method", "path compared with the first method",
-)  # fmt: skip
-"""The pictures of the section on cost, in words."""
+COMPARED: dict[Literal["time", "path"], str] = {"time": "time", "path": "path length"}
+"""The figures that pictures compare, in words."""
+PATH_IMAGE = "path over shortest path"
+"""The first picture of the section on cost, in words."""
 
 
 def write_page(
@@ -47,10 +49,12 @@ def write_page(
     drawings: dict[str, Callable[[float], figures.Figure | None]] = {
         "success": lambda share: figures.success_figure(results, share),
         "difficulty": lambda share: figures.difficulty_figure(results, share),
-        COST_IMAGES[0]: lambda share: figures.path_figure(results, share),
-        COST_IMAGES[1]: lambda share: figures.comparison_figure(results, "time_s", "time", share),
-        COST_IMAGES[2]: lambda share: figures.comparison_figure(results, "path_length_m", "path length", share),
+        PATH_IMAGE: lambda share: figures.path_figure(results, share),
     }
+    cost_images = [PATH_IMAGE]
+    for reference, (field, words) in itertools.product(results.references, COMPARED.items()):
+        cost_images.append(name := f"{words} compared with {reference}")
+        drawings[name] = partial(figures.comparison_figure, results, reference, field, words)
     for k, name in enumerate(results.scenarios):
         drawings[f"{k}"] = lambda share, name=name: figures.trajectory_figure(results, name, worlds, share)  # type: ignore[misc]
     images = {}
@@ -78,7 +82,7 @@ def write_page(
         made_by=list(dict.fromkeys(made_by.format(**header["versions"]) for header in results.headers)),
         ends=[ends],
         costs=costs,
-        cost_images={name: images[name] for name in COST_IMAGES},
+        cost_images={name: images[name] for name in cost_images},
         worlds=worlds,
         commands=results.commands(),
         facts=_facts(results),

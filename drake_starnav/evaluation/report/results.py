@@ -8,10 +8,12 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from drake_starnav.errors import StarnavError
+from drake_starnav.errors import StarnavError, shown
 from drake_starnav.evaluation.jobs import Record
+from drake_starnav.evaluation.suites import SUITES
 from drake_starnav.evaluation.trial_file import Header, read_trials, record_key
 from drake_starnav.loading import parse_scenario
+from drake_starnav.parameters import unknown_name
 from drake_starnav.scenario.schema import Scenario, in_world
 from drake_starnav.scenario.shipped import scenario_names
 
@@ -25,6 +27,7 @@ class Results:
 
     headers: tuple[Header, ...]
     records: tuple[Record, ...]
+    given_references: tuple[str, ...] = ()
 
     @cached_property
     def scenarios(self) -> list[str]:
@@ -33,13 +36,19 @@ class Results:
 
     @cached_property
     def methods(self) -> list[str]:
-        """Names, in the order of the headers; the first is the reference for the others."""
+        """Names, in the order of the headers."""
         return list(dict.fromkeys(case["method"] for header in self.headers for case in header["cases"]))
 
     @cached_property
     def suites(self) -> list[str]:
         """Names of the suites that the files belong to, if any."""
         return list(dict.fromkeys(header["suite"] for header in self.headers if header.get("suite")))
+
+    @cached_property
+    def references(self) -> list[str]:
+        """Methods that the others are compared with: those given, or those of the suites, or else the first."""
+        named = self.given_references or [m for name in self.suites if name in SUITES for m in SUITES[name].references]
+        return [method for method in dict.fromkeys(named) if method in self.methods] or self.methods[:1]
 
     @cached_property
     def texts(self) -> dict[tuple[str, str], str]:
@@ -90,16 +99,23 @@ def page_name(record: Record) -> str:
     return f"{plain}_{method}_{trial}.html"
 
 
-def make_results(headers: Sequence[Header], records: Sequence[Record]) -> Results:
-    """Headers and records of files, sorted."""
-    results = Results(tuple(headers), ())
+def make_results(headers: Sequence[Header], records: Sequence[Record], references: Sequence[str] = ()) -> Results:
+    """Headers and records of files, sorted.
+
+    Raises:
+        StarnavError: none of the trials is of a method of `references`; see `Results.references`.
+    """
+    results = Results(tuple(headers), (), tuple(references))
+    for name in references:
+        if name not in results.methods:
+            raise unknown_name(f"--reference {shown(name)}", name, results.methods)
     order = {key: k for k, key in enumerate((s, m) for s in results.scenarios for m in results.methods)}
     ranked = sorted(records, key=lambda r: (order[r["scenario"], r["method"]], r["trial"]))
-    return Results(results.headers, tuple(ranked))
+    return Results(results.headers, tuple(ranked), results.given_references)
 
 
-def read_results(paths: Sequence[Path]) -> Results:
-    """Read the trials of files.
+def read_results(paths: Sequence[Path], references: Sequence[str] = ()) -> Results:
+    """Read the trials of files; for `references` see `make_results`.
 
     Raises:
         StarnavError: a file is not a file of trials, its seed differs from the first one's, it repeats a trial of
@@ -131,7 +147,7 @@ def read_results(paths: Sequence[Path]) -> Results:
         records += found
     if not records:
         raise StarnavError(f"{', '.join(map(str, paths))}: no trial has ended yet; allowed: at least one")
-    return make_results(headers, records)
+    return make_results(headers, records, references)
 
 
 def _task(case: Mapping[str, str], header: Header) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 import csv
 import io
+import math
 from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
@@ -12,6 +13,7 @@ from drake_starnav.evaluation.jobs import Record
 from drake_starnav.evaluation.report.results import Results
 from drake_starnav.evaluation.suites import SUITES, suite_table
 from drake_starnav.evaluation.summary import (
+    PairedRatio,
     Table,
     by_robot,
     compare,
@@ -44,7 +46,7 @@ def further_figures(records: Sequence[Record]) -> list[str]:
 def suite_tables(results: Results) -> list[tuple[str, Table]]:
     """Title and cells of the table of each suite that the trials belong to."""
     suites = [SUITES[name] for name in results.suites if name in SUITES]
-    return [(suite.meaning, suite_table(suite, results.records)) for suite in suites]
+    return [(suite.meaning, suite_table(suite, results.records, results.given_references)) for suite in suites]
 
 
 def result_tables(results: Results) -> list[tuple[str, Table]]:
@@ -57,9 +59,9 @@ def result_tables(results: Results) -> list[tuple[str, Table]]:
     further = further_figures(results.records)
     if further:
         tables.append(("Further figures, means over the trials that reached the goal", _further(results, further)))
-    if len(results.methods) > 1:
-        title = f"Compared with {results.methods[0]}, on the trials that both reached"
-        tables.append((title, _comparison(results)))
+    for reference in results.references if len(results.methods) > 1 else ():
+        title = f"Compared with {reference}, times and paths on the trials that both reached"
+        tables.append((title, comparison_table(results, reference)))
     return tables
 
 
@@ -81,13 +83,32 @@ def summary_csv(results: Results) -> str:
             row |= {name: value.get(name, 0) for name in failures} if isinstance(value, dict) else {name: value}
         row["success_low"], row["success_high"] = row.pop("interval")
         case = results.of(summary.scenario, summary.method)
-        rows.append(row | {name: mean_of(case, name) for name in further if name not in row})
+        row |= {name: mean_of(case, name) for name in further if name not in row}
+        for reference in results.references:
+            row |= _comparison_figures(case, results.of(summary.scenario, reference), reference)
+        rows.append(row)
     names = list(dict.fromkeys(name for row in rows for name in row))
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n", quoting=csv.QUOTE_NONNUMERIC)
     writer.writerow(names)
     writer.writerows([row.get(name, "") for name in names] for row in rows)
     return text.getvalue()
+
+
+def _comparison_figures(case: Sequence[Record], others: Sequence[Record], reference: str) -> dict[str, Any]:
+    """The figures of a comparison as columns of the CSV."""
+    pair = compare(case, others)
+    figures: dict[str, Any] = {"both_reached": pair.trials}
+    for name, ratio in (("time", pair.time), ("path", pair.path)):
+        if ratio is not None:
+            value, *ends = ratio.median
+            low, high = ("" if math.isnan(end) else end for end in ends)
+            figures |= {f"{name}_ratio_mean": ratio.mean, f"{name}_ratio_median": value}
+            figures |= {f"{name}_ratio_median_low": low, f"{name}_ratio_median_high": high}
+            figures[f"{name}_ratio_of_sums"] = ratio.of_sums
+    figures |= {"reached_alone": pair.reached_alone, "other_reached_alone": pair.other_reached_alone}
+    figures["success_p_value"] = pair.success_p_value
+    return {f"{name}_to_{reference}": figure for name, figure in figures.items()}
 
 
 def mean_of(records: Sequence[Record], name: str) -> float | None:
@@ -111,11 +132,23 @@ def _further(results: Results, names: Sequence[str]) -> Table:
     return ("scenario", "method", *map(label_of, names)), rows
 
 
-def _comparison(results: Results) -> Table:
+def comparison_table(results: Results, reference: str) -> Table:
+    """Each method against the reference: ratios in per cent, and the paired test of success."""
     rows = []
     for (scenario, method), case in results.cases.items():
-        if method != results.methods[0]:
-            result = compare(case, results.of(scenario, results.methods[0]))
-            ratios = number(result.time_ratio, 1, 100.0), number(result.path_ratio, 1, 100.0)
-            rows.append((scenario, method, str(result.trials), *ratios))
-    return ("scenario", "method", "both reached", "time, %", "path length, %"), rows
+        if method != reference:
+            pair = compare(case, results.of(scenario, reference))
+            ratios = (cell for ratio in (pair.time, pair.path) for cell in ratio_cells(ratio))
+            alone = f"{pair.reached_alone} / {pair.other_reached_alone}"
+            rows.append((scenario, method, str(pair.trials), *ratios, alone, number(pair.success_p_value, 4)))
+    columns = [f"{name}, %{kind}" for name in ("time", "path") for kind in (": mean of ratios", ": median", ": of sums")]
+    return ("scenario", "method", "both reached", *columns, "only it / only the other reached", "p (McNemar)"), rows
+
+
+def ratio_cells(ratio: PairedRatio | None) -> tuple[str, str, str]:
+    """Mean, median with its 95 % interval if there is one, and ratio of sums, in per cent."""
+    if ratio is None:
+        return "-", "-", "-"
+    value, low, high = ratio.median
+    interval = "" if math.isnan(low) else f" ({number(low, 1, 100.0)} to {number(high, 1, 100.0)})"
+    return number(ratio.mean, 1, 100.0), number(value, 1, 100.0) + interval, number(ratio.of_sums, 1, 100.0)

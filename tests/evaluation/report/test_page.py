@@ -134,7 +134,9 @@ def test_files_of_different_versions_are_told_apart(report) -> None:
 
 
 def test_the_page_compares_times_and_paths(monkeypatch) -> None:
-    asked: list[tuple[str, str]] = []
-    monkeypatch.setattr(figures, "comparison_figure", lambda results, field, label, share: asked.append((field, label)))
-    write_page(made_up(trials=2), worlds=1)
-    assert asked == [("time_s", "time")] * 2 + [("path_length_m", "path length")] * 2  # for wide and narrow windows
+    asked: list[tuple[str, ...]] = []
+    monkeypatch.setattr(figures, "comparison_figure", lambda results, *what: asked.append(what[:3]))
+    results = made_up(trials=2)
+    write_page(results, worlds=1)
+    first = results.methods[0]
+    assert asked[::2] == asked[1::2] == [(first, "time", "time"), (first, "path", "path length")]  # wide and narrow
