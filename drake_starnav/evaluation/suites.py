@@ -95,8 +95,8 @@ def suite_table(suite: Suite, records: Sequence[Record], references: Sequence[st
             rows.append(
                 (
                     *case, reference,
-                    number(pair.time and pair.time.mean, 1, 100.0), number(paper.time_percent, 1),
-                    number(pair.path and pair.path.mean, 1, 100.0), number(paper.path_percent, 1), str(pair.trials),
+                    number(pair.time_ratio, 1, 100.0), number(paper.time_percent, 1),
+                    number(pair.path_ratio, 1, 100.0), number(paper.path_percent, 1), str(pair.trials),
                     rate_text(summary.reached, summary.trials), number(paper.success_percent, 1),
                     number(summary.command_p50_s, 3, 1e3), number(paper.command_ms, 2),
                 )

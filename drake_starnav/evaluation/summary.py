@@ -175,6 +175,16 @@ class Comparison:
     other_reached_alone: int
     success_p_value: float
 
+    @property
+    def time_ratio(self) -> float | None:
+        """Mean of the ratios of times, the paper's TTR as a fraction; None if there is no trial."""
+        return None if self.time is None else self.time.mean
+
+    @property
+    def path_ratio(self) -> float | None:
+        """Mean of the ratios of path lengths, the paper's PLR as a fraction; None if there is no trial."""
+        return None if self.path is None else self.path.mean
+
 
 def compare(records: Sequence[Record], reference: Sequence[Record]) -> Comparison:
     """Compare two sets of trials with the same batch seed; trials are paired by scenario and number."""

@@ -251,9 +251,9 @@ def ablation_plot(results: Results, scenarios: Sequence[str]) -> bytes:
             success.plot([100 * low, 100 * high], [y + offsets[k]] * 2, color=colour, linewidth=1.2)
             success.plot(100 * reached / len(trials), y + offsets[k], **style)
             collisions.plot(100 * count(trials, "collision") / len(trials), y + offsets[k], **style)
-            time = compare(trials, results[REFERENCE.name]).time
-            if time is not None:
-                ratio.plot(time.mean, y + offsets[k], **style)
+            time_ratio = compare(trials, results[REFERENCE.name]).time_ratio
+            if time_ratio is not None:
+                ratio.plot(time_ratio, y + offsets[k], **style)
     success.set_yticks(range(len(results)), list(results))
     success.invert_yaxis()
     success.set_xlim(-3.0, 103.0)

@@ -130,13 +130,12 @@ def comparison_head(scenarios: Sequence[str], reference: str) -> list[str]:
 
 
 def comparison_cells(records: Sequence[Record], reference: Sequence[Record], scenarios: Sequence[str]) -> list[str]:
-    """Per scenario: rate of success, collisions, and mean of the times over the reference's where both reached the goal."""
+    """Per scenario: rate of success, collisions, and time over the reference's where both reached the goal."""
     cells = []
     for scenario in scenarios:
         trials = of_scenario(records, scenario)
-        time = compare(trials, reference).time
-        ratio = number(time and time.mean, 2)
-        cells += [rate_text(count(trials, "reached"), len(trials)), str(count(trials, "collision")), ratio]
+        ratio = compare(trials, reference).time_ratio
+        cells += [rate_text(count(trials, "reached"), len(trials)), str(count(trials, "collision")), number(ratio, 2)]
     return cells
 
 

@@ -153,7 +153,7 @@ def _methods_table(results: Results, summaries: dict[tuple[str, str], Summary]) 
             s = summaries.get((scenario, method))
             rates.append(f"{100.0 * s.reached / s.trials:.1f} %" if s and s.trials else "-")
         pair = compare([r for r in results.records if r["method"] == method], first)
-        rows.append((method, *rates, *(number(ratio and ratio.mean, 1, 100.0) for ratio in (pair.time, pair.path))))
+        rows.append((method, *rates, number(pair.time_ratio, 1, 100.0), number(pair.path_ratio, 1, 100.0)))
     head = ("method", *(f"{scenario}: reached" for scenario in results.scenarios), "time, %", "path length, %")
     return markdown_table(head, rows)
 

@@ -141,7 +141,9 @@ def comparison_table(results: Results, reference: str) -> Table:
             ratios = (cell for ratio in (pair.time, pair.path) for cell in ratio_cells(ratio))
             alone = f"{pair.reached_alone} / {pair.other_reached_alone}"
             rows.append((scenario, method, str(pair.trials), *ratios, alone, number(pair.success_p_value, 4)))
-    columns = [f"{name}, %{kind}" for name in ("time", "path") for kind in (": mean of ratios", ": median", ": of sums")]
+    columns = [
+        f"{name}, %{kind}" for name in ("time", "path") for kind in (": mean of ratios", ": median", ": of sums")
+    ]
     return ("scenario", "method", "both reached", *columns, "only it / only the other reached", "p (McNemar)"), rows
 
 
