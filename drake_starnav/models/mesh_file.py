@@ -2,6 +2,7 @@
 
 import io
 import json
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -14,6 +15,9 @@ from drake_starnav.errors import StarnavError, said_by
 Y_UP = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, -1.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
 """From glTF's axes, y up, to those with z up, as Drake turns it."""
 
+
+COLOR = re.compile(rb"(<(color|float)\b[^>]*>)([^<]*)(?=</)")
+"""Numbers of a look in COLLADA."""
 
 Beside = Path | Mapping[str, bytes]
 
@@ -69,6 +73,8 @@ def _read(data: bytes, suffix: str, beside: Beside) -> Any:
     """The scene of a file; errors as of `mesh_triangles`."""
     import trimesh  # late: only worlds and robots with such meshes need it
 
+    if suffix == ".dae":
+        data = COLOR.sub(_readable_color, data)
     try:
         if suffix == ".gltf":
             json.loads(data)  # of which trimesh says that another file is missing
@@ -86,6 +92,15 @@ def _read(data: bytes, suffix: str, beside: Beside) -> Any:
     if suffix == ".dae":
         scene = scene.convert_units("meters")
     return scene.apply_transform(Y_UP) if suffix in (".gltf", ".glb") else scene
+
+
+def _readable_color(found: re.Match[bytes]) -> bytes:
+    """Numbers of a look as they are, or white where one is none: a reader would give up the triangles as well."""
+    try:
+        [float(word) for word in found[3].split()]
+        return found[0]
+    except ValueError:
+        return found[1] + (b"1 1 1 1" if found[2] == b"color" else b"1")
 
 
 def depth_in_hull(vertices: np.ndarray, triangles: np.ndarray) -> float:

@@ -6,16 +6,19 @@ extruded polylines as OBJ files, one for each connected piece, with whose convex
 colour of what is only seen.
 """
 
+import math
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from copy import deepcopy
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
 from drake_starnav.errors import StarnavError, said_by, shown
 from drake_starnav.models.model_folders import FOLDERS, find
 from drake_starnav.models.obj_files import SOLIDS, check_faces, converted, painted, write, write_obj
+from drake_starnav.models.xacro_files import expand_macros
 from drake_starnav.utils.files import no_file, read_bytes, reading
 
 DRAKE_NAMESPACE = "http://drake.mit.edu"
@@ -24,11 +27,14 @@ SHOWN_BY_DRAKE, PAINTED = (".obj", ".gltf"), (".dae", ".stl", ".glb")
 """Visual meshes: those that Drake's Meshcat shows, and those that are converted."""
 EVERYWHERE = ("sun", "ground_plane")
 """Included models without which no world of Gazebo's is: there is a floor and light already."""
+HAS_MACROS = re.compile(rb"<xacro:|\$[{(]")
 MOST_LINKS = 2000
 """Links of a model with all that it includes: a few small files that include each other may mean millions."""
 LARGEST_LENGTH = 1e6
 """The largest coordinate or extent in a model, m."""
 _PRIMITIVES = {"box", "sphere", "cylinder", "capsule", "ellipsoid", "empty"}
+_NUMBERS = ("xyz", "rpy", "size", "radius", "length", "scale")
+"""Attributes of a look in URDF that hold numbers."""
 _OF_WORLD = {"world", "model", "include", "frame", "joint"}
 _KEPT = {
     "sdf": {"world", "model"},
@@ -90,8 +96,8 @@ class Models:
             data = self._bytes(path, "model")
             if path.name.endswith((".dmd.yaml", ".yaml")):
                 text, suffix = self.directives(data.decode("utf-8", "replace"), path.parent), ".dmd.yaml"
-            elif path.suffix.lower() in (".sdf", ".world", ".urdf"):
-                root = self._parsed(data, path)
+            elif path.suffix.lower() in (".sdf", ".world", ".urdf", ".xacro"):
+                root = self._parsed(expanded(data, path, {}, f"model {path}"), path)
                 if root.tag == "robot":
                     self.urdf(root, path)
                 else:
@@ -121,6 +127,7 @@ class Models:
     def urdf(self, root: Element, path: Path) -> None:
         """Let all links of a robot collide with shapes that Drake reads, and have no looks that it does not."""
         self._add_links(1 + sum(1 for _ in root.iter("link")), path)
+        self._keep_readable_looks(root)
         for link in root.iter("link"):
             for visual in link.findall("visual"):
                 mesh, bare = visual.find("geometry/mesh"), visual.find("material") is None
@@ -137,6 +144,30 @@ class Models:
                 pieces = self._pieces(mesh.get("filename", ""), path.parent, f"model {path}: link {link.get('name')}")
                 for copy, piece in _shared_out(collision, link, pieces):
                     copy.find("geometry/mesh").set("filename", piece)  # type: ignore[union-attr]
+
+    def _keep_readable_looks(self, root: Element) -> None:
+        """Give each look of a robot its colour, white where none is said, as RViz does; drop a look that has no shape
+        because a number of it is none."""
+        for color in root.iter("color"):
+            rgba = color.get("rgba", "")
+            if len(rgba.split()) != 4 or not all(0.0 <= _number(word) <= 1.0 for word in rgba.split()):
+                self.unseen.add(f"colour {shown(rgba)} (allowed: four numbers from 0 to 1)")
+                color.set("rgba", "1 1 1 1")
+        colors = {
+            each.get("name"): each.find("color") for each in root.iter("material") if each.find("color") is not None
+        }
+        for link in root.iter("link"):
+            for visual in link.findall("visual"):
+                said = " ".join(each.get(key, "") for each in visual.iter() for key in _NUMBERS).split()
+                if not all(math.isfinite(_number(word)) for word in said):
+                    link.remove(visual)
+                    self.unseen.add(f"a look of link {link.get('name')} (a number is not finite)")
+                for material in visual.findall("material"):
+                    if len(material) == 0:
+                        material.append(deepcopy(colors.get(material.get("name"), Element("color", rgba="1 1 1 1"))))
+                    color = material.find("color")
+                    if color is not None:  # under a name of its own: one name may have several colours
+                        material.set("name", f"{material.get('name', '')} {color.get('rgba')}")
 
     def _sdf(self, root: Element, path: Path) -> None:
         if root.tag != "sdf":
@@ -297,6 +328,17 @@ class Models:
         return root
 
 
+def expanded(data: bytes, path: Path, arguments: Mapping[str, Any], place: str) -> bytes:
+    """The content of a model file, with its macros of xacro expanded if it has any; errors as of `expand_macros`."""
+    if HAS_MACROS.search(re.sub(rb"<!--.*?-->", b"", data, flags=re.DOTALL)):
+        return expand_macros(path, arguments, place)
+    if arguments:
+        raise StarnavError(
+            f"robot.xacro_args is {shown(arguments)} with the model {path}, which has no macros of xacro; allowed: none"
+        )
+    return data
+
+
 def parsed_xml(data: bytes) -> Element:
     """The root of an XML file, which need not declare the prefix `drake`: Drake takes it as it is."""
     ElementTree.register_namespace("drake", DRAKE_NAMESPACE)  # Drake reads the prefix, not the namespace
@@ -324,6 +366,14 @@ def _length(word: str) -> float:
         return abs(float(word))
     except ValueError:
         return 0.0
+
+
+def _number(word: str) -> float:
+    """Return a number; NaN of other words."""
+    try:
+        return float(word)
+    except ValueError:
+        return math.nan
 
 
 def _name_in(include: Element) -> str:

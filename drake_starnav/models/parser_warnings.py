@@ -1,25 +1,28 @@
-"""What Drake's parser refuses, or skips with no more than a warning although it blocks the way or moves."""
+"""What Drake's parser refuses, or skips with no more than a warning although it blocks the way."""
 
 import logging
 import logging.handlers
 import re
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from drake_starnav.errors import StarnavError, said_by
 
-SKIPPED = re.compile(r"element in geometry|geom\b.*\btype|inertia", re.IGNORECASE)
-"""Warnings of shapes that are left out, and of inertias that are replaced by others."""
+SKIPPED = re.compile(r"element in geometry|geom\b.*\btype", re.IGNORECASE)
+"""Warnings of shapes that are left out."""
+REPLACED = re.compile(r"inertia", re.IGNORECASE)
+"""Warnings of inertias that are replaced by others; of all other warnings none matters here."""
 
 
 @contextmanager
 def parsing(place: str, allowed: str = "what Drake's parser reads", said: Callable[[str], str] = str) -> Iterator[None]:
-    """Refuse what Drake's parser does, and what it skips; its other warnings, which do not matter here, are not shown.
+    """Refuse what Drake's parser does, and shapes that it skips; warn of inertias that it replaces.
 
     `place` names the file, `allowed` says what can be read, and `said` how a message of the parser is told.
 
     Raises:
-        StarnavError: the parser raised an error, or skipped a shape or an inertia.
+        StarnavError: the parser raised an error, or skipped a shape.
     """
     log, found = logging.getLogger("drake"), logging.handlers.MemoryHandler(10**6, flushLevel=logging.CRITICAL + 1)
     found.setLevel(logging.WARNING)
@@ -34,7 +37,10 @@ def parsing(place: str, allowed: str = "what Drake's parser reads", said: Callab
         raise StarnavError(f"{place} cannot be read: {reason}; allowed: {allowed}") from None
     finally:
         log.handlers, log.propagate = handlers, passed_on
-    for message in filter(SKIPPED.search, (record.getMessage() for record in found.buffer)):
+    messages = [record.getMessage() for record in found.buffer]
+    for message in filter(SKIPPED.search, messages):
         raise StarnavError(
-            f"{place} cannot be read: {said_by(ValueError(message))}; allowed: what Drake's parser reads"
+            f"{place} cannot be read: {said_by(ValueError(said(message)))}; allowed: what Drake's parser reads"
         )
+    for message in filter(REPLACED.search, messages):
+        warnings.warn(f"{place}: {said_by(ValueError(said(message)))}", stacklevel=4)

@@ -79,6 +79,16 @@ def _check_body(declared: RobotParameters, robot: RobotInterface) -> None:
         )
 
 
+def check_time_step(robot: RobotInterface) -> None:
+    """Raise a `StarnavError` where a discrete plant's steps are too long for a robot."""
+    step, longest = robot.plant.time_step(), robot.longest_step
+    if step > longest:
+        raise StarnavError(
+            f"the plant's time step is {step:g} s (simulation.time_step); allowed: at most {longest:.3g} s, "
+            "as so small a robot would hop in longer ones, or a continuous plant"
+        )
+
+
 def validated_margins(scenario: Scenario, mounts: Sequence[Mount] = (ON_AXIS,)) -> Margins:
     """The margins of a scenario, by the mounts of its lidars; a `StarnavError` where no guarantee would hold."""
     controller, lidars = scenario.controller, scenario.all_lidars

@@ -11,7 +11,7 @@ from drake_starnav.navigation.methods import BY_KIND, SHIELDED, LoopConfig
 from drake_starnav.navigation.parts import AS_DECLARED, Navigation, Parts
 from drake_starnav.navigation.robot import robot_world, scan_ports
 from drake_starnav.navigation.sources import control_sources
-from drake_starnav.navigation.validation import check_interface, check_start, validated_margins
+from drake_starnav.navigation.validation import check_interface, check_start, check_time_step, validated_margins
 from drake_starnav.safety.certificates import Certificate
 from drake_starnav.safety.zones import KeepOut
 from drake_starnav.scenario.schema import Scenario
@@ -73,6 +73,7 @@ def add_navigation(
         station = builder.AddNamedSystem("station", NavigationStation(world, scenario, seed=seed))
     config = LoopConfig(scenario, validated_margins(scenario, station.mounts), stopwatch)
     if isinstance(station, StationInterface):
+        check_time_step(station.robot_interface)
         check_start(world, scenario, station.mounts, config.margins.safety)
     goal = add_system(builder, "goal", parts.goal or _goal(scenario, world), "goal")
     navigation = Navigation(world, station, goal)

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from types import MappingProxyType
-from typing import Any
+from typing import Any, TypeVar
 
 from pydrake.common.yaml import yaml_dump, yaml_dump_typed, yaml_load, yaml_load_typed
 from pydrake.geometry import GeometryId, SceneGraph
@@ -19,16 +19,16 @@ from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.schema import SimulationParameters
 from drake_starnav.station.model_world import drop_floors
 from drake_starnav.station.moving_bodies import add_moving_obstacles
+from drake_starnav.station.robot_geometry import LONGEST_STEP
+from drake_starnav.station.robot_interface import RobotInterface
 from drake_starnav.station.robot_model import add_robot
 from drake_starnav.station.world_geometry import add_ground, add_still_obstacles
 from drake_starnav.worlds.world import World
 
+Part = TypeVar("Part", bound=System)
+
 DISCRETE_ONLY = frozenset(("discrete_contact_approximation", "sap_near_rigid_threshold", "use_sampled_output_ports"))
 """Settings of a plant that a continuous one ignores."""
-LONGEST_STEP = 0.025
-"""Longest step of a continuous plant, s: a default period of commands; events end steps earlier. Over 19 m by recorded
-twists, with nothing that steers it back, a robot ends 4 to 9 cm from where steps of half the length take it."""
-
 LEAST = {"max_step_size": 1e-5, "accuracy": 1e-9, "penetration_allowance": 1e-9, "stiction_tolerance": 1e-9}
 """Least values of Drake's settings that may not be zero; a run with shorter steps, s, would never end."""
 
@@ -53,10 +53,10 @@ def make_simulator(
 ) -> Simulator:
     """A simulator that steps a continuous plant by Drake's CENIC integrator, and a discrete one as any does.
 
-    Steps end at events and are no longer than `LONGEST_STEP`; their size is not adapted to the error, so that a run
-    follows from its context alone: a clone of it goes the same way. A plant's state that is not finite ends it with a
-    `StarnavError`. Updates see the geometry where it is; publish events see it where the last step began, for CENIC in
-    Drake 1.51 leaves the poses of then in the cache.
+    Steps end at events and are no longer than the robots bear, see `RobotModel.longest_step`; their size is not adapted
+    to the error, so that a run follows from its context alone: a clone of it goes the same way. A plant's
+    state that is not finite ends it with a `StarnavError`. Updates see the geometry where it is; publish events see it
+    where the last step began, for CENIC in Drake 1.51 leaves the poses of then in the cache.
 
     Args:
         diagram: the integrator finds a continuous plant under the name "plant" directly in it.
@@ -68,14 +68,14 @@ def make_simulator(
     if diagram.HasSubsystemNamed("plant") and diagram.GetSubsystemByName("plant").num_continuous_states() > 0:
         ours = SimulatorConfig(
             integration_scheme="cenic",
-            max_step_size=LONGEST_STEP,
+            max_step_size=min((robot.longest_step for robot in _parts(diagram, RobotInterface)), default=LONGEST_STEP),
             use_error_control=False,
             start_time=simulator.get_context().get_time(),
         )
         ApplySimulatorConfig(scenario_simulator_config(settings, ours), simulator)
     elif settings:
         ApplySimulatorConfig(scenario_simulator_config(settings), simulator)
-    simulator.set_monitor(_monitor(list(_plants(diagram))))
+    simulator.set_monitor(_monitor(list(_parts(diagram, MultibodyPlant))))
     return simulator
 
 
@@ -89,7 +89,7 @@ def advance(simulator: Simulator, time: float) -> SimulatorStatus:
     try:
         return simulator.AdvanceTo(time)
     except RuntimeError as error:
-        _check_finite(_plants(simulator.get_system()), simulator.get_context())
+        _check_finite(_parts(simulator.get_system(), MultibodyPlant), simulator.get_context())
         if error.__traceback__ is not None and error.__traceback__.tb_next is not None:
             raise  # from a system in Python
         now = simulator.get_context().get_time()
@@ -103,13 +103,13 @@ def value_of(port: OutputPort, root: Context) -> Any:
     return port.Eval(port.get_system().GetMyContextFromRoot(root))
 
 
-def _plants(system: System) -> Iterator[MultibodyPlant]:
-    """The plants in a system, at any depth."""
-    if isinstance(system, MultibodyPlant):
+def _parts(system: System, kind: type[Part]) -> Iterator[Part]:
+    """The systems of a kind in a system, at any depth."""
+    if isinstance(system, kind):
         yield system
     elif isinstance(system, Diagram):
         for part in system.GetSystems():
-            yield from _plants(part)
+            yield from _parts(part, kind)
 
 
 def _check_finite(plants: Iterable[MultibodyPlant], context: Context) -> None:

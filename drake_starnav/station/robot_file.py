@@ -2,7 +2,6 @@
 
 import math
 import os
-import re
 import warnings
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Collection
@@ -12,8 +11,7 @@ from typing import NamedTuple
 from pydrake.math import RigidTransform
 
 from drake_starnav.errors import StarnavError, shown
-from drake_starnav.models.model_files import Models, parsed_xml
-from drake_starnav.models.xacro_files import expand_macros
+from drake_starnav.models.model_files import Models, expanded, parsed_xml
 from drake_starnav.robot import MODEL_FILES, RobotParameters
 from drake_starnav.station.robot_body import link_at, pose_of, set_pose, undressed
 from drake_starnav.utils.files import read_bytes, reading
@@ -57,13 +55,7 @@ def robot_urdf(robot: RobotParameters) -> ModelText:
     place, allowed = f"robot model {path}", "a URDF file with one robot"
     data = read_bytes(path, place, allowed)
     with reading(place, allowed):
-        macros = re.search(rb"<xacro:|\$[{(]", data) is not None
-        if robot.xacro_args and not macros:
-            raise StarnavError(
-                f"robot.xacro_args is {shown(robot.xacro_args)} with the model {path}, which has no macros of xacro; "
-                "allowed: none"
-            )
-        root = parsed_xml(expand_macros(path, robot.xacro_args, place) if macros else data)
+        root = parsed_xml(expanded(data, path, robot.xacro_args, place))
     for part in list(root):
         if part.tag not in KEPT and not part.tag.startswith("{"):
             root.remove(part)

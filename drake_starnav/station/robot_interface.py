@@ -56,6 +56,7 @@ class RobotInterface(Diagram):
         heights: of the lidars above the floor z = 0, with all joints at their defaults, m.
         top: height of its highest collision shape, with all joints at zero, m.
         body_top: the same without `robot.overhangs`.
+        longest_step: of a plant with which it drives as told, s.
         reach: how far any point that collides is from base_link's origin, m, however the robot is tilted.
         robot_geometries: collision shapes of all that.
         sticking_out: tells of a robot's parameters by how much what collides, with all joints at their defaults and
@@ -93,6 +94,7 @@ class RobotInterface(Diagram):
         bodies = joined_bodies(plant, model)
         poses = {i: plant.CalcRelativeTransform(context, base, plant.get_body(i).body_frame()) for i in bodies}
         placed = RobotModel(plant, scene_graph, model)
+        self.longest_step = placed.longest_step()
         self._drive = None if self.robot.drive.holonomic else drive_geometry(placed)
         self.sticking_out = functools.partial(sticking_out, placed, poses)
         builder = DiagramBuilder()

@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+import re
 import warnings
 from collections.abc import Iterator
 from typing import Any
@@ -108,8 +109,19 @@ def _empty_plant() -> tuple[MultibodyPlant, SceneGraph]:
 
 
 def _parsed(parser: Parser, root: ElementTree.Element, path: str) -> ModelInstanceIndex:
-    with parsing(f"robot model {path}", "a URDF file with one robot"):
-        (model,) = parser.AddModelsFromString(ElementTree.tostring(root, encoding="unicode"), "urdf")
+    ElementTree.indent(root)  # one element a line, by which the parser names it
+    text = ElementTree.tostring(root, encoding="unicode")
+
+    def said(message: str) -> str:
+        """A message with the link instead of a line of a file that nobody has."""
+        found = re.match(r"<literal-string>\.urdf:(\d+): (?:error|warning): ", message)
+        if found is None:
+            return message
+        links = re.findall(r'<link name="([^"]*)"', "\n".join(text.splitlines()[: int(found[1])]))
+        return f"link {links[-1]}: {message[found.end() :]}" if links else message[found.end() :]
+
+    with parsing(f"robot model {path}", "a URDF file with one robot", said):
+        (model,) = parser.AddModelsFromString(text, "urdf")
     return model
 
 

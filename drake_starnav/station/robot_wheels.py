@@ -27,8 +27,9 @@ CASTER_CLEARANCE = 0.005
 CASTER_RADIUS = 0.02
 LIFTED = 5e-5
 """Casters clear the floor by this, m: the wheels carry the weight, and with it the grip."""
-STIFFNESS = 1e7
-"""Stiffness of a wheel whose file says none, N/m: the load does not shorten the radius that it rolls on."""
+STIFFNESS, STIFFNESS_PER_MASS = 1e7, 1.25e6
+"""Largest stiffness of a wheel whose file says none, N/m, and that for each kg of its robot: under its load it sinks by
+some 4 um, so that the load does not shorten the radius that it rolls on; a harder one would let a light robot hop."""
 ALONG_Z = np.array([0.0, 0.0, 1.0])
 
 
@@ -212,8 +213,12 @@ def _roll(robot: RobotModel, joint: RevoluteJoint, span: _Span, *, slides: bool)
             robot.keep_off_floor(geometry, own)
     assert properties is not None
     if not properties.HasProperty("material", "point_contact_stiffness"):
-        properties.AddProperty("material", "point_contact_stiffness", STIFFNESS)
+        properties.AddProperty("material", "point_contact_stiffness", _stiffness(robot))
     _register(robot, link, middle, span.radius, None if slides else properties)
+
+
+def _stiffness(robot: RobotModel) -> float:
+    return min(STIFFNESS, STIFFNESS_PER_MASS * sum(link.default_mass() for link in robot.links))
 
 
 def _register(
@@ -244,7 +249,7 @@ def _add_grip(robot: RobotModel, name: str, place: np.ndarray, radius: float) ->
     plant.AddJointActuator(name, joint)
     properties = ProximityProperties()
     properties.AddProperty("material", "coulomb_friction", CoulombFriction(1.0, 1.0))
-    properties.AddProperty("material", "point_contact_stiffness", STIFFNESS)
+    properties.AddProperty("material", "point_contact_stiffness", _stiffness(robot))
     _register(robot, link, RigidTransform(), radius, properties)
 
 

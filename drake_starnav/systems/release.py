@@ -60,6 +60,8 @@ def declare_vector(
 def release(holder: Diagram | DiagramBuilder) -> None:
     """Release a diagram, or the contents of a builder not yet built: once nothing refers to it, its memory is freed.
 
+    Systems of classes of the user's keep their attributes.
+
     Args:
         holder: it must not be simulated or read any more, nor its systems.
     """
@@ -67,6 +69,12 @@ def release(holder: Diagram | DiagramBuilder) -> None:
         if isinstance(system, Diagram):
             release(system)
         else:
-            vars(system).clear()
+            _empty(system)
             setattr(system, RELEASED, True)
-    vars(holder).clear()
+    _empty(holder)
+
+
+def _empty(system: Any) -> None:
+    """Empty what is of this package; what a system of the user's noted is the user's, even if Drake 1.51 keeps it."""
+    if type(system).__module__.partition(".")[0] in ("drake_starnav", "pydrake"):
+        vars(system).clear()

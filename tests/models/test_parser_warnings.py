@@ -1,4 +1,4 @@
-"""No shape and no inertia is left out of a plant with no more than a warning."""
+"""No shape is left out of a plant with no more than a warning, and no inertia replaced without one."""
 
 import pytest
 from pydrake.multibody.parsing import Parser
@@ -25,10 +25,14 @@ def parse(text: str, kind: str) -> None:
     [
         (LINK.format(COLLISION.format("<cone/>", "")), "sdf"),
         (LINK.format(COLLISION.format("<polyline><point>0 0</point><height>1</height></polyline>", "")), "sdf"),
-        (f'<robot name="r"><link name="l">{INERTIA}</link></robot>', "urdf"),
     ],
 )
 def test_what_matters_is_refused(text: str, kind: str) -> None:
     with pytest.raises(StarnavError, match="model m cannot be read: .*; allowed: what Drake's parser reads") as caught:
         parse(text, kind)
     assert "\n" not in str(caught.value)
+
+
+def test_an_inertia_that_is_replaced_is_a_warning() -> None:
+    with pytest.warns(UserWarning, match="model m: .*inertia"):
+        parse(f'<robot name="r"><link name="l">{INERTIA}</link></robot>', "urdf")

@@ -1,5 +1,6 @@
 """The continuous plant goes as the discrete one does, and its simulator as its context says."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -21,13 +22,14 @@ from drake_starnav.simulation.run import run_trial
 from drake_starnav.station.navigation_station import Station, add_station
 from drake_starnav.station.plant import (
     DISCRETE_ONLY,
-    LONGEST_STEP,
     advance,
     make_simulator,
     plant_config,
     scenario_plant_config,
 )
+from drake_starnav.station.robot_geometry import LONGEST_STEP
 from drake_starnav.worlds.world import World
+from scripts.experiments.plant_error import cart_scenario
 
 LIDAR = LidarParameters(beams=36)
 OPEN = World("open", (0.0, 0.0, 0.4), (5.0, 0.0))
@@ -204,3 +206,10 @@ def test_what_drake_does_not_know_is_refused(text: str, words: str) -> None:
 def test_a_solver_that_would_not_turn_the_wheels_is_refused() -> None:
     with pytest.raises(StarnavError, match="is 'tamsi', .*; allowed: sap, similar, lagged$"):
         scenario_plant_config({"discrete_contact_approximation": "tamsi"}, plant_config(0.005))
+
+
+def test_steps_too_long_for_a_small_robot_are_refused_with_the_figure(tmp_path) -> None:
+    scenario = cart_scenario(0.02, tmp_path)
+    with pytest.raises(StarnavError, match=r"time step is 0\.005 s .*; allowed: at most 0\.00312 s"):
+        make_diagram(scenario)
+    make_diagram(dataclasses.replace(scenario, simulation=dataclasses.replace(scenario.simulation, time_step=0.003)))

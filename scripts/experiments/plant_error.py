@@ -1,0 +1,146 @@
+"""How far the plant of a robot of any size strays from a plant with steps of 0.5 ms, beside its safety margin.
+
+The same random twists, within the robot's limits, drive both; what counts is how far their ways differ within the time
+in which the certificate trusts the motion: a scan's period, and the time to brake. That commands take effect half a
+step late is left out: the margins count a whole period of commands for it. Writes a table:
+
+    python scripts/experiments/plant_error.py
+"""
+
+import argparse
+import math
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import LogVectorOutput, TrajectorySource, ZeroOrderHold
+from pydrake.trajectories import PiecewisePolynomial
+
+from drake_starnav import World, make_simulator, parse_scenario
+from drake_starnav.scenario.margins import derive_margins
+from drake_starnav.scenario.schema import Scenario
+from drake_starnav.station.navigation_station import add_station
+
+RADII = (0.02, 0.03, 0.04, 0.06, 0.1, 0.3, 1.0, 3.0)
+"""m."""
+PERIOD, SECONDS, EXACT = 0.025, 3.0, 0.0005
+"""Of the commands; of a drive; a step of the plant that is compared with, s."""
+
+
+class PlantError(NamedTuple):
+    """Of a robot of a radius, m: its plant's longest step, s, and error, m, and the safety margin, m."""
+
+    radius: float
+    step: float
+    error: float
+    margin: float
+
+
+def round_robot(radius: float) -> str:
+    """A cart of any size, as a URDF: a round body with two wheels, of the density of a mouse-sized one."""
+    mass, wheel = 1.9e3 * radius**3, 0.3 * radius
+
+    def link(name: str, share: float, size: float, height: float, lift: float) -> str:
+        inertia = f'ixx="{0.25 * share * mass * size**2}" iyy="{0.25 * share * mass * size**2}"'
+        return (
+            f'<link name="{name}"><inertial><mass value="{share * mass}"/><inertia {inertia} '
+            f'izz="{0.5 * share * mass * size**2}" ixy="0" ixz="0" iyz="0"/></inertial><collision><origin xyz="0 0 '
+            f'{lift}"/><geometry><cylinder radius="{size}" length="{height}"/></geometry></collision></link>'
+        )
+
+    joints = "".join(
+        f'<joint name="{side}" type="continuous"><parent link="base_link"/><child link="{side}_wheel"/><origin '
+        f'xyz="0 {y} 0" rpy="-1.5708 0 0"/><axis xyz="0 0 1"/></joint>'
+        + link(f"{side}_wheel", 0.05, wheel, 0.15 * radius, 0.0)
+        for side, y in (("left", 0.8 * radius), ("right", -0.8 * radius))
+    )
+    laser = (
+        f'<joint name="mount" type="fixed"><parent link="base_link"/><child link="laser"/>'
+        f'<origin xyz="0 0 {0.6 * radius}"/>'
+    )
+    return (
+        f'<robot name="cart">{link("base_link", 0.9, 0.99 * radius, 0.5 * radius, 0.3 * radius)}{joints}{laser}</joint>'
+        '<link name="laser"/></robot>'
+    )
+
+
+def cart_scenario(radius: float, folder: Path) -> Scenario:
+    """A scenario with a cart of a radius, m, whose speeds are those of a pendulum of its size."""
+    model, scale = folder / f"cart_{radius:g}.urdf", radius / 0.04
+    model.write_text(round_robot(radius), encoding="utf-8")
+    speed = 0.3 * math.sqrt(scale)
+    robot = (
+        f"model: {model}, radius: {radius}, max_speed: {speed}, max_acceleration: 1.0, "
+        f"max_yaw_rate: {4.0 / math.sqrt(scale)}, max_yaw_acceleration: {10.0 / scale}"
+    )
+    lidar = f"frame: laser, noise: 0, range_min: 0.005, range_max: {max(1.5, 8.0 * radius + 2.0 * speed**2)}"
+    return parse_scenario(f"world: !Obstacles {{}}\nrobot: {{{robot}}}\nlidar: {{{lidar}}}", name="cart")
+
+
+def plant_error(scenario: Scenario, seed: int = 0) -> PlantError:
+    """Drive a robot by random twists, as the plant of a trial steps it and with steps of `EXACT`."""
+    robot, twists = scenario.robot, _twists(scenario, seed)
+    step, states = _driven(scenario, twists, {})
+    _, exact = _driven(scenario, twists, {"max_step_size": EXACT})
+    times, exact[:, 2] = PERIOD * np.arange(len(exact)), np.unwrap(exact[:, 2])
+    exact = np.column_stack([np.interp(times - 0.5 * step, times, column) for column in exact.T])
+    span = math.ceil((1.0 / scenario.lidar.rate + robot.max_speed / robot.max_acceleration) / PERIOD)
+    error = np.hypot(*(_ways(states, span) - _ways(exact, span)).T).max()
+    return PlantError(robot.radius, step, float(error), derive_margins(scenario).safety)
+
+
+def _twists(scenario: Scenario, seed: int) -> np.ndarray:
+    """Commands within a robot's limits, shape (n, 2): it speeds up, brakes, turns and backs by chance."""
+    rng, limits = np.random.default_rng(seed), scenario.robot
+    most = np.array((limits.max_speed, limits.max_yaw_rate))
+    change = PERIOD * np.array((limits.max_acceleration, limits.max_yaw_acceleration))
+    twist, twists = np.zeros(2), []
+    while len(twists) * PERIOD < SECONDS:
+        aim = most * rng.choice((-1.0, 0.0, 1.0), 2, p=(0.3, 0.2, 0.5)) * rng.uniform(0.3, 1.0, 2)
+        for _ in range(rng.integers(4, 30)):
+            twist = twist + np.clip(aim - twist, -change, change)
+            twists.append(twist)
+    return np.array(twists)
+
+
+def _driven(scenario: Scenario, twists: np.ndarray, settings: dict[str, float]) -> tuple[float, np.ndarray]:
+    """The plant's longest step, s, and the robot's states, shape (n, 5)."""
+    builder = DiagramBuilder()
+    station = add_station(builder, World("open", (0.0, 0.0, 0.0), (5.0, 0.0)), scenario, continuous=True)
+    commands = PiecewisePolynomial.ZeroOrderHold(PERIOD * (np.arange(len(twists)) - 0.5), twists.T)
+    source = builder.AddSystem(TrajectorySource(commands))
+    hold = builder.AddSystem(ZeroOrderHold(PERIOD, 2))  # steps end at its events, as at those of a shield
+    builder.Connect(source.get_output_port(), hold.get_input_port())
+    builder.Connect(hold.get_output_port(), station.GetInputPort("drive.twist_command"))
+    log = LogVectorOutput(station.GetOutputPort("localization.state"), builder, PERIOD)
+    simulator = make_simulator(builder.Build(), settings=settings)
+    simulator.AdvanceTo(SECONDS)
+    return station.robot_interface.longest_step, log.FindLog(simulator.get_context()).data().T.copy()
+
+
+def _ways(states: np.ndarray, span: int) -> np.ndarray:
+    """Where a robot is some samples later, in the frame where it was, shape (n, 2), m."""
+    before, after = states[:-span], states[span:]
+    dx, dy = (after - before)[:, :2].T
+    cos, sin = np.cos(before[:, 2]), np.sin(before[:, 2])
+    return np.column_stack((cos * dx + sin * dy, cos * dy - sin * dx))
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--radii", type=float, nargs="+", default=RADII, metavar="M")
+    print("| radius, m | longest step, ms | error, mm | safety margin, mm | margin / error |\n|--:|--:|--:|--:|--:|")
+    with tempfile.TemporaryDirectory() as folder:
+        for radius in parser.parse_args(arguments).radii:
+            found = plant_error(cart_scenario(radius, Path(folder)))
+            step, error, margin = (1e3 * value for value in found[1:])
+            print(f"| {radius:g} | {step:.3g} | {error:.2f} | {margin:.2f} | {margin / error:.1f} |")
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
