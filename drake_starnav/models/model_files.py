@@ -163,11 +163,12 @@ class Models:
                     link.remove(visual)
                     self.unseen.add(f"a look of link {link.get('name')} (a number is not finite)")
                 for material in visual.findall("material"):
+                    own = material.find("color")
                     if len(material) == 0:
-                        material.append(deepcopy(colors.get(material.get("name"), Element("color", rgba="1 1 1 1"))))
-                    color = material.find("color")
-                    if color is not None:  # under a name of its own: one name may have several colours
-                        material.set("name", f"{material.get('name', '')} {color.get('rgba')}")
+                        known = colors.get(material.get("name"))
+                        own = SubElement(material, "color", rgba="1 1 1 1" if known is None else known.get("rgba", ""))
+                    if own is not None:  # under a name of its own: one name may have several colours
+                        material.set("name", f"{material.get('name', '')} {own.get('rgba')}")
 
     def _sdf(self, root: Element, path: Path) -> None:
         if root.tag != "sdf":

@@ -97,7 +97,8 @@ def _twists(scenario: Scenario, seed: int) -> np.ndarray:
     rng, limits = np.random.default_rng(seed), scenario.robot
     most = np.array((limits.max_speed, limits.max_yaw_rate))
     change = PERIOD * np.array((limits.max_acceleration, limits.max_yaw_acceleration))
-    twist, twists = np.zeros(2), []
+    twist = np.zeros(2)
+    twists: list[np.ndarray] = []
     while len(twists) * PERIOD < SECONDS:
         aim = most * rng.choice((-1.0, 0.0, 1.0), 2, p=(0.3, 0.2, 0.5)) * rng.uniform(0.3, 1.0, 2)
         for _ in range(rng.integers(4, 30)):
