@@ -153,9 +153,10 @@ class Models:
             if len(rgba.split()) != 4 or not all(0.0 <= _number(word) <= 1.0 for word in rgba.split()):
                 self.unseen.add(f"colour {shown(rgba)} (allowed: four numbers from 0 to 1)")
                 color.set("rgba", "1 1 1 1")
-        colors = {
-            each.get("name"): each.find("color") for each in root.iter("material") if each.find("color") is not None
-        }
+        colors: dict[str | None, Element] = {}
+        for material in root.iter("material"):
+            for color in material.findall("color"):
+                colors[material.get("name")] = color
         for link in root.iter("link"):
             for visual in link.findall("visual"):
                 said = " ".join(each.get(key, "") for each in visual.iter() for key in _NUMBERS).split()
