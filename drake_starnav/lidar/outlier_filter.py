@@ -54,7 +54,7 @@ def without_outliers(
         scans, a neighbouring beam suffices.
     """
     farthest = np.maximum(scan.distances, scan.range_min)  # a hit that is too close lies within range_min
-    scan = _lost(scan, np.flatnonzero(scan.hits & (farthest < body - 3.0 * noise)))
+    scan = lose_beams(scan, np.flatnonzero(scan.hits & (farthest < body - 3.0 * noise)))
     index = np.flatnonzero(scan.hits)
     earlier = np.concatenate((np.zeros((0, 2)), *history.points))
     number = np.repeat(np.arange(len(history.points)), [len(points) for points in history.points])
@@ -69,7 +69,7 @@ def without_outliers(
         2.0 * noise,
     )
     trusted = beside & before if len(history.points) >= CONFIRMATIONS else beside
-    return _lost(scan, index[~(beside | before)]), _lost(scan, index[~trusted])
+    return lose_beams(scan, index[~(beside | before)]), lose_beams(scan, index[~trusted])
 
 
 def lone_close_hits(scan: LaserScan, body: float) -> np.ndarray:
@@ -90,10 +90,11 @@ def lone_close_hits(scan: LaserScan, body: float) -> np.ndarray:
 
 def without_lone_close_hits(scan: LaserScan, body: float) -> LaserScan:
     """Return the scan with its `lone_close_hits` lost."""
-    return _lost(scan, lone_close_hits(scan, body))
+    return lose_beams(scan, lone_close_hits(scan, body))
 
 
-def _lost(scan: LaserScan, beams: np.ndarray) -> LaserScan:
+def lose_beams(scan: LaserScan, beams: np.ndarray) -> LaserScan:
+    """Return a scan in which beams of these indices, shape (k,), have no measurement."""
     if not len(beams):
         return scan
     ranges = scan.ranges.copy()

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_starnav.geometry.compiled import kernel
-from drake_starnav.geometry.se2 import composed, inverse, now_in
+from drake_starnav.geometry.se2 import Place, composed, inverse, now_in
 from drake_starnav.lidar.laser_scan import USUAL_BODY, LaserScan
 from drake_starnav.utils.snapshot import snapshot
 
@@ -229,9 +229,9 @@ class Travel:
         shift, turn = self.shift + drift * way + jump, self.turn + drift * abs(yaw)
         return Travel(np.array(pose, dtype=float), self.way + way, shift, turn)
 
-    def allows(self, earlier: "Travel", step: np.ndarray, slack: np.ndarray) -> bool:
+    def allows(self, earlier: "Travel", step: Place, slack: np.ndarray) -> bool:
         """Return whether the robot may have made a step (x, y, yaw) since an earlier time; `slack` (3,), m and rad."""
-        x, y, yaw = now_in(now_in(earlier.pose, self.pose), step)
+        x, y, yaw = now_in(np.array(now_in(earlier.pose, self.pose)), np.array(step))
         turn = self.turn - earlier.turn
         shift = self.shift - earlier.shift + turn * (self.way - earlier.way)
         return math.hypot(x, y) <= shift + slack[0] and abs(math.remainder(yaw, 2.0 * math.pi)) <= turn + slack[2]

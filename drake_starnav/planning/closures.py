@@ -9,6 +9,7 @@ from drake_starnav.geometry.polyline import arc_lengths, distance_to_segment
 from drake_starnav.planning.closed_places import CLOSED
 from drake_starnav.planning.distance_grid import HIT_ERROR
 from drake_starnav.planning.impassable import narrowest_gap
+from drake_starnav.planning.map_revision import forget_contradicted
 from drake_starnav.planning.roadmap import extended, refitted, revised, stamped_anew
 from drake_starnav.planning.route import cost_field
 from drake_starnav.planning.state import EMPTY_PATH, PlannerInput, PlannerState
@@ -42,12 +43,19 @@ def reopened(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     """The state without the closures in which the robot stands: they only seem to shut it in, as it has come there.
 
     If it stands in none, with walls alone, in doubt: from then on looking in vain closes nothing. Regions are whole
-    again but for what stays closed.
+    again but for what stays closed, and hits are gone that the latest scans saw through. If nothing of all that is
+    left to be done, this is `state`.
     """
-    failed = state.roadmap.closures.failed
+    failed, nodes = state.roadmap.closures.failed, state.roadmap.nodes
+    seen = forget_contradicted(nodes, state.recent, inputs.robot_radius)
+    if seen is nodes and state.doubting and not len(failed):
+        return state
     within = np.hypot(*(failed - inputs.position).T) <= CLOSED * inputs.robot_radius
     closures = dataclasses.replace(state.roadmap.closures, failed=failed[~within] if within.any() else EMPTY_PATH)
-    roadmap = dataclasses.replace(state.roadmap, closures=closures)
+    roadmap = dataclasses.replace(state.roadmap, closures=closures, nodes=seen)
+    if seen is not nodes:
+        hits = stamped_anew(roadmap.hits.emptied(), closures, seen, inputs.margins, inputs.robot_radius)
+        roadmap = dataclasses.replace(roadmap, hits=hits)
     roadmap = refitted(roadmap, inputs.margins, inputs.robot_radius)
     state = dataclasses.replace(state, roadmap=roadmap, doubting=state.doubting or not within.any())
     latest = len(roadmap) > 0 and roadmap.nodes[-1].scan is inputs.observation.scan

@@ -5,12 +5,15 @@ afar. If the estimated pose drifts, hits of a new scan fall inside old regions, 
 new scan; the new scan is right about the robot's current surroundings.
 """
 
+import dataclasses
 import math
 from collections.abc import Sequence
 
 import numpy as np
 
 from drake_starnav.geometry.compiled import kernel
+from drake_starnav.lidar.field_of_view import TURN
+from drake_starnav.lidar.outlier_filter import lose_beams
 from drake_starnav.planning.roadmap import StarRoadmap
 from drake_starnav.surroundings.bearing_hits import half_gaps
 from drake_starnav.surroundings.margins import Margins
@@ -28,6 +31,10 @@ SEEN_THROUGH_SHARE = 0.1
 """A node is discarded if the new scan observed free space at more than this share of its hits."""
 FEWEST_HITS = 5
 """A new scan must observe free space at this many of a node's hits to contradict them."""
+SAME_RUN = 3.0
+"""Neighbouring hits are one surface up to this distance, as a multiple of that between two beams there."""
+RUN_BEAMS = 3.0
+"""A surface is gone if a new scan sees through a part of it that is at least this many of its beams wide."""
 
 
 def mappable_hits(observation: Observation) -> tuple[np.ndarray, np.ndarray]:
@@ -41,12 +48,9 @@ def seen_through(old: Observation, new: Observation, slack: float) -> float:
 
     Only hits within the new scan's range count; 0 if fewer than FEWEST_HITS of them were seen through.
     """
-    scan = new.scan
-    distance, beam = scan.polar(mappable_hits(old)[0], new.pose)
-    judged = (distance < scan.range_max) & (scan.full_circle | (beam <= len(scan.ranges) - 1))
-    free = _free_around(beam, distance, scan.distances, scan.angle_increment, slack, scan.full_circle)
-    through = judged & (distance < free - slack)
-    return 0.0 if through.sum() < FEWEST_HITS else float(through.sum() / judged.sum())
+    behind, _ = _free_behind(mappable_hits(old)[0], new, slack)
+    through = np.count_nonzero(behind > slack)
+    return 0.0 if through < FEWEST_HITS else through / np.count_nonzero(behind == behind)
 
 
 @kernel
@@ -60,6 +64,62 @@ def _free_around(beam, distance, ranges, increment, slack, wrap):
             if wrap or 0 <= k < n:
                 out[i] = min(out[i], ranges[k % n])
     return out
+
+
+def forget_contradicted(
+    nodes: tuple[Observation, ...], observers: Sequence[Observation], robot_radius: float
+) -> tuple[Observation, ...]:
+    """Return nodes without the hits that later observations saw through, such as those of a door that has opened.
+
+    Hits go with the run of their neighbours on one surface, so that several beams must have passed where it was: an
+    obstacle that beams may miss is kept. Without any change these are `nodes`.
+
+    Args:
+        nodes: with their scans, and where these were taken.
+        observers: the later observations.
+        robot_radius: m; by CONTRADICTION of it, there must be free space around and behind a hit.
+    """
+    if not nodes:
+        return nodes
+    slack, hits = CONTRADICTION * robot_radius, [node.scan.mappable_hits for node in nodes]
+    counts = [np.count_nonzero(each) for each in hits]
+    points = np.concatenate([mappable_hits(node)[0] for node in nodes])
+    spacing = np.concatenate(
+        [node.scan.distances[each] * node.scan.angle_increment for node, each in zip(nodes, hits, strict=True)]
+    )
+    breaks = np.hypot(*np.diff(points, axis=0).T) > SAME_RUN * np.maximum(spacing[1:], spacing[:-1])
+    time, gone = np.repeat([node.time for node in nodes], counts), np.zeros(len(points), bool)
+    for seen in observers:
+        behind, beam = _free_behind(points, seen, slack)
+        through = (behind > slack) & (time < seen.time)
+        if not through.any():
+            continue
+        run = np.cumsum(np.append(False, breaks | (through[1:] != through[:-1])))
+        turned = np.abs(np.diff(beam))
+        turned = np.minimum(turned, TURN / seen.scan.angle_increment - turned)
+        width = np.bincount(run[1:], np.where(run[1:] == run[:-1], turned, 0.0), minlength=run[-1] + 1)
+        gone |= through & (width >= RUN_BEAMS)[run]
+    if not gone.any():
+        return nodes
+    lost = [np.flatnonzero(each)[now] for each, now in zip(hits, np.split(gone, np.cumsum(counts)[:-1]), strict=True)]
+    return tuple(
+        dataclasses.replace(node, scan=lose_beams(node.scan, each)) if len(each) else node
+        for node, each in zip(nodes, lost, strict=True)
+    )
+
+
+def _free_behind(points: np.ndarray, seen: Observation, slack: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return how far behind points (n, 2), W, and `slack` beside them an observation saw free space, and their beams.
+
+    The former is NaN for points that are out of its view, m; a beam is a real number.
+    """
+    scan = seen.scan
+    distance, beam = scan.polar(points, seen.pose)
+    judged = (distance < scan.range_max) & (scan.full_circle | (beam <= len(scan.ranges) - 1))
+    behind = np.full(len(points), np.nan)
+    ranges, step = scan.distances, scan.angle_increment
+    behind[judged] = _free_around(beam[judged], distance[judged], ranges, step, slack, scan.full_circle)
+    return behind - distance, beam
 
 
 def remaining(

@@ -257,8 +257,8 @@ def _searched(
     for _ in range(MOST_CLOSED):
         here = state.roadmap.closures.open_part(region)
         route = find_route(state, here, inputs)
-        if route is None and not first and (len(state.roadmap.closures.failed) or not state.doubting):
-            return _searched(reopened(state, inputs), first, boxed_in, inputs)
+        if route is None and not first and (again := reopened(state, inputs)) is not state:
+            return _searched(again, first, boxed_in, inputs)
         if route is None or route.exit is None:
             break
         viewpoint, probe = route.exit

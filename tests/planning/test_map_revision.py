@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from drake_starnav.planning.map_revision import (
     CONTRADICTION,
     _near_hits,
+    forget_contradicted,
     mappable_hits,
     remaining,
     seen_through,
@@ -19,7 +20,7 @@ from drake_starnav.planning.roadmap import StarRoadmap, extended, revised
 from drake_starnav.surroundings.region_union import RegionUnion
 from drake_starnav.surroundings.star_region import clear_of, cut_back
 from drake_starnav.worlds.world import World
-from tests.helpers.scans import MARGINS, RADIUS, cast, explored, observed, seeds, segment_distance, wandered
+from tests.helpers.scans import MARGINS, RADIUS, cast, explored, noisy, observed, seeds, segment_distance, wandered
 
 DROPPING = dataclasses.replace(MARGINS, drop_seen_through=True)
 WALLS = (-3.0, -2.0, 3.0, 2.0)
@@ -39,6 +40,36 @@ def shifted(roadmap, offset):
     for node in roadmap.nodes:
         out = extended(out, observed(node.scan, node.pose + (*offset, 0.0)), DROPPING, RADIUS)
     return out
+
+
+def seen_at(world, pose, time, rng=None):
+    """What is observed at a pose and a time; with noise, if there is a generator."""
+    scan = cast(world, pose) if rng is None else noisy(cast(world, pose), 0.01, rng)
+    return observed(dataclasses.replace(scan, time=float(time)), pose)
+
+
+@given(seeds)
+def test_of_what_stands_no_hit_is_forgotten(seed):
+    """Nor of posts that the beams of later scans miss."""
+    world, roadmap = wandered(seed, nodes=4)
+    rng = np.random.default_rng(seed)
+    posts = [(*rng.uniform(-2.0, 2.0, 2), 0.004) for _ in range(10)]
+    world = dataclasses.replace(world, cylinders=(*world.cylinders, *posts))
+    seen = tuple(seen_at(world, node.pose, k, rng) for k, node in enumerate(roadmap.nodes))
+    assert forget_contradicted(seen, seen, RADIUS) is seen
+
+
+@pytest.mark.parametrize("turned", [0.0, 1.0, -2.5])
+def test_hits_are_forgotten_that_later_scans_alone_saw_through(turned):
+    door = np.array([(0.4, -1.0), (0.5, -1.0), (0.5, 1.0), (0.4, 1.0)])
+    shut, place = dataclasses.replace(ROOM, cylinders=(), polygons=(door,)), np.array((-1.0, 0.3, 0.0))
+    free = dataclasses.replace(shut, polygons=())
+    before, now = seen_at(shut, place, 0.0), np.array((-0.5, -0.6, turned))
+    after = seen_at(free, now, 1.0)
+    (left,) = forget_contradicted((before,), (after,), RADIUS)
+    hits = mappable_hits(left)[0]
+    assert 0 < len(hits) < len(mappable_hits(before)[0]) and (np.abs(hits) > (2.9, 1.9)).any(axis=1).all()
+    assert forget_contradicted((after,), (before,), RADIUS)[0] is after
 
 
 @given(seeds)

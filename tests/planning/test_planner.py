@@ -177,6 +177,16 @@ def test_a_new_goal_is_looked_for_without_doubt():
     assert not any(state.doubting for state in states)
 
 
+@pytest.mark.parametrize("left", [1, 2, 3])
+def test_where_no_way_was_left_what_is_seen_now_counts(left):
+    """The walls about the goal have been taken away, but for one that hides nothing from the robot."""
+    given_up = drive(VAULT, PARAMETERS, steps=4000)[-1]
+    position = given_up.roadmap.union.center[-1]
+    opened = dataclasses.replace(VAULT, start=(*position, 0.0), polygons=VAULT.polygons[left : left + 1])
+    states = drive(opened, PARAMETERS, steps=600, begin=given_up.with_new_goal())
+    assert states[-1].status is PlannerStatus.APPROACHING and len(states) < 600
+
+
 def test_what_a_new_scan_contradicts_makes_a_node_where_nothing_else_is_new():
     world = World("corridor", (0, 0, 0), (2.0, 0), bounds=(-1.0, -0.6, 4.0, 0.6))
     there = dataclasses.replace(drive(world, PARAMETERS, steps=1)[-1], began_with_map=True)
