@@ -12,7 +12,10 @@ from drake_starnav.utils.files import replacing
 from drake_starnav.utils.progress import Progress
 from drake_starnav.visualization.plot import moment_picture, write_figure
 from drake_starnav.visualization.timeline import RecordedRun
+from drake_starnav.visualization.world_figure import WIDTH
 
+PIXELS = 1100
+"""Width of pictures unless another one is given."""
 STILLS, CLIPS = (".png", ".svg", ".pdf"), (".gif", ".mp4")
 Count = Callable[[int, int], None]
 """Called after each picture with the number done and the number of all."""
@@ -20,21 +23,29 @@ FINAL_PAUSE = 1.5
 """Duration of the last picture, s."""
 
 
-def write_still(path: Path, recorded: RecordedRun, time: float, view: str = "top", width: int = 1100) -> None:
-    """Write a moment of a run, at a time, s, as one of `STILLS`; view and width, pixels, are of a PNG file's."""
+def write_still(
+    path: Path,
+    recorded: RecordedRun,
+    time: float,
+    view: str = "top",
+    width: float | None = None,
+    title: str = "",
+    legend: bool = True,
+) -> None:
+    """Write a moment of a run, at a time, s, as one of `STILLS`; for the rest see `Recorder.save`."""
     at = min(time, recorded.duration)
     if path.suffix == ".png":
         with replacing(path) as temporary:
-            moment_picture(recorded, at, view, width).save(temporary, format="PNG", optimize=True)
+            moment_picture(recorded, at, view, round(width or PIXELS)).save(temporary, format="PNG", optimize=True)
     else:
-        write_figure(path, recorded, at)
+        write_figure(path, recorded, at, title, WIDTH if width is None else width, legend)
 
 
 def write_clips(
     paths: Sequence[Path],
     recorded: RecordedRun,
     view: str = "top",
-    width: int = 1100,
+    width: int = PIXELS,
     speed: float = 2.0,
     rate: int = 10,
 ) -> None:

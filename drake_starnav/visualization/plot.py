@@ -18,6 +18,7 @@ from matplotlib.path import Path as Outline
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 from PIL import Image
 
+from drake_starnav.errors import StarnavError, shown
 from drake_starnav.station.model_world import FLOOR_TOLERANCE
 from drake_starnav.station.world_geometry import WALL_THICKNESS
 from drake_starnav.utils.files import replacing
@@ -25,9 +26,13 @@ from drake_starnav.visualization.meshes import Layer
 from drake_starnav.visualization.page import ROOT, around_robot
 from drake_starnav.visualization.star_roadmap_visualizer import FRAME_SLACK
 from drake_starnav.visualization.timeline import RecordedRun, SceneTimeline, Shape
-from drake_starnav.visualization.world_figure import DETAILED, WIDTH, figure_pixels, new_figure
+from drake_starnav.visualization.world_figure import DETAILED, EMBEDDED_FONTS, WIDTH, figure_pixels, new_figure
 
 TEXT_SIZE = 9.0
+NARROW = 6.0
+"""Narrower figures, inches, have the legend below, as a column of a paper (3.5) has no room beside the scene."""
+LEAST_WIDTH, MOST_WIDTH = 2.0, 50.0
+"""Of a figure, inches; what is beyond was meant in another unit."""
 LONG_NUMBER = re.compile(rb"(\d\.\d\d)\d+")
 """Of an SVG file: a hundredth of a point is as much as anyone sees."""
 SOLID_ORDER, ON_TOP = 100.0, 300.0
@@ -41,17 +46,22 @@ MARKERS = {
 """Of the legend's symbols that are points: Matplotlib's marker and its size, points."""
 
 
-def moment_figure(recorded: RecordedRun, time: float, view: str = "top", title: str = "") -> Figure:
-    """A moment of a run, at a time, s, from above, with axes in metres and a legend on the right.
+def moment_figure(
+    recorded: RecordedRun, time: float, view: str = "top", title: str = "", width: float = WIDTH, legend: bool = True
+) -> Figure:
+    """A moment of a run, at a time, s, from above, with axes in metres, `width` inches wide.
 
-    The run's caption says which layers are shown; view `follow` shows what is around the first robot.
+    The legend stands on the right, or below a figure narrower than `NARROW`. The run's caption says which layers
+    are shown; view `follow` shows what is around the first robot.
     """
     walls = 1.5 * WALL_THICKNESS * np.array([-1.0, -1.0, 1.0, 1.0])
     extent = around_robot(recorded.motions[0].at(time)) if view == "follow" else np.add(recorded.extent, walls)
     (x0, y0, x1, y1), caption = extent, recorded.caption
-    handles = [_handle(layer) for name, layer in caption.legend.items() if caption.shows(name)]
-    scene = 0.67 * WIDTH * (y1 - y0) / (x1 - x0)  # its height, inches; the legend takes the rest of the width
-    figure = new_figure(max(scene + 0.9, 0.22 * len(handles) + 0.2))
+    handles = [_handle(layer) for name, layer in caption.legend.items() if caption.shows(name)] if legend else []
+    aside, below = bool(handles) and width >= NARROW, bool(handles) and width < NARROW
+    scene = (0.67 if aside else 0.9) * width * (y1 - y0) / (x1 - x0)  # its height, inches
+    beside = 0.22 * len(handles)  # height of the legend in one column, inches
+    figure = new_figure(max(scene + 0.9 + beside * below, beside + 0.2), width)
     axes = figure.add_subplot(xlim=(x0, x1), ylim=(y0, y1), anchor="NW")
     axes.set_aspect("equal")
     axes.set_xlabel("x in m")
@@ -61,18 +71,28 @@ def moment_figure(recorded: RecordedRun, time: float, view: str = "top", title: 
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(MultipleLocator(step))
     _draw_scene(axes, recorded, time)
-    legend = figure.legend(handles=handles, loc="outside right upper", labelspacing=0.6, frameon=False)
-    for text in legend.get_texts():
-        text.set_parse_math(False)
+    if handles:
+        place = "outside right upper" if aside else "outside lower center"
+        entries = figure.legend(handles=handles, loc=place, labelspacing=0.6, frameon=False)
+        for text in entries.get_texts():
+            text.set_parse_math(False)
     return figure
 
 
-def write_figure(path: Path, recorded: RecordedRun, time: float) -> None:
-    """Write `moment_figure` as SVG or PDF, by the name's end; the same run gives the same file."""
+def write_figure(
+    path: Path, recorded: RecordedRun, time: float, title: str = "", width: float = WIDTH, legend: bool = True
+) -> None:
+    """Write `moment_figure` as SVG or PDF, by the name's end; the same run gives the same file.
+
+    Raises:
+        StarnavError: the width is not a sensible one in inches.
+    """
+    if not LEAST_WIDTH <= width <= MOST_WIDTH:
+        raise StarnavError(f"width of {path} is {shown(width)} in; allowed: {LEAST_WIDTH:g} to {MOST_WIDTH:g} inches")
     dated = {".svg": "Date", ".pdf": "CreationDate"}[path.suffix]
     file = io.BytesIO()
-    with rc_context({"svg.fonttype": "none", "svg.hashsalt": "starnav", "font.size": TEXT_SIZE}):
-        figure = moment_figure(recorded, time)
+    with rc_context({**EMBEDDED_FONTS, "svg.hashsalt": "starnav", "font.size": TEXT_SIZE}):
+        figure = moment_figure(recorded, time, title=title, width=width, legend=legend)
         figure.savefig(file, format=path.suffix[1:], dpi=200, metadata={dated: None})
     content = file.getvalue()
     if path.suffix == ".svg":

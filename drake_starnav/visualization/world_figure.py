@@ -16,6 +16,8 @@ from drake_starnav.worlds.world import OPEN_BORDER, World
 
 WIDTH = 11.0
 """Width of a plot, inches; a page shows an inch as 96 pixels."""
+EMBEDDED_FONTS = {"pdf.fonttype": 42, "svg.fonttype": "none"}
+"""Matplotlib's settings by which a PDF holds TrueType fonts, as publishers ask for, and an SVG texts."""
 OBSTACLES, WALLS = "0.62", "0.35"
 """Greys of the obstacles and of the walls around a world."""
 START, GOAL, PATH = "#D55E00", "#009E73", "#0072B2"
@@ -57,13 +59,17 @@ def draw_world(axis: Any, world: World, obstacles: str = OBSTACLES, *, paths: bo
         axis.add_patch(Rectangle((x0, y0), x1 - x0, y1 - y0, fill=False, edgecolor=WALLS, linewidth=1.5, zorder=1))
 
 
-def world_axes(world: World, title: str) -> tuple[Any, Any]:
-    """A Matplotlib figure of a world seen from above, for `save_figure`, and its axes to draw more into."""
+def world_axes(world: World, title: str, width: float | None = None) -> tuple[Any, Any]:
+    """A Matplotlib figure of a world seen from above, for `save_figure`, and its axes to draw more into.
+
+    Its width, inches, is by default 9 or 7, by the world's shape.
+    """
     x0, y0, x1, y1 = world.extent
     spare = 0.0 if world.bounds is not None else OPEN_BORDER - 0.4
     x0, y0, x1, y1 = x0 + spare, y0 + spare, x1 - spare, y1 - spare
-    width = 9.0 if x1 - x0 >= y1 - y0 else 7.0
-    figure = new_figure(min(12.0, max(4.0, width * (y1 - y0) / (x1 - x0) + 1.0)), width)
+    least = 4.0 if width is None else 1.0
+    width = width or (9.0 if x1 - x0 >= y1 - y0 else 7.0)
+    figure = new_figure(min(12.0, max(least, width * (y1 - y0) / (x1 - x0) + 1.0)), width)
     axis = figure.add_subplot()
     draw_world(axis, world)
     axis.set_xlim(x0 - 0.2, x1 + 0.2)
@@ -105,11 +111,16 @@ def figure_pixels(figure: Any, *, dpi: int = 80) -> np.ndarray:
     return np.array(canvas.buffer_rgba())[..., :3]
 
 
-def save_figure(figure: Any, file: str | Path, *, dpi: int = 80) -> None:
-    """Write a figure as PNG, with one legend below."""
-    figure.legend(loc="outside lower center", ncols=4, frameon=False)
-    with replacing(Path(file)) as temporary:
-        figure.savefig(temporary, dpi=dpi, format="png")
+def save_figure(figure: Any, file: str | Path, *, dpi: int = 80, legend: bool = True) -> None:
+    """Write a figure as PNG, SVG or PDF, by the name's end, with one legend below if `legend`."""
+    from matplotlib import rc_context
+
+    if legend:
+        columns = max(1, round(4 * figure.get_figwidth() / 7.0))
+        figure.legend(loc="outside lower center", ncols=min(4, columns), frameon=False)
+    suffix = Path(file).suffix.lower()
+    with replacing(Path(file)) as temporary, rc_context(EMBEDDED_FONTS):
+        figure.savefig(temporary, dpi=dpi, format=suffix[1:] if suffix in (".svg", ".pdf") else "png")
 
 
 def save_drive(world: World, trail: np.ndarray, title: str, file: str | Path) -> None:

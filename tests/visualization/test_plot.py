@@ -1,5 +1,6 @@
 """Figures for papers: vectors, axes in metres, only the chosen layers, small, the same each time."""
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -7,6 +8,7 @@ import numpy as np
 import pytest
 
 from drake_starnav.cli.record import record
+from drake_starnav.errors import StarnavError
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.scenario_file import parse_scenario
 from drake_starnav.simulation.run import run_trial
@@ -62,6 +64,24 @@ def test_files_are_small_repeatable_vectors(recorded, suffix, tmp_path) -> None:
     assert b"<image" not in content and b"/Subtype /Image" not in content
     if suffix == ".svg":
         assert b"x in m" in content and b"footprint" in content
+
+
+@pytest.mark.parametrize("width", [3.5, 7.0])
+@pytest.mark.parametrize("legend", [True, False])
+def test_a_figure_for_a_paper_has_its_width_and_truetype_fonts(recorded, width, legend, tmp_path) -> None:
+    path = tmp_path / "a.pdf"
+    write_figure(path, recorded, 2.0, title="A title", width=width, legend=legend)
+    content = path.read_bytes()
+    box = re.search(rb"/MediaBox \[ 0 0 ([0-9.]+) ", content)
+    assert box is not None and float(box[1]) == pytest.approx(72.0 * width, abs=0.5)
+    assert b"/Type42" not in content and b"/Subtype /Type3" not in content and b"/FontFile2" in content
+    figure = moment_figure(recorded, 2.0, title="A title", width=width, legend=legend)
+    assert figure.axes[0].get_title(loc="left") == "A title" and bool(figure.legends) == legend
+
+
+def test_a_width_in_another_unit_than_inches_is_refused(recorded, tmp_path) -> None:
+    with pytest.raises(StarnavError, match="width of .* is 250 in; allowed: 2 to 50 inches"):
+        write_figure(tmp_path / "a.pdf", recorded, 2.0, width=250)
 
 
 def test_only_chosen_layers_are_drawn_and_in_the_legend(recorded, tmp_path) -> None:
