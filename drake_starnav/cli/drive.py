@@ -9,7 +9,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-from drake_starnav.cli.options import NOT_REACHED, REACHED, Command, add_scenario
+from drake_starnav.cli.options import INTERRUPTED, NOT_REACHED, REACHED, Command, add_scenario
 from drake_starnav.errors import StarnavError, counted, shown
 from drake_starnav.utils.files import check_outputs, write_text
 from drake_starnav.utils.imported import imported
@@ -65,6 +65,10 @@ def _drive(options: argparse.Namespace) -> int:
 
     if options.goal is not None and len(options.goal) not in (2, 3):
         raise StarnavError(f"--goal has {counted(len(options.goal), 'number')}; allowed: X Y or X Y YAW")
+    if not all(map(math.isfinite, options.goal or ())):
+        raise StarnavError(f"--goal is {' '.join(map(str, options.goal))}; allowed: finite numbers, m and rad")
+    if not options.seconds > 0.0:
+        raise StarnavError(f"--seconds is {options.seconds:g}; allowed: more than 0")
     check_outputs([options.log])
     scenario = load_scenario(options.scenario, overrides=options.overrides)
     robot = made(options.robot, options.option, scenario)
@@ -81,6 +85,8 @@ def _drive(options: argparse.Namespace) -> int:
         robot.close()
         raise
     print(driven)
+    if driven.end == "stopped":
+        return INTERRUPTED
     return REACHED if driven.end == "reached" or not options.until_reached else NOT_REACHED
 
 
@@ -89,7 +95,7 @@ drive = Command(
     "Drive a robot that is not simulated, with its own scans and odometry.",
     _add_drive_options,
     _drive,
-    "0 driven, 1 not reached with --until-reached",
+    "0 driven for --seconds or reached, 1 not reached with --until-reached, 130 stopped by a signal",
 )
 
 

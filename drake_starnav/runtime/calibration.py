@@ -48,7 +48,7 @@ def observed(log: Log, scenario: Scenario) -> Observed:
     rows: list[Odometry] = []
     commands: list[Told] = []
     took: list[float] = []
-    for (now, came, odometry, _), command, sent in log.ticks:
+    for (now, came, odometry, *_), command, sent in log.ticks:
         took.append(sent)
         for k, scan in filter(None, came):
             lidars[k].append((now, scan))
@@ -191,7 +191,7 @@ def _section(logged: Observed) -> list[str]:
     values, mask = lidar_of(logged), mask_of(logged)
     lines = [f"{name}: {value:g}" for name, value in values.items() if not math.isnan(value)]
     if math.isnan(values["noise"]):
-        lines.append("# noise: unknown, as the robot never stood for half a second")
+        lines.append("# noise: unknown, as the robot never stood for half a second: let it stand before it drives")
     unknown = "# mask: unknown, as the robot hardly moved"
     return [*lines, unknown if mask is None else f"mask: {mask}" if mask else "# mask: it does not see the robot"]
 

@@ -28,10 +28,13 @@ LEAST_ARM = 0.5
 REST, AGAIN = 1.0, 10.0
 """A base that has stood for the first, s, is tried again; if it then fails within the second, s, that lasts."""
 STANDS, STAYS, CHANGED = 0.02, 0.05, 0.1
-"""A robot slower than this stands, m/s and rad/s; a pose stays that changes by less, m and rad; scans have changed if a
-fifth of their ranges differ by more, m."""
+"""A robot slower than this stands, m/s and rad/s; a pose stays that changes by less, m and rad; a range has changed
+that differs by more than the last, m."""
 FEWEST = 10
 """Beams that must have a range for that."""
+CHANGED_SHARE, CARRIED_SHARE = 0.2, 0.5
+"""The odometry of a base that fails lies if more than the first share of the ranges changed while its pose stayed; a
+robot that is told to stand was carried if more than the second did."""
 
 
 class Told(NamedTuple):
@@ -57,7 +60,7 @@ class Execution:
         told: commands, oldest first.
         scans: of the first lidar, oldest first.
         why: what the base does other than it is told; empty: nothing.
-        lasts: whether `why` lasts until the goal is given anew.
+        lasts: whether `why` lasts until the goal is withdrawn while the robot stands, and given anew.
         stands: since when it stands, s, while there is a `why`; infinite: it does not.
         tried: when it was last tried again, s.
     """
@@ -102,17 +105,34 @@ def judged(execution: Execution, now: float, rows: Sequence[Odometry], scenario:
     return Execution((), execution.scans, tried=now) if now > since + REST else replace(execution, stands=since)
 
 
+def acknowledged(execution: Execution) -> Execution:
+    """The execution after the goal was withdrawn from a robot that stands: what lasts is tried once more."""
+    return replace(execution, told=(), why="", lasts=False, stands=math.inf)
+
+
+def changed_share(scans: Sequence[PosedScan]) -> float:
+    """Share of the beams that changed while the pose stayed as it is now; NaN where fewer than FEWEST tell anything."""
+    if not scans:
+        return math.nan
+    poses, newest = np.array([each.pose for each in scans]), scans[-1].scan
+    left = np.flatnonzero(np.abs(poses - poses[-1]).max(axis=1) > STAYS)
+    oldest = scans[left[-1] + 1 if len(left) else 0].scan
+    if len(oldest.ranges) != len(newest.ranges):
+        return 1.0
+    known = (np.isfinite(oldest.ranges) | np.isfinite(newest.ranges)) & ~np.isnan(oldest.ranges + newest.ranges)
+    before, after = (np.clip(each.ranges[known], 0.0, each.range_max) for each in (oldest, newest))
+    return float((np.abs(before - after) > CHANGED).mean()) if len(before) >= FEWEST else math.nan
+
+
 def denied(scans: Sequence[PosedScan]) -> bool:
     """Whether scans change while the pose stays, or tell nothing."""
-    if not scans:
-        return False
-    poses, newest = np.array([each.pose for each in scans]), scans[-1].scan.ranges
-    left = np.flatnonzero(np.abs(poses - poses[-1]).max(axis=1) > STAYS)
-    oldest = scans[left[-1] + 1 if len(left) else 0].scan.ranges
-    if len(oldest) != len(newest):
-        return True
-    both = np.isfinite(oldest) & np.isfinite(newest)
-    return int(both.sum()) < FEWEST or float(np.quantile(np.abs(oldest[both] - newest[both]), 0.8)) > CHANGED
+    return bool(scans) and not changed_share(scans) <= CHANGED_SHARE
+
+
+def is_carried(execution: Execution) -> bool:
+    """Whether most of what a robot sees changed while it was told to stand, and its odometry says that it stood."""
+    stands = bool(execution.told) and not any(any(each[1:]) for each in execution.told)
+    return stands and changed_share(execution.scans) > CARRIED_SHARE
 
 
 def compared(told: Sequence[Told], rows: Sequence[Odometry], delay: float) -> tuple[np.ndarray, np.ndarray, float]:

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from drake_starnav.errors import StarnavError
+from drake_starnav.errors import StarnavError, counted
 from drake_starnav.geometry.se2 import now_in
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import ON_AXIS, Mount
@@ -28,8 +28,15 @@ CLOCK = 0.1
 JUMP, JUMP_SHARE, TURN_JUMP = 0.05, 0.3, 0.1
 """A pose jumps if it differs from where the twist leads until then by more than this, m and rad, and this share of what
 the robot could have driven since."""
-FROZEN = 0.02
-"""Ranges that stay equal to the bit while the robot moves by more than this, m or rad, are frozen."""
+FROZEN, OLD_SCANS = 0.02, 64
+"""Ranges that are equal to the bit to those of one of this many last scans are old, if the robot has moved by more than
+the first since, m or rad."""
+WALKING = 2.0
+"""An obstacle leaves a lidar's range no faster than this, m/s, whether or not such are declared."""
+FEWEST_HITS, HITS_LEFT = 10, 0.1
+"""Of at least so many hits that cannot have left the lidar's range, this share is hit again by the next scan."""
+LEAST_SHARE, LONGEST_SWEEP = 0.97, 1.2
+"""A scan reaches at least this share of the declared range, and takes at most this many declared periods."""
 
 
 class Odometry(NamedTuple):
@@ -83,31 +90,48 @@ class Intake:
         rows: odometry, oldest first.
         waiting: scans, each with the number of its lidar, oldest first.
         newest: stamp of the last scan taken of each lidar, s.
+        came: when the last scan of each lidar came, s.
         jumped: stamp of the last jump of the pose that is not declared, s.
-        bad_odometry, bad_scan: what was wrong with the last one; empty: nothing.
-        frozen: ranges and place of the first of equal scans, of each lidar.
+        bad_odometry: what was wrong with the last one; empty: nothing.
+        bad_scans: the same of the last scan of each lidar.
+        old: hash of the ranges of the last scans of each lidar, and the pose where such ranges came first.
+        believed: the last scan of each lidar that was believed; None: none yet.
         dropped: why scans and odometry were dropped, in the order in which it first happened, and how often.
     """
 
     rows: tuple[Odometry, ...] = ()
     waiting: tuple[tuple[int, LaserScan], ...] = ()
     newest: tuple[float, ...] = ()
+    came: tuple[float, ...] = ()
     jumped: float = -math.inf
     bad_odometry: str = ""
-    bad_scan: str = ""
-    frozen: tuple[tuple[np.ndarray, np.ndarray] | None, ...] = ()
+    bad_scans: tuple[str, ...] = ()
+    old: tuple[tuple[tuple[int, np.ndarray], ...], ...] = ()
+    believed: tuple[PosedScan | None, ...] = ()
     dropped: tuple[tuple[str, int], ...] = ()
 
     @staticmethod
     def empty(lidars: int) -> "Intake":
         """The intake of a robot with this number of lidars, before anything has come."""
-        return Intake(newest=(-math.inf,) * lidars, frozen=(None,) * lidars)
+        never = (-math.inf,) * lidars
+        return Intake(newest=never, came=never, bad_scans=("",) * lidars, old=((),) * lidars, believed=(None,) * lidars)
 
     def without(self, why: str, **changes: Any) -> "Intake":
         """One thing more was dropped."""
         counts = dict(self.dropped)
         counts[why] = counts.get(why, 0) + 1
         return dataclasses.replace(self, dropped=tuple(counts.items()), **changes)
+
+
+def with_new_clock(intake: Intake, now: float) -> Intake:
+    """The intake when the clock begins again: only the last pose stays, for where the odometry goes on from it."""
+    rows = tuple(row._replace(time=now - OLDEST) for row in intake.rows[-1:])
+    return dataclasses.replace(Intake.empty(len(intake.newest)), rows=rows)
+
+
+def with_item(items: tuple, k: int, item: Any) -> tuple:
+    """The items, of which that with number `k` is another."""
+    return (*items[:k], item, *items[k + 1 :])
 
 
 def canonical(scan: LaserScan, **changes: float) -> LaserScan:
@@ -145,14 +169,15 @@ def _with_row(intake: Intake, now: float, row: Any, declared: Declared) -> Intak
     if last is not None and row.time <= last.time:
         return intake.without("odometry twice or out of order")
     if last is not None and not declared.jumps and (far := _jump(last, row, declared.robot)):
-        return intake.without("jump of the odometry", rows=(row,), waiting=(), jumped=row.time, bad_odometry=far)
+        fresh = dataclasses.replace(Intake.empty(len(intake.newest)), newest=intake.newest, dropped=intake.dropped)
+        return fresh.without("jump of the odometry", rows=(row,), jumped=row.time, bad_odometry=far)
     return dataclasses.replace(intake, rows=(*intake.rows, row), bad_odometry="")
 
 
 def _jump(last: Odometry, row: Odometry, robot: RobotParameters) -> str:
     """How far a pose is from the way that the twist before it leads, if that is a jump: a robot may halt on it."""
-    dt = row.time - last.time
-    led = extrapolated(last, row.time) - last[1:4]
+    dt = min(row.time - last.time, OLDEST + robot.max_speed / robot.max_acceleration)  # without odometry it brakes
+    led = extrapolated(last, last.time + dt) - last[1:4]
     moved = np.array((row.x - last.x, row.y - last.y, math.remainder(row.yaw - last.yaw, 2.0 * math.pi)))
     share = min(max(float(moved[:2] @ led[:2]), 0.0) / (float(led[:2] @ led[:2]) or 1.0), 1.0)
     off = math.hypot(*(moved - share * led)[:2])
@@ -166,20 +191,29 @@ def _jump(last: Odometry, row: Odometry, robot: RobotParameters) -> str:
 
 def _with_scan(intake: Intake, now: float, k: Any, scan: Any, declared: Declared) -> Intake:
     if not isinstance(scan, LaserScan) or k not in range(len(declared.lidars)):
-        return intake.without("no scan of a lidar", bad_scan=f"a scan is {type(scan).__name__} of lidar {k}")
+        return _refused(intake, k, "no scan of a lidar", f"a scan is {type(scan).__name__} of lidar {k}")
     lidar = declared.lidars[k]
     scan = canonical(scan, scan_time=1.0 / lidar.rate)  # of drivers it may be 0, or anything
     scan = scan.masked(lidar.mask) if lidar.mask else scan
     if scan.time > now + CLOCK:
         text = f"a scan is stamped {scan.time - now:.3g} s ahead of the clock"
-        return intake.without("scan from the future", bad_scan=text)
+        return _refused(intake, k, "scan from the future", text)
     if scan.time <= max([intake.newest[k], *(each.time for j, each in intake.waiting if j == k)]):
         return intake.without("scan twice or out of order")
     if wrong := false_scan(scan, lidar):
-        return intake.without("false scan", bad_scan=wrong)
+        return _refused(intake, k, "false scan", wrong)
+    scan = within_range(scan, lidar)
     for beam in () if lidar.outliers else lone_close_hits(scan, declared.bodies[k]):
         intake = intake.without(f"hit of beam {beam} of lidar {k} alone, inside the robot or nearer than range_min")
-    return dataclasses.replace(intake, waiting=(*intake.waiting, (k, scan)), bad_scan="")
+    waiting, came = (*intake.waiting, (k, scan)), with_item(intake.came, k, now)
+    return dataclasses.replace(intake, waiting=waiting, came=came, bad_scans=with_item(intake.bad_scans, k, ""))
+
+
+def _refused(intake: Intake, k: Any, kind: str, why: str) -> Intake:
+    """The intake without a scan of a lidar, or of none."""
+    lidars = range(len(intake.bad_scans))
+    said = tuple(why if each == k or k not in lidars else intake.bad_scans[each] for each in lidars)
+    return intake.without(kind, bad_scans=said)
 
 
 def false_scan(scan: LaserScan, lidar: LidarParameters) -> str:
@@ -191,9 +225,29 @@ def false_scan(scan: LaserScan, lidar: LidarParameters) -> str:
         return f"a scan has {len(scan.ranges)} beams over {scan.field_of_view.span:.3g} rad; declared: {lidar.beams}"
     if scan.field_of_view.span + scan.angle_increment < 0.97 * (view.span + view.angle_increment):
         return f"a scan spans {scan.field_of_view.span:.3g} rad; declared: {view.span:.3g} rad"
-    if scan.range_max < 0.97 * lidar.range_max:
+    if scan.range_max < LEAST_SHARE * lidar.range_max:
         return f"a scan has range_max {scan.range_max:.3g} m; declared: {lidar.range_max:.3g} m"
+    sweep = abs(scan.time_increment) * (len(scan.ranges) - 1)
+    if sweep > LONGEST_SWEEP / lidar.rate:
+        taken = f"a scan takes {sweep:.3g} s by its time_increment of {scan.time_increment:.3g} s"
+        return f"{taken}; declared: {1.0 / lidar.rate:.3g} s from scan to scan"
     return ""
+
+
+def within_range(scan: LaserScan, lidar: LidarParameters) -> LaserScan:
+    """The scan with a range of at most the declared one, and without the one range that drivers send for no return.
+
+    That is the farthest range of the scan, just below its `range_max`, if FEWEST_HITS beams hold it to the bit. The
+    scan then reaches no farther, so that nothing is taken for free that was not measured.
+    """
+    limit = min(scan.range_max, float(np.float32(lidar.range_max)))
+    near_limit = scan.ranges[(scan.ranges >= LEAST_SHARE * limit) & (scan.ranges < limit)]
+    if len(near_limit) and np.count_nonzero(near_limit == near_limit.max()) >= FEWEST_HITS:
+        limit = float(near_limit.max())
+    if limit == scan.range_max:
+        return scan
+    ranges = np.where(scan.ranges >= limit, math.inf, scan.ranges)
+    return dataclasses.replace(scan, ranges=ranges, range_max=limit)
 
 
 def extrapolated(row: Odometry, time: float) -> np.ndarray:
@@ -235,28 +289,43 @@ def next_scan(intake: Intake, now: float) -> tuple[Intake, PosedScan | None]:
         if pose is None and coming and now - scan.time < OLDEST:
             break
         waiting = tuple(each for each in intake.waiting if each is not first)
-        newest = (*intake.newest[:k], scan.time, *intake.newest[k + 1 :])
-        intake = dataclasses.replace(intake, waiting=waiting, newest=newest)
+        intake = dataclasses.replace(intake, waiting=waiting, newest=with_item(intake.newest, k, scan.time))
         if pose is None:
             intake = intake.without("scan without a pose")
             continue
-        intake, still = _frozen(intake, k, scan, pose)
-        if not still:
-            return intake, PosedScan(k, scan, pose)
-        intake = intake.without("frozen scan", bad_scan=still)
+        posed, (kind, why) = PosedScan(k, scan, pose), _unbelievable(intake, k, scan, pose)
+        if why:
+            intake = _refused(intake, k, kind, why)
+            continue
+        ranges = hash(scan.ranges.tobytes())
+        if all(each != ranges for each, _ in intake.old[k]):
+            old = (*intake.old[k], (ranges, pose))[-OLD_SCANS:]
+            intake = dataclasses.replace(intake, old=with_item(intake.old, k, old))
+        return dataclasses.replace(intake, believed=with_item(intake.believed, k, posed)), posed
     return intake, None
 
 
-def _frozen(intake: Intake, k: int, scan: LaserScan, pose: np.ndarray) -> tuple[Intake, str]:
-    """The intake with the first of equal scans noted, and what is wrong if one is equal though the robot moved."""
-    before = intake.frozen[k]
-    same = before is not None and np.array_equal(before[0], scan.ranges, equal_nan=True)
-    if before is None or not same or not np.isfinite(scan.ranges).any():
-        known = (*intake.frozen[:k], (scan.ranges, pose), *intake.frozen[k + 1 :])
-        return dataclasses.replace(intake, frozen=known), ""
-    forward, aside, turn = now_in(before[1], pose)
-    moved = max(math.hypot(forward, aside), abs(math.remainder(turn, 2.0 * math.pi))) > FROZEN
-    return intake, "scans are frozen: the robot moves, and they stay the same" if moved else ""
+def _unbelievable(intake: Intake, k: int, scan: LaserScan, pose: np.ndarray) -> tuple[str, str]:
+    """Why a scan cannot be what the lidar sees now, by those before: the kind, and a sentence; both empty if it can."""
+    ranges = hash(scan.ranges.tobytes())
+    if np.isfinite(scan.ranges).any():
+        for each, place in intake.old[k]:
+            forward, aside, turn = now_in(place, pose)
+            moved = max(math.hypot(forward, aside), abs(math.remainder(turn, 2.0 * math.pi)))
+            if each == ranges and moved > FROZEN:
+                return "frozen scan", "scans are frozen: the robot moves, and they stay the same, or come again"
+    last = intake.believed[k]
+    if last is None:
+        return "", ""
+    left = JUMP + math.dist(last.pose[:2], pose[:2]) + WALKING * scan.scan_time
+    remaining = int(np.count_nonzero(np.isfinite(last.scan.ranges) & (last.scan.ranges < scan.range_max - left)))
+    hits = int(np.count_nonzero(scan.ranges < scan.range_max))
+    if remaining >= FEWEST_HITS and hits < HITS_LEFT * remaining:
+        return (
+            "scan without returns",
+            f"a scan has {counted(hits, 'hit')}, where {remaining} of the last cannot be gone",
+        )
+    return "", ""
 
 
 def goal_of(goal: Any) -> tuple[float, ...] | None:

@@ -1,8 +1,9 @@
 """A run as an MCAP file: what came in, in order, and what was commanded; and its replay, bit for bit.
 
-Foxglove and Lichtblick show it: `/scan` (and `/scan_2`, ...) as `sensor_msgs/msg/LaserScan`, `/tf`, path and regions as
-`/starnav/plan`, and `/starnav/tick`, one message a command with the time, odometry, goal, twist, status and reason.
-`/starnav/run` holds scenario and mounts.
+All of it is ROS 2 messages in CDR, so that Foxglove, Lichtblick and `rosbags` open it: `/scan` (and `/scan_2`, ...),
+`/odom`, `/cmd_vel`, `/tf`, `/tf_static`, and path and regions as markers, `/starnav/plan`. `/starnav/run` holds the
+scenario and mounts, and `/starnav/tick`, one message a command, time, odometry to the bit, goal, twist, status, reason:
+both are JSON in a `std_msgs/String`.
 """
 
 import json
@@ -20,14 +21,29 @@ from drake_starnav.lidar.mounts import Mount
 from drake_starnav.loading import parse_scenario
 from drake_starnav.navigation import Parts
 from drake_starnav.navigation.parts import AS_DECLARED
+from drake_starnav.runtime.execution import Told
 from drake_starnav.runtime.intake import Odometry, canonical
 from drake_starnav.runtime.navigator import Command, Navigator
+from drake_starnav.runtime.ros2_definitions import decode_string, definition, encode
 from drake_starnav.scenario.scenario_file import scenario_text
 from drake_starnav.systems.star_perception import lidar_names
-from drake_starnav.utils.files import reading
+from drake_starnav.utils.files import no_file, reading
 
-RUN, TICK, TF, PLAN = "/starnav/run", "/starnav/tick", "/tf", "/starnav/plan"
-SCHEMAS = {RUN: "starnav.Run", TICK: "starnav.Tick", TF: "foxglove.FrameTransform", PLAN: "foxglove.SceneUpdate"}
+RUN, TICK, TF, FIXED, PLAN, ODOM, TWIST = (
+    "/starnav/run", "/starnav/tick", "/tf", "/tf_static", "/starnav/plan", "/odom", "/cmd_vel"
+)  # fmt: skip
+KINDS = {
+    RUN: "std_msgs/String",
+    TICK: "std_msgs/String",
+    TF: "tf2_msgs/TFMessage",
+    FIXED: "tf2_msgs/TFMessage",
+    PLAN: "visualization_msgs/MarkerArray",
+    ODOM: "nav_msgs/Odometry",
+    TWIST: "geometry_msgs/Twist",
+}
+SCAN = "sensor_msgs/LaserScan"
+LARGEST_CHUNK, LARGEST_RATIO = 1 << 24, 200
+"""Bytes of an expanded chunk at most, and of all of them as a multiple of the file's."""
 SHOWN = 0.5
 """Between two messages with the plan, s."""
 MOST, EACH = 20, 8
@@ -37,21 +53,14 @@ PATH_COLOR, REGION_COLOR = (
 )
 SCAN_NUMBERS = ("angle_min", "angle_max", "angle_increment", "time_increment", "scan_time", "range_min", "range_max")
 """Fields of the message in their order; `angle_max` follows from the others."""
-RULE = f"\n{80 * '='}\n"
-SCAN_SCHEMA = RULE.join(
-    (
-        "std_msgs/Header header\n" + "\n".join(f"float32 {name}" for name in SCAN_NUMBERS)
-        + "\nfloat32[] ranges\nfloat32[] intensities",
-        "MSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id",
-        "MSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec",
-    )
-)  # fmt: skip
+LINE_STRIP = 4
+"""The type of a marker."""
 LOGS = "an MCAP file as drive(log=...) writes it"
 
 
 def _mcap() -> Any:
     try:
-        import mcap.reader
+        import mcap.records
         import mcap.stream_reader
         import mcap.writer
     except ImportError:
@@ -61,12 +70,9 @@ def _mcap() -> Any:
 
 def scan_message(scan: LaserScan, frame: str) -> bytes:
     """The scan as a ROS message in CDR."""
-    seconds, nanoseconds = divmod(round(scan.time * 1e9), 10**9)
-    name = frame.encode() + b"\0"
-    numbers = struct.pack("<7f", *(getattr(scan, each) for each in SCAN_NUMBERS))
-    head = struct.pack("<iII", seconds, nanoseconds, len(name)) + name + bytes(-len(name) % 4)
-    ranges = scan.ranges.astype("<f4").tobytes()
-    return b"\0\1\0\0" + head + numbers + struct.pack("<I", len(scan.ranges)) + ranges + struct.pack("<I", 0)
+    header = {"stamp": _stamp(round(scan.time * 1e9)), "frame_id": frame}
+    numbers = {name: getattr(scan, name) for name in SCAN_NUMBERS}
+    return encode(SCAN, {"header": header, "ranges": scan.ranges, **numbers})
 
 
 def scan_of(message: bytes, time: float) -> LaserScan:
@@ -87,27 +93,35 @@ class RunLog:
         """Raises a `StarnavError` without the extra `mcap`, and an `OSError` where the file cannot be written."""
         mcap = _mcap()
         self._navigator, self._shown = navigator, -math.inf
+        path.parent.mkdir(parents=True, exist_ok=True)
         self._file = path.open("wb")
         self._writer = writer = mcap.writer.Writer(self._file, chunk_size=1 << 18)
         writer.start(profile="ros2", library="drake_starnav")
-        scan = writer.register_schema("sensor_msgs/msg/LaserScan", "ros2msg", SCAN_SCHEMA.encode())
         count = len(navigator.mounts)
         self._frames = lidar_names("lidar", count)
-        self._scans = [writer.register_channel(f"/{name}", "cdr", scan) for name in lidar_names("scan", count)]
-        self._channels = {}
-        for topic, schema in SCHEMAS.items():
-            number = writer.register_schema(schema, "jsonschema", b'{"type": "object"}')
-            self._channels[topic] = writer.register_channel(topic, "json", number)
+        scans, kinds = [f"/{name}" for name in lidar_names("scan", count)], sorted({SCAN, *KINDS.values()})
+        schemas = {
+            kind: writer.register_schema(kind.replace("/", "/msg/"), "ros2msg", definition(kind).encode())
+            for kind in kinds
+        }
+        self._scans = [writer.register_channel(topic, "cdr", schemas[SCAN]) for topic in scans]
+        self._channels = {topic: writer.register_channel(topic, "cdr", schemas[kind]) for topic, kind in KINDS.items()}
+        self._begun = False
+
+    def _begin(self, at: int) -> None:
+        navigator = self._navigator
         text = scenario_text(navigator.scenario)
-        run = {"name": navigator.scenario.name, "scenario": text, "mounts": navigator.mounts}
-        self._json(RUN, 0, run)
-        for frame, mount in zip(self._frames, navigator.mounts, strict=True):
-            self._transform(0, "base_link", frame, mount)
+        self._json(RUN, at, {"name": navigator.scenario.name, "scenario": text, "mounts": navigator.mounts})
+        mounts = zip(self._frames, navigator.mounts, strict=True)
+        self._add(FIXED, at, {"transforms": [_transform(at, "base_link", frame, mount) for frame, mount in mounts]})
+        self._begun = True
 
     def note(self, reading: Any, command: Command, took: float = 0.0) -> None:
         """What came, as of `Navigator.step`, what was commanded, and how long after `now` it was sent, s."""
-        now, scans, odometry, goal = reading
+        now, scans, odometry, goal, *reset = reading
         at, came = _nanoseconds(now), []
+        if not self._begun:
+            self._begin(at)
         for item in scans:
             k, scan = item if isinstance(item, tuple) else (0, item)
             if not isinstance(scan, LaserScan) or k not in range(len(self._scans)):
@@ -118,13 +132,18 @@ class RunLog:
             came.append((k, scan.time))
         odometry = list(odometry)
         rows = [_row(each) for each in odometry]
-        if rows and isinstance(odometry[-1], Odometry) and None not in (rows[-1] or [None]):
-            self._transform(at, "odom", "base_link", Mount(*odometry[-1][1:4], False))
+        for each, row in zip(odometry, rows, strict=True):
+            if isinstance(each, Odometry) and None not in (row or [None]):
+                self._odometry(at, each)
+        velocity = Told.of(now, command.twist, self._navigator.actuation.limits)
+        linear = {"x": velocity.ahead, "y": velocity.aside}
+        self._add(TWIST, at, {"linear": linear, "angular": {"z": velocity.turning}})
         tick = {
             "now": _finite(now),
             "scans": came,
             "odometry": rows,
             "goal": _row(goal),
+            "reset": any(reset),
             "twist": command.twist.tolist(),
             "took": took,
         }
@@ -133,26 +152,33 @@ class RunLog:
             self._shown = now
             self._show(at)
 
+    def _odometry(self, at: int, row: Odometry) -> None:
+        measured = _nanoseconds(row.time)
+        placed = _transform(measured, "odom", "base_link", Mount(row.x, row.y, row.yaw, False))
+        self._add(TF, at, {"transforms": [placed]})
+        pose = {"position": placed["transform"]["translation"], "orientation": placed["transform"]["rotation"]}
+        twist = {"linear": {"x": row.v, "y": row.aside}, "angular": {"z": row.omega}}
+        message = {"header": placed["header"], "child_frame_id": "base_link", "pose": {"pose": pose}}
+        self._add(ODOM, at, message | {"twist": {"twist": twist}})
+
     def _show(self, at: int) -> None:
         path, outlines = planned(self._navigator)
-        lines = [_line(each, REGION_COLOR, closed=True) for each in outlines] + [_line(path, PATH_COLOR)]
-        entity = {"timestamp": _stamp(at), "frame_id": "odom", "id": "plan", "lines": lines}
-        self._json(PLAN, at, {"entities": [entity], "deletions": []})
-
-    def _transform(self, at: int, parent: str, child: str, mount: Mount) -> None:
-        half = 0.5 * mount.yaw
-        turn = {"x": 0.0, "y": 0.0, "z": math.sin(half), "w": math.cos(half)}
-        if mount.upside_down:  # half a turn about x, then the yaw
-            turn = {"x": math.cos(half), "y": math.sin(half), "z": 0.0, "w": 0.0}
-        place = {"x": mount.x, "y": mount.y, "z": 0.0}
-        frames = {"parent_frame_id": parent, "child_frame_id": child, "translation": place, "rotation": turn}
-        self._json(TF, at, {"timestamp": _stamp(at), **frames})
+        lines = [(np.vstack((each, each[:1])), REGION_COLOR) for each in outlines] + [(path, PATH_COLOR)]
+        header = {"stamp": _stamp(at), "frame_id": "odom"}
+        markers = [{"header": header, "action": 3}]  # delete what was shown before
+        markers += [{"header": header, "ns": "plan", "id": k, **_line(*line)} for k, line in enumerate(lines)]
+        self._add(PLAN, at, {"markers": markers})
 
     def _json(self, topic: str, at: int, value: dict[str, Any]) -> None:
-        self._writer.add_message(self._channels[topic], at, json.dumps(value).encode(), at)
+        self._add(topic, at, {"data": json.dumps(value)})
+
+    def _add(self, topic: str, at: int, values: dict[str, Any]) -> None:
+        self._writer.add_message(self._channels[topic], at, encode(KINDS[topic], values), at)
 
     def close(self) -> None:
         """Complete the file; without it all but the end can be read."""
+        if not self._begun:
+            self._begin(0)
         self._writer.finish()
         self._file.close()
 
@@ -169,14 +195,24 @@ def planned(navigator: Navigator) -> tuple[np.ndarray, list[np.ndarray]]:
     return np.vstack((rows[-1][1:3], np.reshape(guidance.path, (-1, 2)))), outlines
 
 
-def _line(places: np.ndarray, color: dict[str, float], *, closed: bool = False) -> dict[str, Any]:
-    points = [{"x": x, "y": y, "z": 0.0} for x, y in np.round(places, 3).tolist()]
-    pose = {"position": {"x": 0.0, "y": 0.0, "z": 0.0}, "orientation": {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}}
-    return {"type": int(closed), "pose": pose, "thickness": 0.02, "points": points, "color": color}
+def _line(places: np.ndarray, color: dict[str, float]) -> dict[str, Any]:
+    """The fields of a marker that shows a line through places (n, 2), m."""
+    points = [{"x": x, "y": y} for x, y in np.round(places, 3).tolist()]
+    pose = {"orientation": {"w": 1.0}}
+    return {"type": LINE_STRIP, "pose": pose, "scale": {"x": 0.02}, "points": points, "color": color}
+
+
+def _transform(at: int, parent: str, child: str, mount: Mount) -> dict[str, Any]:
+    half = 0.5 * mount.yaw
+    turn = {"z": math.sin(half), "w": math.cos(half)}
+    if mount.upside_down:  # half a turn about x, then the yaw
+        turn = {"x": math.cos(half), "y": math.sin(half)}
+    transform = {"translation": {"x": mount.x, "y": mount.y}, "rotation": turn}
+    return {"header": {"stamp": _stamp(at), "frame_id": parent}, "child_frame_id": child, "transform": transform}
 
 
 def _stamp(at: int) -> dict[str, int]:
-    return dict(zip(("sec", "nsec"), divmod(at, 10**9), strict=True))
+    return dict(zip(("sec", "nanosec"), divmod(at, 10**9), strict=True))
 
 
 def _nanoseconds(time: float) -> int:
@@ -196,13 +232,13 @@ def _row(values: Any) -> list[float | None] | None:
 
 
 def _number(value: float | None) -> float:
-    return math.nan if value is None else value
+    return math.nan if value is None else float(value)
 
 
 class Tick(NamedTuple):
     """A command of a log, with what `Navigator.step` was called with, and how long after `now` it was sent, s."""
 
-    inputs: tuple[float, list[Any], list[Any], Any]
+    inputs: tuple[float, list[Any], list[Any], Any, bool]
     command: Command
     took: float
 
@@ -223,41 +259,90 @@ class Log(NamedTuple):
 
 def read_log(path: str | Path) -> Log:
     """Open the log of a run; a `StarnavError` for what is none. One that was cut off ends where it does."""
-    messages = _messages(Path(path))
-    topic, data = next(messages, ("", b""))
-    if topic != RUN:
-        raise StarnavError(f"{path} is not the log of a run; allowed: {LOGS}")
-    run = json.loads(data)
-    mounts = tuple(Mount(*each) for each in run["mounts"])
-    return Log(run["name"], run["scenario"], mounts, _ticks(messages))
+    place, messages = f"log {path}", _messages(Path(path))
+    with reading(place, LOGS):
+        topic, data = next(messages, ("", b""))
+        if topic != RUN:
+            raise ValueError("it is not the log of a run")
+        run = json.loads(decode_string(data))
+        mounts = tuple(Mount(*map(float, each[:3]), bool(each[3])) for each in run["mounts"])
+        if not (isinstance(run["name"], str) and isinstance(run["scenario"], str) and mounts):
+            raise ValueError("its run has no name, scenario and mounts")
+        return Log(run["name"], run["scenario"], mounts, _ticks(messages, place, len(mounts)))
 
 
 def _messages(path: Path) -> Iterator[tuple[str, bytes]]:
+    """Topic and content of each message, in order; a chunk is expanded alone, and within bounds."""
     mcap = _mcap()
-    with reading(f"log {path}", LOGS), path.open("rb") as file:
-        try:
-            for _, channel, message in mcap.reader.NonSeekingReader(file).iter_messages(log_time_order=False):
-                yield channel.topic, message.data
-        except (mcap.exceptions.McapError, mcap.exceptions.EndOfFile, struct.error):
-            return  # the loop was killed: this is its last chunk
+    records, exceptions, topics, expanded = mcap.records, mcap.exceptions, {}, LARGEST_CHUNK
+    with reading(f"log {path}", LOGS):
+        if why := no_file(path):
+            raise ValueError(why)
+        most = LARGEST_CHUNK + LARGEST_RATIO * path.stat().st_size
+        with path.open("rb") as file:
+            stream = mcap.stream_reader.StreamReader(file, emit_chunks=True, record_size_limit=LARGEST_CHUNK)
+            try:
+                for outer in stream.records:
+                    inner = [outer]
+                    if isinstance(outer, records.Chunk):
+                        outer.data, outer.compression = _expand(outer), ""
+                        expanded += len(outer.data)
+                        if expanded > most:
+                            raise ValueError(f"it expands to more than {LARGEST_RATIO} times its size")
+                        inner = mcap.stream_reader.breakup_chunk(outer)
+                    for record in inner:
+                        if isinstance(record, records.Channel):
+                            topics[record.id] = record.topic
+                        elif isinstance(record, records.Message):
+                            yield topics[record.channel_id], record.data
+            except exceptions.RecordLengthLimitExceeded:
+                raise
+            except (exceptions.McapError, exceptions.EndOfFile, struct.error):
+                return  # the loop was killed: this is its last chunk
 
 
-def _ticks(messages: Iterator[tuple[str, bytes]]) -> Iterator[Tick]:
+def _expand(chunk: Any) -> bytes:
+    """The content of a chunk; a `ValueError` where it is larger than LARGEST_CHUNK, or not as our logs are."""
+    import zstandard  # late: of the extra mcap
+
+    if chunk.compression not in ("", "zstd"):
+        raise ValueError(f"a chunk is compressed by {chunk.compression[:10]}, and not by zstd")
+    data = chunk.data
+    if chunk.compression:
+        expander = zstandard.ZstdDecompressor(max_window_size=LARGEST_CHUNK)
+        data = expander.stream_reader(data).read(LARGEST_CHUNK + 1)
+    if len(data) > LARGEST_CHUNK:
+        raise ValueError(f"a chunk expands to more than {LARGEST_CHUNK >> 20} MB")
+    return data
+
+
+def _ticks(messages: Iterator[tuple[str, bytes]], place: str, lidars: int) -> Iterator[Tick]:
     waiting: list[bytes] = []
     for topic, data in messages:
         if topic == TICK:
-            tick = json.loads(data)
-            came, scans = iter(waiting), []
-            for k, time in tick["scans"]:
-                scans.append(None if k < 0 else (k, scan_of(next(came), time)))
+            with reading(place, LOGS):
+                tick = _tick(json.loads(decode_string(data)), waiting, lidars)
             waiting = []
-            rows = [None if row is None else Odometry(*map(_number, row)) for row in tick["odometry"]]
-            goal = None if tick["goal"] is None else tuple(map(_number, tick["goal"]))
-            twist = np.array(tick["twist"])
-            command = Command(twist, tick["certified"], tick["status"], tick["why"])
-            yield Tick((_number(tick["now"]), scans, rows, goal), command, tick.get("took", 0.0))
-        elif topic not in SCHEMAS:
+            yield tick
+        elif topic not in KINDS:
             waiting.append(data)
+
+
+def _tick(tick: dict[str, Any], messages: list[bytes], lidars: int) -> Tick:
+    """A command with the scans before it; raises anything where it is none."""
+    came = [(int(k), float(time)) for k, time in tick["scans"]]
+    seen = [k for k, _ in came if k >= 0]
+    if len(seen) > len(messages) or any(k >= lidars for k in seen):
+        raise ValueError("a command has other scans than were written before it")
+    waiting = iter(messages)
+    scans = [None if k < 0 else (k, scan_of(next(waiting), time)) for k, time in came]
+    rows = [None if row is None else Odometry(*map(_number, row)) for row in tick["odometry"]]
+    goal = None if tick["goal"] is None else tuple(map(_number, tick["goal"]))
+    twist = np.array(tick["twist"], float)
+    if twist.ndim != 1 or len(twist) not in (2, 3):
+        raise ValueError(f"a twist has the shape {twist.shape}")
+    command = Command(twist, bool(tick["certified"]), str(tick["status"]), str(tick["why"]))
+    return Tick((_number(tick["now"]), scans, rows, goal, bool(tick["reset"])), command, float(tick["took"]))
 
 
 class Replayed(NamedTuple):

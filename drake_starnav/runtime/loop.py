@@ -25,12 +25,13 @@ LONGEST_RAMP = 10.0
 
 
 class Reading(NamedTuple):
-    """What came since the last reading, as of `Navigator.step`."""
+    """What came since the last reading, and whether a reset is asked, as of `Navigator.step`."""
 
     now: float
     scans: Any = ()
     odometry: Any = ()
     goal: Any = None
+    reset: bool = False
 
 
 class DrivenRobot(Protocol):
@@ -82,7 +83,7 @@ def drive(
     until_reached: bool = False,
     quiet: bool = True,
 ) -> Driven:
-    """Drive a robot until a signal, SIGTERM or SIGINT, ends it.
+    """Drive a robot until a signal, SIGTERM or SIGINT, ends it; SIGUSR1 resets the navigator, see `Navigator.step`.
 
     The schedule is absolute: a late command does not delay those after it, and is counted. Whatever ends the loop, an
     exception included, the base is ramped to zero and told so several times, then the robot is closed.
@@ -105,7 +106,7 @@ def drive(
     gc.freeze()  # what is there stays: the collector need not look at it again while the robot moves
     end, command = "over", None
     try:
-        with _signals() as stopped:
+        with _signals() as stopped, _signals(signal.SIGUSR1) as reset:
             robot.read()  # what waited while the navigator was built is old
             begin = time.monotonic()
             for tick in _ticks(begin, period, begin + seconds):
@@ -114,6 +115,9 @@ def drive(
                 reading = Reading(*robot.read())
                 if reading.goal is None:
                     reading = reading._replace(goal=goal)
+                if reset.is_set():
+                    reset.clear()
+                    reading = reading._replace(reset=True)
                 command = navigator.step(*reading)
                 robot.drive(command)
                 took.append(time.perf_counter() - since)
@@ -171,11 +175,11 @@ def _ramped(navigator: Navigator, robot: DrivenRobot) -> None:
 
 
 @contextlib.contextmanager
-def _signals() -> Iterator[threading.Event]:
-    """SIGTERM and SIGINT set an event instead of ending the process; in the main thread, where alone they come."""
+def _signals(*numbers: signal.Signals) -> Iterator[threading.Event]:
+    """Signals, or else SIGTERM and SIGINT, only set an event; in the main thread, where alone they come."""
     asked, before = threading.Event(), {}
     if threading.current_thread() is threading.main_thread():
-        for each in (signal.SIGTERM, signal.SIGINT):
+        for each in numbers or (signal.SIGTERM, signal.SIGINT):
             before[each] = signal.signal(each, lambda *_: asked.set())
     try:
         yield asked

@@ -18,7 +18,17 @@ from drake_starnav.navigation.robot import robot_mounts
 from drake_starnav.planning import PlannerStatus
 from drake_starnav.robot.motion import Actuation
 from drake_starnav.runtime import intake as take
-from drake_starnav.runtime.execution import STANDS, Execution, Told, judged, with_command, with_scan
+from drake_starnav.runtime.execution import (
+    REST,
+    STANDS,
+    Execution,
+    Told,
+    acknowledged,
+    is_carried,
+    judged,
+    with_command,
+    with_scan,
+)
 from drake_starnav.runtime.intake import Declared, Intake, PosedScan
 from drake_starnav.runtime.station import AskedGoal, DriverStation, no_scan
 from drake_starnav.safety.shield import braking_twist, ramped_twist
@@ -31,6 +41,8 @@ from drake_starnav.systems.twist_shield import Unshielded
 
 GAP = 0.1
 """After this long without a step or odometry, s, the next twist is ramped from the measured one."""
+LEAST_ADVANCE = 0.02
+"""The clock stands if it advances by less than this share of a period from call to call, for GAP."""
 
 
 class Command(NamedTuple):
@@ -53,9 +65,10 @@ class Navigator:
     """Drives a robot by its scans and its odometry; nothing of it knows a plant or a world.
 
     The diagram is that of `add_navigation`, about a `DriverStation`. Its updates keep their raster, whatever the jitter
-    of the calls: a call within a period repeats the last command, a call after more than GAP begins at the measured
-    twist. The diagram exports the inputs of station and goal, and the outputs `twist_command` and, if it has them,
-    `planner.*`: add it to a builder of your own, and do not call `step` then.
+    of the calls: a call within a period repeats the last command, but not longer than GAP if the clock stands; a call
+    after more than GAP begins at the measured twist. A goal that changes resets nothing of what is supervised. The
+    diagram exports the inputs of station and goal, and the outputs `twist_command` and, if it has them, `planner.*`:
+    add it to a builder of your own, and do not call `step` then.
 
     Attributes:
         scenario: without a world.
@@ -124,6 +137,8 @@ class Navigator:
         size = len(self.actuation.base.components)
         self.intake = Intake.empty(len(self._declared.lidars))
         self._now, self._origin, self._tick = math.nan, 0.0, 0
+        self._latest, self._stalled = -math.inf, 0
+        self._dropped_goal, self._carried, self._forgets = "", -math.inf, False
         self._command = Command(np.zeros(size), False, "standing", "nothing has come in")
         self._execution = Execution()
         self._goal: tuple[float, ...] | None = None
@@ -139,7 +154,7 @@ class Navigator:
             self._fix(name, np.zeros(size))
         self._fix("heading", np.array([math.nan]))
         self._seen, self._forgotten = [-math.inf] * len(self._names), self.intake.jumped
-        self._broken, self._begun, self._fixed = True, False, False
+        self._broken, self._begun, self._fixed, self._forgets = True, False, False, False
 
     def step(
         self,
@@ -147,6 +162,7 @@ class Navigator:
         scans: Iterable[Any] = (),
         odometry: Iterable[Any] = (),
         goal: Sequence[float] | None = None,
+        reset: bool = False,
     ) -> Command:
         """The command for the next period; to be called once a control period.
 
@@ -157,11 +173,13 @@ class Navigator:
             scans: that came since the last call, `LaserScan`s; of a robot with several lidars pairs of the lidar's
                 number, from 0, and the scan.
             odometry: that came since then, `Odometry`.
-            goal: (x, y) or (x, y, yaw) in the odometry's frame, m and rad; None: to stand. A goal that is given anew
-                also ends what `why` says to last until then.
+            goal: (x, y) or (x, y, yaw) in the odometry's frame, m and rad; None: to stand. What
+                `why` says to last until the goal is given anew ends when none is given while the robot stands. After a
+                jump of the odometry the goal is dropped until none, or one of another place, is given.
+            reset: whether to brake, forget what was seen and what went wrong, and then to try the goal again.
         """
         try:
-            command = self._stepped(now, scans, odometry, goal)
+            command = self._stepped(now, scans, odometry, goal, reset)
         except Exception as error:  # whatever it is: a robot that moves must be braked
             self._broken = True
             command = self._braking(f"the step failed: {type(error).__name__}: {error}")
@@ -176,31 +194,36 @@ class Navigator:
         self._drive(command)
         return command
 
-    def _stepped(self, now: float, scans: Iterable[Any], odometry: Iterable[Any], goal: Any) -> Command:
+    def _stepped(self, now: float, scans: Iterable[Any], odometry: Iterable[Any], goal: Any, reset: bool) -> Command:
         if not math.isfinite(now):
             return self._braking(f"now is {now}; allowed: finite, s")
         period = self.actuation.hold
+        self._stalled = 0 if now > self._latest + LEAST_ADVANCE * period else self._stalled + 1
+        self._latest = max(now, self._latest)
         if now < self._now - take.CLOCK:  # the clock begins again
-            self.intake, self._now = Intake.empty(len(self._declared.lidars)), math.nan
+            self.intake, self._now, self._latest = take.with_new_clock(self.intake, now), math.nan, now
             self._begin()
-        elapsed = now - self._now
+        elapsed, jumped = now - self._now, self.intake.jumped
         self.intake = take.taken(self.intake, now, scans, odometry, self._declared)
+        if reset:
+            self._execution, self._dropped_goal, self._forgets = Execution(), "", True
+        if self.intake.jumped > jumped and self._goal is not None:
+            self._dropped_goal = "the goal is dropped, as the odometry began anew; until another one is given"
         if math.isnan(elapsed):
             self._origin = now - (self._tick + 0.5) * period
         due = math.floor((now - self._origin) / period) + 1
-        if due <= self._tick:
-            return self._command  # the period has not passed
+        if due <= self._tick:  # the period has not passed
+            if self._stalled > max(round(GAP / period), 2):
+                return self._braking(f"the clock stands at {now:.3f} s")
+            return self._command
         self._now = now
         self._broken |= due > self._tick + 1 and not math.isnan(elapsed)
         self._tick = due
-        wrong, told_goal = "", None
+        wrong = ""
         try:
-            told_goal = take.goal_of(goal)
+            self._ask(take.goal_of(goal))
         except StarnavError as error:
-            wrong = str(error)
-        if told_goal != self._goal:
-            self._goal, self._reached, self._turning = told_goal, False, False
-            self._execution = Execution(scans=self._execution.scans)
+            self._goal, wrong = None, str(error)
         state = take.state_at(self.intake.rows, now)
         if state is not None and (self._blind or not elapsed < GAP):  # what was done meanwhile is not known
             self._execution = dataclasses.replace(self._execution, told=())
@@ -209,17 +232,42 @@ class Navigator:
         why = self._why_not(now, state, wrong)
         if state is None:
             return self._braking(why)
-        if self.intake.jumped > self._forgotten and not self._command.twist.any():
+        if (self.intake.jumped > self._forgotten or self._forgets) and not self._command.twist.any():
             self._begin()  # what was seen before lies elsewhere now
         self._feed(now, state)
         twist, certified, status, blocked = self._advanced()
-        if not why and (last := min(self._seen)) < now - self._expiry:
-            why = self.intake.bad_scan or f"no scan for {min(now - last, 999.0):.2f} s"
+        why = why or self._not_seen(now)
         if why:
             return self._braking(why)
         if self._reached:
             return self._braking("")._replace(status="reached")
         return Command(twist, certified, status, blocked)
+
+    def _ask(self, goal: tuple[float, ...] | None) -> None:
+        """Take what is asked: another goal of the same place, and a stream of such, resets nothing."""
+        if goal == self._goal:
+            return
+        before, self._goal = self._goal, goal
+        self._reached, self._turning = False, False
+        if goal is None and not self._command.twist.any():
+            self._execution = acknowledged(self._execution)
+        if goal is None or before is None or math.dist(goal[:2], before[:2]) > self.scenario.simulation.goal_tolerance:
+            self._dropped_goal = ""
+
+    def _not_seen(self, now: float) -> str:
+        """What the lidars lack to drive by; empty: nothing."""
+        k = int(np.argmin(self._seen))
+        age, since = now - self._seen[k], now - self.intake.came[k]
+        if age <= self._expiry:
+            return ""
+        which = f" of lidar {k}" if len(self._seen) > 1 else ""
+        if self.intake.bad_scans[k]:
+            return self.intake.bad_scans[k] + (f" ({which.strip()})" if which else "")
+        if math.isinf(since):
+            return f"no scan{which} yet"
+        if since <= self._expiry and math.isfinite(age):
+            return f"scans{which} are late: the newest is {age:.2f} s old; allowed: {self._expiry:.2f} s"
+        return f"no scan{which} for {since:.2f} s"
 
     def _why_not(self, now: float, state: np.ndarray | None, wrong: str) -> str:
         """The first reason for which the robot must not drive; empty: none."""
@@ -228,9 +276,19 @@ class Navigator:
             stale = f"no odometry for {now - rows[-1].time:.2f} s" if rows else "no odometry"
             return self.intake.bad_odometry or stale
         if self.intake.jumped > self._forgotten:
-            return self.intake.bad_odometry or "the pose has jumped"
+            return " and ".join(filter(None, (self.intake.bad_odometry or "the pose has jumped", self._dropped_goal)))
+        if self._forgets:
+            return "a reset is asked"
+        if is_carried(self._execution):
+            self._carried = now
+            self._execution = dataclasses.replace(self._execution, scans=self._execution.scans[-1:])
+            self._begin()
         self._execution = judged(self._execution, now, rows, self.scenario)
-        return self._execution.said or wrong or ("no goal" if self._goal is None else "")
+        if why := self._execution.said or wrong or self._dropped_goal:
+            return why
+        if now < self._carried + REST:
+            return "scans and odometry disagree: the robot was carried, or what it sees has moved; the map is made anew"
+        return "no goal" if self._goal is None else ""
 
     def _feed(self, now: float, state: np.ndarray) -> None:
         """Put goal and state into the diagram, and let it process all scans that have a pose, one after the other."""

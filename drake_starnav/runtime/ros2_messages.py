@@ -8,38 +8,8 @@ from typing import Any
 
 from cyclonedds.idl import IdlStruct, types
 
-FIELDS = {
-    "builtin_interfaces/Time": "int32 sec, uint32 nanosec",
-    "builtin_interfaces/Duration": "int32 sec, uint32 nanosec",
-    "std_msgs/Header": "Time stamp, string frame_id",
-    "std_msgs/ColorRGBA": "float32 r, float32 g, float32 b, float32 a",
-    "geometry_msgs/Vector3": "float64 x, float64 y, float64 z",
-    "geometry_msgs/Point": "float64 x, float64 y, float64 z",
-    "geometry_msgs/Quaternion": "float64 x, float64 y, float64 z, float64 w",
-    "geometry_msgs/Twist": "Vector3 linear, Vector3 angular",
-    "geometry_msgs/TwistStamped": "Header header, Twist twist",
-    "geometry_msgs/TwistWithCovariance": "Twist twist, float64[36] covariance",
-    "geometry_msgs/Pose": "Point position, Quaternion orientation",
-    "geometry_msgs/PoseStamped": "Header header, Pose pose",
-    "geometry_msgs/PoseWithCovariance": "Pose pose, float64[36] covariance",
-    "geometry_msgs/Transform": "Vector3 translation, Quaternion rotation",
-    "geometry_msgs/TransformStamped": "Header header, string child_frame_id, Transform transform",
-    "tf2_msgs/TFMessage": "TransformStamped[] transforms",
-    "nav_msgs/Odometry": "Header header, string child_frame_id, PoseWithCovariance pose, TwistWithCovariance twist",
-    "nav_msgs/Path": "Header header, PoseStamped[] poses",
-    "sensor_msgs/LaserScan": "Header header, float32 angle_min, float32 angle_max, float32 angle_increment, "
-    "float32 time_increment, float32 scan_time, float32 range_min, float32 range_max, float32[] ranges, "
-    "float32[] intensities",
-    "sensor_msgs/CompressedImage": "Header header, string format, uint8[] data",
-    "visualization_msgs/MeshFile": "string filename, uint8[] data",
-    "visualization_msgs/UVCoordinate": "float32 u, float32 v",
-    "visualization_msgs/Marker": "Header header, string ns, int32 id, int32 type, int32 action, Pose pose, "
-    "Vector3 scale, ColorRGBA color, Duration lifetime, bool frame_locked, Point[] points, ColorRGBA[] colors, "
-    "string texture_resource, CompressedImage texture, UVCoordinate[] uv_coordinates, string text, "
-    "string mesh_resource, MeshFile mesh_file, bool mesh_use_embedded_materials",
-    "visualization_msgs/MarkerArray": "Marker[] markers",
-}
-"""Types and names in the order of the definitions, which a message holds to the byte."""
+from drake_starnav.runtime.ros2_definitions import FIELDS
+
 PLAIN: dict[str, tuple[Any, Any]] = {"string": (str, ""), "bool": (bool, False)}
 PLAIN |= {name: (getattr(types, name), 0) for name in ("uint8", "int32", "uint32")}
 PLAIN |= {name: (getattr(types, name), 0.0) for name in ("float32", "float64")}

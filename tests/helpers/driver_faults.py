@@ -42,6 +42,21 @@ class Faults:
         self.kept = self.kept or [scan.masked([(2.0, 2.2)]) for scan in r.scans]
         return r._replace(scans=[replace(self.kept[0], time=scan.time) for scan in r.scans])
 
+    def scans_come_again_in_turn(self, r, t):
+        if len(self.kept) < 3:
+            self.kept += r.scans
+        return r._replace(scans=[replace(self._next(), time=scan.time) for scan in r.scans])
+
+    def _next(self):
+        self.kept = [*self.kept[1:], self.kept[0]]
+        return self.kept[0]
+
+    def scans_without_returns(self, r, t):
+        return r._replace(scans=[replace(scan, ranges=np.full_like(scan.ranges, math.inf)) for scan in r.scans])
+
+    def scans_take_longer_than_declared(self, r, t):
+        return r._replace(scans=[replace(scan, time_increment=1.0) for scan in r.scans])
+
     def scans_are_lost(self, r, t):
         lost = [replace(s, ranges=np.full_like(s.ranges, math.nan), lost_beams=True) for s in r.scans]
         return r._replace(scans=lost)
@@ -75,6 +90,9 @@ class Faults:
         self.kept = self.kept or r.odometry
         return r._replace(odometry=[self.kept[0]._replace(time=r.now, v=0.0, omega=0.0)])
 
+    def odometry_stands_and_the_goal_moves(self, r, t):
+        return self.odometry_stands(r, t)._replace(goal=(r.goal[0] + 1e-6 * t, r.goal[1]))
+
     def odometry_is_nan(self, r, t):
         return r._replace(odometry=[r.odometry[0]._replace(x=math.nan)])
 
@@ -93,6 +111,18 @@ class Faults:
 
     def clock_alone_back(self, r, t):
         return r._replace(now=r.now - 100.0)
+
+    def clock_stands(self, r, t):
+        self.kept = self.kept or [r.now]
+        return r._replace(now=self.kept[0])
+
+    def clock_and_stamps_stand(self, r, t):
+        self.kept = self.kept or [r]
+        return self.kept[0]
+
+    def clock_creeps_back(self, r, t):
+        self.kept = self.kept or [r.now]
+        return r._replace(now=self.kept[0] - 0.05 * t)
 
     def clock_is_nan(self, r, t):
         return r._replace(now=math.nan)
@@ -138,5 +168,5 @@ class Harmless:
 
 
 FAULTS, HARMLESS = ([name for name in vars(kind) if not name.startswith("_")] for kind in (Faults, Harmless))
-SLOWER = {"odometry_freezes": 3.0, "odometry_stands": 3.0}
+SLOWER = {"odometry_freezes": 3.0, "odometry_stands": 3.0, "odometry_stands_and_the_goal_moves": 3.0}
 """Within this time, s, instead of 1 s."""

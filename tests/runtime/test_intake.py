@@ -23,6 +23,8 @@ from drake_starnav.runtime.intake import (
     pose_at,
     state_at,
     taken,
+    with_new_clock,
+    within_range,
 )
 
 LIDAR = LidarParameters(noise=0.0)
@@ -155,3 +157,62 @@ def test_declared_jumps_are_no_fault() -> None:
 @pytest.mark.parametrize("goal", [(1, 2), [1.0, 2.0, 3.0], np.array((1.0, 2.0))])
 def test_goals(goal) -> None:
     assert goal_of(goal) == tuple(map(float, goal))
+
+
+def stamped(time, ranges, **changes) -> LaserScan:
+    return LaserScan(time, **(LIDAR.scan_fields | {"ranges": ranges} | changes))
+
+
+def believed(scans, speed=0.5):
+    """How many scans are believed, one every 0.1 s while the robot moves on, and the last intake."""
+    intake, count = Intake.empty(1), 0
+    for k, ranges in enumerate(scans):
+        time = 1.0 + 0.1 * k
+        row = Odometry(time, 0.1 * k * speed, 0.0, 0.0, speed, 0.0)
+        intake, posed = next_scan(taken(intake, time, [stamped(time, ranges)], [row], ONE), time)
+        count += posed is not None
+    return count, intake
+
+
+@pytest.mark.parametrize("buffers", [1, 2, 3, 7])
+def test_old_scans_that_come_again_in_turn_are_dropped(buffers) -> None:
+    ranges = np.random.default_rng(buffers).uniform(1.0, 3.0, (buffers, LIDAR.beams))
+    count, intake = believed([ranges[k % buffers] for k in range(4 * buffers)])
+    assert count == buffers and "frozen" in intake.bad_scans[0]
+    assert believed([ranges[k % buffers] for k in range(4 * buffers)], speed=0.0)[0] == 4 * buffers
+
+
+def test_hits_that_cannot_be_gone_are_missed() -> None:
+    chance, nothing = np.random.default_rng(0), np.full(LIDAR.beams, math.inf)
+    hits = list(chance.uniform(1.0, 3.0, (3, LIDAR.beams)))
+    count, intake = believed([*hits, nothing, nothing])
+    assert count == 3 and "0 hits" in intake.bad_scans[0]
+    assert believed([*hits, nothing, *hits[1:] + chance.normal(0.0, 0.01, (2, LIDAR.beams))])[0] == 5
+    far = np.where(np.arange(LIDAR.beams) < 50, LIDAR.range_max - 0.1, math.inf)
+    assert believed([far, nothing])[0] == 2
+
+
+@pytest.mark.parametrize(("share", "is_said"), [(1.0, False), (-1.0, False), (20.0, True), (1e6, True)])
+def test_a_sweep_is_held_against_the_declared_rate(share, is_said) -> None:
+    increment = share / LIDAR.rate / LIDAR.beams
+    scan = stamped(0.0, np.full(LIDAR.beams, 2.0), time_increment=increment)
+    assert ("time_increment" in false_scan(scan, LIDAR)) == is_said
+
+
+@pytest.mark.parametrize(("range_max", "no_return"), [(1.1, 1.05), (1.0, 0.98), (1.0, 1.0), (1.1, 1.1)])
+def test_ranges_reach_no_farther_than_declared(range_max, no_return) -> None:
+    ranges = np.where(np.arange(LIDAR.beams) < 50, 2.0, no_return * LIDAR.range_max)
+    scan = within_range(canonical(stamped(0.0, ranges, range_max=range_max * LIDAR.range_max)), LIDAR)
+    assert (scan.ranges[50:] >= scan.range_max).all() and (scan.ranges[:50] == 2.0).all()
+    assert scan.range_max == pytest.approx(min(no_return, 1.0) * LIDAR.range_max)
+
+
+@pytest.mark.parametrize("gap", [0.02, 2.0, 60.0])
+def test_an_odometry_that_begins_anew_has_jumped_however_long_it_was_silent(gap) -> None:
+    intake = taken(Intake.empty(1), 1.0, [], [Odometry(1.0, 4.0, 1.0, 0.5, 0.5, 0.0)], ONE)
+    restarted = taken(intake, 1.0 + gap, [], [Odometry(1.0 + gap, 0.0, 0.0, 0.0, 0.0, 0.0)], ONE)
+    assert restarted.jumped == 1.0 + gap
+    with_clock = taken(with_new_clock(intake, 0.0), 0.0, [], [Odometry(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)], ONE)
+    assert with_clock.jumped == 0.0
+    goes_on = taken(with_new_clock(intake, 0.0), 0.0, [], [Odometry(0.0, 4.01, 1.0, 0.5, 0.5, 0.0)], ONE)
+    assert goes_on.jumped == -math.inf

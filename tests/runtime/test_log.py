@@ -2,6 +2,7 @@
 
 import json
 import math
+import struct
 import subprocess
 import sys
 from dataclasses import replace
@@ -10,11 +11,12 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from drake_starnav import load_scenario, parse_scenario
+from drake_starnav import StarnavError, load_scenario, parse_scenario
 from drake_starnav.geometry.se2 import composed, now_in
 from drake_starnav.runtime import Navigator, read_log, replay
-from drake_starnav.runtime.log import RunLog, scan_message, scan_of
+from drake_starnav.runtime.log import LARGEST_CHUNK, RunLog, scan_message, scan_of
 from drake_starnav.runtime.loop import Reading
+from drake_starnav.runtime.ros2_definitions import encode
 from drake_starnav.worlds.view import visible_shapes
 from drake_starnav.worlds.world import World
 from tests.helpers.bare_robot import BareRobot, TwoEyes
@@ -130,18 +132,62 @@ def test_another_process_repeats_it(tmp_path) -> None:
 
 
 def test_it_shows_path_and_regions(tmp_path) -> None:
-    reader = pytest.importorskip("mcap.reader")
+    rosbags = pytest.importorskip("rosbags.highlevel")
     robot = logged(tmp_path / "run.mcap", FOREST, seconds=2.0)
-    with (tmp_path / "run.mcap").open("rb") as file:
-        found = reader.make_reader(file).iter_messages(topics=["/starnav/plan"])
-        scenes = [(schema.name, json.loads(message.data)) for schema, _, message in found]
-    assert len(scenes) == 4 and {name for name, _ in scenes} == {"foxglove.SceneUpdate"}
-    *outlines, path = scenes[-1][1]["entities"][0]["lines"]
-    places = np.array([[each["x"], each["y"]] for each in path["points"]])
+    with rosbags.AnyReader([tmp_path / "run.mcap"]) as bag:
+        kinds = {each.topic: each.msgtype for each in bag.connections}
+        plans = [bag.deserialize(data, each.msgtype) for each, _, data in bag.messages() if "plan" in each.topic]
+    assert kinds["/scan"] == "sensor_msgs/msg/LaserScan" and kinds["/odom"] == "nav_msgs/msg/Odometry"
+    assert kinds["/cmd_vel"] == "geometry_msgs/msg/Twist" and kinds["/tf"] == "tf2_msgs/msg/TFMessage"
+    _, *outlines, path = plans[-1].markers
+    assert len(plans) == 4
+    places = np.array([[each.x, each.y] for each in path.points])
     assert len(places) > 1 and math.dist(places[0], robot.pose[:2]) < 0.4 and places[-1][0] > robot.pose[0]
-    polygons = [np.array([(each["x"], each["y"]) for each in outline["points"]]) for outline in outlines]
+    polygons = [np.array([(each.x, each.y) for each in outline.points]) for outline in outlines]
     assert polygons and any(np.linalg.norm(each - robot.pose[:2], axis=1).min() < 3.0 for each in polygons)
-    assert all(len(each) > 10 and outline["type"] == 1 for each, outline in zip(polygons, outlines, strict=True))
+    assert all(len(each) > 10 and each[0].tolist() == each[-1].tolist() for each in polygons)
+
+
+RUN = {"name": "x", "scenario": "robot: {radius: 0.25}\n", "mounts": [[0, 0, 0, False]]}
+TICK = {"now": 1.0, "scans": [[0, 1.0]], "odometry": [], "goal": None, "reset": False, "twist": [0, 0]}
+TICK |= {"certified": False, "status": "", "why": "", "took": 0.0}
+
+
+@pytest.mark.parametrize(
+    "messages",
+    [
+        [("/starnav/run", {})],
+        [("/starnav/run", [1])],
+        [("/starnav/run", RUN | {"scenario": 5})],
+        [("/starnav/run", RUN), ("/starnav/tick", {})],
+        [("/starnav/run", RUN), ("/starnav/tick", TICK)],
+        [("/starnav/run", RUN), ("/scan", b"abc"), ("/starnav/tick", TICK)],
+        [("/starnav/run", RUN), ("/scan", b"abc"), ("/starnav/tick", TICK | {"scans": [[9, 1.0]]})],
+        [("/starnav/run", b"{")],
+    ],
+)
+def test_broken_logs_are_refused(tmp_path, messages) -> None:
+    writing = pytest.importorskip("mcap.writer")
+    with (tmp_path / "x.mcap").open("wb") as file:
+        writer = writing.Writer(file)
+        writer.start()
+        schema = writer.register_schema("std_msgs/msg/String", "ros2msg", b"string data")
+        for topic, value in messages:
+            data = value if isinstance(value, bytes) else encode("std_msgs/String", {"data": json.dumps(value)})
+            writer.add_message(writer.register_channel(topic, "cdr", schema), 0, data, 0)
+        writer.finish()
+    with pytest.raises(StarnavError, match=r"x\.mcap cannot be read: .*; allowed: an MCAP file as drive"):
+        list(read_log(tmp_path / "x.mcap").ticks)
+
+
+def test_a_chunk_that_expands_without_bound_is_refused(tmp_path) -> None:
+    zstandard = pytest.importorskip("zstandard")
+    data = zstandard.ZstdCompressor().compress(bytes(2 * LARGEST_CHUNK))
+    chunk = struct.pack("<QQQI", 0, 0, 2 * LARGEST_CHUNK, 0) + struct.pack("<I4sQ", 4, b"zstd", len(data)) + data
+    head = b"\x89MCAP0\r\n\x01" + struct.pack("<QII", 8, 0, 0) + b"\x06" + struct.pack("<Q", len(chunk))
+    (tmp_path / "x.mcap").write_bytes(head + chunk)
+    with pytest.raises(StarnavError, match="expands to more than 16 MB"):
+        read_log(tmp_path / "x.mcap")
 
 
 def test_messages_are_ros_s(tmp_path) -> None:
