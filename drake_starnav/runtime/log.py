@@ -303,8 +303,7 @@ def _messages(path: Path) -> Iterator[tuple[str, bytes]]:
 
 def _expand(chunk: Any) -> bytes:
     """The content of a chunk; a `ValueError` where it is larger than LARGEST_CHUNK, or not as our logs are."""
-    import zstandard  # late: of the extra mcap
-
+    zstandard = _mcap().stream_reader.zstandard
     if chunk.compression not in ("", "zstd"):
         raise ValueError(f"a chunk is compressed by {chunk.compression[:10]}, and not by zstd")
     data = chunk.data
