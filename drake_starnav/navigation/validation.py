@@ -1,6 +1,7 @@
 """Parameters for which the guarantees would not hold; they are refused before anything is wired."""
 
 import dataclasses
+import warnings
 from collections.abc import Sequence
 
 import numpy as np
@@ -20,6 +21,7 @@ from drake_starnav.station.navigation_station import StationInterface
 from drake_starnav.station.robot_body import HOLDS_ALL
 from drake_starnav.station.robot_geometry import TOLERANCE
 from drake_starnav.station.robot_interface import POSE_PORTS, RobotInterface
+from drake_starnav.station.unseen import warn_of_unseen
 from drake_starnav.surroundings.erosion import BEARINGS
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.perception import check_views
@@ -77,6 +79,29 @@ def _check_body(declared: RobotParameters, robot: RobotInterface) -> None:
             f"link {link} of the station's robot sticks out of {declared.said_of_shape} by {1e3 * by:.0f} mm; "
             f"allowed: {HOLDS_ALL}"
         )
+
+
+def check_own_plant(robot: RobotInterface, world: World) -> None:
+    """Check what the station of a scenario has by itself: a floor, the start, and that lidars see what may be hit.
+
+    Raises:
+        StarnavError: the plant has no floor on which the robot's wheels stand.
+    """
+    if not robot.robot.drive.holonomic and not robot.floor:
+        raise StarnavError(
+            "the plant has no floor, and the robot falls; allowed: add_ground(plant, world.extent), or a fixed shape "
+            "whose top is the plane z = 0"
+        )
+    plant = robot.plant
+    X_WB = plant.EvalBodyPoseInWorld(plant.CreateDefaultContext(), plant.GetBodyByName("base_link", robot.model))
+    place, start = X_WB.translation()[:2], np.array(world.start[:2])
+    if np.hypot(*(place - start)) > robot.robot.radius:
+        warnings.warn(
+            f"world {world.name}.start is {shown(world.start[:2])}, the robot begins at "
+            f"{shown(tuple(place.round(3).tolist()))}; allowed: the start that add_robot was given",
+            stacklevel=4,
+        )
+    warn_of_unseen(plant, robot.scene_graph, world, [robot], own=True)
 
 
 def check_time_step(robot: RobotInterface) -> None:

@@ -11,11 +11,19 @@ from drake_starnav.navigation.methods import BY_KIND, SHIELDED, LoopConfig
 from drake_starnav.navigation.parts import AS_DECLARED, Navigation, Parts
 from drake_starnav.navigation.robot import robot_world, scan_ports
 from drake_starnav.navigation.sources import control_sources
-from drake_starnav.navigation.validation import check_interface, check_start, check_time_step, validated_margins
+from drake_starnav.navigation.validation import (
+    check_interface,
+    check_own_plant,
+    check_start,
+    check_time_step,
+    validated_margins,
+)
+from drake_starnav.planning import Guidance
 from drake_starnav.safety.certificates import Certificate
 from drake_starnav.safety.zones import KeepOut
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.navigation_station import NavigationStation, StationInterface
+from drake_starnav.station.robot_interface import RobotInterface
 from drake_starnav.systems.connecting import add_system, connect, connect_inputs, output_port, outputs
 from drake_starnav.systems.fixed_goal import FixedGoal
 from drake_starnav.systems.goal_sequence import GoalSequence
@@ -64,6 +72,9 @@ def add_navigation(
     """
     check_kind(scenario, Scenario, "scenario", "as from load_scenario")
     check_kind(parts, Parts, "parts", "of your own")
+    if isinstance(parts.station, StationInterface):  # whose plant has a time step of its own
+        step = parts.station.scenario.simulation.time_step
+        scenario = dataclasses.replace(scenario, simulation=dataclasses.replace(scenario.simulation, time_step=step))
     parts = parts.of_method(scenario)
     _check_parts(scenario, parts)
     _check_names(builder, parts)
@@ -72,6 +83,8 @@ def add_navigation(
     if station is None:
         station = builder.AddNamedSystem("station", NavigationStation(world, scenario, seed=seed))
     config = LoopConfig(scenario, validated_margins(scenario, station.mounts), stopwatch)
+    if isinstance(parts.station, RobotInterface):
+        check_own_plant(parts.station, world)
     if isinstance(station, StationInterface):
         check_time_step(station.robot_interface)
         check_start(world, scenario, station.mounts, config.margins.safety)
@@ -143,7 +156,7 @@ def _checked_world(scenario: Scenario, parts: Parts, seed: int) -> World:
         return World(scenario.name, (0.0, 0.0, 0.0), (1.0, 0.0))
     if parts.world is None:
         return robot_world(scenario, seed)
-    if parts.station is None:
+    if parts.station is None or isinstance(parts.station, StationInterface):
         check_free(parts.world, parts.world.start, scenario.robot.shape, f"world {parts.world.name}.start")
     return parts.world
 
@@ -226,6 +239,9 @@ def _add_planning(builder: DiagramBuilder, config: LoopConfig, parts: Parts, nav
         stopwatch=config.stopwatch,
     )
     planner = add_system(builder, "planner", planner, "planner")
+    if "guidance" in outputs(planner) and parts.controller is None:
+        sent = output_port(planner, "guidance", None, "planner").Allocate().get_value()
+        check_kind(sent, Guidance, "planner: output port guidance", "whose path a controller follows")
     connect_inputs(builder, planner, navigation.signals, "planner")
     if matcher is not None and "guidance" in outputs(planner):
         connect(builder, planner.GetOutputPort("guidance"), matcher.GetInputPort("guidance"), "planner")

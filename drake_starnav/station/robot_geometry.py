@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Collection, Iterable, Iterator, Mapping
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -32,6 +33,9 @@ so long. Over 19 m by recorded twists, with nothing that steers it back, a shipp
 of half the length take it. `scripts/experiments/plant_error.py` has the error by size."""
 FLOOR_CONTACT = ("starnav", "floor")
 """Group and name of a property of a robot's collision shapes."""
+
+
+NOTHING: Mapping[BodyIndex, RigidTransform] = MappingProxyType({})
 
 
 class RobotModel(NamedTuple):
@@ -114,12 +118,12 @@ class RobotModel(NamedTuple):
         """How high the lowest point of links at poses is, m; infinite without shapes."""
         return min((each.low for each in self.extents(poses)), default=math.inf)
 
-    def top(self, without: Collection[str] = ()) -> float:
+    def top(self, without: Collection[str] = (), on: Mapping[BodyIndex, RigidTransform] = NOTHING) -> float:
         """How high its highest shape is above its lowest one, on the floor, m; 0 without shapes.
 
-        `without` those of links of these names.
+        `without` those of links of these names; with bodies `on` it at poses in base_link, such as an arm.
         """
-        poses = self.poses()
+        poses = {**on, **self.poses()}
         highs = (each.high for each in self.extents(poses) if each.link.name() not in without)
         return max(highs, default=0.0) - min(self.lowest(poses), 0.0)
 

@@ -12,6 +12,7 @@ from pydrake.multibody.tree import BodyIndex, ModelInstanceIndex
 from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort, LeafSystem, OutputPort, System
 from pydrake.systems.primitives import DiscreteTimeDelay
 
+from drake_starnav.errors import StarnavError
 from drake_starnav.scenario.schema import DriveParameters, Scenario
 from drake_starnav.station.lidar_mounts import lidar_poses, mount_of
 from drake_starnav.station.lidar_sensor import LidarMount, LidarSensor
@@ -54,7 +55,7 @@ class RobotInterface(Diagram):
         scenario: what is declared of the robot, with the time step of a discrete plant.
         mounts: of the lidars.
         heights: of the lidars above the floor z = 0, with all joints at their defaults, m.
-        top: height of its highest collision shape, with all joints at zero, m.
+        top: height of its highest collision shape, with all joints at zero, of joined bodies at their defaults, m.
         body_top: the same without `robot.overhangs`.
         longest_step: of a plant with which it drives as told, s.
         reach: how far any point that collides is from base_link's origin, m, however the robot is tilted.
@@ -90,10 +91,11 @@ class RobotInterface(Diagram):
         self.model = self.robot_model = model
         self.moving_obstacle_geometries, self.hull = None, None  # nobody knows of them here
         self.continuous = plant.time_step() == 0.0
+        placed = RobotModel(plant, scene_graph, model)
+        _check_added(placed, planar=self.robot.drive.holonomic)
         base, context = plant.GetBodyByName("base_link", model).body_frame(), plant.CreateDefaultContext()
         bodies = joined_bodies(plant, model)
         poses = {i: plant.CalcRelativeTransform(context, base, plant.get_body(i).body_frame()) for i in bodies}
-        placed = RobotModel(plant, scene_graph, model)
         self.longest_step = placed.longest_step()
         self._drive = None if self.robot.drive.holonomic else drive_geometry(placed)
         self.sticking_out = functools.partial(sticking_out, placed, poses)
@@ -105,8 +107,8 @@ class RobotInterface(Diagram):
         self.base_frame = plant.GetBodyFrameIdOrThrow(plant.GetBodyByName("base_link", model).index())
         places = lidar_poses(placed, self.lidars)
         lift = plant.EvalBodyPoseInWorld(context, placed.base).translation()[2]
-        self.heights, self.top = tuple(float(lift + X.translation()[2]) for X in places), placed.top()
-        self.body_top = placed.top(self.robot.overhangs.split())
+        self.heights, self.top = tuple(float(lift + X.translation()[2]) for X in places), placed.top(on=poses)
+        self.body_top = placed.top(self.robot.overhangs.split(), on=poses)
         self.reach = math.inf if carried else placed.reach(poses)
         self.mounts = tuple(map(mount_of, places, self.lidars, self.heights))
         sensors = {}
@@ -194,6 +196,18 @@ class RobotInterface(Diagram):
             builder.Connect(late.get_output_port(), command)
             command = late.get_input_port()
         return command, turning
+
+
+def _check_added(robot: RobotModel, *, planar: bool) -> None:
+    """Raise a `StarnavError` for a model that a parser added, without what `add_robot` gives it."""
+    based = robot.plant.HasBodyNamed("base_link", robot.index)
+    floors = (floor_contact(robot.inspector, shape) for shape in robot.shapes(*robot.links))
+    if not based or not robot.wheels or not (planar or any(floors)):
+        raise StarnavError(
+            f"model {robot.plant.GetModelInstanceName(robot.index)} of the plant is not one of add_robot, which finds "
+            "its wheels and lets them roll; allowed: add_robot(plant, scene_graph, scenario.robot, start), its file "
+            "as robot.model, instead of a Parser of your own"
+        )
 
 
 def joined_bodies(plant: MultibodyPlant, model: ModelInstanceIndex) -> list[BodyIndex]:

@@ -24,14 +24,14 @@ MOST_NAMES = 3
 
 
 def warn_of_unseen(
-    plant: MultibodyPlant, scene_graph: SceneGraph, world: World, robots: Sequence[RobotInterface]
+    plant: MultibodyPlant, scene_graph: SceneGraph, world: World, robots: Sequence[RobotInterface], *, own: bool = False
 ) -> None:
     """Name what stands in a finalized plant and reaches farther, up to a robot's top, than its lidars see.
 
     What joints hold counts where it is at first. Upright obstacles of a generated world are as high as every robot and
-    need not be looked at.
+    need not be looked at, but in a plant of the user's `own`.
     """
-    if world.model is None and not len(world.spheres):
+    if not own and world.model is None and not len(world.spheres):
         return
     inspector = scene_graph.model_inspector()
     own = {index for robot in robots for index in joined_bodies(plant, robot.model)}

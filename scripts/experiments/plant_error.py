@@ -1,8 +1,8 @@
 """How far the plant of a robot of any size strays from a plant with steps of 0.5 ms, beside its safety margin.
 
 The same random twists, within the robot's limits, drive both; what counts is how far their ways differ within the time
-in which the certificate trusts the motion: a scan's period, and the time to brake. That commands take effect half a
-step late is left out: the margins count a whole period of commands for it. Writes a table:
+in which the certificate trusts the motion: a scan's period, and the time to brake.
+Speeds that lag otherwise by a part of a step count, too. Writes a table:
 
     python scripts/experiments/plant_error.py
 """
@@ -85,8 +85,6 @@ def plant_error(scenario: Scenario, seed: int = 0) -> PlantError:
     robot, twists = scenario.robot, _twists(scenario, seed)
     step, states = _driven(scenario, twists, {})
     _, exact = _driven(scenario, twists, {"max_step_size": EXACT})
-    times, exact[:, 2] = PERIOD * np.arange(len(exact)), np.unwrap(exact[:, 2])
-    exact = np.column_stack([np.interp(times - 0.5 * step, times, column) for column in exact.T])
     span = math.ceil((1.0 / scenario.lidar.rate + robot.max_speed / robot.max_acceleration) / PERIOD)
     error = np.hypot(*(_ways(states, span) - _ways(exact, span)).T).max()
     return PlantError(robot.radius, step, float(error), derive_margins(scenario).safety)

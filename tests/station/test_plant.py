@@ -210,6 +210,6 @@ def test_a_solver_that_would_not_turn_the_wheels_is_refused() -> None:
 
 def test_steps_too_long_for_a_small_robot_are_refused_with_the_figure(tmp_path) -> None:
     scenario = cart_scenario(0.02, tmp_path)
-    with pytest.raises(StarnavError, match=r"time step is 0\.005 s .*; allowed: at most 0\.00312 s"):
+    with pytest.raises(StarnavError, match=r"time step is 0\.005 s .*; allowed: at most 0\.00313 s"):
         make_diagram(scenario)
     make_diagram(dataclasses.replace(scenario, simulation=dataclasses.replace(scenario.simulation, time_step=0.003)))
