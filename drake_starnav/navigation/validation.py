@@ -101,7 +101,7 @@ def check_own_plant(robot: RobotInterface, world: World) -> None:
             f"{shown(tuple(place.round(3).tolist()))}; allowed: the start that add_robot was given",
             stacklevel=4,
         )
-    warn_of_unseen(plant, robot.scene_graph, world, [robot], own=True)
+    warn_of_unseen(plant, robot.scene_graph, world, [robot], own_plant=True)
 
 
 def check_time_step(robot: RobotInterface) -> None:

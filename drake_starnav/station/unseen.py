@@ -24,14 +24,19 @@ MOST_NAMES = 3
 
 
 def warn_of_unseen(
-    plant: MultibodyPlant, scene_graph: SceneGraph, world: World, robots: Sequence[RobotInterface], *, own: bool = False
+    plant: MultibodyPlant,
+    scene_graph: SceneGraph,
+    world: World,
+    robots: Sequence[RobotInterface],
+    *,
+    own_plant: bool = False,
 ) -> None:
     """Name what stands in a finalized plant and reaches farther, up to a robot's top, than its lidars see.
 
     What joints hold counts where it is at first. Upright obstacles of a generated world are as high as every robot and
-    need not be looked at, but in a plant of the user's `own`.
+    need not be looked at, but in a plant of the user's (`own_plant`).
     """
-    if not own and world.model is None and not len(world.spheres):
+    if not own_plant and world.model is None and not len(world.spheres):
         return
     inspector = scene_graph.model_inspector()
     own = {index for robot in robots for index in joined_bodies(plant, robot.model)}
