@@ -63,11 +63,12 @@ def _print_margins(options: argparse.Namespace) -> int:
     budget = max(budgets, key=lambda each: each.total)
     for term, value in zip(TERMS, budget.terms, strict=True):
         print(f"{1e3 * value:8.2f} mm  {term.text}: {term.meaning}")
-    print(f"{1e3 * budget.total:8.2f} mm  the sum, which is the safety margin\n")
+    derived = vars(derive_margins(scenario, mounts))
+    print(f"{1e3 * budget.total:8.2f} mm  the sum, which is the safety margin")
+    print(f"{1e3 * derived['thinnest']:8.2f} mm  the thinnest obstacle that is certain to be seen\n")
     for name, value in budget.symbols.items():
         print(f"{value:11.6g}  {name} = {SYMBOLS[name].text}: {SYMBOLS[name].meaning}")
     print()
-    derived = vars(derive_margins(scenario, mounts))
     looks = {f"looks.{name}": value for name, value in derived.pop("looks")._asdict().items()}
     for name, value in {**derived, **looks}.items():
         print(f"{str(round(value, 6) if isinstance(value, float) else value):>11}  {name}")

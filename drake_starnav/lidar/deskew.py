@@ -6,21 +6,27 @@ import numpy as np
 
 from drake_starnav.geometry.compiled import kernel
 from drake_starnav.geometry.se2 import now_in
+from drake_starnav.lidar.field_of_view import TURN
 from drake_starnav.lidar.laser_scan import UNKNOWN, LaserScan
 
+UNSWEPT = 0.001
+"""Within the margin: beside a limited view, what is unseen because the sensor moved by this, m, does not count."""
 
-def deskewed(scan: LaserScan, earlier: np.ndarray, time: float, pose: np.ndarray) -> LaserScan:
+
+def deskewed(scan: LaserScan, earlier: np.ndarray, time: float, pose: np.ndarray, own: float = math.inf) -> LaserScan:
     """The scan as if all beams had been measured with the last one, from the sensor's pose at that time.
 
     The end point of each beam is transformed into the sensor frame at the end of the sweep and assigned to the beam of
     the nearest bearing there; of several points in one beam the nearest counts. Beams without a point are lost: single
-    ones where the robot's motion stretched the sweep, and a gap at the seam if the robot turned against the sweep.
+    ones where the robot's motion stretched the sweep, and a gap at the seam if the robot turned against the sweep. So
+    are those that lead through what lay beside the sweep: past its first beam, if the sensor has moved to that side.
 
     Args:
         scan: rolling, i.e. with a time increment, which is negative if the last beam was measured first.
         earlier: (x, y, yaw) of the sensor frame S in W at an earlier time, m and rad; constant velocity since then.
         time: that earlier time, s.
         pose: (x, y, yaw) of S in W at the time of the scan, i.e. of the beam that was measured last.
+        own: how far around the sensor there is only the robot itself, m; infinite: nobody relies on what is free.
 
     Returns:
         A scan with as many beams and time increment 0.
@@ -29,8 +35,26 @@ def deskewed(scan: LaserScan, earlier: np.ndarray, time: float, pose: np.ndarray
     step = np.array((x, y, turn)) * (abs(scan.time_increment) / (scan.time - time))
     field, limits = scan.field_of_view, (scan.range_min, scan.range_max)
     ranges, source = _rebinned(scan.ranges, step, scan.time_increment < 0.0, field, field.seam, limits)
+    if own < math.inf:
+        _lose_unswept(ranges, scan, step, max(own, scan.thinnest))
     motion = None if scan.motion is None else np.where(source >= 0, scan.motion[source], UNKNOWN)
-    return scan.again(ranges, time_increment=0.0, lost_beams=True, motion=motion)
+    thinnest = scan.thinnest * scan.angle_increment / (scan.angle_increment + abs(step[2]))  # beams are farther apart
+    return scan.again(ranges, time_increment=0.0, lost_beams=True, motion=motion, thinnest=thinnest)
+
+
+def _lose_unswept(ranges: np.ndarray, scan: LaserScan, step: np.ndarray, own: float) -> None:
+    """Lose the beams (n,) of a de-skewed scan that lead past the first beam of its sweep farther away than `own`, m."""
+    known, side = np.flatnonzero(~np.isnan(scan.ranges)), -1.0 if scan.time_increment < 0.0 else 1.0
+    if not len(known):
+        return
+    first = known[0] if side > 0.0 else known[-1]
+    back = len(ranges) - 1 - first if side > 0.0 else first
+    bearing, (x, y) = scan.bearings[first] + back * step[2], back * step[:2]
+    outside = side * (math.sin(bearing) * -x - math.cos(bearing) * -y)  # of the line of the first beam, m
+    if outside > (scan.thinnest if scan.full_circle else UNSWEPT):
+        beyond = np.mod(side * (scan.bearings - bearing), TURN)
+        near = max(own, 2.0 * outside)
+        ranges[(beyond < 0.5 * math.pi) & (near * np.sin(beyond) < outside)] = math.nan
 
 
 @kernel

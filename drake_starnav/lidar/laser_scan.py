@@ -17,7 +17,7 @@ from drake_starnav.utils.snapshot import replaced, snapshot
 USUAL_BODY = 0.25
 """Narrow radius of the default robot, m."""
 LARGEST_UNSEEN = 0.25
-"""Between two beams with information, an obstacle of this width is assumed wherever the gap would hide it, m."""
+"""Where nobody needs certainty, an obstacle of this width is assumed wherever lost beams would hide it, m."""
 STATIC, UNKNOWN, DYNAMIC = 0, 1, 2
 """What is known about the motion of the obstacle that a beam hit."""
 HIT, MOVING, LOST, MAPPABLE = 1, 2, 4, 8
@@ -40,12 +40,14 @@ class Beams(NamedTuple):
         body: as of `LaserScan`.
         distances: ranges as plain distances, shape (n,), m: no return is `range_max`, too close is 0. Unless the scan
             says up to where a lost beam is free, it counts as free up to the shorter of the beams on both sides of the
-            run of lost beams, and no farther than where an obstacle of width LARGEST_UNSEEN fits between these two.
+            run of lost beams, and no farther than where the thinnest obstacle fits between these two. At the end of a
+            view, where there is only one of them, it is not free.
         kinds: what each beam is, shape (n,), uint8, bits of the following.
             HIT: it hit a static or possibly moving obstacle; includes -inf (too close), not NaN.
             MOVING: on a moving obstacle. LOST: without a measurement (NaN).
             MAPPABLE: to be remembered: neither lost nor on a moving or possibly moving obstacle.
         complete: whether no beam is lost.
+        sight: up to where the thinnest obstacle does not fit between two neighbouring beams, m.
 
     What a beam is, by where it ended; lost ones and those on a moving obstacle tell nothing of static obstacles:
 
@@ -67,16 +69,18 @@ class Beams(NamedTuple):
     distances: np.ndarray
     kinds: np.ndarray
     complete: bool
+    sight: float
 
 
 @kernel
-def classified(ranges, motion, free, range_max, increment, seam):
+def classified(ranges, motion, free, thinnest, range_max, increment, seam):
     """The fields of `Beams` from `distances` on; `range_max`, `increment` and `seam` are as there.
 
     Args:
         ranges: shape (n,), m.
         motion: shape (n,), of the obstacle that each beam hit; empty if everything is static.
         free: shape (n,), up to where lost beams are free, m; empty if their neighbours bound them.
+        thinnest: width of the thinnest obstacle, m; infinite: as of `LaserScan`.
     """
     n = len(ranges)
     distance, kinds = np.empty(n), np.empty(n, np.uint8)
@@ -90,16 +94,16 @@ def classified(ranges, motion, free, range_max, increment, seam):
             complete = False
             distance[i] = min(max(free[i], 0.0), range_max) if len(free) else math.nan
     if not complete and len(free) == 0:
-        distance = _bounded(distance, range_max, increment, seam)
-    return distance, kinds, complete
+        distance = _bounded(distance, thinnest, range_max, increment, seam)
+    return distance, kinds, complete, thinnest / (max(increment, seam) if seam < np.inf else increment)
 
 
 @kernel
-def _bounded(distance, range_max, increment, seam):
+def _bounded(distance, thinnest, range_max, increment, seam):
     """The distances with those of lost beams (NaN) bounded by the beams on both sides."""
     n = len(distance)
-    wrap = seam < np.inf
-    out = distance.copy()
+    wrap, out = seam < np.inf, distance.copy()
+    width, needed = (thinnest, 2) if thinnest < np.inf else (LARGEST_UNSEEN, 1)
     for i in range(n):
         if not math.isnan(distance[i]):
             continue
@@ -115,7 +119,7 @@ def _bounded(distance, range_max, increment, seam):
                     beyond += 0.0 if 0 <= j < n else seam - increment
                     sides += 1
                     break
-        out[i] = min(bound, LARGEST_UNSEEN / (steps * increment + beyond)) if sides > 0 else 0.0
+        out[i] = min(bound, width / (steps * increment + beyond)) if sides >= needed else 0.0
     return out
 
 
@@ -143,6 +147,8 @@ class LaserScan:
             kind saw free space up to the obstacle, but no static obstacle. None: everything is static.
         free: shape (n,), distance up to which space is free along each lost beam, m. None: its neighbours bound it.
         body: narrow radius of the robot, by which surfaces are told apart, m; set by perception.
+        thinnest: width of the thinnest obstacle that must not be missed, m; set by perception for the certificate.
+            Infinite: nobody relies on it, and lost beams may hide what is thinner than LARGEST_UNSEEN.
     """
 
     time: float
@@ -157,6 +163,7 @@ class LaserScan:
     motion: np.ndarray | None = None
     free: np.ndarray | None = None
     body: float = USUAL_BODY
+    thinnest: float = math.inf
 
     def __post_init__(self) -> None:
         ranges = np.array(self.ranges, dtype=float)
@@ -238,7 +245,7 @@ class LaserScan:
         free = NO_BOUNDS if self.free is None else np.asarray(self.free, float)
         _, directions, seam = _beams(self.angle_min, self.angle_increment, len(self.ranges))
         view = self.range_max, self.angle_increment, seam
-        return Beams(directions, *view, float(self.body), *classified(self.ranges, motion, free, *view))
+        return Beams(directions, *view, float(self.body), *classified(self.ranges, motion, free, self.thinnest, *view))
 
     @cached_property
     def measured_at(self) -> float:

@@ -62,12 +62,24 @@ SYMBOLS: dict[str, ErrorTerm] = {
         "1 + floor(max(L + T, M) / localization.jump_interval)", "most jumps in the longer of the times L + T and M"
     ),
     "C": ErrorTerm("s + min(3/4 * lidar.noise, 3/2 * s)", "what may stick out between beams without further margin, m"),
-    "G": ErrorTerm(
+    "E": ErrorTerm(
         "max(4.8 * robot.shape.narrow, min(1.25 * (B + v * L), C / (0.87 * lidar.widest_gap) - r - o)) + r "
         "- robot.shape.narrow",
+        "extent of a certified region that only corners limit, m",
+    ),
+    "g": ErrorTerm(
+        "lidar.widest_gap + (w / (lidar.rate * lidar.beams) if lidar.rolling else 0)",
+        "angle between two beams of a robot that turns, rad",
+    ),
+    "G": ErrorTerm(
+        "min(E, obstacles.min_width / g - r - o) if obstacles.min_width else E",
         "extent of the certified region, m",
     ),
     "D": ErrorTerm("r + o + min(G, B + v * L)", "distance from the lidar up to which a scan accepts a motion, m"),
+    "W": ErrorTerm(
+        "obstacles.min_width or (D if lidar.field_of_view.full_circle else D + r) * g",
+        "width of the thinnest obstacle that is certain to be seen, m",
+    ),
     "b": ErrorTerm(
         "L + simulation.time_step + (1 / lidar.rate if lidar.rolling else 0)",
         "age of a scan that just missed an obstacle when a command that knows of it takes effect, s",

@@ -22,6 +22,8 @@ AVERAGED_NOISE = 0.16
 """From this noise on, in radii, ranges are also averaged: the nearest hit of several scans would close narrow gaps."""
 NOISE_SHARE = 0.75
 """Share of the noise by which an earlier look counts as shorter: as the `error_budget` allows for one scan."""
+LEAST_EXTENT = 0.2
+"""Certified regions reach at least as far, in narrow radii: else the robot would hardly move."""
 LARGEST_MARGIN = 0.5
 """Safety margins are no wider than this, m."""
 
@@ -32,8 +34,9 @@ def derive_margins(scenario: Scenario, mounts: Sequence[Mount] = ()) -> Margins:
     The safety margin is the sum of the `error_budget`. The certified region reaches farther than the robot needs to
     stop. Where the localization is not exact, nodes whose hits a new scan sees through are discarded. Noise is
     smoothed; from AVERAGED_NOISE on, ranges are averaged over the remembered scans. Of several lidars the worst counts.
+    The region ends where two beams are as far apart as the thinnest obstacle that is declared.
 
-    Without mounts all lidars are on the axis. A margin that would be too wide is a `StarnavError`.
+    Without mounts all lidars are on the axis. Too wide a margin, or too small a region, is a `StarnavError`.
     """
     lidars = scenario.all_lidars
     mounts = mounts or (ON_AXIS,) * len(lidars)
@@ -44,13 +47,22 @@ def derive_margins(scenario: Scenario, mounts: Sequence[Mount] = ()) -> Margins:
             f"what is declared of lidar, localization, drive and robot gives a safety margin of {safety:.3g} m; "
             f"allowed: at most {LARGEST_MARGIN:g} m"
         )
-    radius = scenario.robot.shape.narrow
+    radius, declared = scenario.robot.shape.narrow, scenario.obstacles.min_width
+    for lidar, budget in zip(lidars, budgets, strict=True):
+        least = budget.symbols["g"] * (budget.symbols["r"] + budget.symbols["o"] + LEAST_EXTENT * radius)
+        if 0.0 < declared < least:
+            raise StarnavError(
+                f"obstacles.min_width is {declared:g} m, with a lidar whose beams are up to "
+                f"{math.degrees(lidar.widest_gap):.3g} degrees apart; allowed: at least {least:.3g} m, so that it sees "
+                "what is beside the robot, a lidar with more beams, or 0"
+            )
     width = max(math.radians(lidar.noise / (NOISE_PER_DEGREE * radius)) / lidar.angle_increment for lidar in lidars)
     return Margins(
         safety=safety,
         preferred=safety + scenario.planner.clearance(radius),
         least=safety - budgets[0].symbols["s"],  # regions are not motions that are sampled
         safety_range=min(budget.symbols["G"] for budget in budgets),
+        thinnest=max(budget.symbols["W"] for budget in budgets),
         smoothing_slack=SMOOTHED_DEVIATIONS * max(noise - NOMINAL_NOISE * radius, 0.0),
         smoothed_beams=math.ceil(width - 1e-9) if width >= FINE_ENOUGH else 0,
         average_scans=noise >= AVERAGED_NOISE * radius,

@@ -183,27 +183,28 @@ def remembered(before: Known, new: Known, driven: tuple[float, float], now: tupl
     """
     looks, (x, y, _), time = new.looks + before.looks, *now
     limits = x, y, time - kept.time, driven[0] - kept.way, driven[1] - kept.turn
-    begun = bool(looks) and isinstance(looks[-1], Start)
-    lasting, rows = _lasting(new.rows, before.rows, begun, limits, (kept.reach, kept.apart))
+    begun, every = bool(looks) and isinstance(looks[-1], Start), any(not look.beams.complete for look in new.looks)
+    lasting, rows = _lasting(new.rows, before.rows, begun, every, limits, (kept.reach, kept.apart))
     return Known(tuple(compress(looks, lasting.tolist())), rows)
 
 
 @kernel
-def _lasting(new, before, begun, limits, kept):
+def _lasting(new, before, begun, every, limits, kept):
     """Which looks are `remembered`, and their rows, of all that are `Known`.
 
     Args:
         new, before: rows of the looks of that scan, and of what was known.
         begun: whether the last one is a `Start`.
+        every: whether those from one place count, too: each saw what others lost.
         limits: (x, y) of the robot, and the least time, way and turn that count.
         kept: reach and distance apart as of `Kept`, m.
     """
     (reach, apart), count, rows = kept, len(new), np.concatenate((new, before))
     lasting, older, end = np.ones(len(rows), np.bool_), 2 * count, len(rows) - begun
     if len(rows) > older > 0:
-        if older == end or _are_apart(rows[count], rows[older], apart):
+        if older == end or every or _are_apart(rows[count], rows[older], apart):
             for k in range(older, end):
-                lasting[k] = _are_apart(rows[count], rows[k], apart)
+                lasting[k] = every or _are_apart(rows[count], rows[k], apart)
         else:  # it is none of those that are kept
             lasting[count:older] = False
     left = 0

@@ -15,6 +15,7 @@ class Margins:
         least: clearance that the planner keeps in passages that `preferred` would close, m; from `preferred` on none is
             entered.
         safety_range: extent of the certified region, m.
+        thinnest: width of the thinnest obstacle that is certain to be seen, m.
         smoothing_slack: additional range step allowed within a surface, and additional change allowed by smoothing, m.
         smoothed_beams: half width of a moving average over the certificate's ranges, in beams, which reduces the error
             of the nearest hit; 0: none.
@@ -28,6 +29,7 @@ class Margins:
     preferred: float
     least: float
     safety_range: float
+    thinnest: float
     smoothing_slack: float
     smoothed_beams: int
     average_scans: bool

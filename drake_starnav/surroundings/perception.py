@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+import operator
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
@@ -85,7 +86,8 @@ class LastScan:
     """The last scan of one lidar. Immutable.
 
     Attributes:
-        near, sure: its scan as `unturned`, de-skewed, without doubted hits: for the certificate, and for the roadmap.
+        near, sure: its scan as `unturned`, de-skewed, without doubted hits: for the certificate, which counts with the
+            thinnest obstacle, and for the roadmap.
         pose: (x, y, yaw) of the robot when it was taken, W, m and rad.
         history: hits of its last scans, which confirm or refute new ones.
     """
@@ -167,7 +169,7 @@ def perceive(
         pose: (x, y, yaw) of the robot in the world frame W at the time of the newest, m and rad.
         settings: of robot and sensors.
     """
-    margins, footprint, noise, mounts, plans = settings
+    margins, footprint, _, mounts, plans = settings
     robot_radius = footprint.narrow
     time, looks = newest(scans), _looks(before.looks, scans, pose, settings)
     seen = [
@@ -185,7 +187,7 @@ def perceive(
     surrounded = surround(near, mounts, footprint)
     known = [] if surrounded else before.safety.seen_from(pose)
     around = merged(near, mounts, footprint, known)
-    scan = around if noise is None else merged(scans, mounts, footprint, known)
+    scan = around if all(map(operator.is_, near, scans)) else merged(scans, mounts, footprint, known)
     safe_radius, memory = robot_radius + margins.safety, before.memory.latest(SCAN_MEMORY - 1)
     sizes = safe_radius, margins.safety_range, margins.safety_range + 2.0 * safe_radius
     hits = None if alone else hits_seen(near, mounts, smoothing)
@@ -273,7 +275,7 @@ def _views(
         count = int((np.hypot(*hit_points(scan, mount, smoothing)[0].T) < look.reach).sum())
         x, y, yaw = mount.unturned(pose).tolist()
         robot = now_in(np.array((x, y, yaw)), pose)
-        own, within = (first, first + count), min(look.reach - mount.offset, scan.range_max)
+        own, within = (first, first + count), min(look.reach - mount.offset, scan.range_max, scan.beams.sight)
         views.append(replaced(look, own=own, beams=scan.beams, place=(x, y, yaw), reach=within, robot=robot))
         first += count
     return tuple(views)
@@ -297,16 +299,19 @@ def _look(
     before: LastScan | None, scan: LaserScan, mount: Mount, pose: np.ndarray, settings: PerceptionSettings
 ) -> LastScan:
     """A new scan of a lidar whose last look is given."""
-    if scan.body != settings.footprint.narrow:
-        scan = dataclasses.replace(scan, body=settings.footprint.narrow)
-    body = settings.footprint.narrow - mount.offset
+    narrow, thinnest = settings.footprint.narrow, settings.margins.thinnest
+    if (scan.body, scan.thinnest) != (narrow, thinnest):
+        scan = dataclasses.replace(scan, body=narrow, thinnest=thinnest)
+    body = narrow - mount.offset
     if settings.outlier_noise is None:
         scan = without_lone_close_hits(scan, body)
     scan, place = unturned(scan, mount), mount.unturned(pose)
     if before is not None and scan.time_increment:
-        scan = deskewed(scan, mount.unturned(before.pose), before.near.time, place)
-    history = HitHistory() if before is None else before.history
-    if settings.outlier_noise is None:
-        return LastScan(scan, scan, pose, history)
-    near, sure = without_outliers(scan, place, history, settings.outlier_noise, body)
-    return LastScan(near, sure, pose, history.remembered(scan.points(place)))
+        scan = deskewed(scan, mount.unturned(before.pose), before.near.time, place, body)
+    history, near, sure = HitHistory() if before is None else before.history, scan, scan
+    if settings.outlier_noise is not None:
+        near, sure = without_outliers(scan, place, history, settings.outlier_noise, body)
+        history = history.remembered(scan.points(place))
+    if near is not sure or not near.beams.complete:
+        sure = sure.again(sure.ranges, thinnest=math.inf)
+    return LastScan(near, sure, pose, history)

@@ -249,7 +249,8 @@ class Asked(NamedTuple):
         """What the latest scan saw, by what `star` found; footprint and `short` as of `Look`."""
         hits, _, remembered, *_ = found
         own = len(self.known[0]), remembered
-        return Look(hits[:remembered], own, scan.beams, self.pose, self.far, footprint=footprint, short=short)
+        reach = min(self.far, scan.beams.sight)
+        return Look(hits[:remembered], own, scan.beams, self.pose, reach, footprint=footprint, short=short)
 
 
 def certified_by(

@@ -140,10 +140,10 @@ def _followed(
     )
     far, bit = 0.0, 1
     for scan, mount in zip(scans, mounts, strict=True):
-        _cross_view(crossings, scan.beams, (mount.x, mount.y, 1.0, 0.0), HIT, bit)
+        _cross_view(crossings, scan.beams, (mount.x, mount.y, 1.0, 0.0), (HIT, math.inf), bit)
         far, bit = max(far, view_range(scan, mount)), bit << 1
     for beams, (x, y, yaw) in earlier:
-        _cross_view(crossings, beams, (x, y, math.cos(yaw), math.sin(yaw)), HIT | MAPPABLE, bit)
+        _cross_view(crossings, beams, (x, y, math.cos(yaw), math.sin(yaw)), (HIT | MAPPABLE, beams.sight), bit)
         bit <<= 1
     return *_walked(crossings, outside, far, (1 << len(scans)) - 1), far
 
@@ -207,15 +207,16 @@ class _Crossings(NamedTuple):
 
 
 @kernel
-def _cross_view(crossings, beams, place, solid, bit):
+def _cross_view(crossings, beams, place, sees, bit):
     """Add the edges of the view of one lidar to the crossings; `place` is x, y, and cosine and sine of its yaw.
 
-    `solid` are bits of all beams that hit a surface.
+    `sees` are bits of all beams that hit a surface, and how far it sees, m.
 
     Between two connected hits the edge is their chord. Between other beams the view ends at the nearer one, and the
     edge of a shadow lies on the farther one.
     """
-    distance, hits, directions = beams.distances, beams.kinds & solid == solid, beams.directions
+    (solid, sight), distance, directions = sees, beams.distances, beams.directions
+    hits = (beams.kinds & solid == solid) & (distance <= sight)
     x, y, turned, aside = place
     n, full, cosine = len(distance), beams.seam < np.inf, math.cos(beams.increment)
     seam = math.cos(beams.seam) if full else cosine
@@ -228,7 +229,7 @@ def _cross_view(crossings, beams, place, solid, bit):
             kinds[2 * i] = SURFACE if beams.kinds[i] & beams.kinds[j] & MAPPABLE else DOUBTED
         else:
             kinds[2 * i] = MOVER if (beams.kinds[i] if a < b else beams.kinds[j]) & MOVING else OPEN
-            a = b = min(a, b)
+            a = b = min(a, b, sight)
         for k, d, m in ((2 * i, a, i), (2 * i + 1, b, j)):
             vertices[k, 0] = x + d * (turned * directions[m, 0] - aside * directions[m, 1])
             vertices[k, 1] = y + d * (aside * directions[m, 0] + turned * directions[m, 1])

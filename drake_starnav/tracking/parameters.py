@@ -11,7 +11,7 @@ class DynamicObstacleParameters(Checked, place="obstacles"):
 
     max_speed: float = parameter(
         0.0,
-        "greatest speed of obstacles; 0: the world is static, and this section is not used",
+        "greatest speed of obstacles; 0: the world is static, and of this section only `min_width` is used",
         unit="m/s",
         low=0.0,
         high=10.0,
@@ -43,6 +43,17 @@ class DynamicObstacleParameters(Checked, place="obstacles"):
         low=0.0,
         high=100.0,
         when="where nobody must run into a standing robot either; the room is `max_speed^2 / (2 deceleration)`",
+    )
+
+    min_width: float = parameter(
+        0.0,
+        "width of the thinnest obstacle that must not be missed, be it standing or moving; 0: what two beams are "
+        "apart where the robot must brake",
+        unit="m",
+        low=0.0,
+        high=1.0,
+        when="larger than what `starnav margins` prints, if nothing is so thin: lost beams then cost less speed; "
+        "smaller where something is: the robot drives as slowly as it sees it",
     )
 
     @property

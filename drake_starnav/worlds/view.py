@@ -33,7 +33,8 @@ def scan_from(shapes: Shapes, pose: np.ndarray, lidar: LidarParameters, seed: in
     distances = np.full(lidar.beams, np.inf)
     cast_groups(tuple(shapes), np.array([pose]), tuple(fan), distances, lidar.range_max)
     ranges = measure(distances, lidar, seed, index)
-    return LaserScan(index / lidar.rate, view.angle_min, view.angle_increment, lidar.range_min, lidar.range_max, ranges)
+    limits = lidar.range_min, lidar.range_max
+    return LaserScan(index / lidar.rate, *view[:2], *limits, ranges, lost_beams=lidar.dropout > 0.0)
 
 
 def tightest_gap(world: World, path: np.ndarray) -> float:

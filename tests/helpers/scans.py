@@ -26,6 +26,7 @@ MARGINS = Margins(
     safety=0.0145,
     preferred=0.0295,
     least=0.0105,
+    thinnest=0.63 * math.radians(1.0),
     safety_range=1.2,
     smoothing_slack=0.0,
     smoothed_beams=0,

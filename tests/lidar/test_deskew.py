@@ -94,3 +94,24 @@ def test_with_a_slowly_rolling_lidar_the_robot_touches_nothing():
     trial = run_trial(load_scenario("maze", overrides=slow), seed=1000)
     assert trial.outcome in ("reached", "timeout")
     assert trial.min_clearance_m > 0.0
+
+
+@pytest.mark.parametrize("clockwise", [False, True])
+def test_what_lay_beside_the_first_beam_of_a_sweep_is_unknown(clockwise):
+    """The robot backs by 12 cm during a sweep of 220 degrees ahead, past which it now looks back."""
+    half, count, moved = 1.92, 400, 0.12
+    scan = LaserScan(
+        PERIOD, -half, 2.0 * half / (count - 1), 0.0, 5.0, np.full(count, np.inf),
+        time_increment=(-1.0 if clockwise else 1.0) * PERIOD / (count - 1), thinnest=0.01,
+    )  # fmt: skip
+    seen = deskewed(scan, np.array((moved, 0.0, 0.0)), 0.0, np.zeros(3), 0.25)
+    side = -1.0 if clockwise else 1.0
+    first = np.array((math.cos(half), -side * math.sin(half)))  # bearing of the first beam, which began ahead
+    away = np.arange(0.26, 3.0, 0.02)
+    for bearing, lost in zip(seen.bearings, seen.lost, strict=True):
+        offset = away[:, None] * (math.cos(bearing), math.sin(bearing)) - (moved, 0.0)
+        unswept = side * (first[0] * offset[:, 1] - first[1] * offset[:, 0]) < -1e-9
+        assert lost or side * bearing > 0.0 or not unswept.any()  # the other half of the line leads through the view
+    assert 0.8 * count < (~seen.lost).sum() < count
+    ahead = deskewed(scan, np.array((-moved, 0.0, 0.0)), 0.0, np.zeros(3), 0.25)
+    assert (~ahead.lost).sum() > 0.95 * count

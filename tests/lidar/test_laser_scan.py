@@ -161,6 +161,16 @@ def test_at_the_edge_of_the_field_of_view_one_neighbour_bounds():
     assert seen.distances.tolist() == [2.0, 2.0, 2.0, 1.0, 1.0, 1.0]
 
 
+def test_where_the_thinnest_obstacle_counts_none_fits_between_known_beams_and_the_end_of_a_view_is_unknown():
+    seen = LaserScan(
+        0.0, 0.0, 0.01, 0.0, 5.0, [np.nan, 2.0, np.nan, np.nan, 3.0, np.nan], lost_beams=True, thinnest=0.03
+    )
+    np.testing.assert_allclose(seen.distances, [0.0, 2.0, 1.0, 1.0, 3.0, 0.0])
+    assert seen.beams.sight == pytest.approx(3.0)
+    whole = dataclasses.replace(scan(), thinnest=0.03)
+    np.testing.assert_array_equal(whole.distances, scan().distances)
+
+
 @pytest.mark.parametrize("pose", [(0.0, 0.0, 0.0), (1.0, -2.0, 2.5)])
 def test_a_hit_lies_on_its_beam_at_its_distance(pose):
     seen = scan()
