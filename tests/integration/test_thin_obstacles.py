@@ -11,9 +11,9 @@ from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.scenario.scenario_file import parse_scenario
 from drake_starnav.scenario.schema import Scenario
-from drake_starnav.simulation.kinematics import KinematicMotion
 from drake_starnav.worlds.clearance import body_clearance
 from drake_starnav.worlds.world import World
+from tests.helpers.kinematic_robot import KinematicRobot
 
 ELL = [
     [[-0.35, -0.2], [0.35, -0.2], [0.35, 0.2], [-0.35, 0.2]],
@@ -41,11 +41,11 @@ def driven_recklessly(scenario: Scenario, seed: int, seconds: float) -> tuple[fl
     """The least distance that a driver keeps who rams poles, spins and backs, and its way; m."""
     rng = np.random.default_rng(seed)
     world = among_poles(scenario, rng)
-    motion, robot, way, time = KinematicMotion(scenario, world, seed, True), scenario.robot, 0.0, 0.0
+    motion, robot, way, time = KinematicRobot(scenario, world, seed), scenario.robot, 0.0, 0.0
     most = np.full(len(motion.twist), robot.max_speed)
     most[-1] = robot.max_yaw_rate
     poles = world.discs[:, :2]
-    while time < seconds and not motion.touched:
+    while time < seconds and motion.least >= 0.0:
         mood, duration = rng.integers(4), float(rng.uniform(0.3, 1.5))
         aim = poles[rng.integers(len(poles))]
         if rng.random() < 0.6:
@@ -101,7 +101,7 @@ def test_what_is_declared_decides_how_far_and_how_fast_it_drives() -> None:
 def test_a_look_sees_no_farther_than_where_beams_are_apart_by_the_thinnest_obstacle() -> None:
     scenario = declaring(BEHIND_UNSEEN)
     world = World("open", (0, 0, 0), (0, 0), cylinders=[(2.0, 2.0, 0.2)])
-    motion, margins = KinematicMotion(scenario, world, 0, True), derive_margins(scenario)
+    motion, margins = KinematicRobot(scenario, world, 0), derive_margins(scenario)
     motion.drive(np.array((0.5, 0.0)), 1.0)
     known = motion.seen.safety
     for look in (known.look, *known.earlier.looks[:-1]):
