@@ -1,10 +1,12 @@
 """What a controller is given, and what it proposes."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
 from drake_starnav.planning.guidance import Guidance
+from drake_starnav.robot import RobotParameters
 from drake_starnav.surroundings.safe_region import CertifiedRegion
 
 
@@ -34,3 +36,7 @@ class Proposal(NamedTuple):
 
     twist: np.ndarray
     guiding_vector: np.ndarray
+
+
+Propose = Callable[[ControllerInputs, RobotParameters], Proposal]
+"""A controller as a pure function, as `control.followed`."""

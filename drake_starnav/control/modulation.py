@@ -5,7 +5,8 @@
 r_hat points from the region's reference point to p, t is the boundary's tangent at the bearing of p,
 t ~ [Phi' cos - Phi sin, Phi' sin + Phi cos]. lambda_r = 1 - 1/Gamma for an outward radial part, 1 for an inward one;
 lambda_e = 1 + 1/Gamma. A region counts only where it contains p (Gamma > 1), and M = I at its reference point.
-Source: paper, section III-B; E by columns and t from Phi' are corrections, without which vectors lead outwards.
+Source: paper, section III-C.3, Eq. (8) to (14). E by columns and t from Phi' are corrections, without which vectors
+lead outwards; weights and the damping of outward motion alone are this project's.
 """
 
 import math
@@ -13,7 +14,7 @@ import math
 from drake_starnav.geometry.compiled import kernel, leaf
 
 SIGMA = 2.0
-"""Exponent of Gamma, as of the paper: what is damped grows with the square of the way to the boundary."""
+"""Exponent sigma of Gamma: what is damped grows with the square of the way to the boundary."""
 CENTER = 0.08
 """Nearer than this to its reference point a region does not modulate, in radii of the robot."""
 FARTHEST = 12.0

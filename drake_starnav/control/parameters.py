@@ -17,7 +17,7 @@ class ControllerParameters(Checked, place="controller"):
 
     kind: str = parameter(
         "star",
-        "star (follow the guiding vector), star_paper, or a baseline (docs/baselines.md) by the name of its section",
+        "star (follow the guiding vector), or a baseline (docs/baselines.md) by the name of its section",
     )
     target: str = parameter(
         "goal",

@@ -1,18 +1,16 @@
-"""The ways to drive: our method, the paper's, and baselines."""
+"""The ways to drive: our method, and baselines; all others are `Parts`."""
 
 from collections.abc import Callable
 from typing import NamedTuple
 
 from pydrake.systems.framework import System
 
-from drake_starnav.baselines import paper
-from drake_starnav.planning import plan_step
-from drake_starnav.planning.state import PlanStep
+from drake_starnav.control import followed
+from drake_starnav.navigation.parts import Parts, function_of
 from drake_starnav.scenario.schema import BASELINES, Scenario
 from drake_starnav.station.robot_interface import delay_steps
 from drake_starnav.surroundings.margins import Margins
-from drake_starnav.surroundings.perception import Perceive, perceive
-from drake_starnav.systems.baseline_controller import BaselineController, PaperController
+from drake_starnav.systems.baseline_controller import BaselineController
 from drake_starnav.systems.dsm_controller import DsmController
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.utils.stopwatch import Stopwatch
@@ -24,11 +22,13 @@ class LoopConfig(NamedTuple):
     Attributes:
         scenario: its parameters.
         margins: derived from it.
+        parts: of the user's own.
         stopwatch: if any.
     """
 
     scenario: Scenario
     margins: Margins
+    parts: Parts
     stopwatch: Stopwatch | None = None
 
     @property
@@ -39,7 +39,7 @@ class LoopConfig(NamedTuple):
     @property
     def obstacles(self) -> DynamicObstacleParameters | None:
         """What is declared of moving obstacles, where they are tracked and avoided."""
-        tracked = self.scenario.obstacles.max_speed > 0.0 and self.plans and self.method.tracks
+        tracked = self.scenario.obstacles.max_speed > 0.0 and self.plans and self.parts.certified
         return self.scenario.obstacles if tracked else None
 
     @property
@@ -65,18 +65,13 @@ class Method(NamedTuple):
 
     Attributes:
         controller: makes the system that proposes twists.
-        perceive, step: perception and planner, where there is a planner.
         guided: whether it follows the planner's guidance.
         shielded: whether its twists are certified; not those of the methods to compare with, as published.
-        tracks: whether it tracks and avoids what moves; the paper's world is static.
     """
 
     controller: Callable[[LoopConfig], System]
-    perceive: Perceive = perceive
-    step: PlanStep = plan_step
     guided: bool = True
     shielded: bool = True
-    tracks: bool = True
 
 
 def _guided(config: LoopConfig) -> System:
@@ -84,14 +79,11 @@ def _guided(config: LoopConfig) -> System:
         config.scenario.robot,
         config.scenario.controller,
         config.margins,
+        propose=function_of(config.parts.controller) or followed,
         obstacles=config.obstacles,
         state_lead=config.state_lead,
         stopwatch=config.stopwatch,
     )
-
-
-def _paper(config: LoopConfig) -> System:
-    return PaperController(config.scenario.robot, stopwatch=config.stopwatch)
 
 
 def _baseline(config: LoopConfig) -> System:
@@ -101,7 +93,6 @@ def _baseline(config: LoopConfig) -> System:
 
 BY_KIND = {
     "star": Method(_guided),
-    "star_paper": Method(_paper, paper.perceive, paper.plan_step, shielded=False, tracks=False),
     **dict.fromkeys(BASELINES, Method(_baseline, guided=False, shielded=False)),
 }
 """The methods by `controller.kind`."""

@@ -1,22 +1,25 @@
 """What a navigation loop consists of, and what of it may be the user's own."""
 
 import dataclasses
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from pydrake.systems.framework import Context, OutputPort, System
 
+from drake_starnav.control.inputs import Propose
 from drake_starnav.errors import StarnavError, check_kind, shown
 from drake_starnav.navigation.robot import Robot
 from drake_starnav.parameters import unknown_name
+from drake_starnav.planning.state import PlanStep
 from drake_starnav.safety.certificates import Certificate
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.scenario.shipped import own_method
 from drake_starnav.station.navigation_station import StationInterface
+from drake_starnav.surroundings.perception import Perceive
 from drake_starnav.systems.connecting import output_port, outputs
 from drake_starnav.systems.obstacle_tracker import ObstacleTracker
 from drake_starnav.systems.scan_matcher import ScanMatcher
-from drake_starnav.systems.star_perception import StarPerception
 from drake_starnav.worlds.world import World
 
 
@@ -36,19 +39,25 @@ class Parts:
             `RobotInterface` of one of several robots in a plant, or one without a plant.
         goal: whose output `goal`, or only one, is (x, y) in W, m, instead of the scenario's goals and the world's; in
             the builder already, or not.
+        perception: instead of ours; it outputs `observation` and `certified_region`.
         planner: instead of the star roadmap; it outputs `guidance`, or what your controller reads.
         controller: instead of the scenario's; it outputs `desired_twist`, (v, omega), m/s and rad/s.
+            In the place of these three systems may stand the pure function that ours runs: a `Perceive`, a `PlanStep`,
+            a `Propose`.
         shield: instead of a `TwistShield`, e.g. an `Unshielded`, for which no guarantee holds.
         certificates: each of which must accept what is driven, too; for the scenario's shield.
+        certified: False: the shield only keeps the robot's limits, and what moves is not tracked.
     """
 
     world: World | None = None
     station: Robot | None = None
     goal: System | None = None
-    planner: System | None = None
-    controller: System | None = None
+    perception: System | Perceive | None = None
+    planner: System | PlanStep | None = None
+    controller: System | Propose | None = None
     shield: System | None = None
     certificates: tuple[Certificate, ...] = ()
+    certified: bool = True
 
     def __post_init__(self) -> None:
         if self.world is not None:
@@ -66,9 +75,17 @@ class Parts:
             return self
         made = make(scenario)
         made = Parts(controller=made) if isinstance(made, System) else made
+        made = Parts(**made) if isinstance(made, Mapping) else made
         check_kind(made, Parts, f"what method {scenario.method} returns", "or a controller")
         given = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
-        return dataclasses.replace(made, **{name: value for name, value in given.items() if value not in (None, ())})
+        return dataclasses.replace(
+            made, **{name: value for name, value in given.items() if value not in (None, (), True)}
+        )
+
+
+def function_of(part: Any) -> Any:
+    """Return the part if it is a pure function that a system of ours runs, else None."""
+    return part if callable(part) and not isinstance(part, (System, type)) else None
 
 
 AS_DECLARED = Parts()
@@ -97,7 +114,7 @@ class Navigation:
     world: World
     station: Robot
     goal: System | None = None
-    perception: StarPerception | None = None
+    perception: System | None = None
     planner: System | None = None
     controller: System | None = None
     tracker: ObstacleTracker | None = None

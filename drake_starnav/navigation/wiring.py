@@ -1,6 +1,7 @@
 """Adds the systems of a navigation loop to a builder, and wires them."""
 
 import dataclasses
+from typing import Any
 
 from pydrake.systems.framework import DiagramBuilder, System
 
@@ -8,7 +9,7 @@ from drake_starnav.errors import StarnavError, check_kind, counted
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.localization.scan_matching import OdometryError
 from drake_starnav.navigation.methods import BY_KIND, SHIELDED, LoopConfig
-from drake_starnav.navigation.parts import AS_DECLARED, Navigation, Parts
+from drake_starnav.navigation.parts import AS_DECLARED, Navigation, Parts, function_of
 from drake_starnav.navigation.robot import robot_world, scan_ports
 from drake_starnav.navigation.sources import control_sources
 from drake_starnav.navigation.validation import (
@@ -18,12 +19,13 @@ from drake_starnav.navigation.validation import (
     check_time_step,
     validated_margins,
 )
-from drake_starnav.planning import Guidance
+from drake_starnav.planning import Guidance, plan_step
 from drake_starnav.safety.certificates import Certificate
 from drake_starnav.safety.zones import KeepOut
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.navigation_station import NavigationStation, StationInterface
 from drake_starnav.station.robot_interface import RobotInterface
+from drake_starnav.surroundings.perception import perceive
 from drake_starnav.systems.connecting import add_system, connect, connect_inputs, output_port, outputs
 from drake_starnav.systems.fixed_goal import FixedGoal
 from drake_starnav.systems.goal_sequence import GoalSequence
@@ -82,7 +84,7 @@ def add_navigation(
     station = parts.station
     if station is None:
         station = builder.AddNamedSystem("station", NavigationStation(world, scenario, seed=seed))
-    config = LoopConfig(scenario, validated_margins(scenario, station.mounts), stopwatch)
+    config = LoopConfig(scenario, validated_margins(scenario, station.mounts), parts, stopwatch)
     if isinstance(parts.station, RobotInterface):
         check_own_plant(parts.station, world)
     if isinstance(station, StationInterface):
@@ -95,7 +97,9 @@ def add_navigation(
     if isinstance(goal, GoalSequence):
         connect_inputs(builder, goal, {"state": navigation.localization("state")}, "goal")
     shield = parts.shield or _shield(config, parts)
-    controller = add_system(builder, "controller", parts.controller or config.method.controller(config), "controller")
+    controller = add_system(
+        builder, "controller", _own_system(parts.controller) or config.method.controller(config), "controller"
+    )
     shield = add_system(builder, "shield", shield, "shield")
     navigation = dataclasses.replace(navigation, controller=controller, shield=shield)
     _connect_control(builder, config, parts, navigation)
@@ -103,6 +107,11 @@ def add_navigation(
     if navigation.matcher is not None and "certificate" in outputs(shield):
         builder.Connect(shield.GetOutputPort("certificate"), navigation.matcher.GetInputPort("certificate"))
     return navigation
+
+
+def _own_system(part: Any) -> System | None:
+    """Return a part of the user's, unless it is a function for a system of ours."""
+    return None if function_of(part) is not None else part
 
 
 def _goal(scenario: Scenario, world: World) -> System:
@@ -123,9 +132,12 @@ def _check_parts(scenario: Scenario, parts: Parts) -> None:
         )
     settings, method = scenario.controller, BY_KIND[scenario.controller.kind]
     certificates = parts.certificates if parts.shield is None else ()
+    if certificates and not parts.certified:
+        raise StarnavError("certificates of your own with parts that are not certified; allowed: certified=True")
     own = {"a controller": parts.controller is not None, "certificates": certificates}
-    if scenario.zones and (parts.shield is not None or not method.shielded):
-        by = "a shield of your own" if method.shielded else f"controller.kind {settings.kind}"
+    if scenario.zones and not (parts.shield is None and parts.certified and method.shielded):
+        own_shield = "a shield of your own" if parts.certified else f"method {scenario.method}"
+        by = own_shield if method.shielded else f"controller.kind {settings.kind}"
         raise StarnavError(f"zones with {by}, which does not keep them; allowed: {SHIELDED}, behind its own shield")
     if any(own.values()) and not method.shielded:
         what = next(name for name in own if own[name])
@@ -139,7 +151,7 @@ def _check_parts(scenario: Scenario, parts: Parts) -> None:
 
 def _check_names(builder: DiagramBuilder, parts: Parts) -> None:
     """Raise a `StarnavError` where the builder has other systems of the names that are to be given."""
-    own = parts.goal, parts.planner, parts.controller, parts.shield
+    own = parts.goal, parts.perception, parts.planner, parts.controller, parts.shield
     for name in SYSTEMS if parts.station is not None else (*SYSTEMS, "station"):
         if builder.HasSubsystemNamed(name) and builder.GetSubsystemByName(name) not in own:
             raise StarnavError(
@@ -163,7 +175,7 @@ def _checked_world(scenario: Scenario, parts: Parts, seed: int) -> World:
 
 def _shield(config: LoopConfig, parts: Parts) -> System:
     robot, controller = config.scenario.robot, config.scenario.controller
-    if not config.method.shielded:
+    if not (config.method.shielded and parts.certified):
         return Unshielded(robot, controller, stopwatch=config.stopwatch)
     return TwistShield(
         robot,
@@ -196,19 +208,23 @@ def _add_perception(builder: DiagramBuilder, config: LoopConfig, navigation: Nav
             builder.Connect(scan, tracker.GetInputPort(name))
         builder.Connect(scan_pose, tracker.GetInputPort("pose"))
         scans = [tracker.GetOutputPort(name) for name in names]
-    perception = StarPerception(
+    own = _own_system(config.parts.perception)
+    perception = own or StarPerception(
         scenario.robot,
         config.margins,
         lidar,
         mounts=mounts,
-        certifies=config.method.shielded,
-        perceive=config.method.perceive,
+        certifies=config.method.shielded and config.parts.certified,
+        perceive=function_of(config.parts.perception) or perceive,
         stopwatch=config.stopwatch,
     )
-    builder.AddNamedSystem("perception", perception)
-    for name, scan in zip(names, scans, strict=True):
-        builder.Connect(scan, perception.GetInputPort(name))
-    builder.Connect(scan_pose, perception.GetInputPort("pose"))
+    perception = add_system(builder, "perception", perception, "perception")
+    for name in ("observation", "certified_region"):
+        output_port(perception, name, None, "perception")
+    seen = dict(zip(names, scans, strict=True))
+    if own is None:
+        seen["pose"] = scan_pose  # that of the scan, as our perception calls it
+    connect_inputs(builder, perception, navigation.signals | seen, "perception")
     if config.matches:
         error = OdometryError(localization.drift, localization.jump, lidar.noise, scenario.robot.shape.narrow)
         matcher = builder.AddNamedSystem("matcher", ScanMatcher(error))
@@ -229,12 +245,12 @@ def _doubtful(scenario: Scenario) -> LidarParameters:
 def _add_planning(builder: DiagramBuilder, config: LoopConfig, parts: Parts, navigation: Navigation) -> Navigation:
     scenario, matcher = config.scenario, navigation.matcher
     rules = *_zones(config, parts), *parts.certificates
-    planner = parts.planner or StarRoadmapPlanner(
+    planner = _own_system(parts.planner) or StarRoadmapPlanner(
         scenario.robot,
         scenario.planner,
         config.margins,
         goal_tolerance=scenario.simulation.goal_tolerance,
-        step=config.method.step,
+        step=function_of(parts.planner) or plan_step,
         closed_areas=[rule for rule in rules if isinstance(rule, KeepOut)],
         stopwatch=config.stopwatch,
     )
@@ -253,7 +269,7 @@ def _connect_control(builder: DiagramBuilder, config: LoopConfig, parts: Parts, 
     assert navigation.controller is not None and navigation.shield is not None
     driven = {"twist_command": navigation.twist_command}
     sources = driven | control_sources(builder, config, navigation)
-    own = parts.controller is not None
+    own = _own_system(parts.controller) is not None
     if not own and config.method.guided and "guidance" not in sources:
         names = ", ".join(outputs(navigation.planner)) or "none"
         raise StarnavError(f"planner has the output ports {names}; allowed: one named guidance, or your own controller")

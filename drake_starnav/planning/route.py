@@ -54,7 +54,7 @@ def find_route(state: PlannerState, here: StarRegion, inputs: PlannerInput) -> R
         here: region of the latest scan.
         inputs: where the robot is and shall go, and the parameters.
 
-    Source: paper, section III-D; choice of the frontier: this project.
+    Source: in the place of Eq. (6) of the paper, section III-C.2.
     """
     roadmap, position, union = state.roadmap, inputs.position, state.roadmap.union
     spot = approach(roadmap.hits, inputs.goal, inputs.goal_tolerance, inputs.robot_radius, inputs.margins.preferred)

@@ -168,4 +168,4 @@ class PlannerInput(NamedTuple):
 
 
 PlanStep = Callable[[PlannerState, PlannerInput], PlannerState]
-"""One update of a planner as a pure function: `plan_step`, or the paper's."""
+"""One update of a planner as a pure function, as `plan_step`."""

@@ -25,7 +25,7 @@ from drake_starnav.parameters import Checked, is_number, parameter
 from drake_starnav.planning import PlannerParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.safety import KeepOut, SpeedZone
-from drake_starnav.scenario.shipped import method_settings
+from drake_starnav.scenario.shipped import method_settings, own_method
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.worlds.world import check_numbers
 
@@ -182,7 +182,7 @@ SECTIONS: dict[str, Any] = {
 }
 BASELINES = tuple(name for name, make in SECTIONS.items() if hasattr(make, "propose"))
 """Sections that are a `Baseline` each."""
-CONTROLLERS = ("star", "star_paper", *BASELINES)
+CONTROLLERS = ("star", *BASELINES)
 """Values of `controller.kind`."""
 KEYS = ("world", *SECTIONS, *LISTS, *DRAKE_CONFIGS)
 """Keys of a scenario that may be overridden; it may also hold `directives`."""
@@ -201,6 +201,11 @@ def check_method(scenario: Scenario, method: str | None) -> str:
         raise StarnavError(
             f"method is {method}, and the scenario's controller.kind {scenario.controller.kind}; allowed: {kind}, as "
             f"of load_scenario(..., method={method!r})"
+        )
+    if method != scenario.method and own_method(method) is not None:
+        raise StarnavError(
+            f"method is {method}, and the scenario was loaded with {scenario.method}; allowed: that, or a scenario of "
+            f"load_scenario(..., method={method!r})"
         )
     return method
 

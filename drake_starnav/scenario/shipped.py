@@ -7,9 +7,9 @@ from drake_starnav.errors import shown
 from drake_starnav.utils.imported import imported
 from drake_starnav.utils.resources import model_path
 
-METHODS: dict[str, dict[str, dict[str, Any]] | Callable[[Any], Any]] = {
+METHODS: dict[str, dict[str, dict[str, Any]] | Callable[[Any], Any] | str] = {
     "star": {},
-    "star_paper": {"controller": {"kind": "star_paper"}},
+    "star_paper": "drake_starnav.paper:method",
     "dsm": {"controller": {"kind": "dsm"}},
     "foa": {"controller": {"kind": "foa"}},
     "foa_cluster": {"controller": {"kind": "foa"}, "foa": {"clusters": True}},
@@ -18,8 +18,8 @@ METHODS: dict[str, dict[str, dict[str, Any]] | Callable[[Any], Any]] = {
 }
 """A method is settings: which controller drives, and what else it sets before the scenario's own keys do.
 
-One of your own is a function from a `Scenario` to the `Parts` that drive it, or to the controller alone. Enter it here
-by a name, or name it as module:function wherever a method is named.
+One of your own is a function from a `Scenario` to the `Parts` that drive it, to their fields by name, or to the
+controller alone. Enter it here by a name, as a function or as module:function, or name it so where a method is named.
 """
 
 
@@ -39,10 +39,10 @@ def own_method(name: str) -> Callable[[Any], Any] | None:
     Raises:
         StarnavError: there is no such method, see `imported`.
     """
-    if name in METHODS or ":" not in name:
-        found = METHODS[name] if name in METHODS else method_settings(name)
-        return None if isinstance(found, dict) else found
-    return cast(Callable[[Any], Any], imported("method", name))
+    found = METHODS[name] if name in METHODS else name if ":" in name else method_settings(name)
+    if isinstance(found, str):
+        return cast(Callable[[Any], Any], imported("method", found))
+    return None if isinstance(found, dict) else found
 
 
 def scenario_names() -> list[str]:

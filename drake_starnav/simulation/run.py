@@ -119,7 +119,11 @@ def run_trial(
         run = left_by(simulator, navigation, logs[0], message, time.perf_counter() - start)
         run = dataclasses.replace(run, blocked=tuple(reports))
         steps: dict[str, Any] = {name: stopwatch.summary(name) for name in STEPS}
-        by = method if parts.controller is None else type(parts.controller).__name__
+        by = (
+            method
+            if parts.controller is None
+            else getattr(parts.controller, "__name__", type(parts.controller).__name__)
+        )
         driven = figures(scenario, world, shortest, run)
         trial = Trial(scenario=scenario.name, method=by, seed=seed, **driven, **steps)
         if csv is not None:

@@ -118,7 +118,7 @@ def free_range(scan: LaserScan, distance: np.ndarray, radius: float, margins: Ma
         margins: preferred and least.
         samples: M; 0: as many as suit the scan.
 
-    Source: paper, section III-A; the erosion, which the paper leaves to the controller: this project.
+    Source: this project; in the paper the radius enters with Eq. (15) only.
     """
     disc = Disc.of(scan, radius, (margins.preferred, margins.least), samples=samples)
     values, limit, margin = disc_range(distance, tuple(disc))

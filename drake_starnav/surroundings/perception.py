@@ -152,7 +152,7 @@ class PerceptionSettings(NamedTuple):
 
 
 Perceive = Callable[[Perceived, Sequence[LaserScan], np.ndarray, PerceptionSettings], Perceived]
-"""Perception as a pure function: `perceive`, or the paper's."""
+"""Perception as a pure function, as `perceive`."""
 
 
 def perceive(

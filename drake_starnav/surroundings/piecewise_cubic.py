@@ -48,7 +48,7 @@ def fit_piecewise_cubic(
         tolerance: largest overshoot plus undershoot of a cubic, in radii.
         one_sided: lower every cubic until it lies inside the free range.
 
-    Source: paper, section III-A, adaptive piecewise polynomial; one-sided fit: this project.
+    Source: paper, section III-B.1, Eq. (3) and (4); breaks and the one-sided fit: this project.
     """
     return PiecewiseCubic(*adaptive_fit(samples, (JUMP * radius, tolerance * radius), one_sided))
 

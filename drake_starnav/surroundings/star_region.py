@@ -1,6 +1,6 @@
 """Star-shaped regions: the free space seen from one place, bounded by a distance Phi(theta) at each bearing.
 
-Source: paper, section III-B; corrected here: theta by atan2.
+Source: paper, section III-B.1, Eq. (2) to (4).
 """
 
 import dataclasses

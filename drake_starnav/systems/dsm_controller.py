@@ -5,6 +5,7 @@ from pydrake.systems.framework import Context, InputPort
 
 from drake_starnav.control import ControllerInputs, ControllerParameters, Proposal, followed
 from drake_starnav.control.avoidance import avoid_collision
+from drake_starnav.control.inputs import Propose
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.motion import Actuation
@@ -52,18 +53,21 @@ class DsmController(Controller):
         controller: ControllerParameters,
         margins: Margins,
         *,
+        propose: Propose = followed,
         obstacles: DynamicObstacleParameters | None = None,
         state_lead: float = 0.0,
         stopwatch: Stopwatch | None = None,
     ) -> None:
         """
         Args:
+            propose: what follows guidance, as a pure function.
             obstacles: what is declared about moving obstacles; None: the world is static.
             state_lead: how far in the future the state of the port lies, s; see `StatePredictor`.
             stopwatch: notes `command` times, if given.
         """
         super().__init__(stopwatch)
-        self._obstacles, self._state_lead, self._robot, self._margin = obstacles, state_lead, robot, margins.safety
+        self._follow, self._obstacles, self._state_lead = propose, obstacles, state_lead
+        self._robot, self._margin = robot, margins.safety
         self._actuation = Actuation(robot.limits, robot.shape, 1.0 / controller.rate, controller.delay, robot.drive)
         self._guidance = self.DeclareAbstractInputPort("guidance", Value(Guidance.none()))
         self._certified_region = self.DeclareAbstractInputPort("certified_region", Value(CertifiedRegion.none()))
@@ -86,7 +90,7 @@ class DsmController(Controller):
 
     def _propose(self, read: tuple[ControllerInputs, TrackedObstacles | None]) -> Proposal:
         inputs, tracked = read
-        proposal = followed(inputs, self._robot)
+        proposal = self._follow(inputs, self._robot)
         if tracked is None:
             return proposal
         certificates = standard_certificates(inputs.star, self._margin, self._actuation, inputs.pose[:2], tracked)

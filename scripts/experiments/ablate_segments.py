@@ -8,7 +8,6 @@ range).
 """
 
 import argparse
-import math
 import sys
 import time
 from collections.abc import Callable, Iterable
@@ -19,22 +18,18 @@ from pathlib import Path
 import numpy as np
 from tqdm import tqdm
 
-from drake_starnav.geometry.compiled import kernel
 from drake_starnav.lidar.sensor_model import LidarParameters
+from drake_starnav.paper.star_region import fit_boundary
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.surroundings.erosion import BEARINGS, free_range, smoothed_distances
-from drake_starnav.surroundings.piecewise_cubic import JUMP, PiecewiseCubic, fit_piecewise_cubic, fit_segments
+from drake_starnav.surroundings.piecewise_cubic import PiecewiseCubic, fit_piecewise_cubic, fit_segments
 from scripts.experiments.scan_sample import Measured, View, sample_text, sample_views, scan_experiment
 
 FIXED = (4, 8, 16, 32, 64)
 RADIUS = RobotParameters.radius
 """Of the robot, m."""
-SLOPE_CHANGE = 0.02 * math.pi
-"""Change of the boundary's direction that begins a new cubic, rad: the value of the paper's authors."""
-SHORTEST_SEGMENT = 4
-"""Samples before a change of direction begins a new cubic: as many as determine one."""
 REPEATS = 7
 """Repetitions of each timed fit, methods in turn; the fastest counts, which excludes other load."""
 STYLES = {"two-sided": ("#0072B2", "o", -0.15), "one-sided": ("#D55E00", "D", 0.15)}
@@ -88,29 +83,7 @@ def fit_equal(samples: np.ndarray, count: int, one_sided: bool) -> PiecewiseCubi
 
 def fit_slopes(samples: np.ndarray, one_sided: bool = False) -> PiecewiseCubic:
     """Cubics that begin where the boundary jumps or its direction has changed."""
-    return fit_segments(samples, _slope_breaks(samples, JUMP * RADIUS, SLOPE_CHANGE), math.inf, one_sided)
-
-
-@kernel
-def _slope_breaks(samples, jump, change):
-    """A new segment begins where the boundary's direction has turned by more than `change`."""
-    count = len(samples)
-    step = 2.0 * math.pi / count
-    breaks = np.empty(count + 1, np.int64)
-    breaks[0] = 0
-    n = 1
-    first = math.atan2(samples[1] - samples[0], step)
-    for i in range(1, count):
-        slope = math.atan2(samples[i] - samples[i - 1], step)
-        jumps = abs(samples[i] - samples[i - 1]) > jump
-        turns = abs(slope - first) > change
-        if jumps or (turns and i - breaks[n - 1] >= SHORTEST_SEGMENT):
-            breaks[n] = i
-            n += 1
-        if jumps or turns:
-            first = slope
-    breaks[n] = count
-    return breaks[: n + 1].copy()
+    return fit_boundary(samples, one_sided=one_sided)
 
 
 def deviation(values: np.ndarray, samples: np.ndarray) -> tuple[float, float, float, float]:

@@ -16,9 +16,9 @@ import numpy as np
 from pydrake.geometry.optimization import HPolyhedron, Hyperellipsoid, Iris, IrisOptions, Point, VPolytope
 from tqdm import tqdm
 
-from drake_starnav.baselines.paper.perception import sight_range
 from drake_starnav.lidar.laser_scan import USUAL_BODY
 from drake_starnav.lidar.sensor_model import LidarParameters
+from drake_starnav.paper.star_region import range_profile
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.scenario.schema import Scenario
@@ -108,7 +108,7 @@ def compare(view: View, margins: Margins) -> Comparison:
     """The three regions of one scan and the areas they cover."""
     scan, pose = view.scan, view.pose
     distance = smoothed_distances(scan, margins.smoothing_slack)
-    star = fit_region(sight_range(scan, distance, RobotParameters.radius), pose[:2], float(pose[2]) + scan.angle_min)
+    star = fit_region(range_profile(scan, distance, RobotParameters.radius), pose[:2], float(pose[2]) + scan.angle_min)
     half = np.full(2, scan.range_max)
     domain = HPolyhedron.MakeBox(pose[:2] - half, pose[:2] + half)
     options = IrisOptions()

@@ -13,12 +13,11 @@ from unittest.mock import patch
 
 import numpy as np
 
-from drake_starnav.baselines.paper.control import modulated_vector
-from drake_starnav.control.modulation import SIGMA
 from drake_starnav.control.path_following import _followed, guiding_vector
 from drake_starnav.evaluation.workers import Pool
 from drake_starnav.lidar.field_of_view import TURN
 from drake_starnav.lidar.laser_scan import Beams
+from drake_starnav.paper.modulation import modulated_vector
 from drake_starnav.planning import PlannerInput, PlannerState
 from drake_starnav.robot.motion import Actuation
 from drake_starnav.safety.shield import ramped_twist
@@ -134,6 +133,6 @@ def along_cells(state: PlannerState, check: Any, inputs: PlannerInput) -> Planne
 
 def paper_direction(x: float, y: float, ux: float, uy: float, regions: RegionUnion, _radius: float) -> np.ndarray:
     """For `modulated_direction`: the paper's sum, normalised."""
-    vector = modulated_vector(np.array((x, y)), np.array((ux, uy)), regions, SIGMA)
+    vector = modulated_vector(np.array((x, y)), np.array((ux, uy)), regions)
     length = np.hypot(*vector)
     return vector / length if length > 1e-9 else np.array((ux, uy))

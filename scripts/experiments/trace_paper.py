@@ -12,12 +12,13 @@ from itertools import repeat
 
 import numpy as np
 
-from drake_starnav.baselines.paper import constants
-from drake_starnav.baselines.paper.control import blend_share, modulated_vector
 from drake_starnav.control.inputs import ControllerInputs
 from drake_starnav.evaluation.jobs import trial_seed
 from drake_starnav.evaluation.summary import markdown_table
 from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.paper import choices
+from drake_starnav.paper.blend import blend_share
+from drake_starnav.paper.modulation import modulated_vector
 from drake_starnav.scenario.scenario_file import load_scenario
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.worlds import World
@@ -29,8 +30,8 @@ DAMPED = 0.3
 """The modulation stops the robot if less than this share of the vector's length remains along it."""
 CAUSES = {
     "midpoint": "a hit is nearer to the short-term goal than the robot's radius (III-B.2)",
-    "blend": "the vector leads away from the nearest hit (eq. combine)",
-    "modulation": "the regions damp the vector (eq. modulate)",
+    "blend": "the vector leads away from the nearest hit (Eq. (15))",
+    "modulation": "the regions damp the vector (Eq. (14))",
     "other": "",
 }
 """What holds a robot that is stuck, in the order of the search."""
@@ -48,8 +49,8 @@ class Traced(Guided):
         before, inputs = self.state, self.inputs
         desired = super().twist(pose, twist, time, scan)
         away = np.hypot(*(pose[:2] - before.progress_position))
-        late = time - before.progress_time > constants.STUCK_TIME
-        if self.state.roadmap is not before.roadmap and len(before.path) and late and away < constants.STUCK_DISTANCE:
+        late = time - before.progress_time > choices.STUCK_TIME
+        if self.state.roadmap is not before.roadmap and len(before.path) and late and away < choices.STUCK_DISTANCE:
             self.causes.append(cause(inputs, self._radius))
         return desired
 
@@ -62,7 +63,7 @@ def cause(inputs: ControllerInputs, radius: float) -> str:
     if len(hits) and blend_share(np.hypot(*(hits - position).T).min() - radius) >= BLENDED:
         return "blend"
     vector = target - position
-    modulated = modulated_vector(position, vector, inputs.guidance.regions, constants.SIGMA)
+    modulated = modulated_vector(position, vector, inputs.guidance.regions)
     return "modulation" if modulated @ vector < DAMPED * (vector @ vector) else "other"
 
 

@@ -19,7 +19,8 @@ from unittest import mock
 import numpy as np
 from tqdm import tqdm
 
-from drake_starnav.baselines import dwa, paper
+from drake_starnav import paper
+from drake_starnav.baselines import dwa
 from drake_starnav.baselines.baseline_step import BaselineInput, baseline_step
 from drake_starnav.baselines.known_obstacles import KnownObstacles, known_obstacles
 from drake_starnav.cli.options import check_numbers, exit_code
@@ -28,6 +29,7 @@ from drake_starnav.evaluation.jobs import trial_seed
 from drake_starnav.evaluation.summary import markdown_table
 from drake_starnav.geometry.footprint import disc
 from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.paper import choices
 from drake_starnav.parameters import unknown_name
 from drake_starnav.planning import PlannerInput, PlannerState, PlannerStatus
 from drake_starnav.planning.guidance import Guidance
@@ -50,7 +52,7 @@ TIMEOUT = 75.0
 for a way has the world's own time."""
 SCENARIOS = ("forest", "paper_forest")
 """For methods without a roadmap: in a maze the path determines their result, not their parameters."""
-WITH_ROADMAP = ("forest", "paper_forest", "maze", "room")
+WITH_ROADMAP = ("paper_forest", "paper_maze")
 Grid = dict[str, tuple[str, ...]]
 GRIDS: dict[str, Grid] = {
     "dsm": {
@@ -64,20 +66,19 @@ GRIDS: dict[str, Grid] = {
         "dwa.SPEED_WEIGHT": ("0.1", "0.5"),
     },
     "star_paper": {
-        "star_paper.RHO": ("0.02", "0.035", "0.05", "0.1", "0.2"),
-        "star_paper.EPS": ("0.3", "0.4", "0.5", "0.6"),
-        "star_paper.SPEED": ("0.3", "0.4", "0.5", "0.6"),
-        "star_paper.MARGIN": ("0.0", "0.03", "0.06"),
-        "star_paper.RANGE": ("2.0", "3.5", "5.0"),
-        "star_paper.ARRIVAL": ("0.1", "0.2", "0.3"),
-        "star_paper.STUCK_TIME": ("2.0", "3.0", "5.0", "8.0"),
+        "star_paper.RHO": ("0.01", "0.02", "0.035", "0.1"),
+        "star_paper.EPS": ("0.2", "0.5"),
+        "star_paper.RANGE": ("2.0", "100.0"),
+        "star_paper.ARRIVAL": ("0.1", "0.2", "0.25"),
+        "star_paper.FEASIBLE_DISTANCE": ("0.0", "0.05", "0.2"),
+        "star_paper.STUCK_TIME": ("2.0", "5.0", "8.0"),
         "star_paper.SIGMA": ("1.0", "2.0", "4.0"),
     },
 }
 """By method, the tried values of its parameters and constants. The other FOA methods use the values chosen for FOA."""
 ONE_BY_ONE = ("star_paper",)
 """Methods whose grid is too large for all combinations."""
-MODULES = {"dwa": dwa, "star_paper": paper.constants}
+MODULES = {"dwa": dwa, "star_paper": choices}
 """Those whose constants are tuned, by method."""
 
 
@@ -146,17 +147,17 @@ class Guided:
             self._perceived = paper.perceive(self._perceived, (scan,), pose, self._settings)
             seen = self._perceived.observation
             now = PlannerInput(seen, pose[:2], self._goal, time, planner, self._margins, robot.radius)
-            self.state = paper.plan_step(self.state, now)
+            self.state = paper.plan(self.state, now)
         if self.state.status is PlannerStatus.UNREACHABLE:
             return None
         self.inputs = ControllerInputs(pose, twist, self.state.guidance, self._perceived.safety)
-        return paper.proposal(self.inputs, robot).twist
+        return paper.control(self.inputs, robot).twist
 
 
 def drive(scenario: Scenario, seed: int, method: Steered | None = None) -> tuple[str, float]:
     """The outcome of one trial without dynamics, and its time, s; the method is the scenario's unless given."""
     robot, lidar, world = scenario.robot, scenario.lidar, cached_world(scenario, seed)
-    guided = scenario.controller.kind == "star_paper"
+    guided = scenario.method == "star_paper"
     method = method or (Guided if guided else Reactive)(scenario, world)
     shapes, goal, period = visible_shapes(world), np.array(world.goal), 1.0 / scenario.controller.rate
     pose, twist, scans, timeout = np.array(world.start), np.zeros(2), 0, world.timeout if guided else TIMEOUT

@@ -26,6 +26,8 @@ import drake_starnav.station
 import drake_starnav.systems
 import drake_starnav.visualization
 from drake_starnav.localization.scan_matching import OdometryError
+from drake_starnav.paper.choices import CHOICES
+from drake_starnav.paper.contents import ENTRIES
 from drake_starnav.parameters import allowed_text, declared
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.error_budget import SYMBOLS, TERMS
@@ -40,7 +42,7 @@ from drake_starnav.station.planar_drive import PlanarVelocityCommand
 from drake_starnav.station.planar_localization import PlanarLocalization
 from drake_starnav.station.robot_geometry import Drive, RobotModel
 from drake_starnav.station.wheel_drive import WheelServo, WheelSlip, WheelSpeedCommand
-from drake_starnav.systems.baseline_controller import BaselineController, PaperController
+from drake_starnav.systems.baseline_controller import BaselineController
 from drake_starnav.systems.controller import Controller
 from drake_starnav.systems.dsm_controller import DsmController
 from drake_starnav.systems.fixed_goal import FixedGoal
@@ -92,7 +94,6 @@ def all_systems() -> list[System]:
         FixedGoal((1.0, 0.0)),
         GoalSequence([(1.0, 0.0)], tolerance=0.3, period=0.02),
         DsmController(robot, controller, margins, obstacles=defaults.obstacles),
-        PaperController(robot),
         BaselineController(robot, defaults.foa),
         TwistShield(robot, controller, margins, obstacles=defaults.obstacles),
         Unshielded(robot, controller),
@@ -321,6 +322,17 @@ def safety_page() -> str:
     return _with_tables(SAFETY_PAGE, [textwrap.indent(text, "   ") for text in tables], indent="   ")
 
 
+def paper_page() -> str:
+    """The text of docs/paper.md: what is written there by hand, with the map and the choices up to date."""
+    places = [(e.name, e.subject, f"`{e.place}`", e.as_here, e.in_star) for e in ENTRIES]
+    values = [(f"`{name}`", f"`{yaml_text(c.value)}`", *c[1:]) for name, c in CHOICES.items()]
+    head = ("choice", "value", "what it is", "printed", "why", "others")
+    return _with_tables(
+        DOCS / "paper.md",
+        [table(("paper", "says", "is in", "`star_paper`", "`star`"), places), table(head, values)],
+    )
+
+
 def _with_tables(page: Path, tables: Sequence[str], indent: str = "") -> str:
     """The text of a page with other tables between `BEGIN` and `END`, which stand indented."""
     before, rest = page.read_text(encoding="utf-8").split(BEGIN)
@@ -332,6 +344,7 @@ PAGES = {
     "docs/parameters.md": parameters_page,
     "docs/worlds.md": worlds_page,
     "SAFETY.md": safety_page,
+    "docs/paper.md": paper_page,
     **example_pages(),
 }
 """What is written, by its place in the repository."""

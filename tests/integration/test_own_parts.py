@@ -131,7 +131,7 @@ def test_a_planner_of_ones_own_guides_our_controller(faults: list[str]) -> None:
         ),
         ("star", {"goal": "there"}, "goal is 'there'; allowed: a System of Drake"),
         ("star", {"shield": True}, "shield is True; allowed: a System of Drake"),
-        ("star_paper", {"controller": Pursuit()}, "controller.kind is star_paper with a controller of your own"),
+        ("star_paper", {"certificates": (Line(0.9),)}, "certificates of your own with parts that are not certified"),
         ("foa", {"controller": Pursuit()}, "controller.kind is foa with a controller of your own; allowed: star"),
         ("foa", {"planner": Beeline()}, "controller.kind is foa, which heads for the goal, with a planner"),
         (

@@ -96,7 +96,7 @@ def test_a_robot_visits_its_goals_in_order_and_turns_to_the_last_heading() -> No
 @pytest.mark.parametrize(
     ("override", "said"),
     [
-        ("controller.kind=star_paper", "controller.kind star_paper, which follows no turns on the spot"),
+        ("controller.kind=foa", "controller.kind foa, which follows no turns on the spot"),
         ("goals=[[1.7, 0.1]]", r"goals\[0\] is \[1.7, 0.1\], inside cylinders"),
     ],
 )

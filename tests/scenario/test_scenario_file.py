@@ -21,10 +21,10 @@ def test_shipped_scenarios_load_with_every_method() -> None:
 
 def test_precedence_is_method_then_file_then_override() -> None:
     text = "world: !Room {}\nplanner: {preferred_clearance: 0.07}\ncontroller: {rate: 60}"
-    scenario = parse_scenario(text, name="x", method="star_paper", overrides=["controller.rate=80"])
-    assert scenario.controller.kind == "star_paper"  # of the method
+    scenario = parse_scenario(text, name="x", method="foa", overrides=["controller.rate=80"])
+    assert scenario.controller.kind == "foa"  # of the method
     assert scenario.planner.preferred_clearance == 0.07  # of the file
-    assert parse_scenario(text, name="x", method="star_paper").controller.rate == 60.0  # the file wins over the method
+    assert parse_scenario(text, name="x", method="foa").controller.rate == 60.0  # the file wins over the method
     assert scenario.controller.rate == 80.0  # the override wins over the file
 
 
@@ -40,7 +40,7 @@ def test_precedence_is_method_then_file_then_override() -> None:
         ("world: !Forest {}\nlidar: {range_min: 6}", ["range_min", "6"]),
         (
             "world: !Forest {}\ncontroller: {kind: dwb}",
-            ["controller.kind", "dwb", "star, star_paper, dsm"],
+            ["controller.kind", "dwb", "star, dsm"],
         ),
         ("world: !Forest {}\nrobot: 3", ["robot", "3", "mapping"]),
         ("world: !Forest {}\nrobot: {radius: 0.2, radius: 0.4}", ["line 2", "key radius is repeated"]),

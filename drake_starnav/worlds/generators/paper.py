@@ -59,7 +59,7 @@ class _AuthorsWorld(Drawn):
 class PaperForest(_AuthorsWorld):
     """The authors' Gazebo forest; only start and goal are random, in the paper's ranges.
 
-    Source: the authors' repository, see `paper_worlds.json`; Fig. 5a of arXiv 2403.11484.
+    Source: the authors' repository, see `paper_worlds.json`; arXiv 2403.11484, section IV-A.
     """
 
     NAME = "forest"
@@ -69,7 +69,7 @@ class PaperForest(_AuthorsWorld):
 class PaperMaze(_AuthorsWorld):
     """The authors' Gazebo maze: walls, a box, a cylinder, a sphere; only start and goal are random, in its ranges.
 
-    Source: as for `PaperForest`; Fig. 5b.
+    Source: as for `PaperForest`.
     """
 
     NAME = "maze"

@@ -5,10 +5,11 @@ import dataclasses
 import numpy as np
 import pytest
 
-from drake_starnav.baselines.paper import constants
-from drake_starnav.baselines.paper.perception import perceive
-from drake_starnav.baselines.paper.planner import PaperState, extended, plan_step, shortest_path, without_point
+from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.footprint import disc
+from drake_starnav.paper import choices, method, perceive, plan
+from drake_starnav.paper.roadmap import PaperState, delete_point, generate_roadmap
+from drake_starnav.paper.short_term_goal import shortest_sequence
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus
 from drake_starnav.scenario.scenario_file import load_scenario, parse_scenario
 from drake_starnav.simulation.run import run_trial
@@ -39,41 +40,41 @@ def explored(seed: int, nodes: int = 5) -> PaperState:
     rng = np.random.default_rng(seed)
     world, state = scattered(rng, discs=8, walls=6), PaperState.of(START)
     for x, y in [np.zeros(2)] + [free_point(rng, world, RADIUS + 0.05) for _ in range(nodes - 1)]:
-        state = extended(state, observed(world, x, y))
+        state = generate_roadmap(state, observed(world, x, y))
     return state
 
 
 def test_a_goal_in_sight_is_approached_without_another_node() -> None:
-    state = plan_step(START, given(observed(OPEN, 0.0), OPEN.goal))
+    state = plan(START, given(observed(OPEN, 0.0), OPEN.goal))
     assert state.status is PlannerStatus.APPROACHING and state.target is None and len(state.roadmap) == 1
     np.testing.assert_array_equal(state.path, [OPEN.goal])
-    again = plan_step(state, given(observed(OPEN, 1.0, time=1.0), OPEN.goal))
-    assert len(again.roadmap) == 1 and again.path is state.path and again.plans == 1
+    again = plan(state, given(observed(OPEN, 1.0, time=1.0), OPEN.goal))
+    assert len(again.roadmap) == 1 and np.array_equal(again.path, state.path) and again.plans == 1
 
 
 def test_a_node_is_added_on_arrival_at_the_frontier_point() -> None:
-    state = plan_step(START, given(observed(GATE, 0.0), GATE.goal))
+    state = plan(START, given(observed(GATE, 0.0), GATE.goal))
     assert state.status is PlannerStatus.EXPLORING and state.target is not None
     place = state.target[0]
-    before = place - 1.2 * constants.ARRIVAL * place / np.hypot(*place)
-    assert len(plan_step(state, given(observed(GATE, *before, time=0.5), GATE.goal)).roadmap) == 1
-    arrived = plan_step(state, given(observed(GATE, *place, time=1.0), GATE.goal))
+    before = place - 1.2 * choices.ARRIVAL * place / np.hypot(*place)
+    assert len(plan(state, given(observed(GATE, *before, time=0.5), GATE.goal)).roadmap) == 1
+    arrived = plan(state, given(observed(GATE, *place, time=1.0), GATE.goal))
     assert len(arrived.roadmap) == 2 and arrived.plans == 2
     assert not (arrived.points == place).all(axis=1).any()
 
 
 def test_a_robot_that_does_not_move_deletes_its_short_term_goal_and_looks_again() -> None:
-    state = plan_step(START, given(observed(GATE, 0.0), GATE.goal))
-    late = constants.STUCK_TIME + 0.1
-    stuck = plan_step(state, given(observed(GATE, 0.5 * constants.STUCK_DISTANCE, time=late), GATE.goal))
+    state = plan(START, given(observed(GATE, 0.0), GATE.goal))
+    late = choices.STUCK_TIME + 0.1
+    stuck = plan(state, given(observed(GATE, 0.5 * choices.STUCK_DISTANCE, time=late), GATE.goal))
     assert len(stuck.roadmap) == 2 and not (stuck.points == state.path[0]).all(axis=1).any()
-    moved = plan_step(state, given(observed(GATE, 1.5 * constants.STUCK_DISTANCE, time=late), GATE.goal))
+    moved = plan(state, given(observed(GATE, 1.5 * choices.STUCK_DISTANCE, time=late), GATE.goal))
     assert moved.roadmap is state.roadmap
 
 
 def test_an_enclosed_robot_gives_up() -> None:
     world = World("box", (0, 0, 0), (4.0, 0.0), bounds=(-0.7, -0.7, 0.7, 0.7))
-    assert plan_step(START, given(observed(world, 0.0), world.goal)).status is PlannerStatus.UNREACHABLE
+    assert plan(START, given(observed(world, 0.0), world.goal)).status is PlannerStatus.UNREACHABLE
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3, 4])
@@ -90,7 +91,8 @@ def test_frontier_points_lie_in_no_older_region(seed: int) -> None:
 @pytest.mark.parametrize("seed", [1, 2, 3, 4])
 def test_the_path_to_the_frontier_point_of_least_length_and_straight_line_is_chosen(seed: int) -> None:
     state, goal = explored(seed), np.array((9.0, 4.0))
-    path, arrives = shortest_path(state, goal)
+    here = state.roadmap.union.center[-1]
+    path, arrives = shortest_sequence(state, here, goal)
     roadmap, points = state.roadmap, state.points
     center = roadmap.union.center
     length = np.full((5, 5), np.inf)
@@ -109,10 +111,11 @@ def test_the_path_to_the_frontier_point_of_least_length_and_straight_line_is_cho
 
 def test_a_deleted_frontier_point_is_not_chosen_again() -> None:
     state, goal = explored(1), np.array((9.0, 4.0))
-    chosen = shortest_path(state, goal)[0][-1]
-    rest = without_point(state, chosen)
+    here = state.roadmap.union.center[-1]
+    chosen = shortest_sequence(state, here, goal).places[-1]
+    rest = delete_point(state, chosen)
     assert len(rest.points) == len(state.points) - 1
-    assert not np.array_equal(shortest_path(rest, goal)[0][-1], chosen)
+    assert not np.array_equal(shortest_sequence(rest, here, goal).places[-1], chosen)
 
 
 def test_the_method_drives_to_a_goal_in_the_open() -> None:
@@ -125,3 +128,28 @@ def test_the_method_drives_to_a_goal_in_the_open() -> None:
 def test_what_moves_is_scanned_like_what_stands() -> None:
     scenario = load_scenario("crowd_room", method="star_paper", overrides=["simulation.timeout=0.5"])
     assert run_trial(scenario, method="star_paper").outcome in ("timeout", "collision")
+
+
+def test_the_search_begins_at_the_robot_in_each_pass() -> None:
+    state, goal = explored(2), np.array((9.0, 4.0))
+    here = state.roadmap.union.center[-1]
+    ahead = here + 0.3 * (shortest_sequence(state, here, goal).places[0] - here)
+    first, then = (shortest_sequence(state, place, goal).places for place in (here, ahead))
+    np.testing.assert_array_equal(first, then)  # what is nearer by as much as was driven stays the nearest
+
+
+@pytest.mark.parametrize(
+    ("override", "words"),
+    [
+        ("robot.base=omnidirectional", "method star_paper with robot.base omnidirectional; allowed: star"),
+        ("goals=[[1.0, 0.0, 0.5]]", r"goals\[0\] has a yaw with method star_paper"),
+    ],
+)
+def test_what_it_cannot_do_is_refused(override: str, words: str) -> None:
+    with pytest.raises(StarnavError, match=words):
+        method(load_scenario("room", overrides=[override]))
+
+
+def test_a_scenario_of_another_method_is_refused() -> None:
+    with pytest.raises(StarnavError, match="method is star_paper, and the scenario was loaded with star; allowed"):
+        run_trial(load_scenario("room"), method="star_paper")

@@ -5,9 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from drake_starnav.baselines.paper import constants
-from drake_starnav.baselines.paper.perception import TOLERANCE, perceive, sight_range
+from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.footprint import disc
+from drake_starnav.lidar.mounts import Mount
+from drake_starnav.paper import choices, perceive
+from drake_starnav.paper.star_region import fit_boundary, polar_coordinates, range_profile
 from drake_starnav.surroundings.perception import Perceived, PerceptionSettings
 from drake_starnav.worlds import World
 from tests.helpers.scans import MARGINS, RADIUS, cast, scattered
@@ -18,7 +20,7 @@ SETTINGS = PerceptionSettings(MARGINS, disc(RADIUS))
 @pytest.mark.parametrize(("reach", "less"), [(math.inf, 0.0), (math.inf, 0.25), (2.0, 0.0)])
 def test_each_beam_counts_alone(reach: float, less: float) -> None:
     scan = cast(scattered(np.random.default_rng(1)))
-    samples, limit, *_ = sight_range(scan, scan.distances, RADIUS, reach, less)
+    samples, limit, *_ = range_profile(scan, scan.distances, RADIUS, reach, less)
     np.testing.assert_allclose(samples[::2], np.clip(scan.distances - less, 0.0, min(5.0, reach) - less))
     np.testing.assert_allclose(limit, min(5.0, reach) - less)
 
@@ -28,7 +30,7 @@ def test_the_region_is_as_far_as_the_beams_see() -> None:
     scan = cast(World("box", (0, 0, 0), (1, 0), bounds=(-1.5, -1.2, 1.4, 1.3)), pose)
     region = perceive(Perceived.nothing(), (scan,), pose, SETTINGS).observation.region
     assert region is not None and region.margin == 0.0
-    assert np.abs(region.phi(pose[2] + scan.bearings) - scan.distances).max() < TOLERANCE * RADIUS
+    assert np.abs(region.phi(pose[2] + scan.bearings) - scan.distances).max() < 0.05
 
 
 def test_nothing_is_certified_but_hits_and_times_are_kept() -> None:
@@ -38,6 +40,25 @@ def test_nothing_is_certified_but_hits_and_times_are_kept() -> None:
     seen = perceive(Perceived.nothing(), (scan,), pose, SETTINGS)
     assert not seen.safety.seen and not seen.safety.values.any() and seen.safety.time == scan.time
     distance = np.sort(scan.distances[scan.hits])
-    near = distance[distance < constants.RANGE]
+    near = distance[distance < choices.RANGE]
     np.testing.assert_allclose(np.sort(np.hypot(*seen.safety.near_hits.T)), near)
-    assert len(near) < len(distance)
+
+
+def test_points_are_as_far_and_where_the_lidar_sees_them() -> None:
+    theta, distance = polar_coordinates(np.array([(1.0, 3.0), (-1.0, 2.0)]), np.array((1.0, 2.0)))
+    np.testing.assert_allclose((theta, distance), ((0.5 * math.pi, math.pi), (1.0, 2.0)))
+
+
+def test_cubics_follow_the_slope() -> None:
+    theta = 2.0 * math.pi / 360 * np.arange(360)
+    box = 1.5 / np.maximum(np.abs(np.cos(theta)), np.abs(np.sin(theta)))
+    fit = fit_boundary(box)
+    assert np.abs(fit.values - box).max() < 1e-3
+    assert 8 <= len(fit.starts) <= 90
+    assert len(fit_boundary(np.full(360, 2.0)).starts) == 1
+
+
+def test_a_lidar_off_the_axis_is_refused() -> None:
+    scan, settings = cast(World("open", (0, 0, 0), (1, 0))), SETTINGS._replace(mounts=(Mount(0.1, 0.0, 0.0),))
+    with pytest.raises(StarnavError, match="off the axis; allowed: one on the axis"):
+        perceive(Perceived.nothing(), (scan,), np.zeros(3), settings)

@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from drake_starnav.baselines.paper import constants
-from drake_starnav.baselines.paper.control import blended_vector, modulated_vector, proposal
 from drake_starnav.control import ControllerInputs
 from drake_starnav.control.modulation import boundary_at
+from drake_starnav.paper import choices, control
+from drake_starnav.paper.blend import Nearest, blend_share, combined_vector, vector_along, vector_along_and_away
+from drake_starnav.paper.modulation import boundary_tangent, modulated_vector, weights
+from drake_starnav.paper.pid import authors_pid
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.limits import HEADING_GAIN
@@ -39,19 +41,19 @@ def test_overlapping_regions_are_summed_with_the_weights_of_the_paper(seed):
     rng = np.random.default_rng(seed)
     regions = [smooth_region(rng, rng.uniform(-0.8, 0.8, 2)) for _ in range(3)]
     point, guide = rng.uniform(-0.5, 0.5, 2), rng.uniform(-3.0, 3.0, 2)
-    matrices = [modulation_matrix(region, point, constants.SIGMA) for region in regions]
+    matrices = [modulation_matrix(region, point, choices.SIGMA) for region in regions]
     if any(gamma > 1e4 or abs(gamma - 1.0) < 1e-6 for _, gamma in matrices):
         return  # next to a reference point the weight is without bound, and on a boundary the sum jumps
     inside = [(matrix, max(gamma, 1.0)) for matrix, gamma in matrices if gamma > 1.0]
     weights = sum(weight for _, weight in inside)
     expected = sum(weight / weights * matrix @ guide for matrix, weight in inside) if inside else guide
-    found = modulated_vector(point, guide, united(regions), constants.SIGMA)
+    found = modulated_vector(point, guide, united(regions))
     np.testing.assert_allclose(found, expected, rtol=1e-6, atol=1e-6)
 
 
 def test_at_its_reference_point_a_region_does_not_modulate():
     region = smooth_region(np.random.default_rng(3), np.array((0.4, -0.2)))
-    found = modulated_vector(region.center, np.array((1.5, 0.5)), united([region]), 2.0)
+    found = modulated_vector(region.center, np.array((1.5, 0.5)), united([region]))
     np.testing.assert_allclose(found, (1.5, 0.5), rtol=1e-9)
 
 
@@ -59,26 +61,54 @@ def test_at_its_reference_point_a_region_does_not_modulate():
 def test_the_nearest_point_term_blends_by_rho_over_clearance(clearance):
     outward, vector = unit(0.4), 1.7 * unit(0.9)
     hits = np.array([(RADIUS + clearance) * outward, 5.0 * unit(2.0)])
-    share = min(constants.RHO / clearance, 1.0)
-    found = blended_vector(np.zeros(2), vector, hits, RADIUS)
+    share = min(choices.RHO / clearance, 1.0)
+    found = combined_vector(np.zeros(2), vector, vector, hits, RADIUS)
     np.testing.assert_allclose(found, (1.0 - share) * vector - 1.7 * share * outward, atol=1e-12)
 
 
 def test_inside_the_radius_the_nearest_point_counts_alone():
-    found = blended_vector(np.zeros(2), unit(0.1), np.array([(0.5 * RADIUS, 0.0)]), RADIUS)
+    found = combined_vector(np.zeros(2), unit(0.1), unit(0.1), np.array([(0.5 * RADIUS, 0.0)]), RADIUS)
     np.testing.assert_allclose(found, (-1.0, 0.0), atol=1e-12)
 
 
 @pytest.mark.parametrize("heading", [-2.0, -0.3, 0.0, 0.4])
-def test_the_robot_turns_towards_the_vector_and_drives_no_faster_than_it_is_long(heading):
+@pytest.mark.parametrize("length", [0.3, 3.0])
+def test_the_robot_turns_towards_the_vector_at_a_constant_speed(heading, length):
     robot = RobotParameters(max_yaw_rate=20.0, max_yaw_acceleration=200.0)
-    guidance = Guidance.along(0.3 * unit(heading)[None, :])
-    v, omega = proposal(ControllerInputs(np.zeros(3), np.zeros(2), guidance, CertifiedRegion.none()), robot).twist
-    assert v == pytest.approx(0.3 * max(math.cos(heading), 0.0) ** 3)
+    guidance = Guidance.along(length * unit(heading)[None, :])
+    v, omega = control(ControllerInputs(np.zeros(3), np.zeros(2), guidance, CertifiedRegion.none()), robot).twist
+    assert v == pytest.approx(choices.SPEED * max(math.cos(heading), 0.0) ** 3)
     assert omega == pytest.approx(HEADING_GAIN * heading)
+
+
+def test_the_authors_gains_drive_a_third_of_the_reference_speed():
+    limits = RobotParameters(max_speed=2.0, max_yaw_rate=20.0).limits
+    assert authors_pid(unit(0.2), 0.0, limits)[::2] == pytest.approx((1.0 / 3.0, 0.4))
+    assert authors_pid(unit(2.0), 0.0, limits)[::2] == pytest.approx((0.25 / 3.0, 4.0))
+
+
+def test_the_readings_of_the_nearest_vector_lead_along_it_and_away():
+    nearest, guide = Nearest(np.array((1.0, 0.0)), np.array((-1.0, 0.0)), 1.0), np.array((2.0, 1.0))
+    np.testing.assert_allclose(vector_along(nearest, 0.5 * guide, guide), (0.0, math.hypot(1.0, 0.5)))
+    both = vector_along_and_away(nearest, 0.5 * guide, guide)
+    np.testing.assert_allclose(both, (-choices.PUSH * math.hypot(1.0, 0.5), math.hypot(1.0, 0.5)))
+
+
+def test_weights_add_up_and_none_is_less_than_that_of_a_boundary():
+    np.testing.assert_allclose(weights(np.array((0.5, 1.0, 2.0))), (0.25, 0.25, 0.5))
+    assert blend_share(-0.1) == blend_share(choices.RHO) == 1.0
+
+
+def test_the_tangent_is_that_of_the_boundary():
+    phi = lambda theta: 2.0 + 0.3 * np.sin(3.0 * theta)  # noqa: E731
+    for theta in (-2.5, -0.4, 0.9, 2.2):
+        step = phi(theta + 1e-6) * unit(theta + 1e-6) - phi(theta - 1e-6) * unit(theta - 1e-6)
+        expected = step / np.hypot(*step)
+        found = boundary_tangent(theta, phi(theta), 0.9 * math.cos(3.0 * theta))
+        np.testing.assert_allclose(found, expected, atol=1e-6)
 
 
 def test_an_empty_path_stops_the_robot():
     inputs = ControllerInputs(np.zeros(3), np.zeros(2), Guidance.none(), CertifiedRegion.none())
-    found = proposal(inputs, RobotParameters())
+    found = control(inputs, RobotParameters())
     assert not found.twist.any() and not found.guiding_vector.any()

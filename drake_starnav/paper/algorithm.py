@@ -1,0 +1,120 @@
+"""Algorithm 1, line by line.
+
+Its loop is cut where the systems of a navigation loop meet: each scan passes `perceive` (line 2) and `plan` (lines 9 to
+19), each command `control` (lines 20 to 22). Lines are numbered as printed, one statement after another, `end` not
+counted. Nothing is certified.
+"""
+
+import dataclasses
+from collections.abc import Sequence
+
+import numpy as np
+
+from drake_starnav.control.inputs import ControllerInputs, Proposal
+from drake_starnav.errors import StarnavError
+from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.lidar.mounts import ON_AXIS
+from drake_starnav.lidar.outlier_filter import HitHistory
+from drake_starnav.paper import choices, pid
+from drake_starnav.paper.blend import combined_vector
+from drake_starnav.paper.modulation import guiding_vector, modulated_vector
+from drake_starnav.paper.roadmap import PaperState, delete_point, generate_roadmap, is_feasible, is_near
+from drake_starnav.paper.short_term_goal import shortest_sequence
+from drake_starnav.paper.star_region import traversable_region
+from drake_starnav.planning.state import PlannerInput, PlannerState, PlannerStatus
+from drake_starnav.robot import RobotParameters
+from drake_starnav.robot.base import twist_of
+from drake_starnav.surroundings.observation import Observation
+from drake_starnav.surroundings.perception import LastScan, Perceived, PerceptionSettings
+from drake_starnav.surroundings.safe_region import CertifiedRegion
+
+STOP = Proposal(np.zeros(2), np.zeros(2))
+
+
+def perceive(
+    before: Perceived, scans: Sequence[LaserScan], pose: np.ndarray, settings: PerceptionSettings
+) -> Perceived:
+    """Line 2: P <- fit piecewise polynomials to L; arguments as for `surroundings.perception.perceive`.
+
+    Of the certified region there are only the time and the hits. Raises a `StarnavError` unless there is one lidar, on
+    the robot's axis.
+    """
+    if tuple(settings.mounts) != (ON_AXIS,):
+        raise StarnavError(f"the paper's method with {len(scans)} lidars or one off the axis; allowed: one on the axis")
+    (scan,) = scans
+    region = traversable_region(scan, pose, settings.footprint.narrow)
+    safety = CertifiedRegion(
+        center=np.array(pose[:2], dtype=float),
+        bearing_0=region.bearing_0,
+        values=np.zeros(len(region.free_range)),
+        near_hits=scan.points_at(scan.distances, scan.hits & (scan.distances < choices.RANGE), pose),
+        time=scan.time,
+        previous=before.safety.time,
+    )
+    looks = (LastScan(scan, scan, pose, HitHistory()),)
+    return Perceived(Observation(region, scan, pose), safety, before.memory, looks)
+
+
+def plan(state: PlannerState, inputs: PlannerInput) -> PlannerState:
+    """Lines 9 to 19, for the scan of a pass; arguments as for `planning.plan_step`.
+
+    Corrected: `update` and `replan`, which the printed algorithm never resets, are reset.
+    """
+    observation, p, p_goal = inputs.observation, inputs.position, inputs.goal
+    if state.status is PlannerStatus.UNREACHABLE or observation.region is None:
+        return state
+    now = noted_progress(PaperState.of(state), inputs)  # line 9
+    while True:  # line 10; that p reaches p_goal ends the drive
+        arrived = len(now.path) > 0 and is_near(p, now.path[0], choices.ARRIVAL)  # p = p_sg
+        visited = np.flatnonzero([arrived and np.array_equal(c, now.path[0]) for c in now.roadmap.union.center])
+        if len(visited):  # "each time the robot reaches an unvisited node": this one was
+            now = dataclasses.replace(now, node=int(visited[0]))
+        elif not len(now.roadmap) or (arrived and not at_goal(now)) or now.update:  # line 11
+            now = delete_point(now, now.path[0]) if arrived else now  # it becomes the node
+            now = generate_roadmap(now, observation)  # line 12
+        places, reaches_goal = shortest_sequence(now, p, p_goal)  # line 13
+        now = with_path(now, places, reaches_goal)
+        if not len(places) or is_feasible(now, observation, inputs.time):  # lines 14, 15 and 18
+            return now
+        now = delete_point(now, places[0])  # line 16
+        now = noted_progress(dataclasses.replace(now, path=places[:0], update=True), inputs, anew=True)  # lines 17, 19
+
+
+def control(inputs: ControllerInputs, robot: RobotParameters) -> Proposal:
+    """Lines 20 to 22; arguments as for `control.followed`."""
+    p, yaw, guidance = inputs.pose[:2], float(inputs.pose[2]), inputs.guidance
+    if not len(guidance.path):
+        return STOP
+    guide = guiding_vector(p, guidance.path[0])  # Eq. (7)
+    vector = modulated_vector(p, guide, guidance.regions)  # line 20, Eq. (14)
+    vector = combined_vector(p, vector, guide, inputs.star.near_hits, robot.radius)  # 21, Eq. (15)
+    length = float(np.hypot(*vector))
+    if length == 0.0:
+        return STOP
+    u = pid.follow_vector(vector, yaw, robot.limits)  # line 22
+    return Proposal(twist_of(u, robot.drive), vector / length)
+
+
+def noted_progress(state: PaperState, inputs: PlannerInput, anew: bool = False) -> PaperState:
+    """Return the state that remembers where and when the robot last moved by `STUCK_DISTANCE`; or begins `anew`."""
+    if not anew and is_near(inputs.position, state.progress_position, choices.STUCK_DISTANCE):
+        return state
+    return dataclasses.replace(state, progress_position=inputs.position.copy(), progress_time=inputs.time)
+
+
+def at_goal(state: PaperState) -> bool:
+    """Whether the short-term goal is the goal itself."""
+    return state.status is PlannerStatus.APPROACHING and len(state.path) == 1
+
+
+def with_path(state: PaperState, places: np.ndarray, reaches_goal: bool) -> PaperState:
+    """Return the state with a new path; without one the goal is unreachable."""
+    status = PlannerStatus.APPROACHING if reaches_goal else PlannerStatus.EXPLORING
+    changed = not np.array_equal(places[:1], state.path[:1])
+    return dataclasses.replace(
+        state,
+        status=status if len(places) else PlannerStatus.UNREACHABLE,
+        path=places,
+        target=None if reaches_goal or not len(places) else np.vstack((places[-1], places[-1])),
+        plans=state.plans + changed,
+    )

@@ -1,0 +1,126 @@
+"""What the paper does not print: every value and reading, why it is so, and what others give.
+
+This is the only place of them: the code reads the values below, docs/paper.md shows the table, and a test compares the
+two. `python scripts/experiments/tune_baselines.py --method star_paper` tries values with a robot that follows each
+twist within its accelerations; figures are drives that arrive in the authors' forest and in their maze, of 4 each where
+nothing else is said.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+
+class Choice(NamedTuple):
+    """One of them.
+
+    Attributes:
+        value: as chosen, or the name of the function that is the reading.
+        meaning: what it is, with its unit.
+        printed: what the paper says of it.
+        reason: why this value.
+        others: what other values or readings give.
+    """
+
+    value: Any
+    meaning: str
+    printed: str
+    reason: str
+    others: str
+
+
+CHOICES: dict[str, Choice] = {}
+"""By name, in the order of the paper."""
+
+
+def _choose(name: str, value: Any, meaning: str, printed: str, reason: str, others: str = "not tried") -> Any:
+    """Enter a choice in the table, and return its value."""
+    CHOICES[name] = Choice(value, meaning, printed, reason, others)
+    return value
+
+
+SLOPE_CHANGE = _choose(
+    "SLOPE_CHANGE", 0.02 * math.pi, "change of the boundary's slope angle that begins a cubic, rad",
+    "IV: \"the rate of change in radial distance\", no threshold", "the authors' code: pi / 50",
+    "cubics bisected to 0.4 r of error, with `midpoint_bearing`: 3 of 4 in the forest, 104 s a drive",
+)  # fmt: skip
+SHORTEST_SEGMENT = _choose(
+    "SHORTEST_SEGMENT", 4, "samples of the shortest segment", "nothing",
+    "as many as determine a cubic", "the authors' code: any, on ranges smoothed by a Gaussian of 10 beams",
+)  # fmt: skip
+JUMP = _choose(
+    "JUMP", 0.12, "step of the range that begins a cubic, m", "nothing", "12 standard deviations of the range"
+)
+RANGE = _choose(
+    "RANGE", 100.0, "largest range that is used, m", "that of the lidar, which is not given", "all that it sees",
+    "the authors' code: 2 m",
+)  # fmt: skip
+EPS = _choose(
+    "EPS", 0.5, "eps of DBSCAN, m", "nothing", "a gap that the robot of 0.2 m passes", "the authors' code: 0.2"
+)
+MIN_SAMPLES = _choose(
+    "MIN_SAMPLES", 3, "min_samples of DBSCAN", "nothing", "noise is no cluster", "the authors' code: 2"
+)
+FRONTIER_BEARING = _choose(
+    "FRONTIER_BEARING", "mean_bearing", "theta_f of a frontier point",
+    "Eq. (5): the mean of two bearings; its text: that of their midpoint",
+    "Eq. (5): 4 of 4 in the forest, 117 s a drive", "`midpoint_bearing`: 5 of 6 in the forest, 103 s a drive",
+)  # fmt: skip
+FRONTIER_DISTANCE = _choose(
+    "FRONTIER_DISTANCE", "the midpoint's", "distance of a frontier point from p_ref",
+    "\"on the boundary\", and \"midpoint\": contradictory", "the text before Eq. (5), and the authors' code",
+)  # fmt: skip
+INSET = _choose(
+    "INSET", 0.05, "a frontier point lies this far inside the boundary, m", "nothing", "it is in the region"
+)
+WIDE_OPENING = _choose(
+    "WIDE_OPENING", 0.9 * math.pi, "across a wider opening the midpoint is replaced, rad", "nothing",
+    "it would be at or behind the robot",
+)  # fmt: skip
+WIDE_SHARE = _choose("WIDE_SHARE", 0.6, "by a point at this share of the range", "nothing", "well inside the region")
+EDGES = _choose(
+    "EDGES", "StarRoadmap.edges", "edges of the roadmap", "III-B.3: from a node to its own frontier points",
+    "also between nodes of which one sees the other, so that a robot that was stuck leaves by any of them",
+    "the authors' code: a tree",
+)  # fmt: skip
+ARRIVAL = _choose(
+    "ARRIVAL", 0.2, "p = p_sg when this near, m", "p = p_sg", "the robot's radius", "the authors' code: 0.25"
+)
+FEASIBLE_DISTANCE = _choose(
+    "FEASIBLE_DISTANCE", 0.0, "p_sg with a hit nearer than this is infeasible, m",
+    "line 14: \"check the feasibility of p_sg\"", "midpoints between walls may lie at a third: they are tried",
+    "0.05 in each pass, with `midpoint_bearing`: 0 of 4 in the maze, where no frontier point is left; the authors' "
+    "code: 0.05, on arrival",
+)  # fmt: skip
+STUCK_DISTANCE = _choose(
+    "STUCK_DISTANCE", 0.15, "p_sg is infeasible, too, when the robot has not moved this far, m", "the same",
+    "else a robot between two obstacles stands for good", "the authors' code: no such rule",
+)  # fmt: skip
+STUCK_TIME = _choose("STUCK_TIME", 5.0, "in this time, s", "the same", "as above")
+SEARCH_END = _choose(
+    "SEARCH_END", "shortest_sequence", "where Eq. (6) ends while p_goal is no node", "p_f,M = p_goal",
+    "least path and straight line on to the goal", "the authors' code: the frontier point nearest to the goal",
+)  # fmt: skip
+SIGMA = _choose("SIGMA", 2.0, "sigma of Gamma", '"predefined"', "the authors' code")
+RHO = _choose(
+    "RHO", 0.02, "rho of Eq. (15), m", "\"predefined\"",
+    "a is 1 below rho of clearance, and the authors' forest leaves 26 to 95 mm a side",
+    "0.035: 5 of 12 in the forest, by timeout in its gaps",
+)  # fmt: skip
+NEAREST_VECTOR = _choose(
+    "NEAREST_VECTOR", "vector_away", "p~_n* of Eq. (15)", "not defined", "no contact",
+    "`vector_along`, by the notation: 4 of 12 in the forest, the others by contact, in 22 to 30 s a drive; with "
+    "`midpoint_bearing`, `vector_along_and_away`, as in the authors' code: 2 and 3, the others by contact",
+)  # fmt: skip
+PUSH = _choose(
+    "PUSH", 1.0, "share of the vector away in `vector_along_and_away`", "nothing",
+    "the authors' code: 1.5 - 2 |p - p_n|, near r 1.1",
+)  # fmt: skip
+FOLLOW_VECTOR = _choose(
+    "FOLLOW_VECTOR", "turn_towards", "the low-level controller", "\"a PID controller\", no gains",
+    "a differential drive that also drives while it turns touches in gaps",
+    "`authors_pid`: 0 of 4 in the forest, all by contact",
+)  # fmt: skip
+SPEED = _choose(
+    "SPEED", 1.0 / 3.0, "speed of `turn_towards`, m/s", "0.4 m/s on average, in the room",
+    "the fixed point of the authors' PID; the length of the vector, as before, makes it slow in gaps",
+)  # fmt: skip

@@ -1,0 +1,82 @@
+"""III-B.2: frontier points, in the middle between neighbouring clusters of hits."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.paper import choices
+from drake_starnav.surroundings.star_region import StarRegion
+
+
+class SidePoints(NamedTuple):
+    """The side points of neighbouring clusters, pair by pair in the sensor frame.
+
+    Attributes:
+        last: the one of cluster i with the largest bearing, shape (n,): bearings, rad.
+        first: the one of cluster i + 1 with the smallest, shape (n,), at least `last`: the seam is passed.
+        midpoint: the geometric midpoint of both, shape (n, 2), m.
+    """
+
+    last: np.ndarray
+    first: np.ndarray
+    midpoint: np.ndarray
+
+
+def frontier_points(region: StarRegion, scan: LaserScan, pose: np.ndarray) -> np.ndarray:
+    """Line 3 of Algorithm 1: F <- identify frontier points with L, shape (n, 2), W, m.
+
+    Each lies at the bearing `frontier_bearing`, as far away as the midpoint of its side points, and on the inverse of
+    Eq. (2): p_f = p_ref + d (cos theta_f, sin theta_f). Corrected: across a wide opening the midpoint is at or behind
+    the robot, and is replaced by a share of the range; one beyond the boundary moves inside.
+    """
+    reach = min(choices.RANGE, scan.range_max)
+    sides = side_points(scan, reach)
+    wide = sides.first - sides.last > choices.WIDE_OPENING
+    theta = np.where(wide, mean_bearing(sides), frontier_bearing(sides)) + pose[2]
+    distance = np.where(wide, choices.WIDE_SHARE * reach, np.hypot(*sides.midpoint.T))
+    distance = np.minimum(distance, region.phi(theta) - choices.INSET)
+    found = region.center + distance[:, None] * np.column_stack((np.cos(theta), np.sin(theta)))
+    return found[distance > choices.ARRIVAL]
+
+
+def side_points(scan: LaserScan, reach: float) -> SidePoints:
+    """III-B.2: without the points at maximum range, DBSCAN clusters the rest; the outermost of a cluster are its sides.
+
+    Corrected: a cluster that surrounds the robot, or another cluster, has no outermost points; hence a cluster also
+    ends where its next hit by bearing is farther away than eps. None ends at the seam of -pi and pi.
+    """
+    hit = scan.hits & (scan.distances < reach)
+    if hit.sum() < choices.MIN_SAMPLES:
+        return SidePoints(np.zeros(0), np.zeros(0), np.zeros((0, 2)))
+    from sklearn.cluster import DBSCAN  # imported here because it loads slowly and starts threads
+
+    bearing = scan.bearings[hit]
+    points = scan.distances[hit][:, None] * np.column_stack((np.cos(bearing), np.sin(bearing)))
+    labels = DBSCAN(eps=choices.EPS, min_samples=int(choices.MIN_SAMPLES)).fit(points).labels_
+    bearing, points, labels = bearing[labels >= 0], points[labels >= 0], labels[labels >= 0]
+    following = np.roll(points, -1, axis=0)
+    ends = (np.hypot(*(following - points).T) > choices.EPS) | (np.roll(labels, -1) != labels)
+    if not scan.full_circle:
+        ends[-1:] = False
+    last = bearing[ends]
+    first = last + (np.roll(bearing, -1)[ends] - last) % (2.0 * math.pi)
+    return SidePoints(last, first, 0.5 * (points + following)[ends])
+
+
+def mean_bearing(sides: SidePoints) -> np.ndarray:
+    """Eq. (5): theta_f = (theta_smax^i + theta_smin^(i+1)) / 2, shape (n,), rad.
+
+    As printed, but across the seam, where the printed mean points to the other side.
+    """
+    return 0.5 * (sides.last + sides.first)
+
+
+def midpoint_bearing(sides: SidePoints) -> np.ndarray:
+    """Return the bearing of the midpoints, shape (n,), rad: the text before Eq. (5), "their geometric midpoint"."""
+    return np.arctan2(sides.midpoint[:, 1], sides.midpoint[:, 0])
+
+
+frontier_bearing = mean_bearing
+"""The reading of Eq. (5) and its text that is used; see `choices.FRONTIER_BEARING`."""

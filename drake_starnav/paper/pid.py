@@ -1,0 +1,32 @@
+"""Section IV: "a PID controller is employed to control the robot". Neither gains nor speeds are printed."""
+
+import math
+
+import numpy as np
+
+from drake_starnav.paper import choices
+from drake_starnav.robot import Limits
+from drake_starnav.robot.limits import Velocity, aimed, limited, wrapped_angle
+
+
+def turn_towards(vector: np.ndarray, yaw: float, limits: Limits) -> Velocity:
+    """Line 22 of Algorithm 1: u = (v, omega), v = SPEED cos^3(error), omega in proportion to the error.
+
+    Replaced: the turning law of our controllers, at a constant speed; the length of the vector does not count.
+    """
+    error = wrapped_angle(math.atan2(vector[1], vector[0]) - yaw)
+    return Velocity(*aimed(error, min(choices.SPEED, limits.max_speed), limits))
+
+
+def authors_pid(vector: np.ndarray, yaw: float, limits: Limits) -> Velocity:
+    """Line 22 by the gains of the authors' code: v = 0.5 (v_ref - v), omega = 2 error, v_ref = min(1, 0.5 / |error|).
+
+    At its fixed point, v = v_ref / 3, without the differential parts, for which a controller would need a state.
+    """
+    error = wrapped_angle(math.atan2(vector[1], vector[0]) - yaw)
+    reference = min(1.0, 0.5 / max(abs(error), 1e-9))
+    return Velocity(min(reference / 3.0, limits.max_speed), 0.0, limited(2.0 * error, limits.max_yaw_rate))
+
+
+follow_vector = turn_towards
+"""The low-level controller that is used; see `choices.FOLLOW_VECTOR`."""

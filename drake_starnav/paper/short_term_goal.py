@@ -1,0 +1,49 @@
+"""III-C.2: the short-term goal, the first node on the shortest path through the roadmap."""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import dijkstra
+
+from drake_starnav.paper.roadmap import PaperState
+
+
+class Sequence(NamedTuple):
+    """p_f,2 to p_f,M of Eq. (6), shape (k, 2), W, m, empty where there is none; and whether the last is the goal."""
+
+    places: np.ndarray
+    reaches_goal: bool
+
+
+def shortest_sequence(state: PaperState, position: np.ndarray, goal: np.ndarray) -> Sequence:
+    """Eq. (6): min sum_i |p_f,i - p_f,i-1|  with p_f,1 = p, p_f,M = p_goal, (p_f,i, p_f,i+1) in E.
+
+    Corrected: the sum begins at the robot, as p_f,0 is not defined. p_goal is a node only where a region contains it;
+    else the sequence ends at the frontier point of least length and straight line on to the goal. Visited nodes may be
+    passed. The robot p has the edges of the node at which it was last.
+    """
+    roadmap = state.roadmap
+    centers, nodes = roadmap.union.center, len(roadmap)
+    inside = np.flatnonzero([bool(region.contains(goal)) for region in roadmap.regions])
+    reaches_goal = len(inside) > 0
+    ends = np.repeat(goal[None, :], len(inside), axis=0) if reaches_goal else state.points
+    owners = inside if reaches_goal else state.owners
+    if not len(ends):
+        return Sequence(np.zeros((0, 2)), False)
+    places = np.vstack((position, centers, ends))  # vertices: the robot, then nodes, then ends
+    edges = np.vstack((1 + roadmap.edges, np.column_stack((1 + owners, 1 + nodes + np.arange(len(ends))))))
+    beside = edges[(edges == 1 + state.node).any(axis=1)]
+    own = np.where(beside == 1 + state.node, 0, beside)
+    edges = np.vstack((edges, own, (0, 1 + state.node)))
+    lengths = np.hypot(*(places[edges[:, 0]] - places[edges[:, 1]]).T)
+    graph = csr_array((np.maximum(lengths, 1e-9), edges.T), shape=(len(places), len(places)))
+    distance, previous = dijkstra(graph, directed=False, indices=0, return_predecessors=True)
+    beyond = distance[1 + nodes :] + np.hypot(*(ends - goal).T)
+    if not np.isfinite(beyond).any():
+        return Sequence(np.zeros((0, 2)), False)
+    vertex, sequence = 1 + nodes + int(np.argmin(beyond)), []
+    while vertex != 0:
+        sequence.append(vertex)
+        vertex = int(previous[vertex])
+    return Sequence(places[sequence[::-1]], reaches_goal)
