@@ -4,6 +4,7 @@
 # make test-oldest  demo and some tests with the oldest dependencies that pyproject.toml allows, in an environment of its own
 # make test-realtime  drive a ROS 2 robot in real time, one test after the other; needs an idle machine
 # make coverage  run the tests, and list the lines that none of them reaches
+# make paper   drive Table I of the paper, with TRIALS=30 of each method in both worlds; goes on where it was interrupted
 # make fuzz    search for examples that break a property: random ones, for MINUTES=10
 # make check   lint, formatting and types
 # make docs    build the documentation: out/site/index.html
@@ -20,9 +21,10 @@ PYTHON ?=
 TESTS ?=
 MARKS ?= not slow and not realtime
 MINUTES ?= 10
+TRIALS ?= 30
 RUN = $(VENV)/bin/python
 
-.PHONY: demo test test-all test-oldest test-realtime coverage fuzz check docs wheels compiled install clean
+.PHONY: demo test test-all test-oldest test-realtime coverage paper fuzz check docs wheels compiled install clean
 
 demo: install
 	$(RUN) -m drake_starnav demo
@@ -45,6 +47,9 @@ test-realtime: install
 
 coverage: compiled
 	$(RUN) -m pytest -q -n logical --maxprocesses 8 -m "$(MARKS)" --cov --cov-report=term-missing $(TESTS)
+
+paper: compiled
+	$(RUN) scripts/maintenance/reproduce_paper.py --trials $(TRIALS)
 
 fuzz: compiled
 	export FUZZ_UNTIL=$$(($$(date +%s) + 60 * $(MINUTES))); while [ $$(date +%s) -lt $$FUZZ_UNTIL ]; do \

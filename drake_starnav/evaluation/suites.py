@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 from drake_starnav.errors import shown
 from drake_starnav.evaluation.jobs import Record
-from drake_starnav.evaluation.summary import Table, compare, number, rate_text, summarise
+from drake_starnav.evaluation.summary import Summary, Table, compare, number, rate_text, summarise
 from drake_starnav.parameters import unknown_name
 
 
@@ -43,32 +43,30 @@ class Suite:
     published: dict[tuple[str, str], Published] = field(default_factory=dict)
 
 
-_FOREST = {
-    "star": Published(100.0, 100.0, 90.0, 3.98),
-    "star_paper": Published(100.0, 100.0, 90.0, 3.98),
-    "dsm": Published(89.8, 102.14, 73.3),
-    "foa": Published(99.6, 109.9, 20.7),
-    "foa_roadmap": Published(137.0, 108.6, 40.0),
+_PUBLISHED = {
+    "paper_forest": {
+        "star": Published(100.0, 100.0, 90.0, 3.98),
+        "star_paper": Published(100.0, 100.0, 90.0, 3.98),
+        "dsm": Published(89.8, 102.14, 73.3),
+        "foa": Published(99.6, 109.9, 20.7),
+        "foa_roadmap": Published(137.0, 108.6, 40.0),
+    },
+    "paper_maze": {
+        "star": Published(100.0, 100.0, 83.3, 4.37),
+        "star_paper": Published(100.0, 100.0, 83.3, 4.37),
+        "foa_roadmap": Published(115.8, 94.9, 80.0),
+    },
 }
-_MAZE = {
-    "star": Published(100.0, 100.0, 83.3, 4.37),
-    "star_paper": Published(100.0, 100.0, 83.3, 4.37),
-    "foa_roadmap": Published(115.8, 94.9, 80.0),
-}
+"""The paper's own method stands beside both of ours."""
 SUITES: dict[str, Suite] = {
     "table1": Suite(
-        meaning="Table I of arXiv 2403.11484: all methods in forests and mazes",
-        scenarios=("forest", "maze", "paper_forest"),
-        methods=("star", "star_paper", "dsm", "foa", "foa_cluster", "foa_roadmap", "dwa"),
+        meaning="Table I of arXiv 2403.11484: all methods in the authors' forest and maze, at 0.4 m/s",
+        scenarios=("paper_forest", "paper_maze"),
+        methods=("star", "star_paper", "dsm", "foa", "foa_cluster", "foa_roadmap", "dwa", "grid_astar"),
         references=("star", "star_paper"),
-        published={
-            (scenario, method): row
-            for scenario, rows in (("forest", _FOREST), ("paper_forest", _FOREST), ("maze", _MAZE))
-            for method, row in rows.items()
-        },
+        published={(scenario, method): row for scenario, rows in _PUBLISHED.items() for method, row in rows.items()},
     ),
 }
-"""The paper's own method stands beside both of ours, and its forest beside both of ours."""
 
 
 def find_suite(name: str) -> Suite:
@@ -79,10 +77,11 @@ def find_suite(name: str) -> Suite:
 
 
 def suite_table(suite: Suite, records: Sequence[Record], references: Sequence[str] = ()) -> Table:
-    """A row for each scenario, method and reference, with each measured figure beside the published one.
+    """A row for each scenario and method, with the figures to each reference and the published ones.
 
     The references are the suite's unless others are given.
     """
+    references = references or suite.references
     by_case: dict[tuple[str, str], list[Record]] = {}
     for record in records:
         by_case.setdefault((record["scenario"], record["method"]), []).append(record)
@@ -90,19 +89,30 @@ def suite_table(suite: Suite, records: Sequence[Record], references: Sequence[st
     for summary in summarise(records):
         case = (summary.scenario, summary.method)
         paper = suite.published.get(case, Published())
-        for reference in references or suite.references:
-            pair = compare(by_case[case], by_case.get((summary.scenario, reference), []))
-            rows.append(
-                (
-                    *case, reference,
-                    number(pair.time_ratio, 1, 100.0), number(paper.time_percent, 1),
-                    number(pair.path_ratio, 1, 100.0), number(paper.path_percent, 1), str(pair.trials),
-                    rate_text(summary.reached, summary.trials), number(paper.success_percent, 1),
-                    number(summary.command_p50_s, 3, 1e3), number(paper.command_ms, 2),
-                )
-            )  # fmt: skip
+        pairs = [compare(by_case[case], by_case.get((summary.scenario, name), [])) for name in references]
+        rows.append(
+            (
+                *case,
+                rate_text(summary.reached, summary.trials), number(paper.success_percent, 1), _failures(summary),
+                *(_of(pair.time_ratio, pair.trials) for pair in pairs), number(paper.time_percent, 1),
+                *(_of(pair.path_ratio, pair.trials) for pair in pairs), number(paper.path_percent, 1),
+                f"{number(summary.command_p50_s, 3, 1e3)} / {number(summary.command_p99_s, 3, 1e3)}",
+                number(paper.command_ms, 2),
+            )
+        )  # fmt: skip
+    times, paths = ([f"{figure} % to {name}" for name in references] for figure in ("TTR", "PLR"))
     head = (
-        "scenario", "method", "compared with", "TTR %", "published", "PLR %", "published", "of trials",
-        "SR (95 % interval)", "published %", "command ms", "published",
+        "scenario", "method", "SR (95 % interval)", "published", "failed", *times, "published", *paths, "published",
+        "command ms p50 / p99", "published",
     )  # fmt: skip
     return head, rows
+
+
+def _of(ratio: float | None, trials: int) -> str:
+    """A mean of ratios in per cent, and of how many trials that both finished."""
+    return "-" if ratio is None else f"{100.0 * ratio:.1f} ({trials})"
+
+
+def _failures(summary: Summary) -> str:
+    """How trials ended that did not reach the goal, each with its number."""
+    return ", ".join(f"{count} {outcome}" for outcome, count in summary.failures.items() if count) or "-"

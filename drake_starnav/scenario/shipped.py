@@ -15,6 +15,7 @@ METHODS: dict[str, dict[str, dict[str, Any]] | Callable[[Any], Any] | str] = {
     "foa_cluster": {"controller": {"kind": "foa"}, "foa": {"clusters": True}},
     "foa_roadmap": {"controller": {"kind": "foa", "target": "short_term_goal"}},
     "dwa": {"controller": {"kind": "dwa"}},
+    "grid_astar": "drake_starnav.systems.grid_planner:grid_astar",
 }
 """A method is settings: which controller drives, and what else it sets before the scenario's own keys do.
 

@@ -19,7 +19,7 @@ import numpy as np
 from tqdm import tqdm
 
 from drake_starnav.lidar.sensor_model import LidarParameters
-from drake_starnav.paper.star_region import fit_boundary
+from drake_starnav.paper.star_region import fit_boundary, range_profile
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.scenario.schema import Scenario
@@ -104,17 +104,28 @@ def deviation(values: np.ndarray, samples: np.ndarray) -> tuple[float, float, fl
     )
 
 
-def measured(rows: list[Method], views: Iterable[View], robot_radius: float) -> list[Deviation]:
-    """Every method on the same free ranges, one `Deviation` a row."""
+def measured(rows: list[Method], views: Iterable[View], samples_of: Callable[[View], np.ndarray]) -> list[Deviation]:
+    """Every method on the same samples, as `eroded` or `raw`, one `Deviation` a row."""
     results: list[list[tuple]] = [[] for _ in rows]
-    margins = derive_margins(Scenario("default", None))
     for view in tqdm(views, unit="scan", disable=None, leave=False):
-        samples = free_range(view.scan, smoothed_distances(view.scan), robot_radius, margins).values
+        samples = samples_of(view)
         fits = [row.fit(samples) for row in rows]
         seconds = fastest([partial(row.fit, samples) for row in rows])
         for result, fit, spent in zip(results, fits, seconds, strict=True):
             result.append((*deviation(fit.values, samples), len(fit.starts), spent))
     return [Deviation(*np.array(result).T) for result in results]
+
+
+def eroded(view: View) -> np.ndarray:
+    """The free range of the robot's centre, shape (M,), m, of which `star` makes its regions."""
+    return free_range(
+        view.scan, smoothed_distances(view.scan), RADIUS, derive_margins(Scenario("default", None))
+    ).values
+
+
+def raw(view: View) -> np.ndarray:
+    """The ranges as measured, shape (M,), m, of which the paper makes them."""
+    return range_profile(view.scan, view.scan.distances, RADIUS, samples=len(view.scan.ranges)).values
 
 
 def fastest(calls: list[Callable[[], object]]) -> np.ndarray:
@@ -193,7 +204,7 @@ def measure_segments(options: argparse.Namespace) -> Measured:
     """The table, and what draws its plot."""
     lidar, radius = LidarParameters(), RobotParameters().radius
     rows = methods()
-    results = measured(rows, sample_views(options.scans, options.seed, lidar, radius), radius)
+    results = measured(rows, sample_views(options.scans, options.seed, lidar, radius), eroded)
     text = (
         f"{sample_text(options)}; {lidar.beams} beams, noise {lidar.noise:g} m; the free range has "
         f"{BEARINGS} bearings. Means over the scans; of the times the median.\n\n"

@@ -47,6 +47,7 @@ from drake_starnav.systems.controller import Controller
 from drake_starnav.systems.dsm_controller import DsmController
 from drake_starnav.systems.fixed_goal import FixedGoal
 from drake_starnav.systems.goal_sequence import GoalSequence
+from drake_starnav.systems.grid_planner import GridPlanner
 from drake_starnav.systems.jump_guard import JumpGuard
 from drake_starnav.systems.obstacle_tracker import ObstacleTracker
 from drake_starnav.systems.scan_matcher import ScanMatcher
@@ -91,6 +92,7 @@ def all_systems() -> list[System]:
         StarPerception(robot, margins, lidar),
         ScanMatcher(OdometryError(0.02, 0.0, lidar.noise)),
         StarRoadmapPlanner(robot, planner, margins),
+        GridPlanner(),
         FixedGoal((1.0, 0.0)),
         GoalSequence([(1.0, 0.0)], tolerance=0.3, period=0.02),
         DsmController(robot, controller, margins, obstacles=defaults.obstacles),

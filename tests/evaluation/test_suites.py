@@ -28,10 +28,18 @@ def test_a_suite_names_what_exists(name: str) -> None:
 
 def test_table_1_has_the_paper_s_figures() -> None:
     published = SUITES["table1"].published
-    assert published["forest", "dsm"] == Published(89.8, 102.14, 73.3)
+    assert published["paper_forest", "dsm"] == Published(89.8, 102.14, 73.3)
     assert published["paper_forest", "foa"] == Published(99.6, 109.9, 20.7)
-    assert published["maze", "foa_roadmap"] == Published(115.8, 94.9, 80.0)
-    assert ("maze", "dsm") not in published
+    assert published["paper_maze", "foa_roadmap"] == Published(115.8, 94.9, 80.0)
+    assert ("paper_maze", "dsm") not in published
+
+
+def test_all_methods_of_table_1_drive_as_fast_as_one_another() -> None:
+    suite = SUITES["table1"]
+    for case in make_cases(suite.scenarios, suite.methods):
+        scenario = case.read()
+        fastest = {scenario.robot.max_speed, *(getattr(scenario, kind).max_speed for kind in ("dsm", "foa"))}
+        assert fastest == {0.4}
 
 
 def test_our_figures_stand_beside_the_published_ones() -> None:
@@ -46,14 +54,14 @@ def test_our_figures_stand_beside_the_published_ones() -> None:
         {"scenario": "forest", "method": "dsm", "trial": 0, "seed": 0, "outcome": "unsupported"},
     ]
     rows = by_case(suite_table(suite, records)[1])
-    assert rows["forest", "star"][:3] == ["star", "100.0", "-"]
+    assert rows["forest", "star"][3:5] == ["100.0 (2)", "-"]
     assert rows["forest", "foa"] == [
-        "star", "150.0", "99.6", "120.0", "109.9", "1", "50.0 % (9.5 to 90.5)", "20.7", "0.020", "-",
+        "50.0 % (9.5 to 90.5)", "20.7", "1 collision", "150.0 (1)", "99.6", "120.0 (1)", "109.9", "0.020 / 0.050", "-",
     ]  # fmt: skip
-    assert rows["forest", "dsm"] == ["star", "-", "-", "-", "-", "0", "-", "-", "-", "-"]
-    both = suite_table(suite, records, ("star", "foa"))[1]
-    assert [row[1:6:2] for row in both[:2]] == [("star", "100.0", "100.0"), ("star", "66.7", "83.3")]
-    assert [row[2] for row in both[:2]] == ["star", "foa"]
+    assert rows["forest", "dsm"] == ["-", "-", "1 unsupported", "-", "-", "-", "-", "- / -", "-"]
+    head, both = suite_table(suite, records, ("star", "foa"))
+    assert head[5:7] == ("TTR % to star", "TTR % to foa")
+    assert [row[5:7] for row in both[:2]] == [("100.0 (2)", "66.7 (1)"), ("150.0 (1)", "100.0 (1)")]
 
 
 def test_a_suite_runs_and_prints_its_table(tmp_path, capsys, monkeypatch) -> None:
@@ -66,9 +74,9 @@ def test_a_suite_runs_and_prints_its_table(tmp_path, capsys, monkeypatch) -> Non
     arguments = ["--suite", "tiny", "--trials", "1", "--jobs", "1", "--json", str(tmp_path / "trials.jsonl")]
     assert benchmark(arguments) == 0
     rows = printed_cells(capsys.readouterr().out)
-    assert rows["post", "star"][1] == "100.0"
-    assert rows["post", "dsm"][5] == "1"
-    assert rows["box", "dsm"][6] == "-"  # it cannot know a triangle as circles
+    assert rows["post", "star"][3] == "100.0 (1)"
+    assert rows["post", "dsm"][3].endswith(" (1)")
+    assert rows["box", "dsm"][2] == "1 unsupported"  # it cannot know a triangle as circles
     assert benchmark([*arguments, "--resume"]) == 0
     assert printed_cells(capsys.readouterr().out) == rows
 

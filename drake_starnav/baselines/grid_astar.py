@@ -1,0 +1,65 @@
+"""A plain A* on a grid of hits, in which what is unknown is free: what a planner needs at the least."""
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from drake_starnav.planning.bucket_search import bucket_dijkstra
+from drake_starnav.planning.cost_field import CostField
+from drake_starnav.planning.distance_grid import DistanceGrid
+
+CELL = 0.4
+"""Size of a cell, in radii of the robot."""
+SLACK = 0.1
+"""Cells count as free up to this much nearer to a hit than the radius, in radii: a tight way may miss centres."""
+SOFT_ZONE, SOFT_COST = 0.5, 1.0
+"""Beyond the radius, over this distance in radii, cells cost more, by up to this share."""
+BORDER = 4.0
+"""The grid reaches this far beyond hits, robot and goal, in radii."""
+
+
+def added_hits(hits: np.ndarray, new: np.ndarray, radius: float) -> np.ndarray:
+    """Return hits (n, 2) and new ones (m, 2), W, m, one in each quarter of a cell of a robot of this radius."""
+    both = np.vstack((hits, new))
+    _, first = np.unique(np.floor(both / (0.25 * CELL * radius)), axis=0, return_index=True)
+    return both[np.sort(first)]
+
+
+def plan_on_grid(hits: np.ndarray, position: np.ndarray, goal: np.ndarray, radius: float) -> np.ndarray:
+    """Return the shortest way from the robot to the goal over cells that no hit blocks.
+
+    Args:
+        hits: shape (n, 2), W, m.
+        position, goal: shape (2,), W, m.
+        radius: of the robot, m.
+
+    Returns:
+        Way points, shape (k, 2), W, m: the farthest in straight reach, the cells after it, the goal. Empty: no way.
+    """
+    cell = CELL * radius
+    known = np.vstack((hits, position, goal))
+    origin = known.min(axis=0) - BORDER * radius
+    shape = np.ceil((known.max(axis=0) + BORDER * radius - origin) / cell).astype(int)
+    centers = origin + cell * np.stack(np.meshgrid(*map(np.arange, shape), indexing="ij"), axis=-1)
+    away = np.full(tuple(shape), np.inf)
+    if len(hits):
+        away, _ = cKDTree(hits).query(centers, distance_upper_bound=(1.0 + SOFT_ZONE) * radius)
+    soft = np.clip(1.0 - (away / radius - 1.0) / SOFT_ZONE, 0.0, 1.0)
+    weight = np.where(away < (1.0 - SLACK) * radius, 0.0, 10.0 * (1.0 + SOFT_COST * soft)).astype(np.uint8)
+    weight[0] = weight[-1] = weight[:, 0] = weight[:, -1] = 0
+    start, end = (np.rint((place - origin) / cell).astype(int) for place in (position, goal))
+    cost = np.zeros(weight.shape, np.int32)
+    bucket_dijkstra(weight, cost, tuple(end.tolist()), tuple(start.tolist()))
+    field = CostField(cost, weight, origin + cell, cell, DistanceGrid.empty(0.5 * cell, 0.0))
+    path = field.path(position)
+    if not len(path):
+        return path
+    path = np.vstack((path, goal))
+    reach = next((k for k in range(len(path) - 1, 0, -1) if _is_free(weight, position, path[k], origin, cell)), 0)
+    return path[reach:]
+
+
+def _is_free(weight: np.ndarray, begin: np.ndarray, end: np.ndarray, origin: np.ndarray, cell: float) -> bool:
+    """Return whether a straight line leads over free cells only, but for the one where it begins."""
+    count = int(2.0 * np.hypot(*(end - begin)) / cell) + 2
+    cells = np.rint((np.linspace(begin, end, count)[2:] - origin) / cell).astype(int)
+    return bool((weight[cells[:, 0], cells[:, 1]] > 0).all())
