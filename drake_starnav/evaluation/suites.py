@@ -93,7 +93,8 @@ def suite_table(suite: Suite, records: Sequence[Record], references: Sequence[st
         rows.append(
             (
                 *case,
-                rate_text(summary.reached, summary.trials), number(paper.success_percent, 1), _failures(summary),
+                str(summary.trials), rate_text(summary.reached, summary.trials), number(paper.success_percent, 1),
+                _failures(summary),
                 *(_of(pair.time_ratio, pair.trials) for pair in pairs), number(paper.time_percent, 1),
                 *(_of(pair.path_ratio, pair.trials) for pair in pairs), number(paper.path_percent, 1),
                 f"{number(summary.command_p50_s, 3, 1e3)} / {number(summary.command_p99_s, 3, 1e3)}",
@@ -102,8 +103,8 @@ def suite_table(suite: Suite, records: Sequence[Record], references: Sequence[st
         )  # fmt: skip
     times, paths = ([f"{figure} % to {name}" for name in references] for figure in ("TTR", "PLR"))
     head = (
-        "scenario", "method", "SR (95 % interval)", "published", "failed", *times, "published", *paths, "published",
-        "command ms p50 / p99", "published",
+        "scenario", "method", "trials", "SR (95 % interval)", "published", "failed", *times, "published",
+        *paths, "published", "command ms p50 / p99", "published",
     )  # fmt: skip
     return head, rows
 

@@ -87,7 +87,7 @@ ENTRIES = (
         "Fig. 2", "the roadmap", "drake_starnav.visualization.star_roadmap_visualizer:StarRoadmapVisualizer", "-", "-"
     ),
     Entry("Fig. 5", "error and time of segments", "scripts/experiments/ablate_segments.py", "-", "-"),
-    Entry("Fig. 6", "trajectories in both worlds", "models/scenarios/paper_maze.yaml", "-", "-"),
-    Entry("Fig. 7", "the room with a dead end", "models/scenarios/paper_room.yaml", "-", "-"),
+    Entry("Fig. 6", "trajectories in both worlds", "scripts/maintenance/paper_figures.py", "-", "-"),
+    Entry("Fig. 7", "the room with a dead end", "scripts/maintenance/paper_figures.py", "-", "-"),
 )  # fmt: skip
 """Equations (1) to (15), lines of Algorithm 1 statement after statement, Table I, and figures."""

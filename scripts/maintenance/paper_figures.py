@@ -53,7 +53,7 @@ def write_segments(table: Path, picture: Path) -> None:
 def trajectories(results: Results) -> Any:
     """Fig. 6: the paths of the first trials, a row for each world and a panel for each method."""
     methods = [method for method in SIDE_BY_SIDE if method in results.methods]
-    figure = new_figure(3.4 * len(results.scenarios))
+    figure = new_figure(1.7 * len(results.scenarios))
     grid = figure.subplots(len(results.scenarios), len(methods), squeeze=False)
     for scenario, row in zip(results.scenarios, grid, strict=True):
         for method, axes in zip(methods, row, strict=True):

@@ -80,7 +80,7 @@ def files(folder: Path) -> list[Path]:
 
 
 def store(trials: int) -> None:
-    """Copy the first trials of each method into the folder of results."""
+    """Copy the first trials of each method into the folder of results, or as many as there are."""
     FOLDER.mkdir(parents=True, exist_ok=True)
     for path in files(OUT):
         header, records = read_trials(path)

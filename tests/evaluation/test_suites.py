@@ -54,14 +54,15 @@ def test_our_figures_stand_beside_the_published_ones() -> None:
         {"scenario": "forest", "method": "dsm", "trial": 0, "seed": 0, "outcome": "unsupported"},
     ]
     rows = by_case(suite_table(suite, records)[1])
-    assert rows["forest", "star"][3:5] == ["100.0 (2)", "-"]
+    assert rows["forest", "star"][4:6] == ["100.0 (2)", "-"]
     assert rows["forest", "foa"] == [
-        "50.0 % (9.5 to 90.5)", "20.7", "1 collision", "150.0 (1)", "99.6", "120.0 (1)", "109.9", "0.020 / 0.050", "-",
+        "2", "50.0 % (9.5 to 90.5)", "20.7", "1 collision", "150.0 (1)", "99.6", "120.0 (1)", "109.9", "0.020 / 0.050",
+        "-",
     ]  # fmt: skip
-    assert rows["forest", "dsm"] == ["-", "-", "1 unsupported", "-", "-", "-", "-", "- / -", "-"]
+    assert rows["forest", "dsm"] == ["0", "-", "-", "1 unsupported", "-", "-", "-", "-", "- / -", "-"]
     head, both = suite_table(suite, records, ("star", "foa"))
-    assert head[5:7] == ("TTR % to star", "TTR % to foa")
-    assert [row[5:7] for row in both[:2]] == [("100.0 (2)", "66.7 (1)"), ("150.0 (1)", "100.0 (1)")]
+    assert head[6:8] == ("TTR % to star", "TTR % to foa")
+    assert [row[6:8] for row in both[:2]] == [("100.0 (2)", "66.7 (1)"), ("150.0 (1)", "100.0 (1)")]
 
 
 def test_a_suite_runs_and_prints_its_table(tmp_path, capsys, monkeypatch) -> None:
@@ -74,9 +75,9 @@ def test_a_suite_runs_and_prints_its_table(tmp_path, capsys, monkeypatch) -> Non
     arguments = ["--suite", "tiny", "--trials", "1", "--jobs", "1", "--json", str(tmp_path / "trials.jsonl")]
     assert benchmark(arguments) == 0
     rows = printed_cells(capsys.readouterr().out)
-    assert rows["post", "star"][3] == "100.0 (1)"
-    assert rows["post", "dsm"][3].endswith(" (1)")
-    assert rows["box", "dsm"][2] == "1 unsupported"  # it cannot know a triangle as circles
+    assert rows["post", "star"][4] == "100.0 (1)"
+    assert rows["post", "dsm"][4].endswith(" (1)")
+    assert rows["box", "dsm"][3] == "1 unsupported"  # it cannot know a triangle as circles
     assert benchmark([*arguments, "--resume"]) == 0
     assert printed_cells(capsys.readouterr().out) == rows
 
