@@ -2,10 +2,10 @@
 
 Run: python scripts/maintenance/reproduce_paper.py [--trials 30] [--jobs 2] [--record | --check]
 
-Trials are kept in out/paper, a file for each method, so that a run that was interrupted goes on; delete the folder if the
-code has changed since. With --record they become the project's results: they are stored in benchmarks/results/paper, and the
-sections of README and docs/paper.md, environment and pictures are written from them alone, but for Fig. 5 and 7, which are
-measured and driven anew. Without it the checkout stays as it is.
+Trials are kept in out/paper, a file for each method, so that a run that was interrupted goes on; delete the folder if
+the code has changed since. With --record they become the project's results: they are stored in
+benchmarks/results/paper, and the sections of README and docs/paper.md, environment and pictures are written from them
+alone, but for Fig. 5 and 7, which are measured and driven anew. Without it the checkout stays as it is.
 """
 
 import argparse
