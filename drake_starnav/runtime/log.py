@@ -265,8 +265,9 @@ def read_log(path: str | Path) -> Log:
         if topic != RUN:
             raise ValueError("it is not the log of a run")
         run = json.loads(decode_string(data))
-        rows = [(*map(float, (x, y, yaw)), bool(down), float(tilt)) for x, y, yaw, down, tilt in run["mounts"]]
-        mounts = tuple(Mount(*row) for row in rows)
+        mounts = tuple(
+            Mount(float(x), float(y), float(yaw), bool(down), float(tilt)) for x, y, yaw, down, tilt in run["mounts"]
+        )
         if not (isinstance(run["name"], str) and isinstance(run["scenario"], str) and mounts):
             raise ValueError("its run has no name, scenario and mounts")
         return Log(run["name"], run["scenario"], mounts, _ticks(messages, place, len(mounts)))
