@@ -8,7 +8,7 @@ import shapely
 from pydrake.geometry import GeometryId, HalfSpace, SceneGraph, SceneGraphInspector, Sphere
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import BodyIndex
+from pydrake.multibody.tree import BodyIndex, ModelInstanceIndex
 
 from drake_starnav.station.model_world import FLOOR_TOLERANCE, placed_geometries, shadows
 from drake_starnav.station.robot_interface import RobotInterface, joined_bodies
@@ -39,7 +39,11 @@ def warn_of_unseen(
     if not own_plant and world.model is None and not len(world.spheres):
         return
     inspector = scene_graph.model_inspector()
-    own = {index for robot in robots for index in joined_bodies(plant, robot.model)}
+    models = {robot.model for robot in robots}
+    if own_plant:  # its other robots are among what moves
+        instances = map(ModelInstanceIndex, range(plant.num_model_instances()))
+        models |= {model for model in instances if plant.HasBodyNamed("base_link", model)}
+    own = {index for model in models for index in joined_bodies(plant, model)}
     bodies = [plant.get_body(index) for index in map(BodyIndex, range(plant.num_bodies())) if index not in own]
     standing = [
         (geometry, X_WG)

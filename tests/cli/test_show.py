@@ -15,11 +15,12 @@ CHANGES = ("lidar.noise=0.03", "localization.drift=0.02", "drive.slip=0.05")
 def test_each_term_is_printed_and_they_add_up(capsys) -> None:
     assert margins(["maze", *(word for change in CHANGES for word in ("--set", change))]) == 0
     terms, symbols, derived = capsys.readouterr().out.rstrip("\n").split("\n\n")
-    *rows, last = re.findall(r"^ *([\d.]+) mm  (.*)$", terms, re.MULTILINE)
+    *rows, last, thinnest = re.findall(r"^ *([\d.]+) mm  (.*)$", terms, re.MULTILINE)
     assert [text for _, text in rows] == [f"{term.text}: {term.meaning}" for term in TERMS]
     kept = derive_margins(load_scenario("maze", overrides=CHANGES))
     assert sum(float(value) for value, _ in rows) == pytest.approx(float(last[0]), abs=0.05)
     assert float(last[0]) == pytest.approx(1e3 * kept.safety, abs=0.005)
+    assert thinnest == (f"{1e3 * kept.thinnest:.2f}", "the thinnest obstacle that is certain to be seen")
     assert re.findall(r"  (\w) = ", symbols) == list(SYMBOLS)
     printed = {name: value for value, name in map(str.split, derived.splitlines())}
     looks = {f"looks.{name}": value for name, value in kept.looks._asdict().items()}
