@@ -90,7 +90,12 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
         text = f"write a clip (default: the HTML file's name with .{option[2:]})"
         parser.add_argument(option, type=Path, nargs="?", const=Path(), metavar="FILE", help=text)
     parser.add_argument("--view", default="top", help="top, follow or, for the page alone, oblique (default: top)")
-    parser.add_argument("--width", type=int, default=1100, help="of stills and clips, pixels (default: 1100)")
+    parser.add_argument(
+        "--width",
+        type=int,
+        default=1100,
+        help="of PNG and clips, pixels, and of SVG and PDF, inches / 100 (default: 1100)",
+    )
     parser.add_argument("--speed", type=float, default=2.0, help="of clips: times real time (default: 2)")
     parser.add_argument("--rate", type=int, default=10, help="pictures a second of clips (default: 10)")
     parser.add_argument("--quiet", action="store_true", help="no progress bar and no list of files")
@@ -123,7 +128,8 @@ def _record(options: argparse.Namespace) -> int:
         from drake_starnav.visualization.pictures import write_clips, write_still
 
         for path, time in stills:
-            write_still(path, recorded, time, options.view, options.width)
+            width = options.width if path.suffix == ".png" else options.width / 100
+            write_still(path, recorded, time, options.view, width)
         if clips:
             write_clips([*clips.values()], recorded, options.view, options.width, options.speed, options.rate)
     written = [html, *(path for path, _ in stills), *clips.values()]

@@ -84,7 +84,7 @@ def add_navigation(
     station = parts.station
     if station is None:
         station = builder.AddNamedSystem("station", NavigationStation(world, scenario, seed=seed))
-    config = LoopConfig(scenario, validated_margins(scenario, station.mounts), parts, stopwatch)
+    config = LoopConfig(scenario, validated_margins(scenario, station.mounts, parts.certified), parts, stopwatch)
     if isinstance(parts.station, RobotInterface):
         check_own_plant(parts.station, world)
     if isinstance(station, StationInterface):

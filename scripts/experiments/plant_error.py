@@ -132,9 +132,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--radii", type=float, nargs="+", default=RADII, metavar="M")
+    radii = parser.parse_args(arguments).radii
     print("| radius, m | longest step, ms | error, mm | safety margin, mm | margin / error |\n|--:|--:|--:|--:|--:|")
     with tempfile.TemporaryDirectory() as folder:
-        for radius in parser.parse_args(arguments).radii:
+        for radius in radii:
             found = plant_error(cart_scenario(radius, Path(folder)))
             step, error, margin = (1e3 * value for value in found[1:])
             print(f"| {radius:g} | {step:.3g} | {error:.2f} | {margin:.2f} | {margin / error:.1f} |")

@@ -73,7 +73,7 @@ def ratios(name: str, scale: float, seeds: range) -> tuple[float, float]:
 
 def scaled_margins(margins: Margins, scale: float) -> Margins:
     """The margins of a robot whose base strays in proportion to its size."""
-    lengths = ("safety", "preferred", "least", "safety_range", "smoothing_slack")
+    lengths = ("thinnest", "safety", "preferred", "least", "safety_range", "smoothing_slack")
     return dataclasses.replace(margins, **{name: scale * getattr(margins, name) for name in lengths})
 
 

@@ -273,7 +273,7 @@ def test_every_scan_is_processed_whatever_the_rates(forest) -> None:
     robot = BareRobot(FOREST)
     seen = []
     for _ in range(40):
-        now, _, rows, goal = robot.read()
+        now, _, rows, goal, _ = robot.read()
         lidar = replace(FOREST.lidar, rate=100.0)  # two scans each period
         scans = [
             replace(scan_from(robot.shapes, robot.pose, lidar, 0, robot.ticks), time=now - late) for late in (0.01, 0.0)

@@ -36,7 +36,6 @@ def test_the_maze_has_the_authors_obstacles_and_ranges():
     ("method", "seed"),
     [
         ("star", 0),
-        ("star_paper", 3),
         *(pytest.param("star", seed, marks=pytest.mark.slow) for seed in range(1, 10)),
     ],
 )
