@@ -1,6 +1,5 @@
-"""A run that is watched while it happens: buttons start, pause and stop it, clicks, keys and sliders move the goal."""
+"""A run that is watched while it happens: buttons start, pause and stop it, sliders move the goal."""
 
-import dataclasses
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -20,7 +19,7 @@ from drake_starnav.simulation.robots import add_robots, worlds_of_robots
 from drake_starnav.station.lidar_mounts import collar_geometries
 from drake_starnav.station.navigation_station import add_station, simulated
 from drake_starnav.station.plant import advance, make_simulator, value_of
-from drake_starnav.visualization.live_page import LivePage, LiveState, SliderGoal, add_goal_sliders
+from drake_starnav.visualization.goal_sliders import SliderGoal, add_goal_sliders
 from drake_starnav.visualization.meshcat_stage import MeshcatStage, add_scene, quiet_meshcat
 from drake_starnav.visualization.meshes import LAYERS, Layer, goal_star, layers_of_run, with_scene
 from drake_starnav.visualization.page import ROOT, Cameras, Caption
@@ -59,11 +58,10 @@ class Controls:
 
 
 class LiveRun:
-    """A scenario in an open Meshcat page.
+    """A scenario in Drake's own Meshcat page.
 
     Attributes:
-        meshcat: the scene.
-        page: around it; `page.address` is where to watch.
+        meshcat: the scene; `meshcat.web_url()` is where to watch.
         controls: its buttons.
         simulator: of the diagram.
         outcome: why the run ended, in words; empty while it runs.
@@ -95,7 +93,7 @@ class LiveRun:
         self.controls = Controls(self.meshcat)
         self._scenario, self._seed, self._html, self._say = scenario, seed, html, say
         builder = DiagramBuilder()
-        world, layers, said = self._add_to(builder)
+        world, layers = self._add_to(builder)
         self.simulator = make_simulator(builder.Build(), settings=scenario.simulator_config)
         self.simulator.set_target_realtime_rate(real_time_rate)
         if html is not None:
@@ -104,12 +102,14 @@ class LiveRun:
         self.outcome, self.collided = "", False
         self._said = ""
         self._cameras = Cameras(world.extent, "top", robot_path(self._followed), world.start[:2])
-        self._caption = Caption(scenario.name, (f"method {method}, seed {seed}, live", said), layers)
-        self._state = LiveState(0.0, said="press start")
-        self.page = LivePage(self.meshcat, self._caption, self._cameras, lambda: self._state)
+        x0, y0, x1, y1 = world.extent
+        middle = np.array([0.5 * (x0 + x1), 0.5 * (y0 + y1), 0.0])
+        above = np.array([0.0, -0.01, 1.0]) * max(x1 - x0, y1 - y0)  # straight down, "up" would be undefined
+        self.meshcat.SetCameraPose(middle + above, middle)
+        self._heading, self._layers = (scenario.name, f"method {method}, seed {seed}, live"), layers
 
-    def _add_to(self, builder: DiagramBuilder) -> tuple[World, dict[str, Layer], str]:
-        """Add all systems to a diagram, and return the world, the layers that are drawn, and what the user may do."""
+    def _add_to(self, builder: DiagramBuilder) -> tuple[World, dict[str, Layer]]:
+        """Add all systems to a diagram, and return the world and the layers that are drawn."""
         scenario, seed = self._scenario, self._seed
         world = robot_world(scenario, seed)
         goal = SliderGoal(world.goal, add_goal_sliders(self.meshcat, world))
@@ -118,7 +118,7 @@ class LiveRun:
         add_collision_monitor(builder, self._navigation)
         add_visualizers(builder, self._navigation, scenario, self.meshcat, keep=self._html is not None)
         layers = layers_of_run(scenario.robot.max_speed, world, zones(self._navigation))
-        return world, layers, "a click sets the goal, arrow keys move it"
+        return world, layers
 
     @property
     def time(self) -> float:
@@ -153,9 +153,7 @@ class LiveRun:
             elif (now := self._going()) != self._said:
                 self._say(f"{self.time:6.1f} s: {now}")
                 self._said = now
-        ended, said = bool(self.outcome), self.outcome or self._said or "press start"
-        self._state = LiveState(self.time, self.controls.running and not ended, ended, said)
-        return not ended
+        return not self.outcome
 
     def run(self) -> None:
         """Follow the buttons until the run ends, or until it is interrupted from the keyboard."""
@@ -170,7 +168,8 @@ class LiveRun:
         written."""
         self.meshcat.DeleteAddedControls()
         if self._html is not None:
-            caption = dataclasses.replace(self._caption, lines=(self._caption.lines[0], self.outcome))
+            name, line = self._heading
+            caption = Caption(name, (line, self.outcome), self._layers)
             finish_recording(self.meshcat, self._html, caption, self._cameras)
 
     def _end(self, outcome: str) -> None:
@@ -190,7 +189,7 @@ class LiveRun:
 class LiveRobots(LiveRun):
     """A scenario of several robots in an open Meshcat page: each drives to its own goals."""
 
-    def _add_to(self, builder: DiagramBuilder) -> tuple[World, dict[str, Layer], str]:
+    def _add_to(self, builder: DiagramBuilder) -> tuple[World, dict[str, Layer]]:
         scenario = self._scenario
         worlds = worlds_of_robots(scenario, self._seed)
         self._driven = add_robots(builder, scenario, worlds, self._seed)
@@ -210,7 +209,7 @@ class LiveRobots(LiveRun):
                 stage.add(name, goal_star(goal, robot.robot.radius, worlds[0].extent), 0.0)
             below = Cylinder(1.15 * robot.robot.radius, LAYERS["goal"].height)
             self.meshcat.SetObject(f"{robot_path(station)}/rim", below, Rgba(*layer.color))
-        return worlds[0], layers, "each drives to its own goals"
+        return worlds[0], layers
 
     def _going(self) -> str:
         context = self.simulator.get_context()

@@ -34,9 +34,7 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
     _add_run_options(parser)
     parser.add_argument("--html", type=Path, metavar="FILE", help="write a recording that opens offline")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures")
-    parser.add_argument(
-        "--meshcat", action="store_true", help="drive in a live page, where a click on the floor moves the goal"
-    )
+    parser.add_argument("--meshcat", action="store_true", help="drive in a live page, where sliders move the goal")
     parser.add_argument(
         "--real-time-rate", type=float, metavar="X",
         help="with --meshcat: simulated time over real time at most; 0 for as fast as it goes (default: 1)",
@@ -108,8 +106,8 @@ def _simulate_live(scenario: "Scenario", options: argparse.Namespace) -> int:
     say = (lambda text: None) if options.quiet else print
     kind = LiveRobots if scenario.robots else LiveRun
     run = kind(scenario, method=options.method, seed=options.seed, real_time_rate=rate, html=options.html, say=say)
-    address, goal = run.page.address, "" if scenario.robots else ", the goal: arrow keys"
-    print(f"open {address} and press play (s); pause (space), stop (escape){goal}", flush=True)
+    address, goal = run.meshcat.web_url(), "" if scenario.robots else "; sliders move the goal"
+    print(f"open {address} and press start (s); pause (space), stop (escape){goal}", flush=True)
     if os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY") or sys.platform == "darwin":
         webbrowser.open(address)
     run.run()

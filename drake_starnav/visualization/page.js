@@ -91,16 +91,10 @@ const starnav = (function () {
     viewer.render();
   }
 
-  // Where the pane shows a point of W, and the point of the floor that it shows somewhere, or null above the horizon.
+  // Where the pane shows a point of W.
   function shown(p) {
     const {x, y} = viewer.camera.position.clone().set(...drawn(p)).project(viewer.camera);
     return [0.5 * (1 + x) * pane.offsetWidth, 0.5 * (1 - y) * pane.offsetHeight];
-  }
-  function floorAt(x, y) {
-    const eye = viewer.camera.position;
-    const ray = eye.clone().set(2 * x / pane.offsetWidth - 1, 1 - 2 * y / pane.offsetHeight, 0.5);
-    ray.unproject(viewer.camera).sub(eye);
-    return ray.y < 0 ? [eye.x - eye.y / ray.y * ray.x, -(eye.z - eye.y / ray.y * ray.z)] : null;
   }
   // How the pane shows the axes of W, pixels per metre, at the camera's target.
   function axes() {
@@ -130,15 +124,12 @@ const starnav = (function () {
     scale.style.width = meters * pixels + 'px';
     scale.firstChild.textContent = (meters < 1 ? Math.round(100 * meters) + ' cm' : meters + ' m');
   }
-  const playing = (so) => play.classList.toggle('playing', so);
   function update() {
     if (!turned && held !== stand()) look(view);  // the scene came later
-    if (!settings.live) {
-      clock.textContent = 't = ' + animator.time.toFixed(1) + ' s';
-      bar.max = animator.duration;
-      bar.value = animator.time;
-      playing(animator.playing);
-    }
+    clock.textContent = 't = ' + animator.time.toFixed(1) + ' s';
+    bar.max = animator.duration;
+    bar.value = animator.time;
+    play.classList.toggle('playing', animator.playing);
     drawScale();
     drawAxes();
     if (at !== null) {
@@ -158,46 +149,6 @@ const starnav = (function () {
     viewer.render();
   }
 
-  function press(name) {
-    viewer.connection.send(MeshCat.msgpack.encode({type: 'button', name: name}));
-  }
-  const goal = () => settings.goal.map(name => viewer.gui_controllers[name].getValue());
-  function moveGoal(place) {
-    settings.goal.forEach((name, k) => viewer.set_control_value(name, place[k], true));
-  }
-  function clickGoal(event) {
-    const box = pane.getBoundingClientRect();
-    const place = floorAt(event.clientX - box.x, event.clientY - box.y);
-    const [x0, y0, x1, y1] = settings.extents.top;
-    if (place && place[0] >= x0 && place[0] <= x1 && place[1] >= y0 && place[1] <= y1) moveGoal(place);
-  }
-  // The goal follows the arrow keys as the pane shows the floor, along an axis where that is nearly so.
-  const ARROWS = {ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1]};
-  const [KEY_STEP, NEARLY] = [0.05, 0.1];
-  function keyGoal(event) {
-    const arrow = ARROWS[event.code];
-    if (!arrow || event.target.tagName === 'INPUT') return;
-    event.preventDefault();
-    const [[a, b], [c, d]] = axes();
-    const way = [(d * arrow[0] - c * arrow[1]), (a * arrow[1] - b * arrow[0])].map(x => x / (a * d - b * c));
-    const length = Math.hypot(...way);
-    moveGoal(goal().map((x, k) => x + KEY_STEP * (Math.abs(way[k]) < NEARLY * length ? 0 : way[k] / length)));
-  }
-  async function follow_run() {
-    try {
-      const state = await (await fetch('state')).json();
-      clock.textContent = 't = ' + state.time.toFixed(1) + ' s';
-      element('said').textContent = state.said;
-      playing(state.running);
-      play.title = state.running ? 'pause (space)' : 'start (s)';
-      play.disabled = state.ended;
-    } catch (error) {
-      element('said').textContent += ' (the program has ended)';
-      play.disabled = true;
-    }
-    if (!play.disabled) setTimeout(follow_run, 200);
-  }
-
   function toggle(row) {
     viewer.set_property(JSON.parse(row.dataset.path), 'visible', !row.classList.toggle('off'));
   }
@@ -208,38 +159,19 @@ const starnav = (function () {
   element('legend').open = window.innerWidth > 700;
   element('controls').append(viewer.gui.domElement);
   viewer.gui.open();  // the panel folds it
-  if (settings.live) {
-    document.body.classList.add('live');
-    Object.values(viewer.gui.__folders).forEach(folder => folder.close());  // or the goal's sliders were far below
-  }
-  element('controls').open = settings.live;
-  bar.hidden = settings.live;
   bar.onpointerdown = () => animator.pause();
   bar.oninput = () => { animator.pause(); animator.seek(bar.valueAsNumber); };
   play.onclick = () => {
     play.blur();  // or the space bar would press it again
-    if (settings.live) press(play.classList.contains('playing') ? 'pause' : 'start');
-    else if (animator.playing) animator.pause();
+    if (animator.playing) animator.pause();
     else animator.play();
   };
-  let pressed = null;  // where, while it may be a click
   pane.addEventListener('wheel', () => { turned = true; });
-  pane.addEventListener('pointerdown', event => { pressed = event.button === 0 ? [event.clientX, event.clientY] : null; });
-  document.addEventListener('pointermove', event => {
-    if (!event.buttons || !pane.contains(event.target)) return;
-    if (pressed && Math.hypot(event.clientX - pressed[0], event.clientY - pressed[1]) < 4) return;
-    [pressed, turned] = [null, true];
-  });
-  pane.addEventListener('pointerup', event => {
-    if (pressed && settings.live) clickGoal(event);
-    pressed = null;
-  });
-  if (settings.live) document.addEventListener('keydown', keyGoal);
+  document.addEventListener('pointermove', event => { if (event.buttons && pane.contains(event.target)) turned = true; });
   new ResizeObserver(resize).observe(pane);
   resize();
   look(view);
   const tick = () => { update(); requestAnimationFrame(tick); };
   tick();
-  if (settings.live) follow_run();
   return {show, look, followed};
 })();

@@ -13,8 +13,6 @@ from drake_starnav.visualization.meshes import DECK_COLOR, LAYERS, SPEED_COLORS,
 
 ROOT = "starnav"
 """Folder of Meshcat's panel that holds the layers."""
-SLIDERS = ("goal x", "goal y")
-"""Labels of the live goal's sliders in Meshcat's panel; the page also moves them by clicks and arrow keys."""
 VIEWS = ("top", "follow", "oblique")
 """Names of the camera presets; page.js says how each looks down."""
 
@@ -80,7 +78,7 @@ def check_view(view: str) -> None:
         raise StarnavError(f"camera view is {shown(view)}; allowed: one of {', '.join(VIEWS)}")
 
 
-def with_panel(page: str, caption: Caption, cameras: Cameras, *, live: bool = False) -> str:
+def with_panel(page: str, caption: Caption, cameras: Cameras) -> str:
     """A Meshcat page with a panel on its left, or below the scene where the window is narrow, and a bar.
 
     Its script has two functions for programs: `starnav.show(seconds)` stops the animation at a time, and
@@ -88,7 +86,6 @@ def with_panel(page: str, caption: Caption, cameras: Cameras, *, live: bool = Fa
 
     Args:
         caption: of the panel, with the rows of the legend, each of which hides or shows its layer.
-        live: whether a program drives on behind the page, see `live_page`; else its recording is played.
     """
     followed = cameras.followed.strip("/").split("/")
     rows = "".join(_row(name, layer, caption, followed) for name, layer in caption.legend.items())
@@ -96,7 +93,7 @@ def with_panel(page: str, caption: Caption, cameras: Cameras, *, live: bool = Fa
     lines = "".join(f"<p>{html.escape(line)}</p>" for line in caption.lines)
     panel = (
         f"<style>{_beside('page.css')}</style>"
-        f'<div id="starnav-panel"><h1>{html.escape(caption.heading)}</h1>{lines}<p id="starnav-said"></p>'
+        f'<div id="starnav-panel"><h1>{html.escape(caption.heading)}</h1>{lines}'
         f'<div id="starnav-views">{buttons}</div>'
         f'<details id="starnav-legend"><summary>legend</summary><table>{rows}</table></details>'
         f'<details id="starnav-controls"><summary>Meshcat</summary></details></div>'
@@ -105,7 +102,7 @@ def with_panel(page: str, caption: Caption, cameras: Cameras, *, live: bool = Fa
         '<div id="starnav-bar"><button id="starnav-play" title="play or pause" aria-label="play or pause"></button>'
         '<input id="starnav-time" type="range" min="0" step="any" value="0" aria-label="time">'
         '<span id="starnav-clock">t = 0.0 s</span><div id="starnav-scale"><span></span></div></div>'
-        f"<script>{_script(cameras, followed, live)}</script>"
+        f"<script>{_script(cameras, followed)}</script>"
     )
     title = html.escape(" · ".join((caption.heading, *caption.lines)))
     narrow = '<meta name="viewport" content="width=device-width, initial-scale=1">'
@@ -126,15 +123,13 @@ def _beside(name: str) -> str:
     return Path(__file__).with_name(name).read_text(encoding="utf-8")
 
 
-def _script(cameras: Cameras, followed: list[str], live: bool) -> str:
+def _script(cameras: Cameras, followed: list[str]) -> str:
     boxes = {view: around_robot(np.array(cameras.start)) if view == "follow" else cameras.extent for view in VIEWS}
     settings = {
         "extents": {view: [float(x) for x in box] for view, box in boxes.items()},
         "view": cameras.view,
         "followed": followed,
         "start": [*map(float, cameras.start), 0.0],
-        "live": live,
-        "goal": SLIDERS,
     }
     text = json.dumps(settings).replace("<", "\\u003c")  # "<" may end the script, or begin a comment
     return _beside("page.js").replace("SETTINGS", text, 1)

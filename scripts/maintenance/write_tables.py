@@ -55,7 +55,7 @@ from drake_starnav.systems.star_perception import StarPerception
 from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
 from drake_starnav.systems.state_predictor import StatePredictor
 from drake_starnav.systems.twist_shield import TwistShield, Unshielded
-from drake_starnav.visualization.live_page import SliderGoal
+from drake_starnav.visualization.goal_sliders import SliderGoal
 from drake_starnav.visualization.star_roadmap_visualizer import StarRoadmapVisualizer
 from drake_starnav.visualization.timeline import SceneRecorder, SceneTimeline
 from drake_starnav.worlds import WORLD_KINDS, World
