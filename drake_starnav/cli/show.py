@@ -61,8 +61,10 @@ def _print_margins(options: argparse.Namespace) -> int:
     mounts = robot_mounts(scenario)
     budgets = [error_budget(scenario, *each) for each in zip(mounts, scenario.all_lidars, strict=True)]
     budget = max(budgets, key=lambda each: each.total)
-    for term, value in zip(TERMS, budget.terms, strict=True):
+    counting = [(term, value) for term, value in zip(TERMS, budget.terms, strict=True) if value > 0.0]
+    for term, value in counting:
         print(f"{1e3 * value:8.2f} mm  {term.text}: {term.meaning}")
+    print(f"{0.0:8.2f} mm  the other {len(TERMS) - len(counting)} terms that SAFETY.md lists")
     derived = vars(derive_margins(scenario, mounts))
     print(f"{1e3 * budget.total:8.2f} mm  the sum, which is the safety margin")
     print(f"{1e3 * derived['thinnest']:8.2f} mm  the thinnest obstacle that is certain to be seen\n")

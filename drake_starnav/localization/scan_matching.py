@@ -317,7 +317,7 @@ def matched(known: ScanMap, scan: LaserScan, odometry: np.ndarray, error: Odomet
     for index in dict.fromkeys((*near[:2], known.last)):  # the oldest in view are tried before the last one used
         returning = np.array((RETURN_ERROR * unit, RETURN_ERROR * unit, RETURN_TURN))
         keyframe = known.keyframes[index]
-        found, fits = _fitted(keyframe, points, predicted, deviation + (index < known.last) * returning, error)
+        found, fits = aligned_pose(keyframe, points, predicted, deviation + (index < known.last) * returning, error)
         if not travel.allows(keyframe.travel, now_in(keyframe.pose, found), returning):
             continue
         if fits > share:
@@ -348,7 +348,7 @@ def _in_view(known: ScanMap, scan: LaserScan, pose: np.ndarray, unit: float) -> 
     return near[~occluded].tolist()
 
 
-def _fitted(
+def aligned_pose(
     keyframe: Keyframe, points: np.ndarray, predicted: np.ndarray, deviation: np.ndarray, error: OdometryError
 ) -> tuple[np.ndarray, float]:
     """Pose in M at which a scan fits a keyframe best, near the pose predicted by odometry, and its share of inliers.

@@ -7,8 +7,11 @@ import numpy as np
 
 from drake_starnav.errors import StarnavError, counted
 from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.lidar.mounts import Mount
+from drake_starnav.localization.odometry_check import KEPT_STEPS, OdometryCheck
+from drake_starnav.localization.scan_matching import OdometryError
 from drake_starnav.runtime.execution import Told, compared
-from drake_starnav.runtime.intake import Odometry
+from drake_starnav.runtime.intake import AHEAD, Odometry, pose_at
 from drake_starnav.runtime.log import Log
 from drake_starnav.scenario.schema import Scenario
 
@@ -20,6 +23,9 @@ OWN_NOISE = 5.0
 """A hit that stays equal, within this many standard deviations, while the robot moves is on the robot itself."""
 SHIPPED = 0.003
 """What the shipped bases deviate until they stand, m; only more is to be declared."""
+ALIGNED, LEAST_TURN = 0.03, 1.0
+"""Scans show the odometry's drift only above the first share of it, which is the error of their alignment; and of the
+heading where the robot turned by the second within some steps, rad."""
 
 
 class Observed(NamedTuple):
@@ -29,6 +35,7 @@ class Observed(NamedTuple):
         scenario: that drove.
         scans: of the lidar in question, at first the first, with the time at which each came, s.
         lidars: those of each lidar.
+        mounts: of the lidars.
         rows: odometry, in order.
         told: commands.
         took: how long after its time each was sent, s.
@@ -40,6 +47,7 @@ class Observed(NamedTuple):
     told: tuple[Told, ...]
     took: tuple[float, ...]
     lidars: tuple[tuple[tuple[float, LaserScan], ...], ...]
+    mounts: tuple[Mount, ...]
 
 
 def observed(log: Log, scenario: Scenario) -> Observed:
@@ -61,7 +69,7 @@ def observed(log: Log, scenario: Scenario) -> Observed:
         raise StarnavError(
             f"the log has {counted(least, 'scan')} and {counted(len(rows), 'pose')}; allowed: at least {ENOUGH} of each"
         )
-    return Observed(scenario, scans[0], tuple(rows), tuple(commands), tuple(took), scans)
+    return Observed(scenario, scans[0], tuple(rows), tuple(commands), tuple(took), scans, log.mounts)
 
 
 def lidar_of(logged: Observed) -> dict[str, float]:
@@ -71,7 +79,8 @@ def lidar_of(logged: Observed) -> dict[str, float]:
     late = np.array([came - scan.time for came, scan in logged.scans])
     last = logged.scans[-1][1]
     ranges = np.array([scan.ranges for _, scan in logged.scans if len(scan.ranges) == len(last.ranges)])
-    period = 1.0 / logged.scenario.controller.rate  # a scan waits up to this long for a step: no delay of its own
+    latest = float(np.quantile(late, 0.99))
+    wait = min(1.0 / logged.scenario.controller.rate, latest - float(late.min()))  # for a step: no delay of its own
     turn = last.angle_min + len(last.ranges) * last.angle_increment if last.full_circle else last.angle_max
     return {
         "beams": len(last.ranges),
@@ -82,7 +91,7 @@ def lidar_of(logged: Observed) -> dict[str, float]:
         "rate": float(f"{several / np.median(times[several:] - times[:-several]):.3g}"),
         "noise": _up(range_noise(logged)),
         "dropout": _up(float(np.isnan(ranges).mean())),
-        "delay": _up(max(float(np.quantile(late, 0.99)) - period, 0.0)),
+        "delay": _up(max(latest - wait, 0.0)),
     }
 
 
@@ -162,6 +171,24 @@ def drive_delay(logged: Observed) -> float:
     return best if misfit[0] - min(misfit) > 1e-4 else 0.0  # a command that never changes tells nothing
 
 
+def odometry_drift(logged: Observed) -> float:
+    """Drift of the odometry that the first lidar's scans show, as of `localization.drift`; NaN if it hardly moved."""
+    scenario, times = logged.scenario, np.array([row.time for row in logged.rows])
+    lidar, check, shares = scenario.all_lidars[0], OdometryCheck(), []
+    error = OdometryError(0.0, 0.0, lidar.noise, scenario.robot.shape.narrow)
+    for _, scan in logged.lidars[0]:
+        k = int(np.searchsorted(times, scan.time))
+        pose = pose_at(logged.rows[max(k - 1, 0) : k + 1], scan.time, AHEAD)
+        if pose is None:
+            continue
+        before, check = check, check.with_scan(scan.masked(lidar.mask), pose, error, logged.mounts[0])
+        if check.steps is not before.steps and len(check.steps) == KEPT_STEPS:
+            found = check.difference()
+            turned = found.turned_off / found.turned if found.turned > LEAST_TURN else 0.0
+            shares.append(max(found.off / max(found.driven, error.body), turned))
+    return float(np.quantile(shares, 0.9)) if shares else math.nan
+
+
 def calibration(log: Log, scenario: Scenario) -> str:
     """YAML to declare, with what it rests on.
 
@@ -180,6 +207,11 @@ def calibration(log: Log, scenario: Scenario) -> str:
     for lidar, section in zip(scenario.all_lidars, sections, strict=True):
         lines += [f"  - frame: {lidar.frame}"] * bool(scenario.lidars)
         lines += [f"{'    ' if scenario.lidars else '  '}{line}" for line in section]
+    drift = odometry_drift(logged)
+    if drift > ALIGNED:
+        lines += ["localization:", f"  drift: {_up(drift, 0.01):g}"]
+    elif math.isnan(drift):
+        lines.append("# localization.drift: unknown, as the robot hardly moved, or its scans do not fit each other")
     lines += ["drive:", *(f"  {name}: {value:g}" for name, value in drive.items())]
     if drive["slip"] > 0.2 or drive["error"] > 0.1:
         lines.append("# the base does not do what it is told: look for the cause before this is declared")

@@ -1,7 +1,8 @@
 """Whether the base does what it is told, within what is declared. Pure functions.
 
 One that does not is braked. When it stands, and has stood for REST, it is tried again: it may have hesitated. It is not
-if it fails again within AGAIN, or if the scans change while the odometry says that it stands, which is then false.
+if it fails again within AGAIN, or if the scans change while the odometry says that it stands, which is then false. So
+it is, too, with an odometry that differs from what the scans show of the robot's way.
 """
 
 import math
@@ -11,6 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from drake_starnav.lidar.mounts import Mount
+from drake_starnav.localization.odometry_check import OdometryCheck
+from drake_starnav.localization.scan_matching import OdometryError
 from drake_starnav.robot.limits import Limits
 from drake_starnav.robot.motion import velocity_of
 from drake_starnav.runtime.intake import Odometry, PosedScan
@@ -23,6 +27,9 @@ OFF, OFF_SHARE = 0.1, 0.1
 """The way driven may differ from the one commanded by this, m, and by this share of it, beside what is declared."""
 TURNED, TURNED_SHARE = 0.6, 0.2
 """The same of the angle turned, rad; wheels that slide turn a robot by some 0.3 rad in MuJoCo."""
+SEEN_OFF, SEEN_TURN, SEEN_SHARE, SEEN_STEPS = 0.2, 0.1, 0.15, 3
+"""Scans may show a way that differs from the odometry's by the first, in narrow radii, an angle by the second, rad, and
+both by this share, beside what is declared; fewer steps than the last do not tell."""
 LEAST_ARM = 0.5
 """Distance of a wheel that slips from the robot's axis, as a share of its radius."""
 REST, AGAIN = 1.0, 10.0
@@ -60,17 +67,21 @@ class Execution:
         told: commands, oldest first.
         scans: of the first lidar, oldest first.
         why: what the base does other than it is told; empty: nothing.
+        is_lost: whether that is what the scans show of its odometry: what was seen lies elsewhere.
         lasts: whether `why` lasts until the goal is withdrawn while the robot stands, and given anew.
         stands: since when it stands, s, while there is a `why`; infinite: it does not.
         tried: when it was last tried again, s.
+        check: the odometry held against the scans of the first lidar.
     """
 
     told: tuple[Told, ...] = ()
     scans: tuple[PosedScan, ...] = ()
     why: str = ""
+    is_lost: bool = False
     lasts: bool = False
     stands: float = math.inf
     tried: float = -math.inf
+    check: OdometryCheck = OdometryCheck()
 
     @property
     def said(self) -> str:
@@ -84,10 +95,12 @@ def with_command(execution: Execution, command: Told, delay: float) -> Execution
     return replace(execution, told=(*told, command))
 
 
-def with_scan(execution: Execution, latest: PosedScan) -> Execution:
+def with_scan(execution: Execution, latest: PosedScan, mount: Mount, scenario: Scenario) -> Execution:
     """What the first lidar has seen."""
     scans = tuple(each for each in execution.scans if each.scan.time > latest.scan.time - WINDOW)
-    return replace(execution, scans=(*scans, latest))
+    error = OdometryError(0.0, 0.0, scenario.all_lidars[0].noise, scenario.robot.shape.narrow)
+    check = execution.check.with_scan(latest.scan, latest.pose, error, mount)
+    return replace(execution, scans=(*scans, latest), check=check)
 
 
 def judged(execution: Execution, now: float, rows: Sequence[Odometry], scenario: Scenario) -> Execution:
@@ -95,9 +108,10 @@ def judged(execution: Execution, now: float, rows: Sequence[Odometry], scenario:
     if execution.lasts or not rows:
         return execution
     if not execution.why:
-        why = not_executed(execution.told, rows, scenario)
-        lasts = bool(why) and (now < execution.tried + AGAIN or denied(execution.scans))
-        return replace(execution, why=why, lasts=lasts)
+        failure, conflict = not_executed(execution.told, rows, scenario), disagreement(execution.check, scenario)
+        again = bool(failure or conflict) and now < execution.tried + AGAIN
+        lasts = again or bool(failure) and denied(execution.scans)
+        return replace(execution, why=conflict or failure, is_lost=bool(conflict), lasts=lasts)
     last, told = rows[-1], execution.told[-1][1:] if execution.told else ()
     if any(abs(each) > STANDS for each in (last.v, last.aside, last.omega, *told)):
         return replace(execution, stands=math.inf)
@@ -107,7 +121,7 @@ def judged(execution: Execution, now: float, rows: Sequence[Odometry], scenario:
 
 def acknowledged(execution: Execution) -> Execution:
     """The execution after the goal was withdrawn from a robot that stands: what lasts is tried once more."""
-    return replace(execution, told=(), why="", lasts=False, stands=math.inf)
+    return Execution(scans=execution.scans, tried=execution.tried)
 
 
 def changed_share(scans: Sequence[PosedScan]) -> float:
@@ -172,4 +186,20 @@ def not_executed(told: Sequence[Told], rows: Sequence[Odometry], scenario: Scena
     slipped = drive.slip * (abs(turn) + way / (LEAST_ARM * scenario.robot.radius))
     if abs(turned - turn) > TURNED + TURNED_SHARE * abs(turn) + slipped:
         return f"not executed: {turned:.2f} rad turned by the odometry, {turn:.2f} rad commanded in {time:.1f} s"
+    return ""
+
+
+def disagreement(check: OdometryCheck, scenario: Scenario) -> str:
+    """How the robot's way by its odometry differs from what the scans show; empty: by no more than is declared."""
+    if len(check.steps) < SEEN_STEPS:
+        return ""
+    found, localization = check.difference(), scenario.localization
+    share = SEEN_SHARE + localization.drift + scenario.drive.slip
+    moved = scenario.obstacles.max_speed * found.time
+    ways = f"{found.seen:.2f} m driven by the scans, {found.driven:.2f} m by the odometry"
+    angles = f"{found.seen_turned:.2f} rad turned by the scans, {found.turned:.2f} rad by the odometry"
+    if found.off > SEEN_OFF * scenario.robot.shape.narrow + localization.jump + moved + share * found.driven:
+        return f"scans and odometry disagree: {ways}"
+    if found.turned_off > SEEN_TURN + (moved > 0.0) * TURNED + share * found.turned:
+        return f"scans and odometry disagree: {angles}"
     return ""

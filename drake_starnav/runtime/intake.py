@@ -38,6 +38,9 @@ FEWEST_HITS, HITS_LEFT = 10, 0.1
 LEAST_SHARE, LONGEST_SWEEP = 0.97, 1.2
 """A scan reaches at least this share of the declared range, and takes at most this many declared periods."""
 
+WITHDRAWN = ()
+"""A goal that is none, of a robot whose goal is withdrawn: one that `drive` was given does not count in its place."""
+
 
 class Odometry(NamedTuple):
     """Where a robot believes to be, and its twist in its own frame.
@@ -127,6 +130,12 @@ def with_new_clock(intake: Intake, now: float) -> Intake:
     """The intake when the clock begins again: only the last pose stays, for where the odometry goes on from it."""
     rows = tuple(row._replace(time=now - OLDEST) for row in intake.rows[-1:])
     return dataclasses.replace(Intake.empty(len(intake.newest)), rows=rows)
+
+
+def without_beliefs(intake: Intake) -> Intake:
+    """The intake that believes the next scan of each lidar, whatever those before it were."""
+    empty = Intake.empty(len(intake.newest))
+    return dataclasses.replace(intake, old=empty.old, believed=empty.believed)
 
 
 def with_item(items: tuple, k: int, item: Any) -> tuple:
@@ -323,14 +332,15 @@ def _unbelievable(intake: Intake, k: int, scan: LaserScan, pose: np.ndarray) -> 
     if remaining >= FEWEST_HITS and hits < HITS_LEFT * remaining:
         return (
             "scan without returns",
-            f"a scan has {counted(hits, 'hit')}, where {remaining} of the last cannot be gone",
+            f"a scan has {counted(hits, 'hit')}, where {remaining} of the last cannot be gone; until they return, or a "
+            "reset",
         )
     return "", ""
 
 
 def goal_of(goal: Any) -> tuple[float, ...] | None:
     """A goal as (x, y) or (x, y, yaw); None for none, or a `StarnavError` for what is no goal."""
-    if goal is None:
+    if goal is None or isinstance(goal, tuple) and goal == WITHDRAWN:
         return None
     try:
         values = tuple(map(float, goal))

@@ -12,6 +12,7 @@ from pydrake.systems.framework import Context, DiagramBuilder, OutputPort
 
 from drake_starnav.errors import StarnavError, check_kind
 from drake_starnav.lidar.mounts import Mount
+from drake_starnav.localization.odometry_check import OdometryCheck
 from drake_starnav.navigation import Parts, add_navigation
 from drake_starnav.navigation.parts import AS_DECLARED
 from drake_starnav.navigation.robot import robot_mounts
@@ -142,7 +143,7 @@ class Navigator:
         self._command = Command(np.zeros(size), False, "standing", "nothing has come in")
         self._execution = Execution()
         self._goal: tuple[float, ...] | None = None
-        self._reached, self._turning, self._blind = False, False, True
+        self._reached, self._turning, self._blind, self._no_goal = False, False, True, "no goal"
         self._begin()
 
     def _begin(self) -> None:
@@ -155,6 +156,7 @@ class Navigator:
         self._fix("heading", np.array([math.nan]))
         self._seen, self._forgotten = [-math.inf] * len(self._names), self.intake.jumped
         self._broken, self._begun, self._fixed, self._forgets = True, False, False, False
+        self._execution = dataclasses.replace(self._execution, check=OdometryCheck())
 
     def step(
         self,
@@ -233,6 +235,7 @@ class Navigator:
         if state is None:
             return self._braking(why)
         if (self.intake.jumped > self._forgotten or self._forgets) and not self._command.twist.any():
+            self.intake = take.without_beliefs(self.intake)
             self._begin()  # what was seen before lies elsewhere now
         self._feed(now, state)
         twist, certified, status, blocked = self._advanced()
@@ -247,9 +250,10 @@ class Navigator:
         """Take what is asked: another goal of the same place, and a stream of such, resets nothing."""
         if goal == self._goal:
             return
-        before, self._goal = self._goal, goal
+        before, self._goal, self._no_goal = self._goal, goal, "the goal is withdrawn"
         self._reached, self._turning = False, False
         if goal is None and not self._command.twist.any():
+            self._forgets |= self._execution.is_lost
             self._execution = acknowledged(self._execution)
         if goal is None or before is None or math.dist(goal[:2], before[:2]) > self.scenario.simulation.goal_tolerance:
             self._dropped_goal = ""
@@ -265,7 +269,9 @@ class Navigator:
             return self.intake.bad_scans[k] + (f" ({which.strip()})" if which else "")
         if math.isinf(since):
             return f"no scan{which} yet"
-        if since <= self._expiry and math.isfinite(age):
+        if since <= self._expiry and math.isinf(age):
+            return f"the next scan{which} is awaited, as what was seen is forgotten"
+        if since <= self._expiry:
             return f"scans{which} are late: the newest is {age:.2f} s old; allowed: {self._expiry:.2f} s"
         return f"no scan{which} for {since:.2f} s"
 
@@ -283,12 +289,14 @@ class Navigator:
             self._carried = now
             self._execution = dataclasses.replace(self._execution, scans=self._execution.scans[-1:])
             self._begin()
-        self._execution = judged(self._execution, now, rows, self.scenario)
+        before, self._execution = self._execution, judged(self._execution, now, rows, self.scenario)
+        if before.is_lost and not self._execution.is_lost:  # and the robot stands
+            self._begin()
         if why := self._execution.said or wrong or self._dropped_goal:
             return why
         if now < self._carried + REST:
             return "scans and odometry disagree: the robot was carried, or what it sees has moved; the map is made anew"
-        return "no goal" if self._goal is None else ""
+        return self._no_goal if self._goal is None else ""
 
     def _feed(self, now: float, state: np.ndarray) -> None:
         """Put goal and state into the diagram, and let it process all scans that have a pose, one after the other."""
@@ -320,7 +328,7 @@ class Navigator:
         self._fix("scan_pose", posed.pose)
         self._seen[posed.lidar] = posed.scan.time
         if posed.lidar == 0:
-            self._execution = with_scan(self._execution, posed)
+            self._execution = with_scan(self._execution, posed, self.mounts[0], self.scenario)
         after = context.Clone()
         self.diagram.CalcForcedUnrestrictedUpdate(context, after.get_mutable_state())
         context.SetTimeStateAndParametersFrom(after)

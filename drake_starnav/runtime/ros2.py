@@ -14,7 +14,7 @@ from drake_starnav.errors import StarnavError, counted
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import Mount
 from drake_starnav.lidar.transforms import Frames, frame_name, pose_along, seconds
-from drake_starnav.runtime.intake import CLOCK, Odometry
+from drake_starnav.runtime.intake import CLOCK, WITHDRAWN, Odometry
 from drake_starnav.runtime.log import SHOWN, planned
 from drake_starnav.runtime.loop import Reading
 from drake_starnav.runtime.navigator import Command, Navigator
@@ -26,8 +26,8 @@ from drake_starnav.station.lidar_mounts import mount_of
 SCAN, ODOMETRY, TRANSFORMS, POSE = (
     "sensor_msgs/LaserScan", "nav_msgs/Odometry", "tf2_msgs/TFMessage", "geometry_msgs/PoseStamped"
 )  # fmt: skip
-PATH, MARKERS = "nav_msgs/Path", "visualization_msgs/MarkerArray"
-DEPTH = {SCAN: 10, ODOMETRY: 100, TRANSFORMS: 100, POSE: 1}
+PATH, MARKERS, EMPTY = "nav_msgs/Path", "visualization_msgs/MarkerArray", "std_msgs/Empty"
+DEPTH = {SCAN: 10, ODOMETRY: 100, TRANSFORMS: 100, POSE: 1, EMPTY: 1}
 """Messages that may wait."""
 POLL = 0.05
 """Between two looks at what is there, s."""
@@ -40,12 +40,13 @@ class Ros2:
     """A robot as of `drake_starnav.runtime`; names of topics that begin without a slash are in the namespace.
 
     It waits until scans and odometry come and a base listens. Commands go through the watchdog's process. A goal is a
-    `PoseStamped` in the odometry's frame; one with an orientation of zeros asks for no heading.
+    `PoseStamped` in the odometry's frame; one with an orientation of zeros asks for no heading. An `Empty` on `cancel`
+    withdraws it: the robot stops, and stands until another comes.
 
     Attributes:
         scenario: what is declared of the robot.
         scan: topic of each lidar, in the order of the declared ones.
-        odom, cmd_vel, goal: topics. `cmd_vel` has a header if the base expects one.
+        odom, cmd_vel, goal, cancel: topics. `cmd_vel` has a header if the base expects one.
         tf_static: topic of the transforms that say where the lidars are; if nobody publishes it, the model does.
         namespace: as `/robot_1`.
         domain, interface: as of `ros2_base.middleware`.
@@ -63,6 +64,7 @@ class Ros2:
     odom: str = "odom"
     cmd_vel: str = "cmd_vel"
     goal: str = "goal_pose"
+    cancel: str = "goal_cancel"
     tf_static: str = "/tf_static"
     namespace: str = ""
     domain: int | None = None
@@ -81,6 +83,7 @@ class Ros2:
         self._ros = middleware(self.domain, self.interface)
         self._scans = {self.absolute(each): self._subscribe(each, SCAN) for each in scans}
         self._odometry, self._goals = self._subscribe(self.odom, ODOMETRY), self._subscribe(self.goal, POSE)
+        self._cancels = self._subscribe(self.cancel, EMPTY)
         self._transforms = self._ros.subscribe(self.absolute(self.tf_static), TRANSFORMS, DEPTH[TRANSFORMS], True)
         self._goal: Any = None
         self._first: dict[str, Any] = {}
@@ -193,6 +196,8 @@ class Ros2:
         odometry = [odometry_of(each) for each in self._odometry()]
         for message in self._goals():
             self._goal = goal_of(message, self._frame)
+        if self._cancels():
+            self._goal = WITHDRAWN
         return Reading(time.time(), scans, odometry, self._goal)
 
     def drive(self, command: Command) -> None:

@@ -12,6 +12,7 @@ FIELDS = {
     "std_msgs/Header": "Time stamp, string frame_id",
     "std_msgs/ColorRGBA": "float32 r, float32 g, float32 b, float32 a",
     "std_msgs/String": "string data",
+    "std_msgs/Empty": "uint8 structure_needs_at_least_one_member",
     "geometry_msgs/Vector3": "float64 x, float64 y, float64 z",
     "geometry_msgs/Point": "float64 x, float64 y, float64 z",
     "geometry_msgs/Quaternion": "float64 x, float64 y, float64 z, float64 w",

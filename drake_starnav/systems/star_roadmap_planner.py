@@ -239,4 +239,5 @@ class StarRoadmapPlanner(LeafSystem):
             return f"too near: {wall}, which the robot keeps out of"
         if not len(path):
             return f"no way is seen that keeps {margins.least:.3g} m beyond robot.radius"
-        return "nothing that the certificate knows: the robot does not follow its guidance"
+        known = "the certificate knows" if self._certified_region.HasValue(context) else "is seen"
+        return f"nothing that {known}: the robot does not follow its guidance"

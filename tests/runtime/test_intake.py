@@ -13,6 +13,7 @@ from drake_starnav.runtime import Odometry
 from drake_starnav.runtime.intake import (
     AHEAD,
     PATIENCE,
+    WITHDRAWN,
     Declared,
     Intake,
     canonical,
@@ -156,7 +157,7 @@ def test_declared_jumps_are_no_fault() -> None:
 
 @pytest.mark.parametrize("goal", [(1, 2), [1.0, 2.0, 3.0], np.array((1.0, 2.0))])
 def test_goals(goal) -> None:
-    assert goal_of(goal) == tuple(map(float, goal))
+    assert goal_of(goal) == tuple(map(float, goal)) and goal_of(WITHDRAWN) is goal_of(None) is None
 
 
 def stamped(time, ranges, **changes) -> LaserScan:

@@ -12,6 +12,7 @@ import pytest
 
 from drake_starnav import load_scenario
 from drake_starnav.runtime import Driven, Navigator, drive
+from drake_starnav.runtime.intake import WITHDRAWN
 from tests.helpers.bare_robot import BareRobot
 
 FOREST = load_scenario("forest")
@@ -146,6 +147,25 @@ def test_a_goal_that_is_given_counts_where_none_is_read(navigator) -> None:
     base, goal = Told(), (BareRobot(FOREST).pose[0] + 0.7, BareRobot(FOREST).pose[1])
     assert drive(navigator, base, goal=goal, seconds=20.0, until_reached=True).end == "reached"
     assert math.dist(base.pose[:2], goal) < FOREST.simulation.goal_tolerance
+
+
+def test_a_goal_that_is_withdrawn_stops_it_whatever_was_given(navigator) -> None:
+    class Withdrawing(Base):
+        said, fastest = "", 0.0
+
+        def read(self):
+            return super().read()._replace(goal=None if self.time < 1.0 else WITHDRAWN)
+
+        def drive(self, command) -> None:
+            super().drive(command)
+            self.fastest = max(self.fastest, self.speed)
+            if self.stands and self.time > 1.0 and not self.said:
+                self.said = command.why
+                os.kill(os.getpid(), signal.SIGTERM)
+
+    base = Withdrawing()
+    assert drive(navigator, base, goal=base.world.goal, seconds=60.0).end == "stopped"
+    assert base.stands and base.fastest > 0.5 and base.said == "the goal is withdrawn"
 
 
 def test_another_thread_may_drive(navigator) -> None:

@@ -148,6 +148,63 @@ def test_odometry_that_denies_what_the_scans_see_stops_the_robot_for_good(forest
     assert robot.stands
 
 
+def test_hits_that_vanish_hold_a_robot_until_it_is_reset(forest) -> None:
+    forest.reset()
+    robot, vanish = BareRobot(FOREST), Faults().scans_without_returns
+    driven(forest, robot, 2.0 * BEGIN, vanish)
+    command = driven(forest, robot, 2.0 * BEGIN + 2.0, vanish)[-1]
+    assert robot.stands and "until they return, or a reset" in command.why
+    forest.step(*vanish(robot.read(), 0.0)._replace(reset=True))
+    robot.ticks += 1
+    commands = driven(forest, robot, 2.0 * BEGIN + 3.0, vanish)
+    assert commands[-1].status == "driving" and robot.speed > 0.3
+
+
+class Slipping(BareRobot):
+    """Its wheels, which odometry counts, do what they are told; the ground gives only a share of that."""
+
+    def __init__(self, share: float, begin: float = 0.0, **options) -> None:
+        super().__init__(FOREST, **options)
+        self.share, self.begin, self.lost = share, begin, np.zeros(2)
+
+    def _ranges(self, index):
+        lost, wheels = self.lost, self.pose
+        self.pose = np.array((*(wheels[:2] - lost), wheels[2]))
+        ranges, self.pose = super()._ranges(index), wheels
+        return ranges
+
+    def drive(self, command) -> None:
+        before = self.pose[:2].copy()
+        super().drive(command)
+        self.lost = self.lost + (self.time > self.begin) * (1.0 - self.share) * (self.pose[:2] - before)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.7, 1.4])
+def test_scans_and_odometry_that_disagree_for_good_are_said_to(forest, share) -> None:
+    forest.reset()
+    robot = Slipping(share, BEGIN)
+    commands = driven(forest, robot, 15.0)
+    said = [command.why for command in commands if command.status == "standing"]
+    assert any(why.startswith("scans and odometry disagree") and "given anew" not in why for why in said)
+    assert said[-1].startswith("scans and odometry disagree") and said[-1].endswith("until the goal is given anew")
+    tries = np.flatnonzero(np.diff([command.status == "driving" for command in commands]))
+    assert len(tries) == 3  # it braked, was tried again with another map, and stands
+    assert {command.status for command in commands} == {"driving", "braking", "standing"}
+    robot.share = 1.0  # mended, and its goal given anew
+    forest.step(*robot.read()._replace(goal=None))
+    robot.ticks += 1
+    assert driven(forest, robot, 18.0)[-1].status == "driving" and robot.speed > 0.3
+
+
+@pytest.mark.parametrize("declared", ["drive: {slip: 0.3}", "localization: {drift: 0.3}"])
+def test_a_slip_that_is_declared_is_allowed_for(declared) -> None:
+    scenario = parse_scenario(f"{declared}\nrobot: {{max_speed: 0.4}}", name="slippery")
+    robot = Slipping(0.7, world=World("posts", (0.0, 0.0, 0.0), (4.0, 0.0), cylinders=POSTS))
+    robot.limits = scenario.robot.limits
+    commands = driven(Navigator(scenario, warm=False), robot, 6.0)
+    assert not any("disagree" in command.why for command in commands) and robot.way > 1.0
+
+
 def test_a_pose_that_jumps_drops_the_goal_and_begins_again_with_another(forest) -> None:
     forest.reset()
     robot = BareRobot(FOREST)

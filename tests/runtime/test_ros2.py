@@ -20,7 +20,8 @@ from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import ON_AXIS
 from drake_starnav.loading import load_scenario
 from drake_starnav.runtime import Navigator, drive, read_log, replay
-from drake_starnav.runtime.ros2 import Ros2, goal_of, odometry_of, scan_of
+from drake_starnav.runtime.intake import WITHDRAWN
+from drake_starnav.runtime.ros2 import EMPTY, POSE, Ros2, goal_of, odometry_of, scan_of
 from drake_starnav.runtime.ros2_cyclone import Cyclone, configuration
 from drake_starnav.runtime.ros2_messages import MESSAGES as MAKE
 
@@ -60,6 +61,21 @@ def test_it_drives_to_the_goal_that_comes_in_and_shows_its_plan(stamped: bool, t
     assert other.said["away"] < 0.2 and other.said["clearance"] > 0.0 and other.said["twist"] == [0.0, 0.0]
     assert other.said["plan"] > 5 and other.said["markers"] > 5
     assert replay(log).differs is None
+
+
+@pytest.mark.realtime
+def test_a_goal_is_withdrawn_by_a_message() -> None:
+    domain, aim = next(DOMAIN), MAKE.PoseStamped(header=MAKE.Header(frame_id="odom"))
+    aim.pose.position.x = 2.0
+    with robot(domain, "--mounted", "--seconds", "50"):
+        base, other = connect(domain), Cyclone(domain, "lo")
+        for topic, kind, message in (("/goal_pose", POSE, aim), ("/goal_cancel", EMPTY, MAKE.Empty())):
+            send, before, end = other.publish(topic, kind), base.read().goal, time.monotonic() + 10.0
+            while base.read().goal == before and time.monotonic() < end:
+                send(message)
+                time.sleep(0.1)
+            assert base.read().goal == ((2.0, 0.0, 0.0) if kind == POSE else WITHDRAWN)
+        base.close()
 
 
 class Offered:

@@ -97,7 +97,7 @@ def test_a_robot_that_stands_still_is_blocked_until_it_moves() -> None:
     assert planning.out("status") is PlannerStatus.EXPLORING and planning.out("blocked_by") == ""
     standing(planning, SCREEN, 0.2)
     assert planning.out("status") is PlannerStatus.BLOCKED
-    assert planning.out("blocked_by").startswith("nothing that the certificate knows")
+    assert planning.out("blocked_by").startswith("nothing that is seen")
     planning.see(SCREEN, POSE + (0.1, 0.0, 0.0))
     assert planning.out("status") is PlannerStatus.EXPLORING and planning.out("blocked_by") == ""
 
@@ -114,7 +114,15 @@ def test_what_the_certificate_knows_is_named() -> None:
     assert planning.out("blocked_by").startswith("too near: a hit of beam 180 at 0.260 m, 0 degrees to the")
 
 
-@pytest.mark.parametrize(("ahead", "said"), [(0.28, "too near: dock"), (0.5, "nothing that the certificate knows")])
+def test_a_certificate_that_knows_of_nothing_is_named() -> None:
+    planning, scan = Planning(), cast(SCREEN, POSE)
+    star, _ = certified_region(ScanMemory(), scan, scan.distances, POSE, ROBOT.radius + 0.0145, 1.2, (2.0, 5))
+    planning.put("certified_region", Value(star))
+    standing(planning, SCREEN, STANDSTILL + 0.1)
+    assert planning.out("blocked_by").startswith("nothing that the certificate knows")
+
+
+@pytest.mark.parametrize(("ahead", "said"), [(0.28, "too near: dock"), (0.5, "nothing that is seen")])
 def test_the_area_that_holds_a_robot_is_named(ahead: float, said: str) -> None:
     dock = KeepOut(POSE[:2] + (ahead, 0.0) + np.array([(0.0, -0.3), (0.3, -0.3), (0.3, 0.3), (0.0, 0.3)]), name="dock")
     planning = Planning(closed_areas=[dock])

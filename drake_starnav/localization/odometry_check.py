@@ -1,0 +1,130 @@
+"""Odometry held against scans: how far a robot has come by each of them. Pure functions.
+
+A scan is aligned with one from about a radius before, and the odometry is hardly trusted meanwhile. So short a step is
+seen to some hundredths, and errors of which the odometry has more in every step add up. Where scans do not tell how far
+a robot has come, as along a bare corridor, the odometry is believed.
+"""
+
+import dataclasses
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from drake_starnav.geometry.se2 import composed, now_in
+from drake_starnav.lidar.deskew import deskewed
+from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.lidar.mounts import ON_AXIS, Mount, unturned
+from drake_starnav.localization.scan_matching import GOOD_SHARE, Keyframe, OdometryError, Travel, aligned_pose
+from drake_starnav.utils.snapshot import snapshot
+
+STEP_WAY, STEP_TURN = 1.0, 0.3
+"""Two scans are compared when the robot has driven the first in between, in narrow radii, or turned the second, rad."""
+TRUSTED = 0.5
+"""Standard deviation of the odometry within a step, as a share of it."""
+LEAST_DEVIATION = 0.01
+"""That of a step of no length or turn, m and rad."""
+FEWEST_HITS = 20
+"""Hits that a scan needs to be compared."""
+KEPT_STEPS = 5
+"""So many last steps are kept."""
+
+
+class SeenStep(NamedTuple):
+    """A robot's motion between two scans, each (ahead, aside, turned) from where it was at the first, m and rad.
+
+    Attributes:
+        begin, end: times of the scans, s.
+        driven: by the odometry.
+        seen: by the scans.
+    """
+
+    begin: float
+    end: float
+    driven: np.ndarray
+    seen: np.ndarray
+
+
+class Difference(NamedTuple):
+    """What some steps come to by the odometry and by the scans.
+
+    Attributes:
+        driven, seen: ways, m.
+        turned, seen_turned: angles, whatever their sign, rad.
+        off, turned_off: between the two sums of motions, m and rad; or, if that is more, between those of motions each
+            in its own direction: a share of ways there and back adds up in it.
+        time: from the first scan to the last, s.
+    """
+
+    driven: float
+    seen: float
+    turned: float
+    seen_turned: float
+    off: float
+    turned_off: float
+    time: float
+
+
+@snapshot
+class OdometryCheck:
+    """The scan that the next ones are compared with, and the last steps, oldest first. Immutable.
+
+    Attributes:
+        keyframe: that scan, at its pose by the odometry; None: nothing was seen yet.
+        latest: when the last scan was taken, s, and the pose of the sensor by the odometry.
+        steps: KEPT_STEPS at most.
+    """
+
+    keyframe: Keyframe | None = None
+    latest: tuple[float, np.ndarray] = (-math.inf, np.zeros(3))
+    steps: tuple[SeenStep, ...] = ()
+
+    def with_scan(
+        self, scan: LaserScan, pose: np.ndarray, error: OdometryError, mount: Mount = ON_AXIS
+    ) -> "OdometryCheck":
+        """Return the check after a scan; of `error` only noise and body count.
+
+        Args:
+            scan: in the sensor frame.
+            pose: (x, y, yaw) of the robot by its odometry when it was taken, m and rad.
+            error: what is declared of the lidar, and the robot's radius.
+            mount: of the lidar.
+        """
+        scan, sensor = unturned(scan, mount), mount.unturned(pose)
+        (time, earlier), key = self.latest, self.keyframe
+        after = dataclasses.replace(self, latest=(scan.time, sensor))
+        driven = np.zeros(3) if key is None else np.array(now_in(key.pose, sensor))
+        moved = math.hypot(driven[0], driven[1]) >= STEP_WAY * error.body or abs(driven[2]) >= STEP_TURN
+        if np.count_nonzero(scan.mappable_hits) < FEWEST_HITS or not (key is None or moved):
+            return after
+        if scan.time_increment and time > -math.inf:
+            scan = deskewed(scan, earlier, time, sensor)
+        seen = None if key is None else _seen_step(key, scan, driven, error)
+        steps = () if key is None or seen is None else (SeenStep(key.scan.time, scan.time, driven, seen),)
+        keyframe = Keyframe.of(scan, sensor, Travel(sensor), error)
+        return dataclasses.replace(after, keyframe=keyframe, steps=(*self.steps, *steps)[-KEPT_STEPS:])
+
+    def difference(self) -> Difference:
+        """Return what the kept steps come to, of which there must be one."""
+        driven, seen = (np.array([getattr(step, name) for step in self.steps]) for name in ("driven", "seen"))
+        ahead, off = driven[:, 0] + 1j * driven[:, 1], (seen - driven)[:, 0] + 1j * (seen - driven)[:, 1]
+        there_and_back = off * np.conj(ahead) / np.maximum(np.abs(ahead), 1e-9)  # as seen in the direction of each step
+        turned_off = (seen - driven)[:, 2]
+        return Difference(
+            driven=float(np.abs(ahead).sum()),
+            seen=float(np.hypot(seen[:, 0], seen[:, 1]).sum()),
+            turned=float(np.abs(driven[:, 2]).sum()),
+            seen_turned=float(np.abs(seen[:, 2]).sum()),
+            off=float(max(abs(off.sum()), abs(there_and_back.sum()))),
+            turned_off=float(max(abs(turned_off.sum()), abs((turned_off * np.sign(driven[:, 2])).sum()))),
+            time=self.steps[-1].end - self.steps[0].begin,
+        )
+
+
+def _seen_step(keyframe: Keyframe, scan: LaserScan, driven: np.ndarray, error: OdometryError) -> np.ndarray | None:
+    """Return how far the sensor came since a keyframe by its scan, as of `SeenStep`; None if that does not fit."""
+    points = scan.points_at(scan.distances, scan.mappable_hits, (0.0, 0.0, 0.0))
+    way, turn = TRUSTED * math.hypot(driven[0], driven[1]), TRUSTED * abs(driven[2])
+    deviation = np.array((way, way, turn)) + LEAST_DEVIATION
+    pose, share = aligned_pose(keyframe, points, composed(keyframe.pose, driven), deviation, error)
+    return np.array(now_in(keyframe.pose, pose)) if share >= GOOD_SHARE else None
