@@ -1,5 +1,6 @@
 """Everything is compiled and loaded before the robot moves: a short drive among made-up obstacles."""
 
+import dataclasses
 import math
 import sys
 from typing import TYPE_CHECKING
@@ -12,11 +13,14 @@ from drake_starnav.geometry.se2 import composed
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import Mount
 from drake_starnav.lidar.sensor_model import LidarParameters
+from drake_starnav.planning.roadmap import StarRoadmap, extended, revised
 from drake_starnav.robot.motion import Pose, advanced, roll_out, velocity_of
 from drake_starnav.runtime.execution import Told
 from drake_starnav.runtime.intake import Odometry
+from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.surroundings.observation import Observation
 from drake_starnav.surroundings.scan_averaging import mean_scan
+from drake_starnav.surroundings.star_region import clear_of, scan_region
 from drake_starnav.systems.twist_shield import Unshielded
 
 if TYPE_CHECKING:
@@ -66,6 +70,7 @@ def warm_up(navigator: "Navigator") -> None:
         pose, twist = np.array(moved), command.twist
     seen = Observation(None, _scan(rows, pose, lidars[0], mounts[0], now, False), pose)
     mean_scan((seen, seen), math.inf)  # asked only where hits seem to close the way
+    _revise_roadmap(navigator, seen)
     load_uncalled()
 
 
@@ -82,6 +87,17 @@ def _ask_of_fast_motions(navigator: "Navigator", pose: np.ndarray) -> None:
             motion = roll_out(pose, twist, twist, act)
             for each in certificates:
                 each.accepts(motion)
+
+
+def _revise_roadmap(navigator: "Navigator", seen: Observation) -> None:
+    """Drop one region of a roadmap and cut back another, as where scans contradict them: few drives do."""
+    radius, planner = navigator.scenario.robot.radius, navigator.scenario.planner
+    margins = derive_margins(navigator.scenario, navigator.mounts)
+    region = scan_region(seen.scan, seen.pose, radius, margins)
+    node, roadmap = dataclasses.replace(seen, region=region), StarRoadmap.empty(planner, radius)
+    for _ in range(2):
+        roadmap = extended(roadmap, node, margins, radius)
+    revised(roadmap, [None, clear_of(region, region.outline()[:1], radius)], margins, radius)
 
 
 def load_uncalled() -> None:

@@ -97,13 +97,15 @@ def _stamped(paths: Iterable[str]) -> tuple[tuple[str, int, int], ...]:
     return tuple((path, (stat := os.stat(path)).st_mtime_ns, stat.st_size) for path in paths)
 
 
+@functools.cache
+def _named_hash(path: str) -> bytes:
+    """Return the name of a file in the package, and the hash of its text."""
+    return os.path.relpath(path, ROOT).encode() + hashlib.sha256(Path(path).read_bytes()).digest()
+
+
 def _key(path: str) -> str:
     """Hash the names and the texts of the sources of a file."""
-    digest = hashlib.sha256()
-    for source, *_ in _sources(path):
-        text = Path(source).read_bytes()
-        digest.update(f"{os.path.relpath(source, ROOT)} {len(text)} ".encode() + text)
-    return digest.hexdigest()[:16]
+    return hashlib.sha256(b"".join(_named_hash(source) for source, *_ in _sources(path))).hexdigest()[:16]
 
 
 @functools.cache

@@ -51,14 +51,12 @@ print(sorted(name for name in new if "worlds." not in name) + compiled)
 """
 KINDS = {
     "forest": ("forest", "0"),
-    "maze": ("maze", "1"),
     "room": ("room", "2", "localization.drift=0.02"),
     "polygon": ("maze", "3", "robot.footprint=[[-0.2,-0.15],[0.3,-0.15],[0.3,0.15],[-0.2,0.15]]"),
     "omnidirectional": ("forest", "2", "robot.base=omnidirectional", "robot.model=omnibot"),
-    "car": ("forest", "3", "robot.base=car", "robot.model=carbot"),
+    "car": ("forest", "3", "robot.base=car", "robot.model=carbot", "drive.delay=0.1", "lidar.delay=0.05"),
     "movers": ("stop_and_go", "0"),
-    "noise": ("forest", "4", "lidar.noise=0.05", "lidar.dropout=0.05", "lidar.outliers=0.01"),
-    "delay": ("forest", "5", "drive.delay=0.1", "lidar.delay=0.05", "localization.jump=0.1"),
+    "noise": ("forest", "4", "lidar.noise=0.05", "lidar.dropout=0.05", "lidar.outliers=0.01", "localization.jump=0.1"),
     "two lidars": ("forest", "0", "lidar.rate=10", "lidars=[{},{}]", "robot.max_speed=0.5"),
     "narrow view": ("forest", "6", "lidar.angle_min=-2.3", "lidar.angle_max=2.3", "lidar.rolling=true"),
 }
