@@ -236,7 +236,7 @@ def unknown_name(what: str, name: str, valid: Iterable[str]) -> StarnavError:
     """The error for a name that is not among the valid ones; it suggests the nearest."""
     valid = list(valid)
     what = what if len(what) <= LONGEST_NAME else f"{what[: LONGEST_NAME - 3]}..."
-    near = difflib.get_close_matches(name[:LONGEST_NAME], valid, n=1, cutoff=0.5)
+    near = difflib.get_close_matches(name[:LONGEST_NAME], valid, n=1)
     hint = f"did you mean {near[0]}? " if near else ""
     return StarnavError(f"unknown {what}: {hint}allowed: {', '.join(valid) or 'none'}")
 

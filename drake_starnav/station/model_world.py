@@ -34,6 +34,7 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.models.drake_meshes import is_hollow, mesh_triangles
 from drake_starnav.models.model_files import Models
+from drake_starnav.models.model_folders import find
 from drake_starnav.models.parser_warnings import parsing
 from drake_starnav.station.robot_geometry import massless_links, outline, swollen
 from drake_starnav.station.scene_slices import SURFACE, read_solids, seen_geometries
@@ -142,6 +143,12 @@ def shadows(
     return [polygon for polygon in prints if polygon is not None]
 
 
+def add_packages(parser: Parser) -> None:
+    """Let a parser find `package://drake_starnav/...`, the shipped models, and the packages of ROS_PACKAGE_PATH."""
+    parser.package_map().PopulateFromRosPackagePath()
+    parser.package_map().AddPackageXml(str(model_path("package.xml")))
+
+
 def add_model(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelFile) -> None:
     """Add the bodies of a model file to a plant not yet finalized.
 
@@ -150,14 +157,14 @@ def add_model(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelFile) 
     """
     parser = Parser(plant)
     parser.SetAutoRenaming(True)
-    parser.package_map().PopulateFromRosPackagePath()
-    parser.package_map().AddPackageXml(str(model_path("package.xml")))
+    add_packages(parser)
     place, files = model.path or "directives", Models(weld=model.weld)
     with parsing(f"model {place}", said=files.said):
         if model.text:
             instances = parser.AddModelsFromString(files.directives(model.text, Path.cwd()), "dmd.yaml")
         else:
-            instances = parser.AddModels(str(files.model(Path(model.path))))
+            known = find(model.path, Path.cwd()) if "://" in model.path else Path(model.path)
+            instances = parser.AddModels(str(files.model(known or Path(parser.package_map().ResolveUrl(model.path)))))
     if model.weld:
         held = {plant.get_joint(index).child_body().index() for index in plant.GetJointIndices()}
         for index in [index for instance in instances for index in plant.GetBodyIndices(instance)]:

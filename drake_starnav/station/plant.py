@@ -22,6 +22,7 @@ from drake_starnav.station.moving_bodies import add_moving_obstacles
 from drake_starnav.station.robot_geometry import LONGEST_STEP
 from drake_starnav.station.robot_interface import RobotInterface
 from drake_starnav.station.robot_model import add_robot
+from drake_starnav.station.wheel_drive import StepsCheck
 from drake_starnav.station.world_geometry import add_ground, add_still_obstacles
 from drake_starnav.worlds.world import World
 
@@ -73,6 +74,8 @@ def make_simulator(
             start_time=simulator.get_context().get_time(),
         )
         ApplySimulatorConfig(scenario_simulator_config(settings, ours), simulator)
+        for check in _parts(diagram, StepsCheck):
+            check.chosen = True
     elif settings:
         ApplySimulatorConfig(scenario_simulator_config(settings), simulator)
     simulator.set_monitor(_monitor(list(_parts(diagram, MultibodyPlant))))

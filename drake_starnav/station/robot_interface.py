@@ -21,7 +21,7 @@ from drake_starnav.station.planar_drive import PlanarVelocityCommand
 from drake_starnav.station.planar_localization import PlanarLocalization, lidar_seed
 from drake_starnav.station.robot_body import sticking_out
 from drake_starnav.station.robot_geometry import RobotModel, drive_geometry, floor_contact
-from drake_starnav.station.wheel_drive import WheelServo, WheelSlip, WheelSpeedCommand
+from drake_starnav.station.wheel_drive import StepsCheck, WheelServo, WheelSlip, WheelSpeedCommand
 from drake_starnav.systems.star_perception import lidar_names
 
 LIDAR_PORTS = ("scan", "ranges", "point_cloud", "X_WS")
@@ -89,7 +89,7 @@ class RobotInterface(Diagram):
         self.scenario = replace(scenario, simulation=replace(scenario.simulation, time_step=time_step))
         self.robot, self.lidars, self.drive = scenario.robot, scenario.all_lidars, scenario.drive
         self.model = self.robot_model = model
-        self.moving_obstacle_geometries, self.hull = None, None  # nobody knows of them here
+        self.moving_obstacle_geometries, self.world = (), None  # nobody knows what the plant holds
         self.continuous = plant.time_step() == 0.0
         placed = RobotModel(plant, scene_graph, model)
         _check_added(placed, planar=self.robot.drive.holonomic)
@@ -149,6 +149,7 @@ class RobotInterface(Diagram):
         if plant.time_step() > 0.0:
             builder.ExportOutput(turning, "desired_state")
         else:
+            builder.AddNamedSystem("steps_check", StepsCheck())
             servo = builder.AddNamedSystem("servo", WheelServo(placed))
             builder.Connect(turning, servo.GetInputPort("desired_state"))
             builder.ConnectInput(state, servo.GetInputPort("multibody_state"))

@@ -1,10 +1,11 @@
 """Bases with driven wheels on one axle: the speeds of the wheels, their slip, and their servo."""
 
 import math
+import warnings
 from collections.abc import Sequence
 
 import numpy as np
-from pydrake.systems.framework import Context, Diagram, DiagramBuilder, LeafSystem
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder, EventStatus, LeafSystem
 from pydrake.systems.primitives import MatrixGain, Multiplexer
 
 from drake_starnav.lidar.sensor_model import Stream, random_numbers
@@ -109,6 +110,25 @@ class WheelServo(Diagram):
         builder.ExportInput(both.get_input_port(1), "multibody_state")
         builder.ExportOutput(gain.get_output_port(), "actuation")
         builder.BuildInto(self)
+
+
+class StepsCheck(LeafSystem):
+    """Warns where a continuous plant is simulated by steps that `make_simulator` has not chosen, when that begins."""
+
+    def __init__(self) -> None:
+        """`chosen` is set by `make_simulator`."""
+        super().__init__()
+        self.chosen = False
+        self.DeclareInitializationPublishEvent(self._check)
+
+    def _check(self, context: Context) -> EventStatus:
+        if not self.chosen:
+            warnings.warn(
+                "the plant is continuous, and a Simulator by itself takes hundreds of times as long as it needs; "
+                "allowed: make_simulator(diagram), or a discrete plant, as by plant_config()",
+                stacklevel=2,
+            )
+        return EventStatus.Succeeded()
 
 
 def wheel_shares(slip: float, seed: int, index: int) -> np.ndarray:

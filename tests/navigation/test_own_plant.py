@@ -1,6 +1,7 @@
 """In a plant of the user's own holds what holds in a station: body, heights, floor, start and time step."""
 
 import contextlib
+import warnings
 
 import numpy as np
 import pytest
@@ -9,12 +10,16 @@ from pydrake.geometry import Box
 from pydrake.math import RigidTransform
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import AddMultibodyPlant, CoulombFriction
+from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.navigation import Parts, add_navigation
+from drake_starnav.navigation.robot import robot_world
 from drake_starnav.scenario.scenario_file import parse_scenario
-from drake_starnav.station.plant import plant_config
+from drake_starnav.station.model_world import add_packages
+from drake_starnav.station.navigation_station import add_station
+from drake_starnav.station.plant import make_simulator, plant_config
 from drake_starnav.station.robot_interface import RobotInterface, connect_robot
 from drake_starnav.station.robot_model import add_robot
 from drake_starnav.station.world_geometry import add_ground
@@ -49,6 +54,30 @@ def navigate(
 
 def test_the_time_step_is_that_of_the_plant() -> None:
     assert navigate(step=0.001).scenario.simulation.time_step == 0.001
+
+
+def test_a_parser_of_one_s_own_finds_shipped_models_and_a_world_those_of_drake() -> None:
+    plant, _ = AddMultibodyPlant(plant_config(), DiagramBuilder())
+    parser = Parser(plant)
+    add_packages(parser)
+    assert parser.AddModels(url="package://drake_starnav/worlds/furniture.sdf")
+    text = "world: !Model {directives: package://%s, start: [0, 0, 0], goal: [3, 0]}"
+    robot_world(parse_scenario(text % "drake/examples/quadrotor/warehouse.sdf", name="warehouse"), 0)
+    with pytest.raises(StarnavError, match="unknown package 'nobody'"):
+        robot_world(parse_scenario(text % "nobody/world.sdf", name="none"), 0)
+
+
+@pytest.mark.parametrize("simulator", [Simulator, make_simulator])
+def test_a_plain_simulator_of_a_continuous_plant_is_warned_of(simulator) -> None:
+    builder = DiagramBuilder()
+    station = add_station(builder, OPEN, SCENARIO, continuous=True)
+    builder.ExportInput(station.GetInputPort("drive.twist_command"), "twist")
+    made = simulator(builder.Build())
+    made.get_system().get_input_port().FixValue(made.get_mutable_context(), [0.0, 0.0])
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        made.Initialize()
+    assert any("allowed: make_simulator" in str(each.message) for each in said) is (simulator is Simulator)
 
 
 def test_no_floor_and_a_start_in_an_obstacle_are_refused() -> None:

@@ -2,6 +2,7 @@
 
 import dataclasses
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ from drake_starnav.errors import StarnavError, shown
 from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.parameters import parameter
 from drake_starnav.utils.files import read_bytes
-from drake_starnav.utils.resources import resolve_path
+from drake_starnav.utils.resources import PACKAGE_URI, resolve_path
 from drake_starnav.worlds.convex_parts import convex_parts, evened
 from drake_starnav.worlds.world import MOST_SHAPES, ModelFile, World
 
@@ -53,7 +54,9 @@ class Model:
     """The bodies of a Drake model directives file, an SDF or a URDF on the floor z = 0; start and goal as given."""
 
     directives: str = parameter(
-        "", "model directives (.dmd.yaml), an SDF or a URDF file; or the directives themselves, as a list", path=True
+        "",
+        "model directives (.dmd.yaml), an SDF or a URDF file, also as package://...; or the directives, as a list",
+        path=True,
     )
     start: list[float] = parameter([0.0, 0.0, 0.0], "[x, y, yaw] of the robot, m and rad")
     goal: list[float] = parameter([], "[x, y], m; it must be given")
@@ -70,11 +73,14 @@ class Model:
         if "\n" in self.directives:
             name, model = "model", ModelFile("", self.weld, text=self.directives)
         else:
-            path = resolve_path(self.directives)
+            of_package = "://" in self.directives and not self.directives.startswith(PACKAGE_URI)  # found by Drake
+            path = Path(self.directives) if of_package else resolve_path(self.directives)
             allowed = f"a {', '.join(FORMATS[:-1])} or {FORMATS[-1]} file"
             if not path.name.endswith(FORMATS):
                 raise StarnavError(f"Model.directives is {shown(self.directives)}; allowed: {allowed}")
-            read_bytes(path, f"model {path}", allowed)
-            name, model = path.name.partition(".")[0], ModelFile(str(path), self.weld)
+            if not of_package:
+                read_bytes(path, f"model {path}", allowed)
+            model = ModelFile(self.directives if of_package else str(path), self.weld)
+            name = path.name.partition(".")[0]
         ends: dict[str, Any] = {"start": self.start, "goal": self.goal}
         return World(name, model=model, **ends)
