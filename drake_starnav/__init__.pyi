@@ -26,7 +26,7 @@ from drake_starnav.station.lidar_sensor import LidarMount as LidarMount
 from drake_starnav.station.lidar_sensor import LidarSensor as LidarSensor
 from drake_starnav.station.lidar_mounts import ApplyLidarConfig as ApplyLidarConfig
 from drake_starnav.station.lidar_mounts import LidarConfig as LidarConfig
-from drake_starnav.station.monitors import ArrivalMonitor as ArrivalMonitor
+from drake_starnav.simulation.monitors import ArrivalMonitor as ArrivalMonitor
 from drake_starnav.station.monitors import CollisionMonitor as CollisionMonitor
 from drake_starnav.lidar.laser_scan import LaserScan as LaserScan
 from drake_starnav.systems.obstacle_tracker import ObstacleTracker as ObstacleTracker

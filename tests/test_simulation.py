@@ -56,8 +56,6 @@ def test_the_record_has_the_tightest_gap_and_the_path_that_was_driven(small_tria
     class Follow:
         def add_to(self, builder, navigation, scenario) -> None: ...
 
-        def start(self) -> None: ...
-
         def finish(self, lines, motion) -> None:
             self.poses = motion.poses
 
@@ -101,7 +99,7 @@ def test_a_controller_of_ones_own_is_tried_recorded_and_logged(tmp_path) -> None
     assert run_trial(scenario, Parts(controller=Ahead()), seed=3, observer=None).min_clearance_m > 0.0
 
 
-@pytest.mark.parametrize("method, words", [("dwa", "controller.kind star; allowed: dwa"), ("dvva", "did you mean dwa")])
+@pytest.mark.parametrize("method, words", [("dwa", "controller.kind star; allowed: dwa"), ("dwaa", "did you mean dwa")])
 def test_a_trial_goes_by_the_name_of_its_method(method: str, words: str) -> None:
     with pytest.raises(StarnavError, match=words):
         run_trial(parse_scenario(SMALL, name="small"), method=method)
@@ -139,8 +137,6 @@ def test_the_memory_of_geometries_is_given_back() -> None:
     class Keep:
         def add_to(self, builder, navigation, scenario) -> None:
             self.inspector = navigation.station.scene_graph.model_inspector()
-
-        def start(self) -> None:
             assert self.inspector.num_geometries() > 5
 
         def finish(self, lines, motion) -> None: ...

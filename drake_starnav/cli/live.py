@@ -14,16 +14,24 @@ from drake_starnav.navigation import Parts, add_navigation
 from drake_starnav.navigation.robot import robot_world
 from drake_starnav.planning import PlannerStatus
 from drake_starnav.scenario.schema import Scenario
-from drake_starnav.simulation.monitors import add_collision_monitor
 from drake_starnav.simulation.robots import add_robots, worlds_of_robots
 from drake_starnav.station.lidar_mounts import collar_geometries
+from drake_starnav.station.monitors import CollisionMonitor
 from drake_starnav.station.navigation_station import add_station, simulated
 from drake_starnav.station.plant import advance, make_simulator, value_of
 from drake_starnav.visualization.goal_sliders import SliderGoal, add_goal_sliders
 from drake_starnav.visualization.meshcat_stage import MeshcatStage, add_scene, quiet_meshcat
 from drake_starnav.visualization.meshes import LAYERS, Layer, goal_star, layers_of_run, with_scene
 from drake_starnav.visualization.page import ROOT, Cameras, Caption
-from drake_starnav.visualization.recorder import add_visualizers, finish_recording, robot_frames, robot_path, zones
+from drake_starnav.visualization.recorder import (
+    add_visualizers,
+    drawn_layers,
+    finish_recording,
+    robot_frames,
+    robot_layer,
+    robot_path,
+)
+from drake_starnav.visualization.timeline import SceneTimeline
 from drake_starnav.visualization.tracks import trail_layer
 from drake_starnav.worlds.world import World
 
@@ -107,6 +115,7 @@ class LiveRun:
         above = np.array([0.0, -0.01, 1.0]) * max(x1 - x0, y1 - y0)  # straight down, "up" would be undefined
         self.meshcat.SetCameraPose(middle + above, middle)
         self._heading, self._layers = (scenario.name, f"method {method}, seed {seed}, live"), layers
+        self._world = world
 
     def _add_to(self, builder: DiagramBuilder) -> tuple[World, dict[str, Layer]]:
         """Add all systems to a diagram, and return the world and the layers that are drawn."""
@@ -115,9 +124,11 @@ class LiveRun:
         goal = SliderGoal(world.goal, add_goal_sliders(self.meshcat, world))
         self._followed = add_station(builder, world, scenario, continuous=True, seed=seed)
         self._navigation = add_navigation(builder, scenario, Parts(world, self._followed, goal), seed)
-        add_collision_monitor(builder, self._navigation)
-        add_visualizers(builder, self._navigation, scenario, self.meshcat, keep=self._html is not None)
-        layers = layers_of_run(scenario.robot.max_speed, world, zones(self._navigation))
+        CollisionMonitor.AddToBuilder(builder, self._followed)
+        kept = self._html is not None
+        self._shapes = add_visualizers(builder, self._navigation, scenario, self.meshcat, keep=kept).stage.shapes
+        robot = robot_layer(SceneTimeline(self._followed.scene_graph), self._followed)
+        layers = layers_of_run(scenario.robot.max_speed, world, robot)
         return world, layers
 
     @property
@@ -169,7 +180,8 @@ class LiveRun:
         self.meshcat.DeleteAddedControls()
         if self._html is not None:
             name, line = self._heading
-            caption = Caption(name, (line, self.outcome), self._layers)
+            layers = drawn_layers(self._layers, self._shapes, self._world)
+            caption = Caption(name, (line, self.outcome), layers)
             finish_recording(self.meshcat, self._html, caption, self._cameras)
 
     def _end(self, outcome: str) -> None:
@@ -204,6 +216,7 @@ class LiveRobots(LiveRun):
         add_scene(builder, plant, scene_graph, self.meshcat, hidden, robot=links, **looks)
         layers = with_scene(dict(trail_layer(r.name, "its goals", k) for k, r in enumerate(scenario.robots)), worlds[0])
         stage = MeshcatStage(self.meshcat, f"/{ROOT}", period, layers)
+        self._shapes = stage.shapes
         for (name, layer), robot, station in zip(layers.items(), scenario.robots, stations, strict=False):
             for goal in robot.goals:
                 stage.add(name, goal_star(goal, robot.robot.radius, worlds[0].extent), 0.0)

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from pydrake.systems.framework import Context, OutputPort, System
+from pydrake.systems.framework import Context, OutputPort, PortDataType, System
 
 from drake_starnav.control.inputs import Propose
 from drake_starnav.errors import StarnavError, check_kind, shown
@@ -167,9 +167,13 @@ class Navigation:
             raise StarnavError("the navigation has no goal; allowed: one, as a FixedGoal")
         return output_port(self.goal, "goal", 2, "goal")
 
-    def planned(self, name: str) -> OutputPort | None:
-        """The planner's port of a name; None without a planner, or of one that has no such port."""
-        return None if self.planner is None else outputs(self.planner).get(name)
+    def planned(self, name: str, kind: type | None = None) -> OutputPort | None:
+        """The planner's port of a name; None without a planner, or of one that has no such port, or not of a kind."""
+        port = None if self.planner is None else outputs(self.planner).get(name)
+        if port is None or kind is None:
+            return port
+        abstract = port.get_data_type() is PortDataType.kAbstractValued
+        return port if abstract and isinstance(port.Allocate().get_value(), kind) else None
 
     @property
     def certificate(self) -> OutputPort | None:

@@ -46,6 +46,7 @@ class Shown(LeafSystem):
         super().__init__()
         self._navigator, self._plant, self._at = navigator, plant, plant.CreateDefaultContext()
         self._base = plant.GetBodyByName("base_link", model)
+        self.base_frame = plant.GetBodyFrameIdOrThrow(self._base.index())
         self._height = plant.EvalBodyPoseInWorld(self._at, self._base).translation()[2]
         self.scenario, self.mounts, self.model, self.floor = navigator.scenario, navigator.mounts, model, [ground]
         navigation = navigator.navigation
@@ -56,6 +57,7 @@ class Shown(LeafSystem):
             "twist_command": navigation.twist_command,
             "certificate": navigation.certificate,
             "planner_state": navigation.planned("planner_state"),
+            "guidance": navigation.planned("guidance"),
         }
         for lidar in lidar_names("lidar", len(navigator.mounts)):
             self.sources[f"{lidar}.scan"] = navigation.station.GetOutputPort(f"{lidar}.scan")
@@ -108,11 +110,10 @@ def record_log(
     posed = builder.AddSystem(MultibodyPositionToGeometryPose(plant))
     builder.Connect(drawn.GetOutputPort("positions"), posed.get_input_port())
     builder.Connect(posed.get_output_port(), scene_graph.get_source_pose_port(plant.get_source_id()))
-    station = Station(plant, scene_graph, cast(Any, drawn), ground, [], None)
+    station = Station(plant, scene_graph, cast(Any, drawn), ground, [], world)
     recorder = Recorder(html, view, shown)
     recorder.add_to(builder, Navigation(world, station, drawn, None, drawn, shield=drawn), navigator.scenario)
     diagram = builder.Build()
-    recorder.start()
     simulator, begin, command = Simulator(diagram), math.nan, None
     for inputs, *_ in ticks:
         command = navigator.step(*inputs)

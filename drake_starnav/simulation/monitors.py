@@ -1,35 +1,108 @@
 """What ends a trial, watches it, and logs it."""
 
+import math
 from collections.abc import Callable, Sequence
 
+import numpy as np
+from pydrake.common.value import Value
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import Context, DiagramBuilder, TriggerType
+from pydrake.systems.framework import Context, DiagramBuilder, DiscreteValues, EventStatus, LeafSystem, TriggerType
 from pydrake.systems.primitives import LogVectorOutput, VectorLogSink
 
+from drake_starnav.geometry.footprint import Footprint, disc, fastest_point
+from drake_starnav.geometry.trajectory import STANDING
 from drake_starnav.navigation import Navigation
-from drake_starnav.scenario.schema import Scenario
+from drake_starnav.planning import PlannerStatus
 from drake_starnav.station.drive_check import check_drive
-from drake_starnav.station.monitors import ArrivalMonitor, CollisionMonitor
+from drake_starnav.station.monitors import CollisionMonitor
 from drake_starnav.station.navigation_station import simulated
 from drake_starnav.station.plant import value_of
 from drake_starnav.systems.connecting import connect_inputs
 from drake_starnav.systems.goal_sequence import GoalSequence
+from drake_starnav.utils.timing import checked_period
 
 
-def add_monitors(builder: DiagramBuilder, navigation: Navigation, scenario: Scenario) -> list[VectorLogSink]:
+class ArrivalMonitor(LeafSystem):
+    """Terminates the simulation when the robot is at the goal, or has stopped after the planner gave up.
+
+    ```
+               ┌────────────────┐
+    state ────>│                │
+    goal ─────>│ ArrivalMonitor │
+    reached ──>│                │
+    status ───>│                │
+               └────────────────┘
+    ```
+
+    Ports:
+        state: vector (x, y, yaw, v, omega) of the robot in the world frame W.
+        goal: vector (x, y) in W, m; to be connected only without `goals`.
+        reached: vector of a `GoalSequence`, all of whose goals are to be reached; only with `goals`.
+        status: abstract, `PlannerStatus`; may be left unconnected.
+
+    The simulator stops with status "reached termination" and the message "reached" or "unreachable".
+    """
+
+    def __init__(self, *, tolerance: float, period: float, goals: int = 0, footprint: Footprint | None = None) -> None:
+        """
+        Args:
+            tolerance: distance from the goal within which it counts as reached, m.
+            period: of the checks, s.
+            goals: number of those of a `GoalSequence`, which knows when they are reached; 0 for one goal.
+            footprint: of the robot, which stands when no point of it moves; None: whether it turns does not matter.
+        """
+        super().__init__()
+        self._tolerance, self._radius = tolerance, (footprint or disc(0.0)).radius
+        self._state = self.DeclareVectorInputPort("state", 5)
+        self._reached = self.DeclareVectorInputPort("reached", goals) if goals else None
+        self._goal = self.DeclareVectorInputPort("goal", 2)
+        self._status = self.DeclareAbstractInputPort("status", Value(PlannerStatus.WAITING))
+        self.DeclarePeriodicDiscreteUpdateEvent(checked_period(self, period=period), 0.0, self._check)
+
+    @staticmethod
+    def AddToBuilder(
+        builder: DiagramBuilder, navigation: Navigation, *, tolerance: float | None = None, period: float | None = None
+    ) -> "ArrivalMonitor":
+        """Add a monitor named `arrival_monitor` of a navigation in the builder, and connect it.
+
+        `tolerance`, m, and `period`, s, are those of the construction; None for the goal tolerance of the scenario, and
+        for a check with each command.
+        """
+        scenario, sources = navigation.station.scenario, {"state": navigation.localization("state")}
+        if isinstance(navigation.goal, GoalSequence):
+            sources["reached"] = navigation.goal.GetOutputPort("reached")
+        else:
+            sources["goal"] = navigation.goal_position
+        if (status := navigation.planned("status", PlannerStatus)) is not None:
+            sources["status"] = status
+        monitor = ArrivalMonitor(
+            tolerance=scenario.simulation.goal_tolerance if tolerance is None else tolerance,
+            period=1.0 / scenario.controller.rate if period is None else period,
+            goals=sources["reached"].size() if "reached" in sources else 0,
+            footprint=scenario.robot.shape,
+        )
+        builder.AddNamedSystem("arrival_monitor", monitor)
+        connect_inputs(builder, monitor, sources, "arrival_monitor")
+        return monitor
+
+    def _check(self, context: Context, values: DiscreteValues) -> EventStatus:
+        x, y, _, v, omega = self._state.Eval(context).tolist()
+        if self._reached is None:
+            arrived = math.dist((x, y), self._goal.Eval(context).tolist()) < self._tolerance
+        else:
+            arrived = bool(np.isfinite(self._reached.Eval(context)).all())
+        if arrived:
+            return EventStatus.ReachedTermination(self, "reached")
+        stands = fastest_point(v, omega, self._radius) < 0.5 * STANDING
+        if stands and self._status.HasValue(context) and self._status.Eval(context) is PlannerStatus.UNREACHABLE:
+            return EventStatus.ReachedTermination(self, "unreachable")
+        return EventStatus.DidNothing()
+
+
+def add_monitors(builder: DiagramBuilder, navigation: Navigation) -> list[VectorLogSink]:
     """Add what ends a trial, and the logs of the robot's states and of its commands, which cause no steps."""
-    period = 1.0 / scenario.controller.rate  # the collision monitor's: no further steps, and the state is shared
-    add_collision_monitor(builder, navigation)
-    goals = len(scenario.goals) if isinstance(navigation.goal, GoalSequence) else 0
-    tolerance, shape = scenario.simulation.goal_tolerance, scenario.robot.shape
-    monitor = ArrivalMonitor(tolerance=tolerance, period=period, goals=goals, footprint=shape)
-    arrival = builder.AddNamedSystem("arrival_monitor", monitor)
-    sources = {"state": navigation.localization("state"), "goal": navigation.goal_position}
-    if isinstance(navigation.goal, GoalSequence):
-        sources["reached"] = navigation.goal.GetOutputPort("reached")
-    if (status := navigation.planned("status")) is not None:
-        sources["status"] = status
-    connect_inputs(builder, arrival, sources, "arrival_monitor")
+    CollisionMonitor.AddToBuilder(builder, simulated(navigation.station))
+    ArrivalMonitor.AddToBuilder(builder, navigation)
     state = navigation.station.GetOutputPort("cheat.robot_state")
     return [LogVectorOutput(port, builder, {TriggerType.kPerStep}) for port in (state, navigation.twist_command)]
 
@@ -61,28 +134,3 @@ def blocked_by(navigation: Navigation, context: Context) -> str:
     """What its planner, if it says so, calls the reason why a robot stands, or has no way; empty without one."""
     port = navigation.planned("blocked_by")
     return "" if port is None else value_of(port, context)
-
-
-def add_collision_monitor(builder: DiagramBuilder, navigation: Navigation) -> None:
-    """End the simulation at the first contact of a robot in the builder with anything but the ground.
-
-    It is checked with each command; where obstacles move, at every step of the plant.
-    """
-    station = simulated(navigation.station)
-    moving = station.moving_obstacle_geometries  # None: the plant may hold more than the world
-    hull, robot, world = station.hull, station.robot_interface, navigation.world
-    fixed = moving is not None and not moving and world.model is None and station.scenario.localization.exact
-    collision = builder.AddNamedSystem(
-        "collision_monitor",
-        CollisionMonitor(
-            robot=station.robot_geometries,
-            ground=station.floor,
-            moving_obstacles=moving or (),
-            hull=hull,
-            footprint=robot.robot.shape,
-            near=(world, robot.reach) if fixed and hull is None else None,
-            period=station.scenario.simulation.time_step if moving else 1.0 / station.scenario.controller.rate,
-        ),
-    )
-    sources = {"geometry_query": station.geometry_query, "state": station.GetOutputPort("localization.state")}
-    connect_inputs(builder, collision, sources, "collision_monitor")

@@ -88,9 +88,6 @@ class _Witness:
     def add_to(self, builder: DiagramBuilder, navigation: Navigation, scenario: Scenario) -> None:
         pass
 
-    def start(self) -> None:
-        pass
-
     def finish(self, lines: tuple[str, ...], motion: Motion) -> None:
         self.outcome, self.motion = lines[-1], motion
 

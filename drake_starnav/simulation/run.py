@@ -40,9 +40,6 @@ class Observer(Protocol):
     def add_to(self, builder: DiagramBuilder, navigation: Navigation, scenario: Scenario) -> None:
         """Add systems to the diagram."""
 
-    def start(self) -> None:
-        """The simulator is about to be initialized."""
-
     def finish(self, lines: tuple[str, ...], motion: Motion) -> None:
         """The run has ended; `lines` describe how, and `motion` is the robot's."""
 
@@ -102,12 +99,10 @@ def run_trial(
         station = add_station(builder, world, scenario, continuous=True, seed=seed)
         parts = dataclasses.replace(parts, world=world, station=station)
         navigation = add_navigation(builder, scenario, parts, seed, stopwatch=stopwatch)
-        logs = add_monitors(builder, navigation, scenario)
+        logs = add_monitors(builder, navigation)
         for each in observers:
             each.add_to(builder, navigation, scenario)
         holder = diagram = builder.Build()
-        for each in observers:
-            each.start()
         simulator = make_simulator(diagram, settings=scenario.simulator_config)
         reports: list[tuple[float, str]] = []
         watch = watcher(simulator, navigation, logs, scenario.drive.slip, reports, progress)

@@ -1,22 +1,26 @@
-"""What ends a run: the robot has arrived, has stopped for good, or touches anything but the ground."""
+"""Ends a run where the robot touches anything but the ground."""
 
 import math
 import re
 from collections.abc import Collection
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from pydrake.common.value import Value
 from pydrake.geometry import FrameId, GeometryId, QueryObject, SceneGraphInspector
-from pydrake.systems.framework import Context, DiscreteValues, EventStatus, LeafSystem
+from pydrake.systems.framework import Context, DiagramBuilder, DiscreteValues, EventStatus, LeafSystem
 
 from drake_starnav.geometry.footprint import Footprint, disc, fastest_point
 from drake_starnav.geometry.trajectory import STANDING
-from drake_starnav.planning import PlannerStatus
+from drake_starnav.station.world_geometry import surface_world
+from drake_starnav.systems.connecting import connect_inputs
 from drake_starnav.utils.timing import checked_period
 from drake_starnav.worlds.clearance import body_clearance, nearest_obstacle
 from drake_starnav.worlds.shortest_path import capsules_around, distance_from
 from drake_starnav.worlds.world import World
+
+if TYPE_CHECKING:
+    from drake_starnav.station.navigation_station import StationInterface
 
 COLLISION, STRUCK = "collision", "struck"
 """Names of a contact; `STRUCK` if a moving obstacle hits a robot no point of which moves."""
@@ -87,6 +91,32 @@ class CollisionMonitor(LeafSystem):
         self._state = self.DeclareVectorInputPort("state", 5)
         # an update, for publish events see old geometry, see make_simulator
         self.DeclarePeriodicDiscreteUpdateEvent(checked_period(self, period=period), 0.0, self._check)
+
+    @staticmethod
+    def AddToBuilder(builder: DiagramBuilder, station: "StationInterface") -> "CollisionMonitor":
+        """Add a monitor named `collision_monitor` of a robot in the builder, and connect it.
+
+        It looks with each command; where obstacles move, at every step of the plant. `station` is as from
+        `add_station`, a `NavigationStation`, or a `RobotInterface` in a plant of your own.
+        """
+        moving, world, robot = station.moving_obstacle_geometries, station.world, station.robot_interface
+        surfaces = None if world is None else surface_world(world)
+        near = None
+        if world is not None and surfaces is None and world.model is None and station.scenario.localization.exact:
+            near = None if moving else (world, robot.reach)
+        monitor = CollisionMonitor(
+            robot=station.robot_geometries,
+            ground=station.floor,
+            moving_obstacles=moving,
+            hull=None if surfaces is None else Hull(robot.base_frame, surfaces),
+            footprint=robot.robot.shape,
+            near=near,
+            period=station.scenario.simulation.time_step if moving else 1.0 / station.scenario.controller.rate,
+        )
+        builder.AddNamedSystem("collision_monitor", monitor)
+        sources = {"geometry_query": station.geometry_query, "state": station.GetOutputPort("localization.state")}
+        connect_inputs(builder, monitor, sources, "collision_monitor")
+        return monitor
 
     def contacts(self, context: Context) -> list[tuple[GeometryId, GeometryId]]:
         """Pairs of geometries, the robot's first, that touch and should not."""
@@ -164,54 +194,3 @@ def contact_in(message: str) -> str | None:
     """The bodies of a message of `CollisionMonitor`, `base_link with crate`; None of any other message."""
     found = re.match(rf"(?:{COLLISION} of|{STRUCK} on) (.+) (?:with|by) (.+) at ", message)
     return f"{found[1]} with {found[2]}" if found else None
-
-
-class ArrivalMonitor(LeafSystem):
-    """Terminates the simulation when the robot is at the goal, or has stopped after the planner gave up.
-
-    ```
-               ┌────────────────┐
-    state ────>│                │
-    goal ─────>│ ArrivalMonitor │
-    reached ──>│                │
-    status ───>│                │
-               └────────────────┘
-    ```
-
-    Ports:
-        state: vector (x, y, yaw, v, omega) of the robot in the world frame W.
-        goal: vector (x, y) in W, m; to be connected only without `goals`.
-        reached: vector of a `GoalSequence`, all of whose goals are to be reached; only with `goals`.
-        status: abstract, `PlannerStatus`; may be left unconnected.
-
-    The simulator stops with status "reached termination" and the message "reached" or "unreachable".
-    """
-
-    def __init__(self, *, tolerance: float, period: float, goals: int = 0, footprint: Footprint | None = None) -> None:
-        """
-        Args:
-            tolerance: distance from the goal within which it counts as reached, m.
-            period: of the checks, s.
-            goals: number of those of a `GoalSequence`, which knows when they are reached; 0 for one goal.
-            footprint: of the robot, which stands when no point of it moves; None: whether it turns does not matter.
-        """
-        super().__init__()
-        self._tolerance, self._radius = tolerance, (footprint or disc(0.0)).radius
-        self._state = self.DeclareVectorInputPort("state", 5)
-        self._reached = self.DeclareVectorInputPort("reached", goals) if goals else None
-        self._goal = self.DeclareVectorInputPort("goal", 2)
-        self._status = self.DeclareAbstractInputPort("status", Value(PlannerStatus.WAITING))
-        self.DeclarePeriodicDiscreteUpdateEvent(checked_period(self, period=period), 0.0, self._check)
-
-    def _check(self, context: Context, values: DiscreteValues) -> EventStatus:
-        x, y, _, v, omega = self._state.Eval(context).tolist()
-        if self._reached is None:
-            arrived = math.dist((x, y), self._goal.Eval(context).tolist()) < self._tolerance
-        else:
-            arrived = bool(np.isfinite(self._reached.Eval(context)).all())
-        if arrived:
-            return EventStatus.ReachedTermination(self, "reached")
-        stands = fastest_point(v, omega, self._radius) < 0.5 * STANDING
-        if stands and self._status.HasValue(context) and self._status.Eval(context) is PlannerStatus.UNREACHABLE:
-            return EventStatus.ReachedTermination(self, "unreachable")
-        return EventStatus.DidNothing()

@@ -11,12 +11,10 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort, Output
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.mounts import Mount
 from drake_starnav.scenario.schema import Scenario
-from drake_starnav.station.monitors import Hull
 from drake_starnav.station.moving_bodies import add_moving_obstacle_drive
 from drake_starnav.station.plant import DISCRETE_ONLY, add_plant
 from drake_starnav.station.robot_interface import LIDAR_PORTS, POSE_PORTS, RobotInterface, connect_robot
 from drake_starnav.station.unseen import warn_of_unseen
-from drake_starnav.station.world_geometry import surface_world
 from drake_starnav.systems.star_perception import lidar_names
 from drake_starnav.worlds.world import World
 
@@ -35,17 +33,14 @@ def station_outputs(lidars: int) -> list[str]:
 
 @dataclass(eq=False)
 class Station:
-    """What `add_station` put into a builder; `ground` is the floor that is always there.
-
-    With `hull` a robot is checked among obstacles with which the plant has no contact, see `surface_world`.
-    """
+    """What `add_station` put into a builder; `world` is all that the plant holds, `ground` the floor always there."""
 
     plant: MultibodyPlant
     scene_graph: SceneGraph
     robot_interface: RobotInterface
     ground: GeometryId
     moving_obstacle_geometries: list[GeometryId]
-    hull: Hull | None
+    world: World
 
     @property
     def scenario(self) -> Scenario:
@@ -118,9 +113,7 @@ def add_station(
     connect_robot(builder, plant, scene_graph, model, robot)
     warn_of_unseen(plant, scene_graph, world, [robot])
     moving_geometries = add_moving_obstacle_drive(builder, plant, world.moving_obstacles)
-    surfaces = surface_world(world)
-    hull = None if surfaces is None else Hull(robot.base_frame, surfaces)
-    return Station(plant, scene_graph, robot, ground, moving_geometries, hull)
+    return Station(plant, scene_graph, robot, ground, moving_geometries, world)
 
 
 class NavigationStation(Diagram, Station):

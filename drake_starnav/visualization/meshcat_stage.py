@@ -46,17 +46,20 @@ WORLD_PREFIX = "/world"
 
 
 def quiet_meshcat() -> Meshcat:
-    """A Meshcat server of this `LOOK` for this machine alone, that shows no statistics and does not log its address."""
+    """Start a Meshcat server for this machine alone, that shows no statistics and does not log its address."""
     log = logging.getLogger("drake")
     level = log.level
     log.setLevel(logging.WARNING)
     try:
-        meshcat = Meshcat(MeshcatParams(host="localhost", show_stats_plot=False))
+        return Meshcat(MeshcatParams(host="localhost", show_stats_plot=False))
     finally:
         log.setLevel(level)
+
+
+def apply_look(meshcat: Meshcat) -> None:
+    """Let a Meshcat look as `LOOK` says, in which layers have the colours of the legend."""
     for path, name, value in LOOK:
         meshcat.SetProperty(path, name, value)
-    return meshcat
 
 
 def add_scene(
@@ -69,10 +72,11 @@ def add_scene(
     robot: Collection[FrameId] = (),
     **looks: Any,
 ) -> None:
-    """Show what `show_collision_shapes` leaves of a scene below `WORLD_PREFIX`.
+    """Show what `show_collision_shapes` leaves of a scene below `WORLD_PREFIX`, in this `LOOK`.
 
     `source`: the scene graph's query port, if it is in a diagram of its own; `looks`: of `MeshcatVisualizerParams`.
     """
+    apply_look(meshcat)
     show_collision_shapes(plant, scene_graph, floor, robot)
     parameters = MeshcatVisualizerParams(role=Role.kIllustration, prefix=WORLD_PREFIX, **looks)
     MeshcatVisualizer.AddToBuilder(builder, source or scene_graph, meshcat, parameters)
@@ -158,7 +162,7 @@ class MeshcatStage:
         layer: str,
         mesh: Mesh,
         time: float,
-        opacity: float = 1.0,
+        opacity: float | None = None,
         colors: np.ndarray | None = None,
         key: str = "",
     ) -> str | None:
@@ -166,14 +170,14 @@ class MeshcatStage:
 
         Args:
             layer, mesh, time: W, m and s.
-            opacity: below 1 the object hides nothing.
+            opacity: instead of the layer's.
             colors: shape (n, 3), one for each vertex, instead of the layer's.
             key: of the folder in the layer with which it moves, see `move`; else it stands.
         """
         if not len(mesh):
             return None
         path, look = self._new_path(layer, key), self._layers[layer]
-        color = look.color
+        color, opacity = look.color, look.opacity if opacity is None else opacity
         vertices, faces = np.asfortranarray(mesh.vertices.T), np.asfortranarray(mesh.faces.T)
         if colors is None:
             self._meshcat.SetTriangleMesh(path, vertices, faces, Rgba(*color, opacity))
@@ -192,7 +196,7 @@ class MeshcatStage:
         self._appear(path, time)
         return path
 
-    def swap(self, layer: str, mesh: Mesh, time: float, opacity: float = 1.0, key: str = "") -> None:
+    def swap(self, layer: str, mesh: Mesh, time: float, opacity: float | None = None, key: str = "") -> None:
         """Replace the last object of the same layer and key; an empty mesh only hides it."""
         self._replace(layer + key, self.add(layer, mesh, time, opacity, key=key), time)
 

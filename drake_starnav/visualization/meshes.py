@@ -11,7 +11,6 @@ from drake_starnav.errors import shown
 from drake_starnav.geometry.footprint import Footprint, covered
 from drake_starnav.parameters import unknown_name
 from drake_starnav.safety import KeepOut, SpeedZone
-from drake_starnav.safety.certificates import Certificate
 from drake_starnav.worlds.moving_obstacles import MOVING_OBSTACLE_COLOR
 from drake_starnav.worlds.world import World
 
@@ -29,8 +28,9 @@ class Layer:
     Attributes:
         label: its meaning, for the legend.
         color: red, green, blue, 0 to 1.
-        symbol: in the legend: area, line, disc, dot, ring, cross, star, arrow, outline, front, robot or gradient.
+        symbol: in the legend: area, region, line, disc, dot, ring, cross, star, arrow, outline, front, robot, gradient.
         height: above the floor, m; higher layers hide lower ones.
+        opacity: 0 to 1; below 1 it hides nothing.
         size: of its points, if it has any, pixels at any distance.
         on_top: whether nothing solid hides it: a hit lies on the surface of an obstacle.
     """
@@ -39,6 +39,7 @@ class Layer:
     color: Color
     symbol: str
     height: float
+    opacity: float = 1.0
     size: float = 0.0
     on_top: bool = False
 
@@ -54,11 +55,11 @@ HEADING_COLOR: Color = (0.98, 0.60, 0.10)
 LIDAR_COLOR: Color = (0.12, 0.12, 0.14)
 # Colours after those for colour-blind readers (Okabe and Ito, 2008), most of them darker; symbols differ as well.
 LAYERS = {
-    "zones/slow": Layer("area to be slow in", (0.90, 0.75, 0.10), "area", 0.01),
-    "zones/keep_out": Layer("area to stay out of", (0.80, 0.10, 0.10), "area", 0.015),
-    "regions/all": Layer("star-shaped regions, all together", (0.60, 0.80, 0.93), "area", 0.02),
-    "regions/newest": Layer("newest region", (0.27, 0.65, 0.88), "area", 0.025),
-    "certificate": Layer("certified braking motion", (0.00, 0.62, 0.45), "area", 0.03),
+    "zones/slow": Layer("area to be slow in", (0.90, 0.75, 0.10), "area", 0.01, 0.3),
+    "zones/keep_out": Layer("area to stay out of", (0.80, 0.10, 0.10), "area", 0.015, 0.3),
+    "regions/all": Layer("star-shaped regions, all together", (0.60, 0.80, 0.93), "area", 0.02, 0.3),
+    "regions/newest": Layer("newest region", (0.27, 0.65, 0.88), "region", 0.025, 0.4),
+    "certificate": Layer("certified braking motion", (0.00, 0.62, 0.45), "area", 0.03, 0.55),
     "roadmap/edges": Layer("roadmap edge", (0.45, 0.45, 0.45), "line", 0.04),
     "trail": Layer("trail", (0.50, 0.01, 0.66), "gradient", 0.06),
     "roadmap/nodes": Layer("roadmap node", (0.15, 0.15, 0.15), "disc", 0.065),
@@ -69,14 +70,15 @@ LAYERS = {
     "frontiers/target": Layer("frontier point it heads for", (0.75, 0.42, 0.00), "ring", 0.11),
     "short_term_goal": Layer("short-term goal", (0.00, 0.32, 0.75), "ring", 0.12),
     "goal": Layer("goal", (0.00, 0.50, 0.36), "star", 0.13),
-    "scan": Layer("laser scan", (0.84, 0.25, 0.00), "dot", 0.14, 4.0, on_top=True),
+    "scan": Layer("laser scan", (0.84, 0.25, 0.00), "dot", 0.14, size=4.0, on_top=True),
     "velocities": Layer("way of an obstacle in 1 s", (0.55, 0.10, 0.40), "arrow", 0.15, on_top=True),
     "footprint": Layer("robot's footprint", (0.04, 0.06, 0.16), "outline", 0.16, on_top=True),
     "front": Layer("robot's front", HEADING_COLOR, "front", 0.17, on_top=True),
 }
 """By name in Meshcat's panel, lowest first."""
 
-ZONE_OPACITY = 0.3
+RIM_OPACITY = 0.9
+"""Of the outline of a region."""
 ROBOT = Layer("robot", SHELL_COLOR, "robot", 1.0)
 """It is part of the scene, as are the obstacles that move; see `with_scene`."""
 MOVING_OBSTACLES = Layer("obstacle that moves", MOVING_OBSTACLE_COLOR, "disc", 0.5)
@@ -85,18 +87,24 @@ SPEED_COLORS = np.array([(0.05, 0.03, 0.53), (0.49, 0.01, 0.66), (0.80, 0.28, 0.
 """Colours of the trail from standing to full speed (the lower four fifths of the map "plasma")."""
 
 
+def seen_color(layer: Layer) -> Color:
+    """Return the colour in which a layer is seen: an area on white, above the regions that are lower than it."""
+    regions = [LAYERS[name] for name in ("regions/all", "regions/newest")] if layer.opacity < 1.0 else []
+    seen = np.ones(3)
+    for each in (*(region for region in regions if region.height < layer.height), layer):
+        seen += each.opacity * (np.array(each.color) - seen)
+    return float(seen[0]), float(seen[1]), float(seen[2])
+
+
 def zone_layer(zone: KeepOut | SpeedZone) -> str:
     """The layer of an area."""
     return "zones/keep_out" if isinstance(zone, KeepOut) else "zones/slow"
 
 
-def layers_of_run(max_speed: float, world: World, zones: Iterable[Certificate] = ()) -> dict[str, Layer]:
-    """The layers of a run's legend, whose trail names its speeds, in m/s; `zones`: certificates that may be areas."""
+def layers_of_run(max_speed: float, world: World, robot: Layer = ROBOT) -> dict[str, Layer]:
+    """The layers of a run's legend, whose trail names its speeds, in m/s; `robot`: how it is drawn."""
     trail = replace(LAYERS["trail"], label=f"trail, 0 to {max_speed:g} m/s")
-    absent = {"zones/keep_out", "zones/slow"} - {zone_layer(zone) for zone in zones if isinstance(zone, ZONES)}
-    absent |= set() if len(world.moving_obstacles) else {"velocities"}
-    layers = {name: layer for name, layer in LAYERS.items() if name not in absent}
-    return with_scene({**layers, "trail": trail}, world)
+    return with_scene({**LAYERS, "trail": trail}, world) | {"robot": robot}
 
 
 def mark_scale(extent: Sequence[float], radius: float) -> float:

@@ -3,6 +3,7 @@ const starnav = (function () {
   // Degrees: of the camera, narrow, so that tall obstacles seen from above hide little; and of each preset's line of
   // sight from straight down; at 0 the direction "up" would be undefined.
   const [FIELD_OF_VIEW, TILTS] = [20, {top: 0.05, follow: 35, oblique: 50}];
+  const [WALL, FAINT] = [1.0, 0.3];  // what is taller, m, hides a robot seen from aside, and is drawn so opaque then
   const [SPARE, TALL] = [1.04, 0.5];  // presets show so much more than their box, and the tops of obstacles so high, m
   const SCALE_WIDTH = 120;  // greatest width of the scale bar, pixels
   const element = (name) => document.getElementById('starnav-' + name);
@@ -11,7 +12,8 @@ const starnav = (function () {
   const buttons = document.querySelectorAll('#starnav-views button');
   const drawn = (p) => [p[0], p[2], -p[1]];  // three.js has y up
   const INSIDE = 1e-4;  // s: keyframes are rounded to single precision, a time just before one would show the last frame
-  let view = settings.view, at = null, held = '', turned = false;  // turned: by hand, since the last preset
+  let view = settings.view, at = null, held = '';
+  let turned = view === 'own';  // by hand since the last preset, or by who made the page
 
   // One clock for all objects: Meshcat gives each its own, and those that have ended stay behind after a seek.
   function pose(seconds) {
@@ -137,10 +139,11 @@ const starnav = (function () {
       if (now.some((x, i) => x !== at[i])) move(now.map((x, i) => x - at[i]));
       at = now;
     }
-    // Or points are drawn in the wrong size in the first frame that shows them.
     viewer.scene.traverse(o => {
+      // Or points are drawn in the wrong size in the first frame that shows them.
       if (o.isPoints && !o.userData.fresh) { o.userData.fresh = true; o.material.needsUpdate = true; }
     });
+    seeThrough(turned || view !== 'top');
   }
   function show(seconds) {
     animator.pause();
@@ -148,6 +151,25 @@ const starnav = (function () {
     update();
     viewer.render();
   }
+
+  // From aside, what is as tall as a wall is translucent, or it would hide the robot.
+  function seeThrough(aside) {
+    const robot = nodeAt(settings.followed.slice(0, Math.max(2, settings.followed.length - 1)));  // all its links
+    nodeAt(['world'])?.object.traverse(o => {
+      if (!o.isMesh || o.userData.translucent === aside) return;
+      for (let parent = o; parent; parent = parent.parent) if (robot && parent === robot.object) return;
+      o.geometry.computeBoundingBox();
+      if (o.geometry.boundingBox.clone().applyMatrix4(o.matrixWorld).max.y < WALL) return;
+      o.userData.translucent = aside;
+      for (const material of [o.material].flat()) {
+        material.userData.look ??= [material.transparent, material.opacity, material.depthWrite];
+        const [transparent, opacity, depthWrite] = aside ? [true, FAINT, false] : material.userData.look;
+        Object.assign(material, {transparent, opacity, depthWrite, needsUpdate: true});
+      }
+      viewer.set_dirty();
+    });
+  }
+  const nodeAt = (path) => path.reduce((node, name) => node?.children[name], viewer.scene_tree);
 
   function toggle(row) {
     viewer.set_property(JSON.parse(row.dataset.path), 'visible', !row.classList.toggle('off'));
@@ -170,7 +192,7 @@ const starnav = (function () {
   document.addEventListener('pointermove', event => { if (event.buttons && pane.contains(event.target)) turned = true; });
   new ResizeObserver(resize).observe(pane);
   resize();
-  look(view);
+  if (!turned) look(view);
   const tick = () => { update(); requestAnimationFrame(tick); };
   tick();
   return {show, look, followed};

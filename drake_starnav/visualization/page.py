@@ -9,12 +9,13 @@ from pathlib import Path
 import numpy as np
 
 from drake_starnav.errors import StarnavError, shown
-from drake_starnav.visualization.meshes import DECK_COLOR, LAYERS, SPEED_COLORS, Layer, five_pointed_star
+from drake_starnav.visualization.meshes import DECK_COLOR, LAYERS, SPEED_COLORS, Layer, five_pointed_star, seen_color
 
 ROOT = "starnav"
 """Folder of Meshcat's panel that holds the layers."""
 VIEWS = ("top", "follow", "oblique")
 """Names of the camera presets; page.js says how each looks down."""
+OWN_VIEW = "own"
 
 Extent = tuple[float, float, float, float]
 
@@ -52,7 +53,7 @@ class Cameras:
 
     Attributes:
         extent: the box of the floor that `top` and `oblique` show, W, m.
-        view: the one the page opens with.
+        view: the one the page opens with; `OWN_VIEW` leaves Meshcat's camera where it is.
         followed: path in Meshcat of the object that the view `follow` moves with.
         start: its initial position, (x, y), W, m.
     """
@@ -74,8 +75,8 @@ def around_robot(position: np.ndarray) -> Extent:
 
 def check_view(view: str) -> None:
     """Raise `StarnavError` for an unknown view."""
-    if view not in VIEWS:
-        raise StarnavError(f"camera view is {shown(view)}; allowed: one of {', '.join(VIEWS)}")
+    if view not in (*VIEWS, OWN_VIEW):
+        raise StarnavError(f"camera view is {shown(view)}; allowed: one of {', '.join((*VIEWS, OWN_VIEW))}")
 
 
 def with_panel(page: str, caption: Caption, cameras: Cameras) -> str:
@@ -142,15 +143,17 @@ def css_color(color: tuple[float, float, float] | np.ndarray) -> str:
 
 def _symbol(layer: Layer) -> str:
     """The layer's symbol in the legend, as inline SVG."""
-    color = css_color(layer.color)
+    color = css_color(seen_color(layer))
     rim = five_pointed_star(np.zeros(2), 6.5, 0.0).vertices[1:]
     corners = " ".join(f"{11.0 + x:.1f},{7.0 - y:.1f}" for x, y, _ in rim)
     share = np.linspace(0.0, 1.0, len(SPEED_COLORS))
     stops = "".join(
         f'<stop offset="{at:.2f}" stop-color="{css_color(c)}"/>' for at, c in zip(share, SPEED_COLORS, strict=True)
     )
+    area = f'<rect x="2" y="2" width="18" height="10" fill="{color}"/>'
     shapes = {
-        "area": f'<rect x="2" y="2" width="18" height="10" fill="{color}" fill-opacity=".45" stroke="{color}"/>',
+        "area": area,
+        "region": area.replace("/>", f' stroke="{css_color(layer.color)}"/>'),
         "line": f'<path d="M1 7H21" stroke="{color}" stroke-width="3"/>',
         "disc": f'<circle cx="11" cy="7" r="4.5" fill="{color}"/>',
         "arrow": f'<path d="M2 6H13V2L20 7L13 12V8H2Z" fill="{color}"/>',

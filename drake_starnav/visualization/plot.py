@@ -22,7 +22,7 @@ from drake_starnav.errors import StarnavError, shown
 from drake_starnav.station.model_world import FLOOR_TOLERANCE
 from drake_starnav.station.world_geometry import WALL_THICKNESS
 from drake_starnav.utils.files import replacing
-from drake_starnav.visualization.meshes import Layer
+from drake_starnav.visualization.meshes import Layer, seen_color
 from drake_starnav.visualization.page import ROOT, around_robot
 from drake_starnav.visualization.star_roadmap_visualizer import FRAME_SLACK
 from drake_starnav.visualization.timeline import RecordedRun, SceneTimeline, Shape
@@ -118,9 +118,11 @@ def _draw_scene(axes: Axes, recorded: RecordedRun, time: float) -> None:
 
 
 def _handle(layer: Layer) -> Artist:
-    look: dict[str, Any] = {"label": layer.label.replace(" (newest bright)", ""), "color": layer.color}
-    if layer.symbol == "area":
-        return Rectangle((0.0, 0.0), 1.0, 1.0, alpha=0.45, **look)
+    look: dict[str, Any] = {"label": layer.label, "color": layer.color}
+    if layer.symbol in ("area", "region"):
+        rim = 1.0 if layer.symbol == "region" else 0.0
+        look = {"facecolor": seen_color(layer), "edgecolor": layer.color, "linewidth": rim}
+        return Rectangle((0.0, 0.0), 1.0, 1.0, label=layer.label, **look)
     if layer.symbol in ("line", "gradient"):
         return Line2D([], [], linewidth=3.0, **look)
     marker, size = MARKERS[layer.symbol]

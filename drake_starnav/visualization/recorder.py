@@ -1,7 +1,9 @@
 """Records a run of a navigation diagram: the look of the scene, the page, the file."""
 
+import dataclasses
 import math
 import os
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -11,20 +13,19 @@ from pydrake.systems.framework import DiagramBuilder
 from drake_starnav.errors import StarnavError, check_kind
 from drake_starnav.geometry.trajectory import Motion
 from drake_starnav.navigation import Navigation
-from drake_starnav.safety.certificates import Certificate
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.navigation_station import StationInterface, simulated
-from drake_starnav.systems.star_perception import lidar_names
 from drake_starnav.utils.files import write_text
 from drake_starnav.visualization.meshcat_stage import WORLD_PREFIX, add_scene, quiet_meshcat
-from drake_starnav.visualization.meshes import layers_of_run, with_scene
+from drake_starnav.visualization.meshes import DECK_COLOR, ROBOT, Layer, layers_of_run, with_scene
 from drake_starnav.visualization.page import ROOT, Cameras, Caption, check_view, with_panel
 from drake_starnav.visualization.star_roadmap_visualizer import StarRoadmapVisualizer
 from drake_starnav.visualization.timeline import RecordedRun, SceneRecorder, SceneTimeline
+from drake_starnav.worlds.world import World
 
 
 class Recorder:
-    """Records one run of a diagram: its scene, and what the robot sees and decides.
+    """Records one run of a diagram, from its first moment: its scene, and what the robot sees and decides.
 
     `recorded` is what is needed to draw pictures of the run, once it has ended.
     """
@@ -33,7 +34,8 @@ class Recorder:
         """
         Args:
         html: the file to write.
-        view: camera preset that it opens with, one of `camera.VIEWS`; others are a `StarnavError`.
+        view: camera preset that it opens with, one of `page.VIEWS`, or `own` for the camera of your own Meshcat; others
+            are a `StarnavError`.
         shown: layers that are shown at first, of `meshes.selected_layers`; None for all.
         """
         check_view(view)
@@ -48,22 +50,31 @@ class Recorder:
         html: str | os.PathLike,
         scenario: Scenario | None = None,
         view: str = "top",
+        meshcat: Meshcat | None = None,
     ) -> "Recorder":
-        """A recorder that has been added; arguments as of its construction and `add_to`."""
+        """Add a recorder; arguments are those of its construction and of `add_to`."""
         recorder = cls(html, view)
-        recorder.add_to(builder, navigation, scenario)
+        recorder.add_to(builder, navigation, scenario, meshcat)
         return recorder
 
-    def add_to(self, builder: DiagramBuilder, navigation: Navigation, scenario: Scenario | None = None) -> None:
-        """Start a Meshcat and add its visualizers.
+    def add_to(
+        self,
+        builder: DiagramBuilder,
+        navigation: Navigation,
+        scenario: Scenario | None = None,
+        meshcat: Meshcat | None = None,
+    ) -> None:
+        """Add visualizers, and let Meshcat record what they and others draw into it.
 
         Args:
             navigation: what `add_navigation` put into the same builder, or a `Navigation` of whichever systems exist.
             scenario: whose name and parameters `recording` and `robot` are used; None: the world's name, and defaults.
+            meshcat: of your own, whose objects, other visualizers and camera enter the page; None for one that nobody
+                else sees.
         """
         check_kind(navigation, Navigation, "navigation", "as from add_navigation")
         scenario = scenario or Scenario(navigation.world.name, None)
-        self._meshcat = quiet_meshcat()
+        self._meshcat = meshcat or quiet_meshcat()
         self._navigation, self._scenario = navigation, scenario
         self._shapes = add_visualizers(builder, navigation, scenario, self._meshcat).stage.shapes
         station = simulated(navigation.station)
@@ -71,12 +82,8 @@ class Recorder:
         notes = SceneRecorder(self._scene, period=1.0 / scenario.recording.frames_per_second)
         notes = builder.AddNamedSystem("scene_recorder", notes)
         builder.Connect(station.geometry_query, notes.get_input_port())
-
-    def start(self) -> None:
-        """Start to record; call it before the simulator is initialized."""
-        self._meshcat.StartRecording(
-            self._scenario.recording.frames_per_second, set_visualizations_while_recording=False
-        )
+        frames, live = scenario.recording.frames_per_second, meshcat is not None
+        self._meshcat.StartRecording(frames, set_visualizations_while_recording=live)
 
     def finish(self, lines: tuple[str, ...] = (), motion: Motion | None = None) -> None:
         """End the recording and write it, or raise a `StarnavError`.
@@ -86,20 +93,15 @@ class Recorder:
             motion: of the robot; None for the one that was recorded.
         """
         world, station = self._navigation.world, simulated(self._navigation.station)
-        layers = layers_of_run(self._scenario.robot.max_speed, world, zones(self._navigation))
-        drawn = {path.removeprefix(f"/{ROOT}/") for path in self._shapes}
-        in_scene = with_scene({}, world)
-        layers = {
-            name: layer
-            for name, layer in layers.items()
-            if name in in_scene or any(path.startswith(f"{name}/") for path in drawn)
-        }
+        poses = self._scene.frames[station.robot_interface.base_frame]
+        if not poses.times:
+            raise StarnavError("the diagram was not simulated, and nothing is recorded; allowed: after AdvanceTo")
+        layers = layers_of_run(self._scenario.robot.max_speed, world, robot_layer(self._scene, station))
+        layers = drawn_layers(layers, self._shapes, world)
         caption = Caption(self._scenario.name, lines, layers, self._shown)
         cameras = Cameras(world.extent, self._view, robot_path(station), world.start[:2])
         finish_recording(self._meshcat, self._html, caption, cameras)
         if motion is None:
-            base = station.plant.GetBodyByName("base_link", station.robot_model).index()
-            poses = self._scene.frames[station.plant.GetBodyFrameIdOrThrow(base)]
             X_WB = np.array(poses.values)
             yaw = np.arctan2(X_WB[:, 1, 0], X_WB[:, 0, 0])
             motion = Motion(np.array(poses.times), np.column_stack((X_WB[:, :2, 3], yaw)))
@@ -142,11 +144,7 @@ class Recorder:
 
 
 def add_visualizers(
-    builder: DiagramBuilder,
-    navigation: Navigation,
-    scenario: Scenario,
-    meshcat: Meshcat,
-    keep: bool = True,
+    builder: DiagramBuilder, navigation: Navigation, scenario: Scenario, meshcat: Meshcat, keep: bool = True
 ) -> StarRoadmapVisualizer:
     """Add what draws the scene, and what draws into Meshcat what the robot sees and decides; returns the second.
 
@@ -157,31 +155,23 @@ def add_visualizers(
     period = 1.0 / scenario.recording.frames_per_second
     scene = station.plant, station.scene_graph, meshcat, station.floor, station.geometry_query
     add_scene(builder, *scene, robot_frames(station), publish_period=period)
-    mounts = station.mounts
-    visualizer = builder.AddNamedSystem(
-        "star_roadmap_visualizer",
-        StarRoadmapVisualizer(
-            meshcat, scenario.recording, scenario.robot, keep, mounts, navigation.world, zones(navigation)
-        ),
-    )
-    names = zip(lidar_names("lidar", len(mounts)), lidar_names("scan", len(mounts)), strict=True)
-    for port, name in (
-        (navigation.localization("pose"), "pose"),
-        *((station.GetOutputPort(f"{lidar}.scan"), scan) for lidar, scan in names),
-        (navigation.localization("scan_pose"), "scan_pose"),
-        (None if navigation.goal is None else navigation.goal_position, "goal"),
-        (navigation.twist_command, "twist"),
-        (navigation.certificate, "certificate"),
-        (navigation.planned("planner_state"), "planner_state"),
-    ):
-        if port is not None:
-            builder.Connect(port, visualizer.GetInputPort(name))
-    return visualizer
+    return StarRoadmapVisualizer.AddToBuilder(builder, navigation, meshcat, scenario, keep)
 
 
-def zones(navigation: Navigation) -> tuple[Certificate, ...]:
-    """The certificates of the user's own that hold the robot, among them areas."""
-    return getattr(navigation.shield, "own_certificates", ())
+def drawn_layers(layers: Mapping[str, Layer], shapes: Iterable[str], world: World) -> dict[str, Layer]:
+    """Return those rows of a legend of which something was drawn, by the paths of `shapes`, and those of the scene."""
+    drawn, in_scene = {path.removeprefix(f"/{ROOT}/") for path in shapes}, with_scene({}, world)
+    return {k: v for k, v in layers.items() if k in in_scene or any(path.startswith(f"{k}/") for path in drawn)}
+
+
+def robot_layer(scene: SceneTimeline, station: StationInterface) -> Layer:
+    """The row of the legend for a robot, in the colour of its largest part in a scene."""
+    own = [scene.frames[frame] for frame in robot_frames(station) if frame in scene.frames]
+    parts = [part for part in scene.solids if any(part.poses is poses for poses in own)]
+    largest = max(parts, key=lambda part: np.ptp(part.vertices, axis=0).prod(), default=None)
+    color = ROBOT.color if largest is None else largest.color
+    decked = any(np.allclose(part.color, DECK_COLOR) for part in parts)
+    return dataclasses.replace(ROBOT, color=color, symbol="robot" if decked else "disc")
 
 
 def robot_frames(station: StationInterface) -> list[FrameId]:

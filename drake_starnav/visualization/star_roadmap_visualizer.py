@@ -10,17 +10,20 @@ import numpy as np
 import shapely
 from pydrake.common.value import Value
 from pydrake.geometry import Meshcat
-from pydrake.systems.framework import Context, EventStatus, InputPort, LeafSystem
+from pydrake.systems.framework import Context, DiagramBuilder, EventStatus, InputPort, LeafSystem
 
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import ON_AXIS, Mount, unturned
+from drake_starnav.navigation import Navigation
+from drake_starnav.planning.guidance import Guidance
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.roadmap import StarRoadmap
 from drake_starnav.planning.state import PlannerState
 from drake_starnav.robot import RobotParameters
 from drake_starnav.safety.certificates import Certificate
-from drake_starnav.scenario.schema import RecordingParameters
+from drake_starnav.scenario.schema import RecordingParameters, Scenario
 from drake_starnav.surroundings import StarRegion
+from drake_starnav.systems.connecting import connect_inputs
 from drake_starnav.systems.star_perception import lidar_names
 from drake_starnav.visualization import meshes
 from drake_starnav.visualization.body_marks import BodyMarks
@@ -36,10 +39,10 @@ NODE_RADIUS, FRONTIER_RADIUS = 0.05, 0.07
 """Of a roadmap node and of a frontier point in a world of usual size, m."""
 SPACING = 8.0
 """Nodes, and frontier points, nearer than this to one that is drawn are left out, in radii of a node."""
-BRIGHT, FAINT = (0.4, 0.9), 0.3
-"""Opacity of area and outline of the newest region, and of the area of all regions."""
 LEAST_AREA = 1e-4
 """What a region adds to the area of all regions is drawn if it is larger, m^2."""
+PLANNED = {"guidance": Guidance, "planner_state": PlannerState}
+"""What of a planner is drawn, by the names of its ports and what they carry."""
 FRAME_SLACK = 1e-6
 """Meshcat's frame at time t is floor(t * frames_per_second): this keeps rounding from losing a frame, s."""
 
@@ -52,6 +55,7 @@ class StarRoadmapVisualizer(LeafSystem):
     pose ───────────>│                       │
     scan ───────────>│                       │
     scan_pose ──────>│                       │
+    guidance ───────>│                       │
     planner_state ──>│ StarRoadmapVisualizer │
     goal ───────────>│                       │
     twist ──────────>│                       │
@@ -63,7 +67,8 @@ class StarRoadmapVisualizer(LeafSystem):
         pose: vector of size 3, (x, y, yaw) of the robot now, m and rad.
         scan: abstract, `LaserScan`, in the sensor frame S. Further lidars have the ports scan_2, scan_3, ...
         scan_pose: vector of size 3, (x, y, yaw) of the robot when the scan was taken.
-        planner_state: abstract, `PlannerState`.
+        guidance: abstract, `Guidance` of any planner: its path, which begins with the short-term goal.
+        planner_state: abstract, `PlannerState`: roadmap and frontiers.
         goal: vector of size 2, m.
         twist: vector that is commanded, as the base's twists are; its speed colours the trail.
         certificate: abstract, any object whose `path`, of shape (n, 2) or (n, 3), is the certified motion, m.
@@ -118,12 +123,51 @@ class StarRoadmapVisualizer(LeafSystem):
         for scan in self._mounts:
             self.DeclareAbstractInputPort(scan, Value[object](LaserScan.nothing()))
         self.DeclareVectorInputPort("scan_pose", 3)
+        self.DeclareAbstractInputPort("guidance", Value[object](state.guidance))
         self.DeclareAbstractInputPort("planner_state", Value[object](state))
         self.DeclareVectorInputPort("goal", 2)
         self.DeclareVectorInputPort("twist", len(robot.drive.components))
         self.DeclareAbstractInputPort("certificate", Value[object](SimpleNamespace(path=np.zeros((0, 2)))))
         self.DeclareInitializationPublishEvent(self._clear)
         self.DeclarePeriodicPublishEvent(1.0 / parameters.frames_per_second, 0.0, self._publish)
+
+    @staticmethod
+    def AddToBuilder(
+        builder: DiagramBuilder,
+        navigation: Navigation,
+        meshcat: Meshcat,
+        scenario: Scenario | None = None,
+        keep: bool = True,
+    ) -> "StarRoadmapVisualizer":
+        """Add a visualizer named `star_roadmap_visualizer`, and connect what a navigation in the builder has.
+
+        `scenario` says how to draw, and what robot; None for that of the station. `keep` is as in the construction.
+        """
+        station, scenario = navigation.station, scenario or navigation.station.scenario
+        visualizer = builder.AddNamedSystem(
+            "star_roadmap_visualizer",
+            StarRoadmapVisualizer(
+                meshcat,
+                scenario.recording,
+                scenario.robot,
+                keep,
+                station.mounts,
+                navigation.world,
+                getattr(navigation.shield, "own_certificates", ()),
+            ),
+        )
+        names = (lidar_names(name, len(station.mounts)) for name in ("scan", "lidar"))
+        sources = {
+            **{scan: station.GetOutputPort(f"{lidar}.scan") for scan, lidar in zip(*names, strict=True)},
+            **{name: navigation.localization(name) for name in ("pose", "scan_pose")},
+            **{name: navigation.planned(name, kind) for name, kind in PLANNED.items()},
+            "goal": None if navigation.goal is None else navigation.goal_position,
+            "twist": navigation.twist_command,
+            "certificate": navigation.certificate,
+        }
+        sources = {name: port for name, port in sources.items() if port is not None}
+        connect_inputs(builder, visualizer, sources, "star_roadmap_visualizer")
+        return visualizer
 
     def _clear(self, context: Context) -> EventStatus:
         self.stage.clear()
@@ -140,7 +184,7 @@ class StarRoadmapVisualizer(LeafSystem):
             for zone in self._zones:
                 layer = meshes.zone_layer(zone)
                 area = meshes.area(shapely.Polygon(zone.polygon), LAYERS[layer].height)
-                self.stage.add(layer, area, time, meshes.ZONE_OPACITY)
+                self.stage.add(layer, area, time)
         self._mark("goal", goal, time)
         if state is not None:
             self._draw_frontiers(state, time)
@@ -156,7 +200,7 @@ class StarRoadmapVisualizer(LeafSystem):
             self._drawn.next_scan_time = time + 1.0 / self._parameters.scan_rate
             scans = [(self._input(name, context), mount) for name, mount in self._mounts.items()]
             self._draw_scans(scans, self._input("scan_pose", context), time)
-            self._draw_path(pose, state, time)
+            self._draw_path(pose, self._input("guidance", context), time)
             self._draw_certificate(self._input("certificate", context), time)
             self._draw_trail(time)
         return EventStatus.Succeeded()
@@ -201,10 +245,10 @@ class StarRoadmapVisualizer(LeafSystem):
         parts = [part for part in shapely.get_parts(added) if part.geom_type == "Polygon" and part.area > LEAST_AREA]
         self._drawn.area = shapely.union_all([self._drawn.area, *areas], grid_size=1e-4)
         layer = LAYERS["regions/all"]
-        self._grow(self.stage.add("regions/all", meshes.area(shapely.MultiPolygon(parts), layer.height), time, FAINT))
+        self._grow(self.stage.add("regions/all", meshes.area(shapely.MultiPolygon(parts), layer.height), time))
         rim, height = regions[-1].outline(120), LAYERS["regions/newest"].height
         newest = meshes.fan(regions[-1].center, rim, height), meshes.ribbon(rim, 0.5 * self._line, height, closed=True)
-        for key, mesh, opacity in zip(("area", "rim"), newest, BRIGHT, strict=True):
+        for key, mesh, opacity in zip(("area", "rim"), newest, (None, meshes.RIM_OPACITY), strict=True):
             self.stage.swap("regions/newest", mesh, time, opacity, key)
 
     def _draw_nodes(self, nodes: np.ndarray, time: float) -> None:
@@ -233,10 +277,10 @@ class StarRoadmapVisualizer(LeafSystem):
         if path:
             self._drawn.growing.append(path)
 
-    def _draw_path(self, pose: np.ndarray | None, state: PlannerState | None, time: float) -> None:
-        if pose is None or state is None:
+    def _draw_path(self, pose: np.ndarray | None, guidance: Guidance | None, time: float) -> None:
+        if pose is None or guidance is None:
             return
-        path = state.guidance.path
+        path = guidance.path
         points = np.vstack((pose[:2], path)) if len(path) else np.zeros((0, 2))
         if np.array_equal(points, self._drawn.path):
             return
@@ -262,7 +306,7 @@ class StarRoadmapVisualizer(LeafSystem):
             kept = np.unique(np.linspace(0, len(path) - 1, min(8, len(path))).round().astype(int))
             path = path[kept]
         mesh = meshes.swept(path, self._robot.shape, LAYERS["certificate"].height)
-        self.stage.swap("certificate", mesh, time, opacity=0.55)
+        self.stage.swap("certificate", mesh, time)
 
     def _draw_trail(self, time: float) -> None:
         trail = np.array(self._drawn.trail)

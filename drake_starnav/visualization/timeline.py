@@ -106,7 +106,7 @@ class Solid:
 
     vertices: np.ndarray
     faces: np.ndarray | None
-    color: tuple[float, ...]
+    color: Color
     poses: Track
 
     def seen_from_above(self, time: float) -> tuple[list[np.ndarray], float]:

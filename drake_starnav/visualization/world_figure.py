@@ -138,7 +138,7 @@ def write_png(world: World, scenario: Scenario, path: np.ndarray | None, title: 
         axis.plot(*path.T, color=PATH, linewidth=1.6, label="shortest path", zorder=2)
     for zone, layer in ((zone, meshes.LAYERS[meshes.zone_layer(zone)]) for zone in scenario.zones):
         known = layer.label in axis.get_legend_handles_labels()[1]
-        fill = {"facecolor": layer.color, "alpha": meshes.ZONE_OPACITY, "label": None if known else layer.label}
+        fill = {"facecolor": layer.color, "alpha": layer.opacity, "label": None if known else layer.label}
         axis.fill(*np.transpose(zone.polygon), **fill, zorder=0.5)
     draw_robot(axis, world.start, scenario.robot.shape, START, "start: the robot")
     draw_goal(axis, world.goal)

@@ -20,6 +20,7 @@ from drake_starnav import (
     DsmController,
     FixedGoal,
     LidarParameters,
+    Navigation,
     NavigationStation,
     RobotParameters,
     Scenario,
@@ -68,12 +69,8 @@ def main(png: Path | None) -> None:
     builder.Connect(station.GetOutputPort("localization.state"), shield.GetInputPort("state"))
     builder.Connect(shield.GetOutputPort("twist_command"), station.GetInputPort("drive.twist_command"))
 
-    arrival = builder.AddSystem(ArrivalMonitor(tolerance=0.1, period=0.02))
-    builder.Connect(station.GetOutputPort("localization.state"), arrival.GetInputPort("state"))
-    builder.Connect(goal.get_output_port(), arrival.GetInputPort("goal"))
-    builder.Connect(planner.GetOutputPort("status"), arrival.GetInputPort("status"))
-    collision = builder.AddSystem(CollisionMonitor(robot=station.robot_geometries, ground=[station.ground]))
-    builder.Connect(station.GetOutputPort("cheat.geometry_query"), collision.GetInputPort("geometry_query"))
+    ArrivalMonitor.AddToBuilder(builder, Navigation(world, station, goal, planner=planner), tolerance=0.1)
+    CollisionMonitor.AddToBuilder(builder, station)
     log = LogVectorOutput(station.GetOutputPort("localization.state"), builder, 0.5)
 
     simulator = Simulator(builder.Build())

@@ -84,11 +84,8 @@ def main(png: Path | None) -> None:
     navigation = add_navigation(builder, SCENARIO, Parts(controller=pid_follower()))
     station = simulated(navigation.station)
 
-    arrival = builder.AddSystem(ArrivalMonitor(tolerance=0.15, period=0.02))
-    builder.Connect(station.GetOutputPort("localization.state"), arrival.GetInputPort("state"))
-    builder.Connect(navigation.goal_position, arrival.GetInputPort("goal"))
-    collision = builder.AddSystem(CollisionMonitor(robot=station.robot_geometries, ground=station.floor))
-    builder.Connect(station.geometry_query, collision.GetInputPort("geometry_query"))
+    ArrivalMonitor.AddToBuilder(builder, navigation, tolerance=0.15)
+    CollisionMonitor.AddToBuilder(builder, station)
     poses = LogVectorOutput(station.GetOutputPort("localization.pose"), builder, 0.05)
     goals = LogVectorOutput(navigation.planned("short_term_goal"), builder, 0.05)
 

@@ -21,6 +21,7 @@ from drake_starnav import (
     DsmController,
     FixedGoal,
     Guidance,
+    Navigation,
     NavigationStation,
     StarPerception,
     TwistShield,
@@ -92,8 +93,6 @@ def main(png: Path | None) -> None:
     controller = builder.AddSystem(DsmController(robot, scenario.controller, margins))
     shield = builder.AddSystem(TwistShield(robot, scenario.controller, margins))
     goal = builder.AddSystem(FixedGoal(world.goal))
-    arrival = builder.AddSystem(ArrivalMonitor(tolerance=0.1, period=0.02))
-    collision = builder.AddSystem(CollisionMonitor(robot=station.robot_geometries, ground=station.floor))
     for source, name, system, port in (
         (station, "lidar.scan", perception, "scan"),
         (station, "localization.scan_pose", perception, "pose"),
@@ -106,11 +105,10 @@ def main(png: Path | None) -> None:
         (perception, "certified_region", shield, "certified_region"),
         (station, "localization.state", shield, "state"),
         (shield, "twist_command", station, "drive.twist_command"),
-        (station, "localization.state", arrival, "state"),
-        (station, "cheat.geometry_query", collision, "geometry_query"),
     ):
         builder.Connect(source.GetOutputPort(name), system.GetInputPort(port))
-    builder.Connect(goal.get_output_port(), arrival.GetInputPort("goal"))
+    ArrivalMonitor.AddToBuilder(builder, Navigation(world, station, goal), tolerance=0.1)
+    CollisionMonitor.AddToBuilder(builder, station)
     poses = LogVectorOutput(station.GetOutputPort("localization.pose"), builder, 0.05)
 
     simulator = Simulator(builder.Build())

@@ -75,15 +75,12 @@ def make_simulator(world: World, seed: int) -> Simulator:
     navigation = add_navigation(builder, SCENARIO, Parts(world, planner=nobody, controller=action), seed)
     station = simulated(navigation.station)
     seen = builder.AddNamedSystem("observation", Observation())
-    arrival = builder.AddSystem(ArrivalMonitor(tolerance=0.3, period=PERIOD))
-    collision = builder.AddSystem(CollisionMonitor(robot=station.robot_geometries, ground=station.floor))
+    ArrivalMonitor.AddToBuilder(builder, navigation, tolerance=0.3, period=PERIOD)
+    CollisionMonitor.AddToBuilder(builder, station)
     for source, system, port in (
         (station.GetOutputPort("lidar.scan"), seen, "scan"),
         (navigation.localization("state"), seen, "state"),
         (navigation.goal_position, seen, "goal"),
-        (navigation.localization("state"), arrival, "state"),
-        (navigation.goal_position, arrival, "goal"),
-        (station.GetOutputPort("cheat.geometry_query"), collision, "geometry_query"),
     ):
         builder.Connect(source, system.GetInputPort(port))
     builder.ExportInput(action.get_input_port(), "action")

@@ -31,9 +31,7 @@ def main(png: Path | None, csv: Path | None) -> None:
     state = LogVectorOutput(navigation.station.GetOutputPort("localization.state"), builder, PERIOD)
     twist = LogVectorOutput(shield.GetOutputPort("twist_command"), builder, PERIOD)
     ranges = LogVectorOutput(navigation.station.GetOutputPort("lidar.ranges"), builder, PERIOD)
-    arrival = builder.AddSystem(ArrivalMonitor(tolerance=0.1, period=0.02))
-    builder.Connect(navigation.station.GetOutputPort("localization.state"), arrival.GetInputPort("state"))
-    builder.Connect(navigation.goal_position, arrival.GetInputPort("goal"))
+    ArrivalMonitor.AddToBuilder(builder, navigation, tolerance=0.1)
     simulator = Simulator(builder.Build())
     certified: list[bool] = []
 

@@ -58,7 +58,6 @@ def main(html: Path, png: Path | None) -> None:
     recorder = Recorder.AddToBuilder(builder, navigation, html, scenario)
     diagram = builder.Build()
     simulator = Simulator(diagram)
-    recorder.start()
     simulator.AdvanceTo(DURATION)
     record = log.FindLog(simulator.get_context())
     visited = int(patrol.GetMyContextFromRoot(simulator.get_context()).get_discrete_state().value()[0])

@@ -10,21 +10,20 @@ import argparse
 import dataclasses
 import logging
 import tempfile
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
 import shapely
-from pydrake.common.value import AbstractValue, Value
 from pydrake.geometry.optimization import GraphOfConvexSetsOptions, HPolyhedron, Iris, IrisOptions, Point, VPolytope
 from pydrake.planning import GcsTrajectoryOptimization
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import Context, DiagramBuilder, DiscreteValues, LeafSystem, System
+from pydrake.systems.framework import DiagramBuilder, System
 from pydrake.systems.primitives import LogVectorOutput
 
 from drake_starnav import (
     ArrivalMonitor,
     CollisionMonitor,
-    Guidance,
     Parts,
     Recorder,
     Scenario,
@@ -35,13 +34,13 @@ from drake_starnav import (
 )
 from drake_starnav.plotting import Motion, draw_goal, draw_robot, save_figure, world_axes
 from drake_starnav.station import simulated
-from drake_starnav.surroundings import Observation, StarRegion
+from drake_starnav.surroundings import StarRegion
+
+follow = import_module("04_fixed_path")  # the example beside this one
 
 BLUE, ORANGE, GREY = "#0072B2", "#D55E00", "#999999"
 SEED, SETS = 7, 2
 """Of the room; convex sets of each region, as regions overlap and edges cost time."""
-
-
 TOLERANCE = 0.004
 """The outline that is given to IRIS lies inside the region by this share of its reach, or a little more."""
 LEAST_LEFT = 0.01
@@ -82,58 +81,11 @@ def simplified(region: StarRegion) -> shapely.Polygon:
     return max(shapely.get_parts(inner), key=shapely.area, default=shapely.Polygon())
 
 
-SPACING, NEAR, FAR = 0.05, 0.7, 3.5
-"""Distance between way points, and how far ahead the next one lies: at least, and at most where something stands, m."""
-
-
-class FixedPath(LeafSystem):
-    """Observation and pose -> guidance: along a path to the first way point a little ahead that is seen to be free."""
-
-    def __init__(self, path: np.ndarray) -> None:
-        """Take a path, shape (n, 2), W, m, with way points SPACING apart."""
-        super().__init__()
-        self.path = path
-        self.observation = self.DeclareAbstractInputPort("observation", Value(Observation.none()))
-        self.pose = self.DeclareVectorInputPort("pose", 3)
-        self.passed = self.DeclareDiscreteState(1)  # index of a way point, as a path may cross itself
-        self.DeclareAbstractOutputPort("guidance", lambda: Value(Guidance.none()), self.calc_guidance)
-        self.DeclarePeriodicDiscreteUpdateEvent(0.05, 0.0, self.update)
-
-    def ahead(self, context: Context, near: float, far: float) -> slice:
-        """Way points from `near` to `far` beyond the one passed, m; at least one."""
-        passed = int(context.get_discrete_state(self.passed)[0])
-        first, last = (passed + round(distance / SPACING) for distance in (near, far))
-        return slice(min(first, len(self.path) - 1), last + 1)
-
-    def update(self, context: Context, values: DiscreteValues) -> None:
-        window = self.ahead(context, 0.0, NEAR)
-        distances = np.hypot(*(self.path[window] - self.pose.Eval(context)[:2]).T)
-        values.set_value(self.passed, [window.start + int(distances.argmin())])
-
-    def calc_guidance(self, context: Context, output: AbstractValue) -> None:
-        region = self.observation.Eval(context).region
-        if region is None:
-            output.set_value(Guidance.none())
-            return
-        window = self.ahead(context, NEAR, FAR)
-        free = int(region.contains(self.path[window]).argmax())  # the nearest one where none is
-        output.set_value(Guidance.along(self.path[window.start + free :], [region]))
-
-
-def resampled(path: np.ndarray) -> np.ndarray:
-    """Way points SPACING apart along a path (n, 2), m."""
-    along = np.append(0.0, np.hypot(*np.diff(path, axis=0).T).cumsum())
-    places = np.append(np.arange(0.0, along[-1], SPACING), along[-1])
-    return np.column_stack([np.interp(places, along, values) for values in path.T])
-
-
 def explored(scenario: Scenario, world: World) -> tuple[list[StarRegion], np.ndarray]:
     """Regions of the roadmap once the goal is reached, the latest scan's last, and the pose (x, y, yaw) there."""
     builder = DiagramBuilder()
     navigation = add_navigation(builder, scenario, Parts(world))
-    arrival = builder.AddSystem(ArrivalMonitor(tolerance=0.1, period=0.02))
-    builder.Connect(navigation.goal_position, arrival.GetInputPort("goal"))
-    builder.Connect(navigation.localization("state"), arrival.GetInputPort("state"))
+    ArrivalMonitor.AddToBuilder(builder, navigation, tolerance=0.1)
     simulator = Simulator(builder.Build())
     simulator.AdvanceTo(60.0)
 
@@ -174,18 +126,12 @@ def main(html: Path, png: Path | None) -> None:
 
     back = dataclasses.replace(world, start=tuple(pose), goal=tuple(path[-1]))
     builder = DiagramBuilder()
-    navigation = add_navigation(builder, scenario, Parts(back, planner=FixedPath(resampled(path))))
-    station = simulated(navigation.station)
-    arrival = builder.AddSystem(ArrivalMonitor(tolerance=0.1, period=0.02))
-    collision = builder.AddSystem(CollisionMonitor(robot=station.robot_geometries, ground=station.floor))
-    builder.Connect(navigation.goal_position, arrival.GetInputPort("goal"))
-    builder.Connect(navigation.localization("state"), arrival.GetInputPort("state"))
-    builder.Connect(station.GetOutputPort("cheat.geometry_query"), collision.GetInputPort("geometry_query"))
+    navigation = add_navigation(builder, scenario, Parts(back, planner=follow.FixedPath(follow.resampled(path))))
+    ArrivalMonitor.AddToBuilder(builder, navigation, tolerance=0.1)
+    CollisionMonitor.AddToBuilder(builder, simulated(navigation.station))
     log = LogVectorOutput(navigation.localization("pose"), builder, 0.05)
-    recorder = Recorder(html)
-    recorder.add_to(builder, navigation, scenario)
+    recorder = Recorder.AddToBuilder(builder, navigation, html, scenario)
     simulator = Simulator(builder.Build())
-    recorder.start()
     status = simulator.AdvanceTo(90.0)
     record = log.FindLog(simulator.get_context())
     trail = record.data()

@@ -103,16 +103,12 @@ def main(html: Path, png: Path | None) -> None:
     hold_arm(builder, plant, arm)
     navigation = add_navigation(builder, SCENARIO, Parts(WORLD, robot))
 
-    arrival = builder.AddSystem(ArrivalMonitor(tolerance=0.2, period=0.02))
-    builder.Connect(robot.GetOutputPort("localization.state"), arrival.GetInputPort("state"))
-    builder.Connect(navigation.goal_position, arrival.GetInputPort("goal"))
-    contact = builder.AddSystem(CollisionMonitor(robot=robot.robot_geometries, ground=robot.floor))
-    builder.Connect(scene_graph.get_query_output_port(), contact.GetInputPort("geometry_query"))
+    ArrivalMonitor.AddToBuilder(builder, navigation, tolerance=0.2)
+    CollisionMonitor.AddToBuilder(builder, robot)
     log = LogVectorOutput(plant.get_state_output_port(arm), builder, 0.01)
     recorder = Recorder.AddToBuilder(builder, navigation, html, SCENARIO)
 
     simulator = Simulator(builder.Build())
-    recorder.start()
     status = simulator.AdvanceTo(40.0)
     time = simulator.get_context().get_time()
     bent = np.abs(log.FindLog(simulator.get_context()).data()[:3] - POSTURE[:, None]).max()

@@ -22,6 +22,7 @@ from pydrake.geometry import SceneGraph
 from pydrake.math import RigidTransform
 from pydrake.systems.framework import PortDataType, System
 
+import drake_starnav.simulation
 import drake_starnav.station
 import drake_starnav.systems
 import drake_starnav.visualization
@@ -34,8 +35,9 @@ from drake_starnav.scenario.error_budget import SYMBOLS, TERMS
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.scenario.schema import SECTIONS, Scenario
 from drake_starnav.scenario.shipped import METHODS, method_settings
+from drake_starnav.simulation.monitors import ArrivalMonitor
 from drake_starnav.station.lidar_sensor import LidarMount, LidarSensor
-from drake_starnav.station.monitors import ArrivalMonitor, CollisionMonitor
+from drake_starnav.station.monitors import CollisionMonitor
 from drake_starnav.station.moving_bodies import MovingObstacleDrive
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.station.planar_drive import PlanarVelocityCommand
@@ -62,7 +64,7 @@ from drake_starnav.worlds import WORLD_KINDS, World
 from drake_starnav.worlds.moving_obstacles import MovingObstacles
 from scripts.maintenance.example_pages import example_pages
 
-ROOMS = (drake_starnav.systems, drake_starnav.station, drake_starnav.visualization)
+ROOMS = (drake_starnav.systems, drake_starnav.station, drake_starnav.visualization, drake_starnav.simulation)
 """Packages whose modules define systems."""
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 from pydrake.common.value import Value
 from pydrake.geometry import (
+    Box,
     Cylinder,
     FramePoseVector,
     GeometryFrame,
@@ -24,7 +25,7 @@ from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.schema import RecordingParameters
 from drake_starnav.surroundings import Observation, scan_region
-from drake_starnav.visualization.meshcat_stage import WORLD_PREFIX, quiet_meshcat
+from drake_starnav.visualization.meshcat_stage import WORLD_PREFIX, apply_look, quiet_meshcat
 from drake_starnav.visualization.meshes import LAYERS
 from drake_starnav.visualization.meshes import ROBOT as ROBOT_ROW
 from drake_starnav.visualization.page import VIEWS, Cameras, Caption, around_robot
@@ -58,7 +59,7 @@ def run_log(world, goal, speed, duration, period=PERIOD):
         state = plan_step(state, PlannerInput(seen, pose[:2], goal, time, PLANNER, MARGINS, ROBOT.radius))
         braking = SimpleNamespace(path=pose + np.linspace(0.0, 0.3, 30)[:, None] * np.array([1.0, 0.0, 0.0]))
         row = {"pose": pose, "scan_pose": pose, "goal": goal, "twist": np.array([speed, 0.0]), "scan": scan}
-        log.append({**row, "planner_state": state, "certificate": braking})
+        log.append({**row, "guidance": state.guidance, "planner_state": state, "certificate": braking})
     return log
 
 
@@ -107,10 +108,14 @@ def record(path):
     for k, (x, y, radius) in enumerate(POSTS):
         post = shape(radius, 0.6, RigidTransform([x, y, 0.3]), (0.5, 0.5, 0.5), f"post {k}")
         graph.RegisterAnchoredGeometry(source, post)
+    wall = GeometryInstance(RigidTransform([3.0, -2.0, 1.25]), Box(4.0, 0.1, 2.5), "wall before the robot, from aside")
+    wall.set_illustration_properties(MakePhongIllustrationProperties([0.5, 0.5, 0.5, 1.0]))
+    graph.RegisterAnchoredGeometry(source, wall)
     world = World("posts", (0, 0, 0), (0, 0), cylinders=POSTS)
     drive = builder.AddSystem(Replay(run_log(world, np.array([6.0, 0.0]), SPEED, DURATION), frame))
     builder.Connect(drive.GetOutputPort("geometry_pose"), graph.get_source_pose_port(source))
     meshcat = quiet_meshcat()
+    apply_look(meshcat)
     parameters = RecordingParameters()
     MeshcatVisualizer.AddToBuilder(
         builder,

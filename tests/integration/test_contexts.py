@@ -15,8 +15,8 @@ from drake_starnav.planning import PlannerStatus
 from drake_starnav.planning.distance_grid import DistanceGrid
 from drake_starnav.scenario.scenario_file import parse_scenario
 from drake_starnav.scenario.shipped import METHODS
-from drake_starnav.simulation.monitors import add_collision_monitor
-from drake_starnav.station.monitors import ArrivalMonitor, CollisionMonitor
+from drake_starnav.simulation.monitors import ArrivalMonitor
+from drake_starnav.station.monitors import CollisionMonitor
 from drake_starnav.utils.stopwatch import Stopwatch
 from tests.helpers.posts import GOALS, POSTS, posts, simulated
 
@@ -131,7 +131,7 @@ def test_a_clone_under_a_new_simulator_goes_on_with_every_fault(scenario: str, m
     builder = DiagramBuilder()
     made = parse_scenario(scenarios[scenario], name=scenario, method=method)
     navigation = add_navigation(builder, made, seed=3)
-    add_collision_monitor(builder, navigation)
+    CollisionMonitor.AddToBuilder(builder, navigation.station)
     port = navigation.station.GetOutputPort("cheat.robot_state")
     log = LogVectorOutput(port, builder, made.simulation.time_step)
     diagram = builder.Build()
@@ -166,12 +166,8 @@ def test_no_system_keeps_state_of_its_own() -> None:
     builder = DiagramBuilder()
     navigation = add_navigation(builder, posts(), stopwatch=stopwatch)
     station = navigation.station
-    collision = builder.AddSystem(CollisionMonitor(robot=station.robot_geometries, ground=[station.ground]))
-    builder.Connect(station.GetOutputPort("cheat.geometry_query"), collision.GetInputPort("geometry_query"))
-    arrival = builder.AddSystem(ArrivalMonitor(tolerance=0.1, period=0.02))
-    builder.Connect(station.GetOutputPort("localization.state"), arrival.GetInputPort("state"))
-    builder.Connect(navigation.goal.get_output_port(), arrival.GetInputPort("goal"))
-    builder.Connect(navigation.planner.GetOutputPort("status"), arrival.GetInputPort("status"))
+    CollisionMonitor.AddToBuilder(builder, station)
+    ArrivalMonitor.AddToBuilder(builder, navigation)
     diagram = builder.Build()
 
     def held() -> dict[str, Any]:

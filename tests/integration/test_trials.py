@@ -77,9 +77,6 @@ def test_a_robot_visits_its_goals_in_order_and_turns_to_the_last_heading() -> No
         def add_to(self, builder, navigation, scenario) -> None:
             pass
 
-        def start(self) -> None:
-            pass
-
         def finish(self, lines, motion) -> None:
             poses["end"], poses["motion"] = motion.at(motion.duration), motion
 

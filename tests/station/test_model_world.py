@@ -20,6 +20,7 @@ from drake_starnav.simulation.trial import omniscient_path
 from drake_starnav.station.model_world import FLOOR_TOLERANCE, add_model, make_world_with_footprints
 from drake_starnav.station.navigation_station import NavigationStation, add_station
 from drake_starnav.station.plant import add_plant, make_simulator
+from drake_starnav.station.world_geometry import surface_world
 from drake_starnav.worlds import Model, World, clearance
 from drake_starnav.worlds.clearance import nearest_obstacle
 from drake_starnav.worlds.world import ROBOT_HEIGHT
@@ -198,8 +199,8 @@ def test_a_hollow_mesh_bars_what_its_surface_does(tmp_path: Path) -> None:
     own, scene = AddMultibodyPlantSceneGraph(own_builder, 0.01)
     add_model(own, scene, world.model)  # also in a plant of one's own
     assert not scene.model_inspector().GetAllGeometryIds(Role.kProximity)
-    assert station.hull is not None
-    assert nearest_obstacle(station.hull.surfaces, (0.9, 0.3))[1] == pytest.approx(0.1, abs=1e-3)
+    surfaces = surface_world(station.world)
+    assert surfaces is not None and nearest_obstacle(surfaces, (0.9, 0.3))[1] == pytest.approx(0.1, abs=1e-3)
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import pytest
-from pydrake.common.value import Value
 from pydrake.geometry import (
     ProximityProperties,
     Sphere,
@@ -18,13 +17,11 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
 from drake_starnav.geometry.footprint import disc, footprint
-from drake_starnav.geometry.trajectory import STANDING
 from drake_starnav.lidar.sensor_model import LidarParameters
-from drake_starnav.planning import PlannerStatus
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station import world_geometry
-from drake_starnav.station.monitors import ArrivalMonitor, CollisionMonitor, body_name, contact_in
+from drake_starnav.station.monitors import CollisionMonitor, Hull, body_name, contact_in
 from drake_starnav.station.navigation_station import NavigationStation, add_station
 from drake_starnav.station.plant import make_simulator
 from drake_starnav.worlds.moving_obstacles import MovingObstacles
@@ -34,9 +31,6 @@ ROBOT = RobotParameters()
 TOUCHED = SimulatorStatus.ReturnReason.kReachedTerminationCondition
 SPEED = 0.5
 STEP = 0.005  # of the plant, s
-GOAL = [3.0, 4.0]
-FAR = (0.0, 0.0)
-REACHED = SimulatorStatus.ReturnReason.kReachedTerminationCondition
 
 
 class Run:
@@ -46,6 +40,7 @@ class Run:
         self, twist=(SPEED, 0.0), start=(0.0, 0.0, 0.0), ground=True, watched=True, footprint=None, told=False, **bars
     ) -> None:
         world = World("test", start, (1.0, 0.0), **bars)
+        surfaces = world_geometry.surface_world(world)
         builder = DiagramBuilder()
         self.station = builder.AddSystem(
             NavigationStation(world, Scenario("test", None, ROBOT, LidarParameters(beams=3)))
@@ -56,7 +51,7 @@ class Run:
                 robot=self.station.robot_geometries if watched else (),
                 ground=[self.station.ground] if ground else [],
                 moving_obstacles=self.station.moving_obstacle_geometries,
-                hull=self.station.hull,
+                hull=None if surfaces is None else Hull(self.station.robot_interface.base_frame, surfaces),
                 footprint=footprint or ROBOT.shape,
                 near=(world, self.station.robot_interface.reach) if told else None,
                 period=STEP,
@@ -177,10 +172,9 @@ def test_no_contact_is_too_short(depth: float) -> None:
     builder = DiagramBuilder()
     world = World("post", (0.0, 0.0, 0.0), (2.0, 0.0), cylinders=[(1.0, ROBOT.radius + 0.01 - depth, 0.01)])
     station = add_station(builder, world, Scenario("test", None, ROBOT, LidarParameters(beams=3)))
-    monitor = builder.AddSystem(CollisionMonitor(robot=station.robot_geometries, ground=station.floor))
+    CollisionMonitor.AddToBuilder(builder, station)
     source = builder.AddSystem(ConstantVectorSource((0.8, 0.0)))
     builder.Connect(source.get_output_port(), station.GetInputPort("drive.twist_command"))
-    builder.Connect(station.GetOutputPort("cheat.geometry_query"), monitor.GetInputPort("geometry_query"))
     simulator = make_simulator(builder.Build())
     assert simulator.AdvanceTo(3.0).reason() == TOUCHED
     assert simulator.get_context().get_time() < 1.6
@@ -206,48 +200,3 @@ def test_bodies_are_called_as_a_person_calls_them() -> None:
     add(plant.world_body(), "s5")
     plant.Finalize()
     assert {g: body_name(scene_graph.model_inspector(), g) for g in names} == names
-
-
-def verdict(
-    position=FAR, speed=(0.0, 0.0), status: PlannerStatus | None = PlannerStatus.EXPLORING, radius=1.0
-) -> str | None:
-    """The message that ends the run, None if it goes on; `status` None leaves the port unconnected."""
-    monitor = ArrivalMonitor(tolerance=0.3, period=0.02, footprint=disc(radius))
-    simulator = Simulator(monitor)
-    context = simulator.get_mutable_context()
-    monitor.GetInputPort("state").FixValue(context, [*position, 0.5, *speed])
-    monitor.GetInputPort("goal").FixValue(context, GOAL)
-    if status is not None:
-        monitor.GetInputPort("status").FixValue(context, Value(status))
-    result = simulator.AdvanceTo(0.1)
-    return result.message() if result.reason() == REACHED else None
-
-
-@pytest.mark.parametrize("status", [None, *PlannerStatus])
-def test_a_robot_within_the_tolerance_has_arrived_whatever_the_planner_says(status) -> None:
-    assert verdict((3.0, 3.71), (0.5, 0.0), status) == "reached"
-
-
-@pytest.mark.parametrize("status", [None, PlannerStatus.WAITING, PlannerStatus.EXPLORING, PlannerStatus.APPROACHING])
-def test_the_run_goes_on_outside_the_tolerance(status) -> None:
-    assert verdict((3.0, 3.69), status=status) is None
-
-
-def test_unreachable_ends_the_run_only_once_the_robot_stands() -> None:
-    given_up = PlannerStatus.UNREACHABLE
-    assert verdict(status=given_up) == "unreachable"
-    for speed in ((2.0 * STANDING, 0.0), (-2.0 * STANDING, 0.0), (0.0, 2.0 * STANDING), (0.0, -2.0 * STANDING)):
-        assert verdict(speed=speed, status=given_up) is None
-    turning = 0.0, 0.6 * STANDING  # a point on its rim moves by the radius for each radian
-    assert [verdict(speed=turning, status=given_up, radius=radius) for radius in (0.8, 1.0)] == ["unreachable", None]
-
-
-@pytest.mark.parametrize(("times", "said"), [((1.0, math.nan), None), ((1.0, 2.0), "reached")])
-def test_of_several_goals_all_are_to_be_reached(times: tuple[float, float], said: str | None) -> None:
-    monitor = ArrivalMonitor(tolerance=0.3, period=0.02, goals=2)
-    simulator = Simulator(monitor)
-    context = simulator.get_mutable_context()
-    monitor.GetInputPort("state").FixValue(context, [*GOAL, 0.0, 0.0, 0.0])
-    monitor.GetInputPort("reached").FixValue(context, times)
-    result = simulator.AdvanceTo(0.1)
-    assert (result.message() if result.reason() == REACHED else None) == said

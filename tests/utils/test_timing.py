@@ -6,7 +6,7 @@ import pytest
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.robot import RobotParameters
-from drake_starnav.station.monitors import ArrivalMonitor
+from drake_starnav.simulation.monitors import ArrivalMonitor
 from drake_starnav.systems.jump_guard import JumpGuard
 from drake_starnav.systems.state_predictor import StatePredictor
 from drake_starnav.utils.timing import begins_run, checked_period

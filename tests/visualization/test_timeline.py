@@ -101,7 +101,6 @@ def recorded(tmp_path_factory):
     simulator = Simulator(builder.Build())
     context = plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
     plant.SetFreeBodySpatialVelocity(context, ball, velocity(0.0, 1.0))
-    recorder.start()
     simulator.AdvanceTo(DURATION)
     recorder.finish()
     return recorder
