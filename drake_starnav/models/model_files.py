@@ -33,8 +33,8 @@ MOST_LINKS = 2000
 LARGEST_LENGTH = 1e6
 """The largest coordinate or extent in a model, m."""
 _PRIMITIVES = {"box", "sphere", "cylinder", "capsule", "ellipsoid", "empty"}
-_NUMBERS = ("xyz", "rpy", "size", "radius", "length", "scale")
-"""Attributes of a look in URDF that hold numbers."""
+_NUMBERS = ("xyz", "rpy", "pose", "size", "radius", "radii", "length", "scale", "normal")
+"""Attributes in URDF and elements in SDF that hold numbers of a look."""
 _OF_WORLD = {"world", "model", "include", "frame", "joint"}
 _KEPT = {
     "sdf": {"world", "model"},
@@ -128,6 +128,7 @@ class Models:
         """Let all links of a robot collide with shapes that Drake reads, and have no looks that it does not."""
         self._add_links(1 + sum(1 for _ in root.iter("link")), path)
         self._keep_readable_looks(root)
+        self._color_by_name(root)
         for link in root.iter("link"):
             for visual in link.findall("visual"):
                 mesh, bare = visual.find("geometry/mesh"), visual.find("material") is None
@@ -146,23 +147,35 @@ class Models:
                     copy.find("geometry/mesh").set("filename", piece)  # type: ignore[union-attr]
 
     def _keep_readable_looks(self, root: Element) -> None:
-        """Give each look of a robot its colour, white where none is said, as RViz does; drop a look that has no shape
-        because a number of it is none."""
+        """Give each look a colour that Drake reads, white for any other; drop a look of which a number is none."""
         for color in root.iter("color"):
-            rgba = color.get("rgba", "")
-            if len(rgba.split()) != 4 or not all(0.0 <= _number(word) <= 1.0 for word in rgba.split()):
-                self.unseen.add(f"colour {shown(rgba)} (allowed: four numbers from 0 to 1)")
-                color.set("rgba", "1 1 1 1")
+            color.set("rgba", self._color(color.get("rgba", ""), (4,)))
+        for part in (part for material in root.iter("material") for part in material):
+            if part.tag in _KEPT["material"]:
+                part.text = self._color(part.text or "", (3, 4))
+        for link in root.iter("link"):
+            for visual in link.findall("visual"):
+                said = " ".join(each.get(key, "") for each in visual.iter() for key in _NUMBERS)
+                said += "".join(f" {each.text or ''}" for each in visual.iter() if each.tag in _NUMBERS)
+                if not all(math.isfinite(_number(word)) for word in said.split()):
+                    link.remove(visual)
+                    self.unseen.add(f"a look of link {link.get('name')} (a number is not finite)")
+
+    def _color(self, said: str, counts: tuple[int, ...]) -> str:
+        """Return a colour as it is said; white for one of another count of numbers, or with others."""
+        if len(said.split()) in counts and all(0.0 <= _number(word) <= 1.0 for word in said.split()):
+            return said
+        self.unseen.add(f"colour {shown(said)} (allowed: {counts[-1]} numbers from 0 to 1)")
+        return "1 1 1 1"
+
+    def _color_by_name(self, root: Element) -> None:
+        """Give each look of a robot the colour of its material's name, white where none is said, as RViz does."""
         colors: dict[str | None, Element] = {}
         for material in root.iter("material"):
             for color in material.findall("color"):
                 colors[material.get("name")] = color
         for link in root.iter("link"):
             for visual in link.findall("visual"):
-                said = " ".join(each.get(key, "") for each in visual.iter() for key in _NUMBERS).split()
-                if not all(math.isfinite(_number(word)) for word in said):
-                    link.remove(visual)
-                    self.unseen.add(f"a look of link {link.get('name')} (a number is not finite)")
                 for material in visual.findall("material"):
                     own = material.find("color")
                     if len(material) == 0:
@@ -326,6 +339,7 @@ class Models:
     def _parsed(self, data: bytes, path: Path) -> Element:
         with reading(f"model {path}", "XML"):
             root = parsed_xml(data)
+        self._keep_readable_looks(root)
         check_lengths(root, f"model {path}")
         return root
 

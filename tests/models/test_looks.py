@@ -3,6 +3,8 @@
 import warnings
 
 import pytest
+from pydrake.geometry import Role
+from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import AddMultibodyPlant
 from pydrake.systems.framework import DiagramBuilder
 
@@ -61,6 +63,32 @@ def test_a_look_is_repaired_or_left_out_and_named(look: str, words: str, tmp_pat
     said = added(CART.format(look, ""), tmp_path)
     assert words in " ".join(said)
     assert bool(said) == bool(words)
+
+
+GATE = """<sdf version="1.7"><model name="gate"><static>true</static><link name="beam"><collision name="c"><geometry>
+<box><size>1 1 1</size></box></geometry></collision><visual name="v"><pose>{}</pose><geometry><box><size>{}</size></box>
+</geometry><material><diffuse>{}</diffuse></material></visual></link></model></sdf>"""
+
+
+@pytest.mark.parametrize(
+    ("look", "words", "shown"),
+    [
+        (("0 0 0 0 0 0", "1 1 1", "0.8 0.8 0.8"), "", 1),
+        (("0 0 0 0 0 0", "1 1 1", "red"), "colour 'red'", 1),
+        (("0 0 0 0 0 0", "1 1 1", "2 0 0 1"), "colour '2 0 0 1'", 1),
+        (("0 0 0 0 0 0", "1 1 1", "0.8 0.8.0 1 1"), "colour '0.8 0.8.0 1 1'", 1),
+        (("0 0 0 0 0 0", "1 1.0.0 1", "1 0 0 1"), "a look of link beam", 0),
+        (("0 0 nan 0 0 0", "1 1 1", "1 0 0 1"), "a look of link beam", 0),
+    ],
+)
+def test_a_look_in_sdf_is_repaired_or_left_out_as_in_urdf(look, words: str, shown: int, tmp_path) -> None:
+    path = tmp_path / "gate.sdf"
+    path.write_text(GATE.format(*look), encoding="utf-8")
+    files = Models(weld=True)
+    plant, scene_graph = AddMultibodyPlant(plant_config(), DiagramBuilder())
+    Parser(plant).AddModels(str(files.model(path)))
+    assert words in " ".join(files.unseen) and bool(words) == bool(files.unseen)
+    assert len(scene_graph.model_inspector().GetAllGeometryIds(Role.kIllustration)) == shown
 
 
 def test_an_impossible_inertia_is_a_warning_that_names_file_and_link(tmp_path) -> None:
