@@ -27,7 +27,7 @@ from drake_starnav.runtime.navigator import Command, Navigator
 from drake_starnav.runtime.ros2_definitions import decode_string, definition, encode
 from drake_starnav.scenario.scenario_file import scenario_text
 from drake_starnav.systems.star_perception import lidar_names
-from drake_starnav.utils.files import check_regular, reading
+from drake_starnav.utils.files import no_file, reading
 
 RUN, TICK, TF, FIXED, PLAN, ODOM, TWIST = (
     "/starnav/run", "/starnav/tick", "/tf", "/tf_static", "/starnav/plan", "/odom", "/cmd_vel"
@@ -278,7 +278,8 @@ def _messages(path: Path) -> Iterator[tuple[str, bytes]]:
     mcap = _mcap()
     records, exceptions, topics, expanded = mcap.records, mcap.exceptions, {}, LARGEST_CHUNK
     with reading(f"log {path}", LOGS):
-        check_regular(path)
+        if why := no_file(path):
+            raise ValueError(why)
         most = LARGEST_CHUNK + LARGEST_RATIO * path.stat().st_size
         with path.open("rb") as file:
             stream = mcap.stream_reader.StreamReader(file, emit_chunks=True, record_size_limit=LARGEST_CHUNK)

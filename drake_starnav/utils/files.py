@@ -46,7 +46,8 @@ def read_bytes(path: Path | str, place: str, allowed: str, *, may_be_empty: bool
     A device may have no end, and a pipe may never be written.
     """
     with reading(place, allowed):
-        check_regular(Path(path))
+        if why := no_file(Path(path)):
+            raise ValueError(why)
         with Path(path).open("rb") as file:
             data = file.read(LARGEST_FILE + 1)
         if len(data) > LARGEST_FILE:
@@ -54,12 +55,6 @@ def read_bytes(path: Path | str, place: str, allowed: str, *, may_be_empty: bool
         if data or may_be_empty:
             return data
         raise ValueError("it is empty")
-
-
-def check_regular(path: Path) -> None:
-    """Raise `ValueError` for a device or a pipe; what is not there, or a folder, tells itself when it is opened."""
-    if path.exists() and not (path.is_file() or path.is_dir()):
-        raise ValueError("no regular file")
 
 
 def read_text(path: str | os.PathLike, place: str = "", allowed: str = "a text file in UTF-8") -> str:

@@ -122,7 +122,7 @@ def test_a_file_that_cannot_be_read_is_one_sentence(
     assert main([*arguments, "--quiet"] if arguments[0] not in ("margins", "replay", "calibrate") else arguments) == 2
     (said,) = (line for line in capsys.readouterr().err.splitlines() if COMPILING not in line)
     told = {
-        "folder": "cannot be read: Is a directory", "missing": "cannot be read: No such file or directory",
+        "folder": "cannot be read: a folder", "missing": "cannot be read: no such file",
         "forbidden": "cannot be read: Permission denied", "empty": "empty|not the log|has no image",
         "binary": "cannot be read: (no text|not well-formed)|not the log|another format",
     }[kind]  # fmt: skip

@@ -60,7 +60,7 @@ def test_a_text_is_read_with_or_without_a_mark_and_else_the_reason_is_told(tmp_p
     (tmp_path / "latin").write_bytes(b"\xe4")
     with pytest.raises(StarnavError, match="notes cannot be read: .* at byte 0; allowed: a text file in UTF-8"):
         read_text(tmp_path / "latin", "notes")
-    with pytest.raises(StarnavError, match="missing cannot be read: No such file"):
+    with pytest.raises(StarnavError, match="missing cannot be read: no such file"):
         read_text(tmp_path / "missing")
 
 

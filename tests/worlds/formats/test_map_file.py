@@ -118,7 +118,7 @@ def test_places_follow_the_origin(yaw: float) -> None:
         ({"negate": 2}, "negate is 2; allowed: 0 or 1"),
         ({"mode": "binary"}, "mode is 'binary'; allowed: one of trinary, scale, raw"),
         ({"image": None}, "has no image"),
-        ({"image": "other.pgm"}, r"other\.pgm cannot be read: No such file or directory; allowed: a complete PGM"),
+        ({"image": "other.pgm"}, r"other\.pgm cannot be read: no such file; allowed: a complete PGM"),
         ({"free_thresh": None}, "has no free_thresh; allowed: a mapping with image"),
         ({"image": "[m.pgm"}, "line .*allowed: valid YAML"),
     ],
