@@ -13,10 +13,10 @@ from drake_starnav.geometry.polyline import distance_to_segment
 from drake_starnav.navigation import Parts
 from drake_starnav.scenario.scenario_file import load_scenario, parse_scenario
 from drake_starnav.scenario.shipped import METHODS
-from drake_starnav.simulation import monitors
 from drake_starnav.simulation import trial as trial_module
 from drake_starnav.simulation.run import run_trial
 from drake_starnav.simulation.trial import trial_record
+from drake_starnav.station.monitors import CollisionMonitor
 from drake_starnav.systems.twist_shield import Unshielded
 from drake_starnav.worlds import World, make_world
 from drake_starnav.worlds.moving_obstacles import MovingObstacles
@@ -92,7 +92,7 @@ def test_a_controller_of_ones_own_is_tried_recorded_and_logged(tmp_path) -> None
     trial = run_trial(scenario, Parts(controller=Ahead(), shield=free), seed=3, html=html, csv=csv)
     assert (trial.method, trial.outcome) == ("Ahead", "collision")
     table = np.genfromtxt(csv, delimiter=",", names=True)
-    assert table.dtype.names == ("t", "x", "y", "yaw", "v", "omega")
+    assert table.dtype.names == ("t", "x", "y", "yaw", "v", "omega", "clearance")
     assert table["t"][-1] == pytest.approx(trial.time_s)
     assert table["x"][-1] == pytest.approx(trial.path[-1][0], abs=1e-3)
     assert "method Ahead" in (tmp_path / "a.html").read_text(encoding="utf-8")
@@ -216,10 +216,10 @@ def test_a_goal_that_something_stands_on_is_said_to_be_occupied(beside: float, o
     assert run_trial(scenario, Parts(world)).outcome == outcome
 
 
-@pytest.mark.parametrize("judge", ["add_collision_monitor", "body_clearance"])
+@pytest.mark.parametrize("judge", ["AddToBuilder", "body_clearance"])
 def test_contact_and_clearance_are_each_enough_for_a_collision(judge: str, monkeypatch) -> None:
     blind = {
-        "add_collision_monitor": (monitors, lambda builder, navigation, **times: None),
+        "AddToBuilder": (CollisionMonitor, staticmethod(lambda builder, station: None)),
         "body_clearance": (trial_module, lambda world, poses, footprint: np.full(len(poses), 9.0)),
     }
     module, substitute = blind[judge]

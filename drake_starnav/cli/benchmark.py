@@ -156,7 +156,12 @@ def _add_report_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--csv", type=Path, metavar="FILE", help="write the figures, a line for each scenario and method"
     )
-    parser.add_argument("--html", type=Path, metavar="FILE", help="write a report that opens offline")
+    parser.add_argument(
+        "--html",
+        type=Path,
+        metavar="FILE",
+        help="write a report that opens offline, and beside it the data of its figures",
+    )
     parser.add_argument(
         "--recordings", type=int, nargs="?", const=3, metavar="N",
         help="once the HTML report is written, record at most N failures of each scenario and method, two successes "
@@ -175,7 +180,8 @@ def _check_report_options(options: argparse.Namespace) -> None:
 
 def _check_report_outputs(options: argparse.Namespace, inputs: Iterable[Path | str], *outputs: Path | None) -> None:
     """Raise a `StarnavError` unless report and outputs can be written, and none is an input or another output."""
-    check_outputs((*outputs, options.markdown, options.csv, options.html), inputs)
+    data = None if options.html is None else _figures_csv(options.html)
+    check_outputs((*outputs, options.markdown, options.csv, options.html, data), inputs)
     if options.html is not None:
         if options.recordings is not None:
             check_writable(_recordings_folder(options.html) / "trial.html")
@@ -186,15 +192,21 @@ def _check_report_outputs(options: argparse.Namespace, inputs: Iterable[Path | s
         load_template()
 
 
+def _figures_csv(html: Path) -> Path:
+    """The file beside a report that has the data of its figures."""
+    return html.with_name(f"{html.stem}_figures.csv")
+
+
 def _recordings_folder(html: Path) -> Path:
     """The folder for a report's recordings, unique among the reports in a folder."""
     return html.with_name(f"{html.stem}_recordings" if html.suffix == ".html" else f"{html.name}.recordings")
 
 
 def _report(results: "Results", options: argparse.Namespace) -> None:
+    from drake_starnav.evaluation.report.figures import figure_data
     from drake_starnav.evaluation.report.page import write_page
     from drake_starnav.evaluation.report.recordings import chosen_trials, record_chosen
-    from drake_starnav.evaluation.report.tables import summary_csv, tables_markdown
+    from drake_starnav.evaluation.report.tables import csv_text, summary_csv, tables_markdown
 
     tables = tables_markdown(results)
     if not options.quiet:
@@ -207,8 +219,10 @@ def _report(results: "Results", options: argparse.Namespace) -> None:
     if options.html is not None:
         with Progress("drawing") as bar:
             write_text(options.html, write_page(results, chosen, options.panels, bar.count))
+        write_text(_figures_csv(options.html), csv_text(figure_data(results)))
     if not options.quiet:
-        print_written((options.markdown, options.csv, options.html))
+        data = None if options.html is None else _figures_csv(options.html)
+        print_written((options.markdown, options.csv, options.html, data))
         sys.stdout.flush()  # now the report can be read, while what follows is recorded
     if options.html is not None and options.recordings is not None:
         folder, failures = _recordings_folder(options.html), options.recordings

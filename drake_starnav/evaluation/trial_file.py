@@ -1,5 +1,7 @@
 """Files of trials: a header line that describes the run, then one JSON line for each finished trial."""
 
+import hashlib
+import importlib
 import json
 import os
 import platform
@@ -14,9 +16,12 @@ from typing import Any
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.evaluation.jobs import Case, Key, Record
+from drake_starnav.scenario.shipped import METHODS
 from drake_starnav.utils.files import read_bytes, reading, unwritable
 
 Header = dict[str, Any]
+WORLD_TAG = re.compile(r"^world: !(\S+:\S+)", re.MULTILINE)
+"""Of a world of the user's, in the text of a scenario."""
 HEADER_KEYS = {"versions", "machine", "seed", "overrides", "cases"}
 
 
@@ -45,6 +50,7 @@ def make_header(
         "in_worlds": in_worlds,
         "overrides": list(overrides),
         "cases": [dict(vars(case)) for case in cases],
+        "code": code_of(cases),
         "command": command,
     }
 
@@ -57,6 +63,16 @@ def versions() -> dict[str, str]:
         "python": platform.python_version(),
         **{name: _version(name) for name in ("drake", "numpy", "scipy", "shapely", "numba", "scikit-learn")},
     }
+
+
+def code_of(cases: Sequence[Case]) -> dict[str, str]:
+    """Return a hash of the file of each module, outside of this package, from which cases have a method or a world."""
+    named = [name for case in cases for name in (METHODS.get(case.method, case.method), *WORLD_TAG.findall(case.text))]
+    functions = {name.__module__ for name in named if callable(name)}
+    modules = functions | {name.partition(":")[0] for name in named if isinstance(name, str) and ":" in name}
+    own = sorted(name for name in modules if not name.startswith("drake_starnav."))
+    files = {name: getattr(importlib.import_module(name), "__file__", None) for name in own}
+    return {name: hashlib.sha256(Path(file).read_bytes()).hexdigest()[:16] for name, file in files.items() if file}
 
 
 @cache
@@ -172,6 +188,9 @@ def check_same(found: Header, wanted: Header, place: str) -> None:
     names = [", ".join(f"{c['scenario']} {c['method']}" for c in header["cases"]) for header in (found, wanted)]
     pairs.append(("cases", names[0], names[1]))
     changed = [f"{name} {one}, now {other}" for name, one, other in pairs if one != other]
+    for name, code in wanted["code"].items():
+        if (before := found.get("code", {}).get(name)) != code:
+            changed.append(f"other code of {name} ({before or 'not noted'}, now {code})")
     if not changed and found["cases"] != wanted["cases"]:
         changed = ["other parameters"]
     if changed:

@@ -52,6 +52,27 @@ def evenly_sampled(times: np.ndarray, values: np.ndarray, period: float) -> np.n
     return np.column_stack([np.interp(even, times, column) for column in values.T])
 
 
+def kept_samples(times: np.ndarray, points: np.ndarray, tolerance: float) -> np.ndarray:
+    """Return the indices of samples that suffice: what is interpolated between them is nowhere off by more, at no time.
+
+    `times` has shape (n,), s, `points` (n, 2), m, as `tolerance`.
+
+    Source: N. Meratnia, R. A. de By, Spatiotemporal compression techniques for moving point objects, 2004.
+    """
+    kept, parts = {0, len(times) - 1}, [(0, len(times) - 1)]
+    while parts:
+        first, last = parts.pop()
+        if last - first < 2:
+            continue
+        share = (times[first:last] - times[first]) / max(times[last] - times[first], 1e-9)
+        off = np.hypot(*(points[first:last] - points[first] - share[:, None] * (points[last] - points[first])).T)
+        if off.max() > tolerance:
+            middle = first + int(off.argmax())
+            kept.add(middle)
+            parts += [(first, middle), (middle, last)]
+    return np.array(sorted(kept))
+
+
 def least_gaps(footprints: Sequence[Footprint], motions: Sequence[Motion]) -> list[float]:
     """The least distance of each robot's footprint to another one during a run, m; 0 if they overlap."""
     times = np.arange(0.0, max(motion.duration for motion in motions), 0.05)

@@ -19,9 +19,10 @@ from drake_starnav.scenario import directives
 from drake_starnav.scenario.schema import DRAKE_CONFIGS, KEYS, LISTS, SECTIONS, Scenario
 from drake_starnav.scenario.shipped import method_settings, own_method, scenario_names
 from drake_starnav.utils.files import read_text, write_text
+from drake_starnav.utils.imported import imported
 from drake_starnav.utils.resources import model_path
 from drake_starnav.utils.yaml_text import Loader, SectionDumper, Tagged, load_yaml, read_mapping, section
-from drake_starnav.worlds import WORLD_KINDS, Model
+from drake_starnav.worlds import WORLD_KINDS, Model, is_world_kind
 from drake_starnav.worlds.world import check_numbers
 
 NOT_IN_NAMES = r"[^\w.-]"
@@ -168,7 +169,10 @@ def scenario_text(scenario: Scenario) -> str:
     """The scenario as YAML text that `parse_scenario` reads back to an equal one; every key is written out."""
     sections: dict[str, Any] = {}
     if scenario.world is not None:
-        sections["world"] = section(_declared(scenario.world), type(scenario.world).__name__)
+        kind = type(scenario.world)
+        shipped = kind.__module__.startswith("drake_starnav.")  # another is found by its module, also by workers
+        tag = kind.__name__ if shipped else f"{kind.__module__}:{kind.__qualname__}"
+        sections["world"] = section(_declared(scenario.world), tag)
     sections |= {key: section(_declared(getattr(scenario, key))) for key in SECTIONS}
     if scenario.lidars:
         sections["lidars"] = [section(_declared(each)) for each in scenario.lidars]
@@ -286,9 +290,12 @@ def _world(mapping: Any, place: str) -> Any:
     if not isinstance(mapping, Tagged):
         tags = ", ".join(f"!{name}" for name in WORLD_KINDS)
         raise StarnavError(f"world in {place} is {shown(mapping)}; allowed: a mapping tagged {tags}")
-    if mapping.tag not in WORLD_KINDS:
-        raise unknown_name(f"world !{mapping.tag} in {place}", mapping.tag, WORLD_KINDS)
+    kind = imported("world", mapping.tag) if ":" in mapping.tag else WORLD_KINDS.get(mapping.tag)
+    if kind is None:
+        raise unknown_name(f"world !{mapping.tag} in {place}", mapping.tag, (*WORLD_KINDS, "module:class"))
+    if not is_world_kind(kind):
+        raise StarnavError(f"world !{mapping.tag} in {place} is {shown(kind)}; allowed: a dataclass with a method make")
     values = dict(mapping)
     if mapping.tag == Model.__name__ and isinstance(values.get("directives"), list):
         values["directives"] = directives.directives_text(values["directives"])
-    return build(WORLD_KINDS[mapping.tag], values, "world")
+    return build(kind, values, "world")

@@ -20,7 +20,16 @@ from drake_starnav.navigation.parts import AS_DECLARED
 from drake_starnav.navigation.robot import robot_world
 from drake_starnav.scenario.schema import Scenario, check_method
 from drake_starnav.simulation.monitors import add_monitors, blocked_by, watcher
-from drake_starnav.simulation.trial import INTERRUPTED, TIMEOUT, Run, Trial, caption_lines, figures, omniscient_path
+from drake_starnav.simulation.trial import (
+    INTERRUPTED,
+    TIMEOUT,
+    Run,
+    Trial,
+    caption_lines,
+    figures,
+    hull_clearances,
+    omniscient_path,
+)
 from drake_starnav.station.navigation_station import add_station, simulated
 from drake_starnav.station.planar_localization import planar_states
 from drake_starnav.station.plant import advance, make_simulator, scenario_simulator_config, value_of
@@ -63,7 +72,8 @@ def run_trial(
             be used after it.
         method: its name in reports; the one that the scenario was loaded with, unless given.
         seed: of the world and of the sensor's noise.
-        html, csv: files for a recording and for the robot's states at each step of the plant, if any.
+        html, csv: files for a recording, and for the robot's states and the clearance of its footprint at each step of
+            the plant, if any.
         observer: follows the run, if any; it must not change it.
         progress: called regularly with the simulated time and the time limit, s.
 
@@ -122,8 +132,9 @@ def run_trial(
         driven = figures(scenario, world, shortest, run)
         trial = Trial(scenario=scenario.name, method=by, seed=seed, **driven, **steps)
         if csv is not None:
-            rows = np.column_stack((run.times, run.driven))
-            lines = ["t,x,y,yaw,v,omega", *(",".join(f"{value:.6g}" for value in row) for row in rows)]
+            _, clearances = hull_clearances(world, run, scenario.robot.shape)
+            rows = np.column_stack((run.times, run.driven, clearances))
+            lines = ["t,x,y,yaw,v,omega,clearance", *(",".join(f"{value:.6g}" for value in row) for row in rows)]
             write_text(Path(csv), "\n".join(lines) + "\n")
         for each in observers:
             each.finish(caption_lines(trial), Motion(run.times, run.driven[:, :3]))

@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 
 from drake_starnav.geometry.footprint import Footprint, shaped
-from drake_starnav.geometry.polyline import simplified
-from drake_starnav.geometry.trajectory import evenly_sampled, motion_metrics
+from drake_starnav.geometry.trajectory import evenly_sampled, kept_samples, motion_metrics
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.monitors import COLLISION, contact_in, contact_said
@@ -65,7 +64,9 @@ class Trial:
         wall_s: wall-clock time of the simulation.
         state_hash: SHA-256 of the logged plant state.
         command, scan, plan: `count, mean_s, p50_s, p99_s` of the wall-clock time of each step.
-        path: corners (x, y) of the path that the robot's centre drove, simplified by up to `PATH_TOLERANCE`, m, W.
+        path: places (x, y) where the robot's centre was, m, W, at the times of `path_s`; interpolated between them, it
+            is off by up to `PATH_TOLERANCE` at any time.
+        path_s: when it was there, s.
     """
 
     scenario: str
@@ -97,6 +98,7 @@ class Trial:
     scan: dict[str, float]
     plan: dict[str, float]
     path: list[list[float]]
+    path_s: list[float]
 
 
 @dataclass(frozen=True)
@@ -132,7 +134,8 @@ def figures(scenario: Scenario, world: World, shortest: tuple[float, np.ndarray]
     The shortest path for comparison is as in `omniscient_path`.
     """
     path = run.driven[:, :2]
-    standing, clearances = _clearances(world, run, scenario.robot.shape)
+    kept = kept_samples(run.times, path, PATH_TOLERANCE)
+    standing, clearances = hull_clearances(world, run, scenario.robot.shape)
     outcome = COLLISION if standing.min() < 0.0 else run.message.split()[0]
     length = float(np.hypot(*np.diff(path.T, axis=1)).sum())
     blocked_s, blocked_by = run.blocked[-1 if outcome == "unreachable" else 0] if run.blocked else (None, None)
@@ -163,12 +166,13 @@ def figures(scenario: Scenario, world: World, shortest: tuple[float, np.ndarray]
         "nodes": run.nodes,
         "wall_s": run.wall,
         "state_hash": run.state_hash,
-        "path": simplified(path, PATH_TOLERANCE).round(3).tolist(),
+        "path": path[kept].round(3).tolist(),
+        "path_s": run.times[kept].round(3).tolist(),
     }
 
 
-def _clearances(world: World, run: Run, own: Footprint) -> tuple[np.ndarray, np.ndarray]:
-    """Clearances of a footprint to what stands, and to what stands or moves; each of shape (n,), m."""
+def hull_clearances(world: World, run: Run, own: Footprint) -> tuple[np.ndarray, np.ndarray]:
+    """Return a footprint's clearances to what stands, and to what stands or moves; each of shape (n,), m."""
     poses = run.driven[:, :3]
     standing = body_clearance(world, poses, own)
     moving = moving_obstacle_clearance(world.moving_obstacles, poses, run.times, own)

@@ -61,11 +61,16 @@ __all__ = [
 ]  # fmt: skip
 
 
+def is_world_kind(kind: Any) -> bool:
+    """Whether a class is a kind of worlds: a dataclass of parameters with a method `make`."""
+    return isinstance(kind, type) and dataclasses.is_dataclass(kind) and callable(getattr(kind, "make", None))
+
+
 def make_world(kind: Any, seed: int, robot: Footprint | float, goals: Sequence[Sequence[float]] = ()) -> World:
     """The world of one kind and seed, the same on every machine.
 
     Args:
-        kind: an instance of one of `WORLD_KINDS`: the generator with its sizes.
+        kind: an instance of one of `WORLD_KINDS`, or of one of your own: the generator with its sizes.
         seed: 0 or a positive whole number; different kinds with the same seed are unrelated.
         robot: the robot for which the world must be solvable: what it covers, or its radius, m.
         goals: (x, y) or (x, y, yaw), W, m and rad, which it visits instead of the world's, which is then the last.
@@ -74,9 +79,10 @@ def make_world(kind: Any, seed: int, robot: Footprint | float, goals: Sequence[S
         StarnavError: a parameter is out of its limits, no solvable world was found, or the robot touches an obstacle
             at the start or a goal, or has no way to it in a map.
     """
-    if type(kind) not in WORLD_KINDS.values():
+    if not is_world_kind(type(kind)):
         raise StarnavError(
-            f"world is {'missing' if kind is None else shown(kind)}; allowed: an instance of {', '.join(WORLD_KINDS)}"
+            f"world is {'missing' if kind is None else shown(kind)}; allowed: an instance of {', '.join(WORLD_KINDS)}, "
+            "or of a dataclass of your own with a method make"
         )
     given: Any = seed  # whatever a caller passes
     if isinstance(given, bool) or not isinstance(given, int | np.integer) or given < 0:

@@ -83,3 +83,19 @@ def test_other_settings_are_refused(path: Path, change: dict, words: str) -> Non
     with pytest.raises(StarnavError, match=re.escape(words)):
         TrialFile(path, HEADER, resume=True)
     assert path.read_bytes() == before
+
+
+def test_other_code_of_an_own_method_or_world_is_not_mixed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(tmp_path))
+    module = tmp_path / "mine_alone.py"
+    module.write_text("GAIN = 1.0\n\ndef method(scenario):\n    return {}\n")
+    for case in (
+        Case("forest", "mine_alone:method", CASES[0].text),
+        Case("ring", "star", "world: !mine_alone:Ring {}\n"),
+    ):
+        path = tmp_path / f"{case.scenario}.jsonl"
+        TrialFile(path, make_header([case], seed=3)).close()
+        TrialFile(path, make_header([case], seed=3), resume=True).close()
+        module.write_text(module.read_text() + "# changed\n")
+        with pytest.raises(StarnavError, match="other code of mine_alone .*; allowed: --resume with the same"):
+            TrialFile(path, make_header([case], seed=3), resume=True)

@@ -235,3 +235,22 @@ def test_workers_end_with_the_process_that_started_them(end: signal.Signals, tmp
             return
         time.sleep(0.05)
     pytest.fail("a worker outlives its parent")
+
+
+def test_workers_know_a_world_of_the_user_s_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "own_posts.py").write_text(
+        "import dataclasses\nfrom drake_starnav import World\nfrom drake_starnav.parameters import parameter\n\n"
+        "@dataclasses.dataclass(frozen=True)\nclass Posts:\n    size: float = parameter(0.2, 'of the post')\n\n"
+        "    def make(self, rng, robot):\n"
+        "        post = (1.0, rng.uniform(0.6, 0.8), self.size)\n"
+        "        return World('posts', (0.0, 0.0, 0.0), (1.5, 0.0), cylinders=[post])\n"
+    )
+    (tmp_path / "posts.yaml").write_text("world: !own_posts:Posts {size: 0.3}\n")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join((str(tmp_path), os.environ.get("PYTHONPATH", ""))))
+    assert benchmark(["posts.yaml", "--trials", "1", "--jobs", "1", "--json", "a.jsonl", "--quiet"]) == 0
+    ((record,), header) = reversed(read_trials(tmp_path / "a.jsonl"))
+    assert record["outcome"] == "reached" and list(header["code"]) == ["own_posts"]
+    assert len(record["path"]) == len(record["path_s"]) and record["path_s"][-1] == pytest.approx(
+        record["time_s"], abs=2e-3
+    )

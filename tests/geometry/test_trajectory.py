@@ -12,6 +12,7 @@ from drake_starnav.geometry.trajectory import (
     STUCK_RADIUS,
     STUCK_TIME,
     Motion,
+    kept_samples,
     least_gaps,
     motion_metrics,
     stops,
@@ -117,3 +118,14 @@ def test_time_stuck() -> None:
 def test_to_and_fro_near_a_place_is_being_stuck_there(far: float, stuck: float) -> None:
     x = far * (np.arange(100) % 2)
     assert time_stuck(np.column_stack((x, np.zeros(100))), 0.1) == pytest.approx(stuck)
+
+
+def test_kept_samples_suffice_at_every_time() -> None:
+    times = np.linspace(0.0, 8.0, 1601)
+    along = np.where(times < 3.0, times**2 / 3.0, np.minimum(3.0, times))  # it stops
+    points = np.column_stack((along, 0.4 * np.sin(2.0 * along)))
+    kept = kept_samples(times, points, 0.02)
+    again = np.column_stack([np.interp(times, times[kept], points[kept, k]) for k in (0, 1)])
+    assert np.hypot(*(again - points).T).max() <= 0.02
+    assert (kept[0], kept[-1]) == (0, 1600) and len(kept) < 40
+    assert list(kept_samples(times[:1], points[:1], 0.02)) == [0]

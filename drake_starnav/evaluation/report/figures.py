@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+Compared = Literal["time", "path"]
+COMPARED: dict[Compared, str] = {"time": "time", "path": "path length"}
+"""The figures that pictures compare, in words."""
 COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#8C510A", "#707070")
 """The palette of Okabe and Ito, its yellow replaced by a brown that shows on white, and a grey."""
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*", "h")
@@ -59,9 +62,33 @@ def style(methods: Sequence[str], method: str) -> dict[str, Any]:
     return {"color": COLORS[k % len(COLORS)], "marker": MARKERS[k % len(MARKERS)], "linestyle": dashes}
 
 
-def success_figure(results: Results, share: float = 1.0) -> "Figure":
-    """Success rates with their 95 % Wilson intervals, a panel for each scenario."""
-    points = {
+def figure_data(results: Results) -> list[dict[str, Any]]:
+    """Return what the figures show, a row for each point: its figure, scenario, method, x or trial and time, and y."""
+    shown = {"success": success_points(results), "path over shortest path": path_points(results)}
+    for reference in results.references:
+        for field in COMPARED:
+            shown[f"{field} of {reference}, %"] = comparison_points(results, reference, field)
+    rows = [
+        {"figure": name, "scenario": scenario, "method": method, "y": p.value, "low": p.low, "high": p.high}
+        for name, points in shown.items()
+        for (scenario, method), p in points.items()
+    ]
+    for label, measure in DIFFICULTIES:
+        for method, x, p in difficulty_points(results, measure):
+            rows.append({"figure": label, "method": method, "x": x, "y": p.value, "low": p.low, "high": p.high})
+    for record in results.records:
+        for robot in record.get("robots", [record]):
+            names = {"figure": "trajectories", "scenario": record["scenario"], "method": robot["method"]}
+            names |= {"trial": record["trial"], "robot": robot.get("robot", "")}
+            path = robot.get("path", [])
+            for time, (x, y) in zip(robot.get("path_s", [""] * len(path)), path, strict=True):
+                rows.append({**names, "t": time, "x": x, "y": y})
+    return rows
+
+
+def success_points(results: Results) -> dict[tuple[str, str], Point]:
+    """Return the success rate of each scenario and method with its 95 % Wilson interval, %."""
+    return {
         (s.scenario, s.method): Point(
             100.0 * s.reached / s.trials,
             100.0 * s.interval[0],
@@ -71,11 +98,16 @@ def success_figure(results: Results, share: float = 1.0) -> "Figure":
         for s in summarise(results.records)
         if s.trials
     }
-    return _panels(results, results.methods, points, "reached the goal, % (95 % interval)", share, limits=(-4.0, 104.0))
 
 
-def path_figure(results: Results, share: float = 1.0) -> "Figure | None":
-    """Median of path over shortest path given the full map, where the goal was reached, with its exact interval."""
+def success_figure(results: Results, share: float = 1.0) -> "Figure":
+    """Success rates with their 95 % Wilson intervals, a panel for each scenario."""
+    label, points = "reached the goal, % (95 % interval)", success_points(results)
+    return _panels(results, results.methods, points, label, share, limits=(-4.0, 104.0))
+
+
+def path_points(results: Results) -> dict[tuple[str, str], Point]:
+    """Return the median of path over shortest path, where the goal was reached, with its exact interval."""
     points = {}
     for pair, case in results.cases.items():
         reached = [r for r in case if r["outcome"] == "reached" and r["shortest_path_m"]]
@@ -83,20 +115,32 @@ def path_figure(results: Results, share: float = 1.0) -> "Figure | None":
             ratios = [r["path_length_m"] / r["shortest_path_m"] for r in reached]
             median = median_interval(ratios)
             points[pair] = Point(*median, f"{median.value:.3f}")
+    return points
+
+
+def path_figure(results: Results, share: float = 1.0) -> "Figure | None":
+    """Median of path over shortest path given the full map, where the goal was reached, with its exact interval."""
+    points = path_points(results)
     label = "path / shortest path, median of the trials (95 % interval)"
     return _panels(results, results.methods, points, label, share, guide=1.0) if points else None
 
 
-def comparison_figure(
-    results: Results, reference: str, field: Literal["time", "path"], label: str, share: float = 1.0
-) -> "Figure | None":
-    """Median of each method's time or path over the reference's, on trials that both finished, with its interval."""
+def comparison_points(results: Results, reference: str, field: Compared) -> dict[tuple[str, str], Point]:
+    """Return the median of each method's ratios to the reference, with its exact interval, %."""
     points = {}
     for (scenario, method), case in results.cases.items():
         ratio = getattr(compare(case, results.of(scenario, reference)), field)
         if ratio is not None and method != reference:
             value, low, high = (100.0 * x for x in ratio.median)
             points[scenario, method] = Point(value, low, high, f"{value:.1f} %")
+    return points
+
+
+def comparison_figure(
+    results: Results, reference: str, field: Compared, label: str, share: float = 1.0
+) -> "Figure | None":
+    """Median of each method's time or path over the reference's, on trials that both finished, with its interval."""
+    points = comparison_points(results, reference, field)
     others = [method for method in results.methods if method != reference]
     label = f"{label}, % of {reference}'s, median of the trials (95 % interval)"
     return _panels(results, others, points, label, share, guide=100.0) if points else None
@@ -178,28 +222,23 @@ DIFFICULTIES: tuple[tuple[str, Callable[[Record], float | None]], ...] = (
 
 def difficulty_figure(results: Results, share: float = 1.0) -> "Figure | None":
     """Success rate against the difficulty of the world, over all scenarios, with 95 % Wilson intervals."""
-    panels = [(label, measure, difficulty_edges(results.records, measure)) for label, measure in DIFFICULTIES]
-    panels = [panel for panel in panels if len(panel[2])]
+    panels = [(label, difficulty_points(results, measure)) for label, measure in DIFFICULTIES]
+    panels = [panel for panel in panels if panel[1]]
     if not panels:
         return None
     columns = min(len(panels), _a_row(2, share))
     rows = math.ceil(len(panels) / columns)
     figure = new_figure(3.9 * rows, share * WIDTH)
     grid = figure.subplots(rows, columns, squeeze=False)
-    for axes, (label, measure, edges) in zip(grid.flat, panels, strict=True):
-        spread = 0.25 * np.diff(edges).min() / len(results.methods)
+    for axes, (label, found) in zip(grid.flat, panels, strict=True):
+        places = sorted({x for _, x, _ in found})
+        spread = 0.25 * min(np.diff(places), default=0.0) / len(results.methods)
         for k, method in enumerate(results.methods):
-            trials = [(measure(r), r["outcome"] == "reached") for r in results.records if r["method"] == method]
-            known = np.array([(value, reached) for value, reached in trials if value is not None]).reshape(-1, 2)
-            bins = np.clip(np.searchsorted(edges, known[:, 0], side="right") - 1, 0, len(edges) - 2)
-            shown = [b for b in range(len(edges) - 1) if (bins == b).any()]
-            x = [np.median(known[bins == b, 0]) + spread * (k - (len(results.methods) - 1) / 2) for b in shown]
-            counts = [(int(known[bins == b, 1].sum()), int((bins == b).sum())) for b in shown]
-            look = style(results.methods, method)
-            axes.plot(x, [100.0 * n / m for n, m in counts], **look, markersize=5, linewidth=1.3, label=method)
-            for at, (n, m) in zip(x, counts, strict=True):
-                low, high = wilson_interval(n, m)
-                axes.plot([at, at], [100.0 * low, 100.0 * high], color=look["color"], linewidth=1.0)
+            own = [(x + spread * (k - (len(results.methods) - 1) / 2), p) for name, x, p in found if name == method]
+            look, (x, y) = style(results.methods, method), ([at for at, _ in own], [p.value for _, p in own])
+            axes.plot(x, y, **look, markersize=5, linewidth=1.3, label=method)
+            for at, p in own:
+                axes.plot([at, at], [p.low, p.high], color=look["color"], linewidth=1.0)
         axes.set_xlabel(label)
         axes.set_ylim(-4.0, 104.0)
         axes.grid(color="0.92")
@@ -209,6 +248,27 @@ def difficulty_figure(results: Results, share: float = 1.0) -> "Figure | None":
     handles, labels = figure.axes[0].get_legend_handles_labels()
     _legend(figure, handles, labels)
     return figure
+
+
+def difficulty_points(results: Results, measure: Callable[[Record], float | None]) -> list[tuple[str, float, Point]]:
+    """Return by method, over all scenarios, where the worlds of a bin lie, and their success rate with its interval, %.
+
+    A bin lies where its median is, of all methods' trials.
+    """
+    edges, points = difficulty_edges(results.records, measure), []
+    known = [(r["method"], measure(r), r["outcome"] == "reached") for r in results.records]
+    known = [each for each in known if each[1] is not None]
+    values = np.array([value for _, value, _ in known], dtype=float)
+    bins = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, len(edges) - 2)
+    for method in results.methods:
+        for b in range(len(edges) - 1):
+            reached = [each[2] for each, own in zip(known, bins, strict=True) if own == b and each[0] == method]
+            if reached:
+                n, m = sum(reached), len(reached)
+                low, high = wilson_interval(n, m)
+                point = Point(100.0 * n / m, 100.0 * low, 100.0 * high, f"{n} of {m}")
+                points.append((method, float(np.median(values[bins == b])), point))
+    return points
 
 
 def difficulty_edges(records: Sequence[Record], measure: Callable[[Record], float | None]) -> np.ndarray:
@@ -246,7 +306,8 @@ def trajectory_figure(results: Results, scenario: str, count: int, share: float 
             look = style(results.methods, robot["method"])
             path = np.array(robot["path"])
             over = 4 - 0.1 * results.methods.index(robot["method"])  # the first method lies on top
-            line = {"color": look["color"], "linestyle": look["linestyle"], "linewidth": 1.5, "alpha": 0.9}
+            rank = results.methods.index(robot["method"]) / len(results.methods)  # markers apart from one another's
+            line = {**look, "linewidth": 1.5, "alpha": 0.9, "markersize": 4, "markevery": (0.25 * rank, 0.25)}
             axes.plot(*path.T, **line, label=robot["method"], zorder=over)
             if robot["outcome"] != "reached":
                 axes.plot(*path[-1], marker="x", color=look["color"], markersize=7, markeredgewidth=2.2, zorder=5)

@@ -5,7 +5,7 @@ import itertools
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.evaluation.report import figures
@@ -26,8 +26,6 @@ SECTIONS = {
     "reproduce": "How to reproduce it",
 }
 """Titles of the page's sections; those without content are left out."""
-COMPARED: dict[Literal["time", "path"], str] = {"time": "time", "path": "path length"}
-"""The figures that pictures compare, in words."""
 PATH_IMAGE = "path over shortest path"
 """The first picture of the section on cost, in words."""
 
@@ -52,7 +50,7 @@ def write_page(
         PATH_IMAGE: lambda share: figures.path_figure(results, share),
     }
     cost_images = [PATH_IMAGE]
-    for reference, (field, words) in itertools.product(results.references, COMPARED.items()):
+    for reference, (field, words) in itertools.product(results.references, figures.COMPARED.items()):
         cost_images.append(name := f"{words} compared with {reference}")
         drawings[name] = partial(figures.comparison_figure, results, reference, field, words)
     for k, name in enumerate(results.scenarios):

@@ -67,8 +67,16 @@ class Results:
 
     def scenario(self, record: Record) -> Scenario:
         """The scenario of a record."""
-        name, method = record["scenario"], record["method"]
-        return in_world(parse_scenario(self.texts[name, method], name=name, method=method), record.get("world"))
+        _, case = self._origin(record)
+        return in_world(
+            parse_scenario(case["text"], name=record["scenario"], method=_driver(case)), record.get("world")
+        )
+
+    def _origin(self, record: Record) -> tuple[Header, dict[str, str]]:
+        """The header of the file that a record is from, and its case there."""
+        pair = record["scenario"], record["method"]
+        cases = ((header, case) for header in self.headers for case in header["cases"])
+        return next(each for each in cases if (each[1]["scenario"], each[1]["method"]) == pair)
 
     def commands(self) -> list[str]:
         """The commands that ran the trials, one for each file, as they were typed; empty if none was."""
@@ -76,14 +84,8 @@ class Results:
 
     def trial_command(self, record: Record) -> str:
         """The command that runs one trial again and records it."""
-        name, method, _ = record_key(record)
-        header, case = next(
-            (header, case)
-            for header in self.headers
-            for case in header["cases"]
-            if (case["scenario"], case["method"]) == (name, method)
-        )
-        parts = [_source(case), "--method", method, "--seed", str(record["seed"])]
+        header, case = self._origin(record)
+        parts = [_source(case), "--method", _driver(case), "--seed", str(record["seed"])]
         parts += [part for override in header["overrides"] for part in ("--set", override)]
         if "world" in record:
             parts += ["--set", f"world.id={record['world']}"]
@@ -117,16 +119,23 @@ def make_results(headers: Sequence[Header], records: Sequence[Record], reference
 def read_results(paths: Sequence[Path], references: Sequence[str] = ()) -> Results:
     """Read the trials of files; for `references` see `make_results`.
 
+    Where files have the same scenario and method with other overrides, a method is called by them, too.
+
     Raises:
         StarnavError: a file is not a file of trials, its seed differs from the first one's, it repeats a trial of
-            another file, or it has a scenario of another file with different worlds, robot or simulation.
+            another file, or it has a scenario of another file with different worlds, or, without an override that says
+            so, with a different robot or simulation.
     """
     headers: list[Header] = []
     records: list[Record] = []
     origin: dict[tuple[str, str], Path] = {}
     tasks: dict[str, tuple[Path, dict[str, Any]]] = {}
-    for path in paths:
-        header, found = read_trials(path)
+    files = [read_trials(path) for path in paths]
+    settings = _settings([header for header, _ in files])
+    for path, (header, found), setting in zip(paths, files, settings, strict=True):
+        if setting:
+            header = {**header, "cases": [_called(case, setting) for case in header["cases"]]}
+            found = [_called(record, setting) for record in found]
         if headers and header["seed"] != headers[0]["seed"]:
             raise StarnavError(
                 f"{path} has seed {header['seed']}, {paths[0]} has {headers[0]['seed']}; allowed: the same, as only "
@@ -136,7 +145,7 @@ def read_results(paths: Sequence[Path], references: Sequence[str] = ()) -> Resul
             name = case["scenario"], case["method"]
             if name in origin:
                 raise StarnavError(f"{path} has {' '.join(name)}, and so has {origin[name]}; allowed: each once")
-            origin[name], task = path, _task(case, header)
+            origin[name], task = path, _task(case, header, compares_settings=any(settings))
             first, other = tasks.setdefault(name[0], (path, task))
             if changed := [key for key in task if task[key] != other[key]]:
                 raise StarnavError(
@@ -150,11 +159,34 @@ def read_results(paths: Sequence[Path], references: Sequence[str] = ()) -> Resul
     return make_results(headers, records, references)
 
 
-def _task(case: Mapping[str, str], header: Header) -> dict[str, Any]:
+def _settings(headers: Sequence[Header]) -> list[str]:
+    """The overrides in which each file differs from the others; empty where no two have the same case."""
+    pairs = [{(case["scenario"], case["method"]) for case in header["cases"]} for header in headers]
+    if sum(map(len, pairs)) == len(set().union(*pairs)):
+        return [""] * len(headers)
+    common = set.intersection(*(set(header["overrides"]) for header in headers))
+    return [" ".join(each for each in header["overrides"] if each not in common) for header in headers]
+
+
+def _called(entry: dict[str, Any], setting: str) -> dict[str, Any]:
+    """A case or a record, also of several robots, whose method is called by a setting as well."""
+    robots = {"robots": [_called(each, setting) for each in entry["robots"]]} if "robots" in entry else {}
+    return {**entry, **robots, "method": f"{entry['method']} {setting}", "driver": entry["method"]}
+
+
+def _driver(case: Mapping[str, str]) -> str:
+    """The method of a case without its settings."""
+    return case.get("driver", case["method"])
+
+
+def _task(case: Mapping[str, str], header: Header, *, compares_settings: bool) -> dict[str, Any]:
     """What must be equal for all methods in a scenario, so that trials of the same number are the same task."""
-    scenario = parse_scenario(case["text"], name=case["scenario"], method=case["method"])
-    shared: dict[str, Any] = {name: getattr(scenario, name) for name in ("world", "robot", "simulation")}
-    return shared | {"numbers of trials": header["in_worlds"]}
+    scenario = parse_scenario(case["text"], name=case["scenario"], method=_driver(case))
+    robot = scenario.robot
+    shared: dict[str, Any] = {"world": scenario.world, "numbers of trials": header["in_worlds"]}
+    if compares_settings:  # the worlds are made for what the robot covers
+        return shared | {"robot.radius": robot.radius, "robot.footprint": robot.footprint}
+    return shared | {"robot": robot, "simulation": scenario.simulation}
 
 
 def _typed(header: Header) -> str:

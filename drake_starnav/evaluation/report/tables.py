@@ -3,7 +3,7 @@
 import csv
 import io
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -87,11 +87,17 @@ def summary_csv(results: Results) -> str:
         for reference in results.references:
             row |= _comparison_figures(case, results.of(summary.scenario, reference), reference)
         rows.append(row)
+    return csv_text(rows)
+
+
+def csv_text(rows: Sequence[Mapping[str, Any]]) -> str:
+    """Rows as CSV, with a column for each name that any of them has; a value that is missing or NaN is empty."""
     names = list(dict.fromkeys(name for row in rows for name in row))
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n", quoting=csv.QUOTE_NONNUMERIC)
     writer.writerow(names)
-    writer.writerows([row.get(name, "") for name in names] for row in rows)
+    known = ({name: value for name, value in row.items() if value == value} for row in rows)  # NaN is not itself
+    writer.writerows([row.get(name, "") for name in names] for row in known)
     return text.getvalue()
 
 
@@ -101,8 +107,7 @@ def _comparison_figures(case: Sequence[Record], others: Sequence[Record], refere
     figures: dict[str, Any] = {"both_reached": pair.trials}
     for name, ratio in (("time", pair.time), ("path", pair.path)):
         if ratio is not None:
-            value, *ends = ratio.median
-            low, high = ("" if math.isnan(end) else end for end in ends)
+            value, low, high = ratio.median
             figures |= {f"{name}_ratio_mean": ratio.mean, f"{name}_ratio_median": value}
             figures |= {f"{name}_ratio_median_low": low, f"{name}_ratio_median_high": high}
             figures[f"{name}_ratio_of_sums"] = ratio.of_sums
@@ -142,7 +147,7 @@ def comparison_table(results: Results, reference: str) -> Table:
             alone = f"{pair.reached_alone} / {pair.other_reached_alone}"
             rows.append((scenario, method, str(pair.trials), *ratios, alone, number(pair.success_p_value, 4)))
     columns = [
-        f"{name}, %{kind}" for name in ("time", "path") for kind in (": mean of ratios", ": median", ": of sums")
+        f"{name}, %: {kind}" for name in ("time", "path") for kind in ("mean of ratios", "median", "ratio of sums")
     ]
     return ("scenario", "method", "both reached", *columns, "only it / only the other reached", "p (McNemar)"), rows
 

@@ -51,3 +51,22 @@ def test_trajectories_lie_over_their_worlds_and_failures_are_marked() -> None:
         assert crosses == sum(r["outcome"] != "reached" for r in records)
         assert len(axes.collections[0].get_paths()) > 10  # trees
     assert figures.trajectory_figure(results, "nowhere", 3) is None
+
+
+def test_the_data_of_the_figures_are_what_they_show() -> None:
+    results = made_up(trials=30)
+    rows = figures.figure_data(results)
+    success = [row for row in rows if row["figure"] == "success"]
+    drawn = [line.get_xdata()[0] for axes in figures.success_figure(results).axes for line in axes.lines[1::2]]
+    assert [row["y"] for row in success] == pytest.approx(drawn)
+    harder = figures.DIFFICULTIES[1][0]
+    lines = [line for line in figures.difficulty_figure(results).axes[1].lines if line.get_label() in results.methods]
+    assert [row["y"] for row in rows if row["figure"] == harder] == [y for line in lines for y in line.get_ydata()]
+    assert len({(line.get_marker(), line.get_linestyle()) for line in lines}) == len(results.methods)
+    assert sum(row["figure"] == "trajectories" for row in rows) == sum(len(r["path"]) for r in results.records)
+
+
+def test_methods_are_told_apart_without_colour() -> None:
+    methods = [f"method {k}" for k in range(9)]
+    looks = [figures.style(methods, method) for method in methods]
+    assert len({(look["marker"], look["linestyle"]) for look in looks}) == 9

@@ -75,6 +75,21 @@ def test_trials_of_other_tasks_are_not_compared(tmp_path: Path, override: str, w
         read_results([first, second])
 
 
+def test_settings_are_compared_by_what_they_override(tmp_path: Path) -> None:
+    """The same worlds and method with another lidar, and a faster robot."""
+    plain = written(tmp_path / "plain.jsonl")
+    noisy = written(tmp_path / "noisy.jsonl", "star", "lidar.noise=0.03")
+    fast = written(tmp_path / "fast.jsonl", "star", "robot.max_speed=0.5")
+    results = read_results([noisy, plain, fast], ["star"])
+    assert results.methods == ["star lidar.noise=0.03", "star", "star robot.max_speed=0.5"]
+    assert [len(case) for case in results.cases.values()] == [2, 2, 2]
+    first = results.records[0]
+    assert results.scenario(first).lidar.noise == 0.03 and results.scenario(first).method == "star"
+    assert "--method star --seed" in results.trial_command(first) and "lidar.noise=0.03" in results.trial_command(first)
+    with pytest.raises(StarnavError, match="have other world in scenario forest"):
+        read_results([plain, written(tmp_path / "wide.jsonl", "star", "world.width=40")])
+
+
 def test_a_recording_is_called_after_its_trial_and_stays_in_its_folder() -> None:
     assert page_name(record("forest", "star", 3)) == "forest_star_3.html"
     assert page_name(record("../../tmp/my forest; echo hi", "star", 3)) == "_tmp_my_forest_echo_hi_star_3.html"
