@@ -24,10 +24,9 @@ from drake_starnav.navigation import Navigation, Parts, add_navigation
 from drake_starnav.planning import PlannerStatus
 from drake_starnav.scenario.scenario_file import load_scenario
 from drake_starnav.scenario.schema import Scenario
-from drake_starnav.simulation.monitors import add_collision_monitor
 from drake_starnav.simulation.trial import omniscient_path
 from drake_starnav.station.model_world import make_world_with_footprints
-from drake_starnav.station.monitors import COLLISION, STRUCK
+from drake_starnav.station.monitors import COLLISION, STRUCK, CollisionMonitor
 from drake_starnav.utils.files import replacing
 from drake_starnav.utils.stopwatch import Stopwatch
 from drake_starnav.worlds import clearance
@@ -83,7 +82,7 @@ class Soak:
         self.navigation: Navigation = add_navigation(
             builder, scenario, Parts(self.world), seed, stopwatch=self.stopwatch
         )
-        add_collision_monitor(builder, self.navigation)
+        CollisionMonitor.AddToBuilder(builder, self.navigation.station)
         self.simulator = Simulator(builder.Build())
         self.rng = np.random.default_rng(seed)
 

@@ -14,9 +14,9 @@ from pydrake.systems.framework import DiagramBuilder
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.sensor_model import LidarParameters
-from drake_starnav.navigation import Navigation, Parts, add_navigation
+from drake_starnav.navigation import Parts, add_navigation
 from drake_starnav.scenario.scenario_file import parse_scenario
-from drake_starnav.simulation.monitors import add_collision_monitor
+from drake_starnav.station.monitors import CollisionMonitor
 from drake_starnav.station.plant import plant_config
 from drake_starnav.station.robot_interface import RobotInterface, connect_robot
 from drake_starnav.station.robot_model import add_robot
@@ -106,8 +106,7 @@ def test_a_contact_of_the_arm_is_the_robot_s_and_one_between_them_is_none() -> N
     beam = RigidTransform([0.6, 0.0, 0.5])  # above the hull and the lidar
     own.plant.RegisterCollisionGeometry(own.plant.world_body(), beam, Box(0.1, 2.0, 0.1), "beam", FRICTION)
     robot = own.robot()
-    navigation = Navigation(World("own", (0.0, 0.0, 0.0), (2.0, 0.0)), robot)
-    add_collision_monitor(own.builder, navigation)
+    CollisionMonitor.AddToBuilder(own.builder, robot)
     own.builder.ExportInput(robot.GetInputPort("drive.twist_command"), "twist")
     own.builder.ExportInput(own.plant.get_actuation_input_port(own.arm), "arm")
     diagram = own.builder.Build()

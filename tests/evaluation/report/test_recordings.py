@@ -79,4 +79,6 @@ def test_the_command_reports_without_running_again(trials: Path, tmp_path: Path,
     assert out["markdown"].read_text().rstrip() in printed
     assert out["csv"].read_text().count("\n") == 3
     assert len(commands(out["html"].read_text(), trials)) == 2
-    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(path.name for path in out.values())
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(
+        ["report_figures.csv", *(path.name for path in out.values())]
+    )
