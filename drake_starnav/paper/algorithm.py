@@ -6,6 +6,7 @@ counted. Nothing is certified.
 """
 
 import dataclasses
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -16,7 +17,7 @@ from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import ON_AXIS
 from drake_starnav.lidar.outlier_filter import HitHistory
 from drake_starnav.paper import choices, pid
-from drake_starnav.paper.blend import combined_vector
+from drake_starnav.paper.blend import combined_vector, nearest_hit
 from drake_starnav.paper.modulation import guiding_vector, modulated_vector
 from drake_starnav.paper.roadmap import PaperState, delete_point, generate_roadmap, is_feasible, is_near
 from drake_starnav.paper.short_term_goal import shortest_sequence
@@ -87,11 +88,14 @@ def control(inputs: ControllerInputs, robot: RobotParameters) -> Proposal:
         return STOP
     guide = guiding_vector(p, guidance.path[0])  # Eq. (7)
     vector = modulated_vector(p, guide, guidance.regions)  # line 20, Eq. (14)
-    vector = combined_vector(p, vector, guide, inputs.star.near_hits, robot.radius)  # 21, Eq. (15)
+    nearest, clearance = nearest_hit(p, inputs.star.near_hits), math.inf
+    if nearest is not None:
+        vector = combined_vector(vector, guide, nearest, robot.radius)  # line 21, Eq. (15)
+        clearance = nearest.distance - robot.radius
     length = float(np.hypot(*vector))
     if length == 0.0:
         return STOP
-    u = pid.follow_vector(vector, yaw, robot.limits)  # line 22
+    u = pid.follow_vector(vector, yaw, clearance, robot.limits)  # line 22
     return Proposal(twist_of(u, robot.drive), vector / length)
 
 

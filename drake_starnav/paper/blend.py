@@ -22,26 +22,22 @@ class Nearest(NamedTuple):
     distance: float
 
 
-def combined_vector(
-    position: np.ndarray, vector: np.ndarray, guide: np.ndarray, hits: np.ndarray, radius: float
-) -> np.ndarray:
-    """Eq. (15): p* = (1 - a) p~* + a p~_n*,  a = min(rho / (|p - p_n| - r), 1); shape (2,), W, m.
-
-    Corrected: a is 1 inside the radius, where the printed one is negative. p~_n* is not defined, see `nearest_vector`.
-
-    Args:
-        position: p, shape (2,).
-        vector: p~*, as of `modulated_vector`.
-        guide: p~, as of `guiding_vector`.
-        hits: of the scan L, shape (n, 2).
-        radius: r, m.
-    """
+def nearest_hit(position: np.ndarray, hits: np.ndarray) -> Nearest | None:
+    """Return p_n of the scan L, shape (n, 2), or None of an empty one."""
     if not len(hits):
-        return vector
+        return None
     offset = position - hits
     distances = np.hypot(offset[:, 0], offset[:, 1])
     n = int(np.argmin(distances))
-    nearest = Nearest(hits[n], offset[n] / max(distances[n], 1e-9), float(distances[n]))
+    return Nearest(hits[n], offset[n] / max(distances[n], 1e-9), float(distances[n]))
+
+
+def combined_vector(vector: np.ndarray, guide: np.ndarray, nearest: Nearest, radius: float) -> np.ndarray:
+    """Eq. (15): p* = (1 - a) p~* + a p~_n*,  a = min(rho / (|p - p_n| - r), 1); shape (2,), W, m.
+
+    Corrected: a is 1 inside the radius r, where the printed one is negative. p~_n* is not defined, see
+    `nearest_vector`. Arguments: p~* of `modulated_vector`, p~ of `guiding_vector`, p_n, r.
+    """
     share = blend_share(nearest.distance - radius)
     return (1.0 - share) * vector + share * nearest_vector(nearest, vector, guide)
 
@@ -70,5 +66,5 @@ def vector_along_and_away(nearest: Nearest, vector: np.ndarray, guide: np.ndarra
     return vector_along(nearest, vector, guide) + choices.PUSH * vector_away(nearest, vector, guide)
 
 
-nearest_vector: Callable[[Nearest, np.ndarray, np.ndarray], np.ndarray] = vector_away
+nearest_vector: Callable[[Nearest, np.ndarray, np.ndarray], np.ndarray] = vector_along_and_away
 """The reading of p~_n* that is used; see `choices.NEAREST_VECTOR`."""

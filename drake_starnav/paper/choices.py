@@ -104,12 +104,10 @@ SIGMA = _choose("SIGMA", 2.0, "sigma of Gamma", '"predefined"', "the authors' co
 RHO = _choose(
     "RHO", 0.02, "rho of Eq. (15), m", "\"predefined\"",
     "a is 1 below rho of clearance, and the authors' forest leaves 26 to 95 mm a side",
-    "0.035: 5 of 12 in the forest, by timeout in its gaps",
 )  # fmt: skip
 NEAREST_VECTOR = _choose(
-    "NEAREST_VECTOR", "vector_away", "p~_n* of Eq. (15)", "not defined", "no contact",
-    "`vector_along`, by the notation: 4 of 12 in the forest, the others by contact, in 22 to 30 s a drive; with "
-    "`midpoint_bearing`, `vector_along_and_away`, as in the authors' code: 2 and 3, the others by contact",
+    "NEAREST_VECTOR", "vector_along_and_away", "p~_n* of Eq. (15)", "not defined",
+    "the authors' code; where p_n changes sides in a gap it turns by a quarter, where `vector_away` turns about",
 )  # fmt: skip
 PUSH = _choose(
     "PUSH", 1.0, "share of the vector away in `vector_along_and_away`", "nothing",
@@ -117,10 +115,14 @@ PUSH = _choose(
 )  # fmt: skip
 FOLLOW_VECTOR = _choose(
     "FOLLOW_VECTOR", "turn_towards", "the low-level controller", "\"a PID controller\", no gains",
-    "a differential drive that also drives while it turns touches in gaps",
-    "`authors_pid`: 0 of 4 in the forest, all by contact",
+    "it turns before it drives, and can stop within its clearance: p~_n* turns at once where p_n changes sides, and the "
+    "robot, which can not, would reach the other side before it has turned",
 )  # fmt: skip
 SPEED = _choose(
-    "SPEED", 1.0 / 3.0, "speed of `turn_towards`, m/s", "0.4 m/s on average, in the room",
-    "the fixed point of the authors' PID; the length of the vector, as before, makes it slow in gaps",
+    "SPEED", 1.0 / 3.0, "largest speed of `turn_towards`, m/s", "0.4 m/s on average, in the room",
+    "the fixed point of the authors' PID",
+)  # fmt: skip
+CREEP = _choose(
+    "CREEP", 0.02, "speed of `turn_towards` without any clearance, m/s", "nothing",
+    "noise shows up to 25 mm less clearance than there is, and a robot that stands does not leave",
 )  # fmt: skip

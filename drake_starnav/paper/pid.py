@@ -6,19 +6,21 @@ import numpy as np
 
 from drake_starnav.paper import choices
 from drake_starnav.robot import Limits
-from drake_starnav.robot.limits import Velocity, aimed, limited, wrapped_angle
+from drake_starnav.robot.limits import Velocity, aimed, limited, stopping, wrapped_angle
 
 
-def turn_towards(vector: np.ndarray, yaw: float, limits: Limits) -> Velocity:
-    """Line 22 of Algorithm 1: u = (v, omega), v = SPEED cos^3(error), omega in proportion to the error.
+def turn_towards(vector: np.ndarray, yaw: float, clearance: float, limits: Limits) -> Velocity:
+    """Line 22 of Algorithm 1: u = (v, omega), v = V cos^3(error), omega in proportion to the error.
 
-    Replaced: the turning law of our controllers, at a constant speed; the length of the vector does not count.
+    Replaced: the turning law of our controllers; the length of the vector does not count. V is `SPEED`, or that from
+    which the robot stops within its clearance (m), as the vector turns at once where p_n changes sides, and it cannot.
     """
     error = wrapped_angle(math.atan2(vector[1], vector[0]) - yaw)
-    return Velocity(*aimed(error, min(choices.SPEED, limits.max_speed), limits))
+    near = max(choices.CREEP, stopping(max(clearance, 0.0), limits.max_acceleration))
+    return Velocity(*aimed(error, min(choices.SPEED, near, limits.max_speed), limits))
 
 
-def authors_pid(vector: np.ndarray, yaw: float, limits: Limits) -> Velocity:
+def authors_pid(vector: np.ndarray, yaw: float, clearance: float, limits: Limits) -> Velocity:
     """Line 22 by the gains of the authors' code: v = 0.5 (v_ref - v), omega = 2 error, v_ref = min(1, 0.5 / |error|).
 
     At its fixed point, v = v_ref / 3, without the differential parts, for which a controller would need a state.

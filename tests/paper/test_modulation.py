@@ -9,9 +9,9 @@ from hypothesis import given, settings
 from drake_starnav.control import ControllerInputs
 from drake_starnav.control.modulation import boundary_at
 from drake_starnav.paper import choices, control
-from drake_starnav.paper.blend import Nearest, blend_share, combined_vector, vector_along, vector_along_and_away
+from drake_starnav.paper.blend import Nearest, blend_share, combined_vector, nearest_hit, vector_along, vector_along_and_away
 from drake_starnav.paper.modulation import boundary_tangent, modulated_vector, weights
-from drake_starnav.paper.pid import authors_pid
+from drake_starnav.paper.pid import authors_pid, turn_towards
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.limits import HEADING_GAIN
@@ -57,23 +57,29 @@ def test_at_its_reference_point_a_region_does_not_modulate():
     np.testing.assert_allclose(found, (1.5, 0.5), rtol=1e-9)
 
 
-@pytest.mark.parametrize("clearance", [0.02, 0.05, 0.15, 0.4, 2.0])
+@pytest.mark.parametrize("clearance", [-0.1, 0.02, 0.05, 0.15, 0.4, 2.0])
 def test_the_nearest_point_term_blends_by_rho_over_clearance(clearance):
-    outward, vector = unit(0.4), 1.7 * unit(0.9)
-    hits = np.array([(RADIUS + clearance) * outward, 5.0 * unit(2.0)])
-    share = min(choices.RHO / clearance, 1.0)
-    found = combined_vector(np.zeros(2), vector, vector, hits, RADIUS)
-    np.testing.assert_allclose(found, (1.0 - share) * vector - 1.7 * share * outward, atol=1e-12)
+    outward, guide, vector = unit(0.4), unit(0.7), 1.7 * unit(0.9)
+    nearest = nearest_hit(np.zeros(2), np.array([5.0 * unit(2.0), (RADIUS + clearance) * outward]))
+    np.testing.assert_allclose(nearest.away, -outward)
+    share = min(choices.RHO / max(clearance, choices.RHO), 1.0)
+    along_and_away = 1.7 * (unit(0.4 + 0.5 * math.pi) - choices.PUSH * outward)
+    found = combined_vector(vector, guide, nearest, RADIUS)
+    np.testing.assert_allclose(found, (1.0 - share) * vector + share * along_and_away, atol=1e-12)
 
 
-def test_inside_the_radius_the_nearest_point_counts_alone():
-    found = combined_vector(np.zeros(2), unit(0.1), unit(0.1), np.array([(0.5 * RADIUS, 0.0)]), RADIUS)
-    np.testing.assert_allclose(found, (-1.0, 0.0), atol=1e-12)
+@pytest.mark.parametrize("clearance", [-0.05, 0.002, 0.05, 1.0])
+def test_the_robot_can_stop_within_its_clearance_and_creeps_without_one(clearance):
+    limits = RobotParameters().limits
+    v = turn_towards(unit(0.0), 0.0, clearance, limits).ahead
+    assert choices.CREEP <= v <= choices.SPEED
+    assert v == choices.CREEP or v**2 <= 2.0 * limits.max_acceleration * clearance
+    assert v > 0.8 * min(choices.SPEED, math.sqrt(2.0 * limits.max_acceleration * max(clearance - 0.01, 0.0)))
 
 
 @pytest.mark.parametrize("heading", [-2.0, -0.3, 0.0, 0.4])
 @pytest.mark.parametrize("length", [0.3, 3.0])
-def test_the_robot_turns_towards_the_vector_at_a_constant_speed(heading, length):
+def test_the_robot_turns_towards_the_vector_at_a_constant_speed_in_the_open(heading, length):
     robot = RobotParameters(max_yaw_rate=20.0, max_yaw_acceleration=200.0)
     guidance = Guidance.along(length * unit(heading)[None, :])
     v, omega = control(ControllerInputs(np.zeros(3), np.zeros(2), guidance, CertifiedRegion.none()), robot).twist
@@ -83,8 +89,8 @@ def test_the_robot_turns_towards_the_vector_at_a_constant_speed(heading, length)
 
 def test_the_authors_gains_drive_a_third_of_the_reference_speed():
     limits = RobotParameters(max_speed=2.0, max_yaw_rate=20.0).limits
-    assert authors_pid(unit(0.2), 0.0, limits)[::2] == pytest.approx((1.0 / 3.0, 0.4))
-    assert authors_pid(unit(2.0), 0.0, limits)[::2] == pytest.approx((0.25 / 3.0, 4.0))
+    assert authors_pid(unit(0.2), 0.0, 1.0, limits)[::2] == pytest.approx((1.0 / 3.0, 0.4))
+    assert authors_pid(unit(2.0), 0.0, 1.0, limits)[::2] == pytest.approx((0.25 / 3.0, 4.0))
 
 
 def test_the_readings_of_the_nearest_vector_lead_along_it_and_away():
