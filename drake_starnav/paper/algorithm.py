@@ -17,7 +17,7 @@ from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import ON_AXIS
 from drake_starnav.lidar.outlier_filter import HitHistory
 from drake_starnav.paper import choices, pid
-from drake_starnav.paper.blend import combined_vector, nearest_hit
+from drake_starnav.paper.blend import combined_vector, nearest_hit, smoothed_distances
 from drake_starnav.paper.modulation import guiding_vector, modulated_vector
 from drake_starnav.paper.roadmap import PaperState, delete_point, generate_roadmap, is_feasible, is_near
 from drake_starnav.paper.short_term_goal import shortest_sequence
@@ -37,18 +37,18 @@ def perceive(
 ) -> Perceived:
     """Line 2: P <- fit piecewise polynomials to L; arguments as for `surroundings.perception.perceive`.
 
-    Of the certified region there are only the time and the hits. Raises a `StarnavError` unless there is one lidar, on
-    the robot's axis.
+    Of the certified region there are only the time and the hits in which p_n is sought. Raises a `StarnavError` unless
+    there is one lidar, on the robot's axis.
     """
     if tuple(settings.mounts) != (ON_AXIS,):
         raise StarnavError(f"the paper's method with {len(scans)} lidars or one off the axis; allowed: one on the axis")
     (scan,) = scans
-    region = traversable_region(scan, pose, settings.footprint.narrow)
+    region, smoothed = traversable_region(scan, pose, settings.footprint.narrow), smoothed_distances(scan)
     safety = CertifiedRegion(
         center=np.array(pose[:2], dtype=float),
         bearing_0=region.bearing_0,
         values=np.zeros(len(region.free_range)),
-        near_hits=scan.points_at(scan.distances, scan.hits & (scan.distances < choices.RANGE), pose),
+        near_hits=scan.points_at(smoothed, scan.hits & (smoothed < choices.RANGE), pose),
         time=scan.time,
         previous=before.safety.time,
     )
@@ -88,10 +88,9 @@ def control(inputs: ControllerInputs, robot: RobotParameters) -> Proposal:
         return STOP
     guide = guiding_vector(p, guidance.path[0])  # Eq. (7)
     vector = modulated_vector(p, guide, guidance.regions)  # line 20, Eq. (14)
-    nearest, clearance = nearest_hit(p, inputs.star.near_hits), math.inf
+    nearest, clearance = nearest_hit(p, inputs.star.near_hits, robot.radius), math.inf
     if nearest is not None:
-        vector = combined_vector(vector, guide, nearest, robot.radius)  # line 21, Eq. (15)
-        clearance = nearest.distance - robot.radius
+        vector, clearance = combined_vector(vector, guide, nearest), nearest.clearance  # line 21, Eq. (15)
     length = float(np.hypot(*vector))
     if length == 0.0:
         return STOP

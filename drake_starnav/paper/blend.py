@@ -4,7 +4,9 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
+from scipy.ndimage import median_filter
 
+from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.paper import choices
 
 
@@ -12,33 +14,36 @@ class Nearest(NamedTuple):
     """The nearest hit p_n.
 
     Attributes:
-        place: p_n, shape (2,), W, m.
         away: unit vector from it to p, shape (2,).
-        distance: |p - p_n|, m.
+        clearance: |p - p_n| - r, m.
     """
 
-    place: np.ndarray
     away: np.ndarray
-    distance: float
+    clearance: float
 
 
-def nearest_hit(position: np.ndarray, hits: np.ndarray) -> Nearest | None:
-    """Return p_n of the scan L, shape (n, 2), or None of an empty one."""
+def smoothed_distances(scan: LaserScan) -> np.ndarray:
+    """Return the median of the distances of NEAREST_BEAMS neighbouring beams, shape (n,), m, in which p_n is sought."""
+    return median_filter(scan.distances, int(choices.NEAREST_BEAMS), mode="wrap" if scan.full_circle else "nearest")
+
+
+def nearest_hit(position: np.ndarray, hits: np.ndarray, radius: float) -> Nearest | None:
+    """Return p_n of hits, shape (n, 2), for a robot of this radius, m; None without any."""
     if not len(hits):
         return None
     offset = position - hits
     distances = np.hypot(offset[:, 0], offset[:, 1])
     n = int(np.argmin(distances))
-    return Nearest(hits[n], offset[n] / max(distances[n], 1e-9), float(distances[n]))
+    return Nearest(offset[n] / max(distances[n], 1e-9), float(distances[n]) - radius)
 
 
-def combined_vector(vector: np.ndarray, guide: np.ndarray, nearest: Nearest, radius: float) -> np.ndarray:
+def combined_vector(vector: np.ndarray, guide: np.ndarray, nearest: Nearest) -> np.ndarray:
     """Eq. (15): p* = (1 - a) p~* + a p~_n*,  a = min(rho / (|p - p_n| - r), 1); shape (2,), W, m.
 
     Corrected: a is 1 inside the radius r, where the printed one is negative. p~_n* is not defined, see
-    `nearest_vector`. Arguments: p~* of `modulated_vector`, p~ of `guiding_vector`, p_n, r.
+    `nearest_vector`. Arguments: p~* of `modulated_vector`, p~ of `guiding_vector`, p_n.
     """
-    share = blend_share(nearest.distance - radius)
+    share = blend_share(nearest.clearance)
     return (1.0 - share) * vector + share * nearest_vector(nearest, vector, guide)
 
 
@@ -62,8 +67,12 @@ def vector_along(nearest: Nearest, vector: np.ndarray, guide: np.ndarray) -> np.
 
 
 def vector_along_and_away(nearest: Nearest, vector: np.ndarray, guide: np.ndarray) -> np.ndarray:
-    """p~_n*, third reading: the second with a push away from p_n, as in the authors' code."""
-    return vector_along(nearest, vector, guide) + choices.PUSH * vector_away(nearest, vector, guide)
+    """p~_n*, third reading: the second with a push away from p_n, as in the authors' code.
+
+    Below rho of clearance the second fades, so that nothing leads on where the robot does not fit through.
+    """
+    share = min(max(nearest.clearance / choices.RHO, 0.0), 1.0)
+    return share * vector_along(nearest, vector, guide) + choices.PUSH * vector_away(nearest, vector, guide)
 
 
 nearest_vector: Callable[[Nearest, np.ndarray, np.ndarray], np.ndarray] = vector_along_and_away

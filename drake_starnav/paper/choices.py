@@ -105,9 +105,14 @@ RHO = _choose(
     "RHO", 0.02, "rho of Eq. (15), m", "\"predefined\"",
     "a is 1 below rho of clearance, and the authors' forest leaves 26 to 95 mm a side",
 )  # fmt: skip
+NEAREST_BEAMS = _choose(
+    "NEAREST_BEAMS", 5, "p_n is sought in the medians of so many neighbouring beams", "\"the nearest point\" of L",
+    "the nearest of raw hits lies up to 25 mm too near, at 10 mm of noise: as much as gaps leave",
+)  # fmt: skip
 NEAREST_VECTOR = _choose(
     "NEAREST_VECTOR", "vector_along_and_away", "p~_n* of Eq. (15)", "not defined",
-    "the authors' code; where p_n changes sides in a gap it turns by a quarter, where `vector_away` turns about",
+    "the authors' code; where p_n changes sides in a gap it turns by a quarter, where `vector_away` turns about; "
+    "the share along fades below rho of clearance",
 )  # fmt: skip
 PUSH = _choose(
     "PUSH", 1.0, "share of the vector away in `vector_along_and_away`", "nothing",
@@ -115,8 +120,8 @@ PUSH = _choose(
 )  # fmt: skip
 FOLLOW_VECTOR = _choose(
     "FOLLOW_VECTOR", "turn_towards", "the low-level controller", "\"a PID controller\", no gains",
-    "it turns before it drives, and can stop within its clearance: p~_n* turns at once where p_n changes sides, and the "
-    "robot, which can not, would reach the other side before it has turned",
+    "it turns before it drives, and can stop within its clearance: p~_n* turns at once where p_n changes sides, and "
+    "the robot, which can not, would reach the other side before it has turned",
 )  # fmt: skip
 SPEED = _choose(
     "SPEED", 1.0 / 3.0, "largest speed of `turn_towards`, m/s", "0.4 m/s on average, in the room",

@@ -8,8 +8,17 @@ from hypothesis import given, settings
 
 from drake_starnav.control import ControllerInputs
 from drake_starnav.control.modulation import boundary_at
+from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.paper import choices, control
-from drake_starnav.paper.blend import Nearest, blend_share, combined_vector, nearest_hit, vector_along, vector_along_and_away
+from drake_starnav.paper.blend import (
+    Nearest,
+    blend_share,
+    combined_vector,
+    nearest_hit,
+    smoothed_distances,
+    vector_along,
+    vector_along_and_away,
+)
 from drake_starnav.paper.modulation import boundary_tangent, modulated_vector, weights
 from drake_starnav.paper.pid import authors_pid, turn_towards
 from drake_starnav.planning.guidance import Guidance
@@ -57,15 +66,23 @@ def test_at_its_reference_point_a_region_does_not_modulate():
     np.testing.assert_allclose(found, (1.5, 0.5), rtol=1e-9)
 
 
-@pytest.mark.parametrize("clearance", [-0.1, 0.02, 0.05, 0.15, 0.4, 2.0])
+@pytest.mark.parametrize("clearance", [-0.1, 0.01, 0.02, 0.05, 0.15, 0.4, 2.0])
 def test_the_nearest_point_term_blends_by_rho_over_clearance(clearance):
     outward, guide, vector = unit(0.4), unit(0.7), 1.7 * unit(0.9)
-    nearest = nearest_hit(np.zeros(2), np.array([5.0 * unit(2.0), (RADIUS + clearance) * outward]))
+    nearest = nearest_hit(np.zeros(2), np.array([5.0 * unit(2.0), (RADIUS + clearance) * outward]), RADIUS)
     np.testing.assert_allclose(nearest.away, -outward)
-    share = min(choices.RHO / max(clearance, choices.RHO), 1.0)
-    along_and_away = 1.7 * (unit(0.4 + 0.5 * math.pi) - choices.PUSH * outward)
-    found = combined_vector(vector, guide, nearest, RADIUS)
+    share, fade = min(choices.RHO / max(clearance, choices.RHO), 1.0), min(max(clearance, 0.0) / choices.RHO, 1.0)
+    along_and_away = 1.7 * (fade * unit(0.4 + 0.5 * math.pi) - choices.PUSH * outward)
+    found = combined_vector(vector, guide, nearest)
     np.testing.assert_allclose(found, (1.0 - share) * vector + share * along_and_away, atol=1e-12)
+
+
+def test_noise_does_not_draw_the_nearest_hit_nearer_than_it_is():
+    """The nearest of raw ranges is the one with the largest error of all that face the robot."""
+    raw = 0.23 + 0.01 * np.random.default_rng(0).standard_normal((20, 360))
+    scans = [LaserScan(0.0, -math.pi, math.radians(1.0), 0.12, 3.5, ranges) for ranges in raw]
+    error = 0.23 - np.mean([smoothed_distances(scan).min() for scan in scans])
+    assert error < 0.6 * (0.23 - raw.min(axis=1).mean())
 
 
 @pytest.mark.parametrize("clearance", [-0.05, 0.002, 0.05, 1.0])
@@ -94,7 +111,7 @@ def test_the_authors_gains_drive_a_third_of_the_reference_speed():
 
 
 def test_the_readings_of_the_nearest_vector_lead_along_it_and_away():
-    nearest, guide = Nearest(np.array((1.0, 0.0)), np.array((-1.0, 0.0)), 1.0), np.array((2.0, 1.0))
+    nearest, guide = Nearest(np.array((-1.0, 0.0)), 1.0), np.array((2.0, 1.0))
     np.testing.assert_allclose(vector_along(nearest, 0.5 * guide, guide), (0.0, math.hypot(1.0, 0.5)))
     both = vector_along_and_away(nearest, 0.5 * guide, guide)
     np.testing.assert_allclose(both, (-choices.PUSH * math.hypot(1.0, 0.5), math.hypot(1.0, 0.5)))
