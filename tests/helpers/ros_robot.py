@@ -51,7 +51,7 @@ def main() -> None:
     begin, twist, heard, seen = time.monotonic(), [0.0, 0.0], 0, {"plan": 0, "markers": 0}
     due = begin
     while time.monotonic() < begin + options.seconds:
-        _, scans, odometry, goal = robot.read()
+        _, scans, odometry, goal, _ = robot.read()
         now = time.time() - options.late
         for row in odometry:
             half = 0.5 * row.yaw
