@@ -22,7 +22,6 @@ from pydrake.geometry import SceneGraph
 from pydrake.math import RigidTransform
 from pydrake.systems.framework import PortDataType, System
 
-import drake_starnav.simulation
 import drake_starnav.station
 import drake_starnav.systems
 import drake_starnav.visualization
@@ -43,7 +42,7 @@ from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.station.planar_drive import PlanarVelocityCommand
 from drake_starnav.station.planar_localization import PlanarLocalization
 from drake_starnav.station.robot_geometry import Drive, RobotModel
-from drake_starnav.station.wheel_drive import WheelServo, WheelSlip, WheelSpeedCommand
+from drake_starnav.station.wheel_drive import StepsCheck, WheelServo, WheelSlip, WheelSpeedCommand
 from drake_starnav.systems.baseline_controller import BaselineController
 from drake_starnav.systems.controller import Controller
 from drake_starnav.systems.dsm_controller import DsmController
@@ -64,7 +63,7 @@ from drake_starnav.worlds import WORLD_KINDS, World
 from drake_starnav.worlds.moving_obstacles import MovingObstacles
 from scripts.maintenance.example_pages import example_pages
 
-ROOMS = (drake_starnav.systems, drake_starnav.station, drake_starnav.visualization, drake_starnav.simulation)
+ROOMS = (drake_starnav.systems, drake_starnav.station, drake_starnav.visualization)
 """Packages whose modules define systems."""
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
@@ -119,7 +118,7 @@ def all_systems() -> list[System]:
 
 
 def system_classes() -> set[type[System]]:
-    """Every public system that a module of `ROOMS` defines, but the base of all controllers."""
+    """Every public system that a module of `ROOMS` defines, with the one above them, but bases and what has no port."""
     found = set()
     infos = (info for room in ROOMS for info in pkgutil.iter_modules(room.__path__, f"{room.__name__}."))
     for info in infos:
@@ -128,7 +127,7 @@ def system_classes() -> set[type[System]]:
             defined_here = inspect.isclass(member) and member.__module__ == module.__name__
             if defined_here and issubclass(member, System) and not name.startswith("_"):
                 found.add(member)
-    return found - {Controller}
+    return found - {Controller, StepsCheck} | {ArrivalMonitor}
 
 
 def documented_ports(cls: type) -> dict[str, str]:
