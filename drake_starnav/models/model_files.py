@@ -169,7 +169,7 @@ class Models:
         return "1 1 1 1"
 
     def _color_by_name(self, root: Element) -> None:
-        """Give each look of a robot the colour of its material's name, white where none is said, as RViz does."""
+        """Give each look of a robot the colour of its material's name, or of SDF's words; white where none is said."""
         colors: dict[str | None, Element] = {}
         for material in root.iter("material"):
             for color in material.findall("color"):
@@ -178,9 +178,10 @@ class Models:
             for visual in link.findall("visual"):
                 for material in visual.findall("material"):
                     own = material.find("color")
-                    if len(material) == 0:
-                        known = colors.get(material.get("name"))
-                        own = SubElement(material, "color", rgba="1 1 1 1" if known is None else known.get("rgba", ""))
+                    if own is None and material.find("texture") is None:  # Drake refuses it
+                        known, diffuse = colors.get(material.get("name")), (material.findtext("diffuse") or "").split()
+                        rgba = " ".join((*(diffuse or "111"), "1")[:4]) if known is None else known.get("rgba", "")
+                        own = SubElement(material, "color", rgba=rgba)
                     if own is not None:  # under a name of its own: one name may have several colours
                         material.set("name", f"{material.get('name', '')} {own.get('rgba')}")
 

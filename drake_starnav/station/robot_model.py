@@ -144,7 +144,7 @@ def _free_wheels(robot: RobotModel) -> None:
 def with_own_shape(scenario: Scenario) -> Scenario:
     """The scenario with the shape of the robot's model, of which nothing was said: `robot.radius` is 0."""
     robot = scenario.robot
-    shape = own_shape(dataclasses.replace(robot, radius=5.0))  # m; a model may reach so far while it is read
+    shape = own_shape(dataclasses.replace(robot, radius=4.9))  # m; a model may reach so far while it is read
     return dataclasses.replace(scenario, robot=dataclasses.replace(robot, **shape))
 
 
@@ -190,7 +190,8 @@ def model_faults(robot: RobotModel, declared: RobotParameters, floor: float | No
     said = f"robot.max_yaw_acceleration is {asked:g} rad/s^2"
     if not declared.drive.turns_on_the_spot:  # it speeds up on its tightest circle, and steers
         asked += declared.max_acceleration / declared.least_radius
-        said += f" with robot.max_acceleration {declared.max_acceleration:g} m/s^2"
+        said = f"{asked:.3g} rad/s^2 are asked of them, by {said} and robot.max_acceleration "
+        said += f"{declared.max_acceleration:g} m/s^2 on circles of robot.least_radius {declared.least_radius:g} m"
     if most < asked:
         yield (
             f"its wheels turn it with at most {most:.3g} rad/s^2, and {said}; allowed: no more, wheels farther apart, "

@@ -97,7 +97,9 @@ def show_collision_shapes(
         geometry for geometry in seen if floor_contact(inspector, geometry)
     }  # others of the same wheel are drawn
     for frame in inspector.GetAllFrameIds():
-        boxes = [_box(inspector, geometry) for geometry in inspector.GetGeometries(frame, Role.kIllustration)]
+        visuals = inspector.GetGeometries(frame, Role.kIllustration)
+        boxes = [_box(inspector, geometry) for geometry in visuals]
+        names = {inspector.GetName(geometry) for geometry in visuals}
         for geometry in sorted(seen & set(inspector.GetGeometries(frame)), key=GeometryId.get_value):
             box = _box(inspector, geometry)
             if geometry in unseen or box is None or inspector.GetIllustrationProperties(geometry) is not None:
@@ -105,6 +107,8 @@ def show_collision_shapes(
             middle = box[0].translation()
             if not any((np.abs(X.inverse() @ middle) <= half).all() for X, half in filter(None, boxes)):
                 look = MakePhongIllustrationProperties([*SHELL_COLOR, 1.0] if frame in robot else OBSTACLE_COLOR)
+                if (name := inspector.GetName(geometry)) in names:  # both without one in their file
+                    scene_graph.RenameGeometry(geometry, f"{name} {geometry.get_value()}")
                 scene_graph.AssignRole(plant.get_source_id(), geometry, look)
 
 

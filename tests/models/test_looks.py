@@ -51,6 +51,7 @@ def added(text: str, tmp_path) -> list[str]:
     ("look", "words"),
     [
         (LOOK.format("", "1 1 1", "<material name='grey'/>"), ""),
+        (LOOK.format("", "1 1 1", "<material name='a'><diffuse>0.1 0.1 0.2 1</diffuse></material>"), ""),
         (LOOK.format("", ".1 .1 .1", "<material name='a'><color rgba='1 0 0 1'/></material>")
          + LOOK.format("", ".2 .1 .1", "<material name='a'><color rgba='0 1 0 1'/></material>"), ""),
         (LOOK.format("", "1 1 1", "<material name='a'><color rgba='0.8 0.8 0.8'/></material>"), "colour '0.8 0.8 0.8'"),

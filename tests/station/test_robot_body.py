@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from pydrake.systems.primitives import TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 
 from drake_starnav.errors import StarnavError
+from drake_starnav.loading import load_scenario
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.navigation_station import NavigationStation, add_station
@@ -116,6 +118,14 @@ def test_a_shipped_robot_gets_the_body_that_is_declared() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("base", ["differential", "car"])
+def test_a_robot_of_ones_own_has_the_shape_of_its_model_as_a_car_too(base: str) -> None:
+    own = Path(__file__).parents[1] / "data" / "small_base.urdf"
+    limits = ["robot.max_acceleration=0.1", "robot.max_yaw_acceleration=0.1"]
+    overrides = [f"robot.model={own}", f"robot.base={base}", *limits]
+    assert 0.02 < load_scenario("room", overrides=overrides).robot.shape.radius < 0.5
+
+
 def test_two_hundred_bodies_are_what_is_declared() -> None:
     assert check_bodies(300, seed=2) > 150
 

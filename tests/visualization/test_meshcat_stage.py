@@ -43,6 +43,14 @@ def test_only_what_no_visual_shape_stands_for_is_added() -> None:
     assert names == ["posts::seen", "posts::unseen"]
 
 
+def test_shapes_without_names_of_their_own_are_shown_both() -> None:
+    """In a URDF, Drake calls both after their kind."""
+    at = '<origin xyz="{} 0 0.5"/><geometry><cylinder radius="0.2" length="1"/></geometry>'
+    link = f'<link name="l"><visual>{at.format(0)}</visual><collision>{at.format(1.5)}</collision></link>'
+    names = shown(lambda plant: Parser(plant).AddModelsFromString(f'<robot name="two">{link}</robot>', "urdf"))
+    assert len(names) == len(set(names)) == 2
+
+
 def test_a_bare_robot_has_its_colour_and_no_shapes_that_are_for_the_floor_alone(tmp_path: Path) -> None:
     text = re.sub("<visual.*?</visual>", "", EDITED, flags=re.DOTALL)
     (tmp_path / "bare.urdf").write_text(text)
