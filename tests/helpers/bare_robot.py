@@ -83,6 +83,25 @@ class BareRobot:
         """Nothing to give back."""
 
 
+class Slipping(BareRobot):
+    """Its wheels, which odometry counts, do what they are told; the ground gives a share of it from `begin` on, s."""
+
+    def __init__(self, scenario: Scenario, share: float, begin: float = 0.0, **options) -> None:
+        super().__init__(scenario, **options)
+        self.share, self.begin, self.lost = share, begin, np.zeros(2)
+
+    def _ranges(self, index):
+        lost, wheels = self.lost, self.pose
+        self.pose = np.array((*(wheels[:2] - lost), wheels[2]))
+        ranges, self.pose = super()._ranges(index), wheels
+        return ranges
+
+    def drive(self, command) -> None:
+        before = self.pose[:2].copy()
+        super().drive(command)
+        self.lost = self.lost + (self.time > self.begin) * (1.0 - self.share) * (self.pose[:2] - before)
+
+
 class TwoEyes(BareRobot):
     """Two lidars, ahead and behind the axis, the second of which scans half a period later."""
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from drake_starnav.geometry.se2 import now_in
 from drake_starnav.runtime.loop import Reading
 
 BEGIN = 1.6
@@ -92,6 +93,13 @@ class Faults:
 
     def odometry_stands_and_the_goal_moves(self, r, t):
         return self.odometry_stands(r, t)._replace(goal=(r.goal[0] + 1e-6 * t, r.goal[1]))
+
+    def odometry_begins_anew(self, r, t):
+        self.kept = self.kept or r.odometry
+        poses = [now_in(self.kept[0][1:4], row[1:4]) for row in r.odometry]
+        return r._replace(
+            odometry=[row._replace(x=x, y=y, yaw=yaw) for row, (x, y, yaw) in zip(r.odometry, poses, strict=True)]
+        )
 
     def odometry_is_nan(self, r, t):
         return r._replace(odometry=[r.odometry[0]._replace(x=math.nan)])

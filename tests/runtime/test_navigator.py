@@ -11,7 +11,7 @@ from drake_starnav import Parts, StarnavError, load_scenario, parse_scenario
 from drake_starnav.runtime import Navigator, Odometry
 from drake_starnav.worlds.view import scan_from
 from drake_starnav.worlds.world import World
-from tests.helpers.bare_robot import EPOCH, BareRobot, TwoEyes
+from tests.helpers.bare_robot import EPOCH, BareRobot, Slipping, TwoEyes
 from tests.helpers.driver_faults import BEGIN, FAULTS, HARMLESS, SLOWER, Faults, Harmless, driven
 
 FOREST = load_scenario("forest")
@@ -160,29 +160,10 @@ def test_hits_that_vanish_hold_a_robot_until_it_is_reset(forest) -> None:
     assert commands[-1].status == "driving" and robot.speed > 0.3
 
 
-class Slipping(BareRobot):
-    """Its wheels, which odometry counts, do what they are told; the ground gives only a share of that."""
-
-    def __init__(self, share: float, begin: float = 0.0, **options) -> None:
-        super().__init__(FOREST, **options)
-        self.share, self.begin, self.lost = share, begin, np.zeros(2)
-
-    def _ranges(self, index):
-        lost, wheels = self.lost, self.pose
-        self.pose = np.array((*(wheels[:2] - lost), wheels[2]))
-        ranges, self.pose = super()._ranges(index), wheels
-        return ranges
-
-    def drive(self, command) -> None:
-        before = self.pose[:2].copy()
-        super().drive(command)
-        self.lost = self.lost + (self.time > self.begin) * (1.0 - self.share) * (self.pose[:2] - before)
-
-
 @pytest.mark.parametrize("share", [0.0, 0.7, 1.4])
 def test_scans_and_odometry_that_disagree_for_good_are_said_to(forest, share) -> None:
     forest.reset()
-    robot = Slipping(share, BEGIN)
+    robot = Slipping(FOREST, share, BEGIN)
     commands = driven(forest, robot, 15.0)
     said = [command.why for command in commands if command.status == "standing"]
     assert any(why.startswith("scans and odometry disagree") and "given anew" not in why for why in said)
@@ -199,8 +180,7 @@ def test_scans_and_odometry_that_disagree_for_good_are_said_to(forest, share) ->
 @pytest.mark.parametrize("declared", ["drive: {slip: 0.3}", "localization: {drift: 0.3}"])
 def test_a_slip_that_is_declared_is_allowed_for(declared) -> None:
     scenario = parse_scenario(f"{declared}\nrobot: {{max_speed: 0.4}}", name="slippery")
-    robot = Slipping(0.7, world=World("posts", (0.0, 0.0, 0.0), (4.0, 0.0), cylinders=POSTS))
-    robot.limits = scenario.robot.limits
+    robot = Slipping(scenario, 0.7, world=World("posts", (0.0, 0.0, 0.0), (4.0, 0.0), cylinders=POSTS))
     commands = driven(Navigator(scenario, warm=False), robot, 6.0)
     assert not any("disagree" in command.why for command in commands) and robot.way > 1.0
 
