@@ -105,6 +105,8 @@ def _append_numbers(data: bytearray, kind: str, values: Sequence[float]) -> None
 
 
 def decode_string(message: bytes) -> str:
-    """Return the text of a `std_msgs/String`; raises `struct.error` or `ValueError` for what is none."""
-    (length,) = struct.unpack_from("<I", message, 4)
-    return message[8 : 7 + length].decode()
+    """Return the text of a `std_msgs/String`; raises a `ValueError` for what is none."""
+    length = int.from_bytes(message[4:8], "little")
+    if message[:2] != b"\0\1" or not 0 < length == len(message) - 8:
+        raise ValueError("a message of it is no std_msgs/String in CDR, as logs of earlier checkouts have none")
+    return message[8:-1].decode()
