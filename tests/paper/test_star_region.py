@@ -43,7 +43,7 @@ def test_nothing_is_certified_but_hits_and_times_are_kept() -> None:
     assert not seen.safety.seen and not seen.safety.values.any() and seen.safety.time == scan.time
     distance = np.sort(scan.distances[scan.hits])
     near = distance[distance < choices.RANGE]
-    np.testing.assert_allclose(np.sort(np.hypot(*seen.safety.near_hits.T)), near)
+    np.testing.assert_allclose(np.sort(np.hypot(*seen.safety.near_hits.T)), near, atol=0.03)  # medians of beams
 
 
 def test_points_are_as_far_and_where_the_lidar_sees_them() -> None:

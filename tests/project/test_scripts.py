@@ -25,7 +25,7 @@ SCRIPTS = [p for folder in ("scripts", "benchmarks") for p in sorted((ROOT / fol
 def test_help_describes_the_script(script: Path, tmp_path: Path, monkeypatch, capsys) -> None:
     needs_extras(script)
     monkeypatch.setattr(sys, "argv", [str(script), "--help"])
-    monkeypatch.setattr(sys, "path", [str(ROOT), *sys.path])
+    monkeypatch.setattr(sys, "path", [str(script.parent), str(ROOT), *sys.path])
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("signal.signal", lambda number, handler: None)  # this process goes on
     with pytest.raises(SystemExit) as ended:
