@@ -172,7 +172,7 @@ class Navigation:
         port = None if self.planner is None else outputs(self.planner).get(name)
         if port is None or kind is None:
             return port
-        abstract = port.get_data_type() is PortDataType.kAbstractValued
+        abstract = port.get_data_type() == PortDataType.kAbstractValued
         return port if abstract and isinstance(port.Allocate().get_value(), kind) else None
 
     @property
