@@ -19,9 +19,9 @@ from drake_starnav.utils.compilation import COMPILING
 from drake_starnav.worlds import WORLD_KINDS
 
 FIELDS = {
-    "path_s", "scenario", "method", "seed", "outcome", "contact", "blocked_s", "blocked_by", "goals_s", "time_s", "path_length_m",
+    "scenario", "method", "seed", "outcome", "contact", "blocked_s", "blocked_by", "goals_s", "time_s", "path_length_m",
     "shortest_path_m", "straight_line_m", "tightest_gap_m", "score", "min_clearance_m", "mean_speed_mps",
-    "mean_clearance_m", "jerk_mps3",
+    "mean_clearance_m", "path_s", "jerk_mps3",
     "yaw_rate_change_radps2", "twist_energy_m2ps", "stops", "stuck_s", "nodes", "wall_s", "state_hash", "command",
     "scan", "plan", "path", "text",
 }  # fmt: skip
