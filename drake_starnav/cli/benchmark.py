@@ -180,8 +180,7 @@ def _check_report_options(options: argparse.Namespace) -> None:
 
 def _check_report_outputs(options: argparse.Namespace, inputs: Iterable[Path | str], *outputs: Path | None) -> None:
     """Raise a `StarnavError` unless report and outputs can be written, and none is an input or another output."""
-    data = None if options.html is None else _figures_csv(options.html)
-    check_outputs((*outputs, options.markdown, options.csv, options.html, data), inputs)
+    check_outputs((*outputs, options.markdown, options.csv, options.html, _figures_csv(options.html)), inputs)
     if options.html is not None:
         if options.recordings is not None:
             check_writable(_recordings_folder(options.html) / "trial.html")
@@ -192,9 +191,9 @@ def _check_report_outputs(options: argparse.Namespace, inputs: Iterable[Path | s
         load_template()
 
 
-def _figures_csv(html: Path) -> Path:
-    """The file beside a report that has the data of its figures."""
-    return html.with_name(f"{html.stem}_figures.csv")
+def _figures_csv(html: Path | None) -> Path | None:
+    """The file beside a report that has the data of its figures; None without a report."""
+    return None if html is None else html.with_name(f"{html.stem}_figures.csv")
 
 
 def _recordings_folder(html: Path) -> Path:
@@ -219,9 +218,9 @@ def _report(results: "Results", options: argparse.Namespace) -> None:
     if options.html is not None:
         with Progress("drawing") as bar:
             write_text(options.html, write_page(results, chosen, options.panels, bar.count))
-        write_text(_figures_csv(options.html), csv_text(figure_data(results)))
+    if (data := _figures_csv(options.html)) is not None:
+        write_text(data, csv_text(figure_data(results)))
     if not options.quiet:
-        data = None if options.html is None else _figures_csv(options.html)
         print_written((options.markdown, options.csv, options.html, data))
         sys.stdout.flush()  # now the report can be read, while what follows is recorded
     if options.html is not None and options.recordings is not None:

@@ -33,7 +33,6 @@ from drake_starnav.visualization.recorder import (
 )
 from drake_starnav.visualization.timeline import SceneTimeline
 from drake_starnav.visualization.tracks import trail_layer
-from drake_starnav.worlds.world import World
 
 START, PAUSE, STOP = "start", "pause", "stop"
 KEYS = {START: "KeyS", PAUSE: "Space", STOP: "Escape"}
@@ -101,7 +100,8 @@ class LiveRun:
         self.controls = Controls(self.meshcat)
         self._scenario, self._seed, self._html, self._say = scenario, seed, html, say
         builder = DiagramBuilder()
-        world, layers = self._add_to(builder)
+        self._add_to(builder)
+        world = self._world
         self.simulator = make_simulator(builder.Build(), settings=scenario.simulator_config)
         self.simulator.set_target_realtime_rate(real_time_rate)
         if html is not None:
@@ -114,22 +114,23 @@ class LiveRun:
         middle = np.array([0.5 * (x0 + x1), 0.5 * (y0 + y1), 0.0])
         above = np.array([0.0, -0.01, 1.0]) * max(x1 - x0, y1 - y0)  # straight down, "up" would be undefined
         self.meshcat.SetCameraPose(middle + above, middle)
-        self._heading, self._layers = (scenario.name, f"method {method}, seed {seed}, live"), layers
-        self._world = world
+        self._line = f"method {method}, seed {seed}, live"
 
-    def _add_to(self, builder: DiagramBuilder) -> tuple[World, dict[str, Layer]]:
-        """Add all systems to a diagram, and return the world and the layers that are drawn."""
+    def _add_to(self, builder: DiagramBuilder) -> None:
+        """Make the world, and add all systems to a diagram."""
         scenario, seed = self._scenario, self._seed
-        world = robot_world(scenario, seed)
+        world = self._world = robot_world(scenario, seed)
         goal = SliderGoal(world.goal, add_goal_sliders(self.meshcat, world))
         self._followed = add_station(builder, world, scenario, continuous=True, seed=seed)
         self._navigation = add_navigation(builder, scenario, Parts(world, self._followed, goal), seed)
         CollisionMonitor.AddToBuilder(builder, self._followed)
         kept = self._html is not None
         self._shapes = add_visualizers(builder, self._navigation, scenario, self.meshcat, keep=kept).stage.shapes
+
+    def _layers(self) -> dict[str, Layer]:
+        """Return the layers that a legend may list."""
         robot = robot_layer(SceneTimeline(self._followed.scene_graph), self._followed)
-        layers = layers_of_run(scenario.robot.max_speed, world, robot)
-        return world, layers
+        return layers_of_run(self._scenario.robot.max_speed, self._world, robot)
 
     @property
     def time(self) -> float:
@@ -179,9 +180,8 @@ class LiveRun:
         written."""
         self.meshcat.DeleteAddedControls()
         if self._html is not None:
-            name, line = self._heading
-            layers = drawn_layers(self._layers, self._shapes, self._world)
-            caption = Caption(name, (line, self.outcome), layers)
+            layers = drawn_layers(self._layers(), self._shapes, self._world)
+            caption = Caption(self._scenario.name, (self._line, self.outcome), layers)
             finish_recording(self.meshcat, self._html, caption, self._cameras)
 
     def _end(self, outcome: str) -> None:
@@ -201,9 +201,10 @@ class LiveRun:
 class LiveRobots(LiveRun):
     """A scenario of several robots in an open Meshcat page: each drives to its own goals."""
 
-    def _add_to(self, builder: DiagramBuilder) -> tuple[World, dict[str, Layer]]:
+    def _add_to(self, builder: DiagramBuilder) -> None:
         scenario = self._scenario
         worlds = worlds_of_robots(scenario, self._seed)
+        self._world = worlds[0]
         self._driven = add_robots(builder, scenario, worlds, self._seed)
         stations = [simulated(each.navigation.station) for each in self._driven]
         self._followed = stations[0]
@@ -214,15 +215,18 @@ class LiveRobots(LiveRun):
         looks: dict[str, Any] = {"publish_period": period, "delete_on_initialization_event": False}
         links = [frame for station in stations for frame in robot_frames(station)]
         add_scene(builder, plant, scene_graph, self.meshcat, hidden, robot=links, **looks)
-        layers = with_scene(dict(trail_layer(r.name, "its goals", k) for k, r in enumerate(scenario.robots)), worlds[0])
+        layers = self._layers()
         stage = MeshcatStage(self.meshcat, f"/{ROOT}", period, layers)
         self._shapes = stage.shapes
         for (name, layer), robot, station in zip(layers.items(), scenario.robots, stations, strict=False):
             for goal in robot.goals:
-                stage.add(name, goal_star(goal, robot.robot.radius, worlds[0].extent), 0.0)
+                stage.add(name, goal_star(goal, robot.robot.radius, self._world.extent), 0.0)
             below = Cylinder(1.15 * robot.robot.radius, LAYERS["goal"].height)
             self.meshcat.SetObject(f"{robot_path(station)}/rim", below, Rgba(*layer.color))
-        return worlds[0], layers
+
+    def _layers(self) -> dict[str, Layer]:
+        trails = (trail_layer(robot.name, "its goals", k) for k, robot in enumerate(self._scenario.robots))
+        return with_scene(dict(trails), self._world)
 
     def _going(self) -> str:
         context = self.simulator.get_context()

@@ -9,8 +9,7 @@ from drake_starnav.errors import StarnavError, counted
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import Mount
 from drake_starnav.localization.odometry_check import KEPT_STEPS, OdometryCheck
-from drake_starnav.localization.scan_matching import OdometryError
-from drake_starnav.runtime.execution import Told, compared
+from drake_starnav.runtime.execution import Told, compared, lidar_error
 from drake_starnav.runtime.intake import AHEAD, Odometry, pose_at
 from drake_starnav.runtime.log import Log
 from drake_starnav.scenario.schema import Scenario
@@ -175,7 +174,7 @@ def odometry_drift(logged: Observed) -> float:
     """Drift of the odometry that the first lidar's scans show, as of `localization.drift`; NaN if it hardly moved."""
     scenario, times = logged.scenario, np.array([row.time for row in logged.rows])
     lidar, check, shares = scenario.all_lidars[0], OdometryCheck(), []
-    error = OdometryError(0.0, 0.0, lidar.noise, scenario.robot.shape.narrow)
+    error = lidar_error(scenario)
     for _, scan in logged.lidars[0]:
         k = int(np.searchsorted(times, scan.time))
         pose = pose_at(logged.rows[max(k - 1, 0) : k + 1], scan.time, AHEAD)

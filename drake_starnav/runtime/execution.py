@@ -95,11 +95,15 @@ def with_command(execution: Execution, command: Told, delay: float) -> Execution
     return replace(execution, told=(*told, command))
 
 
+def lidar_error(scenario: Scenario) -> OdometryError:
+    """What is declared of the first lidar, for an `OdometryCheck`, to which nothing declared of the odometry counts."""
+    return OdometryError(0.0, 0.0, scenario.all_lidars[0].noise, scenario.robot.shape.narrow)
+
+
 def with_scan(execution: Execution, latest: PosedScan, mount: Mount, scenario: Scenario) -> Execution:
     """What the first lidar has seen."""
     scans = tuple(each for each in execution.scans if each.scan.time > latest.scan.time - WINDOW)
-    error = OdometryError(0.0, 0.0, scenario.all_lidars[0].noise, scenario.robot.shape.narrow)
-    check = execution.check.with_scan(latest.scan, latest.pose, error, mount)
+    check = execution.check.with_scan(latest.scan, latest.pose, lidar_error(scenario), mount)
     return replace(execution, scans=(*scans, latest), check=check)
 
 

@@ -26,7 +26,15 @@ from drake_starnav.planning import PlannerStatus
 from drake_starnav.scenario.schema import Scenario, check_method
 from drake_starnav.simulation.monitors import watcher
 from drake_starnav.simulation.run import advance_until, left_by
-from drake_starnav.simulation.trial import INTERRUPTED, TIMEOUT, Run, Trial, figures, omniscient_path
+from drake_starnav.simulation.trial import (
+    INTERRUPTED,
+    TIMEOUT,
+    Run,
+    Trial,
+    figures,
+    hull_clearances,
+    omniscient_path,
+)
 from drake_starnav.station.lidar_mounts import add_collars
 from drake_starnav.station.model_world import drop_floors, make_world_with_footprints
 from drake_starnav.station.monitors import CollisionMonitor
@@ -170,7 +178,8 @@ def run_robots(
             until = run.times <= run.elapsed + 1e-9
             own = dataclasses.replace(run, times=run.times[until], driven=run.driven[until])
             steps: dict[str, Any] = {name: robot.stopwatch.summary(name) for name in STEPS}
-            fields = {**figures(robot.scenario, robot.world, way, own), **steps}
+            hull = hull_clearances(robot.world, own, robot.scenario.robot.shape)
+            fields = {**figures(robot.scenario, robot.world, way, own, hull), **steps}
             trial = Trial(scenario=scenario.name, method=method, seed=seed, **fields)
             trials.append(RobotTrial(robot.scenario.name, trial, gap, motion))
         if message == INTERRUPTED:

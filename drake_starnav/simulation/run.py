@@ -129,11 +129,11 @@ def run_trial(
             if parts.controller is None
             else getattr(parts.controller, "__name__", type(parts.controller).__name__)
         )
-        driven = figures(scenario, world, shortest, run)
+        hull = hull_clearances(world, run, scenario.robot.shape)
+        driven = figures(scenario, world, shortest, run, hull)
         trial = Trial(scenario=scenario.name, method=by, seed=seed, **driven, **steps)
         if csv is not None:
-            _, clearances = hull_clearances(world, run, scenario.robot.shape)
-            rows = np.column_stack((run.times, run.driven, clearances))
+            rows = np.column_stack((run.times, run.driven, hull[1]))
             lines = ["t,x,y,yaw,v,omega,clearance", *(",".join(f"{value:.6g}" for value in row) for row in rows)]
             write_text(Path(csv), "\n".join(lines) + "\n")
         for each in observers:

@@ -128,14 +128,20 @@ class Run:
     goals: tuple[float, ...] = ()
 
 
-def figures(scenario: Scenario, world: World, shortest: tuple[float, np.ndarray] | None, run: Run) -> dict[str, Any]:
+def figures(
+    scenario: Scenario,
+    world: World,
+    shortest: tuple[float, np.ndarray] | None,
+    run: Run,
+    hull: tuple[np.ndarray, np.ndarray],
+) -> dict[str, Any]:
     """Fields of the `Trial` of a run: its outcome, and what follows from where the robot drove.
 
-    The shortest path for comparison is as in `omniscient_path`.
+    The shortest path for comparison is as in `omniscient_path`, the clearances of the robot as in `hull_clearances`.
     """
     path = run.driven[:, :2]
     kept = kept_samples(run.times, path, PATH_TOLERANCE)
-    standing, clearances = hull_clearances(world, run, scenario.robot.shape)
+    standing, clearances = hull
     outcome = COLLISION if standing.min() < 0.0 else run.message.split()[0]
     length = float(np.hypot(*np.diff(path.T, axis=1)).sum())
     blocked_s, blocked_by = run.blocked[-1 if outcome == "unreachable" else 0] if run.blocked else (None, None)

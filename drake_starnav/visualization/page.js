@@ -158,7 +158,7 @@ const starnav = (function () {
     nodeAt(['world'])?.object.traverse(o => {
       if (!o.isMesh || o.userData.translucent === aside) return;
       for (let parent = o; parent; parent = parent.parent) if (robot && parent === robot.object) return;
-      o.geometry.computeBoundingBox();
+      if (!o.geometry.boundingBox) o.geometry.computeBoundingBox();  // once, not in each frame
       if (o.geometry.boundingBox.clone().applyMatrix4(o.matrixWorld).max.y < WALL) return;
       o.userData.translucent = aside;
       for (const material of [o.material].flat()) {
