@@ -33,10 +33,10 @@ class Recorder:
     def __init__(self, html: str | os.PathLike, view: str = "top", shown: frozenset[str] | None = None) -> None:
         """
         Args:
-        html: the file to write.
-        view: camera preset that it opens with, one of `page.VIEWS`, or `own` for the camera of your own Meshcat; others
-            are a `StarnavError`.
-        shown: layers that are shown at first, of `meshes.selected_layers`; None for all.
+            html: the file to write.
+            view: camera preset that it opens with, one of `page.VIEWS`, or `own` for the camera of your own Meshcat;
+                others are a `StarnavError`.
+            shown: layers that are shown at first, of `meshes.selected_layers`; None for all.
         """
         check_view(view)
         self._html, self._view, self._shown = html, view, shown
