@@ -19,7 +19,7 @@ from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.worlds import RosMap, clearance, make_world, shortest_path
 from drake_starnav.worlds.formats.map_file import FREE, OCCUPIED, UNKNOWN, OccupancyMap
-from scripts.maintenance.draw_map import write_map
+from tests.helpers.maps import write_map
 
 
 def warehouse(rng: np.random.Generator, rows: int = 1000, columns: int = 1700) -> np.ndarray:

@@ -253,7 +253,6 @@ The inside of its station:
 
 ![Updates of lidar, planner, shield and plant over 100 ms](images/timing.svg)
 
-<!-- drawn from a run by `python scripts/maintenance/draw_timing.py` -->
 Drake executes the unrestricted updates of an instant before the discrete ones, and an output is evaluated when
 something asks for it. The command at the instant of a scan therefore uses that scan and the plan from it.
 

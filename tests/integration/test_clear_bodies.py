@@ -21,10 +21,10 @@ from drake_starnav.surroundings.safe_region import CertifiedRegion, ScanMemory, 
 from drake_starnav.surroundings.unseen import start_radius
 from drake_starnav.worlds.clearance import body_clearance
 from drake_starnav.worlds.world import World
-from scripts.experiments.footprint_soundness import least_distance, solid, sweep
 from tests.helpers.kinematic_robot import KinematicRobot
 from tests.helpers.motions import certified
 from tests.helpers.scans import MARGINS, RADIUS, cast, noisy, scattered, seeds
+from tests.helpers.sweep import sweep
 
 ROBOT = RobotParameters()
 LIMITS = ROBOT.limits
@@ -82,7 +82,7 @@ def tried(seed: int, shape: Footprint, noise: bool, robot: RobotParameters) -> t
     star = seen_by(world, pose, shape, rng if noise else None)
     certificate = Clear(star, MARGIN, shape)
     poses = sweep(pose, (twist, target), (delay, hold), limits)
-    return certificate.accepts(motion), float(least_distance(poses, shape.parts, shape.radius, *solid(world)))
+    return certificate.accepts(motion), float(body_clearance(world, poses, shape).min())
 
 
 @pytest.mark.parametrize(

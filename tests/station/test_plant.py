@@ -29,7 +29,7 @@ from drake_starnav.station.plant import (
 )
 from drake_starnav.station.robot_geometry import LONGEST_STEP
 from drake_starnav.worlds.world import World
-from scripts.experiments.plant_error import cart_scenario
+from tests.helpers.cart import cart_scenario
 
 LIDAR = LidarParameters(beams=36)
 OPEN = World("open", (0.0, 0.0, 0.4), (5.0, 0.0))

@@ -9,7 +9,7 @@ from PIL import Image
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.worlds.formats.map_file import FREE, OCCUPIED, UNKNOWN, OccupancyMap, occupancy, read_map
-from scripts.maintenance.draw_map import write_map
+from tests.helpers.maps import write_map
 
 KEYS = {"image": "m.pgm", "resolution": 0.1, "origin": [0.0, 0.0, 0.0], "occupied_thresh": 0.65, "free_thresh": 0.196}
 CODES = {FREE: ".", OCCUPIED: "#", UNKNOWN: "?"}

@@ -9,7 +9,7 @@ import pytest
 from drake_starnav.errors import StarnavError
 from drake_starnav.worlds import RosMap, clearance, make_world, shortest_path
 from drake_starnav.worlds.formats.map_file import FREE, OCCUPIED, UNKNOWN, OccupancyMap
-from scripts.maintenance.draw_map import write_map
+from tests.helpers.maps import write_map
 
 RADIUS = 0.25
 RESOLUTION = 0.1
