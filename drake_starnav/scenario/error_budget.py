@@ -77,8 +77,9 @@ SYMBOLS: dict[str, ErrorTerm] = {
     ),
     "D": ErrorTerm("r + o + min(G, B + v * L)", "distance from the lidar up to which a scan accepts a motion, m"),
     "W": ErrorTerm(
-        "obstacles.min_width or (D if lidar.field_of_view.full_circle else D + r) * g",
-        "width of the thinnest obstacle that is certain to be seen, m",
+        "obstacles.min_width or (D if lidar.field_of_view.full_circle else D + r) * g "
+        "* (2 if lidar.dropout or lidar.outliers else 1)",
+        "width of the thinnest obstacle that is certain to be seen, also beside a lost beam, m",
     ),
     "b": ErrorTerm(
         "L + simulation.time_step + (1 / lidar.rate if lidar.rolling else 0)",

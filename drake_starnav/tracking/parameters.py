@@ -48,7 +48,7 @@ class DynamicObstacleParameters(Checked, place="obstacles"):
     min_width: float = parameter(
         0.0,
         "width of the thinnest obstacle that must not be missed, be it standing or moving; 0: what two beams are "
-        "apart where the robot must brake",
+        "apart where the robot must brake, or twice as much if lost beams or outliers are declared",
         unit="m",
         low=0.0,
         high=1.0,

@@ -98,6 +98,23 @@ def test_what_is_declared_decides_how_far_and_how_fast_it_drives() -> None:
         derive_margins(declaring(("obstacles.min_width=0.004",)))
 
 
+def way_along_corridor(overrides: tuple[str, ...]) -> float:
+    """How far a robot comes in a corridor that leaves it 0.2 m a side, m."""
+    corridor = World("corridor", (0, 0, 0), (0, 0), bounds=(-1.0, -0.45, 8.0, 0.45))
+    motion = KinematicRobot(declaring(overrides), corridor, 0)
+    for _ in range(40):
+        motion.drive(np.array((0.8, 0.0)), 0.1)
+    return float(motion.pose[0])
+
+
+def test_lost_beams_that_are_declared_are_in_the_figure_and_cost_no_speed() -> None:
+    alone = derive_margins(declaring(())).thinnest
+    assert derive_margins(declaring(("lidar.outliers=0.01",))).thinnest == 2.0 * alone
+    losing = ("lidar.dropout=0.2",)
+    assert derive_margins(declaring(losing)).thinnest == 2.0 * alone
+    assert way_along_corridor(losing) > 0.95 * way_along_corridor(())
+
+
 def test_a_look_sees_no_farther_than_where_beams_are_apart_by_the_thinnest_obstacle() -> None:
     scenario = declaring(BEHIND_UNSEEN)
     world = World("open", (0, 0, 0), (0, 0), cylinders=[(2.0, 2.0, 0.2)])
