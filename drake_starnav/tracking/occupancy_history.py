@@ -4,7 +4,7 @@ A hit is moving if its cell was seen free before and the same holds for the hit 
 thinner than the beam spacing is hit only now and then). It is static if a cell at or beside it has been hit for long
 enough without being seen free in between. Before either is known, a hit is static if it is part of a surface that is
 wider than any dynamic obstacle, or of one that is known to be static elsewhere: as the robot drives by, more and more
-of it comes into view.
+of it comes into view. Outside the grid several obstacles may look like one wide surface: there only a convex one counts.
 
 A static object may start at any time, unless it is too large to move: the grid also remembers where such large
 surfaces were seen. Its lengths are of persons and carts, whoever watches: nature.
@@ -23,8 +23,8 @@ from drake_starnav.utils.snapshot import snapshot
 
 CELL = 0.05
 """Size of a cell, m; cell (i, j) of W spans [i, i+1) x [j, j+1) cells."""
-REACH = 6.0
-"""Half the side of the grid about the robot, m."""
+WIDEST_REACH = 11.0
+"""The grid reaches as far from the robot as the lidar does, but no farther than this, m."""
 RECENTRED = 1.0
 """The grid follows the robot when it is this far from the grid's middle, m."""
 SQUARE = 8
@@ -41,7 +41,7 @@ class Judged(NamedTuple):
     """What `OccupancyHistory` tells of the beams of a scan, each of shape (n,).
 
     Attributes:
-        motion: STATIC, also without a hit or outside the grid, UNKNOWN or DYNAMIC.
+        motion: STATIC, also without a hit, UNKNOWN or DYNAMIC.
         came: whether each hit what has come here, bool: what is DYNAMIC, and what stands by now, or creeps.
         may_start: whether each hit what could move, whether or not it does, bool.
     """
@@ -70,9 +70,9 @@ class OccupancyHistory:
     large: np.ndarray
 
     @staticmethod
-    def about(position: np.ndarray) -> "OccupancyHistory":
-        """An empty grid about a place (2,) in W, m."""
-        n = 2 * math.ceil(REACH / CELL)
+    def about(position: np.ndarray, range_max: float) -> "OccupancyHistory":
+        """An empty grid about a place (2,) in W, m, for a lidar of this range, m."""
+        n = 2 * math.ceil(min(range_max + RECENTRED, WIDEST_REACH) / CELL)
         first = np.floor(np.asarray(position) / CELL).astype(np.int64) - n // 2
         never, nowhere = np.full((n, n), NEVER), np.zeros((n, n), bool)
         return OccupancyHistory(first, never, never, nowhere, nowhere)
@@ -143,12 +143,13 @@ def _judged(grids, cells, beams, time, large, most):
     """The loop of `OccupancyHistory.judged`; `most` is the radius of the largest obstacle that moves, m."""
     first_hit, last_hit, seen_free, seen_large = grids
     n, hits = len(cells), beams.kinds & HIT != 0
-    stands, freed, static, may_start = hits.copy(), np.zeros(n, np.bool_), np.zeros(n, np.bool_), hits & ~large
+    stands, freed, may_start = np.zeros(n, np.bool_), np.zeros(n, np.bool_), hits & ~large
+    static = large.copy()  # outside the grid nothing else is evidence
     for k in range(n):
         if not _inside(first_hit, cells, k, 1):
             continue
         i, j = cells[k]
-        stands[k], freed[k] = False, seen_free[i, j]
+        freed[k] = seen_free[i, j]
         for a in range(i - 1, i + 2):
             for b in range(j - 1, j + 2):
                 stands[k] |= _stands(first_hit[a, b], last_hit[a, b], time)
@@ -157,7 +158,11 @@ def _judged(grids, cells, beams, time, large, most):
     for first, count in runs(hits, continues):  # static if too wide, all around, or if some of it certainly stands
         run = (first + np.arange(count)) % n
         chord = run_chord(beams.distances, beams.increment, first, count)
-        static[run] = (count == n and continues[first]) or chord > 2.0 * most or stands[run].any()
+        if stands[run].any():
+            static[run] = True
+        elif (count == n and continues[first]) or chord > 2.0 * most:
+            for k in run:
+                static[k] |= _inside(first_hit, cells, k, 1)
     motion, came = np.full(n, STATIC), np.zeros(n, np.bool_)
     for k in range(n):
         before, after = k - 1, k + 1 if k + 1 < n else 0  # an obstacle is hit by two beams at least

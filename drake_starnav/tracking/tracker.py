@@ -71,7 +71,7 @@ def track(
     """
     if scan.time_increment and before.grid is not None:
         scan = deskewed(scan, before.pose, before.scan.time, pose)
-    grid = before.grid or OccupancyHistory.about(pose[:2])
+    grid = before.grid or OccupancyHistory.about(pose[:2], scan.range_max)
     large = on_large_surfaces(scan, 2.0 * parameters.max_radius, range_deviation)
     judged = grid.judged(scan, pose, large, parameters)
     tracks, reported = updated(before.tracks, scan, judged, pose, parameters)

@@ -33,7 +33,7 @@ def test_in_a_static_world_hardly_a_beam_moves_for_a_moving_robot_with_noise(see
     rng = np.random.default_rng(seed)
     world = Scene(scattered(rng), (), lambda t: np.zeros((0, 2)))
     pose, twist = np.zeros(3), np.array((rng.uniform(0.1, 0.3), rng.uniform(-1.0, 1.0)))
-    grid = OccupancyHistory.about(pose[:2])
+    grid = OccupancyHistory.about(pose[:2], 6.0)
     shares = []
     for k in range(60):
         scan = world.scan(k * PERIOD, pose, rng)
@@ -45,7 +45,7 @@ def test_in_a_static_world_hardly_a_beam_moves_for_a_moving_robot_with_noise(see
 
 def test_what_stays_is_known_after_a_while_and_a_wall_at_once() -> None:
     scene = Scene(hall((1.5, 0.0, 0.2)), (), lambda t: np.zeros((0, 2)))
-    grid = OccupancyHistory.about(np.zeros(2))
+    grid = OccupancyHistory.about(np.zeros(2), 6.0)
     pose = np.zeros(3)
     column = np.abs(scene.scan(0.0, pose).bearings) < math.asin(0.2 / 1.5)
     for k in range(math.ceil(STANDING_AFTER / PERIOD) + 1):
@@ -62,7 +62,7 @@ def looks(
     scene: Scene, count: int, pose_at: Callable[[float], tuple[float, float, float]] = lambda _: (0.0, 0.0, 0.0)
 ) -> Iterator[tuple[float, np.ndarray, np.ndarray]]:
     """The time of each scan, where its beams end, shape (n, 2), W, and what the grid tells of them."""
-    grid = OccupancyHistory.about(np.array(pose_at(0.0)[:2]))
+    grid = OccupancyHistory.about(np.array(pose_at(0.0)[:2]), 6.0)
     for time in PERIOD * np.arange(count):
         pose = np.array(pose_at(time))
         scan = scene.scan(time, pose)
@@ -87,7 +87,7 @@ def test_what_moves_is_noticed(velocity: tuple[float, float]) -> None:
 
 def test_the_grid_follows_the_robot_and_forgets_nothing_near() -> None:
     scene = Scene(hall((2.0, 1.0, 0.2)), (), lambda t: np.zeros((0, 2)))
-    grid = OccupancyHistory.about(np.zeros(2))
+    grid = OccupancyHistory.about(np.zeros(2), 6.0)
     for k in range(50):
         grid = grid.updated(scene.scan(k * PERIOD, np.zeros(3)), np.zeros(3), NOTHING)
     pose = np.array((1.1, -1.3, 0.4))
@@ -102,7 +102,7 @@ def test_the_grid_follows_the_robot_and_forgets_nothing_near() -> None:
 
 def test_an_update_leaves_the_grid_before_it_alone() -> None:
     scene = Scene(hall(), (), lambda t: np.zeros((0, 2)))
-    grid = OccupancyHistory.about(np.zeros(2))
+    grid = OccupancyHistory.about(np.zeros(2), 6.0)
     before = grid.first_hit.copy()
     assert (grid.updated(scene.scan(0.0, np.zeros(3)), np.zeros(3), NOTHING).first_hit != before).any()
     np.testing.assert_array_equal(grid.first_hit, before)
@@ -136,7 +136,7 @@ def test_what_stood_and_then_goes_straight_away_is_not_taken_to_stay() -> None:
 def test_what_was_seen_to_be_large_is_known_where_only_a_piece_of_it_is_in_view() -> None:
     wall, piece = Scene(hall(), (), lambda t: np.zeros((0, 2))), np.zeros(360, bool)
     scan = wall.scan(0.0, np.zeros(3))
-    grid = OccupancyHistory.about(np.zeros(2))
+    grid = OccupancyHistory.about(np.zeros(2), 6.0)
     assert (grid.judged(scan, np.zeros(3), piece, OBSTACLES).may_start == scan.hits).all()
     grid = grid.updated(scan, np.zeros(3), scan.hits)
     assert not grid.judged(wall.scan(PERIOD, np.zeros(3)), np.zeros(3), piece, OBSTACLES).may_start.any()
@@ -145,7 +145,7 @@ def test_what_was_seen_to_be_large_is_known_where_only_a_piece_of_it_is_in_view(
 def test_what_stands_where_a_large_surface_was_and_has_gone_may_start() -> None:
     standing = Scene(hall((1.5, 0.0, 0.3)), (), lambda t: np.zeros((0, 2)))
     empty = Scene(hall(), (), lambda t: np.zeros((0, 2)))
-    grid = OccupancyHistory.about(np.zeros(2))
+    grid = OccupancyHistory.about(np.zeros(2), 6.0)
     first = standing.scan(0.0, np.zeros(3))
     own = on_disc(first.points(), (1.5, 0.0), 0.3)
     beams = np.flatnonzero(first.hits)[own]

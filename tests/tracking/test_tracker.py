@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from shapely import LineString, Point, Polygon, box
 
 from drake_starnav.geometry.se2 import composed
-from drake_starnav.lidar.laser_scan import DYNAMIC
+from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC
 from drake_starnav.safety.moving_certificate import GROWTH, RADIUS, reachable_discs
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.tracking.tracker import Tracked, joint_tracks, track
@@ -119,3 +119,20 @@ def test_what_comes_to_the_robot_was_reachable_whoever_saw_it(lidars: tuple, age
     comes = next(time for time in np.arange(0.0, 9.0, 0.005) if Point(at(time)[0]).distance(BODY) <= MOVER)
     away = np.array([Point(place).distance(BODY) for place in reachable[:, :2]]) - reachable[:, RADIUS]
     assert (away / reachable[:, GROWTH]).min() <= comes
+
+
+@pytest.mark.parametrize("range_max", [5.0, 10.0, 30.0])
+def test_where_everything_moves_nothing_is_remembered_however_far_the_lidar_sees(range_max: float) -> None:
+    rng = np.random.default_rng(int(range_max))
+    first, velocity = rng.uniform(-16.0, 16.0, (25, 2)), rng.uniform(0.5, 2.0, 25)[:, None]
+    first, angle = first[np.hypot(*first.T) > 2.0], rng.uniform(-math.pi, math.pi, 25)
+    velocity = (velocity * np.column_stack((np.cos(angle), np.sin(angle))))[: len(first)]
+    known, moving = Tracked(), DynamicObstacleParameters(max_speed=2.0)
+    for k in range(60):
+        time, pose = k * PERIOD, np.array((0.5 * k * PERIOD, 0.0, 0.3 * k * PERIOD))
+        discs = [(*place, 0.5) for place in first + time * velocity if math.dist(place, pose[:2]) > 0.7]
+        arena = World("arena", (0, 0, 0), (0, 0), cylinders=discs, polygons=(), bounds=None)
+        scan = dataclasses.replace(cast(arena, pose, beams=720, range_max=range_max), time=time)
+        known = track(known, scan, pose, moving)
+        assert scan.hits.any()
+        assert (known.scan.motion[scan.hits] != STATIC).all()
