@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from drake_starnav.errors import StarnavError
+from drake_starnav.lidar.laser_scan import STATIC
 from drake_starnav.planning.closures import AVERAGED_SCANS, barred_by, closed, hidden, reopened, too_narrow, with_latest
 from drake_starnav.planning.guidance import PASSED_DISTANCE, Guidance
 from drake_starnav.planning.impassable import impassable_points
@@ -14,7 +15,7 @@ from drake_starnav.planning.map_revision import remaining
 from drake_starnav.planning.monitoring import PlanCheck, check_plan, distance_to, points_ahead
 from drake_starnav.planning.roadmap import StarRoadmap, revised, uncovered_share
 from drake_starnav.planning.route import Route, find_route
-from drake_starnav.planning.state import EMPTY_PATH, PlannerInput, PlannerState, PlannerStatus
+from drake_starnav.planning.state import EMPTY_PATH, UNSET_POSITION, PlannerInput, PlannerState, PlannerStatus
 from drake_starnav.surroundings.observation import Observation
 from drake_starnav.surroundings.obstruction import AVOIDED
 from drake_starnav.surroundings.region_union import cover_at
@@ -126,10 +127,22 @@ def _may_stand(state: PlannerState, inputs: PlannerInput) -> bool:
     scan = inputs.observation.scan
     if inputs.interval > SILENT_SHARE * inputs.parameters.progress_timeout:
         return True
-    if scan.motion is not None and bool((scan.distances[scan.moving] < AVOIDED * inputs.robot_radius).any()):
+    if scan.motion is not None and _is_near(scan.distances[scan.moving], inputs):
         return True
     approaching = state.status is PlannerStatus.APPROACHING and len(state.path) > 0
     return approaching and distance_to(inputs.position, state.path[-1]) < max(inputs.goal_tolerance, _progress(inputs))
+
+
+def _is_near(distances: np.ndarray, inputs: PlannerInput) -> bool:
+    """Whether the robot may be giving way to something at one of these distances, m."""
+    return bool((distances < AVOIDED * inputs.robot_radius).any())
+
+
+def _forget_hits(state: PlannerState, inputs: PlannerInput) -> PlannerState:
+    """Return the state with an empty roadmap: of the places that are closed only walls are kept."""
+    walls = replaced(state.roadmap.closures, failed=EMPTY_PATH)
+    roadmap = StarRoadmap.empty(inputs.parameters, inputs.robot_radius, inputs.swept_radius, walls)
+    return replaced(state, status=PlannerStatus.WAITING, roadmap=roadmap, node_position=UNSET_POSITION)
 
 
 def _progress(inputs: PlannerInput) -> float:
@@ -214,7 +227,8 @@ def _planned(state: PlannerState, stalled: bool, inputs: PlannerInput) -> Planne
     """The state with a new path; if there is none, the goal is unreachable.
 
     At the first look the scan may be at fault: one that shows no way at all is forgotten. So is one in which the robot
-    cannot move, for what is in its way hides the rest, and may leave.
+    cannot move, for what is in its way hides the rest, and may leave. While something is near that may stand aside,
+    what was remembered may have been its like: that is forgotten, and planned anew.
     """
     region = inputs.observation.region
     assert region is not None
@@ -241,6 +255,9 @@ def _planned(state: PlannerState, stalled: bool, inputs: PlannerInput) -> Planne
     state = replaced(state, path=EMPTY_PATH, target=None)
     if boxed_in:
         return state
+    scan = inputs.observation.scan
+    if scan.motion is not None and _is_near(scan.distances[scan.hits & (scan.motion != STATIC) | scan.moving], inputs):
+        return _forget_hits(state, inputs)
     return replaced(state, status=PlannerStatus.UNREACHABLE, barred_by=barred_by(state, inputs))
 
 

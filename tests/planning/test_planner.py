@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from drake_starnav.errors import StarnavError
+from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, UNKNOWN
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, plan_step
 from drake_starnav.planning.monitoring import check_plan
 from drake_starnav.planning.planner import node_is_due
@@ -57,6 +58,33 @@ def test_a_robot_that_cannot_move_waits_for_what_is_around_it_to_leave():
             state, PlannerInput(seen, place[:2], np.array(free.goal), scan.time, PARAMETERS, MARGINS, RADIUS)
         )
     assert state.status is PlannerStatus.APPROACHING
+
+
+def test_a_way_is_not_given_up_while_what_bars_it_may_stand_aside():
+    """The only door of a room is barred by something, part of which is not known to stand, and then by what stands."""
+    walls = [(-1.5, -1.5, 0.9, -1.4), (-1.5, 1.4, 0.9, 1.5), (-1.5, -1.4, -1.4, 1.4)]
+    walls += [(0.9, -1.5, 1.0, -0.5), (0.9, 0.5, 1.0, 1.5)]
+    boxes = [np.array(((x, y), (u, y), (u, v), (x, v))) for x, y, u, v in walls]
+    free = World("door", (0, 0, 0), (3, 0), polygons=boxes)
+    barred = dataclasses.replace(free, cylinders=[(1.0, 0.0, 0.45)])
+
+    def state_after(states_of_door: list[tuple[World, int]]) -> PlannerState:
+        state, place = PlannerState.initial(PARAMETERS, RADIUS), np.zeros(3)
+        for k, (world, motion) in enumerate(states_of_door):
+            scan = cast(world)
+            motions = np.where(np.abs(scan.bearings) < 0.1, motion, STATIC)  # the rest is taken for a wall
+            scan = dataclasses.replace(scan, time=0.1 * k, motion=motions)
+            seen = Observation(scan_region(scan, place, RADIUS, MARGINS), scan, place)
+            goal = np.array(world.goal)
+            state = plan_step(state, PlannerInput(seen, place[:2], goal, scan.time, PARAMETERS, MARGINS, RADIUS))
+        return state
+
+    for motion in (UNKNOWN, DYNAMIC):
+        assert state_after([(barred, motion)] * 200).status is not PlannerStatus.UNREACHABLE
+        known = [(barred, STATIC)] * 3 + [(barred, motion)] * 200
+        assert state_after(known).status is not PlannerStatus.UNREACHABLE
+        assert len(state_after([*known, (free, STATIC)]).path)
+    assert state_after([(barred, STATIC)] * 200).status is PlannerStatus.UNREACHABLE
 
 
 @pytest.mark.parametrize("half", [1.7, 2.1, 2.4, 2.8, 3.0])
