@@ -4,7 +4,7 @@ A hit is moving if its cell was seen free before and the same holds for the hit 
 thinner than the beam spacing is hit only now and then). It is static if a cell at or beside it has been hit for long
 enough without being seen free in between. Before either is known, a hit is static if it is part of a surface that is
 wider than any dynamic obstacle, or of one that is known to be static elsewhere: as the robot drives by, more and more
-of it comes into view. Outside the grid several obstacles may look like one wide surface: there only a convex one counts.
+of it comes into view. Outside the grid several obstacles may look like one wide surface: there only convex ones count.
 
 A static object may start at any time, unless it is too large to move: the grid also remembers where such large
 surfaces were seen. Its lengths are of persons and carts, whoever watches: nature.
