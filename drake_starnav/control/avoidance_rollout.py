@@ -210,12 +210,12 @@ def _risk_of_step(x, y, foreseen, s, radius):
     """
     risk = 0.0
     for j in range(foreseen.shape[1]):
-        dx, dy = x - foreseen[s, j, 0], y - foreseen[s, j, 1]
-        speed = math.hypot(foreseen[s, j, 2], foreseen[s, j, 3])
+        dx, dy, vx, vy = x - foreseen[s, j, 0], y - foreseen[s, j, 1], foreseen[s, j, 2], foreseen[s, j, 3]
+        speed, squared = math.sqrt(vx * vx + vy * vy), dx * dx + dy * dy
         reach, both = HAZARD_TIME * speed, radius + foreseen[s, j, 4]
-        if speed > STANDING_SPEED and dx * dx + dy * dy < (both + reach) ** 2:
-            away = max(math.hypot(dx, dy), 1e-9)
-            approach = (foreseen[s, j, 2] * dx + foreseen[s, j, 3] * dy) / (speed * away)
+        if squared < (both + reach) * (both + reach) and speed > STANDING_SPEED:
+            away = max(math.sqrt(squared), 1e-9)
+            approach = (vx * dx + vy * dy) / (speed * away)
             share = math.asin(min(both / away, 1.0)) / math.pi * (1.0 + APPROACH_WEIGHT * approach)
             risk += share * min(1.0 - (away - both) / reach, 1.0)
     return CONTACT_COST * TURNING_RATE * risk * STEP
