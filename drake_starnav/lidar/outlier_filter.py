@@ -8,6 +8,7 @@ hit is doubted counts as lost, not as free: its neighbours bound it, and thus wh
 
 import dataclasses
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -93,7 +94,7 @@ def without_lone_close_hits(scan: LaserScan, body: float) -> LaserScan:
     return lose_beams(scan, lone_close_hits(scan, body))
 
 
-def lose_beams(scan: LaserScan, beams: np.ndarray) -> LaserScan:
+def lose_beams(scan: LaserScan, beams: Sequence[int] | np.ndarray) -> LaserScan:
     """Return a scan in which beams of these indices, shape (k,), have no measurement."""
     if not len(beams):
         return scan

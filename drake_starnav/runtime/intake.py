@@ -11,7 +11,7 @@ from drake_starnav.errors import StarnavError, counted
 from drake_starnav.geometry.se2 import now_in
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import ON_AXIS, Mount
-from drake_starnav.lidar.outlier_filter import lone_close_hits
+from drake_starnav.lidar.outlier_filter import lone_close_hits, lose_beams
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.schema import Scenario
@@ -212,7 +212,9 @@ def _with_scan(intake: Intake, now: float, k: Any, scan: Any, declared: Declared
     if wrong := false_scan(scan, lidar):
         return _refused(intake, k, "false scan", wrong)
     scan = within_range(scan, lidar)
-    for beam in () if lidar.outliers else lone_close_hits(scan, declared.bodies[k]):
+    close = [] if lidar.outliers else lone_close_hits(scan, declared.bodies[k]).tolist()
+    scan = lose_beams(scan, close)
+    for beam in close:
         intake = intake.without(f"hit of beam {beam} of lidar {k} alone, inside the robot or nearer than range_min")
     waiting, came = (*intake.waiting, (k, scan)), with_item(intake.came, k, now)
     return dataclasses.replace(intake, waiting=waiting, came=came, bad_scans=with_item(intake.bad_scans, k, ""))

@@ -11,6 +11,7 @@ from pydrake.systems.analysis import InitializeParams, Simulator
 from pydrake.systems.framework import Context, DiagramBuilder, OutputPort
 
 from drake_starnav.errors import StarnavError, check_kind
+from drake_starnav.lidar.faulty_beams import FaultyBeams
 from drake_starnav.lidar.mounts import Mount
 from drake_starnav.localization.odometry_check import OdometryCheck
 from drake_starnav.navigation import Parts, add_navigation
@@ -139,7 +140,8 @@ class Navigator:
         self.intake = Intake.empty(len(self._declared.lidars))
         self._now, self._origin, self._tick = math.nan, 0.0, 0
         self._latest, self._stalled = -math.inf, 0
-        self._dropped_goal, self._carried, self._forgets = "", -math.inf, False
+        self._dropped_goal, self._carried, self._forgets = "", -math.inf, ""
+        self._beams = [FaultyBeams()] * len(self._names)
         self._command = Command(np.zeros(size), False, "standing", "nothing has come in")
         self._execution = Execution()
         self._goal: tuple[float, ...] | None = None
@@ -155,7 +157,7 @@ class Navigator:
             self._fix(name, np.zeros(size))
         self._fix("heading", np.array([math.nan]))
         self._seen, self._forgotten = [-math.inf] * len(self._names), self.intake.jumped
-        self._broken, self._begun, self._fixed, self._forgets = True, False, False, False
+        self._broken, self._begun, self._fixed, self._forgets = True, False, False, ""
         self._execution = dataclasses.replace(self._execution, check=OdometryCheck())
 
     def step(
@@ -208,7 +210,7 @@ class Navigator:
         elapsed, jumped = now - self._now, self.intake.jumped
         self.intake = take.taken(self.intake, now, scans, odometry, self._declared)
         if reset:
-            self._execution, self._dropped_goal, self._forgets = Execution(), "", True
+            self._execution, self._dropped_goal, self._forgets = Execution(), "", "a reset is asked"
         if self.intake.jumped > jumped and self._goal is not None:
             self._dropped_goal = "the goal is dropped, as the odometry began anew; until another one is given"
         if math.isnan(elapsed):
@@ -253,7 +255,7 @@ class Navigator:
         before, self._goal, self._no_goal = self._goal, goal, "the goal is withdrawn"
         self._reached, self._turning = False, False
         if goal is None and not self._command.twist.any():
-            self._forgets |= self._execution.is_lost
+            self._forgets = self._forgets or "a reset is asked" * self._execution.is_lost
             self._execution = acknowledged(self._execution)
         if goal is None or before is None or math.dist(goal[:2], before[:2]) > self.scenario.simulation.goal_tolerance:
             self._dropped_goal = ""
@@ -284,7 +286,7 @@ class Navigator:
         if self.intake.jumped > self._forgotten:
             return " and ".join(filter(None, (self.intake.bad_odometry or "the pose has jumped", self._dropped_goal)))
         if self._forgets:
-            return "a reset is asked"
+            return self._forgets
         if is_carried(self._execution):
             self._carried = now
             self._execution = dataclasses.replace(self._execution, scans=self._execution.scans[-1:])
@@ -323,6 +325,7 @@ class Navigator:
             self._process(context, posed)
 
     def _process(self, context: Context, posed: PosedScan) -> None:
+        posed = self._without_faulty_beams(posed)
         scan = dataclasses.replace(posed.scan, time=posed.scan.time - self._origin)
         self._fix(self._names[posed.lidar], Value(scan))
         self._fix("scan_pose", posed.pose)
@@ -332,6 +335,19 @@ class Navigator:
         after = context.Clone()
         self.diagram.CalcForcedUnrestrictedUpdate(context, after.get_mutable_state())
         context.SetTimeStateAndParametersFrom(after)
+
+    def _without_faulty_beams(self, posed: PosedScan) -> PosedScan:
+        """The scan without what faulty beams alone hit; once a beam is found to be one, what was seen is forgotten."""
+        k, before = posed.lidar, self._beams[posed.lidar].faulty
+        self._beams[k], scan = self._beams[k].after(posed.scan, posed.pose, self.mounts[k])
+        found = np.flatnonzero(self._beams[k].faulty[: len(before)] & ~before)
+        for beam in found.tolist():
+            which = f"beam {beam}" + (f" of lidar {k}" if len(self._beams) > 1 else "")
+            self.intake = self.intake.without(f"hits of {which} alone, wherever the robot turned")
+            self._forgets = (
+                f"{which} errs: it alone hits something near, wherever the robot turns; the map is made anew"
+            )
+        return posed._replace(scan=scan)
 
     def _advanced(self) -> tuple[np.ndarray, bool, str, str]:
         """Twist, whether it is certified, status and what blocks the robot, after the updates of this instant."""

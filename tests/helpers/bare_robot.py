@@ -60,7 +60,8 @@ class BareRobot:
             scans, self.scans = [LaserScan(now, ranges=ranges, **lidar.scan_fields)], self.scans + 1
         ahead, aside, turning = velocity_of(self.twist)
         turning *= ahead if self.limits.steers > 0.0 else 1.0
-        return Reading(now, scans, [Odometry(now, *self.pose.tolist(), ahead, turning, aside)], self.world.goal)
+        x, y, yaw = self.pose.tolist()
+        return Reading(now, scans, [Odometry(now, x, y, yaw, ahead, turning, aside)], self.world.goal)
 
     def _ranges(self, index: int) -> np.ndarray:
         lidar, distances = self.scenario.lidar, np.full(self.scenario.lidar.beams, math.inf)

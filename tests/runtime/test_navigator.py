@@ -69,6 +69,23 @@ def test_one_beam_that_errs_for_good_holds_no_robot_and_is_named(forest, value) 
     assert "beam 100 of lidar 0" in named and count == robot.scans
 
 
+@pytest.mark.parametrize(("value", "beam"), [(0.27, 180), (0.3, 190), (0.6, 180)])
+def test_a_beam_that_errs_for_good_ahead_of_the_robot_is_found_out_and_named(forest, value, beam) -> None:
+    def constant(reading, time):
+        scans = [
+            replace(scan, ranges=np.where(np.arange(len(scan.ranges)) == beam, value, scan.ranges))
+            for scan in reading.scans
+        ]
+        return reading._replace(scans=scans)
+
+    forest.reset()
+    robot = BareRobot(FOREST)
+    commands = driven(forest, robot, 30.0, constant, begin=0.0)
+    assert commands[-1].status == "driving" and robot.way > 4.0 and robot.clearance > 0.0
+    assert any(command.why.startswith(f"beam {beam} errs: it alone hits") for command in commands)
+    assert dict(forest.intake.dropped)[f"hits of beam {beam} alone, wherever the robot turned"] == 1
+
+
 def test_silence_that_ends_is_forgiven(forest) -> None:
     forest.reset()
     robot = BareRobot(FOREST)

@@ -1,0 +1,70 @@
+"""Beams that err for good, by what they alone hit wherever the robot turns. Pure functions."""
+
+import math
+from dataclasses import field
+
+import numpy as np
+
+from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.lidar.mounts import Mount, unturned
+from drake_starnav.lidar.outlier_filter import NEIGHBOUR_BEAMS, SAME_SURFACE, lose_beams
+from drake_starnav.utils.snapshot import snapshot
+
+FEWEST_SCANS, LEAST_TURN, LEAST_WAY = 20, 0.5, 0.1
+"""A beam errs that alone hits something in so many successive scans, in which the lidar turns by the second, rad, and
+the hit moves by the third, m: a thing that is so thin would stay where it is, or be hit by another beam."""
+
+
+@snapshot
+class FaultyBeams:
+    """Which beams of a lidar err, and since when each has hit something alone. Immutable.
+
+    Attributes:
+        faulty: whether a beam errs, shape (n,).
+        scans: in how many successive scans a beam has hit something nearer than all that the beams beside it see,
+            shape (n,); scans in which it was lost do not count.
+        places, yaws: its hit in the first of these, shape (n, 2), and the lidar's yaw then, shape (n,), m and rad.
+    """
+
+    faulty: np.ndarray = field(default_factory=lambda: np.zeros(0, bool))
+    scans: np.ndarray = field(default_factory=lambda: np.zeros(0, int))
+    places: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
+    yaws: np.ndarray = field(default_factory=lambda: np.zeros(0))
+
+    def after(self, scan: LaserScan, pose: np.ndarray, mount: Mount) -> tuple["FaultyBeams", LaserScan]:
+        """Return the state after a scan, and the scan in which lone hits of faulty beams are lost.
+
+        Args:
+            scan: in the sensor frame; if it has another number of beams than the last one, nothing is known of them.
+            pose: (x, y, yaw) of the robot by its odometry when the scan was taken, m and rad.
+            mount: of the lidar.
+        """
+        count, yaw = len(scan.ranges), float(pose[2])
+        if len(self.scans) != count:
+            before = FaultyBeams(np.zeros(count, bool), np.zeros(count, int), np.zeros((count, 2)), np.zeros(count))
+        else:
+            before = self
+        lone = _lone_hits(scan)
+        scans = np.where(lone, before.scans + 1, np.where(np.isnan(scan.ranges), before.scans, 0))
+        order = slice(None, None, -1 if mount.upside_down else 1)
+        ranges, every = np.where(lone, scan.ranges, 0.0)[order], np.ones(count, bool)
+        hits = unturned(scan, mount).points_at(ranges, every, mount.unturned(pose))[order]
+        places = np.where((scans == 1)[:, None], hits, before.places)
+        yaws = np.where(scans == 1, yaw, before.yaws)
+        moved = np.hypot(*(hits - places).T)
+        turned = np.abs((yaw - yaws + math.pi) % (2.0 * math.pi) - math.pi)
+        errs = lone & (scans >= FEWEST_SCANS) & (turned >= LEAST_TURN) & (moved >= LEAST_WAY)
+        after = FaultyBeams(before.faulty | errs, scans, places, yaws)
+        return after, lose_beams(scan, np.flatnonzero(after.faulty & lone))
+
+
+def _lone_hits(scan: LaserScan) -> np.ndarray:
+    """Return which beams hit something nearer than all that NEIGHBOUR_BEAMS to each side see, shape (n,)."""
+    ranges = np.pad(
+        np.where(np.isnan(scan.ranges), math.inf, scan.ranges),
+        NEIGHBOUR_BEAMS,
+        **({"mode": "wrap"} if scan.full_circle else {"constant_values": math.inf}),
+    )
+    windows = np.lib.stride_tricks.sliding_window_view(ranges, 2 * NEIGHBOUR_BEAMS + 1)
+    beside = np.delete(windows, NEIGHBOUR_BEAMS, axis=1).min(axis=1)
+    return scan.ranges + SAME_SURFACE < beside
