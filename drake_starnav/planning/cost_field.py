@@ -33,14 +33,14 @@ class CostField:
     Attributes:
         cost: shape (nx, ny) with a border, in hundredths of a cell, less UNREACHED; 0 where blocked or not reached.
         weight: same shape, uint8, what crossing a cell costs in tenths; 0 where blocked.
-        first: number of cell (1, 1) from that at the origin of W on, shape (2,): places do not depend on the box.
+        origin: position of cell (1, 1), shape (2,), W, m.
         cell: size of a cell, m.
         grid: the hits, which tell the freest place in a cell.
     """
 
     cost: np.ndarray
     weight: np.ndarray
-    first: np.ndarray
+    origin: np.ndarray
     cell: float
     grid: DistanceGrid
 
@@ -50,8 +50,8 @@ class CostField:
         One point a cell: its centre, or in a narrow place the centre of that cell of the grid of hits in it which is
         freest.
         """
-        x, y = np.asarray(start) / self.cell - self.first + 1.0
-        middles = (self.first + descent(self.cost, self.weight, x, y) - 1) * self.cell
+        x, y = (np.asarray(start) - self.origin) / self.cell + 1.0
+        middles = self.origin + (descent(self.cost, self.weight, x, y) - 1) * self.cell
         places, clear = self.grid.coarse(middles)
         freest = places[np.arange(len(places)), clear.argmax(axis=1)]
         return np.where((clear.max(axis=1) > clear.min(axis=1))[:, None], freest, middles)
@@ -97,7 +97,7 @@ def cost_to_go(
         StarnavError: the box has too many cells.
     """
     first, count = grid.box(low, high)
-    cell, number = grid.resolution * STRIDE, (first + 0.5 * (STRIDE - 1)) / STRIDE
+    cell, origin = grid.resolution * STRIDE, (first + 0.5 * (STRIDE - 1)) * grid.resolution
     radius = terrain.robot_radius
     blocked, soft = radius - BLOCKED_SLACK * radius, radius + SOFT_ZONE * radius
     swept = terrain.swept_radius if terrain.swept_radius > radius else 0.0  # of a disc nothing
@@ -106,12 +106,12 @@ def cost_to_go(
     weight = _weights(grid.arrays, first, count, limits, (NEAR_WALL_COST, TIGHT_COST, DOUBT_COST))
     if terrain.known.whole.size:
         _raise_unknown(weight, terrain.known, first // STRIDE, round(10.0 * UNKNOWN_COST))
-    _close(weight, terrain.closures / cell - number + 1.0, (CLOSED * radius + half_diagonal) / cell)
+    _close(weight, (terrain.closures - origin) / cell + 1.0, (CLOSED * radius + half_diagonal) / cell)
     cost = np.zeros(weight.shape, np.int32)
-    end = np.clip(np.rint(goal / cell - number).astype(np.int64), 0, np.array(weight.shape) - 3) + 1
-    begin = np.full(2, -1) if source is None else np.rint(source / cell - number).astype(np.int64) + 1
+    end = np.clip(np.rint((goal - origin) / cell).astype(np.int64), 0, np.array(weight.shape) - 3) + 1
+    begin = np.full(2, -1) if source is None else np.rint((source - origin) / cell).astype(np.int64) + 1
     bucket_dijkstra(weight, cost, tuple(end.tolist()), tuple(begin.tolist()))
-    return CostField(cost, weight, number, cell, grid)
+    return CostField(cost, weight, origin, cell, grid)
 
 
 @kernel

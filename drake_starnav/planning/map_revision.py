@@ -19,6 +19,7 @@ from drake_starnav.surroundings.bearing_hits import half_gaps
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.observation import Observation
 from drake_starnav.surroundings.piecewise_cubic import JUMP
+from drake_starnav.surroundings.region_union import CELL, WORD, highest
 from drake_starnav.surroundings.star_region import StarRegion, cut_back, refitted
 
 CONTRADICTION = 0.8
@@ -142,11 +143,11 @@ def remaining(
     regions = list[StarRegion | None](roadmap.regions)
     slack, gap = CONTRADICTION * robot_radius, float(new_hits[1].max(initial=0.0))
     sizes = max(robot_radius + margins.preferred - slack, 0.0), JUMP * robot_radius - slack
-    for k in _near_hits(roadmap.union, new_hits[0], sizes, gap).tolist():
+    for k in _near_hits(roadmap.union, new_hits[0], robot_radius, sizes, gap).tolist():
         region = roadmap.regions[k]
         regions[k] = _agreeing(region, *new_hits, robot_radius + region.margin)
     if margins.drop_seen_through:
-        reach = roadmap.union.reach + observation.scan.range_max
+        reach = roadmap.union.values.max(axis=1) + observation.scan.range_max
         near = np.hypot(*(roadmap.union.center - observation.pose[:2]).T) <= reach
         for k in np.flatnonzero(near).tolist():
             if seen_through(roadmap.nodes[k], observation, slack) > SEEN_THROUGH_SHARE:
@@ -167,31 +168,43 @@ def _agreeing(region: StarRegion, points: np.ndarray, gaps: np.ndarray, radius: 
 
 
 @kernel
-def _near_hits(union, points, sizes, gap):
-    """Indices of the regions of a union that some points (n, 2), hits, may contradict.
+def _near_hits(union, points, reach, sizes, gap):
+    """Indices of the regions of an indexed union that some points (n, 2), hits, may contradict.
 
     That is where, at some bearing, a region may reach farther by CONTRADICTION than to a disc about a hit with half
     gaps of at most `gap`; `sizes` are its radius, and by how much a fit is below its samples at most, less
-    CONTRADICTION. In m.
+    CONTRADICTION. Only points within `reach` count. In m.
     """
-    (radius, jump), center, bearing_0, values = sizes, union.center, union.bearing_0, union.values
-    samples, found = values.shape[1], np.zeros(len(center), np.bool_)
+    radius, jump = sizes
+    center, bearing_0, values, marks, corner = union.center, union.bearing_0, union.values, union.marks, union.corner
+    samples, one = values.shape[1], np.uint64(1)
     step = 2.0 * math.pi / samples
-    for k in range(len(center)):
-        for n in range(len(points)):
-            dx, dy = points[n, 0] - center[k, 0], points[n, 1] - center[k, 1]
-            away = math.sqrt(dx * dx + dy * dy)
-            disc = math.sqrt((radius + 0.5 * step * away) ** 2 + gap * gap)
-            if found[k] or away - disc >= union.reach[k] + jump:
-                continue
-            found[k] = away <= disc
-            if away > disc:
-                nearest = int(math.floor((math.atan2(dy, dx) - bearing_0[k]) / step + 0.5))
-                width = int(math.asin(disc / away) / step)
-                for m in range(nearest - width, nearest + width + 1):
-                    beyond = values[k, m % samples] + jump
-                    if beyond > away - disc:
-                        off = step * (m - nearest)
-                        under = math.sqrt(max(disc * disc - (away * math.sin(off)) ** 2, 0.0))
-                        found[k] = found[k] or beyond > away * math.cos(off) - under
+    found = np.zeros(len(center), np.bool_)
+    for n in range(len(points)):
+        x, y = points[n, 0], points[n, 1]
+        low, high = int(math.floor((x - reach) / CELL)) - corner[0], int(math.floor((x + reach) / CELL)) - corner[0]
+        left, right = int(math.floor((y - reach) / CELL)) - corner[1], int(math.floor((y + reach) / CELL)) - corner[1]
+        for w in range(marks.shape[2]):
+            word = np.uint64(0)
+            for i in range(max(low, 0), min(high + 1, marks.shape[0])):
+                for j in range(max(left, 0), min(right + 1, marks.shape[1])):
+                    word |= marks[i, j, w]
+            while word != 0:
+                k = w * WORD + highest(word)
+                word ^= one << np.uint64(k % WORD)
+                if found[k]:
+                    continue
+                dx, dy = x - center[k, 0], y - center[k, 1]
+                away = math.sqrt(dx * dx + dy * dy)
+                disc = math.sqrt((radius + 0.5 * step * away) ** 2 + gap * gap)
+                found[k] = away <= disc
+                if away > disc:
+                    nearest = int(math.floor((math.atan2(dy, dx) - bearing_0[k]) / step + 0.5))
+                    width = int(math.asin(disc / away) / step)
+                    for m in range(nearest - width, nearest + width + 1):
+                        beyond = values[k, m % samples] + jump
+                        if beyond > away - disc:
+                            off = step * (m - nearest)
+                            under = math.sqrt(max(disc * disc - (away * math.sin(off)) ** 2, 0.0))
+                            found[k] = found[k] or beyond > away * math.cos(off) - under
     return np.flatnonzero(found)

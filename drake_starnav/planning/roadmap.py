@@ -16,8 +16,9 @@ from drake_starnav.planning.known_cells import KnownCells
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.observation import Observation
-from drake_starnav.surroundings.region_union import RegionUnion, covers, excess
-from drake_starnav.surroundings.star_region import StarRegion, united
+from drake_starnav.surroundings.region_index import indexed, subset
+from drake_starnav.surroundings.region_union import CELL, WORD, RegionUnion, covers, excess
+from drake_starnav.surroundings.star_region import StarRegion
 from drake_starnav.utils.snapshot import snapshot
 
 AREA_BEARINGS = 4
@@ -86,8 +87,8 @@ def extended(roadmap: StarRoadmap, node: Observation, margins: Margins, robot_ra
 def with_node(roadmap: StarRoadmap, node: Observation, hits: DistanceGrid) -> StarRoadmap:
     """The roadmap with one more node, and with other hits."""
     assert node.region is not None
+    union = indexed(roadmap.union.joined(node.region.alone), roadmap.union, np.array([len(roadmap)]))
     alone = node.region.alone
-    union = roadmap.union.joined(alone)
     nothing = alone._replace(values=np.zeros_like(alone.values))
     known = roadmap.known.recounted(hits.resolution * STRIDE, nothing, alone.values, union.bounds)
     return dataclasses.replace(roadmap, hits=hits, nodes=(*roadmap.nodes, node), union=union, known=known)
@@ -112,13 +113,16 @@ def revised(
         hits = stamped_anew(hits.emptied(), roadmap.closures, nodes, margins, robot_radius)
     if not nodes:
         return StarRoadmap(hits, closures=roadmap.closures)
-    old = roadmap.union
+    old, kept = roadmap.union, np.array([region is not None for region in regions])
     news = np.flatnonzero([new is not region for new, region in zip(regions, roadmap.regions, strict=True)])
-    changed, after = RegionUnion(*(row[news] for row in old)), np.zeros_like(old.values[news])
-    for i, region in enumerate(regions[k] for k in news.tolist()):
+    rows, numbers, after = [row[kept] for row in old.rows], np.cumsum(kept) - 1, np.zeros_like(old.values[news])
+    for i, k in enumerate(news.tolist()):
+        region = regions[k]
         if region is not None:
-            after[i] = region.boundary.values
-    union = united(region for region in regions if region is not None)
+            after[i] = rows[2][numbers[k]] = region.boundary.values
+            rows[3][numbers[k]] = region.boundary.slopes
+    union = indexed(RegionUnion(*rows), subset(old, kept), numbers[news[kept[news]]])
+    changed = RegionUnion(*(row[news] for row in old.rows))
     known = roadmap.known.recounted(hits.resolution * STRIDE, changed, after, union.bounds)
     return StarRoadmap(hits, nodes, union, roadmap.closures, known)
 
@@ -142,17 +146,22 @@ def stamped_anew(
 
 @kernel
 def _edges(union):
-    """The loop of `StarRoadmap.edges`.
+    """The loop of `StarRoadmap.edges`, of an indexed union.
 
     Without a region that sees it among the older ones, the robot has come from the region that a centre exceeds least.
     """
-    center, bearing_0, values = union.center, union.bearing_0, union.values
+    center, bearing_0, values, marks = union.center, union.bearing_0, union.values, union.marks
+    cell, one = np.floor(center / CELL).astype(np.int64) - union.corner, np.uint64(1)
     ends = [(0, 0)][:0]
     for j in range(len(center)):
         x, y, begin = center[j, 0], center[j, 1], len(ends)
         for i in range(j):
             u, v = center[i, 0], center[i, 1]
-            if covers(center, bearing_0, values, i, x, y, 0.0) or covers(center, bearing_0, values, j, u, v, 0.0):
+            older = marks[cell[j, 0], cell[j, 1], i // WORD] >> np.uint64(i % WORD) & one
+            newer = marks[cell[i, 0], cell[i, 1], j // WORD] >> np.uint64(j % WORD) & one
+            if (older and covers(center, bearing_0, values, i, x, y, 0.0)) or (
+                newer and covers(center, bearing_0, values, j, u, v, 0.0)
+            ):
                 ends.append((i, j))
         if j and len(ends) == begin:
             i = j - 1 - int(np.argmin(excess(union, x, y)[:j][::-1]))  # of equals the newest

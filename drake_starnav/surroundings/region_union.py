@@ -16,8 +16,10 @@ LEAP = 16
 """Samples of a line that are first tried at once."""
 GAP_SAMPLES = 10
 """Length of a gap between regions that is looked at, in samples."""
-ROUNDING = 1e-6
-"""Far more than distances are rounded by, m."""
+CELL = 0.4
+"""Size of a cell of the index, m: numerics, as it only decides how soon an answer is found."""
+WORD = 64
+"""Regions in a word of the index."""
 
 
 class RegionUnion(NamedTuple):
@@ -30,29 +32,27 @@ class RegionUnion(NamedTuple):
         center: shape (n, 2), m.
         bearing_0: bearing of sample 0, shape (n,), rad.
         values, slopes: shape (n, M), Phi and Phi' at the samples, m and m/rad. Slopes of shape (n, 0): no modulation.
-        reach: largest sample of each region, shape (n,), m: farther away it is not looked at.
+        marks: index, shape (nx, ny, w), uint64: bit k % 64 of word k // 64 is set in each cell that region k touches;
+            see `region_index`. Shape (0, 0, 1): no index, as does for up to 200 regions.
+        corner: number of the cell of W that comes first, shape (2,), for both axes.
     """
 
     center: np.ndarray
     bearing_0: np.ndarray
     values: np.ndarray
     slopes: np.ndarray
-    reach: np.ndarray
+    marks: np.ndarray = np.zeros((0, 0, 1), np.uint64)
+    corner: np.ndarray = np.zeros(2, np.int64)
 
     @staticmethod
     def none() -> "RegionUnion":
         """Without regions."""
-        return RegionUnion(np.zeros((0, 2)), np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0)), np.zeros(0))
-
-    @staticmethod
-    def of(center: np.ndarray, bearing_0: np.ndarray, values: np.ndarray, slopes: np.ndarray) -> "RegionUnion":
-        """The union of n regions, at least one."""
-        return RegionUnion(center, bearing_0, values, slopes, values.max(axis=1))
+        return RegionUnion(np.zeros((0, 2)), np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0)))
 
     @staticmethod
     def alone(center: np.ndarray, bearing_0: float, values: np.ndarray, slopes: np.ndarray) -> "RegionUnion":
         """The union of one region, whose arrays of shape (M,) it shares."""
-        return RegionUnion.of(center[None], np.array([bearing_0], dtype=float), values[None], slopes[None])
+        return RegionUnion(center[None], np.array([bearing_0], dtype=float), values[None], slopes[None])
 
     @property
     def size(self) -> int:
@@ -60,17 +60,20 @@ class RegionUnion(NamedTuple):
         return len(self.bearing_0)
 
     @property
+    def rows(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """The fields that have a row for each region."""
+        return self.center, self.bearing_0, self.values, self.slopes
+
+    @property
     def bounds(self) -> np.ndarray:
-        """Corners of a box that holds all regions, shape (2, 2), W, m; shape (0, 2) without regions."""
-        reach = self.reach[:, None]
-        corners = np.vstack((self.center - reach, self.center + reach))
-        return np.stack((corners.min(axis=0), corners.max(axis=0))) if self.size else corners
+        """Corners of a box that holds the regions of an indexed union, shape (2, 2), W, m."""
+        return CELL * np.vstack((self.corner, self.corner + self.marks.shape[:2]))
 
     def joined(self, other: "RegionUnion") -> "RegionUnion":
-        """The regions of both."""
+        """The regions of both, without an index."""
         if not (self.size and other.size):
-            return self if self.size else other
-        return RegionUnion(*map(np.concatenate, zip(self, other, strict=True)))
+            return RegionUnion(*(self if self.size else other).rows)
+        return RegionUnion(*(np.concatenate(both) for both in zip(self.rows, other.rows, strict=True)))
 
     def contains(self, points: np.ndarray, slack: float = 0.0) -> np.ndarray:
         """Whether points in W are in the union, or up to `slack` (m) beyond a boundary; shape (n, 2) -> (n,), bool."""
@@ -82,7 +85,7 @@ class RegionUnion(NamedTuple):
 
     def moved(self, frame: np.ndarray) -> "RegionUnion":
         """The same regions in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""
-        return self._replace(center=placed(frame, self.center), bearing_0=self.bearing_0 + frame[2])
+        return RegionUnion(placed(frame, self.center), self.bearing_0 + frame[2], self.values, self.slopes)
 
 
 @kernel
@@ -101,12 +104,44 @@ def _covers_at(union, points, slack):
 @kernel
 def cover_at(union, x, y, slack):
     """Index of the newest region of a union that contains (x, y), or up to `slack` beyond its boundary, m; or -1."""
-    center, bearing_0, values, reach = union.center, union.bearing_0, union.values, union.reach
-    for k in range(len(bearing_0) - 1, -1, -1):
-        dx, dy, far = x - center[k, 0], y - center[k, 1], reach[k] + slack + ROUNDING
-        if dx * dx + dy * dy <= far * far and covers(center, bearing_0, values, k, x, y, slack):
-            return k
+    center, bearing_0, values, marks, corner = union.center, union.bearing_0, union.values, union.marks, union.corner
+    if marks.shape[0] == 0:
+        for k in range(len(bearing_0) - 1, -1, -1):
+            if covers(center, bearing_0, values, k, x, y, slack):
+                return k
+        return -1
+    found = -1
+    for i in range(math.floor((x - slack) / CELL) - corner[0], math.floor((x + slack) / CELL) - corner[0] + 1):
+        for j in range(math.floor((y - slack) / CELL) - corner[1], math.floor((y + slack) / CELL) - corner[1] + 1):
+            found = max(found, newest_around(center, bearing_0, values, marks, (i, j), (x, y, slack)))
+    return found
+
+
+@leaf
+def newest_around(center, bearing_0, values, marks, cell, place):
+    """The same of the regions in a cell (i, j) of the index, at a place (x, y) with its slack."""
+    (i, j), (x, y, slack) = cell, place
+    if not (0 <= i < marks.shape[0] and 0 <= j < marks.shape[1]):
+        return -1
+    for w in range(marks.shape[2] - 1, -1, -1):
+        word = marks[i, j, w]
+        while word != 0:
+            k = w * WORD + highest(word)
+            if covers(center, bearing_0, values, k, x, y, slack):
+                return k
+            word ^= np.uint64(1) << np.uint64(k % WORD)
     return -1
+
+
+@leaf
+def highest(word):
+    """Number of the highest bit that is set in a word, uint64."""
+    k = 0
+    for shift in (32, 16, 8, 4, 2, 1):
+        if word >> np.uint64(shift):
+            word >>= np.uint64(shift)
+            k += shift
+    return k
 
 
 @kernel

@@ -148,4 +148,4 @@ def refitted(region: StarRegion, free_range: np.ndarray) -> StarRegion:
 def united(regions: Iterable[StarRegion]) -> RegionUnion:
     """The union of regions that share one number of samples M."""
     rows = [region.row for region in regions]
-    return RegionUnion.of(*(np.array(row) for row in zip(*rows, strict=True))) if rows else RegionUnion.none()
+    return RegionUnion(*(np.array(row) for row in zip(*rows, strict=True))) if rows else RegionUnion.none()

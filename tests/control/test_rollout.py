@@ -133,7 +133,7 @@ def test_the_time_left_is_that_of_the_legs_and_of_the_bends_between_them(seed, c
 def test_the_region_of_the_last_place_is_kept_while_it_contains_the_robot() -> None:
     disc = np.full((1, 8), 1.0)
     centers = np.array(((0.0, 0.0), (0.0, 0.5), (5.0, 0.0)))
-    union = RegionUnion.of(centers, np.zeros(3), np.repeat(disc, 3, axis=0), np.zeros((3, 0)))
+    union = RegionUnion(centers, np.zeros(3), np.repeat(disc, 3, axis=0), np.zeros((3, 0)))
     known = FreeSpace(union, union, np.zeros((0, 2)))
     assert [region_around(known, last, 0.0, 0.2) for last in (0, 1, 2, -1)] == [0, 1, 1, 1]  # else the newest
     assert [region_around(known, last, 5.0, 0.2) for last in (0, 2, -1)] == [2, 2, 2]

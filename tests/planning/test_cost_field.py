@@ -34,7 +34,7 @@ def line(a: tuple[float, float], b: tuple[float, float]) -> np.ndarray:
 
 def at(field: CostField, points: np.ndarray) -> np.ndarray:
     """The least cost over the 3 x 3 cells about each point, and the way there, shape (n,), m; infinity without any."""
-    cells = np.rint(points / field.cell - field.first).astype(int) + 1
+    cells = np.rint((points - field.origin) / field.cell).astype(int) + 1
     out = np.full(len(points), np.inf)
     for di in (-1, 0, 1):
         for dj in (-1, 0, 1):
@@ -110,8 +110,7 @@ def test_cells_outside_the_known_regions_cost_more(seed):
         cost_to_go(roadmap.hits, np.zeros(2), LOW, HIGH, terrain).weight.astype(int)
         for terrain in (Terrain(RADIUS), Terrain(RADIUS, known=roadmap.known))
     )
-    field = cost_to_go(roadmap.hits, np.zeros(2), LOW, HIGH, Terrain(RADIUS))
-    middles = (field.first + np.argwhere(plain) - 1) * field.cell
+    middles = cost_to_go(roadmap.hits, np.zeros(2), LOW, HIGH, Terrain(RADIUS)).origin + (np.argwhere(plain) - 1) * CELL
     added = np.where(roadmap.union.contains(middles), 0, 3)
     np.testing.assert_array_equal((weighed - plain)[plain > 0], added)
     assert (weighed[plain == 0] == 0).all() and len(np.unique(added)) == 2
@@ -131,7 +130,7 @@ def test_a_search_ends_at_a_robot_in_a_blocked_cell():
     grid = memory(line((-2.0, -1.0), (-2.0, 1.0)))
     robot, goal = np.array((-2.0 + RADIUS - 0.1, 0.0)), np.zeros(2)
     early, full = (cost_to_go(grid, goal, LOW, HIGH, Terrain(RADIUS), end) for end in (robot, None))
-    place = tuple(np.rint(robot / full.cell - full.first).astype(int) + 1)
+    place = tuple(np.rint((robot - full.origin) / full.cell).astype(int) + 1)
     assert full.weight[place] == 0  # the robot touches the wall, but for the cells around it
     assert at(early, robot[None])[0] == at(full, robot[None])[0] < np.inf
     assert (early.cost < 0).sum() < 0.5 * (full.cost < 0).sum()

@@ -1,0 +1,123 @@
+"""Which regions of a union may cover a place: a coarse grid over W, so that queries look at a few regions only.
+
+The index only rules regions out. What it leaves is tested exactly, so that the answers are those of a loop over all.
+Among 340 regions of a building, a query takes 0.3 to 0.9 us instead of 1.5 to 2.0.
+"""
+
+import math
+
+import numpy as np
+
+from drake_starnav.geometry.compiled import kernel, largest
+from drake_starnav.surroundings.region_union import CELL, WORD, RegionUnion, highest
+
+SLACK = 0.01
+"""Regions are marked this far beyond their boundaries, m, for rounding: numerics."""
+PATCH = 0.2
+"""Regions are marked patch by patch, of this length and about this width, m: numerics."""
+SPARE_CELLS = 8
+"""Cells more than it needs that a grid which grows gets, on the sides that grow."""
+
+
+def indexed(union: RegionUnion, before: RegionUnion, news: np.ndarray) -> RegionUnion:
+    """A union with an index.
+
+    Args:
+        union: to index.
+        before: an indexed union with the same regions in its rows, with the same centres and bearings.
+        news: indices of the regions that are new or have other values, shape (k,).
+    """
+    values = union.values[news]
+    for row, k in zip(values, news.tolist(), strict=True):
+        if k < before.size:  # where it has shrunk, it lies in the cells that it had
+            row *= row > before.values[k]
+    grown = values.any(axis=1)
+    news, values = news[grown], values[grown]
+    low, high = _cells(union, news, values)
+    old, first = before.marks, before.corner
+    last = first + old.shape[:2]
+    if not old.size:
+        first, last = low, low
+    corner, end = np.where(low < first, low - SPARE_CELLS, first), np.where(high > last, high + SPARE_CELLS, last)
+    marks = np.zeros((*(end - corner), union.size // WORD + 1), np.uint64)
+    (i, j), (nx, ny, words) = first - corner, old.shape
+    marks[i : i + nx, j : j + ny, :words] = old
+    for k, row in zip(news.tolist(), values, strict=True):
+        _mark(marks, corner, k, union.center[k], union.bearing_0[k], row)
+    return union._replace(marks=marks, corner=corner)
+
+
+def subset(union: RegionUnion, kept: np.ndarray) -> RegionUnion:
+    """An indexed union of those of its regions that are kept, shape (n,), bool, which have other bits then."""
+    if kept.all():
+        return union
+    marks = _renumbered(union.marks, np.where(kept, np.cumsum(kept) - 1, -1), int(kept.sum()) // WORD + 1)
+    return RegionUnion(*(row[kept] for row in union.rows))._replace(marks=marks, corner=union.corner)
+
+
+@kernel
+def _renumbered(marks, numbers, words):
+    """An index whose regions have other numbers (n,), -1 if they are gone."""
+    out = np.zeros((marks.shape[0], marks.shape[1], words), np.uint64)
+    for i in range(marks.shape[0]):
+        for j in range(marks.shape[1]):
+            for w in range(marks.shape[2]):
+                word = marks[i, j, w]
+                while word != 0:
+                    k = w * WORD + highest(word)
+                    word ^= np.uint64(1) << np.uint64(k % WORD)
+                    if numbers[k] >= 0:
+                        out[i, j, numbers[k] // WORD] |= np.uint64(1) << np.uint64(numbers[k] % WORD)
+    return out
+
+
+def _cells(union: RegionUnion, members: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The first cell and the one beyond the last that some regions with these values may touch."""
+    if not len(members):
+        return union.corner, union.corner
+    step = 2.0 * math.pi / values.shape[1]
+    bearing = union.bearing_0[members, None] + step * np.arange(values.shape[1])
+    border = 3.0 * PATCH + SLACK + 2.0 * step * float(values.max())
+    edge = union.center[members, None] + values[..., None] * np.stack((np.cos(bearing), np.sin(bearing)), axis=-1)
+    low, high = edge.min(axis=(0, 1)) - border, edge.max(axis=(0, 1)) + border
+    return np.floor(low / CELL).astype(np.int64), np.floor(high / CELL).astype(np.int64) + 1
+
+
+@kernel
+def _mark(marks, first, k, center, bearing_0, values):
+    """Set the bit of region k in each cell that it touches.
+
+    It is covered patch by patch, in rings whose radius doubles: by as many samples at once as are about PATCH wide.
+    """
+    samples = len(values)
+    step = 2.0 * math.pi / samples
+    _mark_box(marks, first, k, center[0], center[1], PATCH + SLACK)
+    low = PATCH
+    farthest = largest(values)
+    while low < farthest:
+        high = 2.0 * low
+        together = max(int(PATCH / (high * step)), 1)
+        half = 0.5 * math.hypot(PATCH, together * step * high) + SLACK
+        for begin in range(0, samples, together):
+            most = 0.0
+            for i in range(begin, min(begin + together, samples) + 1):
+                most = max(most, values[i if i < samples else 0])
+            if most <= low:
+                continue
+            bearing = bearing_0 + step * (begin + 0.5 * together)
+            ux, uy = math.cos(bearing), math.sin(bearing)
+            r = low
+            while r < min(most, high):
+                middle = r + 0.5 * PATCH
+                _mark_box(marks, first, k, center[0] + middle * ux, center[1] + middle * uy, half)
+                r += PATCH
+        low = high
+
+
+@kernel
+def _mark_box(marks, first, k, x, y, half):
+    """Set the bit of region k in the cells of a square about (x, y)."""
+    word, bit = k // WORD, np.uint64(1) << np.uint64(k % WORD)
+    for i in range(math.floor((x - half) / CELL) - first[0], math.floor((x + half) / CELL) - first[0] + 1):
+        for j in range(math.floor((y - half) / CELL) - first[1], math.floor((y + half) / CELL) - first[1] + 1):
+            marks[i, j, word] |= bit
