@@ -338,10 +338,9 @@ class Navigator:
 
     def _without_faulty_beams(self, posed: PosedScan) -> PosedScan:
         """The scan without what faulty beams alone hit; once a beam is found to be one, what was seen is forgotten."""
-        k, before = posed.lidar, self._beams[posed.lidar].faulty
-        self._beams[k], scan = self._beams[k].after(posed.scan, posed.pose, self.mounts[k])
-        found = np.flatnonzero(self._beams[k].faulty[: len(before)] & ~before)
-        for beam in found.tolist():
+        k, before = posed.lidar, self._beams[posed.lidar]
+        self._beams[k], scan = before.after(posed.scan, posed.pose, self.mounts[k])
+        for beam in np.setdiff1d(np.flatnonzero(self._beams[k].faulty), np.flatnonzero(before.faulty)):
             which = f"beam {beam}" + (f" of lidar {k}" if len(self._beams) > 1 else "")
             self.intake = self.intake.without(f"hits of {which} alone, wherever the robot turned")
             self._forgets = (

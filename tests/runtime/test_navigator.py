@@ -86,6 +86,20 @@ def test_a_beam_that_errs_for_good_ahead_of_the_robot_is_found_out_and_named(for
     assert dict(forest.intake.dropped)[f"hits of beam {beam} alone, wherever the robot turned"] == 1
 
 
+def test_scans_whose_number_of_beams_varies_are_driven_by(forest) -> None:
+    def varying(reading, time):
+        scans = [
+            replace(scan, ranges=np.append(scan.ranges, scan.ranges[0])) if round(10.0 * time) % 2 else scan
+            for scan in reading.scans
+        ]
+        return reading._replace(scans=scans)
+
+    forest.reset()
+    robot = BareRobot(FOREST)
+    commands = driven(forest, robot, 3.0, varying, begin=0.0)
+    assert not any(command.why for command in commands) and robot.way > 1.0
+
+
 def test_silence_that_ends_is_forgiven(forest) -> None:
     forest.reset()
     robot = BareRobot(FOREST)
