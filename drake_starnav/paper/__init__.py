@@ -1,4 +1,6 @@
-"""The method of arXiv 2403.11484 as printed: each file is a part of its section III, each function an equation.
+"""The method of arXiv 2403.11484, with its errors corrected and its gaps filled: both are listed.
+
+Each file is a part of section III or IV, and a function that is an equation begins with its number.
 
 It stands beside our method as one of a user's own does: `method` has the functions that replace perception, planner and
 controller. docs/paper.md has the map from each equation to its place, and what is not printed.

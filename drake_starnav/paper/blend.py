@@ -58,7 +58,7 @@ def vector_away(nearest: Nearest, vector: np.ndarray, guide: np.ndarray) -> np.n
 
 
 def vector_along(nearest: Nearest, vector: np.ndarray, guide: np.ndarray) -> np.ndarray:
-    """p~_n*, second reading: M(p_n) p~, by the notation. At p_n Gamma is 1, so lambda_r is 0: it is tangential there.
+    """p~_n*, second reading: the direction of M(p_n) p~ if r is the normal at p_n: Gamma is 1 and lambda_r 0 there.
 
     The boundary's normal at the nearest hit is p - p_n. As long as p~*.
     """

@@ -43,7 +43,7 @@ SLOPE_CHANGE = _choose(
     "IV: \"the rate of change in radial distance\", no threshold", "the authors' code: pi / 50",
 )  # fmt: skip
 SHORTEST_SEGMENT = _choose(
-    "SHORTEST_SEGMENT", 4, "samples of the shortest segment", "nothing",
+    "SHORTEST_SEGMENT", 4, "samples after which a change of slope may begin a cubic", "nothing",
     "as many as determine a cubic", "the authors' code: any, on ranges smoothed by a Gaussian of 10 beams",
 )  # fmt: skip
 JUMP = _choose(
@@ -77,8 +77,9 @@ WIDE_OPENING = _choose(
 )  # fmt: skip
 WIDE_SHARE = _choose("WIDE_SHARE", 0.6, "by a point at this share of the range", "nothing", "well inside the region")
 EDGES = _choose(
-    "EDGES", "StarRoadmap.edges", "edges of the roadmap", "III-B.3: from a node to its own frontier points",
-    "also between nodes of which one sees the other, so that a robot that was stuck leaves by any of them",
+    "EDGES", "StarRoadmap.edges", "edges of the roadmap", "III-B.2: from a node to its own frontier points",
+    "also between nodes where one region holds the centre of the other, so that a robot that was stuck leaves by any "
+    "of them",
     "the authors' code: a tree",
 )  # fmt: skip
 ARRIVAL = _choose(
@@ -86,7 +87,7 @@ ARRIVAL = _choose(
 )
 FEASIBLE_DISTANCE = _choose(
     "FEASIBLE_DISTANCE", 0.0, "p_sg with a hit nearer than this is infeasible, m",
-    "line 14: \"check the feasibility of p_sg\"", "midpoints between walls may lie at a third: they are tried",
+    "line 14: \"check the feasibility of p_sg\"", "off, as midpoints between two obstacles may lie close to a third",
     "0.1: 0 of 4, in 3 of which no frontier point is left; the authors' code: 0.05, on arrival",
 )  # fmt: skip
 STUCK_DISTANCE = _choose(

@@ -29,7 +29,8 @@ ENTRIES = (
     Entry("(2)", "polar coordinates", f"{ROOM}.star_region:polar_coordinates", PRINTED, PRINTED),
     Entry("(3)", "cubic of a segment", f"{ROOM}.star_region:fit_boundary", "corrected: scaled abscissa", "corrected"),
     Entry(
-        "(4)", "piecewise cubic Phi", f"{ROOM}.star_region:segment_breaks", PRINTED, "corrected: below all samples"
+        "(4)", "piecewise cubic Phi", f"{ROOM}.star_region:segment_breaks", "as printed; its breaks are a choice",
+        "corrected: below all samples",
     ),
     Entry(
         "(5)", "bearing of a frontier point", f"{ROOM}.frontier_points:mean_bearing",
@@ -43,7 +44,7 @@ ENTRIES = (
     Entry("(8)", "modulation M p~", f"{ROOM}.modulation:modulated", PRINTED, PRINTED),
     Entry("(9)", "E and D", f"{ROOM}.modulation:modulation_matrix", "corrected: r, e are columns", "corrected"),
     Entry("(10)", "e", f"{ROOM}.modulation:boundary_tangent", "corrected: tangent of the boundary", "corrected"),
-    Entry("(11)", "theta-bar", f"{ROOM}.modulation:boundary_tangent", "corrected: its tangent, by atan2", "corrected"),
+    Entry("(11)", "theta-bar", f"{ROOM}.modulation:boundary_tangent", "corrected: theta by atan2", "corrected"),
     Entry(
         "(12)", "eigenvalues", f"{ROOM}.modulation:eigenvalues", PRINTED, "corrected: outward motion alone is damped"
     ),
@@ -52,28 +53,38 @@ ENTRIES = (
         "(14)", "weighted sum", f"{ROOM}.modulation:modulated_vector", "corrected: from the first region", "corrected"
     ),
     Entry(
-        "(15)", "blend with the nearest point", f"{ROOM}.blend:combined_vector", "corrected: a is 1 inside r",
-        "replaced by the braking certificate",
+        "(15)", "blend with the nearest point", f"{ROOM}.blend:combined_vector",
+        "corrected: a is 1 inside r; p~_n* is a choice", "replaced by the braking certificate",
     ),
     Entry("line 1", "Function GenRoadmap(p, L, R)", f"{ROOM}.roadmap:generate_roadmap", PRINTED, UNUSED),
     Entry("line 2", "P <- Fit", f"{ROOM}.star_region:traversable_region", PRINTED, "corrected: eroded by the robot"),
-    Entry("line 3", "F <- Identify frontier points", f"{ROOM}.frontier_points:frontier_points", PRINTED, UNUSED),
+    Entry(
+        "line 3", "F <- Identify frontier points", f"{ROOM}.frontier_points:frontier_points", "corrected, as (5)",
+        UNUSED,
+    ),
     Entry("line 4", "N <- p and F", f"{ROOM}.roadmap:generate_roadmap", PRINTED, "corrected: regions alone are nodes"),
     Entry(
         "line 5", "E <- edge set", "drake_starnav.planning.roadmap:StarRoadmap",
-        "corrected: also between nodes that see each other", "corrected: only drawn",
+        "corrected: also where one region holds the centre of the other", "corrected: only drawn",
     ),
     Entry("line 6", "R* <- N and E", f"{ROOM}.roadmap:generate_roadmap", PRINTED, PRINTED),
     Entry("line 7", "R <- R and R*", f"{ROOM}.roadmap:generate_roadmap", PRINTED, PRINTED),
     Entry("line 8", "return R", f"{ROOM}.roadmap:generate_roadmap", PRINTED, PRINTED),
     Entry("line 9", "R is empty, p_sg does not exist", f"{ROOM}.roadmap:PaperState", PRINTED, PRINTED),
     Entry("line 10", "while p not reach p_goal", f"{ROOM}.algorithm:plan", PRINTED, PRINTED),
-    Entry("line 11", "if R is empty or p = p_sg or update", f"{ROOM}.algorithm:plan", PRINTED, "replaced: more causes"),
+    Entry(
+        "line 11", "if R is empty or p = p_sg or update", f"{ROOM}.algorithm:plan",
+        "as printed, but not at visited nodes", "replaced: more causes",
+    ),
     Entry("line 12", "R <- GenRoadmap(p, B, R)", f"{ROOM}.algorithm:plan", "corrected: L for B", "corrected"),
     Entry(
-        "line 13", "p_sg <- Search in R", f"{ROOM}.short_term_goal:shortest_sequence", PRINTED, "replaced, as (6)"
+        "line 13", "p_sg <- Search in R", f"{ROOM}.short_term_goal:shortest_sequence", "corrected, as (6)",
+        "replaced, as (6)",
     ),
-    Entry("line 14", "stuck <- feasibility of p_sg", f"{ROOM}.roadmap:is_feasible", PRINTED, "replaced by closures"),
+    Entry(
+        "line 14", "stuck <- feasibility of p_sg", f"{ROOM}.roadmap:is_feasible",
+        "replaced by a rule on progress, a choice", "replaced by closures",
+    ),
     Entry("line 15", "if stuck", f"{ROOM}.algorithm:plan", PRINTED, UNUSED),
     Entry("line 16", "Delete p_sg in R", f"{ROOM}.roadmap:delete_point", "corrected: points alone", UNUSED),
     Entry("line 17", "replan, update <- True", f"{ROOM}.algorithm:plan", "corrected: reset", UNUSED),
@@ -81,7 +92,10 @@ ENTRIES = (
     Entry("line 19", "Continue", f"{ROOM}.algorithm:plan", PRINTED, UNUSED),
     Entry("line 20", "modulated vector", f"{ROOM}.algorithm:control", PRINTED, "corrected, as (8) to (14)"),
     Entry("line 21", "combined vector", f"{ROOM}.algorithm:control", PRINTED, "replaced, as (15)"),
-    Entry("line 22", "u <- low-level controller", f"{ROOM}.pid:turn_towards", "replaced by our turning law", PRINTED),
+    Entry(
+        "line 22", "u <- low-level controller", f"{ROOM}.pid:turn_towards", "replaced by a turning law, a choice",
+        "replaced by our turning law",
+    ),
     Entry("Table I", "methods in forest and maze", "drake_starnav.evaluation.suites:SUITES", "-", "-"),
     Entry(
         "Fig. 2", "the roadmap", "drake_starnav.visualization.star_roadmap_visualizer:StarRoadmapVisualizer", "-", "-"

@@ -54,7 +54,8 @@ def segment_breaks(samples, jump, change, shortest):
     """Section IV: "the rate of change in radial distance" determines the segments; by the rule of the authors' code.
 
     A segment begins where the slope angle atan2(dd, dtheta) of neighbouring samples has changed by more than `change`,
-    but after the `shortest` one; and where they jump. Return shape (k + 1,): the first sample of each segment, and M.
+    but no sooner than `shortest` samples after the last; and where they jump. Return shape (k + 1,): the first sample
+    of each segment, and M.
     """
     count = len(samples)
     step = 2.0 * math.pi / count
