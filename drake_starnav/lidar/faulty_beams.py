@@ -1,7 +1,6 @@
 """Beams that err for good, by what they alone hit wherever the robot turns. Pure functions."""
 
 import math
-from dataclasses import field
 
 import numpy as np
 
@@ -26,10 +25,15 @@ class FaultyBeams:
         places, yaws: its hit in the first of these, shape (n, 2), and the lidar's yaw then, shape (n,), m and rad.
     """
 
-    faulty: np.ndarray = field(default_factory=lambda: np.zeros(0, bool))
-    scans: np.ndarray = field(default_factory=lambda: np.zeros(0, int))
-    places: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
-    yaws: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    faulty: np.ndarray
+    scans: np.ndarray
+    places: np.ndarray
+    yaws: np.ndarray
+
+    @staticmethod
+    def none(count: int = 0) -> "FaultyBeams":
+        """Return what is known of so many beams before their first scan."""
+        return FaultyBeams(np.zeros(count, bool), np.zeros(count, int), np.zeros((count, 2)), np.zeros(count))
 
     def after(self, scan: LaserScan, pose: np.ndarray, mount: Mount) -> tuple["FaultyBeams", LaserScan]:
         """Return the state after a scan, and the scan in which lone hits of faulty beams are lost.
@@ -40,10 +44,7 @@ class FaultyBeams:
             mount: of the lidar.
         """
         count, yaw = len(scan.ranges), float(pose[2])
-        if len(self.scans) != count:
-            before = FaultyBeams(np.zeros(count, bool), np.zeros(count, int), np.zeros((count, 2)), np.zeros(count))
-        else:
-            before = self
+        before = self if len(self.scans) == count else FaultyBeams.none(count)
         lone = _lone_hits(scan)
         scans = np.where(lone, before.scans + 1, np.where(np.isnan(scan.ranges), before.scans, 0))
         order = slice(None, None, -1 if mount.upside_down else 1)

@@ -45,6 +45,8 @@ GAP = 0.1
 """After this long without a step or odometry, s, the next twist is ramped from the measured one."""
 LEAST_ADVANCE = 0.02
 """The clock stands if it advances by less than this share of a period from call to call, for GAP."""
+RESET_ASKED = "a reset is asked"
+"""Why a navigator forgets what it has seen, unless a beam was found to err."""
 
 
 class Command(NamedTuple):
@@ -140,8 +142,8 @@ class Navigator:
         self.intake = Intake.empty(len(self._declared.lidars))
         self._now, self._origin, self._tick = math.nan, 0.0, 0
         self._latest, self._stalled = -math.inf, 0
-        self._dropped_goal, self._carried, self._forgets = "", -math.inf, ""
-        self._beams = [FaultyBeams()] * len(self._names)
+        self._dropped_goal, self._carried, self._forget_reason = "", -math.inf, ""
+        self._beams = [FaultyBeams.none()] * len(self._names)
         self._command = Command(np.zeros(size), False, "standing", "nothing has come in")
         self._execution = Execution()
         self._goal: tuple[float, ...] | None = None
@@ -157,7 +159,7 @@ class Navigator:
             self._fix(name, np.zeros(size))
         self._fix("heading", np.array([math.nan]))
         self._seen, self._forgotten = [-math.inf] * len(self._names), self.intake.jumped
-        self._broken, self._begun, self._fixed, self._forgets = True, False, False, ""
+        self._broken, self._begun, self._fixed, self._forget_reason = True, False, False, ""
         self._execution = dataclasses.replace(self._execution, check=OdometryCheck())
 
     def step(
@@ -210,7 +212,7 @@ class Navigator:
         elapsed, jumped = now - self._now, self.intake.jumped
         self.intake = take.taken(self.intake, now, scans, odometry, self._declared)
         if reset:
-            self._execution, self._dropped_goal, self._forgets = Execution(), "", "a reset is asked"
+            self._execution, self._dropped_goal, self._forget_reason = Execution(), "", RESET_ASKED
         if self.intake.jumped > jumped and self._goal is not None:
             self._dropped_goal = "the goal is dropped, as the odometry began anew; until another one is given"
         if math.isnan(elapsed):
@@ -236,7 +238,7 @@ class Navigator:
         why = self._why_not(now, state, wrong)
         if state is None:
             return self._braking(why)
-        if (self.intake.jumped > self._forgotten or self._forgets) and not self._command.twist.any():
+        if (self.intake.jumped > self._forgotten or self._forget_reason) and not self._command.twist.any():
             self.intake = take.without_beliefs(self.intake)
             self._begin()  # what was seen before lies elsewhere now
         self._feed(now, state)
@@ -255,7 +257,8 @@ class Navigator:
         before, self._goal, self._no_goal = self._goal, goal, "the goal is withdrawn"
         self._reached, self._turning = False, False
         if goal is None and not self._command.twist.any():
-            self._forgets = self._forgets or "a reset is asked" * self._execution.is_lost
+            if self._execution.is_lost:
+                self._forget_reason = self._forget_reason or RESET_ASKED
             self._execution = acknowledged(self._execution)
         if goal is None or before is None or math.dist(goal[:2], before[:2]) > self.scenario.simulation.goal_tolerance:
             self._dropped_goal = ""
@@ -285,8 +288,8 @@ class Navigator:
             return self.intake.bad_odometry or stale
         if self.intake.jumped > self._forgotten:
             return " and ".join(filter(None, (self.intake.bad_odometry or "the pose has jumped", self._dropped_goal)))
-        if self._forgets:
-            return self._forgets
+        if self._forget_reason:
+            return self._forget_reason
         if is_carried(self._execution):
             self._carried = now
             self._execution = dataclasses.replace(self._execution, scans=self._execution.scans[-1:])
@@ -343,7 +346,7 @@ class Navigator:
         for beam in np.setdiff1d(np.flatnonzero(self._beams[k].faulty), np.flatnonzero(before.faulty)):
             which = f"beam {beam}" + (f" of lidar {k}" if len(self._beams) > 1 else "")
             self.intake = self.intake.without(f"hits of {which} alone, wherever the robot turned")
-            self._forgets = (
+            self._forget_reason = (
                 f"{which} errs: it alone hits something near, wherever the robot turns; the map is made anew"
             )
         return posed._replace(scan=scan)

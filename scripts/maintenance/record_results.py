@@ -28,7 +28,7 @@ SECTION = "results", "python scripts/maintenance/record_results.py"
 COSTS_SECTION = "costs", SECTION[1]
 """The other section of docs/benchmark.md."""
 README_METHODS = ("star", "dwa", "star_paper")
-"""What README compares, in this order: the default, the method most used on robots, the paper as printed."""
+"""What README compares, in this order: the default, the method most used on robots, the paper's own."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -6,6 +6,7 @@ import numpy as np
 
 from drake_starnav.geometry.compiled import kernel
 from drake_starnav.robot import Limits
+from drake_starnav.robot.motion import velocity_of
 
 STEP = 4e-3
 """Of the sweep, s."""
@@ -52,13 +53,8 @@ def swept(pose, velocity, target, phases, limits):
     return out[:n]
 
 
-def velocity_of(twist: np.ndarray) -> np.ndarray:
-    """A twist of two or three components as speeds along x and y and a turning."""
-    return np.array((twist[0], 0.0, twist[1]) if len(twist) == 2 else twist, dtype=float)
-
-
 def sweep(
     pose: np.ndarray, twists: tuple[np.ndarray, np.ndarray], phases: tuple[float, float], limits: Limits
 ) -> np.ndarray:
     """`swept` of a robot that is commanded the first twist, and now the second one."""
-    return swept(pose, velocity_of(twists[0]), velocity_of(twists[1]), phases, limits)
+    return swept(pose, np.array(velocity_of(twists[0])), np.array(velocity_of(twists[1])), phases, limits)

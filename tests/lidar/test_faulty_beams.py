@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from drake_starnav.geometry.se2 import composed
 from drake_starnav.lidar.faulty_beams import FEWEST_SCANS, FaultyBeams
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import ON_AXIS, Mount
@@ -31,15 +32,9 @@ def circling(scans: int) -> list[np.ndarray]:
 
 
 def found(poses, mount: Mount = ON_AXIS, spoilt=lambda scan: scan) -> tuple[FaultyBeams, LaserScan]:
-    state, shapes = FaultyBeams(), visible_shapes(POLES)
+    state, shapes = FaultyBeams.none(), visible_shapes(POLES)
     for k, pose in enumerate(poses):
-        c, s = math.cos(pose[2]), math.sin(pose[2])
-        sensor = (
-            pose[0] + c * mount.x - s * mount.y,
-            pose[1] + s * mount.x + c * mount.y,
-            pose[2] + mount.yaw,
-        )
-        scan = scan_from(shapes, np.array(sensor), LIDAR, 0, k)
+        scan = scan_from(shapes, composed(pose, mount[:3]), LIDAR, 0, k)
         if mount.upside_down:
             scan = replace(scan, ranges=np.roll(scan.ranges[::-1], 1))
         state, scan = state.after(spoilt(scan), pose, mount)
