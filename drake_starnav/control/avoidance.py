@@ -54,6 +54,8 @@ SAME_PLACE, SAME_HEADING, SAME_SPEED = 0.6, 0.5, 0.375
 """Rollouts that end nearer to each other than this do not differ: radii of the robot, rad, share of its speed."""
 CHANGE_WEIGHT = 0.15
 """What a change of speed or turning rate by its whole range costs, s."""
+LEAST_RISK = 0.15
+"""Risk along the path, s, up to which no other way is searched."""
 CREEPING_COMFORT = 0.1
 COMFORT_TIME = 2.0
 """The robot gives way to what creeps at this distance, m, and as far as it comes in this, s: persons, by nature."""
@@ -145,7 +147,7 @@ def avoid_collision(
     start = begun(pose, twist, known.hits, settings.radius)
     ahead, during = start.copy(), foreseen_discs(discs, 0.0, int(math.ceil(HORIZON / STEP - 1e-9)), settings)
     drive(start[0], np.array([(PATH, 1.0, 0.0, 0.0)]), during, scene, np.inf, ahead)
-    if ahead["least"][0] >= COMFORT and not ahead["held"][0]:
+    if ahead["least"][0] >= COMFORT and not ahead["held"][0] and ahead["risk"][0] <= LEAST_RISK:
         return None
     ways = manoeuvres(twist, limits, around(pose, path, tracked, robot))
     firsts, rows = _begun_by(ways, start, scene)

@@ -6,11 +6,15 @@ rollout that the robot's own caution would cut short thus shows where it really 
 
 In seconds,
 
-    cost = time passed + time to go + comfort lost + contact + walls + change of the twist
+    cost = time passed + time to go + comfort lost + contact + risk + walls + change of the twist
 
 Comfort is lost by the least predicted distance d to a disc at a time t: w (1 - e / COMFORT)_+^2 (1 - t / (2 HORIZON))
 with e = d / (1 + UNCERTAINTY t). A contact at t ends a rollout and costs w (1 + 3 (1 - t / HORIZON)): a late
 contact costs less, since predictions far ahead are uncertain.
+
+Risk is what it costs to be where a disc may come that turns: robots that keep their distance only once it is predicted
+to be short are struck while they stand. Per time it is the rate at which discs turn, times the share of directions in
+which one would meet the robot, times w; it vanishes where the robot has HAZARD_TIME to leave.
 """
 
 import math
@@ -44,6 +48,12 @@ CONTACT_COST = 8.0
 """w, s."""
 UNCERTAINTY = 0.15
 """A predicted distance counts for less with time, by this share per second."""
+TURNING_RATE = 0.8
+"""How often a disc turns to another direction, 1/s, times 4: a contact at once costs 4 w."""
+APPROACH_WEIGHT = 0.6
+"""By how much more a disc that comes straight on is feared, and one that leaves less."""
+HAZARD_TIME = 1.5
+"""An obstacle that turns is feared as far as it comes in this, s: about the time to get out of its way."""
 WALL_ZONE = 0.4
 WALL_COST = 0.6
 """Cost of the least clearance to static obstacles, s, if less than the zone, in radii: walls leave no room to evade."""
@@ -51,13 +61,13 @@ ROLLOUT = np.dtype(
     [
         *((name, np.float64) for name in ("x", "y", "yaw", "ahead", "aside", "turning", "change")),
         *((name, np.int64) for name in ("way_point", "region", "first")),
-        *((name, np.float64) for name in ("clearance", "closest", "lost", "least", "spent", "arrival", "cost")),
+        *((name, np.float64) for name in ("clearance", "closest", "lost", "risk", "least", "spent", "arrival", "cost")),
         *((name, np.int64) for name in ("ended", "held")),
     ]
 )
-"""A rollout: pose and `Velocity` at its end, what its first change of these costs, s; the way point ahead, the region
-around it and the manoeuvre it began with; clearance, the least so far, comfort lost, the least distance to discs, the
-time spent, that of arrival and the cost, m and s; whether it ended, and whether the robot was held."""
+"""A rollout: pose and `Velocity` at its end, what its first change of these costs, s; the way point ahead, the
+region around it and the manoeuvre it began with; clearance, the least so far, comfort lost, risk, the least distance
+to discs, the time spent, that of arrival and the cost, m and s; whether it ended, and whether the robot was held."""
 
 
 class Settings(NamedTuple):
@@ -189,7 +199,26 @@ def _held(pose, course, standing, limits, settings):
 @leaf
 def _lost(row, zone):
     """What a rollout costs for its distances to discs and walls, s; these count within the zone, m."""
-    return row.lost + WALL_COST * (1.0 - row.closest / zone) ** 2
+    return row.lost + row.risk + WALL_COST * (1.0 - row.closest / zone) ** 2
+
+
+@leaf
+def _risk_of_step(x, y, foreseen, s, radius):
+    """What a step at (x, y) costs since the discs, as foreseen at s, may turn to any direction and come here, s.
+
+    Those that approach are more likely to.
+    """
+    risk = 0.0
+    for j in range(foreseen.shape[1]):
+        dx, dy, vx, vy = x - foreseen[s, j, 0], y - foreseen[s, j, 1], foreseen[s, j, 2], foreseen[s, j, 3]
+        speed, squared = math.sqrt(vx * vx + vy * vy), dx * dx + dy * dy
+        reach, both = HAZARD_TIME * speed, radius + foreseen[s, j, 4]
+        if squared < (both + reach) * (both + reach) and speed > STANDING_SPEED:
+            away = max(math.sqrt(squared), 1e-9)
+            approach = (vx * dx + vy * dy) / (speed * away)
+            share = math.asin(min(both / away, 1.0)) / math.pi * (1.0 + APPROACH_WEIGHT * approach)
+            risk += share * min(1.0 - (away - both) / reach, 1.0)
+    return CONTACT_COST * TURNING_RATE * risk * STEP
 
 
 @kernel
@@ -264,9 +293,11 @@ def drive(start, ways, foreseen, scene, most, rows):
             grown = 1.0 + UNCERTAINTY * (age + row.spent)
             apart = _worth(row.x, row.y, foreseen, s + 1, radius, grown, max(row.least, COMFORT))
             row.least = min(row.least, apart)
+            sureness = 1.0 - 0.5 * row.spent / HORIZON
+            row.risk += sureness * _risk_of_step(row.x, row.y, foreseen, s + 1, radius)
             if apart < COMFORT:
                 share = 1.0 - max(apart, 0.0) / COMFORT
-                row.lost = max(row.lost, CONTACT_COST * share**2 * (1.0 - 0.5 * row.spent / HORIZON))
+                row.lost = max(row.lost, CONTACT_COST * share**2 * sureness)
             if apart < 0.0:  # it is touched
                 row.ended = 1
                 row.lost = CONTACT_COST * (1.0 + 3.0 * (1.0 - row.spent / HORIZON))

@@ -7,6 +7,7 @@ import pytest
 
 from drake_starnav.control.avoidance_rollout import (
     CONTACT_COST,
+    HAZARD_TIME,
     HEADING,
     PATH,
     TWIST,
@@ -23,6 +24,7 @@ from drake_starnav.robot.motion import Pose
 from drake_starnav.safety.moving_certificate import MOVING_MARGIN
 from drake_starnav.surroundings.safe_region import CertifiedRegion
 from drake_starnav.surroundings.star_region import scan_region, united
+from drake_starnav.tracking.prediction import PREDICTION_STEP
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import MARGINS, cast
 
@@ -113,6 +115,23 @@ def test_a_contact_ends_it_and_costs_more_the_sooner_it_comes() -> None:
         assert row["ended"] == 1
         costs.append(row["lost"])
     assert costs[0] > costs[1] > CONTACT_COST
+
+
+@pytest.mark.parametrize("speed", [0.5, 2.0])
+def test_who_stands_is_at_risk_as_far_as_a_disc_comes_before_it_is_out_of_the_way(speed: float) -> None:
+    """Beside the course of a disc that, as predicted, will not come: more where it is nearer, or comes this way."""
+
+    def risk(gap: float, velocity: tuple[float, float]) -> float:
+        among, times = scene((0.0, SETTINGS.radius + 0.3 + gap)), PREDICTION_STEP * np.arange(60)
+        moves = among.discs.trajectories + times[None, :, None] * np.array(velocity)
+        among = among._replace(discs=among.discs._replace(trajectories=moves))
+        return float(driven(begin(0.0), (TWIST, 0.0, 0.0, 0.0), 1, among)["risk"])
+
+    gaps = np.array((0.1, 0.3, 0.6, 0.9)) * HAZARD_TIME * speed
+    passing = [risk(gap, (speed, 0.0)) for gap in gaps]
+    assert passing == sorted(passing, reverse=True) and passing[-1] > 0.0
+    assert risk(gaps[1], (0.0, -speed)) > passing[1] > risk(gaps[1], (0.0, speed))
+    assert risk(1.2 * HAZARD_TIME * speed, (speed, 0.0)) == risk(gaps[0], (0.0, 0.0)) == 0.0
 
 
 @pytest.mark.parametrize("limits", BASES.values(), ids=BASES)
