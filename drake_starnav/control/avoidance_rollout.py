@@ -9,7 +9,8 @@ In seconds,
     cost = time passed + time to go + comfort lost + contact + risk + walls + change of the twist
 
 Comfort is lost by the least predicted distance d to a disc at a time t: w (1 - e / COMFORT)_+^2 (1 - t / (2 HORIZON))
-with e = d / (1 + UNCERTAINTY t). A contact at t ends a rollout and costs w (1 + 3 (1 - t / HORIZON)): a late
+with e = d / (1 + UNCERTAINTY t). Discs that the end of a rollout leaves to be passed count as those met before do: who
+retreats only puts the encounter off. A contact at t ends a rollout and costs w (1 + 3 (1 - t / HORIZON)): a late
 contact costs less, since predictions far ahead are uncertain.
 
 Risk is what it costs to be where a disc may come that turns: robots that keep their distance only once it is predicted
@@ -197,9 +198,9 @@ def _held(pose, course, standing, limits, settings):
 
 
 @leaf
-def _lost(row, zone):
-    """What a rollout costs for its distances to discs and walls, s; these count within the zone, m."""
-    return row.lost + row.risk + WALL_COST * (1.0 - row.closest / zone) ** 2
+def _walls(row, zone):
+    """What a rollout costs for its distance to walls, s, which counts within the zone, m."""
+    return WALL_COST * (1.0 - row.closest / zone) ** 2
 
 
 @leaf
@@ -221,6 +222,26 @@ def _risk_of_step(x, y, foreseen, s, radius):
     return CONTACT_COST * TURNING_RATE * risk * STEP
 
 
+@leaf
+def _lost_to_go(row, line, foreseen, radius, speed):
+    """The comfort lost to discs that the end of a rollout leaves to be passed on the way to its way point, s.
+
+    As if robot and discs went straight on, the robot at full speed.
+    """
+    lost, last = 0.0, len(foreseen) - 1
+    x, y = line[row.way_point, 0] - row.x, line[row.way_point, 1] - row.y
+    way = max(math.hypot(x, y), 1e-9)
+    for j in range(foreseen.shape[1]):
+        dx, dy = row.x - foreseen[last, j, 0], row.y - foreseen[last, j, 1]
+        vx, vy = speed * x / way - foreseen[last, j, 2], speed * y / way - foreseen[last, j, 3]
+        time = -(dx * vx + dy * vy) / max(vx * vx + vy * vy, 1e-9)  # of the closest approach
+        time = min(max(time, 0.0), way / speed)
+        distance = math.hypot(dx + time * vx, dy + time * vy)
+        share = max(1.0 - distance / (radius + foreseen[last, j, 4] + COMFORT), 0.0)
+        lost = max(lost, CONTACT_COST * share * share * max(1.0 - 0.5 * (row.spent + time) / HORIZON, 0.0))
+    return lost
+
+
 @kernel
 def drive(start, ways, foreseen, scene, most, rows):
     """Continue a rollout by each of some manoeuvres: ways (n, 4), rows of `manoeuvres`, as rows (n,) to be written.
@@ -233,7 +254,7 @@ def drive(start, ways, foreseen, scene, most, rows):
     hits, star, standing, age, radius = known.hits, known.star, discs.standing, discs.age, settings.radius
     center, bearing_0, values = star.center, star.bearing_0, star.values
     arrived, zone, steps = ARRIVED * radius, WALL_ZONE * radius, len(foreseen) - 1
-    cost = _lost(start, zone) + start.change
+    cost = start.lost + start.risk + _walls(start, zone) + start.change
     way = math.hypot(line[-1, 0] - start.x, line[-1, 1] - start.y)
     way = way if way > arrived + steps * STEP * limits.max_speed else 0.0
     cost += min(start.arrival, start.spent + way / limits.max_speed)
@@ -311,13 +332,12 @@ def drive(start, ways, foreseen, scene, most, rows):
         if like[m] < m:
             rows[m] = rows[like[m]]
             continue
-        row.cost = _lost(row, zone)
-        if row.arrival < np.inf:  # it has been at the goal, wherever it goes to make way
-            row.cost += row.arrival
-        else:
+        lost, time = row.lost, row.arrival
+        if time == np.inf:  # else it has been at the goal, wherever it goes to make way
             pose, now = Pose(row.x, row.y, row.yaw), Velocity(row.ahead, row.aside, row.turning)
-            row.cost = row.cost + row.spent + time_to_go(line, left, row.way_point, pose, now, limits)
-        row.cost += row.change
+            lost = max(lost, _lost_to_go(row, line, foreseen, radius, limits.max_speed))
+            time = row.spent + time_to_go(line, left, row.way_point, pose, now, limits)
+        row.cost = lost + row.risk + _walls(row, zone) + time + row.change
 
 
 @leaf

@@ -8,12 +8,10 @@ import numpy as np
 from drake_starnav.control import ControllerInputs, ControllerParameters, followed
 from drake_starnav.control.avoidance import avoid_collision
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, plan_step
-from drake_starnav.planning.guidance import Guidance
 from drake_starnav.robot import RobotParameters
 from drake_starnav.safety.certificates import standard_certificates
 from drake_starnav.safety.shield import certified_twist, ramped_twist
 from drake_starnav.surroundings.perception import Perceived, PerceptionSettings, perceive
-from drake_starnav.surroundings.safe_region import CertifiedRegion
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.tracking.tracker import Tracked, TrackedObstacles, track
 from tests.helpers.motions import actuation
@@ -35,14 +33,13 @@ class Run:
     plan: PlannerState
 
 
-def command(
-    pose: np.ndarray, twist: np.ndarray, guidance: Guidance, star: CertifiedRegion, tracked: TrackedObstacles
-) -> np.ndarray:
-    """What is driven next: what the controller proposes, as far as the shield accepts it."""
-    commands, inputs = actuation(ROBOT, 1.0 / CONTROLLER.rate), ControllerInputs(pose, twist, guidance, star)
+def command(inputs: ControllerInputs, tracked: TrackedObstacles, robot: RobotParameters = ROBOT) -> np.ndarray:
+    """Return what is driven next: what the controller proposes, as far as the shield accepts it."""
+    pose, twist, _, star = inputs
+    commands = actuation(robot, 1.0 / CONTROLLER.rate)
     certificates = standard_certificates(star, MARGINS.safety, commands, pose[:2], tracked)
-    way = avoid_collision(inputs, tracked, certificates, commands, ROBOT)
-    proposed = followed(inputs, ROBOT).twist if way is None else way
+    way = avoid_collision(inputs, tracked, certificates, commands, robot)
+    proposed = followed(inputs, robot).twist if way is None else way
     return np.array(ramped_twist(twist, certified_twist(pose, twist, proposed, certificates, commands)[0], commands))
 
 
@@ -52,6 +49,7 @@ def drive(
     goal: np.ndarray,
     obstacles: DynamicObstacleParameters,
     *,
+    robot: RobotParameters = ROBOT,
     duration: float = 30.0,
     seed: int = 0,
 ) -> Run:
@@ -59,7 +57,7 @@ def drive(
     rng = np.random.default_rng(seed)
     pose, twist = np.array(start, dtype=float), np.zeros(2)
     known, perceived = Tracked(), Perceived.nothing()
-    plan = PlannerState.initial(PLANNER, ROBOT.radius)
+    plan = PlannerState.initial(PLANNER, robot.radius)
     tick = PERIOD / TICKS
     poses = [pose]
     for k in range(round(duration / tick)):
@@ -70,14 +68,14 @@ def drive(
             known = track(known, scene.scan(time, pose, rng), pose, obstacles)
             perceived = perceive(perceived, (known.scan,), pose, SETTINGS)
             plan = plan_step(
-                plan, PlannerInput(perceived.observation, pose[:2], goal, time, PLANNER, MARGINS, ROBOT.radius)
+                plan, PlannerInput(perceived.observation, pose[:2], goal, time, PLANNER, MARGINS, robot.radius)
             )
         tracked = TrackedObstacles(known.tracks, time - known.tracks.time, obstacles)
-        driven = command(pose, twist, plan.guidance, perceived.safety, tracked)
+        driven = command(ControllerInputs(pose, twist, plan.guidance, perceived.safety), tracked, robot)
         pose = moved(pose, 0.5 * (twist + driven), tick)
         twist = driven
         poses.append(pose)
-        if len(scene.radii) and (np.hypot(*(scene.at(time + tick) - pose[:2]).T) - scene.radii).min() < ROBOT.radius:
+        if len(scene.radii) and (np.hypot(*(scene.at(time + tick) - pose[:2]).T) - scene.radii).min() < robot.radius:
             return Run("collision" if abs(twist[0]) > 0.02 else "struck", np.array(poses), plan)
     return Run("timeout", np.array(poses), plan)
 

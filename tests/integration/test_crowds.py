@@ -1,12 +1,15 @@
 """Among obstacles that move: never into one, out of their way, and as ever where there are none."""
 
+import dataclasses
 import math
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 
+from drake_starnav.control import ControllerInputs
 from drake_starnav.planning.guidance import Guidance
+from drake_starnav.robot import RobotParameters
 from drake_starnav.surroundings.safe_region import CertifiedRegion
 from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
@@ -19,6 +22,7 @@ from tests.helpers.scenes import Scene, hall, straight
 pytestmark = pytest.mark.slow
 
 STRICT = DynamicObstacleParameters(max_speed=0.8, caution=1.0)
+AGILE = dataclasses.replace(ROBOT, max_speed=1.6, max_yaw_rate=4.0, max_acceleration=3.0, max_yaw_acceleration=10.0)
 START, GOAL = np.array((-2.5, 0.0, 0.0)), np.array((2.5, 0.0))
 
 
@@ -33,12 +37,20 @@ def test_a_robot_in_a_crowd_never_runs_into_anything(seed: int) -> None:
     assert drive(scene, START, GOAL, STRICT, seed=seed, duration=15.0).outcome != "collision"
 
 
-@pytest.mark.parametrize("caution", [1.0, 0.5, 0.0])
-@pytest.mark.parametrize("offset", [-0.2, 0.0, 0.1])
-def test_it_makes_way_for_one_that_comes_head_on(caution: float, offset: float) -> None:
-    oncoming = Scene(hall(), (0.3,), straight((3.0, offset), (-0.6, 0.0)))
-    run = drive(oncoming, START, GOAL, DynamicObstacleParameters(max_speed=0.8, caution=caution), duration=12.0)
+@pytest.mark.parametrize("offset", [-0.2, -0.1, -0.01, 0.0, 0.01, 0.1])
+@pytest.mark.parametrize(
+    ("robot", "speed", "caution"),
+    [(ROBOT, 0.6, 1.0), (ROBOT, 0.6, 0.5), (ROBOT, 0.6, 0.0), (ROBOT, 0.3, 1.0), (AGILE, 0.8, 1.0), (AGILE, 0.8, 0.5)],
+)
+def test_it_makes_way_for_one_that_comes_head_on(
+    robot: RobotParameters, speed: float, caution: float, offset: float
+) -> None:
+    """Without retreating before it: whoever only puts off the encounter has it before him for ever."""
+    oncoming = Scene(hall(), (0.3,), straight((3.0, offset), (-speed, 0.0)))
+    obstacles = DynamicObstacleParameters(max_speed=0.8, caution=caution)
+    run = drive(oncoming, START, GOAL, obstacles, robot=robot, duration=12.0)
     assert run.outcome == "reached"
+    assert run.poses[:, 0].min() > START[0] - 0.3
     assert np.abs(run.poses[:, 1]).max() > 0.3  # not by luck
 
 
@@ -67,5 +79,6 @@ def test_it_brakes_where_nothing_can_be_certified() -> None:
     ring = 0.35 * np.column_stack((np.cos(angle), np.sin(angle)))
     tracks = Tracks(time=0.0, hits=grown(ring, 0.0), owner=np.full(len(ring), -1))
     twist = np.array((0.4, 0.1))
-    driven = command(np.zeros(3), twist, Guidance.none(), CertifiedRegion.none(), TrackedObstacles(tracks, 0.0, STRICT))
+    inputs = ControllerInputs(np.zeros(3), twist, Guidance.none(), CertifiedRegion.none())
+    driven = command(inputs, TrackedObstacles(tracks, 0.0, STRICT))
     assert math.isclose(driven[0], 0.4 - ROBOT.max_acceleration / CONTROLLER.rate)
