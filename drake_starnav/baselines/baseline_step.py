@@ -12,7 +12,7 @@ import numpy as np
 
 from drake_starnav.baselines.known_obstacles import KnownObstacles
 from drake_starnav.control.inputs import Proposal
-from drake_starnav.control.rollout import CREEP, goal_slowdown
+from drake_starnav.control.path_following import CREEP, goal_slowdown
 from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.base import twist_of
 from drake_starnav.robot.limits import aimed, wrapped_angle

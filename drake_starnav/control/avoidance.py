@@ -1,51 +1,51 @@
-"""Collision avoidance: a search over sequences of manoeuvres for the best way past the predicted discs.
+"""Collision avoidance: a search over sequences of manoeuvres for the best way past obstacles that move.
 
 A manoeuvre is held for SEGMENT steps: follow the path, stop, keep the velocity, or drive in a direction, forwards or
-backwards, as the base does it (`aimed`): turning and then driving aside is one manoeuvre. Each is simulated as in
-`avoidance_rollout`. The first one must begin with a twist that the certificates accept. Of each generation the
-BEAM best rollouts that differ are continued, up to the horizon.
+backwards, as the base does it (`aimed`): turning and then driving sideways is one manoeuvre. The first one must begin
+with a twist that the certificates accept. Of each generation the BEAM best rollouts that differ are continued, up to
+the horizon.
+
+In a rollout the movers follow their predicted trajectories; static objects are assumed to stay. The robot stops at the
+edge of known free space, and brakes as soon as the certificate in time would make it, also for static objects, which
+might start: a rollout that the robot's own caution would cut short thus shows where it really ends. In seconds,
+
+    cost = time passed + time to go + comfort lost + contact + risk + walls + change of the twist
+
+Comfort is lost by the least predicted distance d to a mover at a time t: w (1 - e / COMFORT)_+^2 (1 - t / (2 HORIZON))
+with e = d / (1 + UNCERTAINTY t). Movers that the end of a rollout leaves to be passed count like those met before: who
+retreats only puts the encounter off. A contact at t ends a rollout and costs w (1 + 3 (1 - t / HORIZON)): a late
+contact costs less, since predictions far ahead are uncertain.
+
+Risk is what it costs to be where a mover may come that turns: robots that keep their distance only once it is predicted
+to be short are struck while they stand. Per time it is the rate at which movers turn, times the share of directions in
+which one would meet the robot, times w; it vanishes where the robot has HAZARD_TIME to leave.
 """
 
 import functools
 import math
+from typing import NamedTuple
 
 import numpy as np
 
-from drake_starnav.control.avoidance_rollout import (
-    HEADING,
-    PATH,
-    ROLLOUT,
-    TWIST,
-    Scene,
-    Settings,
-    begun,
-    drive,
-    wanted_velocity,
-)
 from drake_starnav.control.inputs import ControllerInputs
 from drake_starnav.control.moving_modulation import moving_modulation
-from drake_starnav.control.rollout import (
-    COMFORT,
-    STEP,
-    Discs,
-    FreeSpace,
-    foreseen_discs,
-    goal_slowdown,
-    times_left,
-)
+from drake_starnav.control.path_following import CREEP, goal_slowdown
 from drake_starnav.geometry.compiled import kernel, leaf, put
+from drake_starnav.planning.guidance import PASSED_DISTANCE
 from drake_starnav.robot import Limits, RobotParameters
 from drake_starnav.robot.base import twist_of
-from drake_starnav.robot.limits import limited, wrapped_angle
-from drake_starnav.robot.motion import Actuation, Pose, roll_out, velocity_of
+from drake_starnav.robot.limits import Velocity, aimed, limited, slowed, wrapped_angle
+from drake_starnav.robot.motion import Actuation, Pose, moved, ramped_velocity, roll_out, velocity_of
 from drake_starnav.safety.certificates import Certificate, accepted
 from drake_starnav.safety.moving_certificate import MOVING_MARGIN, STANDING_SPEED
-from drake_starnav.tracking.kalman_tracks import Tracks
-from drake_starnav.tracking.prediction import HORIZON
+from drake_starnav.surroundings.region_union import RegionUnion, cover_at, covers
+from drake_starnav.tracking.prediction import HORIZON, PREDICTION_STEP
 from drake_starnav.tracking.tracker import TrackedObstacles
 
 SEGMENT = 5
 """Steps of a manoeuvre."""
+STEP = 0.1
+"""Time step of a rollout, s."""
 BEAM = 16
 """Rollouts that are continued."""
 HEADINGS = 8
@@ -56,54 +56,150 @@ CHANGE_WEIGHT = 0.15
 """What a change of speed or turning rate by its whole range costs, s."""
 LEAST_RISK = 0.15
 """Risk along the path, s, up to which no other way is searched."""
+COMFORT = 0.4
+"""Predicted distance from a moving obstacle below which the robot gives way, m: as persons like it, nature. From slow
+ones less is due: distances from them count for more, in proportion."""
 CREEPING_COMFORT = 0.1
 COMFORT_TIME = 2.0
 """The robot gives way to what creeps at this distance, m, and as far as it comes in this, s: persons, by nature."""
 STANDING_SPACING = 0.4
 """Hits on static objects that are nearer to each other than this, in radii of the robot, are treated as one."""
+CONTACT_COST = 8.0
+"""w, s."""
+UNCERTAINTY = 0.15
+"""A predicted distance counts for less with time, by this share per second."""
+TURNING_RATE = 0.8
+"""How often a mover turns to another direction, 1/s, times 4: a contact at once costs 4 w."""
+APPROACH_WEIGHT = 0.6
+"""By how much more a mover that comes straight on is feared, and one that leaves less."""
+HAZARD_TIME = 1.5
+"""A mover that turns is feared as far as it comes in this, s: about the time to get out of its way."""
+WALL_ZONE = 0.4
+WALL_COST = 0.6
+"""Cost of the least clearance to static obstacles, s, if less than the zone, in radii: walls leave no room to evade."""
+ARRIVED = 0.48
+"""A rollout this near to the end of the path has arrived, in radii of the robot."""
+
+FOLLOW_PATH, KEEP_VELOCITY, DRIVE_IN_DIRECTION = range(3)
+"""Kinds of manoeuvre."""
+MANOEUVRE = np.dtype(
+    [("kind", np.int64), *((name, np.float64) for name in ("speed", "heading", "ahead", "aside", "turning"))]
+)
+"""What the robot may do next: follow the path at a speed, keep a `Velocity`, or drive in a direction at a speed."""
+DISC = np.dtype([(name, np.float64) for name in ("x", "y", "vx", "vy", "speed", "radius", "weight", "scale", "reach")])
+"""A mover at one time: its place and velocity in W, its speed, radius; the weight of distances to it, the inverse of
+that; how far it may come in a second; m and m/s."""
+ROLLOUT = np.dtype(
+    [
+        *((name, np.float64) for name in ("x", "y", "yaw", "ahead", "aside", "turning")),
+        *((name, np.int64) for name in ("first_manoeuvre", "way_point", "region")),
+        *((name, np.float64) for name in ("clearance", "least_clearance", "least_distance")),
+        *((name, np.float64) for name in ("change_cost", "comfort_cost", "risk", "cost")),
+        *((name, np.float64) for name in ("time", "arrival_time")),
+        *((name, np.bool_) for name in ("is_over", "is_held")),
+    ]
+)
+"""A rollout: pose and `Velocity` at its end; the manoeuvre it began with, the way point ahead, and the region around
+it; clearance to static obstacles, the least so far, and the least distance to movers, m; what its first change of
+velocity, lost comfort, risk and all of it costs, s; its time, and that of arrival, s; whether it ended early, and
+whether what might start held the robot."""
 
 
-def manoeuvres(twist: np.ndarray, limits: Limits, aside: np.ndarray | None = None) -> np.ndarray:
-    """What the robot may do next, shape (n, 4): kind, and a `Velocity`, (heading, speed), or a share of speed.
+class Movers(NamedTuple):
+    """The obstacles that move or might start, as avoidance sees them.
 
-    Args:
-        twist: of the base, commanded last.
+    Attributes:
+        position, velocity: shape (n, 2), of the n that are predicted, now, W, m and m/s.
+        radius: shape (n,), m.
+        comfort: shape (n,), predicted distance below which the robot gives way, m: at most COMFORT.
+        trajectory: shape (n, k, 2), places every PREDICTION_STEP from the time of the scan on, W, m.
+        starting: shape (m, 2), places on static objects that might start, W, m.
+    """
+
+    position: np.ndarray
+    velocity: np.ndarray
+    radius: np.ndarray
+    comfort: np.ndarray
+    trajectory: np.ndarray
+    starting: np.ndarray
+
+    @staticmethod
+    def near(tracked: TrackedObstacles, position: np.ndarray, robot: RobotParameters) -> "Movers":
+        """Return those that are tracked, and what might start within reach of a robot at a place (2,)."""
+        tracks, age, obstacles = tracked
+        predicted, velocity = tracks.foreseen, tracks.expected_velocity[tracks.foreseen]
+        slow = np.minimum(CREEPING_COMFORT + COMFORT_TIME * np.hypot(*tracks.drift.T), COMFORT)
+        comfort = np.where(tracks.confirmed | obstacles.guarded, COMFORT, slow)  # beside what starts there is no time
+        reach, spacing = HORIZON * robot.max_speed, STANDING_SPACING * robot.radius
+        return Movers(
+            position=tracks.position[predicted] + age * velocity,
+            velocity=velocity,
+            radius=tracks.radius[predicted],
+            comfort=comfort[predicted],
+            trajectory=tracks.predicted_trajectories[predicted],
+            starting=thinned_places(tracks.standing[:, :2], position, reach, spacing),
+        )
+
+
+class Settings(NamedTuple):
+    """Numbers of the robot and of what is declared, SI units.
+
+    Attributes:
+        radius: of the robot, m.
+        slowdown: speed per distance to the goal, 1/s; infinite where the path ends at a frontier.
+        age: of the scan, s.
+        spacing: distance that the certificate keeps from movers, m.
+        caution: share of their speed that is allowed for in all directions.
+        mover_speed: that is declared, m/s.
+    """
+
+    radius: float
+    slowdown: float
+    age: float
+    spacing: float
+    caution: float
+    mover_speed: float
+
+
+class Scene(NamedTuple):
+    """What the rollouts share.
+
+    Attributes:
+        line: shape (n, 2), the robot's place and the way points, W, m.
+        times_left: shape (n,), time from each way point to the end, as from `times_along`, s.
+        regions: of the roadmap.
+        star: the certified region as a union of one region.
+        hits: shape (k, 2), filtered hits close to the robot, W, m.
+        movers: the obstacles that move or might start.
         limits: of the robot.
-        aside: a velocity that leads around dynamic obstacles, shape (2,), W, m/s.
+        settings: numbers of the robot and of what is declared.
     """
-    v_max = limits.max_speed
-    rows = [(PATH, share, 0.0, 0.0) for share in (1.0, 0.5)]
-    rows += [(TWIST, *moves) for moves in ((0.0, 0.0, 0.0), velocity_of(twist), (-0.5 * v_max, 0.0, 0.0))]
-    for k in range(HEADINGS):
-        heading = 2.0 * math.pi * k / HEADINGS
-        rows += [(HEADING, heading, v_max, 0.0), (HEADING, heading, -v_max, 0.0)]
-    if aside is not None:
-        rows.append((HEADING, math.atan2(aside[1], aside[0]), min(math.hypot(*aside), v_max), 0.0))
-    return np.array(rows)
 
+    line: np.ndarray
+    times_left: np.ndarray
+    regions: RegionUnion
+    star: RegionUnion
+    hits: np.ndarray
+    movers: Movers
+    limits: Limits
+    settings: Settings
 
-def around(pose: np.ndarray, path: np.ndarray, tracked: TrackedObstacles, robot: RobotParameters) -> np.ndarray | None:
-    """The velocity towards the next way point, modulated around the foreseen tracks; None without one."""
-    if not len(path):
-        return None
-    tracks, age, obstacles = tracked
-    ahead = path[0] - pose[:2]
-    velocity = robot.max_speed * ahead / max(math.hypot(*ahead), 1e-9)
-    foreseen, velocities = tracks.foreseen, tracks.expected_velocity[tracks.foreseen]
-    centers = tracks.position[foreseen] + age * velocities
-    radii = tracks.radius[foreseen] + robot.radius + MOVING_MARGIN * robot.shape.narrow + obstacles.stopping_distance
-    aside = moving_modulation(pose[:2], velocity, centers, velocities, radii)
-    return aside if math.hypot(*aside) > STANDING_SPEED else None
-
-
-def comfort(tracks: Tracks, guarded: bool) -> np.ndarray:
-    """Foreseen distance from each track below which the robot gives way, shape (n,), m.
-
-    Beside what might start at full speed a robot that is `guarded` could no longer move away.
-    """
-    speed = np.hypot(*tracks.drift.T)
-    slow = np.minimum(CREEPING_COMFORT + COMFORT_TIME * speed, COMFORT)
-    return np.where(tracks.confirmed | guarded, COMFORT, slow)
+    @staticmethod
+    def of(inputs: ControllerInputs, tracked: TrackedObstacles, robot: RobotParameters) -> "Scene":
+        """Return the scene of what the controller is given."""
+        (pose, _, guidance, star), limits, obstacles = inputs, robot.limits, tracked.parameters
+        settings = Settings(
+            radius=robot.radius,
+            slowdown=goal_slowdown(limits) if guidance.arrives or not len(guidance.path) else np.inf,
+            age=tracked.age,
+            spacing=MOVING_MARGIN * robot.shape.narrow + obstacles.stopping_distance,
+            caution=obstacles.caution,
+            mover_speed=obstacles.max_speed,
+        )
+        settings = Settings._make(map(float, settings))  # a whole number would have all compiled again
+        line = np.vstack((pose[:2], guidance.path if len(guidance.path) else pose[:2]))
+        movers, left = Movers.near(tracked, pose[:2], robot), times_along(line, limits)
+        return Scene(line, left, guidance.regions, star.alone, star.near_hits, movers, limits, settings)
 
 
 def avoid_collision(
@@ -113,7 +209,7 @@ def avoid_collision(
     actuation: Actuation,
     robot: RobotParameters,
 ) -> np.ndarray | None:
-    """The certified twist, of the base, with which the best manoeuvre past obstacles that move or might start begins.
+    """Return the certified twist, of the base, with which the best manoeuvre past movers begins.
 
     None if the path leads near to none, or no manoeuvre is allowed.
 
@@ -124,132 +220,185 @@ def avoid_collision(
         actuation: what commands do.
         robot: its size and limits.
     """
-    tracks, age, obstacles = tracked
-    foreseen = tracks.foreseen
-    if not (foreseen.any() or len(tracks.standing)):
+    if not (tracked.tracks.foreseen.any() or len(tracked.tracks.standing)):
         return None
-    pose, twist, guidance, star = inputs
-    limits, path = robot.limits, guidance.path
-    line = np.vstack((pose[:2], path)) if len(path) else np.vstack((pose[:2], pose[:2]))
-    known = FreeSpace.of(guidance.regions, star)
-    standing = thinned(tracks.standing[:, :2], pose[:2], HORIZON * robot.max_speed, STANDING_SPACING * robot.radius)
-    trajectories, near = tracks.predicted_trajectories[foreseen], comfort(tracks, obstacles.guarded)[foreseen]
-    discs = Discs(trajectories, tracks.radius[foreseen], near, standing, age)
-    settings = Settings(
-        slowdown=goal_slowdown(limits) if guidance.arrives or not len(path) else np.inf,
-        radius=robot.radius,
-        spacing=MOVING_MARGIN * robot.shape.narrow + obstacles.stopping_distance,
-        caution=obstacles.caution,
-        max_speed=obstacles.max_speed,
-    )
-    settings = Settings._make(map(float, settings))  # a whole number would have all compiled again
-    scene = Scene(line, times_left(line, limits), known, discs, limits, settings)
-    start = begun(pose, twist, known.hits, settings.radius)
-    ahead, during = start.copy(), foreseen_discs(discs, 0.0, int(math.ceil(HORIZON / STEP - 1e-9)), settings)
-    drive(start[0], np.array([(PATH, 1.0, 0.0, 0.0)]), during, scene, np.inf, ahead)
-    if ahead["least"][0] >= COMFORT and not ahead["held"][0] and ahead["risk"][0] <= LEAST_RISK:
+    pose, twist, guidance, _ = inputs
+    scene = Scene.of(inputs, tracked, robot)
+    start = initial_rollout(pose, twist, scene)
+    follow_path = list_manoeuvres(twist, robot.limits)[:1]
+    along_path, discs = start.copy(), predicted_discs(scene, 0.0, round(HORIZON / STEP))
+    continue_rollout(start[0], follow_path, discs, scene, np.inf, along_path)
+    ahead = along_path[0]
+    if ahead["least_distance"] >= COMFORT and not ahead["is_held"] and ahead["risk"] <= LEAST_RISK:
         return None
-    ways = manoeuvres(twist, limits, around(pose, path, tracked, robot))
-    firsts, rows = _begun_by(ways, start, scene)
-    twists, apart = twist_of(firsts, actuation.base), (SAME_PLACE * robot.radius, SAME_SPEED * limits.max_speed)
+    manoeuvres = list_manoeuvres(twist, robot.limits, velocity_around(pose, guidance.path, scene, robot))
+    velocities, rollouts = begin_manoeuvres(manoeuvres, start, scene)
+    twists = twist_of(velocities, actuation.base)
+    same_place, same_speed = SAME_PLACE * robot.radius, SAME_SPEED * robot.max_speed
 
     @functools.cache  # several manoeuvres begin alike
-    def passes(*first: float) -> bool:
+    def is_accepted(*first: float) -> bool:
         return accepted(roll_out(pose, twist, np.array(first), actuation), certificates)
 
     refused = [0]
     while refused:  # only those that the search would continue, or that may be its result, are asked
-        asked = [*_continued(rows, *apart), *np.flatnonzero((rows["ended"] > 0) & (rows["cost"] < np.inf))]
-        refused = [k for k in asked if not passes(*twists[k].tolist())]
-        rows["ended"][refused], rows["cost"][refused] = 1, np.inf
-    k = _searched(ways, rows, apart, scene)
-    return twists[k] if k >= 0 else None
+        results = np.flatnonzero(rollouts["is_over"] & (rollouts["cost"] < np.inf))
+        asked = [*best_rollouts(rollouts, same_place, same_speed), *results]
+        refused = [k for k in asked if not is_accepted(*twists[k].tolist())]
+        rollouts["is_over"][refused], rollouts["cost"][refused] = True, np.inf
+    best = search(manoeuvres, rollouts, same_place, same_speed, scene)
+    return twists[best] if best >= 0 else None
+
+
+def list_manoeuvres(twist: np.ndarray, limits: Limits, around: np.ndarray | None = None) -> np.ndarray:
+    """Return what the robot may do next, shape (n,) of `MANOEUVRE`.
+
+    Args:
+        twist: of the base, commanded last.
+        limits: of the robot.
+        around: a velocity that leads around movers, shape (2,), W, m/s.
+    """
+    fastest = limits.max_speed
+    rows = [(FOLLOW_PATH, share * fastest, 0.0, 0.0, 0.0, 0.0) for share in (1.0, 0.5)]
+    kept = (Velocity(0.0, 0.0, 0.0), velocity_of(twist), Velocity(-0.5 * fastest, 0.0, 0.0))
+    rows += [(KEEP_VELOCITY, 0.0, 0.0, *velocity) for velocity in kept]
+    for k in range(HEADINGS):
+        heading = 2.0 * math.pi * k / HEADINGS
+        rows += [(DRIVE_IN_DIRECTION, speed, heading, 0.0, 0.0, 0.0) for speed in (fastest, -fastest)]
+    if around is not None:
+        speed, heading = min(math.hypot(*around), fastest), math.atan2(around[1], around[0])
+        rows.append((DRIVE_IN_DIRECTION, speed, heading, 0.0, 0.0, 0.0))
+    return np.array(rows, MANOEUVRE)
+
+
+def velocity_around(pose: np.ndarray, path: np.ndarray, scene: Scene, robot: RobotParameters) -> np.ndarray | None:
+    """Return the velocity towards the next way point, modulated around predicted movers; None without one."""
+    if not len(path):
+        return None
+    way = path[0] - pose[:2]
+    velocity = robot.max_speed * way / max(math.hypot(*way), 1e-9)
+    movers, settings = scene.movers, scene.settings
+    radii = movers.radius + robot.radius + settings.spacing
+    around = moving_modulation(pose[:2], velocity, movers.position, movers.velocity, radii)
+    return around if math.hypot(*around) > STANDING_SPEED else None
+
+
+def initial_rollout(pose: np.ndarray, twist: np.ndarray, scene: Scene) -> np.ndarray:
+    """Return the rollout before its first step, shape (1,) of `ROLLOUT`, for any base's twist."""
+    rollout = np.zeros(1, ROLLOUT)
+    rollout["x"], rollout["y"], rollout["yaw"] = pose
+    rollout["ahead"], rollout["aside"], rollout["turning"] = velocity_of(twist)
+    rollout["way_point"], rollout["region"] = 1, -1
+    rollout["least_distance"] = rollout["arrival_time"] = np.inf
+    hit_distance = min(nearest_hit(pose[0], pose[1], scene.hits), (1.0 + WALL_ZONE) * scene.settings.radius)
+    rollout["clearance"] = rollout["least_clearance"] = max(hit_distance - scene.settings.radius, 0.0)
+    return rollout
 
 
 @kernel
-def thinned(places, position, reach, spacing):
-    """The places (n, 2) within `reach` (m) of a position, no two of them nearer to each other than `spacing` (m)."""
-    kept = np.empty((len(places), 2))
+def thinned_places(places, position, reach, spacing):
+    """Return the places (n, 2) within `reach` (m) of a position, no two nearer to each other than `spacing` (m)."""
+    chosen = np.empty((len(places), 2))
     n = 0
     for k in range(len(places)):
-        x, y = places[k]
-        apart = math.hypot(x - position[0], y - position[1]) < reach
+        x, y = places[k, 0], places[k, 1]
+        is_apart = math.hypot(x - position[0], y - position[1]) < reach
         for q in range(n):
-            apart = apart and (x - kept[q, 0]) ** 2 + (y - kept[q, 1]) ** 2 >= spacing**2
-        if apart:
-            put(kept, n, (x, y))
+            is_apart = is_apart and (x - chosen[q, 0]) ** 2 + (y - chosen[q, 1]) ** 2 >= spacing**2
+        if is_apart:
+            chosen[n, 0], chosen[n, 1] = x, y
             n += 1
-    return kept[:n]
+    return chosen[:n]
 
 
 @kernel
-def _begun_by(ways, start, scene):
-    """The velocities (n, 3) with which manoeuvres begin, within the robot's limits, and the rollouts (n,) of each."""
-    firsts, rows, limits, row = np.empty((len(ways), 3)), np.empty(len(ways), ROLLOUT), scene.limits, start[0]
-    pose, k = Pose(row.x, row.y, row.yaw), row.way_point
-    way_point = scene.line[k, 0], scene.line[k, 1], k == len(scene.line) - 1
-    drive(row, ways, foreseen_discs(scene.discs, row.spent, SEGMENT, scene.settings), scene, np.inf, rows)
-    for m in range(len(ways)):
-        way = ways[m, 0], ways[m, 1], ways[m, 2], ways[m, 3]
-        wanted = wanted_velocity(way, pose, way_point, limits, scene.settings)
-        firsts[m, 0], firsts[m, 1] = limited(wanted.ahead, limits.max_speed), limited(wanted.aside, limits.max_speed)
-        firsts[m, 2] = limited(wanted.turning, limits.max_yaw_rate)
-        rows[m].first, rows[m].change = m, _change(firsts[m], row, limits)
-        rows[m].cost += rows[m].change
-    return firsts, rows
+def predicted_discs(scene, start_time, steps):
+    """Return the movers at a time (s) and after each step from it, shape (steps + 1, n) of `DISC`."""
+    trajectory, radius, comfort = scene.movers.trajectory, scene.movers.radius, scene.movers.comfort
+    caution, last, age = scene.settings.caution, trajectory.shape[1] - 1.001, scene.settings.age
+    discs = np.empty((steps + 1, len(radius)), DISC)
+    for s in range(steps + 1):
+        sample = min((age + start_time) / PREDICTION_STEP, last)
+        i = int(sample)
+        share = sample - i
+        for j in range(len(radius)):
+            disc, x, y = discs[s, j], trajectory[j, i, 0], trajectory[j, i, 1]
+            dx, dy = trajectory[j, i + 1, 0] - x, trajectory[j, i + 1, 1] - y
+            disc.x, disc.y, disc.vx, disc.vy = (
+                x + share * dx,
+                y + share * dy,
+                dx / PREDICTION_STEP,
+                dy / PREDICTION_STEP,
+            )
+            disc.speed, disc.radius = math.sqrt(disc.vx * disc.vx + disc.vy * disc.vy), radius[j]
+            disc.weight, disc.scale = COMFORT / comfort[j], comfort[j] / COMFORT
+            disc.reach = (1.0 - caution) * math.hypot(dx, dy) / PREDICTION_STEP + caution * scene.settings.mover_speed
+        start_time += STEP
+    return discs
 
 
 @kernel
-def _searched(ways, rows, apart, scene):
-    """The manoeuvre with which the best rollout begins that continues one of rows (n,), `apart` as given, or -1."""
-    (best, cost), count = _best(rows, False, (-1, np.inf)), len(ways)
-    last = int(math.ceil(HORIZON / (SEGMENT * STEP) - 1e-9))
-    for depth in range(2, last + 1):
-        generation, kept = rows, _continued(rows, apart[0], apart[1])
+def begin_manoeuvres(manoeuvres, start, scene):
+    """Return the velocities (n, 3) with which manoeuvres begin, within the robot's limits, and their rollouts (n,)."""
+    velocities, rollouts, limits = np.empty((len(manoeuvres), 3)), np.empty(len(manoeuvres), ROLLOUT), scene.limits
+    rollout = start[0]
+    continue_rollout(rollout, manoeuvres, predicted_discs(scene, 0.0, SEGMENT), scene, np.inf, rollouts)
+    for m in range(len(manoeuvres)):
+        wanted = wanted_velocity(manoeuvres[m], rollout, scene.line, limits, scene.settings)
+        ahead, aside = limited(wanted.ahead, limits.max_speed), limited(wanted.aside, limits.max_speed)
+        turning = limited(wanted.turning, limits.max_yaw_rate)
+        velocities[m, 0], velocities[m, 1], velocities[m, 2] = ahead, aside, turning
+        change = math.hypot(ahead - rollout.ahead, aside - rollout.aside) / limits.max_speed
+        change += abs(turning - rollout.turning) / limits.max_yaw_rate
+        rollouts[m].first_manoeuvre, rollouts[m].change_cost = m, CHANGE_WEIGHT * change
+        rollouts[m].cost += CHANGE_WEIGHT * change
+    return velocities, rollouts
+
+
+@kernel
+def search(manoeuvres, rollouts, same_place, same_speed, scene):
+    """Return the manoeuvre with which the best rollout begins that continues one of some rollouts (n,), or -1."""
+    count, segments = len(manoeuvres), int(math.ceil(HORIZON / (SEGMENT * STEP) - 1e-9))
+    best, cost = best_result(rollouts, False, -1, np.inf)
+    for segment in range(2, segments + 1):
+        generation, is_last = rollouts, segment == segments
+        kept = best_rollouts(generation, same_place, same_speed)
         if not len(kept):
             break
-        foreseen = foreseen_discs(scene.discs, rows[kept[0]].spent, SEGMENT, scene.settings)
-        rows = np.empty(len(kept) * count, ROLLOUT)
+        discs = predicted_discs(scene, generation[kept[0]].time, SEGMENT)
+        rollouts = np.empty(len(kept) * count, ROLLOUT)
         for k in range(len(kept)):
-            group = rows[k * count : (k + 1) * count]
-            drive(generation[kept[k]], ways, foreseen, scene, cost if depth == last else np.inf, group)
-            best, cost = _best(group, depth == last, (best, cost))
+            group = rollouts[k * count : (k + 1) * count]
+            continue_rollout(generation[kept[k]], manoeuvres, discs, scene, cost if is_last else np.inf, group)
+            best, cost = best_result(group, is_last, best, cost)
     return best
 
 
 @leaf
-def _best(rows, at_horizon, than):
-    """The manoeuvre and the cost of the best rollout; those that ended compete with those at the horizon."""
-    best, cost = than
-    for m in range(len(rows)):
-        if (at_horizon or rows[m].ended > 0) and rows[m].cost < cost:
-            best, cost = rows[m].first, rows[m].cost
+def best_result(rollouts, is_last, best, cost):
+    """Return first manoeuvre and cost of the best rollout that ended, or reached the horizon, if any is better."""
+    for m in range(len(rollouts)):
+        if (is_last or rollouts[m].is_over) and rollouts[m].cost < cost:
+            best, cost = rollouts[m].first_manoeuvre, rollouts[m].cost
     return best, cost
 
 
-@leaf
-def _change(velocity, row, limits):
-    """What it costs to change from the velocity of a rollout to one of shape (3,), s."""
-    speed = math.hypot(velocity[0] - row.ahead, velocity[1] - row.aside)
-    return CHANGE_WEIGHT * (speed / limits.max_speed + abs(velocity[2] - row.turning) / limits.max_yaw_rate)
-
-
 @kernel
-def _continued(generation, same_place, same_speed):
-    """Indices of the BEAM best rollouts that have not ended and differ by these, m and m/s, the best first."""
+def best_rollouts(rollouts, same_place, same_speed):
+    """Return the indices of the BEAM best rollouts that have not ended and differ by these, m and m/s, best first."""
     kept = np.empty(BEAM, np.int64)
     n = 0
-    cost = np.array([row.cost for row in generation])
-    for i in np.argsort(cost, kind="mergesort"):
-        row = generation[i]
-        if row.ended > 0:
+    costs = np.array([rollout.cost for rollout in rollouts])
+    for i in np.argsort(costs, kind="mergesort"):
+        rollout = rollouts[i]
+        if rollout.is_over:
             continue
         for q in range(n):
-            other = generation[kept[q]]
+            other = rollouts[kept[q]]
             if (
-                (row.x - other.x) ** 2 + (row.y - other.y) ** 2 < same_place * same_place
-                and abs(wrapped_angle(row.yaw - other.yaw)) < SAME_HEADING
-                and math.hypot(row.ahead - other.ahead, row.aside - other.aside) < same_speed
+                (rollout.x - other.x) ** 2 + (rollout.y - other.y) ** 2 < same_place * same_place
+                and abs(wrapped_angle(rollout.yaw - other.yaw)) < SAME_HEADING
+                and math.hypot(rollout.ahead - other.ahead, rollout.aside - other.aside) < same_speed
             ):
                 break
         else:
@@ -258,3 +407,332 @@ def _continued(generation, same_place, same_speed):
         if n == BEAM:
             break
     return kept[:n]
+
+
+@kernel
+def continue_rollout(start, manoeuvres, discs, scene, most, rollouts):
+    """Write the rollouts (n,) that continue one by each of some manoeuvres (n,), for the steps of some discs.
+
+    Limits make many manoeuvres begin alike: of those that are the same so far the first one leads, and is driven for
+    all. A rollout ends early if the robot is touched or reaches a frontier; all of them do if they must cost more than
+    `most`, s.
+    """
+    line, times_left, regions, star, hits, movers, limits, settings = scene
+    (center, bearing_0, values), starting, radius = star[:3], movers.starting, settings.radius
+    n, last_point, arrived, reach = len(manoeuvres), len(line) - 1, ARRIVED * radius, (1.0 + WALL_ZONE) * radius
+    leaders, velocities = np.zeros(n, np.int64), np.empty((n, 6))
+    brakes, hit_distance = np.zeros(n, np.bool_), np.zeros(n)  # no hit is nearer than this, m
+    rollouts[0] = start
+    steps = len(discs) - 1 if most == np.inf or least_cost(start, line, limits, radius) < most else 0
+    for s in range(steps):
+        for m in range(n):
+            if leaders[m] == m and not rollouts[m].is_over:
+                brakes[m] = must_brake(rollouts[m], discs, s, starting, limits, settings)
+        last_leaders = leaders.copy()
+        for m in range(n):
+            last = last_leaders[m]
+            if rollouts[last].is_over:
+                continue
+            wanted = wanted_velocity(manoeuvres[m], rollouts[last], line, limits, settings)
+            if brakes[last]:
+                wanted = Velocity(0.0, 0.0, wanted.turning)
+            velocity, mean = ramped_velocity(velocity_at_end(rollouts[last]), wanted, STEP, limits)
+            put(velocities, m, (velocity.ahead, velocity.aside, velocity.turning, mean.ahead, mean.aside, mean.turning))
+            leaders[m] = find_leader(velocities, last_leaders, m)
+            if leaders[m] == m != last:
+                rollouts[m], hit_distance[m] = rollouts[last], hit_distance[last]
+        for m in range(n):
+            rollout = rollouts[m]
+            if leaders[m] < m or rollout.is_over:
+                continue
+            mean = Velocity(velocities[m, 3], velocities[m, 4], velocities[m, 5])
+            pose, way = moved(Pose(rollout.x, rollout.y, rollout.yaw), mean, STEP, limits)
+            rollout.yaw, rollout.turning = pose.yaw, velocities[m, 2]
+            rollout.ahead, rollout.aside = velocities[m, 0], velocities[m, 1]
+            is_free = covers(center, bearing_0, values, np.int64(0), pose.x, pose.y, 0.0)
+            if not is_free:
+                rollout.region = region_around(regions, rollout.region, pose.x, pose.y)
+                is_free = rollout.region >= 0
+            hit_distance[m] -= abs(way) + 1e-9
+            if hit_distance[m] <= reach:
+                hit_distance[m] = nearest_hit(pose.x, pose.y, hits)
+            clearance = max(min(hit_distance[m], reach) - radius, 0.0)
+            if is_free or clearance > rollout.clearance:
+                rollout.x, rollout.y, rollout.clearance = pose.x, pose.y, clearance
+                rollout.least_clearance = min(rollout.least_clearance, clearance)
+                rollout.way_point = next_way_point(line, rollout.way_point, pose.x, pose.y, radius)
+            else:
+                rollout.ahead = rollout.aside = hit_distance[m] = 0.0
+            rollout.time += STEP
+            add_nearness(rollout, discs, s + 1, settings)
+            dx, dy = line[-1, 0] - rollout.x, line[-1, 1] - rollout.y
+            if not rollout.is_over and rollout.way_point == last_point and dx * dx + dy * dy < arrived * arrived:
+                rollout.arrival_time = min(rollout.arrival_time, rollout.time)
+                rollout.is_over = settings.slowdown == np.inf  # at a frontier, where exploration continues
+    for m in range(n):
+        rollout = rollouts[m]
+        if leaders[m] < m:
+            rollouts[m] = rollouts[leaders[m]]
+            continue
+        comfort_cost, time = rollout.comfort_cost, rollout.arrival_time
+        if time == np.inf:  # else it has been at the goal, wherever it goes to make way
+            comfort_cost = max(comfort_cost, comfort_to_go(rollout, discs, line, limits, radius))
+            time = rollout.time + time_to_go(line, times_left, rollout, limits)
+        rollout.cost = comfort_cost + rollout.risk + wall_cost(rollout, radius) + time + rollout.change_cost
+
+
+@leaf
+def find_leader(velocities, leaders, m):
+    """Return the first manoeuvre that has had the leader of number m and takes the same velocities (n, 6) next."""
+    for k in range(leaders[m], m):
+        is_same = leaders[k] == leaders[m]
+        for i in range(6):
+            is_same = is_same and velocities[m, i] == velocities[k, i]
+        if is_same:
+            return k
+    return m
+
+
+@leaf
+def velocity_at_end(rollout):
+    """Return the `Velocity` at the end of a rollout."""
+    return Velocity(rollout.ahead, rollout.aside, rollout.turning)
+
+
+@leaf
+def wanted_velocity(manoeuvre, rollout, line, limits, settings):
+    """Return the `Velocity` that a manoeuvre wants at the end of a rollout."""
+    speed, k = manoeuvre.speed, rollout.way_point
+    if manoeuvre.kind == KEEP_VELOCITY:
+        return Velocity(manoeuvre.ahead, manoeuvre.aside, manoeuvre.turning)
+    if manoeuvre.kind == DRIVE_IN_DIRECTION:
+        course = manoeuvre.heading if speed > 0.0 else manoeuvre.heading + math.pi
+        return aimed(wrapped_angle(course - rollout.yaw), speed, limits)
+    dx, dy, is_last, arrived = (
+        line[k, 0] - rollout.x,
+        line[k, 1] - rollout.y,
+        k == len(line) - 1,
+        ARRIVED * settings.radius,
+    )
+    if dx * dx + dy * dy < (arrived * arrived if is_last else 1e-12):
+        return Velocity(0.0, 0.0, 0.0)
+    wanted = aimed(wrapped_angle(math.atan2(dy, dx) - rollout.yaw), speed, limits)
+    if is_last:
+        wanted = slowed(wanted, settings.slowdown * math.hypot(dx, dy) + limits.max_speed / CREEP)
+    return wanted
+
+
+@leaf
+def must_brake(rollout, discs, s, starting, limits, settings):
+    """Return whether a robot that brakes fully might be touched before it stops, by discs as predicted at step s.
+
+    Or, from the next step on, by what might start; that is noted as `is_held`. Checked at half the braking time and at
+    its end, for all discs, whether it approaches them or not: a robot that only watches those ahead is soon surrounded.
+    """
+    speed, direction, radius, caution = rollout.ahead, rollout.yaw, settings.radius, settings.caution
+    if rollout.aside != 0.0:
+        speed = math.hypot(rollout.ahead, rollout.aside)
+        direction += math.atan2(rollout.aside, rollout.ahead)
+    if abs(speed) < STANDING_SPEED:
+        return False
+    acceleration, mover_speed = math.copysign(limits.max_acceleration, speed), settings.mover_speed
+    stop, needed, cosine, sine = abs(speed) / limits.max_acceleration, radius + settings.spacing, 0.0, 0.0
+    if len(starting):
+        cosine, sine = math.cos(direction), math.sin(direction)
+    for share in (0.5, 1.0):
+        t = share * stop
+        way = speed * (t + STEP) - 0.5 * acceleration * t * t
+        x, y, far = rollout.x + way * cosine, rollout.y + way * sine, needed + mover_speed * (t + STEP)
+        for j in range(len(starting)):
+            if (x - starting[j, 0]) ** 2 + (y - starting[j, 1]) ** 2 < far * far:
+                rollout.is_held = True
+                return True
+    needed += MOVING_MARGIN * radius  # again: tracks err more than hits
+    for j in range(discs.shape[1]):
+        disc = discs[s, j]
+        far = needed + disc.radius + (0.5 * abs(speed) + disc.reach) * stop + 1e-9
+        if (rollout.x - disc.x) ** 2 + (rollout.y - disc.y) ** 2 > far * far:
+            continue
+        if not (cosine or sine):
+            cosine, sine = math.cos(direction), math.sin(direction)
+        for share in (0.5, 1.0):
+            t = share * stop
+            way = speed * t - 0.5 * acceleration * t * t
+            dx = rollout.x + way * cosine - disc.x - (1.0 - caution) * disc.vx * t
+            dy = rollout.y + way * sine - disc.y - (1.0 - caution) * disc.vy * t
+            far = needed + disc.radius + caution * mover_speed * t
+            if dx * dx + dy * dy < far * far:
+                return True
+    return False
+
+
+@leaf
+def add_nearness(rollout, discs, s, settings):
+    """Add to a rollout what its place costs among the discs of step s: comfort, contact and risk."""
+    radius, grown = settings.radius, 1.0 + UNCERTAINTY * (settings.age + rollout.time)
+    certainty = 1.0 - 0.5 * rollout.time / HORIZON
+    least, risk = max(rollout.least_distance, COMFORT), 0.0
+    for j in range(discs.shape[1]):
+        disc = discs[s, j]
+        dx, dy, both, speed = rollout.x - disc.x, rollout.y - disc.y, radius + disc.radius, disc.speed
+        squared, reach = dx * dx + dy * dy, HAZARD_TIME * speed
+        far = both + max((least + 1e-9) * grown * disc.scale, reach if speed > STANDING_SPEED else 0.0)
+        if squared > far * far:
+            continue
+        away = max(math.sqrt(squared), 1e-9)
+        gap = away - both
+        least = min(least, gap / grown * disc.weight if gap > 0.0 else gap)
+        if gap < reach and speed > STANDING_SPEED:
+            approach = (disc.vx * dx + disc.vy * dy) / (speed * away)
+            share = math.asin(min(both / away, 1.0)) / math.pi * (1.0 + APPROACH_WEIGHT * approach)
+            risk += share * min(1.0 - gap / reach, 1.0)
+    rollout.least_distance = min(rollout.least_distance, least)
+    rollout.risk += certainty * CONTACT_COST * TURNING_RATE * risk * STEP
+    if least < COMFORT:
+        share = 1.0 - max(least, 0.0) / COMFORT
+        rollout.comfort_cost = max(rollout.comfort_cost, CONTACT_COST * share**2 * certainty)
+    if least < 0.0:  # it is touched
+        rollout.is_over = True
+        rollout.comfort_cost = CONTACT_COST * (1.0 + 3.0 * (1.0 - rollout.time / HORIZON))
+
+
+@leaf
+def comfort_to_go(rollout, discs, line, limits, radius):
+    """Return the comfort lost to movers that the end of a rollout leaves to be passed on the way to its way point, s.
+
+    As if robot and movers went straight on, the robot at full speed.
+    """
+    speed, comfort_cost, last, k = limits.max_speed, 0.0, len(discs) - 1, rollout.way_point
+    x, y = line[k, 0] - rollout.x, line[k, 1] - rollout.y
+    way = max(math.hypot(x, y), 1e-9)
+    for j in range(discs.shape[1]):
+        disc = discs[last, j]
+        dx, dy, vx, vy = rollout.x - disc.x, rollout.y - disc.y, speed * x / way - disc.vx, speed * y / way - disc.vy
+        time = -(dx * vx + dy * vy) / max(vx * vx + vy * vy, 1e-9)  # of the closest approach
+        time = min(max(time, 0.0), way / speed)
+        distance = math.hypot(dx + time * vx, dy + time * vy)
+        share = max(1.0 - distance / (radius + disc.radius + COMFORT), 0.0)
+        certainty = max(1.0 - 0.5 * (rollout.time + time) / HORIZON, 0.0)
+        comfort_cost = max(comfort_cost, CONTACT_COST * share * share * certainty)
+    return comfort_cost
+
+
+@leaf
+def least_cost(rollout, line, limits, radius):
+    """Return what a rollout costs at least, however it goes on, s."""
+    way = max(math.hypot(line[-1, 0] - rollout.x, line[-1, 1] - rollout.y) - ARRIVED * radius, 0.0)
+    time = min(rollout.arrival_time, rollout.time + way / limits.max_speed)
+    return rollout.comfort_cost + rollout.risk + wall_cost(rollout, radius) + rollout.change_cost + time
+
+
+@leaf
+def wall_cost(rollout, radius):
+    """Return what a rollout costs for its least clearance to static obstacles, s."""
+    return WALL_COST * (1.0 - rollout.least_clearance / (WALL_ZONE * radius)) ** 2
+
+
+@leaf
+def nearest_hit(x, y, hits):
+    """Return the distance from a place to the nearest hit, m; infinite without any."""
+    nearest = np.inf
+    for q in range(len(hits)):
+        dx, dy = x - hits[q, 0], y - hits[q, 1]
+        nearest = min(nearest, dx * dx + dy * dy)
+    return math.sqrt(nearest)
+
+
+@kernel
+def region_around(regions, region, x, y):
+    """Return the index of a region that contains (x, y), or -1; `region`, which held the last place, is tried first."""
+    if region >= 0 and covers(regions.center, regions.bearing_0, regions.values, region, x, y, 0.0):
+        return region
+    return cover_at(regions, x, y, 0.0)
+
+
+@leaf
+def next_way_point(line, k, x, y, radius):
+    """Return the way point that a robot of a radius heads for once it has passed k.
+
+    A taut path bends around the obstacle that hides the following way point. That way point comes into view where the
+    robot crosses the backward extension of the leg that leads to it.
+    """
+    passed = PASSED_DISTANCE * radius
+    while k + 1 < len(line):
+        dx, dy = x - line[k, 0], y - line[k, 1]
+        leg_x, leg_y = line[k + 1, 0] - line[k, 0], line[k + 1, 1] - line[k, 1]
+        bend = (line[k, 0] - line[k - 1, 0]) * leg_y - (line[k, 1] - line[k - 1, 1]) * leg_x
+        is_inside = bend * (leg_x * dy - leg_y * dx) >= 0.0
+        if is_inside and dx * dx + dy * dy > passed * passed:
+            break
+        k += 1
+    return k
+
+
+@kernel
+def times_along(line, limits):
+    """Return the times from each way point to the end, starting along the next leg at full speed, shape (n,), s."""
+    times = np.zeros(len(line))
+    next_heading = 0.0
+    for k in range(len(line) - 2, 0, -1):
+        dx, dy = line[k + 1, 0] - line[k, 0], line[k + 1, 1] - line[k, 1]
+        heading = math.atan2(dy, dx)
+        times[k] = math.hypot(dx, dy) / limits.max_speed + times[k + 1]
+        if k + 2 < len(line):
+            times[k] += heading_loss(wrapped_angle(next_heading - heading), full_speed(limits), limits)
+        next_heading = heading
+    return times
+
+
+@leaf
+def time_to_go(line, times_left, rollout, limits):
+    """Return the time from the end of a rollout over the way points ahead, s; `times_left` as from `times_along`."""
+    k, velocity = rollout.way_point, velocity_at_end(rollout)
+    dx, dy = line[k, 0] - rollout.x, line[k, 1] - rollout.y
+    heading = math.atan2(dy, dx)
+    time = math.hypot(dx, dy) / limits.max_speed + heading_loss(wrapped_angle(heading - rollout.yaw), velocity, limits)
+    if k + 1 < len(line):
+        leg = math.atan2(line[k + 1, 1] - line[k, 1], line[k + 1, 0] - line[k, 0])
+        time += times_left[k] + heading_loss(wrapped_angle(leg - heading), full_speed(limits), limits)
+    return time
+
+
+@leaf
+def full_speed(limits):
+    """Return the `Velocity` straight ahead at full speed."""
+    return Velocity(limits.max_speed, 0.0, 0.0)
+
+
+@leaf
+def heading_loss(error, velocity, limits):
+    """Return the time lost until a robot with this heading error and `Velocity` drives along its path at full speed, s.
+
+    The duration of the turn, unless the base needs none, plus the time lost while the speed along the path grows to the
+    maximum. A base that steers turns at full speed.
+    """
+    missing = limits.max_speed - velocity.ahead * math.cos(error) - velocity.aside * math.sin(error)
+    gaining = missing * missing / (2.0 * limits.max_acceleration * limits.max_speed)
+    if limits.holonomic > 0.0:
+        return gaining
+    if limits.steers > 0.0:
+        speed = limits.max_speed
+        rates = speed * limits.max_yaw_rate, speed * limits.max_yaw_acceleration
+        return turning_time(error, velocity.turning * velocity.ahead, rates) + gaining
+    return turning_time(error, velocity.turning, (limits.max_yaw_rate, limits.max_yaw_acceleration)) + gaining
+
+
+@leaf
+def turning_time(angle, rate, most):
+    """Return the least time in which a robot that turns at `rate` turns by `angle` and stops, s.
+
+    `most` are its largest turning rate, rad/s, and change of that, rad/s^2.
+    """
+    rate_max, acceleration = most
+    if angle < 0.0:
+        angle, rate = -angle, -rate
+    beyond = rate * rate / (2.0 * acceleration) - angle
+    if rate > 0.0 and beyond > 0.0:  # it stops too late: past the angle, and back
+        return rate / acceleration + 2.0 * math.sqrt(beyond / acceleration)
+    peak = math.sqrt(acceleration * angle + 0.5 * rate * rate)
+    if peak <= rate_max:
+        return (2.0 * peak - rate) / acceleration
+    return (2.0 * rate_max - rate + (peak * peak - rate_max * rate_max) / rate_max) / acceleration

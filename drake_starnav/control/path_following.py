@@ -8,14 +8,17 @@ from drake_starnav.control.free_heading import free_heading
 from drake_starnav.control.inputs import ControllerInputs, Proposal
 from drake_starnav.control.manoeuvre_following import followed_manoeuvre
 from drake_starnav.control.modulation import modulated_direction
-from drake_starnav.control.rollout import CREEP, goal_slowdown
-from drake_starnav.geometry.compiled import kernel
+from drake_starnav.geometry.compiled import kernel, leaf
 from drake_starnav.planning.guidance import PASSED_DISTANCE
 from drake_starnav.robot import Limits, RobotParameters
 from drake_starnav.robot.base import twist_of
-from drake_starnav.robot.limits import aimed, slowed, wrapped_angle
+from drake_starnav.robot.limits import STOPPING_GAIN, aimed, slowed, wrapped_angle
 from drake_starnav.surroundings.region_union import RegionUnion
 
+GOAL_BRAKING = 0.96
+"""On arrival a robot brakes with up to this share of its largest deceleration."""
+CREEP = 10.0
+"""On arrival a robot slows down to its largest speed divided by this, so that it does arrive."""
 GOAL_REACHED = 0.08
 """A robot this near to its final goal stops, in its radii."""
 MODULATION_DISTANCE = 1.0
@@ -31,6 +34,12 @@ def followed(inputs: ControllerInputs, robot: RobotParameters) -> Proposal:
     ahead, found = (guidance.path, guidance.arrives, tuple(guidance.regions)), np.zeros(5)
     _followed(pose, ahead, (star.hits, star.radius), robot.shape.narrow, tuple(limits), found)
     return Proposal(twist_of(found[2:], robot.drive), found[:2])
+
+
+@leaf
+def goal_slowdown(limits):
+    """Return the speed per distance to the goal on arrival, 1/s."""
+    return min(GOAL_BRAKING * limits.max_acceleration / limits.max_speed, STOPPING_GAIN)
 
 
 @kernel

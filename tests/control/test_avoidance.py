@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from drake_starnav.control import ControllerInputs, ControllerParameters
-from drake_starnav.control.avoidance import around, avoid_collision, manoeuvres, thinned
+from drake_starnav.control.avoidance import Scene, avoid_collision, list_manoeuvres, thinned_places, velocity_around
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.motion import roll_out
@@ -99,14 +99,16 @@ def test_the_way_round_is_one_of_the_manoeuvres_if_it_is_wanted() -> None:
     """Round one who comes from ahead on the left, it leads to the right."""
     tracks, limits, still = obstacle((1.5, 0.3), (-0.6, 0.0)), ROBOT.limits, np.zeros(2)
     obstacles = TrackedObstacles(tracks, 0.0, OBSTACLES)
-    aside = around(np.zeros(3), PATH, obstacles, ROBOT)
+    regions, star = known()
+    among = Scene.of(ControllerInputs(np.zeros(3), still, Guidance(PATH, True, regions), star), obstacles, ROBOT)
+    aside = velocity_around(np.zeros(3), PATH, among, ROBOT)
     assert aside is not None
     assert aside[1] < 0.0
-    row = manoeuvres(still, limits, aside)[-1]
-    assert row[1] == math.atan2(aside[1], aside[0])
-    assert 0.0 < row[2] <= ROBOT.max_speed
-    assert around(np.zeros(3), np.zeros((0, 2)), obstacles, ROBOT) is None
-    assert len(manoeuvres(still, limits)) == len(manoeuvres(still, limits, aside)) - 1
+    row = list_manoeuvres(still, limits, aside)[-1]
+    assert row["heading"] == math.atan2(aside[1], aside[0])
+    assert 0.0 < row["speed"] <= ROBOT.max_speed
+    assert velocity_around(np.zeros(3), np.zeros((0, 2)), among, ROBOT) is None
+    assert len(list_manoeuvres(still, limits)) == len(list_manoeuvres(still, limits, aside)) - 1
 
 
 def standing(x: float, y: float, radius: float = 0.2) -> Tracks:
@@ -126,7 +128,7 @@ def test_where_the_path_leads_too_near_by_what_might_start_another_way_is_found(
 
 def test_what_stands_is_foreseen_as_few_places() -> None:
     places = standing(1.0, 0.0).standing[:, :2]
-    kept = thinned(places, np.zeros(2), 1.1, 0.1)
+    kept = thinned_places(places, np.zeros(2), 1.1, 0.1)
     assert 3 < len(kept) < 20
     apart = np.hypot(*(kept[:, None] - kept).transpose(2, 0, 1)) + np.eye(len(kept))
     assert apart.min() >= 0.1

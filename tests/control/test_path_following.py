@@ -13,9 +13,9 @@ from drake_starnav.control.path_following import (
     GOAL_REACHED,
     MODULATION_DISTANCE,
     followed,
+    goal_slowdown,
     guiding_vector,
 )
-from drake_starnav.control.rollout import goal_slowdown
 from drake_starnav.planning.guidance import PASSED_DISTANCE, Guidance
 from drake_starnav.robot import BASES, RobotParameters
 from drake_starnav.robot.limits import HEADING_GAIN, aimed

@@ -7,25 +7,37 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drake_starnav.control.rollout import (
-    FreeSpace,
+from drake_starnav.control.avoidance import (
+    ROLLOUT,
     full_speed,
     heading_loss,
     nearest_hit,
     next_way_point,
     region_around,
     time_to_go,
-    times_left,
+    times_along,
     turning_time,
 )
 from drake_starnav.planning.guidance import PASSED_DISTANCE
 from drake_starnav.robot import Limits
-from drake_starnav.robot.motion import Pose, Velocity
+from drake_starnav.robot.motion import Velocity
 from drake_starnav.surroundings.region_union import RegionUnion
 from tests.helpers.scans import seeds
 
 LIMITS = Limits(0.8, 2.0, 1.0, 4.0)
 SLOW = Limits(1.3, 1.1, 0.6, 2.5)
+
+
+def to_go(
+    line: np.ndarray, way_point: int, pose: tuple[float, float, float], velocity: Velocity, limits: Limits
+) -> float:
+    """The time to go from the end of a rollout with a pose and a velocity."""
+    rollout = np.zeros(1, ROLLOUT)
+    rollout["way_point"], (rollout["x"], rollout["y"], rollout["yaw"]) = way_point, pose
+    rollout["ahead"], rollout["aside"], rollout["turning"] = velocity
+    return time_to_go(line, times_along(line, limits), rollout[0], limits)
+
+
 LINE = np.array(((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (2.0, 1.0)))
 
 
@@ -115,7 +127,7 @@ def test_the_time_left_is_that_of_the_legs_and_of_the_bends_between_them(seed, c
     bends = [
         heading_loss((b + math.pi) % (2.0 * math.pi) - math.pi, full_speed(limits), limits) for b in np.diff(headings)
     ]
-    left = times_left(line, limits)
+    left = times_along(line, limits)
     for k in range(1, count):
         assert left[k] == pytest.approx(lengths[k:].sum() / limits.max_speed + sum(bends[k:]))
     yaw, moves = rng.uniform(-9.0, 9.0), Velocity(rng.uniform(0.0, limits.max_speed), 0.0, rng.uniform(-1.0, 1.0))
@@ -127,24 +139,23 @@ def test_the_time_left_is_that_of_the_legs_and_of_the_bends_between_them(seed, c
         if k + 1 < count:
             bend = (headings[k] - math.atan2(way[1], way[0]) + math.pi) % (2.0 * math.pi) - math.pi
             expected += heading_loss(bend, full_speed(limits), limits)
-        assert time_to_go(line, left, k, Pose(*place, yaw), moves, limits) == pytest.approx(expected)
+        assert to_go(line, k, (*place, yaw), moves, limits) == pytest.approx(expected)
 
 
 def test_the_region_of_the_last_place_is_kept_while_it_contains_the_robot() -> None:
     disc = np.full((1, 8), 1.0)
     centers = np.array(((0.0, 0.0), (0.0, 0.5), (5.0, 0.0)))
     union = RegionUnion(centers, np.zeros(3), np.repeat(disc, 3, axis=0), np.zeros((3, 0)))
-    known = FreeSpace(union, union, np.zeros((0, 2)))
-    assert [region_around(known, last, 0.0, 0.2) for last in (0, 1, 2, -1)] == [0, 1, 1, 1]  # else the newest
-    assert [region_around(known, last, 5.0, 0.2) for last in (0, 2, -1)] == [2, 2, 2]
-    assert region_around(known, 0, 3.0, 3.0) == -1
+    assert [region_around(union, last, 0.0, 0.2) for last in (0, 1, 2, -1)] == [0, 1, 1, 1]  # else the newest
+    assert [region_around(union, last, 5.0, 0.2) for last in (0, 2, -1)] == [2, 2, 2]
+    assert region_around(union, 0, 3.0, 3.0) == -1
 
 
 def test_the_time_to_go_is_the_legs_and_the_turns() -> None:
-    left = times_left(LINE, LIMITS)
+    left = times_along(LINE, LIMITS)
     corner = heading_loss(0.5 * math.pi, full_speed(LIMITS), LIMITS)
     assert left[2] == pytest.approx(1.0 / 0.8)
     assert left[1] == pytest.approx(2.0 / 0.8 + corner)
-    at_full_speed = time_to_go(LINE, left, 1, Pose(0.0, 0.0, 0.0), Velocity(LIMITS.max_speed, 0.0, 0.0), LIMITS)
+    at_full_speed = to_go(LINE, 1, (0.0, 0.0, 0.0), full_speed(LIMITS), LIMITS)
     assert at_full_speed == pytest.approx(3.0 / 0.8 + 2.0 * corner)
-    assert time_to_go(LINE, left, 1, Pose(0.0, 0.0, 1.0), Velocity(LIMITS.max_speed, 0.0, 0.0), LIMITS) > at_full_speed
+    assert to_go(LINE, 1, (0.0, 0.0, 1.0), full_speed(LIMITS), LIMITS) > at_full_speed
