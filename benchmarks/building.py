@@ -23,7 +23,7 @@ from drake_starnav.planning import PlannerInput, PlannerState, plan_step, planne
 from drake_starnav.planning.distance_grid import DistanceGrid
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.scenario.schema import Scenario
-from drake_starnav.surroundings.perception import Perceived, PerceptionSettings, perceive
+from drake_starnav.surroundings.perception import PerceptionSettings, PerceptionState, perceive
 from drake_starnav.worlds.view import scan_from, visible_shapes
 
 SCENARIO = Scenario("default", None)
@@ -108,7 +108,7 @@ class Pipeline:
     """Perception and planner with their times."""
 
     timed: Timed = field(default_factory=Timed)
-    known: Perceived = field(default_factory=Perceived.nothing)
+    known: PerceptionState = field(default_factory=PerceptionState.initial)
     state: PlannerState = field(default_factory=lambda: PlannerState.initial(PLANNER, ROBOT.radius))
     goal: np.ndarray | None = None
 

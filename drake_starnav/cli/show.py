@@ -71,8 +71,8 @@ def _print_margins(options: argparse.Namespace) -> int:
     for name, value in budget.symbols.items():
         print(f"{value:11.6g}  {name} = {SYMBOLS[name].text}: {SYMBOLS[name].meaning}")
     print()
-    looks = {f"looks.{name}": value for name, value in derived.pop("looks")._asdict().items()}
-    for name, value in {**derived, **looks}.items():
+    retention = {f"retention.{name}": value for name, value in derived.pop("retention")._asdict().items()}
+    for name, value in {**derived, **retention}.items():
         print(f"{str(round(value, 6) if isinstance(value, float) else value):>11}  {name}")
     return REACHED
 

@@ -168,7 +168,7 @@ class Scene(NamedTuple):
         line: shape (n, 2), the robot's place and the way points, W, m.
         times_left: shape (n,), time from each way point to the end, as from `times_along`, s.
         regions: of the roadmap.
-        star: the certified region as a union of one region.
+        star: the certified star as a union of one region.
         hits: shape (k, 2), filtered hits close to the robot, W, m.
         movers: the obstacles that move or might start.
         limits: of the robot.
@@ -187,7 +187,7 @@ class Scene(NamedTuple):
     @staticmethod
     def of(inputs: ControllerInputs, tracked: TrackedObstacles, robot: RobotParameters) -> "Scene":
         """Return the scene of what the controller is given."""
-        (pose, _, guidance, star), limits, obstacles = inputs, robot.limits, tracked.parameters
+        (pose, _, guidance, surroundings), limits, obstacles = inputs, robot.limits, tracked.parameters
         settings = Settings(
             radius=robot.radius,
             slowdown=goal_slowdown(limits) if guidance.arrives or not len(guidance.path) else np.inf,
@@ -199,7 +199,8 @@ class Scene(NamedTuple):
         settings = Settings._make(map(float, settings))  # a whole number would have all compiled again
         line = np.vstack((pose[:2], guidance.path if len(guidance.path) else pose[:2]))
         movers, left = Movers.near(tracked, pose[:2], robot), times_along(line, limits)
-        return Scene(line, left, guidance.regions, star.alone, star.near_hits, movers, limits, settings)
+        star, hits = surroundings.certified_star.union, surroundings.near_hits
+        return Scene(line, left, guidance.regions, star, hits, movers, limits, settings)
 
 
 def avoid_collision(

@@ -7,7 +7,7 @@ import numpy as np
 
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.robot import RobotParameters
-from drake_starnav.surroundings.safe_region import CertifiedRegion
+from drake_starnav.surroundings.surroundings import Surroundings
 
 
 class ControllerInputs(NamedTuple):
@@ -17,13 +17,13 @@ class ControllerInputs(NamedTuple):
         pose: (x, y, yaw) of the robot in W, m and rad.
         twist: commanded last, as the base's twists are; see `robot.base`.
         guidance: where to go.
-        star: what the last scans certify.
+        surroundings: what is known of the space around the robot.
     """
 
     pose: np.ndarray
     twist: np.ndarray
     guidance: Guidance
-    star: CertifiedRegion
+    surroundings: Surroundings
 
 
 class Proposal(NamedTuple):

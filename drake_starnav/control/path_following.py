@@ -27,12 +27,13 @@ MODULATION_DISTANCE = 1.0
 
 def followed(inputs: ControllerInputs, robot: RobotParameters) -> Proposal:
     """The twist with which a robot of some size and limits follows the guiding vector."""
-    pose, _, guidance, star = inputs
+    pose, _, guidance, surroundings = inputs
+    star = surroundings.certified_star
     limits = robot.limits
     if len(guidance.poses):
         return Proposal(*followed_manoeuvre(pose, guidance.poses, robot))
     ahead, found = (guidance.path, guidance.arrives, tuple(guidance.regions)), np.zeros(5)
-    _followed(pose, ahead, (star.hits, star.radius), robot.shape.narrow, tuple(limits), found)
+    _followed(pose, ahead, (star.boundary.points, star.radius), robot.shape.narrow, tuple(limits), found)
     return Proposal(twist_of(found[2:], robot.drive), found[:2])
 
 

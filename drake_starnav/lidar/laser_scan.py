@@ -14,7 +14,7 @@ from drake_starnav.geometry.compiled import kernel
 from drake_starnav.lidar.field_of_view import SEAM, TURN, FieldOfView, sectors_of
 from drake_starnav.utils.snapshot import replaced, snapshot
 
-USUAL_BODY = 0.25
+USUAL_COVER_RADIUS = 0.25
 """Narrow radius of the default robot, m."""
 LARGEST_UNSEEN = 0.25
 """Where nobody needs certainty, an obstacle of this width is assumed wherever lost beams would hide it, m."""
@@ -37,7 +37,7 @@ class Beams(NamedTuple):
         range_max: of the sensor, m.
         increment: bearing step between beams, rad.
         seam: angle from the last beam on to the first, rad; infinite if they are no neighbours.
-        body: as of `LaserScan`.
+        cover_radius: as of `LaserScan`.
         distances: ranges as plain distances, shape (n,), m: no return is `range_max`, too close is 0. Unless the scan
             says up to where a lost beam is free, it counts as free up to the shorter of the beams on both sides of the
             run of lost beams, and no farther than where the thinnest obstacle fits between these two. At the end of a
@@ -65,7 +65,7 @@ class Beams(NamedTuple):
     range_max: float
     increment: float
     seam: float
-    body: float
+    cover_radius: float
     distances: np.ndarray
     kinds: np.ndarray
     complete: bool
@@ -146,8 +146,8 @@ class LaserScan:
         motion: shape (n,), motion of the obstacle that each beam hit: STATIC, UNKNOWN or DYNAMIC. A beam of the last
             kind saw free space up to the obstacle, but no static obstacle. None: everything is static.
         free: shape (n,), distance up to which space is free along each lost beam, m. None: its neighbours bound it.
-        body: narrow radius of the robot, by which surfaces are told apart, m; set by perception.
-        thinnest: width of the thinnest obstacle that must not be missed, m; set by perception for the certificate.
+        cover_radius: of the robot, by which surfaces are told apart, m; set by `make_view`.
+        thinnest: width of the thinnest obstacle that must not be missed, m; set by `make_view` for the certificate.
             Infinite: nobody relies on it, and lost beams may hide what is thinner than LARGEST_UNSEEN.
     """
 
@@ -162,7 +162,7 @@ class LaserScan:
     lost_beams: bool = False
     motion: np.ndarray | None = None
     free: np.ndarray | None = None
-    body: float = USUAL_BODY
+    cover_radius: float = USUAL_COVER_RADIUS
     thinnest: float = math.inf
 
     def __post_init__(self) -> None:
@@ -245,7 +245,9 @@ class LaserScan:
         free = NO_BOUNDS if self.free is None else np.asarray(self.free, float)
         _, directions, seam = _beams(self.angle_min, self.angle_increment, len(self.ranges))
         view = self.range_max, self.angle_increment, seam
-        return Beams(directions, *view, float(self.body), *classified(self.ranges, motion, free, self.thinnest, *view))
+        return Beams(
+            directions, *view, float(self.cover_radius), *classified(self.ranges, motion, free, self.thinnest, *view)
+        )
 
     @cached_property
     def measured_at(self) -> float:

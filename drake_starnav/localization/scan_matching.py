@@ -16,7 +16,7 @@ import numpy as np
 
 from drake_starnav.geometry.compiled import kernel
 from drake_starnav.geometry.se2 import Place, composed, inverse, now_in
-from drake_starnav.lidar.laser_scan import USUAL_BODY, LaserScan
+from drake_starnav.lidar.laser_scan import USUAL_COVER_RADIUS, LaserScan
 from drake_starnav.utils.snapshot import snapshot
 
 UNOBSERVABLE_WEIGHT = 1e12
@@ -204,7 +204,7 @@ class OdometryError:
     drift: float
     jump: float
     noise: float
-    body: float = USUAL_BODY
+    body: float = USUAL_COVER_RADIUS
 
 
 @dataclass(frozen=True)

@@ -28,7 +28,7 @@ class Parts:
     """Parts of a navigation loop of your own, in the place of those of its scenario.
 
     A planner or controller is wired by the names of its ports. Inputs are `scan`, `ranges`, `scan_pose`, `pose`,
-    `state`, `goal`, `heading` of a `GoalSequence`, `observation`, `certified_region` and `tracks`, as of the systems
+    `state`, `goal`, `heading` of a `GoalSequence`, `observation`, `surroundings` and `tracks`, as of the systems
     that output them; for a controller also `twist_command`, which is driven now, and the planner's outputs:
     `short_term_goal`, `guidance` and all others. Inputs that are connected already stay so. Each system serves for one
     diagram.
@@ -39,7 +39,7 @@ class Parts:
             `RobotInterface` of one of several robots in a plant, or one without a plant.
         goal: whose output `goal`, or only one, is (x, y) in W, m, instead of the scenario's goals and the world's; in
             the builder already, or not.
-        perception: instead of ours; it outputs `observation` and `certified_region`.
+        perception: instead of ours; it outputs `observation` and `surroundings`.
         planner: instead of the star roadmap; it outputs `guidance`, or what your controller reads.
         controller: instead of the scenario's; it outputs `desired_twist`, (v, omega), m/s and rad/s.
             In the place of these three systems may stand the pure function that ours runs: a `Perceive`, a `PlanStep`,
@@ -149,7 +149,7 @@ class Navigation:
             signals |= {name: port for name, port in outputs(self.goal).items() if name == "heading"}
         if self.perception is not None:
             seen = self.matcher or self.perception
-            signals |= {name: seen.GetOutputPort(name) for name in ("observation", "certified_region")}
+            signals |= {name: seen.GetOutputPort(name) for name in ("observation", "surroundings")}
         if self.matcher is None and self.tracker is not None:  # else they are in the frame of the odometry
             signals["tracks"] = self.tracker.GetOutputPort("tracks")
         return signals if self.planner is None else outputs(self.planner) | signals

@@ -28,7 +28,7 @@ def _guided_sources(builder: DiagramBuilder, config: LoopConfig, navigation: Nav
     """
     assert navigation.perception is not None and navigation.twist_command is not None
     scenario, rate = config.scenario, config.scenario.controller.rate
-    star = navigation.perception.GetOutputPort("certified_region")
+    star = navigation.perception.GetOutputPort("surroundings")
     state = navigation.station.GetOutputPort("localization.state")
     sources: dict[str, OutputPort] = {}
     guidance = navigation.planned("guidance")
@@ -42,7 +42,7 @@ def _guided_sources(builder: DiagramBuilder, config: LoopConfig, navigation: Nav
         rolling, holonomic = scenario.lidar.rolling, scenario.robot.drive.holonomic
         guard = JumpGuard(tolerance=tolerance, rate=rate, rolling=rolling, holonomic=holonomic)
         guard = builder.AddNamedSystem("jump_guard", guard)
-        builder.Connect(star, guard.GetInputPort("certified_region"))
+        builder.Connect(star, guard.GetInputPort("surroundings"))
         builder.Connect(state, guard.GetInputPort("state"))
         star = guard.get_output_port()
     if scenario.drive.delay > 0.0:
@@ -52,7 +52,7 @@ def _guided_sources(builder: DiagramBuilder, config: LoopConfig, navigation: Nav
         builder.Connect(state, predictor.GetInputPort("state"))
         builder.Connect(navigation.twist_command, predictor.GetInputPort("twist_command"))
         state = predictor.get_output_port()
-    return {**sources, "certified_region": star, "state": state}
+    return {**sources, "surroundings": star, "state": state}
 
 
 def _baseline_sources(builder: DiagramBuilder, config: LoopConfig, navigation: Navigation) -> dict[str, OutputPort]:

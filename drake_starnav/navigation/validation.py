@@ -25,8 +25,8 @@ from drake_starnav.station.unseen import warn_of_unseen
 from drake_starnav.surroundings.erosion import BEARINGS
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.perception import check_views
-from drake_starnav.surroundings.unseen import start_radius
-from drake_starnav.surroundings.views import looks_at
+from drake_starnav.surroundings.polar_image import looks_at
+from drake_starnav.surroundings.unseen import initial_disc_radius
 from drake_starnav.systems.star_perception import lidar_names
 from drake_starnav.worlds.view import scan_from, visible_shapes
 from drake_starnav.worlds.world import World
@@ -154,7 +154,7 @@ def check_start(world: World, scenario: Scenario, mounts: Sequence[Mount], margi
     views = [mount.view(lidar.field_of_view) for lidar, mount in zip(lidars, mounts, strict=True)]
     if not BY_KIND[scenario.controller.kind].shielded or all(view.full_circle for view in views):
         return
-    free = start_radius(scenario.robot.shape, margin, max(0.0, *(mount.x for mount in mounts)))
+    free = initial_disc_radius(scenario.robot.shape, margin, max(0.0, *(mount.x for mount in mounts)))
     around = LidarParameters(beams=BEARINGS, noise=0.0, range_min=0.0, range_max=2.0 * free)
     hits = scan_from(visible_shapes(world), np.array(world.start), around).points()
     away = np.hypot(*hits.T)

@@ -219,7 +219,7 @@ def _add_perception(builder: DiagramBuilder, config: LoopConfig, navigation: Nav
         stopwatch=config.stopwatch,
     )
     perception = add_system(builder, "perception", perception, "perception")
-    for name in ("observation", "certified_region"):
+    for name in ("observation", "surroundings"):
         output_port(perception, name, None, "perception")
     seen = dict(zip(names, scans, strict=True))
     if own is None:
@@ -229,7 +229,7 @@ def _add_perception(builder: DiagramBuilder, config: LoopConfig, navigation: Nav
         error = OdometryError(localization.drift, localization.jump, lidar.noise, scenario.robot.shape.narrow)
         matcher = builder.AddNamedSystem("matcher", ScanMatcher(error))
         builder.Connect(perception.GetOutputPort("observation"), matcher.GetInputPort("observation"))
-        builder.Connect(perception.GetOutputPort("certified_region"), matcher.GetInputPort("certified_region"))
+        builder.Connect(perception.GetOutputPort("surroundings"), matcher.GetInputPort("surroundings"))
         builder.Connect(station.GetOutputPort("localization.state"), matcher.GetInputPort("state"))
         builder.Connect(scan_pose, matcher.GetInputPort("scan_pose"))
     return dataclasses.replace(navigation, perception=perception, tracker=tracker, matcher=matcher)

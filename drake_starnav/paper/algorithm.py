@@ -26,34 +26,36 @@ from drake_starnav.planning.state import PlannerInput, PlannerState, PlannerStat
 from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.base import twist_of
 from drake_starnav.surroundings.observation import Observation
-from drake_starnav.surroundings.perception import LastScan, Perceived, PerceptionSettings
-from drake_starnav.surroundings.safe_region import CertifiedRegion
+from drake_starnav.surroundings.perception import PerceptionSettings, PerceptionState
+from drake_starnav.surroundings.recent_hits import Hits, RecentHits
+from drake_starnav.surroundings.surroundings import Surroundings
+from drake_starnav.surroundings.view import View
+from drake_starnav.utils.snapshot import replaced
 
 STOP = Proposal(np.zeros(2), np.zeros(2))
 
 
 def perceive(
-    before: Perceived, scans: Sequence[LaserScan], pose: np.ndarray, settings: PerceptionSettings
-) -> Perceived:
+    before: PerceptionState, scans: Sequence[LaserScan], pose: np.ndarray, settings: PerceptionSettings
+) -> PerceptionState:
     """Line 2: P <- fit piecewise polynomials to L; arguments as for `surroundings.perception.perceive`.
 
-    Of the certified region there are only the time and the hits in which p_n is sought. Raises a `StarnavError` unless
+    Of the surroundings there are only the time and the hits in which p_n is sought. Raises a `StarnavError` unless
     there is one lidar, on the robot's axis.
     """
     if tuple(settings.mounts) != (ON_AXIS,):
         raise StarnavError(f"the paper's method with {len(scans)} lidars or one off the axis; allowed: one on the axis")
     (scan,) = scans
     region, smoothed = traversable_region(scan, pose, settings.footprint.narrow), smoothed_distances(scan)
-    safety = CertifiedRegion(
-        center=np.array(pose[:2], dtype=float),
-        bearing_0=region.bearing_0,
-        values=np.zeros(len(region.free_range)),
-        near_hits=scan.points_at(smoothed, scan.hits & (smoothed < choices.RANGE), pose),
+    points = scan.points_at(smoothed, scan.hits & (smoothed < choices.RANGE), pose)
+    surroundings = replaced(
+        Surroundings.unknown(),
+        recent_hits=RecentHits(Hits(points)),
         time=scan.time,
-        previous=before.safety.time,
+        previous_time=before.surroundings.time,
     )
-    looks = (LastScan(scan, scan, pose, HitHistory()),)
-    return Perceived(Observation(region, scan, pose), safety, before.memory, looks)
+    view = View(scan, scan, ON_AXIS, pose, HitHistory(), settings.view_params)
+    return PerceptionState(Observation(region, scan, pose), surroundings, (view,))
 
 
 def plan(state: PlannerState, inputs: PlannerInput) -> PlannerState:
@@ -88,7 +90,7 @@ def control(inputs: ControllerInputs, robot: RobotParameters) -> Proposal:
         return STOP
     guide = guiding_vector(p, guidance.path[0])  # Eq. (7)
     vector = modulated_vector(p, guide, guidance.regions)  # line 20, Eq. (14)
-    nearest, clearance = nearest_hit(p, inputs.star.near_hits, robot.radius), math.inf
+    nearest, clearance = nearest_hit(p, inputs.surroundings.recent_hits.hits.points, robot.radius), math.inf
     if nearest is not None:
         vector, clearance = combined_vector(vector, guide, nearest), nearest.clearance  # line 21, Eq. (15)
     length = float(np.hypot(*vector))

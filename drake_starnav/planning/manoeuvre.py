@@ -17,8 +17,8 @@ from drake_starnav.geometry.polyline import arc_lengths, distance_to_segment, re
 from drake_starnav.planning.pose_search import CELL, NEAR_GOAL, REACH, SPACING, found_way
 from drake_starnav.robot import Base
 from drake_starnav.robot.limits import Limits, time_from_rest, wrapped_angle
-from drake_starnav.surroundings.looks import Chords
-from drake_starnav.surroundings.safe_region import CertifiedRegion
+from drake_starnav.surroundings.chords import Chords
+from drake_starnav.surroundings.surroundings import Surroundings
 
 RANK_COST = 1.06
 """What a goal costs more than the one before it, beside the way by which it is nearer than the first; all lengths here
@@ -59,7 +59,7 @@ class Body(NamedTuple):
     """
 
     footprint: Footprint
-    star: CertifiedRegion
+    surroundings: Surroundings
     margin: float
     moves: np.ndarray
     limits: Limits
@@ -190,7 +190,8 @@ def is_roomy(pose: np.ndarray, path: np.ndarray, body: Body) -> bool:
         return False
     way, needed = np.vstack((pose[:2], path)), body.footprint.radius + body.margin
     ahead = resampled(way, 0.5 * SAME_PLACE * body.footprint.radius)[:3]
-    return all((distance_to_segment(body.star.hits, a, b) > needed).all() for a, b in pairwise(ahead))
+    hits = body.surroundings.certified_star.boundary.points
+    return all((distance_to_segment(hits, a, b) > needed).all() for a, b in pairwise(ahead))
 
 
 def reached(pose: np.ndarray, poses: np.ndarray, base: Base, radius: float) -> int:
@@ -231,9 +232,9 @@ def found_manoeuvre(pose: np.ndarray, path: np.ndarray, body: Body, tried: int) 
 def _found(pose: np.ndarray, wanted: np.ndarray, body: Body, tried: int) -> np.ndarray:
     """`found_way` to goals as it takes them, with a margin by how many manoeuvres failed here."""
     unit = body.footprint.radius
-    surfaces = _near_surfaces(body.star.look.chords, pose[:2], unit)
+    surfaces = _near_surfaces(body.surroundings.chords, pose[:2], unit)
     margin = body.margin + EXTRA_MARGINS[tried % len(EXTRA_MARGINS)] * unit
-    return found_way(pose, wanted, body.moves, body.footprint, margin, (surfaces, body.star.looks))
+    return found_way(pose, wanted, body.moves, body.footprint, margin, (surfaces, body.surroundings.other_views))
 
 
 def _goals(pose: np.ndarray, path: np.ndarray, body: Body) -> np.ndarray:
@@ -257,4 +258,4 @@ def _near_surfaces(surfaces: Chords, place: np.ndarray, unit: float) -> Chords:
     cells = np.floor(middle[near] / (SPACING * CELL * unit)).astype(np.int64)
     _, first = np.unique(cells @ (1 << 32, 1), return_index=True)  # of the places in a cell
     kept = near[np.sort(first)]
-    return Chords(surfaces.ends[kept], surfaces.solid[kept], surfaces.shades[kept], surfaces.center)
+    return Chords(surfaces.ends[kept], surfaces.is_surface[kept], surfaces.occludes[kept], surfaces.center)

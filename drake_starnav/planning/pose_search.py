@@ -18,8 +18,9 @@ from drake_starnav.geometry.compiled import kernel, put
 from drake_starnav.geometry.footprint import Body, Footprint
 from drake_starnav.geometry.polyline import distances
 from drake_starnav.robot.limits import wrapped_angle
-from drake_starnav.surroundings.looks import Chords, Looks
-from drake_starnav.surroundings.separation import keeps_clear
+from drake_starnav.surroundings.chords import Chords
+from drake_starnav.surroundings.separation import ClearanceLimits, is_collision_free
+from drake_starnav.surroundings.view_arrays import ViewArrays
 
 CELL, HEADINGS = 0.085, 96
 """Cell size, in radii of the disc around the robot, and headings in a turn."""
@@ -65,7 +66,7 @@ class Space(NamedTuple):
     """
 
     surfaces: Chords
-    looks: Looks
+    views: ViewArrays
     bare: Chords
     body: Body
     discs: np.ndarray
@@ -80,7 +81,7 @@ def found_way(
     moves: np.ndarray,
     footprint: Footprint,
     margin: float,
-    seen: tuple[Chords, Looks],
+    seen: tuple[Chords, ViewArrays],
 ) -> np.ndarray:
     """Poses (k, 4) of the cheapest way found to one of some goals: x, y, yaw in W, and the gear; none without a way.
 
@@ -100,8 +101,8 @@ def found_way(
     within = np.split(polygons.offsets - places @ polygons.normals.T, polygons.ends[:-1], axis=1)
     inner = np.max([part.min(axis=1) for part in within], axis=0)
     discs = np.column_stack((footprint.cover, np.full(len(footprint.cover), footprint.narrow), inner[:-1]))
-    (surfaces, looks), none = seen, np.zeros(len(seen[0].ends), np.bool_)
-    solid = surfaces.solid
+    (surfaces, views), none = seen, np.zeros(len(seen[0].ends), np.bool_)
+    solid = surfaces.is_surface
     bare = Chords(surfaces.ends[solid], solid[solid], none[solid], surfaces.center)
     spot = (moves[:, 4] == 0.0).any()
     bends = [(a, a, b, max(a, b), 1.0) for a in FIRST_SHARES for b in (FIRST_SHARES if spot else (a,))]
@@ -111,7 +112,7 @@ def found_way(
     chords = np.column_stack((bare.ends, none[solid]))
     clear = distances(np.array(grid[:2]), (SIDE, SIDE), cell, footprint.narrow + margin + 2.0 * cell, chords)
     clear[~IN_REACH] = np.nan
-    space = Space(surfaces, looks, bare, footprint.body, discs, margin, clear, grid)
+    space = Space(surfaces, views, bare, footprint.body, discs, margin, clear, grid)
 
     def way(starts: np.ndarray, ends: np.ndarray, leaves: bool) -> np.ndarray:
         to_go = _costs_to_go(clear, inner[-1] - OFF_CENTRE * cell, ends, grid)
@@ -200,8 +201,8 @@ def _checked(x, y, yaw, move, space, begins):
         return True, 1
     surfaces = space.surfaces
     if not begins:
-        surfaces = Chords(space.bare.ends, space.bare.solid, space.bare.shades, poses[0, :2])
-    return keeps_clear(poses, surfaces, space.looks, space.body, (margin, np.inf)), EXACT
+        surfaces = Chords(space.bare.ends, space.bare.is_surface, space.bare.occludes, poses[0, :2])
+    return is_collision_free(poses, surfaces, space.views, space.body, ClearanceLimits(margin, np.inf)), EXACT
 
 
 @kernel

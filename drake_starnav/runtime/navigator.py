@@ -35,7 +35,7 @@ from drake_starnav.runtime.intake import Declared, Intake, PosedScan
 from drake_starnav.runtime.station import AskedGoal, DriverStation, no_scan
 from drake_starnav.safety.shield import braking_twist, ramped_twist
 from drake_starnav.scenario.schema import Scenario
-from drake_starnav.surroundings.safe_region import SCAN_PATIENCE
+from drake_starnav.surroundings.margins import SCAN_PATIENCE
 from drake_starnav.systems.connecting import output_port
 from drake_starnav.systems.goal_sequence import Arrival, TurningRoom
 from drake_starnav.systems.star_perception import lidar_names

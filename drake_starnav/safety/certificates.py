@@ -8,7 +8,7 @@ import numpy as np
 from drake_starnav.robot.motion import Actuation, Motion
 from drake_starnav.safety.clear import Clear
 from drake_starnav.safety.moving_certificate import MovingCertificate
-from drake_starnav.surroundings.safe_region import CertifiedRegion
+from drake_starnav.surroundings.surroundings import Surroundings
 from drake_starnav.tracking.tracker import TrackedObstacles
 
 
@@ -34,7 +34,7 @@ def accepted(motion: Motion, certificates: Iterable[Certificate]) -> bool:
 
 
 def standard_certificates(
-    star: CertifiedRegion,
+    surroundings: Surroundings,
     margin: float,
     actuation: Actuation,
     position: np.ndarray,
@@ -43,11 +43,11 @@ def standard_certificates(
     """The certificates for what the last scans show.
 
     Args:
-        star: what the last scans certify.
+        surroundings: what is known of the space around the robot.
         margin: kept to static obstacles, m.
         actuation: what commands do.
         position: of the robot, shape (2,), W, m.
         tracked: the moving obstacles; None in a static world.
     """
-    clear = Clear(star, margin, actuation.footprint)
+    clear = Clear(surroundings, margin, actuation.footprint)
     return (clear,) if tracked is None else (clear, MovingCertificate.near(tracked, position, actuation))

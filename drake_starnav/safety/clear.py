@@ -11,10 +11,10 @@ motion its footprint touches a static obstacle, provided that
 To keep (3), a motion in which the wheels would slide is not accepted; see `Motion.grips`.
 
 At each sample the footprint keeps the margin to every surface that the last scans have hit. All of it, with the margin
-around it, was seen by the last scan or by some look before, or the robot stood there: an obstacle in it would have been
-hit by that look. What is neither is unknown. Where there is less room at the first sample, that much is enough: to each
-surface, and to each place that is unknown. That the discs that cover the footprint stay inside the certified region is
-enough, too, and decided faster.
+around it, is covered by the view of the last scan or by a past view, or the robot stood there: an obstacle in it would
+have been hit in that view. What is neither is unknown. Where there is less room at the first sample, that much is
+enough: to each surface, and to each place that is unknown. That the discs that cover the footprint stay inside the
+certified star is enough, too, and decided faster.
 
 If nothing can be certified, the command is to brake: the robot then follows the remainder of the last certified motion,
 so by induction it never touches anything. Turning in place is always allowed to a disc at a speed from which it stops
@@ -29,9 +29,9 @@ import numpy as np
 from drake_starnav.geometry.compiled import kernel
 from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.robot.motion import Motion
+from drake_starnav.surroundings.certified_star import StarArrays
 from drake_starnav.surroundings.region_union import covers
-from drake_starnav.surroundings.safe_region import CertifiedRegion
-from drake_starnav.surroundings.separation import keeps_clear
+from drake_starnav.surroundings.surroundings import Surroundings
 
 STOPPED_DISTANCE = 0.001
 """A robot that stops within this distance counts as standing, m: numerics."""
@@ -41,35 +41,32 @@ class Clear(NamedTuple):
     """Accepts motions on which the robot keeps a margin to all surfaces, within what was seen.
 
     Attributes:
-        star: what the last scans certify, with what they and earlier ones saw.
+        surroundings: what is known of the space around the robot.
         margin: m.
         footprint: of the robot.
     """
 
-    star: CertifiedRegion
+    surroundings: Surroundings
     margin: float
     footprint: Footprint
 
     @property
-    def inside(self) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
-        """Center, bearing and values of a star: that discs which cover the footprint stay inside it is enough."""
-        return self.star.enough if self.footprint.is_disc or self.star.sees_around else None
+    def sufficient_star(self) -> StarArrays | None:
+        """A star: a motion on which the discs that cover the footprint stay inside is accepted; None: there is none."""
+        star = self.surroundings.certified_star
+        return star.for_disc if self.footprint.is_disc or star.is_full_circle else None
 
     def accepts(self, motion: Motion) -> bool:
-        """Whether the motion keeps clear of all surfaces and of what was not seen; without a scan none does."""
-        inside, look = self.inside, self.star.look
-        if inside is not None and covered(inside, motion.samples, self.footprint.cover):
+        """Return whether the motion keeps clear of all surfaces and of unknown space; before any scan none does."""
+        star = self.sufficient_star
+        if star is not None and star_covers(star, motion.samples, self.footprint.cover):
             return True
-        sizes = self.margin, float(look.reach - self.footprint.radius)
-        return bool(keeps_clear(motion.samples, look.chords, self.star.looks, self.footprint.body, sizes))
+        return self.surroundings.keeps_clear(motion.samples, self.footprint, self.margin)
 
 
 @kernel
-def covered(star, samples, places):
-    """Whether a region contains places (m, 2) of a robot at all samples of a `Motion` but the first.
-
-    `star` is what comes first in a union of one region: center, bearing_0, values.
-    """
+def star_covers(star, samples, places):
+    """Return whether `StarArrays` contain places (m, 2) on a robot at all samples of a `Motion` but the first."""
     center, bearing_0, values = star
     for k in range(1, len(samples)):
         x, y, cosine, sine = samples[k, 0], samples[k, 1], math.cos(samples[k, 2]), math.sin(samples[k, 2])

@@ -17,7 +17,7 @@ from drake_starnav.robot.motion import (
     velocity_of,
 )
 from drake_starnav.safety.certificates import Certificate, accepted
-from drake_starnav.safety.clear import STOPPED_DISTANCE, Clear, covered
+from drake_starnav.safety.clear import STOPPED_DISTANCE, Clear, star_covers
 
 
 def shielded(
@@ -33,10 +33,10 @@ def shielded(
     `certified_twist`.
     """
     asked = certificates[0] if len(certificates) == 1 else None
-    inside = asked.inside if isinstance(asked, Clear) else None
-    if inside is not None:
+    star = asked.sufficient_star if isinstance(asked, Clear) else None
+    if star is not None:
         driven, places = np.empty(len(twist)), actuation.footprint.cover
-        if _drives(pose, twist, desired, actuation.numbers, inside, places, driven):
+        if _drives(pose, twist, desired, actuation.numbers, star, places, driven):
             return driven, True
     target, certified = certified_twist(pose, twist, desired, certificates, actuation)
     return ramped_twist(twist, target, actuation), certified
@@ -47,7 +47,7 @@ def _drives(pose, twist, target, numbers, star, places, driven):
     """Whether the motion towards a target is short, gripped and covered by a star; if so, write the twist after."""
     samples = np.empty((SAMPLES, 6))
     count, _, _, grips = sample(pose, twist, target, numbers, samples)
-    if count > SAMPLES or not grips or not covered(star, samples[:count], places):
+    if count > SAMPLES or not grips or not star_covers(star, samples[:count], places):
         return False
     after, _ = ramped_velocity(velocity_of(twist), velocity_of(target), numbers[1], Limits(*numbers[4:]))
     driven[0], driven[-1] = after.ahead, after.turning

@@ -11,7 +11,7 @@ from drake_starnav.lidar.mounts import ON_AXIS, Mount
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.localization.scan_matching import UNSEEN_JUMP
 from drake_starnav.scenario.schema import Scenario
-from drake_starnav.surroundings.safe_region import SCAN_PATIENCE
+from drake_starnav.surroundings.margins import SCAN_PATIENCE
 
 
 class ErrorTerm(NamedTuple):
@@ -65,7 +65,7 @@ SYMBOLS: dict[str, ErrorTerm] = {
     "E": ErrorTerm(
         "max(4.8 * robot.shape.narrow, min(1.25 * (B + v * L), C / (0.87 * lidar.widest_gap) - r - o)) + r "
         "- robot.shape.narrow",
-        "extent of a certified region that only corners limit, m",
+        "extent of a certified star that only corners limit, m",
     ),
     "g": ErrorTerm(
         "lidar.widest_gap + (w / (lidar.rate * lidar.beams) if lidar.rolling else 0)",
@@ -73,7 +73,7 @@ SYMBOLS: dict[str, ErrorTerm] = {
     ),
     "G": ErrorTerm(
         "min(E, obstacles.min_width / g - r - o) if obstacles.min_width else E",
-        "extent of the certified region, m",
+        "extent of the certified star, m",
     ),
     "D": ErrorTerm("r + o + min(G, B + v * L)", "distance from the lidar up to which a scan accepts a motion, m"),
     "W": ErrorTerm(
@@ -92,7 +92,7 @@ SYMBOLS: dict[str, ErrorTerm] = {
 }
 """What the texts of the terms call by a letter, each after those that its own text names.
 
-At full speed a robot that is too fast for its beams slows down near the edge of its certified region, of extent G,
+At full speed a robot that is too fast for its beams slows down near the edge of its certified star, of extent G,
 instead of keeping so far from corners.
 """
 

@@ -7,8 +7,7 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.mounts import ON_AXIS, Mount
 from drake_starnav.scenario.error_budget import error_budget
 from drake_starnav.scenario.schema import Scenario
-from drake_starnav.surroundings.looks import Kept
-from drake_starnav.surroundings.margins import Margins
+from drake_starnav.surroundings.margins import Margins, ViewRetention
 
 NOMINAL_NOISE = 0.04
 """Range noise that the steps within a surface allow for without slack, in narrow radii of the robot."""
@@ -21,9 +20,9 @@ FINE_ENOUGH = 0.5
 AVERAGED_NOISE = 0.16
 """From this noise on, in radii, ranges are also averaged: the nearest hit of several scans would close narrow gaps."""
 NOISE_SHARE = 0.75
-"""Share of the noise by which an earlier look counts as shorter: as the `error_budget` allows for one scan."""
+"""Share of the noise by which the ranges of a past view count as shorter: as the `error_budget` allows for one scan."""
 LEAST_EXTENT = 0.2
-"""Certified regions reach at least as far, in narrow radii: else the robot would hardly move."""
+"""Certified stars reach at least as far, in narrow radii: else the robot would hardly move."""
 LARGEST_MARGIN = 0.5
 """Safety margins are no wider than this, m."""
 
@@ -31,9 +30,9 @@ LARGEST_MARGIN = 0.5
 def derive_margins(scenario: Scenario, mounts: Sequence[Mount] = ()) -> Margins:
     """What follows from the faults, the robot and the rates that a scenario declares.
 
-    The safety margin is the sum of the `error_budget`. The certified region reaches farther than the robot needs to
+    The safety margin is the sum of the `error_budget`. The certified star reaches farther than the robot needs to
     stop. Where the localization is not exact, nodes whose hits a new scan sees through are discarded. Noise is
-    smoothed; from AVERAGED_NOISE on, ranges are averaged over the remembered scans. Of several lidars the worst counts.
+    smoothed; from AVERAGED_NOISE on, ranges are averaged over the recent scans. Of several lidars the worst counts.
     The region ends where two beams are as far apart as the thinnest obstacle that is declared.
 
     Without mounts all lidars are on the axis. Too wide a margin, or too small a region, is a `StarnavError`.
@@ -67,15 +66,17 @@ def derive_margins(scenario: Scenario, mounts: Sequence[Mount] = ()) -> Margins:
         smoothed_beams=math.ceil(width - 1e-9) if width >= FINE_ENOUGH else 0,
         average_scans=noise >= AVERAGED_NOISE * radius,
         drop_seen_through=not scenario.localization.exact,
-        looks=_looks(scenario, budgets[0].symbols),
+        retention=_derive_view_retention(scenario, budgets[0].symbols),
     )
 
 
-def _looks(scenario: Scenario, symbols: Mapping[str, float]) -> Kept:
-    """Which looks count: those that the `error_budget` allows for, where the pose errs with the way or with time."""
+def _derive_view_retention(scenario: Scenario, symbols: Mapping[str, float]) -> ViewRetention:
+    """Return which past views count: those that the `error_budget` allows for, where the pose errs with way or time."""
     lasts, exact = symbols["M"] - symbols["T"], scenario.localization
     driven = lasts if exact.drift > 0.0 else math.inf
-    short = NOISE_SHARE * max(lidar.noise for lidar in scenario.all_lidars)
-    return Kept(
-        short=short, way=symbols["v"] * driven, turn=symbols["w"] * driven, time=lasts if exact.jump > 0.0 else math.inf
+    return ViewRetention(
+        way=symbols["v"] * driven,
+        turn=symbols["w"] * driven,
+        age=lasts if exact.jump > 0.0 else math.inf,
+        range_error=NOISE_SHARE * max(lidar.noise for lidar in scenario.all_lidars),
     )

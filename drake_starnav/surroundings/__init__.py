@@ -3,15 +3,19 @@
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.observation import Observation
 from drake_starnav.surroundings.region_union import RegionUnion
-from drake_starnav.surroundings.safe_region import CertifiedRegion
 from drake_starnav.surroundings.star_region import StarRegion, scan_region, united
+from drake_starnav.surroundings.surroundings import Surroundings, observe
+from drake_starnav.surroundings.view import View, make_view
 
 __all__ = [
     "Margins",
     "Observation",
     "RegionUnion",
-    "CertifiedRegion",
     "StarRegion",
+    "Surroundings",
+    "View",
+    "make_view",
+    "observe",
     "scan_region",
     "united",
 ]

@@ -24,7 +24,8 @@ def half_gaps(distance, beams):
     obstacles are skipped. Distances, shape (n,), m, are along some `Beams`.
     """
     n, silent = len(distance), beams.kinds & (MOVING | LOST) != 0
-    range_max, increment, seam, connected = beams.range_max, beams.increment, beams.seam, CONNECTED_CHORD * beams.body
+    range_max, increment, seam = beams.range_max, beams.increment, beams.seam
+    connected = CONNECTED_CHORD * beams.cover_radius
     out = np.zeros(n)
     neighbouring = math.cos(increment)
     for i in range(n):

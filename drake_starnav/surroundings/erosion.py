@@ -42,11 +42,11 @@ class FreeRange(NamedTuple):
     radius: float
 
 
-class Disc(NamedTuple):
-    """A disc that moves within what a scan saw, for compiled functions, which take it as a plain tuple.
+class DiscInView(NamedTuple):
+    """A disc that moves within what a scan saw, for compiled functions.
 
     Attributes:
-        beams: of the scan, as a plain tuple.
+        beams: of the scan.
         limit: as of `free_limit`, shape (M,), m.
         radius: of the disc without margin, m.
         margins: margin and least margin, m.
@@ -54,7 +54,7 @@ class Disc(NamedTuple):
         is_merged: whether the scan is `merged`: what is unknown then ends rays, but is no wall.
     """
 
-    beams: tuple
+    beams: Beams
     limit: np.ndarray
     radius: float
     margins: tuple[float, float]
@@ -68,11 +68,11 @@ class Disc(NamedTuple):
         margins: tuple[float, float] = (0.0, 0.0),
         reach: float = math.inf,
         samples: int = 0,
-    ) -> "Disc":
+    ) -> "DiscInView":
         """One that moves up to `reach`, m, with `samples` M; 0: as many as suit the scan."""
         samples, within = samples or bearing_count(scan), radius + margins[0]
         limit = free_limit(field_of_view(scan), samples, max(min(scan.range_max, reach + within) - within, 0.0))
-        return Disc(tuple(scan.beams), limit, radius, margins, bearing_tables(samples), scan.merged)
+        return DiscInView(scan.beams, limit, radius, margins, bearing_tables(samples), scan.merged)
 
 
 def smoothed_distances(scan: LaserScan, slack: float = 0.0, beams: int = SMOOTHING_BEAMS) -> np.ndarray:
@@ -120,8 +120,8 @@ def free_range(scan: LaserScan, distance: np.ndarray, radius: float, margins: Ma
 
     Source: this project; in the paper the radius enters with Eq. (15) only.
     """
-    disc = Disc.of(scan, radius, (margins.preferred, margins.least), samples=samples)
-    values, limit, margin = disc_range(distance, tuple(disc))
+    disc = DiscInView.of(scan, radius, (margins.preferred, margins.least), samples=samples)
+    values, limit, margin = disc_range(distance, disc)
     return FreeRange(values, limit, margin, radius)
 
 
@@ -134,9 +134,8 @@ def bearing_tables(samples: int) -> tuple[np.ndarray, np.ndarray]:
 
 @kernel
 def disc_range(distance, disc):
-    """Values, limit and margin of a `FreeRange` for smoothed distances (n,), m, and a `Disc`."""
+    """Values, limit and margin of a `FreeRange` for smoothed distances (n,), m, and a `DiscInView`."""
     beams, limit, radius, (margin, least), (cosine, squares), is_merged = disc
-    beams = Beams(*beams)
     samples, inflated, shut = len(cosine), radius + margin, SHUT * radius
     if is_merged and samples == len(distance):
         limit, distance = limit.copy(), distance.copy()
@@ -148,7 +147,7 @@ def disc_range(distance, disc):
     hits = beams_to_bearings(distance, gap, beams, samples)
     sight = within_sight(limit, beams, inflated)
     free = erode(hits[0], hits[1], hits[2], inflated, sight, cosine, squares)
-    # A look at the narrowest robot no farther than it takes to see whether there are passages: there rarely are.
+    # First test whether the least margin opens any passage at all; it rarely does.
     look = np.zeros(samples)
     for i in range(samples):
         if free[i] < shut:
@@ -173,7 +172,7 @@ def moving_average(beams, half_width, slack):
     """The loop of `smoothed_distances`: of some `Beams`, over `half_width` of them to each side."""
     distance, range_max, wrap = beams.distances, beams.range_max, beams.seam < np.inf
     n = len(distance)
-    jump, limit = JUMP * beams.body + slack, SAME_SURFACE * beams.body + slack
+    jump, limit = JUMP * beams.cover_radius + slack, SAME_SURFACE * beams.cover_radius + slack
     out = distance.copy()
     for i in range(n):
         if distance[i] >= range_max:

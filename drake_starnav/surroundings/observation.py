@@ -19,16 +19,16 @@ class Observation:
 
     Attributes:
         region: star-shaped region of the scan, W; None before the first scan.
-        scan: about the robot's axis, in B: that of a lidar there as of `unturned`, or the `merged` one.
+        scan: polar image of all lidars about the robot's axis, in B.
         pose: (x, y, yaw) of B in W when the scan was taken.
-        beside: hits of earlier scans near the robot where this one did not look, shape (k, 2), W, m; they bound the
+        remembered_hits: of earlier scans near the robot where this one did not look, shape (k, 2), W, m; they bound the
             region, too.
     """
 
     region: StarRegion | None
     scan: LaserScan
     pose: np.ndarray
-    beside: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
+    remembered_hits: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
 
     @staticmethod
     def none() -> "Observation":
@@ -44,9 +44,9 @@ class Observation:
         """The same observation with the region of a robot of another radius (m) or with other margins."""
         samples = 0 if self.region is None else len(self.region.free_range)
         region = scan_region(self.scan, self.pose, radius, margins, samples)
-        return dataclasses.replace(self, region=clear_of(region, self.beside, radius))
+        return dataclasses.replace(self, region=clear_of(region, self.remembered_hits, radius))
 
     def moved(self, frame: np.ndarray) -> "Observation":
         """The same observation in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""
         region = None if self.region is None else self.region.moved(frame)
-        return Observation(region, self.scan, composed(frame, self.pose), placed(frame, self.beside))
+        return Observation(region, self.scan, composed(frame, self.pose), placed(frame, self.remembered_hits))

@@ -8,8 +8,9 @@ from drake_starnav.geometry.footprint import Footprint, distance_to_point
 from drake_starnav.geometry.se2 import inverse, placed
 from drake_starnav.lidar.field_of_view import TURN
 from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.surroundings.certified_star import CertifiedStar
 from drake_starnav.surroundings.erosion import field_of_view
-from drake_starnav.surroundings.safe_region import CertifiedRegion
+from drake_starnav.surroundings.surroundings import Surroundings
 
 SHORTEST_WAY = 0.2
 """Nothing that stands obstructs a robot that is certified to drive farther than this, in its narrow radii."""
@@ -17,20 +18,21 @@ AVOIDED = 6.0
 """What moves obstructs it within this distance, and it may be giving way."""
 
 
-def obstruction(star: CertifiedRegion, scan: LaserScan, towards: float, shape: Footprint, pose: np.ndarray) -> str:
+def obstruction(surroundings: Surroundings, scan: LaserScan, towards: float, shape: Footprint, pose: np.ndarray) -> str:
     """What keeps a robot from driving towards a bearing, in words: where it is blind or what is too near; or nothing.
 
     Args:
-        star: of the last scans, about the robot; it may have certified nothing.
+        surroundings: of the robot; nothing may be known yet.
         scan: the last one, in S.
         towards: bearing in S, rad.
         shape: of the robot.
         pose: of the robot: x, y, yaw, W.
     """
-    if not star.seen:
+    if not surroundings.has_views:
         return ""
-    robot_radius = shape.narrow
-    if not shape.is_disc and len(star.hits) and (beside := _beside(star, scan, shape, pose)):
+    star, robot_radius = surroundings.certified_star, shape.narrow
+    hits, half_gaps = star.boundary
+    if not shape.is_disc and len(hits) and (beside := _beside(star, scan, shape, pose)):
         return beside
     samples = len(star.values)
     turned = (towards - scan.angle_min) % TURN
@@ -43,10 +45,10 @@ def obstruction(star: CertifiedRegion, scan: LaserScan, towards: float, shape: F
             f"blind: the lidar looks from {math.degrees(scan.angle_min):.0f} to {math.degrees(scan.angle_max):.0f} "
             f"degrees; the way leads towards {math.degrees(math.remainder(towards, TURN)):.0f} degrees"
         )
-    offset = star.hits - star.center
+    offset = hits - star.center
     distance, bearing = np.hypot(*offset.T), np.arctan2(offset[:, 1], offset[:, 0]) - star.bearing_0
     off = np.mod(bearing - turned + math.pi, TURN) - math.pi
-    kept = np.hypot(star.radius, star.half_gaps)
+    kept = np.hypot(star.radius, half_gaps)
     across = distance * np.abs(np.sin(off))
     ahead = (across < kept) & (np.abs(off) < 0.5 * math.pi)
     way = distance * np.cos(off) - np.sqrt(np.maximum(kept**2 - across**2, 0.0))
@@ -67,9 +69,10 @@ def obstruction(star: CertifiedRegion, scan: LaserScan, towards: float, shape: F
     )
 
 
-def _beside(star: CertifiedRegion, scan: LaserScan, shape: Footprint, pose: np.ndarray) -> str:
+def _beside(star: CertifiedStar, scan: LaserScan, shape: Footprint, pose: np.ndarray) -> str:
     """The hit that is nearest to a footprint, if the robot cannot come nearer; lost beams tell nothing."""
-    hits, margin, offset = placed(inverse(pose), star.hits), star.radius - shape.narrow, star.hits - star.center
+    points, margin = star.boundary.points, star.radius - shape.narrow
+    hits, offset = placed(inverse(pose), points), points - star.center
     turn = np.mod(np.arctan2(offset[:, 1], offset[:, 0]) - star.bearing_0, TURN) / scan.angle_increment
     lost = scan.lost[np.rint(turn).astype(int) % len(scan.ranges)]
     gaps = [math.inf if unseen else distance_to_point(*hit, shape.body) for hit, unseen in zip(hits, lost, strict=True)]

@@ -1,6 +1,6 @@
-"""Ranges averaged over the remembered scans, which reduces the certificate's error and nearly removes its bias.
+"""Ranges averaged over the recent scans, which reduces the certificate's error and nearly removes its bias.
 
-Of all hits that several scans leave on a wall, the nearest bounds the certified region; its error is about three
+Of all hits that several scans leave on a wall, the nearest bounds the certified star; its error is about three
 standard deviations. But the scans measure the same surfaces. The range of a beam of the latest scan is estimated from
 an earlier scan where the beam crosses the chord between two neighbouring hits of that scan.
 """
@@ -17,36 +17,35 @@ from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.surroundings.bearing_hits import CONNECTED_CHORD
 from drake_starnav.surroundings.erosion import SAME_SURFACE
 from drake_starnav.surroundings.observation import Observation
-from drake_starnav.surroundings.safe_region import ScanMemory
+from drake_starnav.surroundings.recent_hits import Hits, RecentHits
 
 AVERAGED_WITHIN = 2.0
 """Hits are averaged up to this distance from the robot's hull, in its radii: only these restrict it, and farther away
 the beams are too far apart."""
 
 
-def averaged(memory: ScanMemory, scan: LaserScan, pose: np.ndarray, reach: float) -> tuple[ScanMemory, LaserScan]:
-    """The memory without the hits on surfaces that the latest scan sees, and that scan with averaged ranges.
+def average_scan(recent: RecentHits, scan: LaserScan, pose: np.ndarray, reach: float) -> tuple[RecentHits, LaserScan]:
+    """Return the recent hits without those on surfaces that the latest scan sees, and that scan with averaged ranges.
 
-    The range of a beam within reach becomes the mean of its measurement and of its estimates from the remembered scans
-    that see the same surface. An earlier hit stays in the memory if the latest scan does not see its surface. Only for
-    static worlds: an approaching surface is detected two scan periods late.
+    The range of a beam within reach becomes the mean of its measurement and of its estimates from the recent scans
+    that see the same surface. A recent hit stays if the latest scan does not see its surface. Only for static worlds:
+    an approaching surface is detected two scan periods late.
 
     Args:
-        memory: earlier scans, as measured.
+        recent: hits of earlier scans, as measured.
         scan: the latest, in S.
         pose: (x, y, yaw) of S in W when it was taken.
         reach: hits farther than this are not averaged, m.
     """
-    if not memory.counts:
-        return memory, scan
-    points, ends = memory.points, np.cumsum(memory.counts)
+    if not recent.counts:
+        return recent, scan
+    (points, gaps), ends = recent.hits, np.cumsum(recent.counts)
     hits = scan.hits & (scan.ranges < reach)
     mean, _ = _averaged_ranges(scan, pose, hits, points, ends, reach)
-    again = _seen_again(scan, mean, points, pose, reach + SAME_SURFACE * scan.body)
-    kept = np.cumsum(np.append(0, ~again))
-    counts = tuple(np.diff(kept[ends], prepend=0).tolist())
-    memory = dataclasses.replace(memory, points=points[~again], half_gaps=memory.half_gaps[~again], counts=counts)
-    return memory, dataclasses.replace(scan, ranges=np.where(hits, mean, scan.ranges))
+    rest = ~_seen_again(scan, mean, points, pose, reach + SAME_SURFACE * scan.cover_radius)
+    counts = tuple(np.diff(np.cumsum(np.append(0, rest))[ends], prepend=0).tolist())
+    scan = dataclasses.replace(scan, ranges=np.where(hits, mean, scan.ranges))
+    return RecentHits(Hits(points[rest], gaps[rest]), counts), scan
 
 
 def mean_scan(observations: Sequence[Observation], reach: float) -> tuple[LaserScan, np.ndarray]:
@@ -77,7 +76,7 @@ def _averaged_ranges(
     measured = np.where(hits, scan.ranges, np.inf)
     rays = scan.points_at(np.ones(len(hits)), np.full(len(hits), True), (0.0, 0.0, pose[2]))
     _, beam = scan.polar(points, pose)
-    offset, far = points - pose[:2], reach + SAME_SURFACE * scan.body
+    offset, far = points - pose[:2], reach + SAME_SURFACE * scan.cover_radius
     total, count = measured.copy(), np.ones(len(measured))
     for begin, end in itertools.pairwise((0, *ends.tolist())):
         estimates = _estimates(measured, rays, offset[begin:end], beam[begin:end], scan.beams, far)
@@ -93,8 +92,8 @@ def _seen_again(scan: LaserScan, ranges: np.ndarray, points: np.ndarray, pose: n
     left = np.where(wraps, len(ranges) - 1, left)
     one, other = ranges[left], ranges[np.where(wraps, 0, left + 1)]
     near, far = np.minimum(one, other), np.maximum(one, other)
-    between = (near < distance) & (distance < far) & (far < near + CONNECTED_CHORD * scan.body)
-    beside = np.minimum(np.abs(distance - near), np.abs(distance - far)) < SAME_SURFACE * scan.body
+    between = (near < distance) & (distance < far) & (far < near + CONNECTED_CHORD * scan.cover_radius)
+    beside = np.minimum(np.abs(distance - near), np.abs(distance - far)) < SAME_SURFACE * scan.cover_radius
     within = (np.abs(points - pose[:2]).max(axis=1) <= reach) & (scan.full_circle | ~wraps)
     return within & (between | beside)
 
@@ -106,7 +105,8 @@ def _estimates(measured, rays, points, beam, beams, reach):
     The points (k, 2) of that scan are relative to the sensor in W, m; `beam` (k,) is the real-valued beam towards each.
     """
     full_circle, number = beams.seam < np.inf, len(measured)
-    turn, connected, same = 2.0 * math.pi / beams.increment, CONNECTED_CHORD * beams.body, SAME_SURFACE * beams.body
+    turn, radius = 2.0 * math.pi / beams.increment, beams.cover_radius
+    connected, same = CONNECTED_CHORD * radius, SAME_SURFACE * radius
     nearest = np.full(number, np.inf)
     for i in range(len(points)):
         px, py = points[i - 1]  # in a full circle the last hit is next to the first

@@ -1,4 +1,4 @@
-"""Whether what the last scan hides of a body is free: earlier looks saw it, or the robot itself stood there.
+"""Whether what the last scan hides of a body is free: earlier views cover it, or the robot itself stood there.
 
 All else is unknown. The robot may begin near it, and then comes no nearer to it.
 """
@@ -12,7 +12,7 @@ from drake_starnav.geometry.compiled import kernel
 from drake_starnav.geometry.footprint import Body, Footprint, in_frame, part_distance
 from drake_starnav.lidar.field_of_view import TURN
 from drake_starnav.surroundings.chords import BINS, ROUNDING
-from drake_starnav.surroundings.looks import saw, stands_on
+from drake_starnav.surroundings.view_arrays import body_covers, view_covers
 
 FINEST, MOST_ASKED, DEPTH = 0.004, 8000, 24
 """Parts no longer than this, m, are known as a whole or unknown, and so is what takes more questions than this; at most
@@ -25,7 +25,7 @@ EXACT = 1e-9
 """Distances count as equal up to this, m: numerics."""
 
 
-class Step(NamedTuple):
+class BodyStep(NamedTuple):
     """Where a body goes.
 
     Attributes:
@@ -41,38 +41,38 @@ class Step(NamedTuple):
 
 
 @kernel
-def is_free(step, ends, center, looks, margin, asked):
-    """Whether all that a chord hides of a body with a margin around it is free, or no nearer to it than it was.
+def occluded_part_is_free(step, ends, center, views, margin, asked):
+    """Return whether all that a chord occludes of a body with a margin is free, or no nearer to it than it was.
 
     Args:
         step: of the body.
         ends: of the chord, shape (4,), W.
         center: from where it hides, shape (2,), W.
-        looks: `Looks` of before.
+        views: `ViewArrays`.
         margin: m.
-        asked: how often looks were asked, up to MOST_ASKED, from when on nothing is known; and the one that answered
+        asked: how often views were asked, up to MOST_ASKED, from when on nothing is known; and the one that answered
             last, which is asked first.
     """
     for k in range(max(len(step.body.polygons.ends), 1)):
-        grown = _grown(step.there, step.body, k, margin)
-        hidden = np.empty((len(grown) + 4, 2))
-        count = _hidden(grown, ends, center, hidden)
-        if count > 0 and not known(hidden, count, looks, step, asked):
+        grown = _inflated_part(step.there, step.body, k, margin)
+        occluded = np.empty((len(grown) + 4, 2))
+        count = _occluded_polygon(grown, ends, center, occluded)
+        if count > 0 and not is_known_free(occluded, count, views, step, asked):
             return False
     return True
 
 
 @kernel
-def known(part, n, looks, step, asked):
+def is_known_free(part, n, views, step, asked):
     """Whether each place of a convex polygon, the first `n` of `part`, is free, or no nearer to a body than it was.
 
     What is not as a whole is cut along the edges of the body where it stands, or halved, down to FINEST. Other
     arguments as of `is_free`.
     """
-    if _known(part, n, looks, step, asked)[0]:
+    if _is_covered(part, n, views, step, asked)[0]:
         return True
     for i in range(n):  # mostly a corner decides
-        if not _known(part[i : i + 1], 1, looks, step, asked)[0]:
+        if not _is_covered(part[i : i + 1], 1, views, step, asked)[0]:
             return False
     stack, sizes, depth = np.empty((DEPTH, n + 2 * DEPTH, 2)), np.empty(DEPTH, np.int64), 1
     sizes[0] = n
@@ -84,7 +84,7 @@ def known(part, n, looks, step, asked):
         m = sizes[depth]
         for i in range(m):
             piece[i, 0], piece[i, 1] = stack[depth, i, 0], stack[depth, i, 1]
-        free, nx, ny, middle = _known(piece, m, looks, step, asked)
+        free, nx, ny, middle = _is_covered(piece, m, views, step, asked)
         if free:
             continue
         low_x, high_x, low_y, high_y = piece[0, 0], piece[0, 0], piece[0, 1], piece[0, 1]
@@ -99,7 +99,7 @@ def known(part, n, looks, step, asked):
         if depth + 2 > DEPTH or asked[0] > MOST_ASKED:
             return False
         for side in (1.0, -1.0):
-            size = clipped(piece, m, side * nx, side * ny, side * middle, stack[depth])
+            size = clip_by_half_plane(piece, m, side * nx, side * ny, side * middle, stack[depth])
             if size > 2:
                 sizes[depth] = size
                 depth += 1
@@ -107,18 +107,18 @@ def known(part, n, looks, step, asked):
 
 
 @kernel
-def _known(part, n, looks, step, asked):
-    """Whether all of a polygon is the robot's own place, or was seen by one look, or is no nearer than it was.
+def _is_covered(part, n, views, step, asked):
+    """Whether all of a polygon is the robot's own place, or was seen in one view, or is no nearer than it was.
 
-    And an edge that parts what is the robot's own place, as of `stands_on`.
+    And an edge that parts what is the robot's own place, as of `body_covers`.
     """
-    own, nx, ny, middle = stands_on(step.first, step.body, part, n, np.inf)
-    free = own or _seen_by_any(part, n, looks, asked) or (not step.alone and _no_nearer(part, n, step))
+    own, nx, ny, middle = body_covers(step.first, step.body, part, n, np.inf)
+    free = own or _any_view_covers(part, n, views, asked) or (not step.alone and _distance_not_reduced(part, n, step))
     return free, nx, ny, middle
 
 
 @kernel
-def _no_nearer(part, n, step):
+def _distance_not_reduced(part, n, step):
     """Whether the body comes no nearer to any place of a polygon than it is where it stands.
 
     A part of it does not if it moves away from the whole polygon along the normals to its corners: the distance is
@@ -156,25 +156,25 @@ def _no_nearer(part, n, step):
 
 
 @kernel
-def _seen_by_any(part, n, looks, asked):
-    """Whether some look saw all of a polygon."""
-    if len(looks.places) == 0:
+def _any_view_covers(part, n, views, asked):
+    """Return whether some view saw all of a polygon."""
+    if len(views.poses) == 0:
         return False
     first = asked[1]
     asked[0] += 1
-    if saw(first, looks, part, n):
+    if view_covers(first, views, part, n):
         return True
-    for k in range(len(looks.places)):
+    for k in range(len(views.poses)):
         if k != first:
             asked[0] += 1
-            if saw(k, looks, part, n):
+            if view_covers(k, views, part, n):
                 asked[1] = k
                 return True
     return False
 
 
 @kernel
-def clipped(part, n, nx, ny, offset, out):
+def clip_by_half_plane(part, n, nx, ny, offset, out):
     """What of a convex polygon, the first `n` of `part`, lies where normal @ p <= offset, into `out`; its size."""
     m = 0
     for k in range(n):
@@ -193,7 +193,7 @@ def clipped(part, n, nx, ny, offset, out):
 
 
 @kernel
-def _grown(frame, body, k, margin):
+def _inflated_part(frame, body, k, margin):
     """A polygon around the k-th part of a body with a margin, that exceeds it by no more than EXCESS, W."""
     (x, y, cosine, sine), (vertices, normals, _, stops) = frame, body.polygons
     start, end, size = 0, 1, margin + (0.0 if len(stops) else body.radius)
@@ -214,7 +214,7 @@ def _grown(frame, body, k, margin):
 
 
 @kernel
-def _hidden(part, ends, center, out):
+def _occluded_polygon(part, ends, center, out):
     """What a chord hides of a convex polygon, as a polygon into `out`; how many corners it has, 0: nothing."""
     cx, cy = center
     ax, ay, bx, by = ends[0] - cx, ends[1] - cy, ends[2] - cx, ends[3] - cy
@@ -230,9 +230,9 @@ def _hidden(part, ends, center, out):
     if first or second or third:
         return 0
     within = np.empty((n + 4, 2))
-    n = clipped(part, n, ay, -ax, ay * cx - ax * cy, out)
-    n = clipped(out, n, -by, bx, bx * cy - by * cx, within) if n > 2 else 0
-    n = clipped(within, n, -ey, ex, ex * (cy + ay) - ey * (cx + ax), out) if n > 2 else 0
+    n = clip_by_half_plane(part, n, ay, -ax, ay * cx - ax * cy, out)
+    n = clip_by_half_plane(out, n, -by, bx, bx * cy - by * cx, within) if n > 2 else 0
+    n = clip_by_half_plane(within, n, -ey, ex, ex * (cy + ay) - ey * (cx + ax), out) if n > 2 else 0
     area = 0.0
     for k in range(n):
         j = k + 1 if k + 1 < n else 0
@@ -240,7 +240,7 @@ def _hidden(part, ends, center, out):
     return n if n > 2 and area > SLIVER else 0
 
 
-def start_radius(footprint: Footprint, margin: float, offset: float) -> float:
+def initial_disc_radius(footprint: Footprint, margin: float, offset: float) -> float:
     """Radius of the disc, m: in it a robot turns, and then drives off until a lidar sees what is beside it.
 
     Args:
@@ -249,7 +249,7 @@ def start_radius(footprint: Footprint, margin: float, offset: float) -> float:
         offset: of the lidar ahead of its axis, m: it may see nothing farther back.
     """
     body, here = footprint.body, np.array((0.0, 0.0, 1.0, 0.0))
-    corners = np.vstack([_grown(here, body, k, margin) for k in range(max(len(footprint.parts), 1))])
+    corners = np.vstack([_inflated_part(here, body, k, margin) for k in range(max(len(footprint.parts), 1))])
     beside = float(np.abs(corners[:, 1]).max())
     ahead = offset + 2.0 * TURN / BINS * beside  # a view counts by whole bins
     return max(float(np.hypot(*corners.T).max()), math.hypot(beside, ahead)) + ROUNDING

@@ -11,7 +11,7 @@ from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.motion import Actuation
 from drake_starnav.safety.certificates import standard_certificates
 from drake_starnav.surroundings.margins import Margins
-from drake_starnav.surroundings.safe_region import CertifiedRegion
+from drake_starnav.surroundings.surroundings import Surroundings
 from drake_starnav.systems.controller import UNUSED_TWIST, Controller
 from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
@@ -25,7 +25,7 @@ class DsmController(Controller):
     ```
                         ┌───────────────┐
     guidance ──────────>│               │
-    certified_region ──>│               ├──> desired_twist
+    surroundings ──────>│               ├──> desired_twist
     state ─────────────>│ DsmController ├──> guiding_vector
     tracks ────────────>│               │
     twist_command ─────>│               │
@@ -36,7 +36,7 @@ class DsmController(Controller):
 
     Ports:
         guidance: abstract, `Guidance` from any planner.
-        certified_region: abstract, `CertifiedRegion`.
+        surroundings: abstract, `Surroundings`.
         state: vector (x, y, yaw, v, omega) of the robot in the world frame W; its pose is used.
         tracks: abstract, `Tracks` of the moving obstacles; only with `obstacles`.
         twist_command: vector of the base that is commanded now, from the shield; only with `obstacles`.
@@ -70,7 +70,7 @@ class DsmController(Controller):
         self._robot, self._margin = robot, margins.safety
         self._actuation = Actuation(robot.limits, robot.shape, 1.0 / controller.rate, controller.delay, robot.drive)
         self._guidance = self.DeclareAbstractInputPort("guidance", Value(Guidance.none()))
-        self._certified_region = self.DeclareAbstractInputPort("certified_region", Value(CertifiedRegion.none()))
+        self._surroundings = self.DeclareAbstractInputPort("surroundings", Value(Surroundings.unknown()))
         self._state = self.DeclareVectorInputPort("state", 5)
         self._tracks: InputPort | None = None
         self._twist: InputPort | None = None
@@ -80,9 +80,9 @@ class DsmController(Controller):
         self._declare_outputs(len(robot.drive.components))
 
     def _read(self, context: Context) -> tuple[ControllerInputs, TrackedObstacles | None]:
-        pose, star = self._state.Eval(context)[:3], self._certified_region.Eval(context)
+        pose, surroundings = self._state.Eval(context)[:3], self._surroundings.Eval(context)
         twist = UNUSED_TWIST if self._twist is None else self._twist.Eval(context)
-        inputs, tracked = ControllerInputs(pose, twist, self._guidance.Eval(context), star), None
+        inputs, tracked = ControllerInputs(pose, twist, self._guidance.Eval(context), surroundings), None
         if self._obstacles is not None and self._tracks is not None:
             tracks = self._tracks.Eval(context)
             tracked = TrackedObstacles(tracks, context.get_time() + self._state_lead - tracks.time, self._obstacles)
@@ -93,6 +93,7 @@ class DsmController(Controller):
         proposal = self._follow(inputs, self._robot)
         if tracked is None:
             return proposal
-        certificates = standard_certificates(inputs.star, self._margin, self._actuation, inputs.pose[:2], tracked)
-        way = avoid_collision(inputs, tracked, certificates, self._actuation, self._robot)
+        seen, act = inputs.surroundings, self._actuation
+        certificates = standard_certificates(seen, self._margin, act, inputs.pose[:2], tracked)
+        way = avoid_collision(inputs, tracked, certificates, act, self._robot)
         return proposal if way is None else proposal._replace(twist=way)

@@ -7,7 +7,7 @@ from pydrake.common.value import Value
 from pydrake.systems.framework import Context, EventStatus, LeafSystem, State
 
 from drake_starnav.baselines.grid_astar import added_hits, plan_on_grid
-from drake_starnav.lidar.laser_scan import USUAL_BODY
+from drake_starnav.lidar.laser_scan import USUAL_COVER_RADIUS
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.surroundings.observation import Observation
 from drake_starnav.systems.release import declare_value, declare_vector
@@ -47,7 +47,7 @@ class GridPlanner(LeafSystem):
         short_term_goal: vector (x, y) in W, m; the goal before the first plan.
     """
 
-    def __init__(self, robot_radius: float = USUAL_BODY) -> None:
+    def __init__(self, robot_radius: float = USUAL_COVER_RADIUS) -> None:
         """`robot_radius`: its narrow radius, m."""
         super().__init__()
         self._radius = robot_radius

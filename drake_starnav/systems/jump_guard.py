@@ -5,23 +5,23 @@ import math
 from pydrake.common.value import Value
 from pydrake.systems.framework import Context, DiscreteValues, EventStatus, LeafSystem
 
-from drake_starnav.surroundings.safe_region import CertifiedRegion
+from drake_starnav.surroundings.surroundings import Surroundings
 from drake_starnav.systems.release import declare_value
 from drake_starnav.utils.timing import checked_period
 
 
 class JumpGuard(LeafSystem):
-    """Withholds the certified region from a jump of the estimated pose until a later scan arrives.
+    """Withholds the surroundings from a jump of the estimated pose until a later scan arrives.
 
     ```
-                        ┌───────────┐
-    certified_region ──>│ JumpGuard ├──> certified_region
-    state ─────────────>│           │
-                        └───────────┘
+                    ┌───────────┐
+    surroundings ──>│ JumpGuard ├──> surroundings
+    state ─────────>│           │
+                    └───────────┘
     ```
 
     Ports:
-        certified_region: abstract, `CertifiedRegion`; as output, an empty one if it predates the last jump, and without
+        surroundings: abstract, `Surroundings`; as output, an empty one if it predates the last jump, and without
             what was seen before that.
         state: vector (x, y, yaw, v, omega) of the robot in the world frame W.
 
@@ -39,10 +39,10 @@ class JumpGuard(LeafSystem):
         super().__init__()
         self._period = checked_period(self, rate=rate)
         self._tolerance, self._rolling, self._holonomic = tolerance, rolling, holonomic
-        self._star = self.DeclareAbstractInputPort("certified_region", Value(CertifiedRegion.none()))
+        self._surroundings = self.DeclareAbstractInputPort("surroundings", Value(Surroundings.unknown()))
         self._state = self.DeclareVectorInputPort("state", 5)
         self.DeclareDiscreteState((math.nan, math.nan, -math.inf))
-        declare_value(self, "certified_region", CertifiedRegion.none(), JumpGuard._guarded)
+        declare_value(self, "surroundings", Surroundings.unknown(), JumpGuard._guarded)
         self.DeclarePeriodicDiscreteUpdateEvent(self._period, 0.0, self._update)
 
     def _update(self, context: Context, values: DiscreteValues) -> EventStatus:
@@ -62,7 +62,7 @@ class JumpGuard(LeafSystem):
         jumped = step > self._tolerance  # never before the first position, which is NaN
         return x, y, context.get_time() if jumped else jump_time
 
-    def _guarded(self, context: Context) -> CertifiedRegion:
-        star = self._star.Eval(context)
-        placed, jumped = star.previous if self._rolling else star.time, self._watched(context)[2]
-        return star.since(jumped) if placed >= jumped else CertifiedRegion.none()
+    def _guarded(self, context: Context) -> Surroundings:
+        seen, jump_time = self._surroundings.Eval(context), self._watched(context)[2]
+        oldest_pose_time = seen.previous_time if self._rolling else seen.time
+        return seen.without_views_before(jump_time) if oldest_pose_time >= jump_time else Surroundings.unknown()

@@ -12,7 +12,7 @@ from drake_starnav.localization.scan_matching import OdometryError, ScanMap, mat
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.robot.motion import BrakingMotion
 from drake_starnav.surroundings import Observation
-from drake_starnav.surroundings.safe_region import CertifiedRegion
+from drake_starnav.surroundings.surroundings import Surroundings
 from drake_starnav.systems.release import declare_value, declare_vector
 from drake_starnav.systems.scan_state import ScanState
 
@@ -23,7 +23,7 @@ class ScanMatcher(LeafSystem):
     ```
                         ┌─────────────┐
     observation ───────>│             ├──> observation
-    certified_region ──>│             ├──> certified_region
+    surroundings ──────>│             ├──> surroundings
     state ─────────────>│ ScanMatcher ├──> state
     scan_pose ─────────>│             ├──> pose
     guidance ──────────>│             ├──> scan_pose
@@ -37,7 +37,7 @@ class ScanMatcher(LeafSystem):
 
     Ports:
         observation: abstract, `Observation` in O; as output, in M.
-        certified_region: abstract, `CertifiedRegion` in O; as output, in M, for the planner.
+        surroundings: abstract, `Surroundings` in O; as output, in M, for the planner.
         state: vector (x, y, yaw, v, omega) of the robot in O; as output, in M.
         pose: vector (x, y, yaw) of the robot in M.
         scan_pose: vector (x, y, yaw) of the robot when the last scan was taken, in O; as output, in M.
@@ -54,19 +54,19 @@ class ScanMatcher(LeafSystem):
         self._error = error
         self._moved = lru_cache(maxsize=4)(_moved)  # ports are asked again when the state has followed what they show
         self._observation = self.DeclareAbstractInputPort("observation", Value(Observation.none()))
-        self._region = self.DeclareAbstractInputPort("certified_region", Value(CertifiedRegion.none()))
+        self._surroundings = self.DeclareAbstractInputPort("surroundings", Value(Surroundings.unknown()))
         self._state = self.DeclareVectorInputPort("state", 5)
         self._scan_pose = self.DeclareVectorInputPort("scan_pose", 3)
         self._guidance = self.DeclareAbstractInputPort("guidance", Value(Guidance.none()))
         self._certificate = self.DeclareAbstractInputPort("certificate", Value(BrakingMotion.none()))
         self._map = ScanState(self, ScanMap(), self._after, (self._observation,), stamp=self._stamp)
         own = ScanMatcher
-        ports = self._observation, self._region, self._state, self._scan_pose, self._guidance, self._certificate
-        observation, region, state, scan_pose, guidance, certificate = (
+        ports = self._observation, self._surroundings, self._state, self._scan_pose, self._guidance, self._certificate
+        observation, surroundings, state, scan_pose, guidance, certificate = (
             {self._map.ticket, port.ticket()} for port in ports
         )
         declare_value(self, "observation", Observation.none(), own._moved_observation, observation)
-        declare_value(self, "certified_region", CertifiedRegion.none(), own._moved_region, region)
+        declare_value(self, "surroundings", Surroundings.unknown(), own._moved_surroundings, surroundings)
         declare_vector(self, "state", 5, own._corrected_state, state)
         declare_vector(self, "pose", 3, lambda system, context: system._corrected_state(context)[:3], state)
         declare_vector(self, "scan_pose", 3, own._corrected_scan_pose, scan_pose)
@@ -85,8 +85,8 @@ class ScanMatcher(LeafSystem):
     def _moved_observation(self, context: Context) -> Observation:
         return self._moved(self._observation.Eval(context), self._map.Eval(context))
 
-    def _moved_region(self, context: Context) -> CertifiedRegion:
-        return self._moved(self._region.Eval(context), self._map.Eval(context))
+    def _moved_surroundings(self, context: Context) -> Surroundings:
+        return self._moved(self._surroundings.Eval(context), self._map.Eval(context))
 
     def _corrected_state(self, context: Context) -> np.ndarray:
         state = self._state.Eval(context)

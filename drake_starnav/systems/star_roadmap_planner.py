@@ -25,7 +25,7 @@ from drake_starnav.safety import KeepOut
 from drake_starnav.surroundings import Observation
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.obstruction import SHORTEST_WAY, obstruction
-from drake_starnav.surroundings.safe_region import CertifiedRegion
+from drake_starnav.surroundings.surroundings import Surroundings
 from drake_starnav.systems.release import declare_value, declare_vector
 from drake_starnav.systems.scan_state import ScanState
 from drake_starnav.utils.snapshot import snapshot
@@ -67,7 +67,7 @@ class StarRoadmapPlanner(LeafSystem):
     pose ──────────────>│                    ├──> short_term_goal
     goal ──────────────>│ StarRoadmapPlanner ├──> planner_state
     heading ───────────>│                    ├──> status
-    certified_region ──>│                    ├──> blocked_by
+    surroundings ──────>│                    ├──> blocked_by
                         └────────────────────┘
     ```
 
@@ -77,7 +77,7 @@ class StarRoadmapPlanner(LeafSystem):
         goal: vector (x, y) in W, m.
         heading: vector of size 1, yaw in W to which the guidance turns the robot, on the spot if it can, rad; NaN, or
             not connected: it leads to the goal.
-        certified_region: abstract, `CertifiedRegion` in W, for manoeuvres of a robot that is no disc, and to say what
+        surroundings: abstract, `Surroundings` in W, for manoeuvres of a robot that is no disc, and to say what
             blocks a robot; need not be connected.
         guidance: abstract, `Guidance` for the controller.
         short_term_goal: vector (x, y) in W, m; the robot's own position while there is none.
@@ -121,7 +121,7 @@ class StarRoadmapPlanner(LeafSystem):
         self._pose = self.DeclareVectorInputPort("pose", 3)
         self._goal = self.DeclareVectorInputPort("goal", 2)
         self._heading = self.DeclareVectorInputPort("heading", 1)
-        self._certified_region = self.DeclareAbstractInputPort("certified_region", Value(CertifiedRegion.none()))
+        self._surroundings = self.DeclareAbstractInputPort("surroundings", Value(Surroundings.unknown()))
         walls = self._walls(closed_areas)
         initial = PlannerState.initial(planner, robot.shape.narrow, robot.radius, walls)
         inputs = self._observation, self._goal, self._heading
@@ -131,7 +131,7 @@ class StarRoadmapPlanner(LeafSystem):
         declare_value(self, "guidance", Guidance.none(), own._guidance, turned)
         declare_vector(self, "short_term_goal", 2, own._short_term_goal, placed)
         declare_value(self, "planner_state", initial, own._state, depends)
-        depends = placed | {self._certified_region.ticket(), self.time_ticket()}
+        depends = placed | {self._surroundings.ticket(), self.time_ticket()}
         declare_value(self, "status", initial.status, own._status, depends)
         declare_value(self, "blocked_by", "", own._blocked_by, depends)
 
@@ -179,12 +179,12 @@ class StarRoadmapPlanner(LeafSystem):
         return walls
 
     def _body(self, context: Context) -> Body | None:
-        """The robot, unless it is a disc or `certified_region` is not connected."""
+        """The robot, unless it is a disc or `surroundings` is not connected."""
         robot = self._robot
-        if robot.shape.is_disc or not self._certified_region.HasValue(context):
+        if robot.shape.is_disc or not self._surroundings.HasValue(context):
             return None
-        region = self._certified_region.Eval(context)
-        return Body(robot.shape, region, self._margins.safety, robot.moves, robot.limits, robot.drive)
+        surroundings = self._surroundings.Eval(context)
+        return Body(robot.shape, surroundings, self._margins.safety, robot.moves, robot.limits, robot.drive)
 
     def _state(self, context: Context) -> PlannerState:
         return self._plans.Eval(context).state
@@ -228,9 +228,9 @@ class StarRoadmapPlanner(LeafSystem):
         seen = self._observation.Eval(context)
         path = plan.state.guidance.path
         to_x, to_y = (path[0] if len(path) else goal).tolist()
-        if self._certified_region.HasValue(context):
+        if self._surroundings.HasValue(context):
             towards = math.atan2(to_y - y, to_x - x) - yaw
-            reason = obstruction(self._certified_region.Eval(context), seen.scan, towards, robot.shape, pose)
+            reason = obstruction(self._surroundings.Eval(context), seen.scan, towards, robot.shape, pose)
             if reason:
                 return reason
         reach = robot.shape.narrow + margins.least + SHORTEST_WAY * robot.shape.narrow
@@ -239,5 +239,5 @@ class StarRoadmapPlanner(LeafSystem):
             return f"too near: {wall}, which the robot keeps out of"
         if not len(path):
             return f"no way is seen that keeps {margins.least:.3g} m beyond robot.radius"
-        known = "the certificate knows" if self._certified_region.HasValue(context) else "is seen"
+        known = "the certificate knows" if self._surroundings.HasValue(context) else "is seen"
         return f"nothing that {known}: the robot does not follow its guidance"

@@ -15,7 +15,7 @@ from drake_starnav.robot.motion import Actuation, BrakingMotion, roll_out
 from drake_starnav.safety.certificates import Certificate, standard_certificates
 from drake_starnav.safety.shield import braking_twist, ramped_twist, shielded
 from drake_starnav.surroundings.margins import Margins
-from drake_starnav.surroundings.safe_region import CertifiedRegion
+from drake_starnav.surroundings.surroundings import Surroundings
 from drake_starnav.systems.release import declare_value
 from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
@@ -100,7 +100,7 @@ class TwistShield(Unshielded):
                         ┌─────────────┐
     desired_twist ─────>│             │
     state ─────────────>│ TwistShield ├──> twist_command
-    certified_region ──>│             ├──> certificate
+    surroundings ──────>│             ├──> certificate
     tracks ────────────>│             │
                         └─────────────┘
     ```
@@ -108,7 +108,7 @@ class TwistShield(Unshielded):
     Ports:
         desired_twist: vector of any controller, as the base's twists are; see `robot.base`.
         state: vector (x, y, yaw, v, omega) of the robot in the world frame W; its pose is used.
-        certified_region: abstract, `CertifiedRegion`.
+        surroundings: abstract, `Surroundings`.
         tracks: abstract, `Tracks` of the moving obstacles; only with `obstacles`.
         twist_command: vector of the same size, within the robot's limits.
         certificate: abstract, `BrakingMotion`.
@@ -138,17 +138,17 @@ class TwistShield(Unshielded):
         super().__init__(robot, controller, stopwatch=stopwatch)
         self.own_certificates, self._obstacles, self._state_lead = certificates, obstacles, state_lead
         _check_certificates(certificates, self._actuation)
-        self._certified_region = self.DeclareAbstractInputPort("certified_region", Value(CertifiedRegion.none()))
+        self._surroundings = self.DeclareAbstractInputPort("surroundings", Value(Surroundings.unknown()))
         self._margin = margins.safety
         if obstacles is not None:
             self._tracks = self.DeclareAbstractInputPort("tracks", Value(Tracks()))
 
     def certificates(self, context: Context, position: np.ndarray) -> tuple[tuple[Certificate, ...], Actuation] | None:
-        star, tracked = self._certified_region.Eval(context), None
+        surroundings, tracked = self._surroundings.Eval(context), None
         if self._obstacles is not None:
             tracks = self._tracks.Eval(context)
             tracked = TrackedObstacles(tracks, context.get_time() + self._state_lead - tracks.time, self._obstacles)
-        standard = standard_certificates(star, self._margin, self._actuation, position, tracked)
+        standard = standard_certificates(surroundings, self._margin, self._actuation, position, tracked)
         return standard + self.own_certificates, self._actuation
 
 

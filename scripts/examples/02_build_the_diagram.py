@@ -62,10 +62,10 @@ def main(png: Path | None) -> None:
     builder.Connect(station.GetOutputPort("localization.pose"), planner.GetInputPort("pose"))
     builder.Connect(goal.get_output_port(), planner.GetInputPort("goal"))
     builder.Connect(planner.GetOutputPort("guidance"), controller.GetInputPort("guidance"))
-    builder.Connect(perception.GetOutputPort("certified_region"), controller.GetInputPort("certified_region"))
+    builder.Connect(perception.GetOutputPort("surroundings"), controller.GetInputPort("surroundings"))
     builder.Connect(station.GetOutputPort("localization.state"), controller.GetInputPort("state"))
     builder.Connect(controller.GetOutputPort("desired_twist"), shield.GetInputPort("desired_twist"))
-    builder.Connect(perception.GetOutputPort("certified_region"), shield.GetInputPort("certified_region"))
+    builder.Connect(perception.GetOutputPort("surroundings"), shield.GetInputPort("surroundings"))
     builder.Connect(station.GetOutputPort("localization.state"), shield.GetInputPort("state"))
     builder.Connect(shield.GetOutputPort("twist_command"), station.GetInputPort("drive.twist_command"))
 

@@ -99,10 +99,10 @@ def main(png: Path | None) -> None:
         (perception, "observation", route, "observation"),
         (station, "localization.pose", route, "pose"),
         (route, "guidance", controller, "guidance"),
-        (perception, "certified_region", controller, "certified_region"),
+        (perception, "surroundings", controller, "surroundings"),
         (station, "localization.state", controller, "state"),
         (controller, "desired_twist", shield, "desired_twist"),
-        (perception, "certified_region", shield, "certified_region"),
+        (perception, "surroundings", shield, "surroundings"),
         (station, "localization.state", shield, "state"),
         (shield, "twist_command", station, "drive.twist_command"),
     ):

@@ -100,7 +100,7 @@ def main(png: Path | None) -> None:
         (pose.get_output_port(), planner.GetInputPort("pose")),
         (goal.get_output_port(), planner.GetInputPort("goal")),
         (planner.GetOutputPort("guidance"), controller.GetInputPort("guidance")),
-        (perception.GetOutputPort("certified_region"), controller.GetInputPort("certified_region")),
+        (perception.GetOutputPort("surroundings"), controller.GetInputPort("surroundings")),
         (state.get_output_port(), controller.GetInputPort("state")),
         (controller.GetOutputPort("guiding_vector"), smooth.get_input_port()),
         (smooth.get_output_port(), speed.get_input_port()),

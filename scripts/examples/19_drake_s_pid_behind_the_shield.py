@@ -56,7 +56,7 @@ def pid(scenario: Scenario) -> Diagram:
     builder.Connect(zero.get_output_port(), turn.get_input_port_desired_state())
     builder.Connect(heading.GetOutputPort("speed"), both.get_input_port(0))
     builder.Connect(turn.get_output_port_control(), both.get_input_port(1))
-    for name in ("guidance", "certified_region", "state"):
+    for name in ("guidance", "surroundings", "state"):
         builder.ExportInput(dsm.GetInputPort(name), name)
     builder.ConnectInput("state", heading.state)
     builder.ExportOutput(both.get_output_port(), "desired_twist")

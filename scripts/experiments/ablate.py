@@ -56,12 +56,11 @@ REFERENCE = Ablation("star", "", "all below", "1 to 9")
 
 FOLLOWING = "drake_starnav.control.path_following"
 PLANNER, ROUTE = "drake_starnav.planning.planner", "drake_starnav.planning.route"
-PERCEPTION, CUBIC = "drake_starnav.surroundings.perception", "drake_starnav.surroundings.piecewise_cubic"
+CUBIC = "drake_starnav.surroundings.piecewise_cubic"
 INTERPRETED = {
     f"{FOLLOWING}._followed": replacements.interpreted_followed,
     f"{FOLLOWING}.guiding_vector": replacements.interpreted_guiding_vector,
 }
-LOOKED_UP = {f"{PERCEPTION}._observed": replacements.interpreted_observed}
 UNCERTIFIED = {
     **INTERPRETED,
     "drake_starnav.systems.twist_shield.shielded": replacements.uncertified_twist,
@@ -76,33 +75,21 @@ ABLATIONS = (
         "the hits bound the region; the radius enters with the nearest point",
         "each hit excludes a disc as wide as the robot; without it, ranges less the radius",
         "1",
-        {
-            **LOOKED_UP,
-            f"{PERCEPTION}.disc_range": replacements.shortened_range,
-            "drake_starnav.surroundings.erosion.disc_range": replacements.shortened_range,
-        },
+        {"drake_starnav.surroundings.erosion.disc_range": replacements.shortened_range},
     ),
     Ablation(
         "two_sided_fit",
         "cubics through the samples",
         "cubics below all samples",
         "2",
-        {
-            **LOOKED_UP,
-            f"{CUBIC}.adaptive_fit": replacements.two_sided_fit,
-            f"{PERCEPTION}.adaptive_fit": replacements.two_sided_fit,
-        },
+        {f"{CUBIC}.adaptive_fit": replacements.two_sided_fit},
     ),
     Ablation(
         "fixed_segments",
         "segments by the slope",
         "segments by jump and error; without them, 16 equal ones",
         "2",
-        {
-            **LOOKED_UP,
-            f"{CUBIC}.adaptive_fit": replacements.equal_segments,
-            f"{PERCEPTION}.adaptive_fit": replacements.equal_segments,
-        },
+        {f"{CUBIC}.adaptive_fit": replacements.equal_segments},
     ),
     Ablation(
         "free_unknown",
@@ -170,7 +157,7 @@ ABLATIONS = (
     Ablation(
         "no_free_heading",
         "-",
-        "the vector turns to the nearest bearing that the certified region leaves",
+        "the vector turns to the nearest bearing that the certified star leaves",
         "9",
         {**INTERPRETED, f"{FOLLOWING}.free_heading": replacements.same_direction},
     ),
@@ -178,9 +165,9 @@ ABLATIONS = (
     Ablation(
         "one_scan",
         "-",
-        "the certified region remembers the last scans",
+        "the certified star remembers the last scans",
         "9",
-        {"drake_starnav.surroundings.perception.SCAN_MEMORY": 1},
+        {"drake_starnav.surroundings.recent_hits.RECENT_SCANS": 1},
     ),
     Ablation(
         "no_protection",

@@ -30,7 +30,7 @@ from drake_starnav.scenario.scenario_file import load_scenario
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.simulation.run import run_trial
 from drake_starnav.station.model_world import make_world_with_footprints
-from drake_starnav.surroundings.unseen import start_radius
+from drake_starnav.surroundings.unseen import initial_disc_radius
 from drake_starnav.utils.files import read_text, write_text
 from drake_starnav.utils.resources import model_path
 from drake_starnav.worlds.clearance import body_clearance
@@ -257,7 +257,7 @@ def commanded(case: Case, seed: int, commands: int) -> dict[str, Any]:
     margin, robot = validated_margins(scenario, mounts).safety, scenario.robot
     world = make_world_with_footprints(scenario.world, seed, robot.radius)
     sees_all = all(lidar.field_of_view.full_circle for lidar in scenario.all_lidars)
-    free = start_radius(robot.shape, margin, max(0.0, *(mount.x for mount in mounts)))
+    free = initial_disc_radius(robot.shape, margin, max(0.0, *(mount.x for mount in mounts)))
     around = robot.shape if sees_all else disc(free)  # what it does not see there it takes for free; see SAFETY.md
     motion, rng = KinematicRobot(scenario, world, seed, mounts), np.random.default_rng((seed, 1))
     least, contact, path, scans, began = math.inf, None, 0.0, 0, time.process_time()

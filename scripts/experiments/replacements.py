@@ -16,12 +16,10 @@ import numpy as np
 from drake_starnav.control.path_following import _followed, guiding_vector
 from drake_starnav.evaluation.workers import Pool
 from drake_starnav.lidar.field_of_view import TURN
-from drake_starnav.lidar.laser_scan import Beams
 from drake_starnav.paper.modulation import modulated_vector
 from drake_starnav.planning import PlannerInput, PlannerState
 from drake_starnav.robot.motion import Actuation
 from drake_starnav.safety.shield import ramped_twist
-from drake_starnav.surroundings.perception import _observed
 from drake_starnav.surroundings.piecewise_cubic import adaptive_fit
 from drake_starnav.surroundings.region_union import RegionUnion
 from scripts.experiments.ablate_segments import fit_equal
@@ -100,15 +98,10 @@ def uncertified_twist(
     return ramped_twist(twist, desired, actuation), True
 
 
-def interpreted_observed(*arguments: Any) -> tuple:
-    """For `perception._observed`: not compiled."""
-    return _observed.py_func(*arguments)
-
-
 def shortened_range(distance: np.ndarray, disc: tuple) -> tuple:
     """For `disc_range`: ranges less the radius."""
     beams, limit, radius, (margin, _), *_ = disc
-    beam = np.rint(TURN / len(limit) * np.arange(len(limit)) / Beams(*beams).increment).astype(int) % len(distance)
+    beam = np.rint(TURN / len(limit) * np.arange(len(limit)) / beams.increment).astype(int) % len(distance)
     return np.clip(distance[beam] - radius - margin, 0.0, limit), limit, margin
 
 

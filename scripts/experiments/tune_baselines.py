@@ -39,8 +39,8 @@ from drake_starnav.safety.shield import ramped_twist
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.scenario.scenario_file import load_scenario
 from drake_starnav.scenario.schema import Scenario
-from drake_starnav.surroundings.perception import Perceived, PerceptionSettings
-from drake_starnav.surroundings.safe_region import CertifiedRegion
+from drake_starnav.surroundings.perception import PerceptionSettings, PerceptionState
+from drake_starnav.surroundings.surroundings import Surroundings
 from drake_starnav.utils.files import check_writable, write_text
 from drake_starnav.worlds import World, clearance, make_world
 from drake_starnav.worlds.view import scan_from, visible_shapes
@@ -138,8 +138,8 @@ class Guided:
         self._scenario, self._goal, radius = scenario, np.array(world.goal), scenario.robot.radius
         self._margins = derive_margins(scenario)
         self._settings = PerceptionSettings(self._margins, disc(radius))
-        self._perceived, self.state = Perceived.nothing(), PlannerState.initial(scenario.planner, radius)
-        self.inputs = ControllerInputs(np.array(world.start), np.zeros(2), Guidance.none(), CertifiedRegion.none())
+        self._perceived, self.state = PerceptionState.initial(), PlannerState.initial(scenario.planner, radius)
+        self.inputs = ControllerInputs(np.array(world.start), np.zeros(2), Guidance.none(), Surroundings.unknown())
 
     def twist(self, pose: np.ndarray, twist: np.ndarray, time: float, scan: LaserScan | None) -> np.ndarray | None:
         planner, robot = self._scenario.planner, self._scenario.robot
@@ -150,7 +150,7 @@ class Guided:
             self.state = paper.plan(self.state, now)
         if self.state.status is PlannerStatus.UNREACHABLE:
             return None
-        self.inputs = ControllerInputs(pose, twist, self.state.guidance, self._perceived.safety)
+        self.inputs = ControllerInputs(pose, twist, self.state.guidance, self._perceived.surroundings)
         return paper.control(self.inputs, robot).twist
 
 

@@ -26,8 +26,8 @@ def test_each_term_that_counts_is_printed_and_they_add_up(capsys) -> None:
     assert thinnest == (f"{1e3 * kept.thinnest:.2f}", "the thinnest obstacle that is certain to be seen")
     assert re.findall(r"  (\w) = ", symbols) == list(SYMBOLS)
     printed = {name: value for value, name in map(str.split, derived.splitlines())}
-    looks = {f"looks.{name}": value for name, value in kept.looks._asdict().items()}
-    values = {name: value for name, value in (vars(kept) | looks).items() if name != "looks"}
+    retention = {f"retention.{name}": value for name, value in kept.retention._asdict().items()}
+    values = {name: value for name, value in (vars(kept) | retention).items() if name != "retention"}
     assert {
         name: str(round(value, 6)) if isinstance(value, float) else str(value) for name, value in values.items()
     } == printed

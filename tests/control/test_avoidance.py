@@ -11,16 +11,15 @@ from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.motion import roll_out
 from drake_starnav.safety.certificates import accepted, standard_certificates
 from drake_starnav.safety.moving_certificate import STANDING_SPEED, MovingCertificate
-from drake_starnav.surroundings.erosion import smoothed_distances
 from drake_starnav.surroundings.region_union import RegionUnion
-from drake_starnav.surroundings.safe_region import CertifiedRegion, ScanMemory, certified_region
 from drake_starnav.surroundings.star_region import scan_region, united
+from drake_starnav.surroundings.surroundings import Surroundings
 from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.tracking.prediction import grown, predicted_trajectories
 from drake_starnav.tracking.tracker import TrackedObstacles
 from tests.helpers.motions import actuation
-from tests.helpers.scans import MARGINS, cast
+from tests.helpers.scans import MARGINS, cast, observe_scan
 from tests.helpers.scenes import hall
 
 ROBOT, CONTROLLER = RobotParameters(), ControllerParameters()
@@ -52,23 +51,23 @@ def obstacle(position: tuple[float, float], velocity: tuple[float, float]) -> Tr
     )
 
 
-def known() -> tuple[RegionUnion, CertifiedRegion]:
+def known() -> tuple[RegionUnion, Surroundings]:
     """What the robot knows of an empty hall."""
     scan, pose = cast(hall()), np.zeros(3)
-    star, _ = certified_region(ScanMemory(), scan, smoothed_distances(scan), pose, ROBOT.radius + 0.01, 1.2, (2.0, 1))
-    return united((scan_region(scan, pose, ROBOT.radius, MARGINS),)), star
+    regions = united((scan_region(scan, pose, ROBOT.radius, MARGINS),))
+    return regions, observe_scan(scan, pose, ROBOT.radius + 0.01, 1.2)
 
 
 def avoided(
     tracks: Tracks,
     twist: tuple[float, float] = (0.5, 0.0),
     path: np.ndarray = PATH,
-    star: CertifiedRegion | None = None,
+    star: Surroundings | None = None,
 ) -> np.ndarray | None:
     regions, seen = known()
     inputs = ControllerInputs(np.zeros(3), np.array(twist), Guidance(path, True, regions), star or seen)
     tracked = TrackedObstacles(tracks, 0.0, OBSTACLES)
-    asked = standard_certificates(inputs.star, MARGINS.safety, COMMANDS, np.zeros(2), tracked)
+    asked = standard_certificates(inputs.surroundings, MARGINS.safety, COMMANDS, np.zeros(2), tracked)
     return avoid_collision(inputs, tracked, asked, COMMANDS, ROBOT)
 
 
@@ -92,7 +91,7 @@ def test_a_robot_that_stands_in_the_way_moves_before_it_is_too_late() -> None:
 
 
 def test_without_a_certified_manoeuvre_there_is_none() -> None:
-    assert avoided(obstacle((0.8, 0.0), (-0.6, 0.0)), twist=(0.8, 0.0), star=CertifiedRegion.none()) is None
+    assert avoided(obstacle((0.8, 0.0), (-0.6, 0.0)), twist=(0.8, 0.0), star=Surroundings.unknown()) is None
 
 
 def test_the_way_round_is_one_of_the_manoeuvres_if_it_is_wanted() -> None:

@@ -26,7 +26,7 @@ from drake_starnav.control.avoidance import (
 )
 from drake_starnav.robot import Limits
 from drake_starnav.safety.moving_certificate import MOVING_MARGIN
-from drake_starnav.surroundings.safe_region import CertifiedRegion
+from drake_starnav.surroundings.certified_star import CertifiedStar
 from drake_starnav.surroundings.star_region import scan_region, united
 from drake_starnav.tracking.prediction import PREDICTION_STEP
 from drake_starnav.worlds.world import World
@@ -51,7 +51,7 @@ def scene(*places: tuple[float, float], limits: Limits = LIMITS) -> Scene:
     trajectory = np.repeat(np.array(places, float).reshape(-1, 1, 2), 60, axis=1)
     still, radius, comfort = np.zeros((len(places), 2)), np.full(len(places), 0.3), np.full(len(places), COMFORT)
     movers = Movers(trajectory[:, 0], still, radius, comfort, trajectory, NO_HITS)
-    star = CertifiedRegion.none().alone
+    star = CertifiedStar.none().union
     return Scene(LINE, times_along(LINE, limits), regions, star, NO_HITS, movers, limits, SETTINGS)
 
 

@@ -12,10 +12,10 @@ from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.robot import RobotParameters
 from drake_starnav.surroundings.region_union import RegionUnion
-from drake_starnav.surroundings.safe_region import CertifiedRegion, ScanMemory, certified_region
+from drake_starnav.surroundings.surroundings import Surroundings
 from drake_starnav.worlds.world import World
 from tests.helpers.motions import stepped
-from tests.helpers.scans import MARGINS, RADIUS, cast, distance, seeds
+from tests.helpers.scans import MARGINS, RADIUS, cast, distance, observe_scan, seeds
 
 ROBOT = RobotParameters()
 PARAMETERS = ControllerParameters()
@@ -23,12 +23,12 @@ MARGIN = MARGINS.safety
 KEPT = RADIUS + MARGIN
 
 
-def star_with_one_short_hit(world: World, pose: np.ndarray, bearing: float, short: float) -> CertifiedRegion:
-    """The certified region of an exact scan, but the beam next to a bearing in W measures this much too little."""
+def star_with_one_short_hit(world: World, pose: np.ndarray, bearing: float, short: float) -> Surroundings:
+    """The certified star of an exact scan, but the beam next to a bearing in W measures this much too little."""
     scan = cast(world, pose)
     beam = round((bearing - pose[2] - scan.angle_min) / scan.angle_increment) % len(scan.ranges)
     measured = dataclasses.replace(scan, ranges=scan.ranges - short * (np.arange(len(scan.ranges)) == beam))
-    return certified_region(ScanMemory(), measured, scan.distances, pose, RADIUS + MARGIN, 1.2, (2.0, 1))[0]
+    return observe_scan(measured, pose, RADIUS + MARGIN, 1.2)
 
 
 def way_is_open(hits: np.ndarray, position: np.ndarray, angle: float) -> bool:

@@ -5,13 +5,13 @@ import numpy as np
 from drake_starnav.control import ControllerInputs, followed
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.robot import RobotParameters
-from drake_starnav.surroundings.safe_region import CertifiedRegion
+from drake_starnav.surroundings.surroundings import Surroundings
 
 ROBOT = RobotParameters()
 
 
 def test_without_guidance_or_scans_the_law_stands_and_leaves_its_input_alone() -> None:
     arrays = np.zeros(3), np.zeros(2)
-    proposal = followed(ControllerInputs(*arrays, Guidance.none(), CertifiedRegion.none()), ROBOT)
+    proposal = followed(ControllerInputs(*arrays, Guidance.none(), Surroundings.unknown()), ROBOT)
     assert not proposal.twist.any() and not proposal.guiding_vector.any()
     assert not any(array.any() for array in arrays)

@@ -19,16 +19,17 @@ from drake_starnav.control.path_following import (
 from drake_starnav.planning.guidance import PASSED_DISTANCE, Guidance
 from drake_starnav.robot import BASES, RobotParameters
 from drake_starnav.robot.limits import HEADING_GAIN, aimed
+from drake_starnav.surroundings.recent_hits import Hits
 from drake_starnav.surroundings.region_union import RegionUnion
-from drake_starnav.surroundings.safe_region import CertifiedRegion
 from drake_starnav.surroundings.star_region import united
-from tests.helpers.motions import limited_twist, stepped
+from drake_starnav.utils.snapshot import replaced
+from tests.helpers.motions import limited_twist, only_star, stepped
 from tests.helpers.scans import RADIUS, seeds, smooth_region
 
 ROBOT = RobotParameters()
 PARAMETERS = ControllerParameters()
 PERIOD = 1.0 / PARAMETERS.rate
-OPEN = CertifiedRegion(np.zeros(2), 0.0, np.full(720, 100.0), np.zeros((0, 2)))
+OPEN = only_star(np.full(720, 100.0))
 components = st.floats(-5.0, 5.0)
 
 
@@ -134,9 +135,10 @@ def test_a_robot_that_is_slow_to_turn_stops_turning_in_time(acceleration):
 @pytest.mark.parametrize("base", BASES)
 def test_a_round_robot_of_any_base_heads_for_its_way_point_beside_hits(base: str) -> None:
     robot, hits = RobotParameters(base=base), np.array([(1.0, 0.5), (1.0, -0.5)])
-    star = dataclasses.replace(OPEN, hits=hits, near_hits=hits, half_gaps=np.zeros(2), seen=True)
+    star = dataclasses.replace(OPEN.certified_star, boundary=Hits(hits, np.zeros(2)))
+    surroundings = replaced(OPEN, certified_star=star)
     guidance = Guidance(np.array([(3.0, 0.0)]), False, RegionUnion.none())
-    inputs = ControllerInputs(np.zeros(3), np.zeros(len(robot.drive.components)), guidance, star)
+    inputs = ControllerInputs(np.zeros(3), np.zeros(len(robot.drive.components)), guidance, surroundings)
     twist = followed(inputs, robot).twist
     assert len(twist) == len(robot.drive.components)
     assert robot.drive.body_rates(twist)[0] > 0.5

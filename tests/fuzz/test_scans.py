@@ -10,11 +10,10 @@ from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.outlier_filter import HitHistory, without_outliers
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, plan_step
 from drake_starnav.surroundings import Observation
-from drake_starnav.surroundings.erosion import smoothed_distances
-from drake_starnav.surroundings.safe_region import ScanMemory, certified_region
-from drake_starnav.surroundings.scan_averaging import averaged
+from drake_starnav.surroundings.scan_averaging import average_scan
 from drake_starnav.surroundings.star_region import scan_region
-from tests.helpers.scans import MARGINS, RADIUS
+from drake_starnav.utils.snapshot import replaced
+from tests.helpers.scans import MARGINS, RADIUS, observe_scan
 
 PARAMETERS = PlannerParameters()
 fuzzed = settings(max_examples=60, deadline=None)
@@ -44,15 +43,16 @@ def test_any_ranges_are_perceived(found, pose):
     scan = LaserScan(0.0, -np.pi, 2.0 * np.pi / 36, 0.0, 4.0, found, lost_beams=True)
     scan = without_outliers(scan, pose, HitHistory((scan.points(pose)[::2],)))[0]
     region = scan_region(scan, pose, RADIUS, MARGINS)
-    star, memory = certified_region(ScanMemory(), scan, smoothed_distances(scan), pose, RADIUS, 1.2, (2.0, 5))
-    earlier, mean = averaged(memory, scan, pose + 0.01, 1.0)
-    of_means, _ = certified_region(earlier, mean, smoothed_distances(mean), pose + 0.01, RADIUS, 1.2, (2.0, 5))
-    for values in (region.boundary.values, star.values, of_means.values):
+    seen = observe_scan(scan, pose, RADIUS, 1.2)
+    recent_hits, mean = average_scan(seen.recent_hits, scan, pose + 0.01, 1.0)
+    averaged = observe_scan(mean, pose + 0.01, RADIUS, 1.2, replaced(seen, recent_hits=recent_hits))
+    star = seen.certified_star
+    for values in (region.boundary.values, star.values, averaged.certified_star.values):
         assert np.isfinite(values).all() and values.min() >= 0.0
     samples = np.arange(36) * len(star.values) // 36
     assert (star.values[samples] <= np.maximum(scan.distances - RADIUS, 0.0) + 1e-9).all()
-    seen = Observation(region, scan, pose)
+    observation = Observation(region, scan, pose)
     state = PlannerState.initial(PARAMETERS, RADIUS)
     for time in (0.0, 0.1):
-        state = plan_step(state, PlannerInput(seen, pose[:2], np.zeros(2), time, PARAMETERS, MARGINS, RADIUS))
+        state = plan_step(state, PlannerInput(observation, pose[:2], np.zeros(2), time, PARAMETERS, MARGINS, RADIUS))
     assert np.isfinite(state.path).all()

@@ -13,7 +13,7 @@ from drake_starnav.safety.clear import Clear
 from drake_starnav.safety.shield import braking_twist, ramped_twist
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.scenario.schema import Scenario
-from drake_starnav.surroundings.perception import Perceived, PerceptionSettings, perceive
+from drake_starnav.surroundings.perception import PerceptionSettings, PerceptionState, perceive
 from drake_starnav.worlds.clearance import body_clearance
 from drake_starnav.worlds.view import scan_from, visible_shapes
 from drake_starnav.worlds.world import World
@@ -44,7 +44,7 @@ class KinematicRobot:
         margins, robot, controller = derive_margins(scenario, mounts), scenario.robot, scenario.controller
         self._lidars = tuple(zip(scenario.all_lidars, mounts, strict=True))
         self._world, self._seed, self._margin, self._rate = world, seed, margins.safety, controller.rate
-        self._settings = PerceptionSettings(margins, robot.shape, None, tuple(mounts), plans=False)
+        self._settings = PerceptionSettings(margins, robot.shape, None, tuple(mounts), has_planner=False)
         self._shapes = visible_shapes(world)
         self._actuation = Actuation(robot.limits, robot.shape, 1.0 / controller.rate, controller.delay, robot.drive)
         self._ticks, self._scans, self.least = 0, 0, np.inf
@@ -53,7 +53,7 @@ class KinematicRobot:
     def put(self, pose: np.ndarray) -> None:
         """Let the robot stand at a pose (x, y, yaw), W, m and rad, as if it had not been anywhere else."""
         self.pose, self.twist = pose, np.zeros(len(self._actuation.base.components))
-        self.seen = Perceived.nothing()
+        self.seen = PerceptionState.initial()
         self.look()
 
     def look(self) -> None:
@@ -88,7 +88,7 @@ class KinematicRobot:
         actuation, poses = self._actuation, []
         base, limits, footprint = actuation.base, actuation.limits, actuation.footprint
         desired = base.saturated(desired, limits)
-        certificates = (Clear(self.seen.safety, self._margin, footprint),)
+        certificates = (Clear(self.seen.surroundings, self._margin, footprint),)
         proposals = list(base.proposals(desired, limits))
         for _ in range(count):
             pose, twist = self.pose, self.twist

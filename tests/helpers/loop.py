@@ -11,7 +11,7 @@ from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState
 from drake_starnav.robot import RobotParameters
 from drake_starnav.safety.certificates import standard_certificates
 from drake_starnav.safety.shield import certified_twist, ramped_twist
-from drake_starnav.surroundings.perception import Perceived, PerceptionSettings, perceive
+from drake_starnav.surroundings.perception import PerceptionSettings, PerceptionState, perceive
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.tracking.tracker import Tracked, TrackedObstacles, track
 from tests.helpers.motions import actuation
@@ -35,9 +35,9 @@ class Run:
 
 def command(inputs: ControllerInputs, tracked: TrackedObstacles, robot: RobotParameters = ROBOT) -> np.ndarray:
     """Return what is driven next: what the controller proposes, as far as the shield accepts it."""
-    pose, twist, _, star = inputs
+    pose, twist, _, surroundings = inputs
     commands = actuation(robot, 1.0 / CONTROLLER.rate)
-    certificates = standard_certificates(star, MARGINS.safety, commands, pose[:2], tracked)
+    certificates = standard_certificates(surroundings, MARGINS.safety, commands, pose[:2], tracked)
     way = avoid_collision(inputs, tracked, certificates, commands, robot)
     proposed = followed(inputs, robot).twist if way is None else way
     return np.array(ramped_twist(twist, certified_twist(pose, twist, proposed, certificates, commands)[0], commands))
@@ -56,7 +56,7 @@ def drive(
     """Drive from a pose to a goal (2,)."""
     rng = np.random.default_rng(seed)
     pose, twist = np.array(start, dtype=float), np.zeros(2)
-    known, perceived = Tracked(), Perceived.nothing()
+    known, perceived = Tracked(), PerceptionState.initial()
     plan = PlannerState.initial(PLANNER, robot.radius)
     tick = PERIOD / TICKS
     poses = [pose]
@@ -71,7 +71,7 @@ def drive(
                 plan, PlannerInput(perceived.observation, pose[:2], goal, time, PLANNER, MARGINS, robot.radius)
             )
         tracked = TrackedObstacles(known.tracks, time - known.tracks.time, obstacles)
-        driven = command(ControllerInputs(pose, twist, plan.guidance, perceived.safety), tracked, robot)
+        driven = command(ControllerInputs(pose, twist, plan.guidance, perceived.surroundings), tracked, robot)
         pose = moved(pose, 0.5 * (twist + driven), tick)
         twist = driven
         poses.append(pose)

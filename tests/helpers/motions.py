@@ -11,9 +11,11 @@ from drake_starnav.robot.motion import Actuation, roll_out
 from drake_starnav.safety.certificates import accepted
 from drake_starnav.safety.clear import Clear
 from drake_starnav.safety.shield import certified_twist, ramped_twist
-from drake_starnav.surroundings.safe_region import CertifiedRegion
+from drake_starnav.surroundings.certified_star import CertifiedStar
+from drake_starnav.surroundings.surroundings import Surroundings
+from drake_starnav.utils.snapshot import replaced
 
-PERIOD = 0.02
+PERIOD, ORIGIN = 0.02, np.zeros(2)
 FINE = 2e-4
 """Step of the integration that stands for the true motion, s."""
 
@@ -23,9 +25,14 @@ def actuation(robot: RobotParameters, hold: float = PERIOD, delay: float = 0.0) 
     return Actuation(robot.limits, robot.shape, hold, delay, robot.drive)
 
 
-def clear(star: CertifiedRegion) -> Clear:
+def only_star(values: np.ndarray, center: np.ndarray = ORIGIN) -> Surroundings:
+    """Surroundings in which nothing but a star about `center` is known, by its boundary at M bearings, m."""
+    return replaced(Surroundings.unknown(), certified_star=CertifiedStar(center, 0.0, values))
+
+
+def clear(star: Surroundings) -> Clear:
     """The certificate of a disc of 0.25 m with the margin that a star was made for; none if it is no scan's."""
-    return Clear(star, max(star.radius - 0.25, 0.0), disc(0.25))
+    return Clear(star, max(star.certified_star.radius - 0.25, 0.0), disc(0.25))
 
 
 def motion(
@@ -42,7 +49,7 @@ def certified(
     desired: np.ndarray,
     hold: float,
     limits: Limits,
-    star: CertifiedRegion,
+    star: Surroundings,
     delay: float = 0.0,
 ) -> bool:
     """Whether that motion is certified, as the package decides it."""
@@ -56,7 +63,7 @@ def starred_twist(
     desired: np.ndarray,
     hold: float,
     limits: Limits,
-    star: CertifiedRegion,
+    star: Surroundings,
     delay: float = 0.0,
 ) -> tuple[float, float, bool]:
     """What the shield makes of a twist in a static world: v, omega, and whether any motion was certified."""

@@ -6,18 +6,23 @@ import math
 import numpy as np
 from hypothesis import strategies as st
 
-from drake_starnav.geometry.footprint import disc
+from drake_starnav.geometry.footprint import Footprint, disc
 from drake_starnav.geometry.se2 import composed, now_in
 from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.lidar.mounts import ON_AXIS
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.roadmap import StarRoadmap, extended
 from drake_starnav.surroundings.erosion import FreeRange
-from drake_starnav.surroundings.looks import Kept, Known, Look, Looks
-from drake_starnav.surroundings.margins import Margins
+from drake_starnav.surroundings.margins import Margins, ViewRetention
 from drake_starnav.surroundings.observation import Observation
 from drake_starnav.surroundings.region_union import RegionUnion, first_gap
 from drake_starnav.surroundings.star_region import StarRegion, fit_region, scan_region
-from drake_starnav.surroundings.unseen import Step, known
+from drake_starnav.surroundings.surroundings import Surroundings, observe
+from drake_starnav.surroundings.unseen import BodyStep, is_known_free
+from drake_starnav.surroundings.view import View, ViewParams, make_view
+from drake_starnav.surroundings.view_arrays import ViewArrays
+from drake_starnav.surroundings.view_history import ViewHistory
+from drake_starnav.utils.snapshot import replaced
 from drake_starnav.worlds.world import World
 
 RADIUS = 0.25
@@ -32,29 +37,45 @@ MARGINS = Margins(
     smoothed_beams=0,
     average_scans=False,
     drop_seen_through=False,
-    looks=Kept(),
+    retention=ViewRetention(),
 )
 """Of the default scenario, but the certificate's ranges are not smoothed."""
 ORIGIN = np.zeros(3)
 seeds = st.integers(0, 2**32 - 1)
 
 
-def remembered_hits(hits: np.ndarray, place: np.ndarray = ORIGIN, reach: float = 99.0) -> Look:
-    """Of hits (n, 2) of scans before the last one, which hide nothing; that saw nothing itself."""
-    count = len(hits)
-    return Look(hits, (count, count), LaserScan.nothing().beams, tuple(map(float, place)), reach)
+def view_of_hits(hits: np.ndarray, place: np.ndarray = ORIGIN, reach: float = 99.0) -> View:
+    """A view that saw nothing itself, of hits (n, 2) of scans before it, which occlude nothing."""
+    return replaced(View.none(), robot_pose=np.asarray(place, dtype=float), recent_points=hits, reach=reach)
 
 
-def look_of(scan: LaserScan, place: tuple[float, float, float], reach: float = 3.0) -> Look:
-    """What one lidar alone saw in one scan."""
-    hits = scan.points(place)
-    return Look(hits, (0, len(hits)), scan.beams, place, reach)
+def view_of(scan: LaserScan, place: np.ndarray | tuple, reach: float = 3.0, shape=None) -> View:
+    """What one lidar on the axis of a robot saw in one scan, from a pose."""
+    shape = shape or disc(0.0)
+    pose = np.array(place, dtype=float)
+    view = replaced(View.none(), scan=scan, confirmed_scan=scan, robot_pose=pose, params=ViewParams(shape))
+    return replaced(view, near_points=scan.points(pose), reach=reach)
 
 
-def seen_by(looks: Known, part: np.ndarray) -> bool:
-    """Whether looks saw all of a convex polygon (n, 2), W."""
-    nowhere = np.full(4, np.nan)
-    return bool(known(part, len(part), Looks.of(looks), Step(disc(0.0).body, nowhere, nowhere, True), np.zeros(2, int)))
+def seen_by(views: ViewHistory, part: np.ndarray) -> bool:
+    """Whether views cover all of a convex polygon (n, 2), W."""
+    step = BodyStep(disc(0.0).body, np.full(4, np.nan), np.full(4, np.nan), True)
+    return bool(is_known_free(part, len(part), ViewArrays.of(views), step, np.zeros(2, int)))
+
+
+def observe_scan(
+    scan: LaserScan,
+    pose: np.ndarray,
+    radius: float,
+    reach: float,
+    before: Surroundings | None = None,
+    shape: Footprint | None = None,
+) -> Surroundings:
+    """The surroundings after one more scan of a lidar on the axis of a robot that keeps `radius` from hits, m."""
+    shape = shape or disc(RADIUS)
+    margins = dataclasses.replace(MARGINS, safety=radius - shape.narrow, safety_range=reach)
+    view = make_view(scan, ON_AXIS, pose, None, ViewParams(shape))
+    return observe(before or Surroundings.unknown(), [view], pose, shape, margins)
 
 
 def silence() -> LaserScan:

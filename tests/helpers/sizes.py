@@ -12,7 +12,7 @@ from drake_starnav.scenario.scenario_file import load_scenario
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.simulation.run import run_trial
 from drake_starnav.surroundings.margins import Margins
-from drake_starnav.surroundings.perception import Perceived, PerceptionSettings, perceive
+from drake_starnav.surroundings.perception import PerceptionSettings, PerceptionState, perceive
 from drake_starnav.worlds.formats.obstacles import Obstacles
 from drake_starnav.worlds.view import scan_from, visible_shapes
 from tests.helpers.motions import actuation
@@ -82,7 +82,7 @@ def driven_states(scenario: Scenario, margins: Margins, seed: int, commands: int
     robot, lidar, rate = scenario.robot, scenario.lidar, scenario.controller.rate
     world = scenario.world.make(np.random.default_rng(seed), robot.shape)
     settings, commanding = PerceptionSettings(margins, robot.shape), actuation(robot, 1.0 / rate)
-    shapes, goal, known = visible_shapes(world), np.array(world.goal), Perceived.nothing()
+    shapes, goal, known = visible_shapes(world), np.array(world.goal), PerceptionState.initial()
     state, pose, twist, scans = (
         PlannerState.initial(scenario.planner, robot.radius),
         np.array(world.start),
@@ -96,8 +96,8 @@ def driven_states(scenario: Scenario, margins: Margins, seed: int, commands: int
             known = perceive(known, (scan,), pose, settings)
             now = PlannerInput(known.observation, pose[:2], goal, k / rate, scenario.planner, margins, robot.radius)
             state = plan_step(state, now)
-        inputs = ControllerInputs(pose, twist, state.guidance, known.safety)
-        asked = standard_certificates(known.safety, margins.safety, commanding, pose[:2])
+        inputs = ControllerInputs(pose, twist, state.guidance, known.surroundings)
+        asked = standard_certificates(known.surroundings, margins.safety, commanding, pose[:2])
         twist, _ = shielded(pose, twist, followed(inputs, robot).twist, asked, commanding)
         middle = pose[2] + 0.5 * twist[1] / rate
         pose = pose + np.array((twist[0] * np.cos(middle), twist[0] * np.sin(middle), twist[1])) / rate
@@ -108,5 +108,5 @@ def driven_states(scenario: Scenario, margins: Margins, seed: int, commands: int
         "twists": np.array(twists),
         "nodes": state.roadmap.union.values,
         "path": state.path,
-        "star": known.safety.values,
+        "star": known.surroundings.certified_star.values,
     }

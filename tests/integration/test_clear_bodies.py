@@ -15,15 +15,17 @@ from drake_starnav.robot.motion import Actuation, roll_out
 from drake_starnav.safety.clear import Clear
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.scenario.scenario_file import parse_scenario
-from drake_starnav.surroundings.erosion import smoothed_distances
-from drake_starnav.surroundings.perception import Perceived, PerceptionSettings, perceive
-from drake_starnav.surroundings.safe_region import CertifiedRegion, ScanMemory, certified_region
-from drake_starnav.surroundings.unseen import start_radius
+from drake_starnav.surroundings.certified_star import CertifiedStar
+from drake_starnav.surroundings.perception import PerceptionSettings, PerceptionState, perceive
+from drake_starnav.surroundings.surroundings import Surroundings
+from drake_starnav.surroundings.unseen import initial_disc_radius
+from drake_starnav.surroundings.view_history import ViewHistory
+from drake_starnav.utils.snapshot import replaced
 from drake_starnav.worlds.clearance import body_clearance
 from drake_starnav.worlds.world import World
 from tests.helpers.kinematic_robot import KinematicRobot
 from tests.helpers.motions import certified
-from tests.helpers.scans import MARGINS, RADIUS, cast, noisy, scattered, seeds
+from tests.helpers.scans import MARGINS, RADIUS, cast, noisy, observe_scan, scattered, seeds
 from tests.helpers.sweep import sweep
 
 ROBOT = RobotParameters()
@@ -47,20 +49,15 @@ SHAPES = {
 }
 
 
-def seen_by(
-    world: World, pose: np.ndarray, shape: Footprint, rng: np.random.Generator | None = None
-) -> CertifiedRegion:
+def seen_by(world: World, pose: np.ndarray, shape: Footprint, rng: np.random.Generator | None = None) -> Surroundings:
     """What two scans certify, the first from 2 cm behind, with noise if there is an `rng`."""
-    memory = ScanMemory()
+    seen = Surroundings.unknown()
     for step in (-0.02, 0.0):
         place = pose + (step * math.cos(pose[2]), step * math.sin(pose[2]), 0.0)
         scan = cast(world, place, beams=720)
         scan = scan if rng is None else noisy(scan, NOISE, rng)
-        radius = shape.narrow + MARGIN
-        star, memory = certified_region(
-            memory, scan, smoothed_distances(scan), place, radius, 2.0, (2.0 + 2.0 * radius, 5)
-        )
-    return star
+        seen = observe_scan(scan, place, shape.narrow + MARGIN, 2.0, seen, shape)
+    return replaced(seen, past_views=ViewHistory())  # the last view alone
 
 
 def tried(seed: int, shape: Footprint, noise: bool, robot: RobotParameters) -> tuple[bool, float]:
@@ -128,10 +125,11 @@ def test_a_rectangle_fits_where_the_disc_around_it_does_not():
 def test_nothing_is_accepted_without_a_scan_or_beyond_what_is_known():
     shape, pose = SHAPES["jackal"], np.zeros(3)
     standing = roll_out(pose, np.zeros(2), np.array((0.1, 0.0)), Actuation(LIMITS, shape, PERIOD, 0.0))
-    assert not Clear(CertifiedRegion.none(), MARGIN, shape).accepts(standing)
+    assert not Clear(Surroundings.unknown(), MARGIN, shape).accepts(standing)
     star = seen_by(wall(1.0), pose, shape)
-    near = dataclasses.replace(star.look, reach=shape.radius - 0.01)  # even where the scan was taken
-    blind = dataclasses.replace(star, values=np.zeros(4), newest=star.newest._replace(looks=(near,)))
+    near = replaced(star.view, reach=shape.radius - 0.01)  # even where the scan was taken
+    views = star.current_views._replace(views=(near,))
+    blind = replaced(star, certified_star=CertifiedStar.none(), current_views=views)
     assert not Clear(blind, MARGIN, shape).accepts(standing)
     fast = roll_out(
         pose + (1.5, 0.0, 0.0),
@@ -194,7 +192,7 @@ def test_where_a_robot_has_driven_it_may_drive_back_and_turn(name: str, mount: M
 def test_a_disc_backs_no_farther_than_it_has_seen(half):
     """Towards a post that stands where its lidar does not look, and never did."""
     post = World("post", (0, 0, 0), (3, 0), cylinders=[(-0.8, 0.0, 0.1)])
-    settings, seen = PerceptionSettings(MARGINS, disc(RADIUS)), Perceived.nothing()
+    settings, seen = PerceptionSettings(MARGINS, disc(RADIUS)), PerceptionState.initial()
     backwards, accepted = np.array((-0.5, 0.0)), []
     for x in (0.0, 0.1, 0.4):
         pose = np.array((x, 0.0, 0.0))
@@ -202,22 +200,20 @@ def test_a_disc_backs_no_farther_than_it_has_seen(half):
         scan = dataclasses.replace(scan, time=x)
         assert not np.isfinite(scan.ranges).any()
         seen = perceive(seen, (scan,), pose, settings)
-        accepted.append(certified(pose, backwards, backwards, PERIOD, LIMITS, seen.safety))
+        accepted.append(certified(pose, backwards, backwards, PERIOD, LIMITS, seen.surroundings))
     assert accepted == [False, False, True]  # it stops within 0.14 m
 
 
 TEE = footprint((rectangle(0.55, 0.2, -0.075), ((0.15, -0.4), (0.3, -0.4), (0.3, 0.4), (0.15, 0.4))))
 
 
-def looks_at(
-    world: World, poses: np.ndarray, shape: Footprint, mount: Mount = ON_AXIS, **view: float
-) -> CertifiedRegion:
+def looks_at(world: World, poses: np.ndarray, shape: Footprint, mount: Mount = ON_AXIS, **view: float) -> Surroundings:
     """What scans at poses (n, 3) certify, one after the other."""
-    state, settings = Perceived.nothing(), PerceptionSettings(MARGINS, shape, None, (mount,))
+    state, settings = PerceptionState.initial(), PerceptionSettings(MARGINS, shape, None, (mount,))
     for k, pose in enumerate(poses):
         scan = dataclasses.replace(cast(world, composed(pose, mount[:3]), beams=720, **view), time=0.1 * k)
         state = perceive(state, (scan,), pose, settings)
-    return state.safety
+    return state.surroundings
 
 
 @pytest.mark.parametrize("first", [0.0, -0.6])
@@ -270,7 +266,7 @@ def test_a_limited_view_accepts_nothing_that_touches(half: float, mount: Mount, 
         poses.append(np.array((x + 0.05 * math.cos(yaw), y + 0.05 * math.sin(yaw), yaw + 0.1 * turns)))
     world = scattered(rng, discs=14, walls=8, clear=0.1)
     free = body_clearance(world, np.array(poses), shape).min() > MARGINS.safety + 0.01
-    start = disc(start_radius(shape, MARGINS.safety, mount.x))
+    start = disc(initial_disc_radius(shape, MARGINS.safety, mount.x))
     if not free or body_clearance(world, begin[None], start)[0] < 0.0:
         return
     star = looks_at(world, np.array(poses), shape, mount, angle_min=-half, angle_increment=2.0 * half / 719)
@@ -298,7 +294,7 @@ def test_no_driver_comes_nearer_than_the_margin_to_what_was_never_seen(name: str
     scenario = parse_scenario("world: !Obstacles {}", name="posts", overrides=view)
     scenario = dataclasses.replace(scenario, robot=robot)
     margin = derive_margins(scenario, (mount,)).safety
-    free = start_radius(robot.shape, margin, mount.x) + 0.02
+    free = initial_disc_radius(robot.shape, margin, mount.x) + 0.02
     for seed in range(2):
         rng, far = np.random.default_rng(seed), free + 0.35
         posts = []

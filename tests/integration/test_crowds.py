@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from drake_starnav.control import ControllerInputs
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.robot import RobotParameters
-from drake_starnav.surroundings.safe_region import CertifiedRegion
+from drake_starnav.surroundings.surroundings import Surroundings
 from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.tracking.prediction import grown
@@ -79,6 +79,6 @@ def test_it_brakes_where_nothing_can_be_certified() -> None:
     ring = 0.35 * np.column_stack((np.cos(angle), np.sin(angle)))
     tracks = Tracks(time=0.0, hits=grown(ring, 0.0), owner=np.full(len(ring), -1))
     twist = np.array((0.4, 0.1))
-    inputs = ControllerInputs(np.zeros(3), twist, Guidance.none(), CertifiedRegion.none())
+    inputs = ControllerInputs(np.zeros(3), twist, Guidance.none(), Surroundings.unknown())
     driven = command(inputs, TrackedObstacles(tracks, 0.0, STRICT))
     assert math.isclose(driven[0], 0.4 - ROBOT.max_acceleration / CONTROLLER.rate)

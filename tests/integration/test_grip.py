@@ -16,13 +16,12 @@ from drake_starnav.robot.motion import roll_out
 from drake_starnav.scenario.error_budget import error_budget
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.navigation_station import NavigationStation
-from drake_starnav.surroundings.safe_region import CertifiedRegion
 from drake_starnav.worlds.world import World
-from tests.helpers.motions import actuation, limited_twist, starred_twist
+from tests.helpers.motions import actuation, limited_twist, only_star, starred_twist
 
 pytestmark = pytest.mark.slow
 
-OPEN = CertifiedRegion(np.zeros(2), 0.0, np.full(720, 1e3), np.zeros((0, 2)), seen=True)
+OPEN = only_star(np.full(720, 1e3))
 PERIOD = 0.02
 
 

@@ -120,7 +120,7 @@ def test_a_look_sees_no_farther_than_where_beams_are_apart_by_the_thinnest_obsta
     world = World("open", (0, 0, 0), (0, 0), cylinders=[(2.0, 2.0, 0.2)])
     motion, margins = KinematicRobot(scenario, world, 0), derive_margins(scenario)
     motion.drive(np.array((0.5, 0.0)), 1.0)
-    known = motion.seen.safety
-    for look in (known.look, *known.earlier.looks[:-1]):
-        assert look.free.max() * scenario.lidar.widest_gap <= margins.thinnest * (1.0 + 1e-9)
+    known = motion.seen.surroundings
+    for view in (known.view, *known.past_views.views[:-1]):
+        assert view.visible_ranges.max() * scenario.lidar.widest_gap <= margins.thinnest * (1.0 + 1e-9)
     assert body_clearance(world, motion.pose[None], scenario.robot.shape)[0] > 1.0

@@ -14,7 +14,7 @@ from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState
 from drake_starnav.scenario.scenario_file import load_scenario, parse_scenario
 from drake_starnav.simulation.run import run_trial
 from drake_starnav.surroundings import Observation
-from drake_starnav.surroundings.perception import Perceived, PerceptionSettings
+from drake_starnav.surroundings.perception import PerceptionSettings, PerceptionState
 from drake_starnav.worlds import World
 from tests.helpers.scans import MARGINS, RADIUS, cast, free_point, scattered
 
@@ -28,7 +28,7 @@ START = PlannerState.initial(PARAMETERS, RADIUS)
 def observed(world: World, x: float, y: float = 0.0, time: float = 0.0) -> Observation:
     pose = np.array((x, y, 0.0))
     scan = dataclasses.replace(cast(world, pose), time=time)
-    return perceive(Perceived.nothing(), (scan,), pose, SETTINGS).observation
+    return perceive(PerceptionState.initial(), (scan,), pose, SETTINGS).observation
 
 
 def given(seen: Observation, goal: tuple[float, float]) -> PlannerInput:

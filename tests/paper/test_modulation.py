@@ -24,8 +24,8 @@ from drake_starnav.paper.pid import authors_pid, turn_towards
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.limits import HEADING_GAIN
-from drake_starnav.surroundings.safe_region import CertifiedRegion
 from drake_starnav.surroundings.star_region import united
+from drake_starnav.surroundings.surroundings import Surroundings
 from tests.helpers.scans import RADIUS, seeds, smooth_region
 
 
@@ -99,7 +99,7 @@ def test_the_robot_can_stop_within_its_clearance_and_creeps_without_one(clearanc
 def test_the_robot_turns_towards_the_vector_at_a_constant_speed_in_the_open(heading, length):
     robot = RobotParameters(max_yaw_rate=20.0, max_yaw_acceleration=200.0)
     guidance = Guidance.along(length * unit(heading)[None, :])
-    v, omega = control(ControllerInputs(np.zeros(3), np.zeros(2), guidance, CertifiedRegion.none()), robot).twist
+    v, omega = control(ControllerInputs(np.zeros(3), np.zeros(2), guidance, Surroundings.unknown()), robot).twist
     assert v == pytest.approx(choices.SPEED * max(math.cos(heading), 0.0) ** 3)
     assert omega == pytest.approx(HEADING_GAIN * heading)
 
@@ -132,6 +132,6 @@ def test_the_tangent_is_that_of_the_boundary():
 
 
 def test_an_empty_path_stops_the_robot():
-    inputs = ControllerInputs(np.zeros(3), np.zeros(2), Guidance.none(), CertifiedRegion.none())
+    inputs = ControllerInputs(np.zeros(3), np.zeros(2), Guidance.none(), Surroundings.unknown())
     found = control(inputs, RobotParameters())
     assert not found.twist.any() and not found.guiding_vector.any()

@@ -11,7 +11,7 @@ from drake_starnav.lidar.mounts import Mount
 from drake_starnav.paper import choices, perceive
 from drake_starnav.paper.blend import smoothed_distances
 from drake_starnav.paper.star_region import fit_boundary, polar_coordinates, range_profile
-from drake_starnav.surroundings.perception import Perceived, PerceptionSettings
+from drake_starnav.surroundings.perception import PerceptionSettings, PerceptionState
 from drake_starnav.worlds import World
 from tests.helpers.scans import MARGINS, RADIUS, cast, scattered
 
@@ -29,7 +29,7 @@ def test_each_beam_counts_alone(reach: float, less: float) -> None:
 def test_the_region_is_as_far_as_the_beams_see() -> None:
     pose = np.array((0.3, -0.2, 0.7))
     scan = cast(World("box", (0, 0, 0), (1, 0), bounds=(-1.5, -1.2, 1.4, 1.3)), pose)
-    region = perceive(Perceived.nothing(), (scan,), pose, SETTINGS).observation.region
+    region = perceive(PerceptionState.initial(), (scan,), pose, SETTINGS).observation.region
     assert region is not None and region.margin == 0.0
     assert (
         np.abs(region.phi(pose[2] + scan.bearings) - scan.distances).max() < choices.JUMP
@@ -40,11 +40,13 @@ def test_nothing_is_certified_but_hits_and_times_are_kept() -> None:
     pose = np.zeros(3)
     world = World("posts", (0, 0, 0), (3, 0), cylinders=[(0.8, 0.2, 0.1), (3.5, -0.5, 0.2), (-5.4, 0.0, 0.2)])
     scan = cast(world, pose, range_max=8.0)
-    seen = perceive(Perceived.nothing(), (scan,), pose, SETTINGS)
-    assert not seen.safety.seen and not seen.safety.values.any() and seen.safety.time == scan.time
+    seen = perceive(PerceptionState.initial(), (scan,), pose, SETTINGS)
+    surroundings = seen.surroundings
+    assert not surroundings.has_views and not surroundings.certified_star.values.any()
+    assert surroundings.time == scan.time
     distance = np.sort(smoothed_distances(scan)[scan.hits])
     near = distance[distance < choices.RANGE]
-    np.testing.assert_allclose(np.sort(np.hypot(*seen.safety.near_hits.T)), near)
+    np.testing.assert_allclose(np.sort(np.hypot(*surroundings.recent_hits.hits.points.T)), near)
 
 
 def test_points_are_as_far_and_where_the_lidar_sees_them() -> None:
@@ -64,4 +66,4 @@ def test_cubics_follow_the_slope() -> None:
 def test_a_lidar_off_the_axis_is_refused() -> None:
     scan, settings = cast(World("open", (0, 0, 0), (1, 0))), SETTINGS._replace(mounts=(Mount(0.1, 0.0, 0.0, False),))
     with pytest.raises(StarnavError, match="off the axis; allowed: one on the axis"):
-        perceive(Perceived.nothing(), (scan,), np.zeros(3), settings)
+        perceive(PerceptionState.initial(), (scan,), np.zeros(3), settings)

@@ -19,10 +19,8 @@ from drake_starnav.planning.manoeuvre import (
 )
 from drake_starnav.robot import BASES, Base, RobotParameters
 from drake_starnav.robot.limits import wrapped_angle
-from drake_starnav.surroundings.erosion import smoothed_distances
-from drake_starnav.surroundings.safe_region import ScanMemory, certified_region
 from drake_starnav.worlds.world import World
-from tests.helpers.scans import cast
+from tests.helpers.scans import cast, observe_scan
 
 BASE = BASES["differential"]
 SHAPE = footprint(((0.254, -0.215), (0.254, 0.215), (-0.254, 0.215), (-0.254, -0.215)))
@@ -31,11 +29,8 @@ LIMITS = RobotParameters().limits
 
 
 def body(world: World, pose: np.ndarray, shape: Footprint = SHAPE, base: Base = BASE) -> Body:
-    scan, reach = cast(world, pose, beams=720), 2.0
-    star, _ = certified_region(
-        ScanMemory(), scan, smoothed_distances(scan), pose, shape.narrow + MARGIN, reach, (reach + 0.5, 5)
-    )
-    return Body(shape, star, MARGIN, base.moves(shape.radius, LIMITS), LIMITS, base)
+    surroundings = observe_scan(cast(world, pose, beams=720), pose, shape.narrow + MARGIN, 2.0, shape=shape)
+    return Body(shape, surroundings, MARGIN, base.moves(shape.radius, LIMITS), LIMITS, base)
 
 
 def boxes(*sides: tuple[float, float, float, float]) -> World:

@@ -349,7 +349,7 @@ def test_every_scan_is_processed_whatever_the_rates(forest) -> None:
     assert robot.speed > 0.5
     perception = forest.navigation.perception
     held = perception.GetMyContextFromRoot(forest._simulator.get_context()).get_abstract_state(0).get_value()
-    assert held.value.safety.time == pytest.approx(last - forest._origin)  # none is forgotten by the next
+    assert held.value.surroundings.time == pytest.approx(last - forest._origin)  # none is forgotten by the next
 
 
 def test_two_lidars_that_scan_when_they_like() -> None:

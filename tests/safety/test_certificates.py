@@ -11,15 +11,15 @@ from drake_starnav.safety.certificates import accepted, standard_certificates
 from drake_starnav.safety.clear import Clear
 from drake_starnav.safety.moving_certificate import MOVING_MARGIN, MovingCertificate
 from drake_starnav.safety.shield import certified_twist
-from drake_starnav.surroundings.erosion import smoothed_distances
-from drake_starnav.surroundings.looks import Known
-from drake_starnav.surroundings.safe_region import CertifiedRegion, ScanMemory, certified_region
+from drake_starnav.surroundings.surroundings import Surroundings
+from drake_starnav.surroundings.view_history import Odometer, ViewHistory
 from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.tracking.prediction import grown
 from drake_starnav.tracking.tracker import TrackedObstacles
-from tests.helpers.motions import actuation
-from tests.helpers.scans import MARGINS, cast, remembered_hits, seeds
+from drake_starnav.utils.snapshot import replaced
+from tests.helpers.motions import actuation, only_star
+from tests.helpers.scans import MARGINS, cast, observe_scan, seeds, view_of_hits
 from tests.helpers.scenes import hall
 
 ROBOT = RobotParameters()
@@ -29,7 +29,7 @@ AHEAD = Tracks(time=0.0, hits=np.array([(0.7, 0.0, 0.0)]), owner=np.array([-1]))
 
 
 def accepts(
-    star: CertifiedRegion,
+    star: Surroundings,
     want: tuple[float, float],
     tracks: Tracks = NOTHING,
     v: float = 0.0,
@@ -41,10 +41,16 @@ def accepts(
     return accepted(roll_out(np.zeros(3), np.array((v, 0.0)), np.array(want), commands), asked)
 
 
-def seen(wall: float) -> CertifiedRegion:
+def seen(wall: float) -> Surroundings:
     """What is certified in a hall whose column's face is `wall` (m) ahead."""
     scan, pose = cast(hall((wall + 0.2, 0.0, 0.2))), np.zeros(3)
-    return certified_region(ScanMemory(), scan, smoothed_distances(scan), pose, ROBOT.radius + 0.01, 1.2, (2.0, 1))[0]
+    return observe_scan(scan, pose, ROBOT.radius + 0.01, 1.2)
+
+
+def of_hits(hits: np.ndarray, values: np.ndarray, reach: float) -> Surroundings:
+    """Surroundings of earlier hits (n, 2), with a star by its boundary at M bearings, known up to `reach`; m."""
+    views = ViewHistory.of_one_time((view_of_hits(hits, reach=reach),), ((0.0, 0.0, 0.0),), 0.0, Odometer())
+    return replaced(only_star(values), current_views=views)
 
 
 def test_either_certificate_may_refuse() -> None:
@@ -55,17 +61,15 @@ def test_either_certificate_may_refuse() -> None:
 
 
 def test_without_a_scan_nothing_is_accepted() -> None:
-    assert not accepts(CertifiedRegion.none(), (0.5, 0.0))
+    assert not accepts(Surroundings.unknown(), (0.5, 0.0))
 
 
 @settings(max_examples=200, deadline=None)
 @given(seeds, st.sampled_from([0.0, 0.03]), st.sampled_from([0.0, 0.05]))
 def test_all_certificates_are_asked_for_all_that_is_declared(seed: int, margin: float, delay: float) -> None:
     rng = np.random.default_rng(seed)
-    hits, gaps = rng.uniform(-1.2, 1.2, (8, 2)), rng.uniform(0.0, 0.1, 8)
-    hits = hits[np.hypot(*hits.T) > 0.3]
-    newest = Known.of((remembered_hits(hits, reach=0.8),), ((0.0, 0.0, 0.0),), 0.0)
-    star = CertifiedRegion(np.zeros(2), 0.0, np.full(8, 0.5), hits, hits, gaps[: len(hits)], seen=True, newest=newest)
+    hits = rng.uniform(-1.2, 1.2, (8, 2))
+    star = of_hits(hits[np.hypot(*hits.T) > 0.3], np.full(8, 0.5), reach=0.8)
     tracks = Tracks(time=0.0, hits=grown(rng.uniform(-2.0, 2.0, (1, 2)), 0.0), owner=np.array([-1]))
     tracked = TrackedObstacles(tracks, rng.uniform(0.0, 0.3), OBSTACLES)
     pose, twist = rng.uniform(-0.2, 0.2, 3), rng.uniform((0.0, -2.0), (0.8, 2.0))
@@ -104,11 +108,9 @@ def test_the_first_proposal_that_all_accept_is_taken_and_later_ones_are_not_aske
     assert not certified_twist(pose, still, desired, (slow, Slow(0.0)), actuation(ROBOT, hold=2.0))[1]
 
 
-def beside(clearance: float) -> CertifiedRegion:
+def beside(clearance: float) -> Surroundings:
     """A hit to the left of the robot; known up to 2 m."""
-    hits = np.array([(0.0, ROBOT.radius + clearance)])
-    newest = Known.of((remembered_hits(hits, reach=2.0),), ((0.0, 0.0, 0.0),), 0.0)
-    return CertifiedRegion(np.zeros(2), 0.0, np.zeros(8), hits, hits, np.zeros(1), seen=True, newest=newest)
+    return of_hits(np.array([(0.0, ROBOT.radius + clearance)]), np.zeros(8), reach=2.0)
 
 
 @pytest.mark.parametrize(("clearance", "passes"), [(0.0025, True), (0.0015, False)])

@@ -12,23 +12,21 @@ from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.base import SHARES
 from drake_starnav.robot.motion import Actuation, roll_out
 from drake_starnav.safety.clear import Clear
-from drake_starnav.surroundings.erosion import smoothed_distances
-from drake_starnav.surroundings.safe_region import CertifiedRegion, ScanMemory, certified_region
+from drake_starnav.surroundings.surroundings import Surroundings
 from drake_starnav.worlds.world import World
-from tests.helpers.motions import certified, limited_twist, motion, starred_twist
-from tests.helpers.scans import RADIUS, cast, distance, free_point, scattered, seeds
+from tests.helpers.motions import certified, limited_twist, motion, only_star, starred_twist
+from tests.helpers.scans import RADIUS, cast, distance, free_point, observe_scan, scattered, seeds
 
 ROBOT = RobotParameters()
 LIMITS = ROBOT.limits
 SPEEDS, ACCELERATIONS = np.array(LIMITS[:2]), np.array(LIMITS[2:4])
 SAFE, REACH = RADIUS + 0.01, 1.2
 PERIOD, MARGIN, NOISE = 0.02, 0.0145, 0.01
-OPEN = CertifiedRegion(np.zeros(2), 0.0, np.full(720, 10.0), np.zeros((0, 2)))
+OPEN = only_star(np.full(720, 10.0))
 
 
-def sensed(world: World, pose: np.ndarray, memory: ScanMemory) -> tuple[CertifiedRegion, ScanMemory]:
-    scan = cast(world, pose)
-    return certified_region(memory, scan, smoothed_distances(scan), pose, SAFE, REACH, (REACH + 2.0 * SAFE, 5))
+def sensed(world: World, pose: np.ndarray, before: Surroundings) -> Surroundings:
+    return observe_scan(cast(world, pose), pose, SAFE, REACH, before)
 
 
 def moved(pose: np.ndarray, twist: np.ndarray, target: np.ndarray, time: float, step: float = 1e-3) -> tuple:
@@ -45,22 +43,22 @@ def moved(pose: np.ndarray, twist: np.ndarray, target: np.ndarray, time: float, 
     return np.array(poses), twist
 
 
-def random_situation(seed: int) -> tuple[World, CertifiedRegion, ScanMemory, np.ndarray, np.ndarray, np.ndarray]:
+def random_situation(seed: int) -> tuple[World, Surroundings, np.ndarray, np.ndarray, np.ndarray]:
     """A random world, what is known of it, a pose near the scan's, a twist and a desired twist."""
     rng = np.random.default_rng(seed)
     world = scattered(rng, discs=14, walls=8)
     scan_pose = np.array((*free_point(rng, world, SAFE), rng.uniform(-4.0, 4.0)))
-    star, memory = sensed(world, scan_pose, ScanMemory())
+    star = sensed(world, scan_pose, Surroundings.unknown())
     pose = scan_pose + (*rng.uniform(-0.03, 0.03, 2), rng.uniform(-0.1, 0.1))
     limit = SPEEDS
-    return world, star, memory, pose, rng.uniform((0.0, -limit[1]), limit), rng.uniform((-0.2, -limit[1]), limit)
+    return world, star, pose, rng.uniform((0.0, -limit[1]), limit), rng.uniform((-0.2, -limit[1]), limit)
 
 
 @settings(max_examples=150)
 @given(seeds, st.sampled_from([PERIOD, 0.1, 0.3]))
 def test_an_accepted_command_and_full_braking_touch_nothing(seed, hold):
-    _, star, memory, pose, twist, desired = random_situation(seed)
-    hits = memory.points
+    _, star, pose, twist, desired = random_situation(seed)
+    hits = star.recent_hits.hits.points
     if not certified(pose, twist, desired, hold, LIMITS, star):
         *tried, accepted = starred_twist(pose, twist, desired, hold, LIMITS, star)
         if not accepted:
@@ -77,7 +75,7 @@ def test_an_accepted_command_and_full_braking_touch_nothing(seed, hold):
 def test_most_random_commands_are_decided_both_ways():
     accepted = []
     for seed in range(100):
-        _, star, _, pose, twist, desired = random_situation(seed)
+        _, star, pose, twist, desired = random_situation(seed)
         accepted.append(certified(pose, twist, desired, PERIOD, LIMITS, star))
     assert 20 < sum(accepted) < 95
 
@@ -98,13 +96,13 @@ def recklessly_driven(
     limits = robot.limits
     rng = np.random.default_rng(seed)
     world = scattered(rng, discs=14, walls=8)
-    pose, memory = np.array((0.0, 0.0, rng.uniform(-4.0, 4.0))), ScanMemory()
+    pose, star = np.array((0.0, 0.0, rng.uniform(-4.0, 4.0))), Surroundings.unknown()
     commanded = actual = np.zeros(2)
     waiting = [commanded] * round(delay / PERIOD)
     least, driven, wanted, refused = np.inf, 0.0, adversary(rng), 0
     for k in range(500):
         if (k * PERIOD * scans) % 1.0 < PERIOD * scans - 1e-9:  # the first command after each scan
-            star, memory = sensed(world, pose, memory)
+            star = sensed(world, pose, star)
         if rng.random() < 0.03:
             wanted = adversary(rng) * (robot.max_speed / ROBOT.max_speed, 1.0)
         v, omega, accepted = starred_twist(pose, commanded, wanted, PERIOD, limits, star, delay)
@@ -139,10 +137,10 @@ def test_a_fast_reckless_driver_with_rare_and_short_scans_never_touches_anything
 @settings(max_examples=60)
 @given(seeds, st.sampled_from([PERIOD, 0.1, 0.3]))
 def test_the_braking_path_is_what_is_certified(seed, hold):
-    _, star, _, pose, twist, desired = random_situation(seed)
+    _, star, pose, twist, desired = random_situation(seed)
     path = motion(pose, twist, desired, hold, LIMITS)
     np.testing.assert_array_equal(path[0], pose)
-    if star.alone.contains(path[1:, :2]).all():
+    if star.certified_star.union.contains(path[1:, :2]).all():
         assert certified(pose, twist, desired, hold, LIMITS, star)
     assert np.hypot(*np.diff(path[:, :2], axis=0).T).max() <= ROBOT.shape.sampling + 1e-9
     held, at_end = moved(pose, twist, desired, hold)
@@ -155,7 +153,7 @@ def test_the_braking_path_is_what_is_certified(seed, hold):
 @settings(max_examples=60)
 @given(seeds)
 def test_the_first_certified_share_is_taken(seed):
-    _, star, _, pose, twist, desired = random_situation(seed)
+    _, star, pose, twist, desired = random_situation(seed)
     tried = SHARES * desired
     good = [t for t in tried if certified(pose, twist, np.array(t), PERIOD, LIMITS, star)]
     v, omega, accepted = starred_twist(pose, twist, desired, PERIOD, LIMITS, star)
@@ -168,7 +166,7 @@ def test_the_first_certified_share_is_taken(seed):
 
 
 def test_braking_is_all_that_is_left_when_nothing_can_be_certified():
-    blind, pose = CertifiedRegion.none(), np.array((1.0, 1.0, 0.0))
+    blind, pose = Surroundings.unknown(), np.array((1.0, 1.0, 0.0))
     assert starred_twist(pose, np.array((0.5, 0.3)), np.array((0.8, 1.0)), PERIOD, LIMITS, blind) == (0.0, 0.0, False)
     standing = starred_twist(pose, np.zeros(2), np.array((0.8, 1.0)), PERIOD, LIMITS, blind)
     assert standing == (0.0, 1.0, False)  # a disc that turns about its centre covers no new ground
@@ -177,7 +175,7 @@ def test_braking_is_all_that_is_left_when_nothing_can_be_certified():
 @pytest.mark.parametrize(("speed", "turn"), [(0.044, 1.0), (-0.044, 1.0), (0.046, 0.0), (-0.3, 0.0)])
 def test_without_a_certificate_only_a_robot_that_stops_within_a_millimetre_turns(speed, turn):
     twist, desired = np.array((speed, 0.0)), np.array((0.8, 1.0))
-    assert starred_twist(np.zeros(3), twist, desired, PERIOD, LIMITS, CertifiedRegion.none()) == (0.0, turn, False)
+    assert starred_twist(np.zeros(3), twist, desired, PERIOD, LIMITS, Surroundings.unknown()) == (0.0, turn, False)
 
 
 def test_in_the_open_everything_is_certified():
@@ -200,16 +198,16 @@ def test_of_polygons_all_discs_that_cover_them_stay_inside_however_the_robot_is_
     shape = footprint(
         (((0.1, -0.1), (0.5, -0.1), (0.5, 0.1), (0.1, 0.1)), ((0.1, 0.1), (0.3, 0.1), (0.3, 0.6), (0.1, 0.6)))
     )
-    star = CertifiedRegion(np.zeros(2), 0.0, rng.uniform(0.4, 1.0, 8).repeat(4), np.zeros((0, 2)))
+    star = only_star(rng.uniform(0.4, 1.0, 8).repeat(4))
     pose = np.array((*rng.uniform(-0.3, 0.3, 2), rng.uniform(-math.pi, math.pi)))
     driven = roll_out(pose, np.zeros(2), rng.uniform(-SPEEDS, SPEEDS), Actuation(LIMITS, shape, 0.2, 0.0))
     turns = np.array([((math.cos(a), -math.sin(a)), (math.sin(a), math.cos(a))) for a in driven.pose[1:, 2]])
     centers = driven.position[1:, None] + np.einsum("nij,mj->nmi", turns, shape.cover)
-    assert Clear(star, 0.01, shape).accepts(driven) == star.alone.contains(centers.reshape(-1, 2)).all()
+    assert Clear(star, 0.01, shape).accepts(driven) == star.certified_star.union.contains(centers.reshape(-1, 2)).all()
 
 
-def ring(reach: float) -> CertifiedRegion:
-    return CertifiedRegion(np.zeros(2), 0.0, np.full(720, reach), np.zeros((0, 2)))
+def ring(reach: float) -> Surroundings:
+    return only_star(np.full(720, reach))
 
 
 @pytest.mark.parametrize("speed", [0.05, 0.2, 0.5, 0.8])
@@ -223,7 +221,7 @@ def test_the_braking_distance_is_never_underestimated(speed):
 def test_what_the_robot_drives_through_during_the_delay_is_checked_too():
     """A gap in the star that is behind the robot when its command takes effect."""
     bearing = 2.0 * math.pi / 720 * np.arange(720)
-    cut = CertifiedRegion(np.zeros(2), 0.0, np.where(np.abs(bearing - 0.5 * math.pi) < 0.1, 0.2, 5.0), np.zeros((0, 2)))
+    cut = only_star(np.where(np.abs(bearing - 0.5 * math.pi) < 0.1, 0.2, 5.0))
     pose, ahead = np.array((-0.3, 0.3, 0.0)), np.array((0.8, 0.0))
     assert certified(pose, ahead, ahead, PERIOD, LIMITS, OPEN, delay=0.5)
     assert certified(pose + (0.4, 0.0, 0.0), ahead, ahead, PERIOD, LIMITS, cut)

@@ -13,15 +13,14 @@ from drake_starnav.robot.base import SHARES
 from drake_starnav.robot.motion import roll_out
 from drake_starnav.safety.clear import STOPPED_DISTANCE, Clear
 from drake_starnav.safety.shield import certified_twist, ramped_twist, shielded
-from drake_starnav.surroundings.safe_region import CertifiedRegion
-from tests.helpers.motions import PERIOD, actuation, limited_twist, starred_twist
+from drake_starnav.surroundings.surroundings import Surroundings
+from tests.helpers.motions import PERIOD, actuation, limited_twist, only_star, starred_twist
 
 ROBOT = RobotParameters()
 REFUSING = type("Refusing", (), {"accepts": lambda self, motion: False})()
-HITS = np.column_stack((np.full(81, 1.0), np.linspace(-2.0, 2.0, 81)))
 
 
-def driven(desired, star: CertifiedRegion, periods: int = 200) -> tuple[np.ndarray, list[bool]]:
+def driven(desired, star: Surroundings, periods: int = 200) -> tuple[np.ndarray, list[bool]]:
     """Where a perfect robot gets in so many periods, and which commands were certified."""
     pose, twist, certified = np.zeros(3), np.zeros(2), []
     for _ in range(periods):
@@ -35,11 +34,11 @@ def driven(desired, star: CertifiedRegion, periods: int = 200) -> tuple[np.ndarr
     return pose, certified
 
 
-def wall() -> CertifiedRegion:
+def wall() -> Surroundings:
     """A wall at x = 1 m, and free space up to 0.7 m for the robot's centre."""
     bearings = 2.0 * np.pi * np.arange(720) / 720
     values = np.where(np.cos(bearings) > 0.0, np.minimum(0.7 / np.maximum(np.cos(bearings), 1e-9), 5.0), 5.0)
-    return CertifiedRegion(np.zeros(2), 0.0, values, HITS, HITS, np.full(81, 0.025), seen=True)
+    return only_star(values)
 
 
 def test_it_stops_before_a_wall_that_the_twist_leads_to() -> None:
@@ -55,7 +54,7 @@ def test_a_free_twist_passes_within_the_limits() -> None:
 
 
 def test_nothing_seen_is_nothing_driven() -> None:
-    pose, _ = driven((0.8, 0.0), CertifiedRegion.none())
+    pose, _ = driven((0.8, 0.0), Surroundings.unknown())
     assert pose == pytest.approx(np.zeros(3))
 
 

@@ -19,7 +19,7 @@ from drake_starnav.scenario.error_budget import error_budget
 from drake_starnav.scenario.scenario_file import load_scenario
 from drake_starnav.scenario.schema import DriveParameters, LocalizationParameters, Scenario, SimulationParameters
 from drake_starnav.station.navigation_station import NavigationStation
-from drake_starnav.surroundings.safe_region import SCAN_PATIENCE
+from drake_starnav.surroundings.margins import SCAN_PATIENCE
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.worlds.world import World
 from tests.helpers.motions import limited_twist

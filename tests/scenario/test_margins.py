@@ -27,15 +27,15 @@ def declaring(*overrides: str) -> Scenario:
 
 def test_of_the_default_scenario() -> None:
     margins = vars(derive_margins(declaring()))
-    assert margins.pop("looks") == MARGINS.looks._replace(short=0.0075)
+    assert margins.pop("retention") == MARGINS.retention._replace(range_error=0.0075)
     assert margins == pytest.approx(
-        {name: margin for name, margin in vars(MARGINS).items() if name != "looks"} | {"smoothed_beams": 1}
+        {name: margin for name, margin in vars(MARGINS).items() if name != "retention"} | {"smoothed_beams": 1}
     )
 
 
-def test_looks_count_for_as_long_as_the_budget_allows_for_errors_of_the_pose() -> None:
+def test_views_count_for_as_long_as_the_budget_allows_for_errors_of_the_pose() -> None:
     lasts = 1.0 - 0.8  # M - T
-    drifting, jumping = (derive_margins(declaring(f"localization.{name}=0.01")).looks for name in ("drift", "jump"))
+    drifting, jumping = (derive_margins(declaring(f"localization.{name}=0.01")).retention for name in ("drift", "jump"))
     assert drifting[2:] == pytest.approx((0.8 * lasts, 2.0 * lasts, math.inf, 0.0075))
     assert jumping[2:] == pytest.approx((math.inf, math.inf, lasts, 0.0075))
 

@@ -7,18 +7,19 @@ import pytest
 import shapely
 from hypothesis import given
 
-from drake_starnav.lidar.laser_scan import DYNAMIC, USUAL_BODY, Beams, LaserScan
+from drake_starnav.lidar.laser_scan import DYNAMIC, USUAL_COVER_RADIUS, Beams, LaserScan
 from drake_starnav.surroundings.bearing_hits import CONNECTED_CHORD
-from drake_starnav.surroundings.chords import BINS, Chords, hides, profile, surfaces
+from drake_starnav.surroundings.chords import BINS, Chords, chords_from_hits, occluding_chords, visible_ranges
 from tests.helpers.scans import seeds
 
-CHORD = CONNECTED_CHORD * USUAL_BODY
+CHORD = CONNECTED_CHORD * USUAL_COVER_RADIUS
 
 
 def chords(hits: np.ndarray, newest: int, center: np.ndarray) -> Chords:
     """Hits as surfaces, of which the last scan's begin at an index."""
-    ends, shades = surfaces(hits, (newest, len(hits)), (*map(float, center), 0.0), USUAL_BODY)
-    return Chords(ends, np.ones(len(ends), bool), shades, center)
+    pose = *map(float, center), 0.0
+    ends, occludes = chords_from_hits(hits[newest:], hits[:newest], pose, USUAL_COVER_RADIUS)
+    return Chords(ends, np.ones(len(ends), bool), occludes, center)
 
 
 def on_circle(*degrees: float) -> np.ndarray:
@@ -39,9 +40,9 @@ def test_neighbours_on_a_surface_are_joined_and_others_stay_alone():
 def test_the_last_scan_shades_in_order_of_its_bearings_and_joins_over_its_seam():
     earlier, latest = on_circle(0.0, 90.0), on_circle(179.0, -179.0, 165.0)
     found = chords(np.vstack((earlier, latest)), 2, np.zeros(2))
-    ((ax, ay, bx, by),) = found.ends[found.shades]
+    ((ax, ay, bx, by),) = found.ends[found.occludes]
     assert math.dist((ax, ay), (bx, by)) == pytest.approx(2.0 * math.sin(math.radians(1.0)))
-    assert (~found.shades).sum() == 3  # a hit without a neighbour shades nothing by itself
+    assert (~found.occludes).sum() == 3  # a hit without a neighbour shades nothing by itself
 
 
 def expected(points: np.ndarray, closed: bool) -> list[tuple]:
@@ -69,7 +70,7 @@ def test_each_hit_is_joined_to_its_neighbours_on_the_surface_or_stands_alone(cou
     last = expected(latest[np.argsort(bearings, kind="stable")], closed=True)
     assert sorted(map(tuple, found.ends.tolist())) == sorted(expected(earlier, closed=False) + last)
     shading = [ends for ends in last if ends[:2] != ends[2:]]
-    assert sorted(map(tuple, found.ends[found.shades].tolist())) == shading
+    assert sorted(map(tuple, found.ends[found.occludes].tolist())) == shading
 
 
 def test_the_first_and_the_last_hit_of_earlier_scans_are_not_of_one_surface() -> None:
@@ -86,7 +87,7 @@ def test_hits_as_far_apart_as_a_chord_may_be_long_stay_alone():
 def blind(beams: Beams, place: tuple[float, float, float]) -> shapely.Geometry:
     """What chords that hide without being surfaces hide, as far as 9 m."""
     center, wedges = np.array(place[:2]), []
-    for ends in hides(beams, place).reshape(-1, 2, 2):
+    for ends in occluding_chords(beams, place).reshape(-1, 2, 2):
         far = center + 9.0 / np.hypot(*(ends - center).T)[:, None] * (ends - center)
         wedges.append(shapely.MultiPoint(np.vstack((ends, far))).convex_hull)
     return shapely.union_all(wedges)
@@ -116,7 +117,7 @@ def test_lost_beams_what_moves_and_bearings_beside_the_view_hide(seed: int) -> N
 
 def test_a_lidar_that_sees_all_around_and_hits_surfaces_hides_nothing_else() -> None:
     scan = LaserScan(0.0, -np.pi, 2.0 * np.pi / 90, 0.0, 5.0, np.full(90, 2.0))
-    assert len(hides(scan.beams, (0.0, 0.0, 0.0))) == 0
+    assert len(occluding_chords(scan.beams, (0.0, 0.0, 0.0))) == 0
 
 
 @given(seeds)
@@ -124,7 +125,7 @@ def test_no_bin_says_free_where_a_chord_is(seed: int) -> None:
     rng, place = np.random.default_rng(seed), (0.5, 0.5, 2.0)
     ends = rng.uniform(-2.0, 2.0, (6, 4))
     ends[:, 2:] = ends[:, :2] + rng.uniform(-0.3, 0.3, (6, 2)) * rng.integers(0, 2, (6, 1))
-    free = profile(ends, place, 3.0)
+    free = visible_ranges(ends, place, 3.0)
     assert free.shape == (BINS,) and free.max() <= 3.0
     for share in np.linspace(0.0, 1.0, 30):
         away = ends[:, :2] + share * (ends[:, 2:] - ends[:, :2]) - place[:2]

@@ -8,10 +8,9 @@ import pytest
 
 from drake_starnav.geometry.footprint import Footprint, disc, footprint
 from drake_starnav.lidar.laser_scan import DYNAMIC, LaserScan
-from drake_starnav.surroundings.erosion import smoothed_distances
 from drake_starnav.surroundings.obstruction import obstruction
-from drake_starnav.surroundings.safe_region import CertifiedRegion, ScanMemory, certified_region
-from tests.helpers.scans import RADIUS
+from drake_starnav.surroundings.surroundings import Surroundings
+from tests.helpers.scans import RADIUS, observe_scan
 
 MARGIN, REACH = 0.0145, 1.2
 DISC = disc(RADIUS)
@@ -21,9 +20,8 @@ AHEAD, BEHIND = 0.0, math.radians(130.0)
 def said(scan: LaserScan, towards: float = AHEAD, yaw: float = 2.0, shape: Footprint = DISC) -> str:
     """Why a robot that took a scan anywhere does not drive towards a bearing."""
     pose = np.array((3.0, -1.0, yaw))
-    kept = REACH + 2.0 * (RADIUS + MARGIN), 5
-    star, _ = certified_region(ScanMemory(), scan, smoothed_distances(scan), pose, shape.narrow + MARGIN, REACH, kept)
-    return obstruction(star, scan, towards, shape, pose)
+    surroundings = observe_scan(scan, pose, shape.narrow + MARGIN, REACH, shape=shape)
+    return obstruction(surroundings, scan, towards, shape, pose)
 
 
 def seen(ranges: dict[int, float], **changes) -> LaserScan:
@@ -61,7 +59,9 @@ def test_what_is_too_near_to_a_polygon_is_measured_from_its_outline() -> None:
 
 
 def test_a_hit_that_is_too_close_to_be_measured_has_no_distance() -> None:
-    assert said(seen({5: -math.inf})).startswith("too near: a hit of beam 185 nearer than lidar.range_min 0.1 m, 5 deg")
+    assert said(seen(dict.fromkeys((5, 6, 7), -math.inf))).startswith(
+        "too near: a hit of beam 185 nearer than lidar.range_min 0.1 m, 5 deg"
+    )
 
 
 def test_a_direction_that_the_lidar_does_not_see_is_named() -> None:
@@ -83,4 +83,4 @@ def test_what_moves_is_named_too() -> None:
 
 
 def test_without_scans_no_hit_is_to_blame() -> None:
-    assert obstruction(CertifiedRegion.none(), LaserScan.nothing(), AHEAD, DISC, np.zeros(3)) == ""
+    assert obstruction(Surroundings.unknown(), LaserScan.nothing(), AHEAD, DISC, np.zeros(3)) == ""

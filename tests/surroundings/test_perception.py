@@ -8,7 +8,7 @@ import numpy as np
 from drake_starnav.geometry.footprint import disc
 from drake_starnav.planning import PlannerParameters
 from drake_starnav.surroundings import scan_region
-from drake_starnav.surroundings.perception import Perceived, PerceptionSettings, perceive
+from drake_starnav.surroundings.perception import PerceptionSettings, PerceptionState, perceive
 from drake_starnav.worlds import World
 from tests.helpers.scans import MARGINS, cast
 
@@ -18,9 +18,9 @@ POST = World("post", (0.0, 0.0, 0.0), (5.0, 0.0), cylinders=[(1.5, 0.2, 0.3)])
 POSES = np.array([(0.0, 0.0, 0.3), (0.2, 0.05, 0.4)])
 
 
-def looks(*poses: np.ndarray) -> list[Perceived]:
+def looks(*poses: np.ndarray) -> list[PerceptionState]:
     """Perception's state after each scan of `POST` from these poses."""
-    known = [Perceived.nothing()]
+    known = [PerceptionState.initial()]
     for number, pose in enumerate(poses):
         scan = dataclasses.replace(cast(POST, pose), time=0.1 * number)
         known.append(perceive(known[-1], (scan,), pose, SETTINGS))
@@ -32,22 +32,22 @@ def test_the_region_is_that_of_the_scan_and_the_star_also_of_the_one_before() ->
     assert first.observation.region is not None and second.observation.region is not None
     expected = scan_region(second.observation.scan, POSES[1], RADIUS, MARGINS)
     assert np.array_equal(second.observation.region.boundary.values, expected.boundary.values)
-    assert (first.safety.time, second.safety.time, second.safety.previous) == (0.0, 0.1, 0.0)
+    assert (first.surroundings.time, second.surroundings.time, second.surroundings.previous_time) == (0.0, 0.1, 0.0)
     (alone,) = looks(POSES[1])
-    assert len(second.safety.hits) > len(alone.safety.hits)
-    assert (second.safety.values <= alone.safety.values + 1e-12).all()
+    assert len(second.surroundings.recent_hits.hits.points) > len(alone.surroundings.recent_hits.hits.points)
+    assert (second.surroundings.certified_star.values <= alone.surroundings.certified_star.values + 1e-12).all()
 
 
 def test_perception_is_repeatable_and_leaves_the_state_before_unchanged() -> None:
     first, second = looks(*POSES)
-    kept = first.safety.values.copy()
+    kept = first.surroundings.certified_star.values.copy()
     again = perceive(first, (second.observation.scan,), POSES[1], SETTINGS)
-    assert np.array_equal(again.safety.values, second.safety.values)
-    assert np.array_equal(first.safety.values, kept)
+    assert np.array_equal(again.surroundings.certified_star.values, second.surroundings.certified_star.values)
+    assert np.array_equal(first.surroundings.certified_star.values, kept)
 
 
 def test_the_number_of_beams_may_vary_from_scan_to_scan() -> None:
-    known, free = Perceived.nothing(), []
+    known, free = PerceptionState.initial(), []
     for number, beams in enumerate((450, 455, 449, 456)):
         scan = cast(POST, POSES[0], beams=beams, angle_min=0.0, angle_increment=2.0 * math.pi / (beams - 1))
         known = perceive(known, (dataclasses.replace(scan, time=0.1 * number),), POSES[0], SETTINGS)
@@ -60,14 +60,14 @@ def test_the_region_of_a_limited_view_ends_at_what_was_hit_beside_the_view() -> 
     """Rays along the edge of a view tell nothing of what stands beside them: the robot is as wide on both sides."""
     post, view = np.array((1.0, 0.0)), math.radians(135.0)
     world = World("post", (0.0, 0.0, 0.0), (5.0, 0.0), cylinders=[(*post, 0.05)])
-    state = Perceived.nothing()
+    state = PerceptionState.initial()
     for number, turned in enumerate((0.0, -view - 0.1)):  # the post is 0.1 rad beside the view at last
         pose = np.array((0.0, 0.0, turned))
         scan = cast(world, pose, beams=541, angle_min=-view, angle_increment=view / 270)
         state = perceive(state, (dataclasses.replace(scan, time=0.1 * number),), pose, SETTINGS)
     region = state.observation.region
     assert region is not None
-    assert not state.observation.scan.hits.any() and len(state.observation.beside)
+    assert not state.observation.scan.hits.any() and len(state.observation.remembered_hits)
     again = state.observation.refitted(RADIUS, MARGINS).region
     assert again is not None and np.array_equal(again.free_range, region.free_range)
     wider = state.observation.refitted(RADIUS + 0.05, MARGINS).region
@@ -81,7 +81,7 @@ def test_the_region_of_a_limited_view_ends_at_what_was_hit_beside_the_view() -> 
 def test_a_lidar_on_the_axis_is_not_merged_with_what_it_saw_before() -> None:
     for view in (math.pi, math.radians(135.0), math.radians(90.0)):
         scan = cast(POST, POSES[0], beams=361, angle_min=-view, angle_increment=2.0 * view / 360)
-        state = perceive(Perceived.nothing(), (scan,), POSES[0], SETTINGS)
+        state = perceive(PerceptionState.initial(), (scan,), POSES[0], SETTINGS)
         again = perceive(state, (dataclasses.replace(scan, time=0.1),), POSES[0], SETTINGS).observation
         assert np.array_equal(again.scan.ranges, scan.ranges, equal_nan=True)
         assert again.region is not None

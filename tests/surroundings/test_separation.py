@@ -9,8 +9,14 @@ from hypothesis import given, settings
 
 from drake_starnav.geometry.footprint import Footprint, covered, disc, footprint
 from drake_starnav.surroundings.chords import Chords
-from drake_starnav.surroundings.looks import Known, Looks
-from drake_starnav.surroundings.separation import ESCAPE_CLEARANCE, body_gap, keeps_clear
+from drake_starnav.surroundings.separation import (
+    ESCAPE_CLEARANCE,
+    ClearanceLimits,
+    body_chord_distance,
+    is_collision_free,
+)
+from drake_starnav.surroundings.view_arrays import ViewArrays
+from drake_starnav.surroundings.view_history import ViewHistory
 from tests.helpers.scans import seeds
 
 ELL = footprint(
@@ -21,13 +27,13 @@ ELL = footprint(
 )
 
 
-NONE, ROUND = Looks.of(Known()), disc(0.3)
+NONE, ROUND = ViewArrays.of(ViewHistory()), disc(0.3)
 
 
 def gap(pose: np.ndarray, shape: Footprint, surface: Chords) -> float:
     """The bound of a footprint's distance from a single chord and what it hides, m."""
     frame = np.array((pose[0], pose[1], math.cos(pose[2]), math.sin(pose[2])))
-    return float(body_gap(frame, surface.ends[0], surface.center, surface.shades[0], shape.body, math.inf))
+    return float(body_chord_distance(frame, surface.ends[0], surface.center, surface.occludes[0], shape.body, math.inf))
 
 
 def chords(ends: np.ndarray, shades: np.ndarray, center: np.ndarray) -> Chords:
@@ -70,12 +76,12 @@ def test_a_motion_keeps_clear_if_it_does_so_at_each_of_its_poses(seed: int) -> N
     ends[:, 2:] = ends[:, :2] + rng.uniform(-0.1, 0.1, (count, 2))
     surfaces = chords(ends, rng.random(count) < 0.5, poses[0, :2] + rng.uniform(-0.1, 0.1, 2))
     margin, room = rng.uniform(ESCAPE_CLEARANCE, 0.1), rng.choice([rng.uniform(0.1, 2.0), 99.0])
-    accepts = keeps_clear(poses, surfaces, NONE, ELL.body, (margin, room))
+    accepts = is_collision_free(poses, surfaces, NONE, ELL.body, ClearanceLimits(margin, room))
     inside = (np.hypot(*(poses[:, :2] - surfaces.center).T) <= room).all()
     bounds, distances = np.empty((2, count, len(poses)))
     for j in range(count):
-        one = chords(ends[j : j + 1], surfaces.shades[j : j + 1], surfaces.center)
-        behind = hidden(ends[j], surfaces.shades[j], surfaces.center)
+        one = chords(ends[j : j + 1], surfaces.occludes[j : j + 1], surfaces.center)
+        behind = hidden(ends[j], surfaces.occludes[j], surfaces.center)
         bounds[j] = [gap(pose, ELL, one) for pose in poses]
         distances[j] = [shapely.distance(covered(ELL, pose), behind) for pose in poses]
     kept = np.where(bounds[:, :1] < margin, np.maximum(bounds[:, :1], ESCAPE_CLEARANCE), margin)
@@ -89,7 +95,7 @@ def test_a_motion_keeps_clear_if_it_does_so_at_each_of_its_poses(seed: int) -> N
 def test_what_leaves_the_known_area_does_not_keep_clear(room: float, clear: bool) -> None:
     nothing = chords(np.zeros((0, 4)), np.zeros(0, bool), np.array((1.0, 2.0)))
     poses = np.array(((1.0, 2.0, 0.0), (1.3, 2.0, 0.0), (1.0, 2.1, 0.0)))
-    assert keeps_clear(poses, nothing, NONE, ELL.body, (0.01, room)) == clear
+    assert is_collision_free(poses, nothing, NONE, ELL.body, ClearanceLimits(0.01, room)) == clear
 
 
 @pytest.mark.parametrize("way", [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.6, -0.8), (0.0, 0.0)])
@@ -104,7 +110,9 @@ def test_a_long_step_to_a_surface_is_no_less_noticed_than_many_short_ones(way, t
         for poses in (there, np.vstack((there, there[::-1]))):
             bounds = np.array([gap(pose, ELL, surface) for pose in poses])
             clear = (bounds >= min(0.01, bounds[0])).all()
-            assert keeps_clear(poses, surface, NONE, ELL.body, (0.01, 9.0)) == (clear and bounds[0] > 0.0)
+            assert is_collision_free(poses, surface, NONE, ELL.body, ClearanceLimits(0.01, 9.0)) == (
+                clear and bounds[0] > 0.0
+            )
 
 
 @settings(max_examples=60)
@@ -122,7 +130,7 @@ def test_surfaces_count_as_far_as_the_robot_can_get_with_its_margin(seed: int) -
         beyond = hit + rng.uniform(0.0, 0.2) * ahead + rng.uniform(-0.5, 0.5) * np.array((-ahead[1], ahead[0]))
         for ends in ((hit, beyond), (beyond, hit)):
             surface = chords(np.hstack(ends)[None], np.array([False]), center)
-            assert keeps_clear(poses, surface, NONE, ELL.body, (margin, 9.0)) == (share > 1.0)
+            assert is_collision_free(poses, surface, NONE, ELL.body, ClearanceLimits(margin, 9.0)) == (share > 1.0)
 
 
 @pytest.mark.parametrize("margin", [0.01, 0.1])
@@ -130,4 +138,4 @@ def test_surfaces_count_as_far_as_the_robot_can_get_with_its_margin(seed: int) -
 def test_a_nudge_into_the_margin_and_back_is_noticed(margin: float, nudge: float, clear: bool) -> None:
     wall = chords(np.array([(0.301 + margin, -0.05, 0.301 + margin, 0.05)]), np.array([False]), np.zeros(2))
     poses = np.array([(0.0, 0.0, 0.0), (nudge, 0.0, 0.0), (0.0, 0.0, 0.0)])
-    assert keeps_clear(poses, wall, NONE, ELL.body, (margin, 9.0)) == clear
+    assert is_collision_free(poses, wall, NONE, ELL.body, ClearanceLimits(margin, 9.0)) == clear

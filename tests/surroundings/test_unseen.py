@@ -7,10 +7,12 @@ import shapely
 from hypothesis import given, settings
 
 from drake_starnav.geometry.footprint import Footprint, covered, disc, footprint
-from drake_starnav.surroundings.looks import Known, Look, Looks, saw
-from drake_starnav.surroundings.unseen import Step, clipped, known, start_radius
+from drake_starnav.surroundings.unseen import BodyStep, clip_by_half_plane, initial_disc_radius, is_known_free
+from drake_starnav.surroundings.view import View
+from drake_starnav.surroundings.view_arrays import ViewArrays, view_covers
+from drake_starnav.surroundings.view_history import Odometer, ViewHistory
 from drake_starnav.worlds.world import World
-from tests.helpers.scans import cast, look_of, scattered, seeds, seen_by
+from tests.helpers.scans import cast, scattered, seeds, seen_by, view_of
 
 HERE = (0.0, 0.0, 0.0)
 ELL = footprint(
@@ -19,9 +21,9 @@ ELL = footprint(
 BODIES = (disc(0.2), footprint(((0.4, -0.2), (0.4, 0.2), (-0.3, 0.2), (-0.3, -0.2))), ELL)
 
 
-def step_of(shape: Footprint, first: np.ndarray, there: np.ndarray) -> Step:
+def step_of(shape: Footprint, first: np.ndarray, there: np.ndarray) -> BodyStep:
     frames = [np.array((x, y, math.cos(yaw), math.sin(yaw))) for x, y, yaw in (first, there)]
-    return Step(shape.body, frames[0], frames[1], False)
+    return BodyStep(shape.body, frames[0], frames[1], False)
 
 
 @settings(max_examples=150)
@@ -36,7 +38,9 @@ def test_a_body_comes_no_nearer_to_what_nobody_has_seen(seed: int) -> None:
     first = rng.uniform(-0.3, 0.3, 3)
     there = first + size * rng.uniform(-1.0, 1.0, 3)
     part = piece(rng, rng.choice([0.003, 0.02, 0.1]), 0.5)
-    answer = known(part, len(part), Looks.of(Known()), step_of(shape, first, there), np.zeros(2, int))
+    answer = is_known_free(
+        part, len(part), ViewArrays.of(ViewHistory()), step_of(shape, first, there), np.zeros(2, int)
+    )
     exact = 1e-6 if len(shape.parts) else 2e-3  # a disc is one of 48 corners here
     area, inside = shapely.Polygon(part), shapely.points(rng.uniform(part.min(axis=0), part.max(axis=0), (200, 2)))
     places = np.append(inside[shapely.contains(area, inside)], shapely.points(part))
@@ -50,7 +54,7 @@ def test_a_body_comes_no_nearer_to_what_nobody_has_seen(seed: int) -> None:
 
 
 def test_to_leave_or_to_pass_what_nobody_has_seen_is_to_come_no_nearer() -> None:
-    box, looks = BODIES[1], Looks.of(Known())
+    box, looks = BODIES[1], ViewArrays.of(ViewHistory())
     behind = np.array([(-0.32, -0.5), (-0.31, -0.5), (-0.31, 0.5), (-0.32, 0.5)])  # 1 cm
     beside = behind * (1.0, 0.1)  # 5 cm to each side of the middle
     across = np.array([(0.3, 0.15), (0.5, 0.15), (0.5, 0.3), (0.3, 0.3)])  # partly where it stands
@@ -59,13 +63,15 @@ def test_to_leave_or_to_pass_what_nobody_has_seen_is_to_come_no_nearer() -> None
         ((-0.001, 0.0, 0.0), behind, False), ((0.0, 0.1, 0.0), behind, False), ((0.0, 0.0, 0.1), behind, False),
         ((-0.02, 0.0, 0.0), across, True), ((0.0, -0.02, 0.0), across, True), ((0.001, 0.0, 0.0), across, False),
     ):  # fmt: skip
-        assert known(part, 4, looks, step_of(box, np.zeros(3), np.array(there)), np.zeros(2, int)) == free, there
+        assert is_known_free(part, 4, looks, step_of(box, np.zeros(3), np.array(there)), np.zeros(2, int)) == free, (
+            there
+        )
 
 
-def shadows(look: Look) -> shapely.Geometry:
+def shadows(look: View) -> shapely.Geometry:
     """All that a look did not see, as far as 9 m."""
-    chords, center, hidden = look.chords, np.array(look.place[:2]), []
-    for ends in chords.ends[chords.shades].reshape(-1, 2, 2):
+    chords, center, hidden = look.chords, np.array(look.pose[:2]), []
+    for ends in chords.ends[chords.occludes].reshape(-1, 2, 2):
         away = np.hypot(*(ends - center).T)
         if away.min() > 0.0:
             far = center + 9.0 / away[:, None] * (ends - center)
@@ -86,15 +92,15 @@ def test_what_looks_saw_is_in_none_of_their_shadows(seed: int) -> None:
     rng, views = np.random.default_rng(seed), ({}, {"angle_min": -1.5, "angle_increment": 3.0 / 359})
     world = scattered(rng, discs=10, walls=6, clear=0.3)
     places = [(*rng.uniform(-0.25, 0.25, 2).tolist(), float(rng.uniform(-3.0, 3.0))) for _ in range(3)]
-    seen = [look_of(cast(world, np.array(p), **views[rng.integers(2)]), p) for p in places]
-    seen_then = Known.of(tuple(seen), [look.place for look in seen], 0.0)
-    looks = Looks.of(seen_then)
+    seen = [view_of(cast(world, np.array(p), **views[rng.integers(2)]), p) for p in places]
+    seen_then = ViewHistory.of_one_time(tuple(seen), [look.pose for look in seen], 0.0, Odometer())
+    looks = ViewArrays.of(seen_then)
     dark = [shadows(look).buffer(-1e-6) for look in seen]
     for _ in range(20):
         corners = piece(rng, rng.choice([0.02, 0.1, 0.3]))
         area = shapely.Polygon(corners)
         for k, hidden in enumerate(dark):
-            if saw(k, looks, corners, len(corners)):
+            if view_covers(k, looks, corners, len(corners)):
                 assert not area.intersects(hidden)
         if seen_by(seen_then, corners):
             assert area.intersection(shapely.intersection_all(dark)).area < 1e-9
@@ -102,24 +108,24 @@ def test_what_looks_saw_is_in_none_of_their_shadows(seed: int) -> None:
 
 def test_most_of_what_a_look_saw_it_knows() -> None:
     rng = np.random.default_rng(3)
-    look = look_of(cast(scattered(rng, discs=6, walls=2), np.zeros(3)), HERE)
+    look = view_of(cast(scattered(rng, discs=6, walls=2), np.zeros(3)), HERE)
     dark = shadows(look)
     parts = [piece(rng, 0.03, 1.5) for _ in range(300)]
     free = [part for part in parts if shapely.distance(shapely.Polygon(part), dark) > 0.05]
     assert len(free) > 150
-    assert np.mean([seen_by(Known.of((look,), (HERE,), 0.0), part) for part in free]) > 0.95
+    assert np.mean([seen_by(ViewHistory.of_one_time((look,), (HERE,), 0.0, Odometer()), part) for part in free]) > 0.95
 
 
 def test_two_looks_know_together_what_none_saw_whole() -> None:
     views = ({"angle_min": -0.1, "angle_increment": 3.0 / 359}, {"angle_min": -2.9, "angle_increment": 3.0 / 359})
     world = scattered(np.random.default_rng(0), discs=0, walls=0)
-    looks = tuple(look_of(cast(world, np.zeros(3), **view), HERE) for view in views)
-    seen = Known.of(looks, (HERE,) * len(looks), 0.0)
+    looks = tuple(view_of(cast(world, np.zeros(3), **view), HERE) for view in views)
+    seen = ViewHistory.of_one_time(looks, (HERE,) * len(looks), 0.0, Odometer())
     ahead = np.array([(0.4, -0.2), (0.6, -0.2), (0.6, 0.2), (0.4, 0.2)])
     assert seen_by(seen, ahead)
     for one in looks:
-        assert not seen_by(Known.of((one,), (HERE,), 0.0), ahead)
-    assert not seen_by(Known(), ahead)
+        assert not seen_by(ViewHistory.of_one_time((one,), (HERE,), 0.0, Odometer()), ahead)
+    assert not seen_by(ViewHistory(), ahead)
 
 
 @settings(max_examples=40)
@@ -134,11 +140,13 @@ def test_a_shadow_in_the_midst_of_a_place_hides_it_until_another_look_sees_it(se
     near, deep, wide = rng.uniform(0.8, 1.0), rng.uniform(0.05, 0.2), rng.uniform(0.25, 0.4)
     part = np.array([(near, -wide), (near + deep, -wide), (near + deep, wide), (near, wide)]) @ frame
     places = [(*(np.array((0.0, y)) @ frame), 0.0) for y in (0.0, 0.15)]
-    looks = [look_of(cast(world, np.array(place), beams=1440), place) for place in places]
+    looks = [view_of(cast(world, np.array(place), beams=1440), place) for place in places]
     for look in looks:
-        assert not seen_by(Known.of((look,), (look.place,), 0.0), part)
-        assert all(seen_by(Known.of((look,), (look.place,), 0.0), corner[None]) for corner in part)
-    assert seen_by(Known.of(tuple(looks), [look.place for look in looks], 0.0), part)
+        assert not seen_by(ViewHistory.of_one_time((look,), (look.pose,), 0.0, Odometer()), part)
+        assert all(
+            seen_by(ViewHistory.of_one_time((look,), (look.pose,), 0.0, Odometer()), corner[None]) for corner in part
+        )
+    assert seen_by(ViewHistory.of_one_time(tuple(looks), [look.pose for look in looks], 0.0, Odometer()), part)
 
 
 @given(seeds)
@@ -146,7 +154,7 @@ def test_what_is_clipped_off_lies_beyond_the_line(seed: int) -> None:
     rng, out = np.random.default_rng(seed), np.empty((9, 2))
     corners, angle, offset = piece(rng, 1.0, 0.1), rng.uniform(-3.0, 3.0), rng.uniform(-0.8, 0.8)
     normal = np.array((math.cos(angle), math.sin(angle)))
-    size = clipped(corners, len(corners), *normal, offset, out)
+    size = clip_by_half_plane(corners, len(corners), *normal, offset, out)
     side = np.array((-normal[1], normal[0]))
     ends = ((1, 0), (1, 1), (-1, 1), (-1, 0))
     half = shapely.Polygon([offset * normal + 9.0 * (s * side - d * normal) for s, d in ends])
@@ -158,7 +166,7 @@ def test_the_disc_of_the_start_holds_what_a_robot_covers_that_turns_and_drives_u
     box = footprint(((0.4, -0.25), (0.4, 0.25), (-0.4, 0.25), (-0.4, -0.25)))
     for body, beside in ((disc(0.25), 0.25), (box, 0.25)):
         for offset in (0.0, 0.1, 0.4):
-            free = start_radius(body, 0.02, offset)
+            free = initial_disc_radius(body, 0.02, offset)
             corners = np.array([(x, y) for x in (0.0, offset) for y in (beside + 0.02, -beside - 0.02)])
             assert free >= max(np.hypot(*corners.T).max(), body.radius + 0.02)
             assert free < max(np.hypot(*corners.T).max() + 0.02, body.radius + 1.5 * 0.02)

@@ -14,28 +14,29 @@ from drake_starnav.control import ControllerParameters
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.robot import RobotParameters
 from drake_starnav.surroundings.region_union import RegionUnion
-from drake_starnav.surroundings.safe_region import CertifiedRegion
+from drake_starnav.surroundings.surroundings import Surroundings
 from drake_starnav.systems.dsm_controller import DsmController
 from drake_starnav.systems.twist_shield import TwistShield
 from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from tests.helpers.controlling import PERIOD, Controlling
+from tests.helpers.motions import only_star
 from tests.helpers.scans import MARGINS
 
 ROBOT, PARAMETERS = RobotParameters(), ControllerParameters()
-WIDE = CertifiedRegion(np.zeros(2), 0.0, np.full(720, 5.0), np.zeros((0, 2)))
+WIDE = only_star(np.full(720, 5.0))
 AHEAD = Guidance(np.array([[3.0, 0.0]]), False, RegionUnion.none())
 
 
-def inputs(guidance: Guidance = AHEAD, star: CertifiedRegion = WIDE, state=(0.0,) * 5) -> dict:
-    return {"guidance": Value(guidance), "certified_region": Value(star), "state": np.array(state)}
+def inputs(guidance: Guidance = AHEAD, surroundings: Surroundings = WIDE, state=(0.0,) * 5) -> dict:
+    return {"guidance": Value(guidance), "surroundings": Value(surroundings), "state": np.array(state)}
 
 
 def controlling_of(
-    guidance: Guidance = AHEAD, star: CertifiedRegion = WIDE, *, twist=(0.0, 0.0), pose=(0.0, 0.0, 0.0)
+    guidance: Guidance = AHEAD, surroundings: Surroundings = WIDE, *, twist=(0.0, 0.0), pose=(0.0, 0.0, 0.0)
 ) -> Controlling:
     systems = DsmController(ROBOT, PARAMETERS, MARGINS), TwistShield(ROBOT, PARAMETERS, MARGINS)
-    return Controlling(*systems, inputs(guidance, star, (*pose, *twist)), twist)
+    return Controlling(*systems, inputs(guidance, surroundings, (*pose, *twist)), twist)
 
 
 def names(system: LeafSystem) -> tuple[list[str], list[str]]:
@@ -46,7 +47,7 @@ def names(system: LeafSystem) -> tuple[list[str], list[str]]:
 def test_ports() -> None:
     """A controller has no state; of the twist commanded last it asks only where it must search."""
     inward, outward = names(DsmController(ROBOT, PARAMETERS, MARGINS))
-    assert inward == ["guidance", "certified_region", "state"]
+    assert inward == ["guidance", "surroundings", "state"]
     assert outward == ["desired_twist", "guiding_vector"]
     moving = DsmController(ROBOT, PARAMETERS, MARGINS, obstacles=DynamicObstacleParameters(max_speed=0.5))
     assert names(moving)[0] == [*inward, "tracks", "twist_command"]
@@ -66,7 +67,7 @@ def test_stands_before_the_first_update_and_without_guidance() -> None:
 
 @given(v=st.floats(0.15, 0.8), omega=st.floats(-2.0, 2.0))
 def test_without_a_certified_region_it_brakes_and_says_so(v, omega) -> None:
-    controlling = controlling_of(AHEAD, CertifiedRegion.none(), twist=(v, omega))
+    controlling = controlling_of(AHEAD, Surroundings.unknown(), twist=(v, omega))
     braked = controlling.update()
     assert not controlling.out("certificate").certified
     change = ROBOT.max_yaw_acceleration * PERIOD
@@ -77,7 +78,7 @@ def test_without_a_certified_region_it_brakes_and_says_so(v, omega) -> None:
 
 def test_certificate_path_is_where_the_robot_stops_when_sight_is_lost() -> None:
     """A perfect robot that follows the twists from then on ends where the certificate said."""
-    controlling = controlling_of(AHEAD, CertifiedRegion.none(), twist=(0.8, 0.6))
+    controlling = controlling_of(AHEAD, Surroundings.unknown(), twist=(0.8, 0.6))
     promised = controlling.out("certificate").path[-1]
     pose = np.zeros(3)
     v, omega = 0.8, 0.6
@@ -95,7 +96,7 @@ def test_certificate_path_is_where_the_robot_stops_when_sight_is_lost() -> None:
 @pytest.mark.parametrize("lead", [0.0, 0.3])
 @pytest.mark.parametrize("kind", [DsmController, TwistShield])
 def test_what_moves_is_as_old_as_its_scan_when_the_command_takes_effect(kind, lead: float, monkeypatch) -> None:
-    def note(star, margin, actuation, position, tracked=None):
+    def note(surroundings, margin, actuation, position, tracked=None):
         ages.append(tracked.age)
         return ()
 

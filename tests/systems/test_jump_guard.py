@@ -6,11 +6,14 @@ import numpy as np
 from pydrake.common.value import Value
 from pydrake.systems.analysis import Simulator
 
-from drake_starnav.surroundings.safe_region import CertifiedRegion
+from drake_starnav.surroundings.view import View
+from drake_starnav.surroundings.view_history import Odometer, ViewHistory
 from drake_starnav.systems.jump_guard import JumpGuard
+from tests.helpers.motions import only_star
 
 RATE = 50.0
-OPEN = CertifiedRegion(np.zeros(2), 0.0, np.full(720, 1.0), np.zeros((0, 2)), seen=True, time=0.0)
+VIEW = ViewHistory.of_one_time((View.none(),), (np.zeros(3),), 0.0, Odometer())
+OPEN = dataclasses.replace(only_star(np.full(720, 1.0)), current_views=VIEW, time=0.0)
 
 
 class Guarded:
@@ -23,14 +26,14 @@ class Guarded:
         self.scanned(0.0)
 
     def scanned(self, time: float, previous: float = 0.0) -> None:
-        star = dataclasses.replace(OPEN, time=time, previous=previous)
-        self.system.GetInputPort("certified_region").FixValue(self.context, Value(star))
+        star = dataclasses.replace(OPEN, time=time, previous_time=previous)
+        self.system.GetInputPort("surroundings").FixValue(self.context, Value(star))
 
     def certifies(self, x: float, y: float = 0.0, v: float = 0.0) -> bool:
         """Let one period pass, the robot at (x, y) at its end."""
         self.simulator.AdvanceTo(self.context.get_time() + 1.0 / RATE)
         self.system.GetInputPort("state").FixValue(self.context, [x, y, 0.0, v, 0.0])
-        return self.system.get_output_port().Eval(self.context).seen
+        return self.system.get_output_port().Eval(self.context).has_views
 
 
 def guarded(rolling: bool = False, holonomic: bool = False) -> Guarded:

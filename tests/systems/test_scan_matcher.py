@@ -10,12 +10,11 @@ from drake_starnav.localization.scan_matching import OdometryError
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.robot.motion import BrakingMotion
 from drake_starnav.surroundings import Observation
-from drake_starnav.surroundings.erosion import smoothed_distances
-from drake_starnav.surroundings.safe_region import CertifiedRegion, ScanMemory, certified_region
 from drake_starnav.surroundings.star_region import scan_region
+from drake_starnav.surroundings.surroundings import Surroundings
 from drake_starnav.systems.scan_matcher import ScanMatcher
 from drake_starnav.worlds.world import World
-from tests.helpers.scans import MARGINS, RADIUS, cast
+from tests.helpers.scans import MARGINS, RADIUS, cast, observe_scan
 
 RATE, DRIFT = 20.0, 0.1
 ROOM = World("room", (0, 0, 0), (0, 0), cylinders=[(1.0, 1.2, 0.3), (-1.2, 0.9, 0.2)], bounds=(-3.0, -2.0, 3.0, 2.0))
@@ -32,7 +31,7 @@ class Matching:
         self.put("guidance", Value(Guidance.along(PATH)))
         self.put("certificate", Value(BrakingMotion(True, np.array([(1.0, 0.0, 0.5)]))))
         self.put("observation", Value(Observation.none()))
-        self.put("certified_region", Value(CertifiedRegion.none()))
+        self.put("surroundings", Value(Surroundings.unknown()))
         self.believe(np.zeros(3))
 
     def put(self, name: str, value) -> None:
@@ -49,9 +48,7 @@ class Matching:
         object.__setattr__(scan, "time", time)
         region = scan_region(scan, believed, RADIUS, MARGINS)
         self.put("observation", Value(Observation(region, scan, believed)))
-        distance = smoothed_distances(scan)
-        star, _ = certified_region(ScanMemory(), scan, distance, believed, RADIUS, 1.0, (2.0, 1))
-        self.put("certified_region", Value(star))
+        self.put("surroundings", Value(observe_scan(scan, believed, RADIUS, 1.0)))
         self.believe(believed)
         self.simulator.AdvanceTo(time + 1.0 / RATE)
 
@@ -78,10 +75,10 @@ def test_what_the_planner_sees_is_where_it_truly_is(driven) -> None:
     star = matching.out("observation")
     assert star.pose == pytest.approx(pose, abs=0.01)
     assert np.array_equal(star.region.center, star.pose[:2])
-    certified = matching.out("certified_region")
+    certified = matching.out("surroundings").certified_star
     np.testing.assert_allclose((*certified.center, certified.bearing_0), star.pose + (0.0, 0.0, star.scan.angle_min))
-    away, hits = np.hypot(*(certified.hits - star.pose[:2]).T), star.scan.distances[star.scan.hits]
-    np.testing.assert_allclose(away, hits[hits < 2.0])
+    away, hits = np.hypot(*(certified.boundary.points - star.pose[:2]).T), star.scan.distances[star.scan.hits]
+    np.testing.assert_allclose(away, hits[hits < 1.0 + 2.0 * RADIUS])
 
 
 def test_what_the_controller_is_told_lies_in_its_own_frame(driven) -> None:

@@ -1,4 +1,4 @@
-"""A scan goes in, the planner's region and the controller's certified region come out."""
+"""A scan goes in, the planner's region and the controller's certified star come out."""
 
 import dataclasses
 
@@ -13,9 +13,8 @@ from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.planning import PlannerParameters
 from drake_starnav.robot import RobotParameters
-from drake_starnav.surroundings.margins import Margins
+from drake_starnav.surroundings.margins import SCAN_PATIENCE, Margins
 from drake_starnav.surroundings.observation import Observation
-from drake_starnav.surroundings.safe_region import SCAN_PATIENCE
 from drake_starnav.surroundings.star_region import scan_region
 from drake_starnav.systems.star_perception import StarPerception
 from drake_starnav.utils.stopwatch import Stopwatch
@@ -68,7 +67,7 @@ def test_nothing_is_seen_before_the_first_scan() -> None:
     perceived.system.GetInputPort("pose").FixValue(perceived.context, POSE)
     perceived.simulator.AdvanceTo(0.01)
     assert perceived.out("observation").region is None
-    assert perceived.out("certified_region").values.max() == 0.0
+    assert perceived.out("surroundings").certified_star.values.max() == 0.0
 
 
 def test_star_is_the_region_of_the_scan_at_its_pose() -> None:
@@ -88,7 +87,7 @@ def test_the_certificate_takes_smoothed_ranges_only_if_told_to() -> None:
         perceived = Perceived(margins=dataclasses.replace(MARGINS, smoothed_beams=beams))
         points = perceived.see(POST).points(POSE)
         perceived.update()
-        off = [np.hypot(*(points - hit).T).min() for hit in perceived.out("certified_region").hits]
+        off = [np.hypot(*(points - hit).T).min() for hit in perceived.out("surroundings").recent_hits.hits.points]
         assert len(off) > 20 and (max(off) > 1e-3) == bool(beams) and max(off) < 0.03
 
 
@@ -120,13 +119,13 @@ def test_a_silent_sensor_certifies_nothing_until_a_scan_comes() -> None:
     perceived.see(EMPTY)
     perceived.update()
     for _ in range(round(SCAN_PATIENCE) - 1):
-        assert perceived.out("certified_region").values.max() > 0.5
+        assert perceived.out("surroundings").certified_star.values.max() > 0.5
         perceived.update(silent=True)
     perceived.update(silent=True)
-    assert not perceived.out("certified_region").values.any() and not perceived.out("certified_region").seen
+    assert not perceived.out("surroundings").certified_star.values.any() and not perceived.out("surroundings").has_views
     assert perceived.out("observation").region is not None  # the planner keeps what it knows
     perceived.update()
-    assert perceived.out("certified_region").values.max() > 0.5
+    assert perceived.out("surroundings").certified_star.values.max() > 0.5
 
 
 def test_a_scan_without_a_valid_beam_is_none() -> None:
@@ -135,20 +134,20 @@ def test_a_scan_without_a_valid_beam_is_none() -> None:
     lost = dataclasses.replace(scan, ranges=np.full(len(scan.ranges), np.nan), lost_beams=True)
     perceived.system.GetInputPort("scan").FixValue(perceived.context, Value(lost))
     perceived.update(silent=True)
-    assert not perceived.out("certified_region").values.any()
+    assert not perceived.out("surroundings").certified_star.values.any()
     assert perceived.out("observation").region is None  # a planner that sees nothing waits
     perceived.update()
-    assert perceived.out("certified_region").values.any()
+    assert perceived.out("surroundings").certified_star.values.any()
 
 
 def test_the_star_says_when_the_scan_before_was_taken() -> None:
     perceived = Perceived()
     perceived.see(POST)
     perceived.update()
-    first = perceived.out("certified_region")
-    assert first.previous == -np.inf
+    first = perceived.out("surroundings")
+    assert first.previous_time == -np.inf
     perceived.update()
-    assert perceived.out("certified_region").previous == first.time < perceived.out("certified_region").time
+    assert perceived.out("surroundings").previous_time == first.time < perceived.out("surroundings").time
 
 
 @pytest.mark.parametrize(
@@ -190,11 +189,11 @@ def test_scans_of_several_lidars_count_once_each_has_one_and_while_none_is_old()
     seen = show(0.05, 0.05)
     assert seen.region is not None and seen.scan.full_circle and seen.scan.time == 0.05
     assert np.array_equal(seen.pose, POSE)
-    region = system.GetOutputPort("certified_region").Eval(context)
-    away = np.abs(np.hypot(*(region.hits - (0.9, 0.0)).T) - 0.2)
-    assert len(region.hits) > 30 and np.sort(away)[:20].max() < 1e-6
+    hits = system.GetOutputPort("surroundings").Eval(context).certified_star.boundary.points
+    away = np.abs(np.hypot(*(hits - (0.9, 0.0)).T) - 0.2)
+    assert len(hits) > 30 and np.sort(away)[:20].max() < 1e-6
     last = 0.05 + SCAN_PATIENCE / RATE
     assert show(0.07, 0.05).scan.time == 0.07 and show(last, 0.05).scan.time == last
     assert show(last + 0.05, 0.05).scan.time == last, "the second one is silent"
     assert show(last + 0.05, last + 0.1).scan.time == last + 0.1
-    assert system._perceived.dropped(context) == 0
+    assert system._perception.dropped(context) == 0

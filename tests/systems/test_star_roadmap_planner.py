@@ -13,11 +13,10 @@ from drake_starnav.planning import PlannerParameters, PlannerStatus, StarRoadmap
 from drake_starnav.robot import RobotParameters
 from drake_starnav.safety import KeepOut
 from drake_starnav.surroundings import Observation
-from drake_starnav.surroundings.safe_region import ScanMemory, certified_region
 from drake_starnav.surroundings.star_region import scan_region
 from drake_starnav.systems.star_roadmap_planner import STANDSTILL, StarRoadmapPlanner
 from drake_starnav.worlds.world import World
-from tests.helpers.scans import MARGINS, cast
+from tests.helpers.scans import MARGINS, cast, observe_scan
 
 ROBOT, PARAMETERS = RobotParameters(), PlannerParameters()
 LIDAR = LidarParameters()
@@ -72,7 +71,7 @@ class Planning:
 def test_ports() -> None:
     system = Planning().system
     inputs = [system.get_input_port(k).get_name() for k in range(system.num_input_ports())]
-    assert inputs == ["observation", "pose", "goal", "heading", "certified_region"]
+    assert inputs == ["observation", "pose", "goal", "heading", "surroundings"]
     outputs = [system.get_output_port(k).get_name() for k in range(system.num_output_ports())]
     assert outputs == ["guidance", "short_term_goal", "planner_state", "status", "blocked_by"]
     assert system.GetOutputPort("short_term_goal").size() == 2
@@ -106,18 +105,14 @@ def test_what_the_certificate_knows_is_named() -> None:
     planning = Planning()
     posts = [(0.36 * np.cos(a), 0.36 * np.sin(a), 0.1) for a in 2.0 * np.pi * np.arange(16) / 16]
     close, pose = World("close", (0, 0, 0), (0, 0), cylinders=posts), np.zeros(3)
-    scan = cast(close, pose)
-    kept = ROBOT.radius + 0.0145
-    star, _ = certified_region(ScanMemory(), scan, scan.distances, pose, kept, 1.2, (2.0, 5))
-    planning.put("certified_region", Value(star))
+    planning.put("surroundings", Value(observe_scan(cast(close, pose), pose, ROBOT.radius + 0.0145, 1.2)))
     standing(planning, close, STANDSTILL + 0.1, pose)
     assert planning.out("blocked_by").startswith("too near: a hit of beam 180 at 0.260 m, 0 degrees to the")
 
 
 def test_a_certificate_that_knows_of_nothing_is_named() -> None:
-    planning, scan = Planning(), cast(SCREEN, POSE)
-    star, _ = certified_region(ScanMemory(), scan, scan.distances, POSE, ROBOT.radius + 0.0145, 1.2, (2.0, 5))
-    planning.put("certified_region", Value(star))
+    planning = Planning()
+    planning.put("surroundings", Value(observe_scan(cast(SCREEN, POSE), POSE, ROBOT.radius + 0.0145, 1.2)))
     standing(planning, SCREEN, STANDSTILL + 0.1)
     assert planning.out("blocked_by").startswith("nothing that the certificate knows")
 

@@ -10,22 +10,23 @@ from pydrake.systems.analysis import Simulator
 from drake_starnav.control import ControllerParameters
 from drake_starnav.errors import StarnavError
 from drake_starnav.robot import RobotParameters
-from drake_starnav.surroundings.safe_region import CertifiedRegion
+from drake_starnav.surroundings.surroundings import Surroundings
 from drake_starnav.systems.twist_shield import TwistShield, Unshielded
 from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.tracking.prediction import grown
 from drake_starnav.utils.stopwatch import Stopwatch
+from tests.helpers.motions import only_star
 from tests.helpers.scans import MARGINS
 
-WIDE = CertifiedRegion(np.zeros(2), 0.0, np.full(720, 5.0), np.zeros((0, 2)))
+WIDE = only_star(np.full(720, 5.0))
 STEP = np.array((1.0, -4.0)) / ControllerParameters().rate
 """Of the twists that are ramped to below, at the robot's accelerations."""
 
 
 def shielding(
     desired,
-    star: CertifiedRegion = WIDE,
+    surroundings: Surroundings = WIDE,
     pose=(0.0, 0.0, 0.0),
     kind=TwistShield,
     tracks: Tracks | None = None,
@@ -37,7 +38,7 @@ def shielding(
     simulator = Simulator(system)
     inputs = {
         "desired_twist": desired,
-        "certified_region": Value(star),
+        "surroundings": Value(surroundings),
         "state": [*pose, 0.0, 0.0],
         "tracks": Value(Tracks() if tracks is None else tracks),
     }
@@ -62,7 +63,7 @@ def test_a_free_twist_is_reached_at_the_robots_accelerations() -> None:
 
 
 def test_before_anything_is_seen_it_stands() -> None:
-    simulator = shielding([0.5, 0.0], CertifiedRegion.none())
+    simulator = shielding([0.5, 0.0], Surroundings.unknown())
     simulator.AdvanceTo(0.5)
     assert out(simulator, "twist_command") == pytest.approx([0.0, 0.0])
 
@@ -90,7 +91,7 @@ def test_nobody_is_faster_than_the_robot_may_be(kind) -> None:
 
 
 def test_without_the_shield_nothing_is_certified_and_nothing_held_back() -> None:
-    simulator = shielding([0.5, -1.0], CertifiedRegion.none(), kind=Unshielded)
+    simulator = shielding([0.5, -1.0], Surroundings.unknown(), kind=Unshielded)
     simulator.AdvanceTo(0.21)
     assert out(simulator, "twist_command") == pytest.approx(math.ceil(0.21 * ControllerParameters().rate) * STEP)
     assert not out(simulator, "certificate").certified
@@ -104,7 +105,7 @@ def test_the_first_command_is_sent_at_once_whatever_the_rate() -> None:
 
 def test_the_certificate_shows_the_robot_braking_from_where_it_is_without_delay() -> None:
     pose, late = (1.0, 2.0, 0.5), ControllerParameters(delay=0.02)
-    wide = CertifiedRegion(np.array(pose[:2]), 0.0, np.full(720, 5.0), np.zeros((0, 2)))
+    wide = only_star(np.full(720, 5.0), np.array(pose[:2]))
     simulator = shielding([0.6, 0.0], wide, pose, controller=late)
     simulator.AdvanceTo(1.0)
     path = out(simulator, "certificate").path
@@ -114,7 +115,7 @@ def test_the_certificate_shows_the_robot_braking_from_where_it_is_without_delay(
 
 
 def test_the_certificate_shows_a_turning_robot_at_rest_after_the_least_turn() -> None:
-    wide = CertifiedRegion(np.zeros(2), 0.0, np.full(720, 5.0), np.zeros((0, 2)))
+    wide = only_star(np.full(720, 5.0))
     simulator = shielding([0.0, 1.0], wide, (0.0, 0.0, 0.0))
     simulator.AdvanceTo(1.0)
     assert out(simulator, "twist_command") == pytest.approx([0.0, 1.0])
@@ -139,7 +140,7 @@ def test_what_may_move_has_had_time_to_come_since_the_scan_until_the_state(
     obstacles = DynamicObstacleParameters(max_speed=0.8, caution=1.0)
     ahead = place + distance * np.array((np.cos(yaw), np.sin(yaw)))
     tracks = Tracks(time=now - scan_age, hits=grown(ahead[None], 0.0), owner=np.array([-1]))
-    wide = CertifiedRegion(place, 0.0, np.full(720, 5.0), np.zeros((0, 2)))
+    wide = only_star(np.full(720, 5.0), place)
     ahead_of_time = {} if lead is None else {"state_lead": lead}
     simulator = shielding([0.5, 0.0], wide, (*place, yaw), tracks=tracks, obstacles=obstacles, **ahead_of_time)
     simulator.get_mutable_context().SetTime(now)

@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from collections.abc import Sequence
 
 import numpy as np
 import pytest
@@ -11,14 +12,15 @@ from hypothesis import given
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.footprint import covered, disc, footprint
 from drake_starnav.geometry.se2 import composed
-from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, UNKNOWN, USUAL_BODY, LaserScan
+from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, UNKNOWN, USUAL_COVER_RADIUS, LaserScan
 from drake_starnav.lidar.mounts import ON_AXIS, Mount, unturned
 from drake_starnav.surroundings.bearing_hits import CONNECTED_CHORD
 from drake_starnav.surroundings.erosion import BEARINGS
-from drake_starnav.surroundings.perception import Perceived, PerceptionSettings, check_views, perceive
-from drake_starnav.surroundings.separation import keeps_clear
-from drake_starnav.surroundings.start import Start
-from drake_starnav.surroundings.views import hit_points, merged, view_range
+from drake_starnav.surroundings.initial_free_disc import InitialFreeDisc
+from drake_starnav.surroundings.perception import PerceptionSettings, PerceptionState, check_views, perceive
+from drake_starnav.surroundings.polar_image import make_polar_image, view_range
+from drake_starnav.surroundings.view import View, smoothed_hits
+from drake_starnav.utils.snapshot import replaced
 from drake_starnav.worlds.world import World
 from tests.helpers.mounts import AHEAD, CENTRED, CORNERS, LIDARS, Lidar, looks, mounts
 from tests.helpers.scans import MARGINS, ORIGIN, RADIUS, cast, distance, scattered, seeds
@@ -29,10 +31,21 @@ CLEAR = 0.28
 """Nothing is nearer to the robot's centre in these worlds, m."""
 
 
+def views_of(scans: Sequence[LaserScan], places: Sequence[Mount]) -> list[View]:
+    """Views of scans that are in frames parallel to the robot's."""
+    rows = zip(scans, places, strict=True)
+    return [replaced(View.none(), scan=scan, confirmed_scan=scan, mount=mount) for scan, mount in rows]
+
+
+def merged(scans: Sequence[LaserScan], places: Sequence[Mount], earlier: Sequence = ()) -> LaserScan:
+    """Their polar image."""
+    return make_polar_image(views_of(scans, places), BODY, earlier)
+
+
 def seen(world: World, lidars: tuple[Lidar, ...], pose: np.ndarray = ORIGIN) -> LaserScan:
     """What lidars see, about the robot's axis."""
     scans = [unturned(scan, lidar.mount) for scan, lidar in zip(looks(world, lidars, pose), lidars, strict=True)]
-    return merged(scans, mounts(lidars), BODY)
+    return merged(scans, mounts(lidars))
 
 
 def blocks(rng: np.random.Generator, discs: int, walls: int, size: float) -> World:
@@ -62,9 +75,8 @@ def needles(rng: np.random.Generator, lidars: tuple[Lidar, ...], pose: np.ndarra
 
 def test_a_lone_lidar_on_the_axis_passes_through() -> None:
     scan = cast(scattered(np.random.default_rng(3)))
-    assert merged([scan], (ON_AXIS,), BODY) is scan
-    points, _ = hit_points(scan, ON_AXIS)
-    assert np.array_equal(points, scan.points())
+    assert merged([scan], (ON_AXIS,)) is scan
+    assert np.array_equal(smoothed_hits(scan, ON_AXIS).points, scan.points())
 
 
 def test_a_ray_along_a_rough_wall_is_free_up_to_it() -> None:
@@ -75,7 +87,7 @@ def test_a_ray_along_a_rough_wall_is_free_up_to_it() -> None:
     x = mount.x + ranges * np.cos(bearing)
     ranges[~((x > 1.0) & (x < 3.0))] = np.inf
     scan = LaserScan(0.0, -math.pi, 2.0 * math.pi / beams, 0.05, 5.0, ranges)
-    free = merged([scan], (mount,), BODY).distances[BEARINGS // 2]
+    free = merged([scan], (mount,)).distances[BEARINGS // 2]
     assert 0.99 < free < 1.1
 
 
@@ -86,7 +98,8 @@ def test_space_at_the_rim_of_certified_regions_is_free(name: str) -> None:
     for k in range(90):
         pose = np.array((0.0, 0.0, rng.uniform(-3.0, 3.0)))
         world = needles(rng, lidars, pose) if k % 3 == 2 else blocks(rng, *((6, 8, 1.0), (10, 14, 0.45))[k % 3])
-        star = perceive(Perceived.nothing(), looks(world, lidars, pose), pose, settings).safety
+        state = perceive(PerceptionState.initial(), looks(world, lidars, pose), pose, settings)
+        star = state.surroundings.certified_star
         chosen = rng.integers(0, len(star.values), 60)
         bearing = star.bearing_0 + 2.0 * math.pi / len(star.values) * chosen
         reach = star.values[chosen] * np.repeat((1.0, rng.random()), 30)
@@ -104,7 +117,7 @@ def test_rays_end_where_space_is_free(name: str) -> None:
         scan = seen(world, lidars, pose)
         truth = cast(world, pose, beams=BEARINGS)
         past = scan.distances - truth.distances
-        assert past.max() < 0.5 * CONNECTED_CHORD * USUAL_BODY  # chords cut corners
+        assert past.max() < 0.5 * CONNECTED_CHORD * USUAL_COVER_RADIUS  # chords cut corners
         assert (np.abs(past[scan.hits]) < 0.02).mean() > 0.97
         assert scan.full_circle and scan.distances.mean() > 0.9 * np.minimum(truth.distances, scan.range_max).mean()
 
@@ -117,7 +130,7 @@ def test_rays_end_where_space_is_free_though_one_lidar_looked_from_elsewhere(nam
         world, earlier = blocks(rng, 6, 8, 1.0), np.array((0.0, 0.0, rng.uniform(-3.0, 3.0)))
         pose = composed(earlier, rng.uniform((-0.05, 0.0, -0.2), (0.05, 0.0, 0.2)))
         first = [dataclasses.replace(scan, scan_time=0.1) for scan in looks(world, lidars, earlier)]
-        known = perceive(Perceived.nothing(), first, earlier, settings)
+        known = perceive(PerceptionState.initial(), first, earlier, settings)
         second = [dataclasses.replace(scan, time=0.05) for scan in looks(world, lidars, pose)]
         scan = perceive(known, [second[0], *first[1:]], pose, settings).observation.scan
         assert scan.time == 0.05
@@ -143,9 +156,9 @@ def test_what_was_seen_earlier_is_free_or_a_surface_where_no_lidar_looks() -> No
     before, now = (World("walls", (0, 0, 0), (0, 0), polygons=each) for each in ((behind, front + 0.02), (front,)))
     looked = [(looks(before, (view,), np.array((0.0, 0.0, yaw)))[0], composed((0, 0, yaw), view.mount[:3]))
               for yaw in (0.0, 2.0, 4.0)]  # fmt: skip
-    start, (scan,) = Start.of(0.5).beams, looks(now, (view,))
-    alone = merged([scan], (view.mount,), BODY)
-    known = merged([scan], (view.mount,), BODY, [*((each.beams, place) for each, place in looked), (start, ORIGIN)])
+    start, (scan,) = InitialFreeDisc.of_radius(0.5).beams, looks(now, (view,))
+    alone = merged([scan], (view.mount,))
+    known = merged([scan], (view.mount,), [*((each.beams, place) for each, place in looked), (start, ORIGIN)])
     back, ahead = 0, BEARINGS // 2
     assert alone.lost[back] and alone.distances[back] < RADIUS + 0.01
     assert known.hits[back] and known.distances[back] == pytest.approx(0.9, abs=0.01)  # its near side
@@ -204,7 +217,7 @@ def test_lidars_of_different_range_see_as_far_as_each_does(shorter: int, range_m
     scans[shorter] = looks(empty, CORNERS, range_max=range_max)[shorter]
     check_views(scans, mounts(CORNERS), BODY, backwards=False)
     scans = [unturned(scan, lidar.mount) for scan, lidar in zip(scans, CORNERS, strict=True)]
-    around = merged(scans, mounts(CORNERS), BODY)
+    around = merged(scans, mounts(CORNERS))
     least = min(view_range(*each) for each in zip(scans, mounts(CORNERS), strict=True))
     assert around.distances.min() >= least > 0.6 * range_max
     assert around.lost.any() and (around.distances > 4.5).any(), "beyond the shorter range it is unknown"
@@ -221,7 +234,7 @@ def test_what_moves_or_may_move_is_told_of_the_scan_about_the_axis_too(name: str
         for state, (x, y, radius) in known.items():
             motion[np.flatnonzero(scan.hits)[np.hypot(*(ends - (x, y)).T) < radius + 1e-6]] = state
         scans.append(dataclasses.replace(scan, motion=motion))
-    around = merged(scans, mounts(LIDARS[name]), BODY)
+    around = merged(scans, mounts(LIDARS[name]))
     for state, (x, y, radius) in known.items():
         away = around.points_at(around.distances, np.ones(len(around.ranges), bool), ORIGIN) - (x, y)
         its = np.hypot(*away.T) < radius + 0.01
@@ -254,11 +267,11 @@ def test_outliers_are_found_by_each_lidar_before_their_scans_are_merged(noise: f
     ranges = scans[1].ranges.copy()
     ranges[100] = 0.9
     scans[1] = type(scans[1])(0.0, scans[1].angle_min, scans[1].angle_increment, 0.0, 5.0, ranges)
-    known = perceive(Perceived.nothing(), scans, ORIGIN, settings)
-    assert len(known.looks) == 2
-    plain = perceive(Perceived.nothing(), scans, ORIGIN, settings._replace(outlier_noise=None))
-    assert np.hypot(*plain.safety.hits.T).min() < 1.2
-    counts = [[np.count_nonzero(look.near.hits) for look in each.looks] for each in (plain, known)]
+    known = perceive(PerceptionState.initial(), scans, ORIGIN, settings)
+    assert len(known.latest_views) == 2
+    plain = perceive(PerceptionState.initial(), scans, ORIGIN, settings._replace(outlier_noise=None))
+    assert np.hypot(*plain.surroundings.certified_star.boundary.points.T).min() < 1.2
+    counts = [[np.count_nonzero(view.scan.hits) for view in each.latest_views] for each in (plain, known)]
     assert counts[0] == [counts[1][0], counts[1][1] + 1]  # the stray hit is none; it may hide what is thin
 
 
@@ -285,12 +298,11 @@ def test_polygons_that_keep_clear_of_chords_and_shadows_touch_nothing(name: str)
         obstacles = shapely.union_all([*solid, *(shapely.Polygon(polygon) for polygon in world.polygons)])
         if shapely.distance(covered(box, pose), obstacles) < MARGINS.safety:
             continue
-        star = perceive(Perceived.nothing(), looks(world, lidars, pose), pose, settings).safety
-        certificate = MARGINS.safety, star.look.reach - box.radius
+        seen = perceive(PerceptionState.initial(), looks(world, lidars, pose), pose, settings).surroundings
         for _ in range(40):
             move = np.array((*rng.uniform(-0.4, 0.4, 2), rng.uniform(-1.0, 1.0)))
             way = pose + np.linspace(0.0, 1.0, 120)[:, None] * move
-            if keeps_clear(way, star.look.chords, star.looks, box.body, certificate):
+            if seen.keeps_clear(way, box, MARGINS.safety):
                 accepted += 1
                 least = min(least, shapely.distance(covered(box, way[-1]), obstacles))
     assert accepted > 200 and least > 0.0

@@ -4,7 +4,7 @@ What one lidar sees is the polygon of its beam ends: the space on the near side 
 taken. A ray from the robot's axis is free as far as it stays in the union of these polygons. It ends at an obstacle
 where it crosses the chord between two connected hits, and at unknown space where it leaves the union through the edge
 of a shadow or of a field of view. Such an edge is not radial: a robot beside the ray could enter what is behind it.
-Hence a ray that ends there is a lost beam with a bound of its own, which regions are eroded by like by a hit.
+Such a ray is stored as a lost beam with its own bound; regions are eroded by it as by a hit.
 """
 
 import math
@@ -19,113 +19,84 @@ from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.geometry.polyline import third_side
 from drake_starnav.geometry.se2 import placed
 from drake_starnav.lidar.field_of_view import TURN, FieldOfView
-from drake_starnav.lidar.laser_scan import HIT, MAPPABLE, MOVING, Beams, LaserScan, placed_ends
+from drake_starnav.lidar.laser_scan import HIT, MAPPABLE, MOVING, Beams, LaserScan
 from drake_starnav.lidar.mounts import Mount
-from drake_starnav.surroundings.bearing_hits import CONNECTED_CHORD, half_gaps
+from drake_starnav.surroundings.bearing_hits import CONNECTED_CHORD
 from drake_starnav.surroundings.chords import ROUNDING
-from drake_starnav.surroundings.erosion import BEARINGS, moving_average
+from drake_starnav.surroundings.erosion import BEARINGS
+from drake_starnav.surroundings.recent_hits import Hits
+from drake_starnav.surroundings.view import UNSMOOTHED, View, hits_of_beams, smoothed_hits
 
 CROSSINGS = 64
 """Edges of views that a ray is followed across; along a rough wall it may cross more, and ends at the last of these."""
-NEAREST = 0.001
-"""A hit that is too close to be measured is placed this far along its beam, to give it a direction, m: numerics."""
 BODY_SLACK = 0.001
 """Views may begin this far outside the robot, m: within the margin that is kept from everything, numerics."""
 PARALLEL = 1e-9
 """Sine of the angle up to which an edge counts as lying on a ray."""
 SURFACE, DOUBTED, MOVER, OPEN, FREE = range(5)
 """Where a ray ends: at what is STATIC, UNKNOWN or DYNAMIC, by these numbers, at unknown space, at its range."""
+PlacedBeams = tuple[Beams, np.ndarray]
+"""Beams of a view, and its pose (x, y, yaw) in the robot's frame B."""
 
 
-def hits_seen(
-    scans: Sequence[LaserScan], mounts: Sequence[Mount], smoothing: tuple[int, float]
-) -> tuple[np.ndarray, np.ndarray]:
-    """What lidars saw at one time: all static or possibly moving hits, in the robot's frame B, with its axis as origin.
-
-    Args:
-        scans: taken at the same time, as of `unturned`.
-        mounts: of the lidars.
-        smoothing: of the ranges, half width in beams and slack, m, as of `smoothed_distances`.
-
-    Returns:
-        The points, shape (k, 2), m; rays of the merged scan may pass beside a thin obstacle. And half the chord from
-        each to its lidar's neighbouring hit on the same surface, shape (k,), m.
-    """
-    found = [hit_points(*each, smoothing) for each in zip(scans, mounts, strict=True)]
-    return np.concatenate([points for points, _ in found]), np.concatenate([gaps for _, gaps in found])
-
-
-def hit_points(scan: LaserScan, mount: Mount, smoothing: tuple[int, float] = (0, 0.0)) -> tuple[np.ndarray, np.ndarray]:
-    """`hits_seen` of one lidar."""
-    return seen_hits(tuple(scan.beams), smoothing, mount.x, mount.y)
-
-
-@kernel
-def seen_hits(beams, smoothing, x, y):
-    """`hit_points` of `Beams`, as a plain tuple, from (x, y) in B."""
-    beams = Beams(*beams)
-    measured, hits = moving_average(beams, smoothing[0], smoothing[1]), beams.kinds & HIT != 0
-    points = placed_ends(beams.directions, np.maximum(measured, NEAREST), hits, x, y, 1.0, 0.0)
-    return points, half_gaps(measured, beams)[hits]
-
-
-def merged(
-    scans: Sequence[LaserScan],
-    mounts: Sequence[Mount],
-    body: Footprint,
-    earlier: Sequence[tuple[Beams, np.ndarray]] = (),
+def make_polar_image(
+    views: Sequence[View], footprint: Footprint, earlier: Sequence[PlacedBeams] = (), *, confirmed: bool = False
 ) -> LaserScan:
-    """One scan about the robot's axis; that of a single lidar there is as it is.
+    """Return one scan about the robot's axis: the nearest hit, or where unknown space begins, on each bearing.
+
+    That of a single lidar on the axis is its scan as it is.
 
     Args:
-        scans, mounts: as of `hits_seen`.
-        body: of the robot: what is inside it is the robot itself.
+        views: of all lidars, from one robot pose.
+        footprint: of the robot: what is inside it is the robot itself.
         earlier: what was seen before, beams and their pose (x, y, yaw) in B.
+        confirmed: whether it is made of the confirmed scans, for the roadmap.
     """
+    scans = [view.confirmed_scan if confirmed else view.scan for view in views]
+    mounts = [view.mount for view in views]
     if len(scans) == 1 and mounts[0].offset == 0.0:
         return scans[0]
-    outside = _reach(body) + BODY_SLACK
-    distance, kind, far = _followed(scans, mounts, outside, earlier)
+    outside = _own_reach(footprint) + BODY_SLACK
+    distance, kind, far = _follow_rays(scans, mounts, outside, earlier)
     for scan, mount in zip(scans, mounts, strict=True):
-        _add_thin(distance, kind, hit_points(scan, mount), np.where(scan.mappable[scan.hits], SURFACE, DOUBTED))
+        kinds = np.where(scan.mappable[scan.hits], SURFACE, DOUBTED)
+        _add_thin_obstacles(distance, kind, smoothed_hits(scan, mount), kinds)
     if earlier:
-        beside = hits_beside(scans, mounts, earlier)
-        _add_thin(distance, kind, beside, np.full(len(beside[0]), SURFACE))
+        remembered = find_remembered_hits(views, earlier)
+        _add_thin_obstacles(distance, kind, remembered, np.full(len(remembered.points), SURFACE))
     ranges = np.where(kind <= DOUBTED, distance, np.where(kind == FREE, math.inf, math.nan))
     tracked = any(scan.motion is not None for scan in scans)
     motion = np.where(kind <= MOVER, kind, SURFACE) if tracked else None
     return LaserScan(
         scans[0].time, -math.pi, TURN / BEARINGS, 0.0, far, ranges, lost_beams=True, free=distance,
-        scan_time=scans[0].scan_time, body=scans[0].body, motion=motion,
+        scan_time=scans[0].scan_time, cover_radius=scans[0].cover_radius, motion=motion,
     )  # fmt: skip
 
 
-def hits_beside(
-    scans: Sequence[LaserScan], mounts: Sequence[Mount], earlier: Sequence[tuple[Beams, np.ndarray]]
-) -> tuple[np.ndarray, np.ndarray]:
-    """Hits of earlier looks, not on moving obstacles, where no lidar looks: points (n, 2) in B, and their `half_gaps`.
+def find_remembered_hits(views: Sequence[View], earlier: Sequence[PlacedBeams]) -> Hits:
+    """Return hits of earlier views, not on moving obstacles, in B, where no lidar looks now.
 
-    The arguments are those of `merged`; there is at least one earlier look.
+    The arguments are those of `make_polar_image`; there is at least one earlier view.
     """
-    hits = [seen_hits(tuple(beams), (0, 0.0), 0.0, 0.0) for beams, _ in earlier]
+    hits = [hits_of_beams(beams, UNSMOOTHED, 0.0, 0.0) for beams, _ in earlier]
     kept = np.concatenate([beams.kinds[beams.kinds & HIT != 0] & MAPPABLE != 0 for beams, _ in earlier])
     points = np.vstack([placed(pose, ends) for (_, pose), (ends, _) in zip(earlier, hits, strict=True)])
-    for scan, mount in zip(scans, mounts, strict=True):
-        kept &= ~looks_at(scan.field_of_view, mount, points)
-    return points[kept], np.concatenate([gaps for _, gaps in hits])[kept]
+    for view in views:
+        kept &= ~looks_at(view.scan.field_of_view, view.mount, points)
+    return Hits(points[kept], np.concatenate([gaps for _, gaps in hits])[kept])
 
 
 def looks_at(view: FieldOfView, mount: Mount, points: np.ndarray) -> np.ndarray:
-    """Whether a lidar looks into the directions of points (n, 2) in B, shape (n,), bool; its view as in `unturned`."""
+    """Return whether a lidar looks into the directions of points (n, 2) in B, shape (n,); its view as in `View`."""
     bearing = np.arctan2(points[:, 1] - mount.y, points[:, 0] - mount.x)
     return np.mod(bearing - view.angle_min, TURN) <= (TURN if view.full_circle else view.span)
 
 
-def _followed(
+def _follow_rays(
     scans: Sequence[LaserScan],
     mounts: Sequence[Mount],
     outside: np.ndarray,
-    earlier: Sequence[tuple[Beams, np.ndarray]] = (),
+    earlier: Sequence[PlacedBeams] = (),
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """How far each ray is free, shape (BEARINGS,), m, and where it ends; and how far any ray is followed, m.
 
@@ -145,21 +116,24 @@ def _followed(
     for beams, (x, y, yaw) in earlier:
         _cross_view(crossings, beams, (x, y, math.cos(yaw), math.sin(yaw)), (HIT | MAPPABLE, beams.sight), bit)
         bit <<= 1
-    return *_walked(crossings, outside, far, (1 << len(scans)) - 1), far
+    return *_walk_rays(crossings, outside, far, (1 << len(scans)) - 1), far
 
 
-def surround(scans: Sequence[LaserScan], mounts: Sequence[Mount], body: Footprint) -> bool:
-    """Whether the views of lidars, in an empty world, meet all around the robot's body as far as each sees."""
-    if len(scans) == 1 and scans[0].full_circle:
+def covers_full_circle(views: Sequence[View], footprint: Footprint) -> bool:
+    """Return whether the views, in an empty world, meet all around the robot as far as each sees."""
+    if len(views) == 1 and views[0].scan.full_circle:
         return True
-    return _surround(tuple((*scan.field_of_view, scan.range_max) for scan in scans), tuple(mounts), body)
+    fields = tuple((*view.scan.field_of_view, view.scan.range_max) for view in views)
+    return _covers_full_circle(fields, tuple(view.mount for view in views), footprint)
 
 
 @lru_cache(maxsize=16)
-def _surround(views: tuple[tuple[float, float, int, float], ...], mounts: tuple[Mount, ...], body: Footprint) -> bool:
-    """`surround`, of each lidar's first bearing, step, number of beams and range."""
+def _covers_full_circle(
+    views: tuple[tuple[float, float, int, float], ...], mounts: tuple[Mount, ...], body: Footprint
+) -> bool:
+    """`covers_full_circle`, of each lidar's first bearing, step, number of beams and range."""
     blank = [LaserScan(0.0, first, step, 0.0, far, np.full(beams, math.inf)) for first, step, beams, far in views]
-    distance, kind, _ = _followed(blank, mounts, _reach(body) + BODY_SLACK)
+    distance, kind, _ = _follow_rays(blank, mounts, _own_reach(body) + BODY_SLACK)
     least = min(map(view_range, blank, mounts))
     return not ((kind == OPEN) & (distance < least)).any()
 
@@ -170,7 +144,7 @@ def view_range(scan: LaserScan, mount: Mount) -> float:
 
 
 @lru_cache(maxsize=16)
-def _reach(body: Footprint) -> np.ndarray:
+def _own_reach(body: Footprint) -> np.ndarray:
     """How far the robot reaches along each ray, shape (BEARINGS,), m."""
     if body.is_disc:
         return np.full(BEARINGS, body.radius)
@@ -220,7 +194,7 @@ def _cross_view(crossings, beams, place, sees, bit):
     x, y, turned, aside = place
     n, full, cosine = len(distance), beams.seam < np.inf, math.cos(beams.increment)
     seam = math.cos(beams.seam) if full else cosine
-    cells, connected = n if full else n - 1, CONNECTED_CHORD * beams.body
+    cells, connected = n if full else n - 1, CONNECTED_CHORD * beams.cover_radius
     vertices, kinds = np.empty((2 * cells + 1, 2)), np.full(2 * cells + 1, OPEN, np.int8)
     for i in range(cells):
         j = (i + 1) % n
@@ -275,7 +249,7 @@ def _cross_edge(crossings, start, end, kind, bit):
 
 
 @kernel
-def _walked(crossings, body, far, now):
+def _walk_rays(crossings, body, far, now):
     """How far each ray is free, m, up to `far`, and where it ends; within `body` (m) it may be outside all views.
 
     `now` are the bits of the current views. A surface in an earlier one counts where no later one sees through it.
@@ -304,7 +278,7 @@ def _walked(crossings, body, far, now):
     return free, end
 
 
-def _add_thin(distance: np.ndarray, end: np.ndarray, hits: tuple[np.ndarray, np.ndarray], kinds: np.ndarray) -> None:
+def _add_thin_obstacles(distance: np.ndarray, end: np.ndarray, hits: Hits, kinds: np.ndarray) -> None:
     """Let rays end at hits that they may pass beside: those whose chords are no longer than rays are apart there."""
     points, half_gaps = hits
     away, bearing = np.hypot(*points.T), np.arctan2(points[:, 1], points[:, 0])

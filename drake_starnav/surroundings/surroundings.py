@@ -1,0 +1,253 @@
+"""What is known of the space around the robot: the one object that certificate, planner and messages ask.
+
+In a static world a place is free if any view covers it: else an obstacle stood there, and the beams of that view had
+ended on it. What no view covers is unknown.
+"""
+
+import dataclasses
+import math
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+
+from drake_starnav.geometry.footprint import Footprint
+from drake_starnav.geometry.se2 import composed, now_in
+from drake_starnav.lidar.laser_scan import Beams, LaserScan
+from drake_starnav.surroundings.certified_star import CertifiedStar, certify_star
+from drake_starnav.surroundings.chords import Chords
+from drake_starnav.surroundings.erosion import field_of_view, smoothed_distances
+from drake_starnav.surroundings.initial_free_disc import InitialFreeDisc
+from drake_starnav.surroundings.margins import Margins, ViewRetention
+from drake_starnav.surroundings.polar_image import covers_full_circle, make_polar_image
+from drake_starnav.surroundings.recent_hits import NO_POINTS, Hits, RecentHits
+from drake_starnav.surroundings.scan_averaging import AVERAGED_WITHIN, average_scan
+from drake_starnav.surroundings.separation import ClearanceLimits, is_collision_free
+from drake_starnav.surroundings.unseen import initial_disc_radius
+from drake_starnav.surroundings.view import RangeSmoothing, View, find_near_hits
+from drake_starnav.surroundings.view_arrays import ViewArrays
+from drake_starnav.surroundings.view_history import VIEW_SPACING, Odometer, ViewHistory, forget_stale_views
+from drake_starnav.utils.snapshot import replaced, snapshot
+
+NEAR_HITS = 4.0
+"""Hits nearer than this count as near, in radii with the margin: among movers the robot keeps off walls."""
+PAST_VIEWS_IN_IMAGE = (0.0, 0.0)
+"""Field of view of a star that is bounded by past views, too: nowhere is it the last scan alone that saw the space."""
+COARSE = 4
+"""The polar image of a robot that does not see all around is made of every n-th of its past views."""
+
+
+@snapshot
+class Surroundings:
+    """What the last scans, and views before them, tell of the space around the robot. Immutable; W, m and rad.
+
+    Attributes:
+        robot_pose: (x, y, yaw) of the robot when the last scan was taken.
+        image: polar image of the last scans, in the robot's frame; see `make_polar_image`.
+        recent_hits: near the robot, of the last scans, as measured.
+        current_views: what each lidar saw at the last scan; none before the first.
+        past_views: what was seen before.
+        certified_star: positions that the recent hits certify.
+        time: when the last scan was taken, s.
+        previous_time: when the scan before it was taken, s.
+        odometer: how far the robot has come.
+    """
+
+    robot_pose: np.ndarray
+    image: LaserScan
+    recent_hits: RecentHits
+    current_views: ViewHistory
+    past_views: ViewHistory
+    certified_star: CertifiedStar
+    time: float
+    previous_time: float
+    odometer: Odometer
+
+    @staticmethod
+    def unknown() -> "Surroundings":
+        """Return what is known before the first scan: nothing."""
+        none, never = ViewHistory(), -math.inf
+        image, star = LaserScan.nothing(), CertifiedStar.none()
+        return Surroundings(np.zeros(3), image, RecentHits(), none, none, star, never, never, Odometer())
+
+    @property
+    def has_views(self) -> bool:
+        """Whether anything was seen."""
+        return len(self.current_views.views) > 0
+
+    def keeps_clear(self, poses: np.ndarray, footprint: Footprint, margin: float) -> bool:
+        """Return whether a footprint keeps a margin to all surfaces and to unknown space at poses (n, k) of a motion.
+
+        The first three columns are x, y, yaw. See `is_collision_free`.
+        """
+        if not self.has_views:
+            return False
+        limits = ClearanceLimits(margin, self.view.reach - footprint.radius)
+        return bool(is_collision_free(poses, self.chords, self.other_views, footprint.body, limits))
+
+    @cached_property
+    def near_hits(self) -> np.ndarray:
+        """Smoothed hits of the last scan close to the robot, shape (k, 2)."""
+        if not self.has_views:
+            return NO_POINTS
+        image, distances = self.image, smoothed_distances(self.image, self.view.params.smoothing.slack)
+        near = image.hits & (distances < min(NEAR_HITS * self.certified_star.radius, image.range_max))
+        return image.points_at(distances, near, self.robot_pose)
+
+    @property
+    def view(self) -> View:
+        """What the first lidar saw at the last scan."""
+        view = self.current_views.views[0]
+        assert isinstance(view, View)
+        return view
+
+    @property
+    def chords(self) -> Chords:
+        """Surfaces, and what hides space from the first lidar."""
+        return self.view.chords
+
+    @cached_property
+    def other_views(self) -> ViewArrays:
+        """All views but `view`."""
+        others = self.current_views.select(np.arange(1, len(self.current_views.views)))
+        return ViewArrays.of(others.followed_by(self.past_views))
+
+    def coarse_views(self, robot_pose: np.ndarray) -> list[tuple[Beams, np.ndarray]]:
+        """Return beams of the current and of some past views, each with its pose in the frame of a robot pose, W."""
+        every = np.arange(len(self.past_views.views))
+        some = self.past_views.select(np.concatenate((every[:-1:COARSE], every[-1:])))
+        views, poses = self.current_views.followed_by(some)
+        return [(view.beams, np.array(now_in(robot_pose, pose))) for view, pose in zip(views, poses, strict=True)]
+
+    def without_views_before(self, time: float) -> "Surroundings":
+        """Return the surroundings without what was seen before a time, s."""
+        lasting = np.flatnonzero(self.past_views.times >= time)
+        if len(lasting) == len(self.past_views.views):
+            return self
+        return dataclasses.replace(self, past_views=self.past_views.select(lasting))
+
+    def moved(self, frame: np.ndarray) -> "Surroundings":
+        """Return the surroundings in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""
+        current = self.current_views.moved(frame)
+        views = tuple([view.moved(frame) if isinstance(view, View) else view for view in current.views])
+        return dataclasses.replace(
+            self,
+            robot_pose=composed(frame, self.robot_pose),
+            current_views=current._replace(views=views),
+            past_views=self.past_views.moved(frame),
+            certified_star=self.certified_star.moved(frame),
+        )
+
+
+def observe(
+    before: Surroundings, views: Sequence[View], robot_pose: np.ndarray, footprint: Footprint, margins: Margins
+) -> Surroundings:
+    """Return the surroundings after one more scan of each lidar.
+
+    Args:
+        before: the surroundings before.
+        views: of all lidars, taken or carried to the same time and robot pose.
+        robot_pose: (x, y, yaw) of the robot then, W.
+        footprint: of the robot.
+        margins: that are kept.
+    """
+    radius, time = footprint.narrow + margins.safety, views[0].time
+    full_circle = covers_full_circle(views, footprint)
+    image = make_polar_image(views, footprint, [] if full_circle else before.coarse_views(robot_pose))
+    reach = min(margins.safety_range + 2.0 * radius, image.range_max)
+    views, recent_hits = find_surfaces(views, before.recent_hits, reach)
+    star_image, star_hits = image, recent_hits.hits
+    if margins.average_scans and image.motion is None:
+        views, star_hits = average_views(views, before.recent_hits, radius + AVERAGED_WITHIN * footprint.narrow, reach)
+        star_image = views[0].scan
+    odometer = before.odometer.advance(before.robot_pose, robot_pose) if before.has_views else before.odometer
+    past_views = remember_views(before, views, odometer, footprint, margins)
+    star_view = field_of_view(image) if full_circle or is_on_axis(views) else PAST_VIEWS_IN_IMAGE
+    return Surroundings(
+        robot_pose=robot_pose,
+        image=image,
+        recent_hits=recent_hits,
+        current_views=ViewHistory.of_one_time(views, [view.pose for view in views], time, odometer),
+        past_views=past_views,
+        certified_star=certify_star(star_image, star_hits, robot_pose, radius, margins.safety_range, star_view),
+        time=time,
+        previous_time=before.time,
+        odometer=odometer,
+    )
+
+
+def find_surfaces(views: Sequence[View], recent: RecentHits, reach: float) -> tuple[list[View], RecentHits]:
+    """Return views of one time with the hits nearer than `reach`, m, of which their chords are made; and recent hits.
+
+    `recent` are those before; those that are returned include the hits of these views.
+    """
+    recent, near = recent.forget_oldest(), [find_near_hits(view, reach) for view in views]
+    views_with_hits = []
+    for k, view in enumerate(views):
+        others = [hits.points for hits in (*near[:k], *near[k + 1 :])]
+        points = np.concatenate((recent.hits.points, *others)) if others else recent.hits.points
+        visible = min(reach - view.mount.offset, view.scan.range_max, view.beams.sight)
+        views_with_hits.append(replaced(view, near_points=near[k].points, recent_points=points, reach=visible))
+    latest = near[0] if len(near) == 1 else Hits(*map(np.concatenate, zip(*near, strict=True)))
+    return views_with_hits, recent.add_scan(latest)
+
+
+def average_views(views: Sequence[View], recent: RecentHits, averaged: float, reach: float) -> tuple[list[View], Hits]:
+    """Return the view of a lone lidar with ranges up to `averaged`, m, averaged over recent scans; and its surfaces.
+
+    The surfaces are hits nearer than `reach`, m, of this view and of the `recent` scans before.
+    """
+    (view,) = views  # more are refused
+    smoothing, scan = view.params.smoothing, view.scan
+    smoothed = smoothed_distances(scan, smoothing.slack, smoothing.beams)
+    scan = dataclasses.replace(scan, ranges=np.where(scan.hits, smoothed, scan.ranges))
+    recent, scan = average_scan(recent, scan, view.robot_pose, averaged)
+    params = view.params._replace(smoothing=RangeSmoothing(0, smoothing.slack))
+    averaged_views, recent = find_surfaces([replaced(view, scan=scan, params=params)], recent, reach)
+    return averaged_views, recent.hits
+
+
+def remember_views(
+    before: Surroundings,
+    views: Sequence[View],
+    odometer: Odometer,
+    footprint: Footprint,
+    margins: Margins,
+) -> ViewHistory:
+    """Return the past views that still count; the last one is the initial free disc, as long as it does."""
+    x, y, yaw = views[0].robot_pose.tolist()
+    if before.has_views:
+        retention = view_retention(footprint, margins)
+        past = forget_stale_views(before.past_views, before.current_views, odometer, (x, y), views[0].time, retention)
+    else:
+        past = begin_history(views, (x, y, yaw), footprint, margins.safety)
+    disc = past.views[-1] if past.views else None
+    if isinstance(disc, InitialFreeDisc):
+        disc = disc.cut_by(views[0].chords, tuple(past.poses[-1].tolist()))
+        past = past._replace(views=(*past.views[:-1], disc))
+    return past
+
+
+def view_retention(footprint: Footprint, margins: Margins) -> ViewRetention:
+    """Return which views count for a robot of a footprint."""
+    reach = margins.safety_range + 2.0 * (footprint.radius + margins.safety)
+    return margins.retention._replace(reach=reach, spacing=VIEW_SPACING * footprint.radius)
+
+
+def begin_history(
+    views: Sequence[View], pose: tuple[float, float, float], footprint: Footprint, margin: float
+) -> ViewHistory:
+    """Return the initial free disc about the first pose (x, y, yaw), unless one lidar on the axis sees all around."""
+    ahead = 0.0
+    if covers_full_circle(views, footprint):
+        if is_on_axis(views):
+            return ViewHistory()
+    else:
+        ahead = max(0.0, *(view.mount.x for view in views))
+    disc = InitialFreeDisc.of_radius(initial_disc_radius(footprint, margin, ahead))
+    return ViewHistory.of_one_time((disc,), (pose,), views[0].time, Odometer())
+
+
+def is_on_axis(views: Sequence[View]) -> bool:
+    """Return whether there is a single lidar, on the robot's axis."""
+    return len(views) == 1 and views[0].mount.offset == 0.0

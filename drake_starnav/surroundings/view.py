@@ -1,0 +1,199 @@
+"""One scan of one lidar, made ready once, and what follows from it: hits, chords, and how far the lidar saw."""
+
+import dataclasses
+import math
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from drake_starnav.geometry.compiled import kernel
+from drake_starnav.geometry.footprint import Footprint, disc
+from drake_starnav.geometry.se2 import composed, now_in, placed
+from drake_starnav.lidar.deskew import deskewed
+from drake_starnav.lidar.laser_scan import HIT, Beams, LaserScan, placed_ends
+from drake_starnav.lidar.mounts import ON_AXIS, Mount, unturned
+from drake_starnav.lidar.outlier_filter import HitHistory, without_lone_close_hits, without_outliers
+from drake_starnav.surroundings.bearing_hits import half_gaps
+from drake_starnav.surroundings.chords import Chords, chords_from_hits, occluding_chords, visible_ranges
+from drake_starnav.surroundings.erosion import moving_average
+from drake_starnav.surroundings.recent_hits import NO_POINTS, Hits
+from drake_starnav.utils.snapshot import replaced, snapshot
+
+NEAREST = 0.001
+"""A hit that is too close to be measured is placed this far along its beam, to give it a direction, m: numerics."""
+
+
+class RangeSmoothing(NamedTuple):
+    """How ranges are smoothed, see `smoothed_distances`.
+
+    Attributes:
+        beams: half width of the moving average; 0: ranges stay as measured.
+        slack: additional change that smoothing may make, m.
+    """
+
+    beams: int = 0
+    slack: float = 0.0
+
+
+UNSMOOTHED = RangeSmoothing()
+
+
+class ViewParams(NamedTuple):
+    """What `make_view` needs to know about robot and lidars.
+
+    Attributes:
+        footprint: of the robot.
+        smoothing: of the ranges from which hits are made.
+        thinnest: width of the thinnest obstacle that the certificate must not miss, m; infinite: nobody relies on it.
+        outlier_noise: standard deviation of the ranges at which outliers are discarded, m; None: they are not.
+        range_error: subtracted from visible ranges, m: among many views the one with the largest error decides.
+    """
+
+    footprint: Footprint
+    smoothing: RangeSmoothing = RangeSmoothing()
+    thinnest: float = math.inf
+    outlier_noise: float | None = None
+    range_error: float = 0.0
+
+
+@snapshot
+class View:
+    """What one lidar saw at one time. Immutable; m and rad.
+
+    Attributes:
+        scan: de-skewed, without doubted hits, in a frame at the lidar whose axes are parallel to the robot's frame B.
+        confirmed_scan: for the roadmap: the scan without hits that are not confirmed twice, whose lost beams may hide
+            thin obstacles; the same object where no beam is lost.
+        mount: pose of the scan's frame in B.
+        robot_pose: (x, y, yaw) of B in W.
+        hit_history: of the last scans of this lidar, which confirm or refute new hits.
+        params: with which it was made.
+        near_points: hits that `observe` found near the robot, shape (n, 2), W.
+        recent_points: near hits of the other lidars and of the scans before, shape (k, 2), W.
+        reach: farther places count as not seen.
+    """
+
+    scan: LaserScan
+    confirmed_scan: LaserScan
+    mount: Mount
+    robot_pose: np.ndarray
+    hit_history: HitHistory
+    params: ViewParams
+    near_points: np.ndarray = dataclasses.field(default_factory=lambda: NO_POINTS)
+    recent_points: np.ndarray = dataclasses.field(default_factory=lambda: NO_POINTS)
+    reach: float = 0.0
+
+    @staticmethod
+    def none() -> "View":
+        """Return a view that saw nothing."""
+        scan = LaserScan.nothing()
+        return View(scan, scan, ON_AXIS, np.zeros(3), HitHistory(), ViewParams(disc(0.0)))
+
+    @property
+    def time(self) -> float:
+        """When its scan was taken, s."""
+        return self.scan.time
+
+    @property
+    def beams(self) -> Beams:
+        """The beams of its scan."""
+        return self.scan.beams
+
+    @cached_property
+    def pose(self) -> tuple[float, float, float]:
+        """Pose (x, y, yaw) of the scan's frame in W."""
+        x, y, yaw = self.mount.unturned(self.robot_pose).tolist()
+        return x, y, yaw
+
+    @cached_property
+    def chords(self) -> Chords:
+        """Surfaces through the near and recent hits, and what else hides space from the lidar."""
+        surfaces, occludes = chords_from_hits(self.near_points, self.recent_points, self.pose, self.beams.cover_radius)
+        hiding = occluding_chords(self.beams, self.pose)
+        is_surface = np.arange(len(surfaces) + len(hiding)) < len(surfaces)
+        occludes = np.concatenate((occludes, np.ones(len(hiding), np.bool_)))
+        return Chords(np.vstack((surfaces, hiding)), is_surface, occludes, np.array(self.pose[:2]))
+
+    @cached_property
+    def visible_ranges(self) -> np.ndarray:
+        """Visible range in each bearing bin, from the yaw of `pose` on, shape (BINS,)."""
+        return visible_ranges(self.chords.ends, self.pose, self.reach) - self.params.range_error
+
+    def moved(self, frame: np.ndarray) -> "View":
+        """Return the view in another frame, in which the origin of this one is at the pose `frame` (x, y, yaw)."""
+        return replaced(
+            self,
+            robot_pose=composed(frame, self.robot_pose),
+            near_points=placed(frame, self.near_points),
+            recent_points=placed(frame, self.recent_points),
+        )
+
+
+def make_view(scan: LaserScan, mount: Mount, robot_pose: np.ndarray, previous: View | None, params: ViewParams) -> View:
+    """Make a view of a new scan: align it with the robot, de-skew it, and discard doubted hits.
+
+    Args:
+        scan: in the sensor frame S.
+        mount: of the lidar.
+        robot_pose: (x, y, yaw) of the robot in W when the scan was taken, m and rad.
+        previous: view of the scan before; None: there is none.
+        params: of robot and lidars.
+    """
+    cover_radius = params.footprint.narrow
+    own_reach = cover_radius - mount.offset
+    if (scan.cover_radius, scan.thinnest) != (cover_radius, params.thinnest):
+        scan = dataclasses.replace(scan, cover_radius=cover_radius, thinnest=params.thinnest)
+    if params.outlier_noise is None:
+        scan = without_lone_close_hits(scan, own_reach)
+    scan, pose = unturned(scan, mount), mount.unturned(robot_pose)
+    if previous is not None and scan.time_increment:
+        scan = deskewed(scan, mount.unturned(previous.robot_pose), previous.time, pose, own_reach)
+    history = HitHistory() if previous is None else previous.hit_history
+    confirmed = scan
+    if params.outlier_noise is not None:
+        history_points = scan.points(pose)
+        scan, confirmed = without_outliers(scan, pose, history, params.outlier_noise, own_reach)
+        history = history.remembered(history_points)
+    if confirmed is not scan or not scan.beams.complete:
+        confirmed = confirmed.again(confirmed.ranges, thinnest=math.inf)
+    return View(scan, confirmed, mount, robot_pose, history, params)
+
+
+def carry_view(view: View, robot_pose: np.ndarray, time: float) -> View:
+    """Return a view as if it was taken at a later time, s, and pose of the robot, as the surroundings stand still."""
+    if view.time == time:
+        return view
+    mount = Mount(*now_in(robot_pose, np.array(view.pose)), upside_down=False)
+    scan = unturned(dataclasses.replace(view.scan, time=time), mount)
+    confirmed = scan if view.confirmed_scan is view.scan else unturned(view.confirmed_scan, mount)
+    return View(scan, confirmed, mount, robot_pose, view.hit_history, view.params)
+
+
+def smoothed_hits(scan: LaserScan, mount: Mount, smoothing: RangeSmoothing = UNSMOOTHED) -> Hits:
+    """Return static and possibly moving hits of a scan in B, as `View.scan` is; rays of an image may pass beside."""
+    return Hits(*hits_of_beams(scan.beams, smoothing, mount.x, mount.y))
+
+
+@kernel
+def hits_of_beams(beams, smoothing, x, y):
+    """Return points and half gaps of `smoothed_hits`, of beams that start at (x, y)."""
+    measured, hits = moving_average(beams, smoothing.beams, smoothing.slack), beams.kinds & HIT != 0
+    points = placed_ends(beams.directions, np.maximum(measured, NEAREST), hits, x, y, 1.0, 0.0)
+    return points, half_gaps(measured, beams)[hits]
+
+
+def find_near_hits(view: View, reach: float) -> Hits:
+    """Return the smoothed hits of a view nearer to the robot's axis than `reach`, m, in W."""
+    x, y, yaw = view.robot_pose.tolist()
+    mount, smoothing = view.mount, view.params.smoothing
+    return Hits(*_find_near_hits(view.beams, smoothing, (mount.x, mount.y), reach, (x, y), yaw))
+
+
+@kernel
+def _find_near_hits(beams, smoothing, place, reach, position, yaw):
+    """Return points and half gaps of `find_near_hits`, of a lidar at a place in B."""
+    points, gaps = hits_of_beams(beams, smoothing, place[0], place[1])
+    near = np.hypot(points[:, 0], points[:, 1]) < reach
+    cosine, sine = math.cos(yaw), math.sin(yaw)
+    return placed_ends(points, np.ones(len(points)), near, position[0], position[1], cosine, sine), gaps[near]

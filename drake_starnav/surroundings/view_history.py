@@ -1,0 +1,163 @@
+"""The views that the certificate remembers, with their poses, and which of them still count."""
+
+import math
+from collections.abc import Sequence
+from itertools import compress
+from typing import NamedTuple
+
+import numpy as np
+
+from drake_starnav.geometry.compiled import kernel
+from drake_starnav.geometry.se2 import Place, placed
+from drake_starnav.lidar.field_of_view import TURN
+from drake_starnav.surroundings.initial_free_disc import InitialFreeDisc
+from drake_starnav.surroundings.margins import VIEW_TURN, ViewRetention
+from drake_starnav.surroundings.view import View
+
+VIEW_SPACING, MOST_VIEWS = 0.125, 32
+"""Past views are this many radii of the robot apart, or turned; at most this many of each lidar are kept."""
+
+
+class Odometer(NamedTuple):
+    """How far the robot has come since it began.
+
+    Attributes:
+        way: m.
+        turn: sum of all turns, in either direction, rad.
+    """
+
+    way: float = 0.0
+    turn: float = 0.0
+
+    def advance(self, previous_pose: np.ndarray, pose: np.ndarray) -> "Odometer":
+        """Return the odometer after a step from one pose (x, y, yaw) to another."""
+        x, y, yaw = (pose - previous_pose).tolist()
+        return Odometer(self.way + math.hypot(x, y), self.turn + abs(math.remainder(yaw, TURN)))
+
+
+class ViewHistory(NamedTuple):
+    """Views with their poses in the current frame, the newest first; the last one may be the initial free disc.
+
+    Attributes:
+        views: in the frames in which they were made.
+        rows: of each (x, y, yaw) of the lidar, with the bearing of the first bin, W; the time, s; and `Odometer` then;
+            shape (n, 6).
+    """
+
+    views: tuple[View | InitialFreeDisc, ...] = ()
+    rows: np.ndarray = np.zeros((0, 6))
+
+    @staticmethod
+    def of_one_time(
+        views: Sequence[View | InitialFreeDisc], poses: Sequence[Place], time: float, odometer: Odometer
+    ) -> "ViewHistory":
+        """Return views that were taken at one time, s, from poses (x, y, yaw) of the lidars, W."""
+        return ViewHistory(tuple(views), np.array([(*pose, time, *odometer) for pose in poses]))
+
+    @property
+    def poses(self) -> np.ndarray:
+        """Pose (x, y, yaw) of each, shape (n, 3), W."""
+        return self.rows[:, :3]
+
+    @property
+    def times(self) -> np.ndarray:
+        """Time of each, shape (n,), s."""
+        return self.rows[:, 3]
+
+    def followed_by(self, older: "ViewHistory") -> "ViewHistory":
+        """Return these views, then older ones."""
+        return ViewHistory(self.views + older.views, np.concatenate((self.rows, older.rows)))
+
+    def select(self, indices: np.ndarray) -> "ViewHistory":
+        """Return the views of some indices."""
+        return ViewHistory(tuple([self.views[k] for k in indices.tolist()]), self.rows[indices])
+
+    def moved(self, frame: np.ndarray) -> "ViewHistory":
+        """Return the views in another frame, in which the origin of this one is at the pose `frame` (x, y, yaw)."""
+        poses = np.column_stack((placed(frame, self.rows[:, :2]), self.rows[:, 2] + frame[2]))
+        return self._replace(rows=np.hstack((poses, self.rows[:, 3:])))
+
+
+def forget_stale_views(
+    past: ViewHistory,
+    latest: ViewHistory,
+    odometer: Odometer,
+    position: tuple[float, float],
+    time: float,
+    retention: ViewRetention,
+) -> ViewHistory:
+    """Return the views that still count after a scan.
+
+    Args:
+        past: those that counted at the scan before.
+        latest: those of that scan, one of each lidar.
+        odometer: of the robot now.
+        position: of the robot now, W, m.
+        time: now, s.
+        retention: which count.
+    """
+    views, (x, y) = latest.views + past.views, position
+    keeps_all = any(not view.beams.complete for view in latest.views)
+    limits = _Limits(x, y, time - retention.age, odometer.way - retention.way, odometer.turn - retention.turn)
+    has_disc = bool(views) and isinstance(views[-1], InitialFreeDisc)
+    counts, rows = _still_count(
+        latest.rows, past.rows, (has_disc, keeps_all), limits, retention.reach, retention.spacing
+    )
+    return ViewHistory(tuple(compress(views, counts.tolist())), rows)
+
+
+class _Limits(NamedTuple):
+    """What a view must not fall below: place of the robot, W, m, and least time, s, way, m, and turn, rad."""
+
+    x: float
+    y: float
+    time: float
+    way: float
+    turn: float
+
+
+@kernel
+def _still_count(latest, past, flags, limits, reach, spacing):
+    """Return which views still count, and their rows; arguments as of `forget_stale_views`, views by their rows.
+
+    `flags` are whether the last one is the initial free disc, and whether views from one place count, too, since each
+    saw what others lost.
+    """
+    (has_disc, keeps_all), count, rows = flags, len(latest), np.concatenate((latest, past))
+    counts, older, end = np.ones(len(rows), np.bool_), 2 * count, len(rows) - has_disc
+    if len(rows) > older > 0:
+        if older == end or keeps_all or _are_apart(rows[count], rows[older], spacing):
+            for k in range(older, end):
+                counts[k] = keeps_all or _are_apart(rows[count], rows[k], spacing)
+        else:  # the views before the latest are too near to those that are remembered
+            counts[count:older] = False
+    remaining = 0
+    for k in range(len(rows)):
+        x, y, _, time, way, turn = rows[k]
+        is_fresh = time >= limits.time and way >= limits.way and turn >= limits.turn
+        counts[k] &= is_fresh and math.hypot(x - limits.x, y - limits.y) < reach
+        remaining += counts[k] and k < end
+    while remaining > MOST_VIEWS * max(count, 1):  # of the two that differ least the older one is dropped
+        least, superfluous = np.inf, end
+        for i in range(count, end):
+            for j in range(i + 1, end):
+                if counts[i] and counts[j]:
+                    distance, turn = _difference(rows[i], rows[j])
+                    if distance / spacing + turn < least:  # a radian counts as much as the spacing
+                        least, superfluous = distance / spacing + turn, j
+        counts[superfluous] = False
+        remaining -= 1
+    return counts, rows[counts]
+
+
+@kernel
+def _are_apart(one, other, spacing):
+    distance, turn = _difference(one, other)
+    return distance > spacing or turn > VIEW_TURN
+
+
+@kernel
+def _difference(one, other):
+    """Return the distance of two views, m, and the angle by which they are turned, rad."""
+    turn = one[2] - other[2]
+    return math.hypot(one[0] - other[0], one[1] - other[1]), abs(turn - TURN * round(turn / TURN))
