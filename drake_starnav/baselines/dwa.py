@@ -81,14 +81,15 @@ def _best(twist, goal, points, limits, radius):
     """The best admissible twist (v, omega); goal and points in the robot's frame, m, limits are `Limits`."""
     (v_now, omega_now), (goal_ahead, goal_left) = twist, goal
     v_max, omega_max = limits.max_speed, limits.max_yaw_rate
-    a_max, alpha_max = limits.max_acceleration, limits.max_yaw_acceleration
-    v_low = min(max(v_now - a_max * PERIOD, 0.0), v_max)
-    v_high = max(min(v_now + a_max * PERIOD, v_max, math.sqrt(2.0 * a_max * math.hypot(goal_ahead, goal_left))), v_low)
+    a_max, braking, alpha_max = limits.max_acceleration, limits.max_deceleration, limits.max_yaw_acceleration
+    v_low = min(max(v_now - braking * PERIOD, 0.0), v_max)
+    stopping = math.sqrt(2.0 * braking * math.hypot(goal_ahead, goal_left))
+    v_high = max(min(v_now + a_max * PERIOD, v_max, stopping), v_low)
     omega_low = min(max(omega_now - alpha_max * PERIOD, -omega_max), omega_max)
     omega_high = max(min(omega_now + alpha_max * PERIOD, omega_max), -omega_max)
 
     # No twist of this window goes farther before it stops, or cares for clearance beyond its limit.
-    longest = max(CLEARANCE_LIMIT, v_high * (PERIOD + 0.5 * max(v_high / a_max, omega_max / alpha_max)))
+    longest = max(CLEARANCE_LIMIT, v_high * (PERIOD + 0.5 * max(v_high / braking, omega_max / alpha_max)))
     near = points[points[:, 0] ** 2 + points[:, 1] ** 2 <= (longest + radius) ** 2]
 
     best, best_v, best_omega = -math.inf, 0.0, 0.0
@@ -96,7 +97,7 @@ def _best(twist, goal, points, limits, radius):
         v = v_low + (v_high - v_low) * i / (SAMPLES[0] - 1)
         for j in range(SAMPLES[1]):
             omega = omega_low + (omega_high - omega_low) * j / (SAMPLES[1] - 1)
-            held = PERIOD + 0.5 * max(v / a_max, abs(omega) / alpha_max)
+            held = PERIOD + 0.5 * max(v / braking, abs(omega) / alpha_max)
             clearance = math.inf  # a disc that turns on the spot covers no new ground
             if v > 0.0:
                 clearance = _arc_clearance(near, omega / v, radius, v * held)
@@ -114,7 +115,7 @@ def _best(twist, goal, points, limits, radius):
                 best, best_v, best_omega = score, v, omega
     if best > -math.inf:
         return best_v, best_omega
-    stop_time = max(abs(v_now) / a_max, abs(omega_now) / alpha_max)
+    stop_time = max(abs(v_now) / braking, abs(omega_now) / alpha_max)
     kept = max(0.0, 1.0 - PERIOD / stop_time) if stop_time > 0.0 else 0.0
     return max(kept * v_now, 0.0), kept * omega_now
 

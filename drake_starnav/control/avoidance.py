@@ -536,13 +536,13 @@ def must_brake(rollout, discs, s, starting, limits, settings):
         direction += math.atan2(rollout.aside, rollout.ahead)
     if abs(speed) < STANDING_SPEED:
         return False
-    acceleration, mover_speed = math.copysign(limits.max_acceleration, speed), settings.mover_speed
-    stop, needed, cosine, sine = abs(speed) / limits.max_acceleration, radius + settings.spacing, 0.0, 0.0
+    braking, mover_speed = math.copysign(limits.max_deceleration, speed), settings.mover_speed
+    stop, needed, cosine, sine = abs(speed) / limits.max_deceleration, radius + settings.spacing, 0.0, 0.0
     if len(starting):
         cosine, sine = math.cos(direction), math.sin(direction)
     for share in (0.5, 1.0):
         t = share * stop
-        way = speed * (t + STEP) - 0.5 * acceleration * t * t
+        way = speed * (t + STEP) - 0.5 * braking * t * t
         x, y, far = rollout.x + way * cosine, rollout.y + way * sine, needed + mover_speed * (t + STEP)
         for j in range(len(starting)):
             if (x - starting[j, 0]) ** 2 + (y - starting[j, 1]) ** 2 < far * far:
@@ -558,7 +558,7 @@ def must_brake(rollout, discs, s, starting, limits, settings):
             cosine, sine = math.cos(direction), math.sin(direction)
         for share in (0.5, 1.0):
             t = share * stop
-            way = speed * t - 0.5 * acceleration * t * t
+            way = speed * t - 0.5 * braking * t * t
             dx = rollout.x + way * cosine - disc.x - (1.0 - caution) * disc.vx * t
             dy = rollout.y + way * sine - disc.y - (1.0 - caution) * disc.vy * t
             far = needed + disc.radius + caution * mover_speed * t

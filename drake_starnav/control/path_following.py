@@ -40,7 +40,7 @@ def followed(inputs: ControllerInputs, robot: RobotParameters) -> Proposal:
 @leaf
 def goal_slowdown(limits):
     """Return the speed per distance to the goal on arrival, 1/s."""
-    return min(GOAL_BRAKING * limits.max_acceleration / limits.max_speed, STOPPING_GAIN)
+    return min(GOAL_BRAKING * limits.max_deceleration / limits.max_speed, STOPPING_GAIN)
 
 
 @kernel

@@ -231,7 +231,7 @@ def _check_beams(scenario: Scenario, lidar: LidarParameters, distance: float) ->
     if distance * lidar.widest_gap > robot.radius:
         raise StarnavError(
             f"{named}: at {distance:.3g} m, where a robot with robot.max_speed "
-            f"{robot.max_speed:g} m/s and robot.max_acceleration {robot.max_acceleration:g} m/s^2 must begin to stop, "
+            f"{robot.max_speed:g} m/s that brakes by {robot.limits.max_deceleration:g} m/s^2 must begin to stop, "
             f"two beams are {distance * lidar.widest_gap:.3g} m apart; allowed: at most robot.radius, "
             f"{robot.radius:g} m{', or angle_min and angle_max that leave it out' if masked else ''}"
         )
@@ -239,12 +239,13 @@ def _check_beams(scenario: Scenario, lidar: LidarParameters, distance: float) ->
 
 def _check_braking(scenario: Scenario) -> None:
     """A robot that slides while braking stops later than certified."""
-    hardest = scenario.robot.max_acceleration
-    if hardest > HARDEST_BRAKING:
-        raise StarnavError(
-            f"robot.max_acceleration is {hardest:g} m/s^2, with a certificate; allowed: at most "
-            f"{HARDEST_BRAKING:g} m/s^2, as wheels that brake harder slide"
-        )
+    for name in ("max_acceleration", "max_deceleration"):
+        hardest = getattr(scenario.robot, name)
+        if hardest > HARDEST_BRAKING:
+            raise StarnavError(
+                f"robot.{name} is {hardest:g} m/s^2, with a certificate; allowed: at most "
+                f"{HARDEST_BRAKING:g} m/s^2, as wheels that brake harder slide"
+            )
 
 
 def _check_steering(car: RobotParameters) -> None:

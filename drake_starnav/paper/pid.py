@@ -16,7 +16,7 @@ def turn_towards(vector: np.ndarray, yaw: float, clearance: float, limits: Limit
     which the robot stops within its clearance (m), as the vector turns at once where p_n changes sides, and it cannot.
     """
     error = wrapped_angle(math.atan2(vector[1], vector[0]) - yaw)
-    near = max(choices.CREEP, stopping(max(clearance, 0.0), limits.max_acceleration))
+    near = max(choices.CREEP, stopping(max(clearance, 0.0), limits.max_deceleration))
     return Velocity(*aimed(error, min(choices.SPEED, near, limits.max_speed), limits))
 
 

@@ -32,7 +32,7 @@ class Limits(NamedTuple):
     Attributes:
         max_speed: m/s.
         max_yaw_rate: rad/s; of a base that steers the largest curvature, 1/m.
-        max_acceleration: m/s^2.
+        max_acceleration, max_deceleration: largest rates at which the speed grows and falls, m/s^2.
         max_yaw_acceleration: rad/s^2; of a base that steers the largest change of the curvature, 1/(m s).
         steers: 1 if the base is commanded a curvature, 0 if a turning rate.
         holonomic: 1 if it drives in any direction without turning, else 0.
@@ -41,6 +41,7 @@ class Limits(NamedTuple):
     max_speed: float
     max_yaw_rate: float
     max_acceleration: float
+    max_deceleration: float
     max_yaw_acceleration: float
     steers: float = 0.0
     holonomic: float = 0.0

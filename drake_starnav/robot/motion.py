@@ -163,17 +163,32 @@ def velocity_of(twist):
     return Velocity(twist[0], twist[1] if len(twist) == 3 else 0.0, twist[-1])
 
 
+@register_jitable
+def ramped_speed(speed, target, step, limits):
+    """A speed after a step (s) towards a target, and its mean in the step; to change its sign it falls, then grows."""
+    growth, fall = limits.max_acceleration * step, limits.max_deceleration * step
+    if growth == fall or speed * target >= 0.0 or abs(speed) >= fall:
+        change = growth if speed * target >= 0.0 and abs(target) > abs(speed) else fall
+        return ramped(speed, target, change), ramp_mean(speed, target, change)
+    share = abs(speed) / fall  # of the step, until it is zero
+    growth *= 1.0 - share
+    return ramped(0.0, target, growth), 0.5 * share * speed + (1.0 - share) * ramp_mean(0.0, target, growth)
+
+
 @leaf
 def ramped_velocity(now, target, step, limits):
     """The velocity after a step (s) towards a target, and the mean one of the step."""
-    faster, turned = limits.max_acceleration * step, limits.max_yaw_acceleration * step
+    turned = limits.max_yaw_acceleration * step
     turning, mean_turning = ramped(now.turning, target.turning, turned), ramp_mean(now.turning, target.turning, turned)
     if now.aside == 0.0 and target.aside == 0.0:
-        after = Velocity(ramped(now.ahead, target.ahead, faster), 0.0, turning)
-        return after, Velocity(ramp_mean(now.ahead, target.ahead, faster), 0.0, mean_turning)
+        ahead, mean_ahead = ramped_speed(now.ahead, target.ahead, step, limits)
+        return Velocity(ahead, 0.0, turning), Velocity(mean_ahead, 0.0, mean_turning)
     dx, dy = target.ahead - now.ahead, target.aside - now.aside
-    change = max(math.hypot(dx, dy), 1e-12)
-    end, mean = ramped(0.0, change, faster) / change, ramp_mean(0.0, change, faster) / change
+    change, slowest = max(math.hypot(dx, dy), 1e-12), 0.0
+    if limits.max_acceleration != limits.max_deceleration:  # how far along the change the speed is least
+        slowest = -(now.ahead * dx + now.aside * dy) / change
+    end, mean = ramped_speed(-slowest, change - slowest, step, limits)
+    end, mean = (end + slowest) / change, (mean + slowest) / change
     after = Velocity(now.ahead + end * dx, now.aside + end * dy, turning)
     return after, Velocity(now.ahead + mean * dx, now.aside + mean * dy, mean_turning)
 
@@ -208,14 +223,14 @@ def body_rates(velocity, limits):
 
 @kernel
 def gripped(acceleration):
-    """Largest speed times yaw rate of a robot that may brake with this acceleration, m/s^2: more, and it slides."""
+    """Largest speed times yaw rate of a robot whose speed may change so fast (m/s^2), m/s^2: more, and it slides."""
     return GRIP * min(GRIP_WHILE_BRAKING / acceleration, 1.0) ** 3
 
 
 @kernel
 def slides(v, omega, limits):
-    """Whether a robot that has this twist, and may brake as hard as its limits allow, slides."""
-    return abs(v * omega) > gripped(limits.max_acceleration) + 1e-9
+    """Whether a robot that has this twist, and may speed up and brake as hard as its limits allow, slides."""
+    return abs(v * omega) > gripped(max(limits.max_acceleration, limits.max_deceleration)) + 1e-9
 
 
 @kernel
@@ -265,7 +280,7 @@ def rolled(pose, velocity, legs, drive, samples, begins):
                 step = min(step, left)
                 left -= step
             elif abs(speed) >= AT_REST:
-                step = min(step, abs(speed) / limits.max_acceleration)
+                step = min(step, abs(speed) / limits.max_deceleration)
             else:
                 step = min(step, abs(rate) / limits.max_yaw_acceleration)
             pose, velocity, _ = advanced(pose, velocity, wanted, step, limits)
@@ -289,7 +304,7 @@ def predicted_pose(pose: np.ndarray, pending: np.ndarray, delay: float, limits: 
     """
     legs = pending.copy()
     legs[:1, 3] -= legs[:, 3].sum() - delay
-    at_once = limits._replace(max_acceleration=math.inf, max_yaw_acceleration=math.inf)
+    at_once = limits._replace(max_acceleration=math.inf, max_deceleration=math.inf, max_yaw_acceleration=math.inf)
     begins, end = np.empty(len(legs), np.int64), np.empty((1, 6))
     rolled(Pose(*map(float, pose)), velocity_of(legs[0, :3]), legs, (at_once, 0.0, math.inf), end, begins)
     return end[0, :3]

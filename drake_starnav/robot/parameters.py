@@ -75,11 +75,19 @@ class RobotParameters(Checked, place="robot"):
     max_yaw_rate: float = parameter(2.0, "largest turning rate", unit="rad/s", low=0.01, high=20.0)
     max_acceleration: float = parameter(
         1.0,
-        "largest change of speed",
+        "largest rate at which the speed grows",
         unit="m/s^2",
         low=0.01,
         high=50.0,
         when="no more than the floor gives: the certificate trusts it to brake",
+    )
+    max_deceleration: float = parameter(
+        0.0,
+        "largest rate at which the speed falls; 0: max_acceleration",
+        unit="m/s^2",
+        low=0.0,
+        high=50.0,
+        when="the base brakes harder than it speeds up: the certificate then trusts it to, so no more than it does",
     )
     max_yaw_acceleration: float = parameter(4.0, "largest change of turning rate", unit="rad/s^2", low=0.01, high=200.0)
     mass_error: float = parameter(
@@ -154,10 +162,12 @@ class RobotParameters(Checked, place="robot"):
     def limits(self) -> Limits:
         """Its speeds and accelerations; all floats, or kernels would be compiled again for whole numbers."""
         speed, acceleration = float(self.max_speed), float(self.max_acceleration)
+        deceleration = float(self.max_deceleration) or acceleration
         turning, change = float(self.max_yaw_rate), float(self.max_yaw_acceleration)
         if self.drive.steers:  # at full speed its turning rate and acceleration are within the limits
-            return Limits(speed, min(1.0 / self.least_radius, turning / speed), acceleration, change / speed, 1.0)
-        return Limits(speed, turning, acceleration, change, 0.0, float(self.drive.holonomic))
+            tightest = min(1.0 / self.least_radius, turning / speed)
+            return Limits(speed, tightest, acceleration, deceleration, change / speed, 1.0)
+        return Limits(speed, turning, acceleration, deceleration, change, 0.0, float(self.drive.holonomic))
 
     @property
     def drive(self) -> Base:

@@ -135,7 +135,7 @@ def drive_of(logged: Observed) -> dict[str, float]:
     """Delay, slip and error of the drive, by the keys of `drive`: least values that this log allows."""
     rows, delay = np.array(logged.rows), drive_delay(logged)
     robot = logged.scenario.robot
-    braking = max(robot.max_speed / robot.max_acceleration, 0.5)
+    braking = max(robot.max_speed / robot.limits.max_deceleration, 0.5)
     lost, strayed = [0.0], [0.0]
     for end in np.arange(rows[0, 0] + braking, rows[-1, 0], 0.5 * braking):
         inside = logged.rows[np.searchsorted(rows[:, 0], end - braking) : np.searchsorted(rows[:, 0], end)]

@@ -185,7 +185,9 @@ def _with_row(intake: Intake, now: float, row: Any, declared: Declared) -> Intak
 
 def _jump(last: Odometry, row: Odometry, robot: RobotParameters) -> str:
     """How far a pose is from the way that the twist before it leads, if that is a jump: a robot may halt on it."""
-    dt = min(row.time - last.time, OLDEST + robot.max_speed / robot.max_acceleration)  # without odometry it brakes
+    dt = min(
+        row.time - last.time, OLDEST + robot.max_speed / robot.limits.max_deceleration
+    )  # without odometry it brakes
     led = extrapolated(last, last.time + dt) - last[1:4]
     moved = np.array((row.x - last.x, row.y - last.y, math.remainder(row.yaw - last.yaw, 2.0 * math.pi)))
     share = min(max(float(moved[:2] @ led[:2]), 0.0) / (float(led[:2] @ led[:2]) or 1.0), 1.0)

@@ -25,16 +25,17 @@ ZEROS = 5
 
 
 class Ramp(NamedTuple):
-    """How a base brakes: its accelerations, m/s^2 and rad/s^2, and whether it steers, and then keeps its curvature."""
+    """How a base brakes: by how much its speed and its turning rate fall, m/s^2 and rad/s^2; one that steers keeps its
+    curvature."""
 
-    acceleration: float
+    deceleration: float
     yaw_acceleration: float
     steers: bool = False
 
     def after(self, twist: Sequence[float], dt: float) -> list[float]:
         """The twist after a time, s, of braking."""
         speed = math.hypot(*twist[:-1])
-        share = max(speed - self.acceleration * dt, 0.0) / speed if speed > 0.0 else 0.0
+        share = max(speed - self.deceleration * dt, 0.0) / speed if speed > 0.0 else 0.0
         turning = twist[-1]
         if not self.steers:
             turning = math.copysign(max(abs(turning) - self.yaw_acceleration * dt, 0.0), turning)
@@ -45,7 +46,7 @@ class Ramp(NamedTuple):
 
 def ramp_of(limits: Any) -> Ramp:
     """By the `Limits` of a robot."""
-    return Ramp(limits.max_acceleration, limits.max_yaw_acceleration, limits.steers > 0.0)
+    return Ramp(limits.max_deceleration, limits.max_yaw_acceleration, limits.steers > 0.0)
 
 
 class Watched:

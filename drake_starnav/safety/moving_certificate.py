@@ -71,7 +71,7 @@ class MovingCertificate(NamedTuple):
     def near(tracked: TrackedObstacles, position: np.ndarray, actuation: Actuation) -> "MovingCertificate":
         """Guards against what may come near a robot at a place, shape (2,), W, m, before it has stopped."""
         (tracks, age, obstacles), (limits, footprint) = tracked, (actuation.limits, actuation.footprint)
-        braking = limits.max_speed / limits.max_acceleration
+        braking = limits.max_speed / limits.max_deceleration
         if not (footprint.is_disc or limits.steers):
             braking = max(braking, limits.max_yaw_rate / limits.max_yaw_acceleration)
         longest = age + actuation.delay + actuation.hold + braking

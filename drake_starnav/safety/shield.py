@@ -10,7 +10,6 @@ from drake_starnav.robot import Limits
 from drake_starnav.robot.motion import (
     SAMPLES,
     Actuation,
-    ramped,
     ramped_velocity,
     roll_out,
     sample,
@@ -90,7 +89,7 @@ def braking_twist(twist, desired, limits, is_disc):
         squared += speed * speed
     if limits.steers > 0.0:
         target[-1] = twist[-1]
-    elif is_disc and squared <= 2.0 * limits.max_acceleration * STOPPED_DISTANCE:
+    elif is_disc and squared <= 2.0 * limits.max_deceleration * STOPPED_DISTANCE:
         target[-1] = desired[-1]
     return target
 
@@ -105,10 +104,5 @@ def ramped_twist(
         target: within the robot's speeds.
         actuation: what commands do.
     """
-    limits, period = actuation.limits, actuation.hold
-    if len(twist) > 2:
-        after, _ = ramped_velocity(velocity_of(twist), velocity_of(target), period, limits)
-        return np.array(after)
-    speed = ramped(float(twist[0]), float(target[0]), limits.max_acceleration * period)
-    turning = ramped(float(twist[1]), float(target[1]), limits.max_yaw_acceleration * period)
-    return np.array((speed, turning))
+    after, _ = ramped_velocity(velocity_of(twist), velocity_of(target), actuation.hold, actuation.limits)
+    return np.array(after if len(twist) > 2 else (after.ahead, after.turning))

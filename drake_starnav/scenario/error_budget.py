@@ -32,7 +32,7 @@ SYMBOLS: dict[str, ErrorTerm] = {
     "l": ErrorTerm("robot.shape.lever", "radius of a footprint of polygons; 0 for a disc, m"),
     "v": ErrorTerm("robot.max_speed", "largest speed, m/s"),
     "w": ErrorTerm("robot.max_yaw_rate", "largest yaw rate, rad/s"),
-    "a": ErrorTerm("robot.max_acceleration", "largest acceleration, m/s^2"),
+    "a": ErrorTerm("robot.max_deceleration or robot.max_acceleration", "largest deceleration, m/s^2"),
     "A": ErrorTerm("robot.max_yaw_acceleration", "largest yaw acceleration, rad/s^2"),
     "o": ErrorTerm("mount.offset", "distance of the lidar from the robot's axis, m"),
     "t": ErrorTerm("1 / controller.rate", "period of the commands, s"),

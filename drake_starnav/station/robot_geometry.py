@@ -313,10 +313,10 @@ def standing(robot: RobotModel, floor: float) -> tuple[float, float, float]:
     return min(stands), max(stands), float(mass @ x / mass.sum())
 
 
-def turning_ability(robot: RobotModel) -> float:
-    """The yaw acceleration of a robot whose wheels carry all its weight and grip with it, rad/s^2.
+def drive_ability(robot: RobotModel) -> tuple[float, float]:
+    """Acceleration, m/s^2, and yaw acceleration, rad/s^2, of a robot whose wheels carry and grip with all its weight.
 
-    It is that of base_link's z axis, by the efforts and arms of the wheels and by mass and inertia of all links.
+    They are those of base_link, by the efforts and arms of the wheels and by mass and inertia of all links.
     """
     inertia, mass = 0.0, 0.0
     for index, X_BL in robot.poses().items():
@@ -325,8 +325,9 @@ def turning_ability(robot: RobotModel) -> float:
         inertia += of_link.CalcRotationalInertia().CopyToFullMatrix3()[2, 2]
         mass += link.default_mass()
     (radii, arms), joints = drive_geometry(robot), robot.wheels
-    grip, torque = -robot.plant.gravity_field().gravity_vector()[2] * mass / len(joints), 0.0
+    grip, push, torque = -robot.plant.gravity_field().gravity_vector()[2] * mass / len(joints), 0.0, 0.0
     for joint, radius, arm in zip(joints, radii, arms, strict=True):
         effort = robot.plant.GetJointActuatorByName(joint.name(), robot.index).effort_limit()
-        torque += min(effort / abs(radius), grip) * abs(arm)
-    return torque / inertia
+        force = min(effort / abs(radius), grip)
+        push, torque = push + force, torque + force * abs(arm)
+    return push / mass, torque / inertia

@@ -26,11 +26,11 @@ from drake_starnav.station.robot_file import center, effort, hold, robot_urdf
 from drake_starnav.station.robot_geometry import (
     TOLERANCE,
     RobotModel,
+    drive_ability,
     drive_geometry,
     massless_links,
     robot_outline,
     standing,
-    turning_ability,
 )
 from drake_starnav.station.robot_wheels import found_wheels, stand_on_wheels
 from drake_starnav.utils.resources import model_path
@@ -186,12 +186,20 @@ def model_faults(robot: RobotModel, declared: RobotParameters, floor: float | No
     yield from overhang_faults(robot, declared, 0.0 if floor is None else floor)
     if floor is None:
         return
-    most, asked = turning_ability(robot) / SPARE_GRIP, declared.max_yaw_acceleration
+    pushes, turns = drive_ability(robot)
+    for name in ("max_acceleration", "max_deceleration"):
+        if pushes < (asked := getattr(declared, name)):
+            yield (
+                f"its wheels push it with at most {pushes:.3g} m/s^2, and robot.{name} is {asked:g} m/s^2; allowed: no "
+                "more, a larger effort of their joints, or less mass"
+            )
+    most, asked = turns / SPARE_GRIP, declared.max_yaw_acceleration
     said = f"robot.max_yaw_acceleration is {asked:g} rad/s^2"
-    if not declared.drive.turns_on_the_spot:  # it speeds up on its tightest circle, and steers
-        asked += declared.max_acceleration / declared.least_radius
-        said = f"{asked:.3g} rad/s^2 are asked of them, by {said} and robot.max_acceleration "
-        said += f"{declared.max_acceleration:g} m/s^2 on circles of robot.least_radius {declared.least_radius:g} m"
+    if not declared.drive.turns_on_the_spot:  # it speeds up or brakes on its tightest circle, and steers
+        hardest = max(declared.limits.max_acceleration, declared.limits.max_deceleration)
+        asked += hardest / declared.least_radius
+        said = f"{asked:.3g} rad/s^2 are asked of them, by {said} and robot.max_acceleration or max_deceleration "
+        said += f"{hardest:g} m/s^2 on circles of robot.least_radius {declared.least_radius:g} m"
     if most < asked:
         yield (
             f"its wheels turn it with at most {most:.3g} rad/s^2, and {said}; allowed: no more, wheels farther apart, "

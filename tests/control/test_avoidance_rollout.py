@@ -32,7 +32,7 @@ from drake_starnav.tracking.prediction import PREDICTION_STEP
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import MARGINS, cast
 
-LIMITS = Limits(0.8, 2.0, 1.0, 4.0)
+LIMITS = Limits(0.8, 2.0, 1.0, 1.0, 4.0)
 BASES = {
     "differential": LIMITS,
     "omnidirectional": LIMITS._replace(holonomic=1.0),

@@ -97,10 +97,9 @@ def exact_rates(
     since, left = np.clip(time - delay, 0.0, hold), np.clip(time - delay - hold, 0.0, None)
     begin, end = ((*value[:-1], 0.0)[:2] for value in (twist, target))
     gap = np.subtract(end, begin)
-    share = np.minimum(limits.max_acceleration * since / max(math.hypot(*gap), 1e-12), 1.0)
-    held = begin + share[:, None] * gap
+    held = begin + share_of_change(begin, gap, since, limits)[:, None] * gap
     size = np.hypot(*held.T)
-    velocity = held * (np.clip(size - limits.max_acceleration * left, 0.0, None) / np.maximum(size, 1e-12))[:, None]
+    velocity = held * (np.clip(size - limits.max_deceleration * left, 0.0, None) / np.maximum(size, 1e-12))[:, None]
     most = limits.max_yaw_acceleration * since
     turning = twist[-1] + np.clip(target[-1] - twist[-1], -most, most)
     if limits.steers:
@@ -108,11 +107,21 @@ def exact_rates(
     return velocity, np.sign(turning) * np.clip(abs(turning) - limits.max_yaw_acceleration * left, 0.0, None), turning
 
 
+def share_of_change(begin: np.ndarray, gap: np.ndarray, since: np.ndarray, limits: Limits) -> np.ndarray:
+    """How much of a change of the velocity has been done at times (n,): the speed falls, then it grows."""
+    change = max(math.hypot(*gap), 1e-12)
+    falling = min(max(-float(np.dot(begin, gap)) / change, 0.0), change)
+    braking = falling / limits.max_deceleration
+    done = limits.max_deceleration * np.minimum(since, braking)
+    done += limits.max_acceleration * np.clip(since - braking, 0.0, None)
+    return np.minimum(done / change, 1.0)
+
+
 def exact_poses(twist: np.ndarray, target: np.ndarray, actuation: Actuation) -> np.ndarray:
     """(x, y, yaw) of the robot from 0 on, while it does exactly what `roll_out` describes, shape (n, 3), m and rad."""
     limits, until = actuation.limits, actuation.delay + actuation.hold
     velocity, turning, _ = exact_rates(np.array((until,)), twist, target, actuation)
-    stop = float(np.hypot(*velocity[0])) / limits.max_acceleration
+    stop = float(np.hypot(*velocity[0])) / limits.max_deceleration
     stop = stop if limits.steers else max(stop, abs(float(turning[0])) / limits.max_yaw_acceleration)
     velocity, turning, _ = exact_rates(np.arange(0.0, until + stop + FINE, FINE), twist, target, actuation)
     middle = 0.5 * FINE * np.column_stack((velocity[1:] + velocity[:-1], turning[1:] + turning[:-1]))

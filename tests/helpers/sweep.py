@@ -24,7 +24,7 @@ def swept(pose, velocity, target, phases, limits):
     """
     braking = 1.0 + int(max(abs(velocity[2]), abs(target[2])) / max(limits.max_yaw_acceleration, 1e-9))
     braking += int(
-        max(math.hypot(velocity[0], velocity[1]), math.hypot(target[0], target[1])) / limits.max_acceleration
+        max(math.hypot(velocity[0], velocity[1]), math.hypot(target[0], target[1])) / limits.max_deceleration
     )
     out = np.empty((int((phases[0] + phases[1] + braking) / STEP) + 4, 3))
     out[0], moving, n = pose, velocity.copy(), 1
@@ -35,7 +35,9 @@ def swept(pose, velocity, target, phases, limits):
             if phase == 2 and limits.steers > 0.0:
                 aim[2] = moving[2]
             dx, dy = aim[0] - moving[0], aim[1] - moving[1]
-            share = min(limits.max_acceleration * STEP / max(math.hypot(dx, dy), 1e-12), 1.0)
+            falls = dx * moving[0] + dy * moving[1] < 0.0
+            change = limits.max_deceleration if falls else limits.max_acceleration
+            share = min(change * STEP / max(math.hypot(dx, dy), 1e-12), 1.0)
             most = limits.max_yaw_acceleration * STEP
             after = np.array(
                 (moving[0] + share * dx, moving[1] + share * dy, moving[2] + min(max(aim[2] - moving[2], -most), most))

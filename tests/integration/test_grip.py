@@ -41,6 +41,8 @@ def driven(robot: RobotParameters, seed: int, count: int = 500) -> np.ndarray:
 def test_no_command_asks_for_more_than_wheels_grip(seed, grip):
     acceleration, across = grip
     robot = RobotParameters(max_speed=5.0, max_acceleration=acceleration, max_yaw_rate=5.0, max_yaw_acceleration=15.0)
+    if seed % 2:
+        robot = dataclasses.replace(robot, max_acceleration=1.0, max_deceleration=acceleration)
     twists = driven(robot, seed, count=150)
     assert np.abs(twists[:, 0] * twists[:, 1]).max() <= across + 1e-6
 
@@ -76,8 +78,11 @@ def test_robots_do_not_slide_by_what_is_certified(model, radius, acceleration):
 
 @pytest.mark.parametrize("speed", [0.1, 0.256, 0.8])
 @pytest.mark.parametrize("model, radius", [("starbot", 0.08), ("starbot", 0.25), ("starbot", 1.0), ("jackal", 0.334)])
-def test_robots_stray_from_their_commands_until_they_stand_by_no_more_than_the_margin_has(model, radius, speed):
+@pytest.mark.parametrize("harder", [1.0, 3.0])
+def test_robots_stray_from_their_commands_until_they_stand_by_no_more_than_the_margin_has(model, radius, speed, harder):
+    """Those that brake no harder than they speed up, and those that do."""
     robot = RobotParameters(model=model, radius=radius, max_speed=speed, max_acceleration=1.25 * speed)
+    robot = dataclasses.replace(robot, max_deceleration=harder * robot.max_acceleration)
     scenario = Scenario("test", None, robot, LidarParameters(beams=36, rate=1.0))
     simulator = Simulator(station := NavigationStation(World("open", (0, 0, 0), (5, 0)), scenario))
     context, rng, does = simulator.get_mutable_context(), np.random.default_rng(1), actuation(robot)

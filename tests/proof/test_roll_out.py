@@ -55,9 +55,10 @@ def cases(draw: st.DrawFn) -> tuple[np.ndarray, np.ndarray, Actuation]:
         name: draw(within(RobotParameters, name))
         for name in ("max_speed", "max_yaw_rate", "max_acceleration", "max_yaw_acceleration", "least_radius")
     }
+    drawn["max_deceleration"] = draw(st.just(0.0) | within(RobotParameters, "max_deceleration", low=0.01))
     robot = RobotParameters(base=draw(st.sampled_from(list(BASES))), **drawn)
-    assume(robot.max_acceleration <= HARDEST_BRAKING)
-    assume(robot.max_speed <= LONGEST_STOP * robot.max_acceleration)
+    assume(max(robot.max_acceleration, robot.max_deceleration) <= HARDEST_BRAKING)
+    assume(robot.max_speed <= LONGEST_STOP * robot.limits.max_deceleration)
     limits, count = robot.limits, len(robot.drive.components)
     size = draw(within(RobotParameters, "radius", low=0.01))
     if limits.steers:
@@ -88,7 +89,9 @@ def overrating(motion: Motion, twist: np.ndarray, target: np.ndarray, actuation:
     velocity, turning, bend = exact_rates(time, twist, target, actuation)
     speed, rate = (np.maximum(size[1:], size[:-1]) for size in (np.hypot(*velocity.T), abs(turning)))
     change = np.hypot(*np.diff(velocity, axis=0).T)
-    sped = ahead_of_mean(change, limits.max_acceleration, step)
+    sped = np.maximum(
+        *(ahead_of_mean(change, most, step) for most in (limits.max_acceleration, limits.max_deceleration))
+    )
     if limits.steers:
         bent, largest = abs(np.diff(bend)), np.maximum(abs(bend[1:]), abs(bend[:-1]))
         lost = bent * change * step / 9.0  # what the means of curvature and speed miss of the turn
@@ -138,7 +141,9 @@ def nearest(poses: np.ndarray, points: np.ndarray, shape: Footprint) -> np.ndarr
 
 
 @given(cases())
-@example((np.array((0.22, 19.0)), np.array((0.2, 18.0)), Actuation(Limits(1.7, 20.0, 4.5, 4.0), disc(0.01), 0.05, 1.0)))
+@example(
+    (np.array((0.22, 19.0)), np.array((0.2, 18.0)), Actuation(Limits(1.7, 20.0, 4.5, 4.5, 4.0), disc(0.01), 0.05, 1.0))
+)
 def test_the_budget_covers_what_samples_overrate(case) -> None:
     twist, target, actuation = case
     motion = roll_out(STILL, twist, target, actuation)

@@ -97,7 +97,7 @@ def test_there_are_no_more_samples_than_needed(twist, steps, sign) -> None:
 )
 def test_of_a_car_there_are_no_more_samples_than_needed(curvature, shape, steps) -> None:
     """Of a second at 0.5 m/s: a corner 0.3 m off the axis moves by the sampling, or the car turns by 0.25 rad."""
-    steady, limits = np.array((0.5, curvature)), Limits(0.5, 60.0, 1.0, 1.0, 1.0)
+    steady, limits = np.array((0.5, curvature)), Limits(0.5, 60.0, 1.0, 1.0, 1.0, 1.0)
     motion = roll_out(np.zeros(3), steady, steady, Actuation(limits, shape, 1.0, 0.0, BASES["car"]))
     assert abs(motion.braking - steps) <= 1
 
@@ -183,10 +183,30 @@ def test_a_value_is_ramped_to_its_target_and_no_farther() -> None:
     assert [ramped(1.0, x, 0.5) for x in (0.0, 1.2, 9.0)] == [0.5, 1.2, 1.5]
 
 
+@given(st.integers(0, 10**6))
+def test_a_velocity_falls_as_fast_as_the_robot_brakes_and_grows_as_fast_as_it_speeds_up(seed) -> None:
+    """Also where it changes its sign within a step, or its direction; the mean of a step leads as far as small ones."""
+    rng = np.random.default_rng(seed)
+    limits = ROBOT.limits._replace(max_acceleration=rng.uniform(0.2, 4.0), max_deceleration=rng.uniform(0.2, 4.0))
+    aside = rng.uniform(-1.0, 1.0, 2) * (rng.random() < 0.5)
+    now, target = (Velocity(ahead, side, 0.0) for ahead, side in zip(rng.uniform(-1.0, 1.0, 2), aside, strict=True))
+    after, mean = ramped_velocity(now, target, 0.4, limits)
+    small, way = now, np.zeros(2)
+    for _ in range(400):
+        before, (small, _) = small, ramped_velocity(small, target, 0.001, limits)
+        way += 0.0005 * np.add(before, small)[:2]
+        gap, speed = np.subtract(target, before)[:2], np.array(before[:2])
+        most = limits.max_deceleration if speed @ gap < -1e-2 * math.hypot(*gap) else limits.max_acceleration
+        if abs(speed @ gap) > 1e-2 * math.hypot(*gap):
+            assert math.dist(before, small) == pytest.approx(min(0.001 * most, math.hypot(*gap)), abs=1e-12)
+    np.testing.assert_allclose(small, after, atol=5e-3)
+    np.testing.assert_allclose(way, 0.4 * np.array(mean)[:2], atol=2e-3)
+
+
 def test_the_grip_falls_where_the_robot_may_brake_hard() -> None:
     assert gripped(GRIP_WHILE_BRAKING) == GRIP
     assert gripped(2.0 * GRIP_WHILE_BRAKING) == pytest.approx(GRIP / 8.0)
-    limits = Limits(2.0, 4.0, GRIP_WHILE_BRAKING, 10.0)
+    limits = Limits(2.0, 4.0, GRIP_WHILE_BRAKING, GRIP_WHILE_BRAKING, 10.0)
     assert not slides(2.0, 0.5 * GRIP, limits)
     assert slides(2.0, -0.51 * GRIP, limits)
 

@@ -106,8 +106,9 @@ def test_it_is_armed_by_the_first_twist_and_passes_on_at_once(tmp_path) -> None:
 
 
 @pytest.mark.parametrize("base", ["differential", "omnidirectional", "car"])
-def test_its_ramp_is_the_shield_s(base) -> None:
-    robot = parse_scenario(f"robot: {{base: {base}}}", name=base).robot
+@pytest.mark.parametrize("braking", [0.0, 2.5])
+def test_its_ramp_is_the_shield_s(base, braking) -> None:
+    robot = parse_scenario(f"robot: {{base: {base}, max_deceleration: {braking}}}", name=base).robot
     act = Actuation(robot.limits, robot.shape, PERIOD, 0.0, robot.drive)
     limits = robot.limits
     ramp = ramp_of(limits)

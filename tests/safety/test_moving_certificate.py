@@ -225,7 +225,7 @@ def test_a_robot_that_moves_is_far_enough_from_all_that_may_have_come_near_until
 def test_what_is_not_near_could_not_have_come_near(seed) -> None:
     """Fast obstacles, late commands and old scans: leaving out what is far changes no decision."""
     rng = np.random.default_rng(seed)
-    limits = Limits(rng.uniform(0.1, 1.5), 2.0, rng.uniform(0.5, 8.0), 4.0)
+    limits = Limits(rng.uniform(0.1, 1.5), 2.0, rng.uniform(0.2, 8.0), rng.uniform(0.5, 8.0), 4.0)
     acting = Actuation(limits, disc(RADIUS), *rng.uniform(0.0, 0.3, 2) + (0.01, 0.0))
     age, obstacles = rng.choice([0.0, 0.2]), DynamicObstacleParameters(max_speed=rng.uniform(0.2, 3.0), caution=1.0)
     place, yaw = rng.uniform(-3.0, 3.0, 2), rng.uniform(-4.0, 4.0)

@@ -126,6 +126,14 @@ def test_a_robot_of_ones_own_has_the_shape_of_its_model_as_a_car_too(base: str) 
     assert 0.02 < load_scenario("room", overrides=overrides).robot.shape.radius < 0.5
 
 
+@pytest.mark.parametrize("name", ["max_acceleration", "max_deceleration"])
+def test_a_robot_whose_wheels_cannot_do_what_is_declared_is_refused(name: str) -> None:
+    """By what it weighs and the efforts of its wheels; with the figure."""
+    robot = RobotParameters(**{"model": "jackal", "radius": 0.334, name: 20.0})
+    with pytest.raises(StarnavError, match=rf"push it with at most .* m/s\^2, and robot.{name} is 20 m/s\^2; allowed"):
+        NavigationStation(WORLD, Scenario("test", None, robot))
+
+
 def test_two_hundred_bodies_are_what_is_declared() -> None:
     assert check_bodies(300, seed=2) > 150
 
