@@ -192,7 +192,7 @@ class Scene(NamedTuple):
             radius=robot.radius,
             slowdown=goal_slowdown(limits) if guidance.arrives or not len(guidance.path) else np.inf,
             age=tracked.age,
-            spacing=MOVING_MARGIN * robot.shape.narrow + obstacles.stopping_distance,
+            spacing=MOVING_MARGIN * robot.shape.cover_radius + obstacles.stopping_distance,
             caution=obstacles.caution,
             mover_speed=obstacles.max_speed,
         )

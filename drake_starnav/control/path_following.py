@@ -33,7 +33,7 @@ def followed(inputs: ControllerInputs, robot: RobotParameters) -> Proposal:
     if len(guidance.poses):
         return Proposal(*followed_manoeuvre(pose, guidance.poses, robot))
     ahead, found = (guidance.path, guidance.arrives, tuple(guidance.regions)), np.zeros(5)
-    _followed(pose, ahead, (star.boundary.points, star.radius), robot.shape.narrow, tuple(limits), found)
+    _followed(pose, ahead, (star.boundary.points, star.radius), robot.shape.cover_radius, tuple(limits), found)
     return Proposal(twist_of(found[2:], robot.drive), found[:2])
 
 

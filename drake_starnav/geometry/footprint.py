@@ -14,7 +14,7 @@ from drake_starnav.geometry.se2 import placed
 from drake_starnav.utils.snapshot import snapshot
 
 SAMPLING = 0.032
-"""Largest distance between two samples of a motion, in narrow radii; of slender bodies in thirds of the radius. The
+"""Largest distance between two samples of a motion, in cover radii; of slender bodies in thirds of the radius. The
 discs that cover a polygon are wider than the polygon by no more than this share of half its width."""
 MOST_DISCS = 12
 """Most discs that cover a part; one that is longer is covered by wider discs."""
@@ -67,14 +67,14 @@ class Footprint:
     Attributes:
         parts: convex polygons, each counterclockwise of shape (n, 2); none: a disc about the origin.
         cover: centres of discs that together cover it, shape (k, 2).
-        narrow: radius of these discs. Where a disc of this radius does not pass, the robot does not pass either, but
-            for `COVER_EXCESS`.
+        cover_radius: of these discs. Where a disc of this radius does not pass, the robot does not pass either, but for
+            `COVER_EXCESS`.
         radius: of the least disc about the origin that contains it.
     """
 
     parts: tuple[np.ndarray, ...]
     cover: np.ndarray
-    narrow: float
+    cover_radius: float
     radius: float
 
     @property
@@ -90,7 +90,7 @@ class Footprint:
     @property
     def sampling(self) -> float:
         """No point of it may move farther between two samples of a motion, m."""
-        return SAMPLING * max(self.narrow, self.radius / 3.0)
+        return SAMPLING * max(self.cover_radius, self.radius / 3.0)
 
     @functools.cached_property
     def inscribed(self) -> float:

@@ -47,7 +47,7 @@ class Beams(NamedTuple):
             MOVING: on a moving obstacle. LOST: without a measurement (NaN).
             MAPPABLE: to be remembered: neither lost nor on a moving or possibly moving obstacle.
         complete: whether no beam is lost.
-        sight: up to where the thinnest obstacle does not fit between two neighbouring beams, m.
+        certain_range: up to where the thinnest obstacle does not fit between two neighbouring beams, m.
 
     What a beam is, by where it ended; lost ones and those on a moving obstacle tell nothing of static obstacles:
 
@@ -69,7 +69,7 @@ class Beams(NamedTuple):
     distances: np.ndarray
     kinds: np.ndarray
     complete: bool
-    sight: float
+    certain_range: float
 
 
 @kernel

@@ -19,7 +19,7 @@ from drake_starnav.localization.scan_matching import GOOD_SHARE, Keyframe, Odome
 from drake_starnav.utils.snapshot import snapshot
 
 STEP_WAY, STEP_TURN = 1.0, 0.3
-"""Two scans are compared when the robot has driven the first in between, in narrow radii, or turned the second, rad."""
+"""Two scans are compared when the robot has driven the first in between, in cover radii, or turned the second, rad."""
 TRUSTED = 0.5
 """Standard deviation of the odometry within a step, as a share of it."""
 LEAST_DEVIATION = 0.01

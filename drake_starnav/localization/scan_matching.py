@@ -23,7 +23,7 @@ UNOBSERVABLE_WEIGHT = 1e12
 """Inverse variance of the guess in an unobservable direction, 1/m^2."""
 STILL, STILL_HEADING = 0.08, 0.02
 """A scan is not aligned if the robot has moved and turned, rad, by less than this since the last alignment; this and
-the other lengths here are in narrow radii of the robot."""
+the other lengths here are in cover radii of the robot."""
 REACH = 4.0
 """A keyframe is compared with scans taken within this distance."""
 SPACING, LEAST_SPACING = 2.0, 0.4
@@ -199,7 +199,7 @@ def _nearest(known, x, y, gate):
 @dataclass(frozen=True)
 class OdometryError:
     """Declared errors: drift as a share of a step's length and angle, the largest jump, m, and that of ranges, m; and
-    the robot's narrow radius, m."""
+    the robot's cover radius, m."""
 
     drift: float
     jump: float

@@ -38,7 +38,7 @@ def _guided_sources(builder: DiagramBuilder, config: LoopConfig, navigation: Nav
     if navigation.tracker is not None:
         sources["tracks"] = navigation.tracker.GetOutputPort("tracks")
     if scenario.localization.jump > 0.0:
-        tolerance = UNSEEN_JUMP * scenario.robot.shape.narrow
+        tolerance = UNSEEN_JUMP * scenario.robot.shape.cover_radius
         rolling, holonomic = scenario.lidar.rolling, scenario.robot.drive.holonomic
         guard = JumpGuard(tolerance=tolerance, rate=rate, rolling=rolling, holonomic=holonomic)
         guard = builder.AddNamedSystem("jump_guard", guard)

@@ -192,7 +192,7 @@ def _check_headings(scenario: Scenario) -> None:
 
 def _check_tolerance(scenario: Scenario) -> None:
     """A robot that follows guidance stops near its goal, as it believes, and must be within the tolerance there."""
-    tolerance, stops = scenario.simulation.goal_tolerance, GOAL_REACHED * scenario.robot.shape.narrow
+    tolerance, stops = scenario.simulation.goal_tolerance, GOAL_REACHED * scenario.robot.shape.cover_radius
     least = stops + scenario.localization.jump
     if BY_KIND[scenario.controller.kind].guided and tolerance <= least:
         raise StarnavError(
@@ -208,7 +208,7 @@ def _check_mounts(scenario: Scenario, margins: Margins, mounts: Sequence[Mount])
         raise StarnavError(
             f"lidar.noise is {max(lidar.noise for lidar in scenario.all_lidars):g} with {_placed(mounts)}; allowed: "
             "one on the axis, whose scans are averaged, or less than "
-            f"{AVERAGED_NOISE * scenario.robot.shape.narrow:g} m"
+            f"{AVERAGED_NOISE * scenario.robot.shape.cover_radius:g} m"
         )
     kind = scenario.controller.kind
     if tuple(mounts) != (ON_AXIS,) and not BY_KIND[kind].shielded:

@@ -226,7 +226,7 @@ def _add_perception(builder: DiagramBuilder, config: LoopConfig, navigation: Nav
         seen["pose"] = scan_pose  # that of the scan, as our perception calls it
     connect_inputs(builder, perception, navigation.signals | seen, "perception")
     if config.matches:
-        error = OdometryError(localization.drift, localization.jump, lidar.noise, scenario.robot.shape.narrow)
+        error = OdometryError(localization.drift, localization.jump, lidar.noise, scenario.robot.shape.cover_radius)
         matcher = builder.AddNamedSystem("matcher", ScanMatcher(error))
         builder.Connect(perception.GetOutputPort("observation"), matcher.GetInputPort("observation"))
         builder.Connect(perception.GetOutputPort("surroundings"), matcher.GetInputPort("surroundings"))

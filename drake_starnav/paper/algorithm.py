@@ -46,7 +46,7 @@ def perceive(
     if tuple(settings.mounts) != (ON_AXIS,):
         raise StarnavError(f"the paper's method with {len(scans)} lidars or one off the axis; allowed: one on the axis")
     (scan,) = scans
-    region, smoothed = traversable_region(scan, pose, settings.footprint.narrow), smoothed_distances(scan)
+    region, smoothed = traversable_region(scan, pose, settings.footprint.cover_radius), smoothed_distances(scan)
     points = scan.points_at(smoothed, scan.hits & (smoothed < choices.RANGE), pose)
     surroundings = replaced(
         Surroundings.unknown(),

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from drake_starnav.geometry.polyline import around
-from drake_starnav.surroundings.star_region import StarRegion, clear_of
+from drake_starnav.surroundings.star_region import StarRegion, clear_region
 from drake_starnav.utils.snapshot import snapshot
 
 CLOSED = 0.8
@@ -35,7 +35,7 @@ class Closures:
         return np.vstack((np.zeros((0, 2)), *self.walls.values()))
 
     def walled(self, polygon: np.ndarray, distance: float, cause: str, robot_radius: float) -> "Closures":
-        """These closures, and the wall around a polygon (n, 2), W, at a distance, for a robot of a narrow radius, m."""
+        """These closures, and the wall around a polygon (n, 2), W, at a distance, for a robot of a cover radius, m."""
         places = around(polygon, distance, SPACING * robot_radius)
         before = self.walls.get(cause, places[:0])
         return dataclasses.replace(self, walls={**self.walls, cause: np.vstack((before, places))})
@@ -49,8 +49,8 @@ class Closures:
         if self.walls:
             room = region.radius + region.margin
             away = np.hypot(*(self.solid - region.center).T)
-            region = clear_of(region, self.solid[(away > region.radius) & (away < region.reach + room)], room)
-        return clear_of(region, self.failed, CLOSED * region.radius)
+            region = clear_region(region, self.solid[(away > region.radius) & (away < region.reach + room)], room)
+        return clear_region(region, self.failed, CLOSED * region.radius)
 
 
 NOTHING_CLOSED = Closures()

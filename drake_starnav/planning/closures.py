@@ -10,12 +10,12 @@ from drake_starnav.planning.closed_places import CLOSED
 from drake_starnav.planning.distance_grid import HIT_ERROR
 from drake_starnav.planning.impassable import narrowest_gap
 from drake_starnav.planning.map_revision import forget_contradicted
-from drake_starnav.planning.roadmap import extended, refitted, revised, stamped_anew
+from drake_starnav.planning.roadmap import extended, refit_regions, revised, stamped_anew
 from drake_starnav.planning.route import cost_field
 from drake_starnav.planning.state import EMPTY_PATH, PlannerInput, PlannerState
 from drake_starnav.surroundings.erosion import smoothed_distances
 from drake_starnav.surroundings.scan_averaging import AVERAGED_WITHIN, mean_scan
-from drake_starnav.surroundings.star_region import clear_of
+from drake_starnav.surroundings.star_region import clear_region
 
 AHEAD = 3.2
 """A way that failed is closed at its narrowest place within this distance, in radii of the robot."""
@@ -30,7 +30,7 @@ def closed(state: PlannerState, way: np.ndarray, inputs: PlannerInput) -> Planne
     """The state in which a way (k, 2) on from the robot is closed at its narrowest place, and without a path."""
     places, size = _places_to_close(way, inputs), CLOSED * inputs.robot_radius
     regions = [
-        clear_of(region, places, size) if np.hypot(*(places - region.center).T).min() > size else None
+        clear_region(region, places, size) if np.hypot(*(places - region.center).T).min() > size else None
         for region in state.roadmap.regions
     ]
     roadmap = revised(state.roadmap, regions, inputs.margins, inputs.robot_radius)
@@ -56,7 +56,7 @@ def reopened(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     if seen is not nodes:
         hits = stamped_anew(roadmap.hits.emptied(), closures, seen, inputs.margins, inputs.robot_radius)
         roadmap = dataclasses.replace(roadmap, hits=hits)
-    roadmap = refitted(roadmap, inputs.margins, inputs.robot_radius)
+    roadmap = refit_regions(roadmap, inputs.margins, inputs.robot_radius)
     state = dataclasses.replace(state, roadmap=roadmap, doubting=state.doubting or not within.any())
     latest = len(roadmap) > 0 and roadmap.nodes[-1].scan is inputs.observation.scan
     return state if latest else with_latest(state, inputs)

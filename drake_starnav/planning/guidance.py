@@ -8,7 +8,7 @@ import numpy as np
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.se2 import placed
 from drake_starnav.surroundings.region_union import RegionUnion
-from drake_starnav.surroundings.star_region import StarRegion, united
+from drake_starnav.surroundings.star_region import StarRegion, unite_regions
 from drake_starnav.utils.snapshot import snapshot
 
 PASSED_DISTANCE = 0.24
@@ -53,7 +53,7 @@ class Guidance:
             way = np.zeros((0, 2))
         if way.ndim != 2 or way.shape[1] != 2 or not np.isfinite(way).all():
             raise StarnavError(f"guidance: path has shape {way.shape}; allowed: (k, 2), finite x and y")
-        return Guidance(way, True, united(regions))
+        return Guidance(way, True, unite_regions(regions))
 
     def moved(self, frame: np.ndarray) -> "Guidance":
         """The same guidance in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""

@@ -51,7 +51,7 @@ def turned_to_look(state: PlannerState, here: StarRegion, inputs: PlannerInput) 
     if not scan.merged or state.target is None or not len(nodes):
         return False
     turned = abs(math.remainder(float(pose[2] - nodes[-1].pose[2]), 2.0 * math.pi)) > FACING
-    return turned and cover_at(here.alone, *state.target[1], 0.0) >= 0
+    return turned and cover_at(here.as_union, *state.target[1], 0.0) >= 0
 
 
 def looking_aside(state: PlannerState, inputs: PlannerInput) -> PlannerState:

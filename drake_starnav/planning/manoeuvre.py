@@ -232,7 +232,7 @@ def found_manoeuvre(pose: np.ndarray, path: np.ndarray, body: Body, tried: int) 
 def _found(pose: np.ndarray, wanted: np.ndarray, body: Body, tried: int) -> np.ndarray:
     """`found_way` to goals as it takes them, with a margin by how many manoeuvres failed here."""
     unit = body.footprint.radius
-    surfaces = _near_surfaces(body.surroundings.chords, pose[:2], unit)
+    surfaces = _near_surfaces(body.surroundings.view.chords, pose[:2], unit)
     margin = body.margin + EXTRA_MARGINS[tried % len(EXTRA_MARGINS)] * unit
     return found_way(pose, wanted, body.moves, body.footprint, margin, (surfaces, body.surroundings.other_views))
 

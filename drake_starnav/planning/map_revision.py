@@ -20,7 +20,7 @@ from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.observation import Observation
 from drake_starnav.surroundings.piecewise_cubic import JUMP
 from drake_starnav.surroundings.region_union import CELL, WORD, highest
-from drake_starnav.surroundings.star_region import StarRegion, cut_back, refitted
+from drake_starnav.surroundings.star_region import StarRegion, cut_back, refit_region
 
 CONTRADICTION = 0.8
 """A region with hits of a new scan deeper inside than this is contradicted, in radii of the robot: smaller
@@ -164,7 +164,7 @@ def _agreeing(region: StarRegion, points: np.ndarray, gaps: np.ndarray, radius: 
     if not (region.free_range - cut_back(region, points, gaps, smaller)).max() > slack:
         return region
     values = cut_back(region, points, gaps, radius)
-    return None if values.sum() < KEPT_SHARE * region.free_range.sum() else refitted(region, values)
+    return None if values.sum() < KEPT_SHARE * region.free_range.sum() else refit_region(region, values)
 
 
 @kernel

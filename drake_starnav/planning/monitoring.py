@@ -64,7 +64,7 @@ def check_plan(state: PlannerState, region: StarRegion, inputs: PlannerInput) ->
     plan = state.path, probe, state.optimistic_path
     place = *pose[:2], math.cos(pose[2]), math.sin(pose[2])
     seen = tuple(scan.beams), place, inputs.margins.smoothing_slack  # plain tuples are handed over six times as fast
-    known = tuple(roadmap.union), tuple(region.alone), state.doubting, roadmap.hits.arrays
+    known = tuple(roadmap.union), tuple(region.as_union), state.doubting, roadmap.hits.arrays
     x, y = inputs.position.tolist()
     return PlanCheck(*_checked(x, y, driven, plan, known, seen, inputs.robot_radius))
 

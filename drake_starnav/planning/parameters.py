@@ -8,7 +8,7 @@ from drake_starnav.parameters import Checked, parameter
 FINEST = 0.01
 """The smallest cell, m: numerics, by what a grid of the largest worlds may hold."""
 CLEARANCE, SPACING, CELL = 0.06, 2.8, 0.2
-"""Preferred clearance, node spacing and grid resolution in narrow radii of the robot, unless they are given."""
+"""Preferred clearance, node spacing and grid resolution in cover radii of the robot, unless they are given."""
 
 
 @dataclass(frozen=True)
@@ -56,13 +56,13 @@ class PlannerParameters(Checked, place="planner"):
             )
 
     def clearance(self, radius: float) -> float:
-        """`preferred_clearance` of a robot with a narrow radius, m."""
+        """`preferred_clearance` of a robot with a cover radius, m."""
         return self.preferred_clearance or CLEARANCE * radius
 
     def spacing(self, radius: float) -> float:
-        """`node_spacing` of a robot with a narrow radius, m."""
+        """`node_spacing` of a robot with a cover radius, m."""
         return self.node_spacing or SPACING * radius
 
     def cell(self, radius: float) -> float:
-        """`grid_resolution` of a robot with a narrow radius, m."""
+        """`grid_resolution` of a robot with a cover radius, m."""
         return self.grid_resolution or CELL * radius

@@ -75,10 +75,10 @@ def _anticipating(state: PlannerState, here: StarRegion, inputs: PlannerInput) -
     if state.aside is not None or state.status is not PlannerStatus.EXPLORING or len(state.path) != 1:
         return state
     path = state.optimistic_path
-    ahead = points_ahead(path, *inputs.position.tolist(), tuple(here.alone), inputs.robot_radius)
+    ahead = points_ahead(path, *inputs.position.tolist(), tuple(here.as_union), inputs.robot_radius)
     if ahead < 0:
         return state
-    return replaced(state, aside=Guidance(path[ahead : ahead + 1], False, here.alone))
+    return replaced(state, aside=Guidance(path[ahead : ahead + 1], False, here.as_union))
 
 
 def _manoeuvred(state: PlannerState, inputs: PlannerInput) -> PlannerState:
@@ -280,7 +280,7 @@ def _searched(
             break
         viewpoint, probe = route.exit
         passed = PASSED_DISTANCE * inputs.robot_radius
-        if distance_to(viewpoint, inputs.position) > passed or cover_at(here.alone, *probe, 0.0) >= 0:
+        if distance_to(viewpoint, inputs.position) > passed or cover_at(here.as_union, *probe, 0.0) >= 0:
             break
         if not sees_all_around(inputs) and not faces(inputs, probe):
             return state, route._replace(path=probe[None])  # the lidar may not have looked there yet

@@ -100,7 +100,7 @@ def found_way(
     places = np.vstack((footprint.cover, np.zeros(2)))
     within = np.split(polygons.offsets - places @ polygons.normals.T, polygons.ends[:-1], axis=1)
     inner = np.max([part.min(axis=1) for part in within], axis=0)
-    discs = np.column_stack((footprint.cover, np.full(len(footprint.cover), footprint.narrow), inner[:-1]))
+    discs = np.column_stack((footprint.cover, np.full(len(footprint.cover), footprint.cover_radius), inner[:-1]))
     (surfaces, views), none = seen, np.zeros(len(seen[0].ends), np.bool_)
     solid = surfaces.is_surface
     bare = Chords(surfaces.ends[solid], solid[solid], none[solid], surfaces.center)
@@ -110,7 +110,7 @@ def found_way(
     turning = moves[moves[:, 2] != 0.0]
     turn_cost = float((turning[:, 3] / abs(turning[:, 2])).min())
     chords = np.column_stack((bare.ends, none[solid]))
-    clear = distances(np.array(grid[:2]), (SIDE, SIDE), cell, footprint.narrow + margin + 2.0 * cell, chords)
+    clear = distances(np.array(grid[:2]), (SIDE, SIDE), cell, footprint.cover_radius + margin + 2.0 * cell, chords)
     clear[~IN_REACH] = np.nan
     space = Space(surfaces, views, bare, footprint.body, discs, margin, clear, grid)
 

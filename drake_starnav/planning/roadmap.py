@@ -87,8 +87,8 @@ def extended(roadmap: StarRoadmap, node: Observation, margins: Margins, robot_ra
 def with_node(roadmap: StarRoadmap, node: Observation, hits: DistanceGrid) -> StarRoadmap:
     """The roadmap with one more node, and with other hits."""
     assert node.region is not None
-    union = indexed(roadmap.union.joined(node.region.alone), roadmap.union, np.array([len(roadmap)]))
-    alone = node.region.alone
+    union = indexed(roadmap.union.joined(node.region.as_union), roadmap.union, np.array([len(roadmap)]))
+    alone = node.region.as_union
     nothing = alone._replace(values=np.zeros_like(alone.values))
     known = roadmap.known.recounted(hits.resolution * STRIDE, nothing, alone.values, union.bounds)
     return dataclasses.replace(roadmap, hits=hits, nodes=(*roadmap.nodes, node), union=union, known=known)
@@ -127,9 +127,9 @@ def revised(
     return StarRoadmap(hits, nodes, union, roadmap.closures, known)
 
 
-def refitted(roadmap: StarRoadmap, margins: Margins, robot_radius: float) -> StarRoadmap:
+def refit_regions(roadmap: StarRoadmap, margins: Margins, robot_radius: float) -> StarRoadmap:
     """A roadmap of the same scans and hits, with the open part of each scan's region; for a radius (m) and margins."""
-    whole = [node.refitted(robot_radius, margins).region for node in roadmap.nodes]
+    whole = [node.refit(robot_radius, margins).region for node in roadmap.nodes]
     regions = [roadmap.closures.open_part(region) for region in whole if region is not None]
     return revised(roadmap, regions, margins, robot_radius)
 

@@ -58,15 +58,15 @@ def find_route(state: PlannerState, here: StarRegion, inputs: PlannerInput) -> R
     """
     roadmap, position, union = state.roadmap, inputs.position, state.roadmap.union
     spot = approach(roadmap.hits, inputs.goal, inputs.goal_tolerance, inputs.robot_radius, inputs.margins.preferred)
-    seen = np.flatnonzero(here.alone.contains(spot.places) | union.contains(spot.places))
+    seen = np.flatnonzero(here.as_union.contains(spot.places) | union.contains(spot.places))
     goal = spot.places[seen[0]] if len(seen) else spot.goal
     straight = tuple(position), tuple(goal), 0.0, inputs.robot_radius
-    if len(seen) and (cover_at(here.alone, *goal, 0.0) >= 0 or first_gap(union, *straight) < 0.0):
+    if len(seen) and (cover_at(here.as_union, *goal, 0.0) >= 0 or first_gap(union, *straight) < 0.0):
         return Route(goal[None].copy())
     path = cost_field(state, goal, inputs).path(position)
     if not len(path):
         return None
-    sight = here.alone if state.doubting else union
+    sight = here.as_union if state.doubting else union
     path, last, first = _leaving(path, 0.5 * STRIDE * roadmap.hits.resolution, union, LEFT * inputs.robot_radius)
     if first < 0:
         return Route(

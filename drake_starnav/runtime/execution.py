@@ -28,7 +28,7 @@ OFF, OFF_SHARE = 0.1, 0.1
 TURNED, TURNED_SHARE = 0.6, 0.2
 """The same of the angle turned, rad; wheels that slide turn a robot by some 0.3 rad in MuJoCo."""
 SEEN_OFF, SEEN_TURN, SEEN_SHARE, SEEN_STEPS = 0.2, 0.1, 0.15, 3
-"""Scans may show a way that differs from the odometry's by the first, in narrow radii, an angle by the second, rad, and
+"""Scans may show a way that differs from the odometry's by the first, in cover radii, an angle by the second, rad, and
 both by this share, beside what is declared; fewer steps than the last do not tell."""
 LEAST_ARM = 0.5
 """Distance of a wheel that slips from the robot's axis, as a share of its radius."""
@@ -97,7 +97,7 @@ def with_command(execution: Execution, command: Told, delay: float) -> Execution
 
 def lidar_error(scenario: Scenario) -> OdometryError:
     """What is declared of the first lidar, for an `OdometryCheck`, to which nothing declared of the odometry counts."""
-    return OdometryError(0.0, 0.0, scenario.all_lidars[0].noise, scenario.robot.shape.narrow)
+    return OdometryError(0.0, 0.0, scenario.all_lidars[0].noise, scenario.robot.shape.cover_radius)
 
 
 def with_scan(execution: Execution, latest: PosedScan, mount: Mount, scenario: Scenario) -> Execution:
@@ -202,7 +202,7 @@ def disagreement(check: OdometryCheck, scenario: Scenario) -> str:
     moved = scenario.obstacles.max_speed * found.time
     ways = f"{found.seen:.2f} m driven by the scans, {found.driven:.2f} m by the odometry"
     angles = f"{found.seen_turned:.2f} rad turned by the scans, {found.turned:.2f} rad by the odometry"
-    if found.off > SEEN_OFF * scenario.robot.shape.narrow + localization.jump + moved + share * found.driven:
+    if found.off > SEEN_OFF * scenario.robot.shape.cover_radius + localization.jump + moved + share * found.driven:
         return f"scans and odometry disagree: {ways}"
     if found.turned_off > SEEN_TURN + (moved > 0.0) * TURNED + share * found.turned:
         return f"scans and odometry disagree: {angles}"

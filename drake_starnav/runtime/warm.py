@@ -20,7 +20,7 @@ from drake_starnav.runtime.intake import Odometry
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.surroundings.observation import Observation
 from drake_starnav.surroundings.scan_averaging import mean_scan
-from drake_starnav.surroundings.star_region import clear_of, scan_region
+from drake_starnav.surroundings.star_region import clear_region, scan_region
 from drake_starnav.systems.twist_shield import Unshielded
 
 if TYPE_CHECKING:
@@ -97,7 +97,7 @@ def _revise_roadmap(navigator: "Navigator", seen: Observation) -> None:
     node, roadmap = dataclasses.replace(seen, region=region), StarRoadmap.empty(planner, radius)
     for _ in range(2):
         roadmap = extended(roadmap, node, margins, radius)
-    revised(roadmap, [None, clear_of(region, region.outline()[:1], radius)], margins, radius)
+    revised(roadmap, [None, clear_region(region, region.outline()[:1], radius)], margins, radius)
 
 
 def load_uncalled() -> None:

@@ -20,11 +20,11 @@ class Certificate(Protocol):
     """
 
     def accepts(self, motion: Motion) -> bool:
-        """Whether the robot may move like this."""
+        """Return whether the robot may move like this."""
 
 
 def accepted(motion: Motion, certificates: Iterable[Certificate]) -> bool:
-    """Whether the wheels grip on a motion and all certificates accept it."""
+    """Return whether the wheels grip on a motion and all certificates accept it."""
     if not motion.grips:
         return False
     for certificate in certificates:  # noqa: SIM110 - all() of a generator costs more than some certificates
@@ -40,7 +40,7 @@ def standard_certificates(
     position: np.ndarray,
     tracked: TrackedObstacles | None = None,
 ) -> tuple[Certificate, ...]:
-    """The certificates for what the last scans show.
+    """Return the certificates for what the last scans show.
 
     Args:
         surroundings: what is known of the space around the robot.

@@ -41,7 +41,7 @@ from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.tracking.tracker import TrackedObstacles
 
 MOVING_MARGIN = 0.12
-"""Clearance kept from obstacles that move, in narrow radii of the robot."""
+"""Clearance kept from obstacles that move, in cover radii of the robot."""
 ESCAPE = 0.08
 """A motion that comes no nearer to them than standing would may use this much of that clearance: it makes way."""
 STANDING_SPEED = 0.005
@@ -69,26 +69,26 @@ class MovingCertificate(NamedTuple):
 
     @staticmethod
     def near(tracked: TrackedObstacles, position: np.ndarray, actuation: Actuation) -> "MovingCertificate":
-        """Guards against what may come near a robot at a place, shape (2,), W, m, before it has stopped."""
+        """Return the guard against what may come near a robot at a place, shape (2,), W, m, before it has stopped."""
         (tracks, age, obstacles), (limits, footprint) = tracked, (actuation.limits, actuation.footprint)
         braking = limits.max_speed / limits.max_deceleration
         if not (footprint.is_disc or limits.steers):
             braking = max(braking, limits.max_yaw_rate / limits.max_yaw_acceleration)
         longest = age + actuation.delay + actuation.hold + braking
-        margin, escape = MOVING_MARGIN * footprint.narrow, ESCAPE * footprint.narrow
+        margin, escape = MOVING_MARGIN * footprint.cover_radius, ESCAPE * footprint.cover_radius
         reach = footprint.radius + margin + (limits.max_speed + obstacles.max_speed) * longest
         discs = reachable_discs(tracks, obstacles, position, reach)
         return MovingCertificate(discs, margin, age, escape)
 
     def accepts(self, motion: Motion) -> bool:
-        """Whether the robot stands, or keeps its distance, wherever the discs go until it has stopped."""
+        """Return whether the robot stands, or keeps its distance, wherever the discs go until it has stopped."""
         return _stays_clear(motion.samples, motion.braking, self, motion.footprint.body)
 
 
 def reachable_discs(
     tracks: Tracks, parameters: DynamicObstacleParameters, position: np.ndarray = ANYWHERE, reach: float = np.inf
 ) -> np.ndarray:
-    """The `sources` of the tracks that a braking robot must keep clear of, shape (n, 6), at the time of the tracks.
+    """Return the `sources` of the tracks that a braking robot must keep clear of, (n, 6), at the time of the tracks.
 
     Columns: position, m, velocity, m/s, growth of its radius, m/s, and radius, m, with the room to brake.
 
@@ -104,7 +104,7 @@ def reachable_discs(
 
 @kernel
 def _reachable(places, owner, trusted, velocity, declared, near):
-    """The loop of `reachable_discs`; discs of tracks that are trusted come last."""
+    """Return the loop of `reachable_discs`; discs of tracks that are trusted come last."""
     (caution, max_speed, stopping), (x, y, reach) = declared, near
     discs, n, share = np.empty((len(places), 6)), 0, 1.0 - caution
     for known in (False, True):
@@ -122,7 +122,7 @@ def _reachable(places, owner, trusted, velocity, declared, near):
 
 @kernel
 def _clearance(sample, moving, time, body):
-    """Least distance of a robot at a sample to all places that discs may have reached at a time, less what it needs."""
+    """Return the least distance of a robot at a sample to where discs may have come at a time, less what it needs."""
     least, frame = np.inf, (sample[0], sample[1], math.cos(sample[2]), math.sin(sample[2]))
     for disc in moving.discs:
         x, y = disc[X] + disc[VX] * time, disc[Y] + disc[VY] * time
@@ -132,7 +132,7 @@ def _clearance(sample, moving, time, body):
 
 @kernel
 def _stays_clear(samples, braking, moving, body):
-    """Whether a robot stays clear of the discs of a `MovingCertificate` at all samples of a motion while it moves.
+    """Return whether a robot keeps clear of the discs of a `MovingCertificate` at all samples of a motion, as it moves.
 
     By `distance`; by up to `escape` less where it is no nearer to them than at the first sample's pose it were by then.
     Samples are skipped while the last clearance cannot have been used up.

@@ -19,14 +19,14 @@ from drake_starnav.safety.certificates import Certificate, accepted
 from drake_starnav.safety.clear import STOPPED_DISTANCE, Clear, star_covers
 
 
-def shielded(
+def shield_twist(
     pose: np.ndarray,
     twist: np.ndarray,
     desired: np.ndarray,
     certificates: tuple[Certificate, ...],
     actuation: Actuation,
 ) -> tuple[np.ndarray, bool]:
-    """What is driven next: the twist, ramped towards `certified_twist`, and whether any motion was certified.
+    """Return what is driven next: the twist, ramped towards `certified_twist`, and whether any motion was certified.
 
     Where it is enough that a star accepts what is desired, and it does, this is one compiled call. Arguments as of
     `certified_twist`.
@@ -43,7 +43,7 @@ def shielded(
 
 @kernel
 def _drives(pose, twist, target, numbers, star, places, driven):
-    """Whether the motion towards a target is short, gripped and covered by a star; if so, write the twist after."""
+    """Return whether a star covers the motion to a target, and wheels grip; then write the twist after to `driven`."""
     samples = np.empty((SAMPLES, 6))
     count, _, _, grips = sample(pose, twist, target, numbers, samples)
     if count > SAMPLES or not grips or not star_covers(star, samples[:count], places):
@@ -62,7 +62,7 @@ def certified_twist(
     certificates: tuple[Certificate, ...],
     actuation: Actuation,
 ) -> tuple[np.ndarray, bool]:
-    """The first of the base's proposals that all certificates accept.
+    """Return the first of the base's proposals that all certificates accept.
 
     Args:
         pose: (x, y, yaw) of the robot in W, m and rad.
@@ -83,7 +83,7 @@ def certified_twist(
 
 @register_jitable
 def braking_twist(twist, desired, limits, is_disc):
-    """What brakes: a base that steers keeps its curvature; a disc that stands covers no new ground, and may turn."""
+    """Return the twist that brakes: a car keeps its curvature; a disc that stands may turn: it covers no new ground."""
     squared, target = 0.0, np.zeros(len(twist))
     for speed in twist[:-1]:
         squared += speed * speed
@@ -97,7 +97,7 @@ def braking_twist(twist, desired, limits, is_disc):
 def ramped_twist(
     twist: Sequence[float] | np.ndarray, target: Sequence[float] | np.ndarray, actuation: Actuation
 ) -> np.ndarray:
-    """The twist after one period of approaching a target within the robot's accelerations.
+    """Return the twist after one period of approaching a target within the robot's accelerations.
 
     Args:
         twist: now.

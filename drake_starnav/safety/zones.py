@@ -49,8 +49,8 @@ class KeepOut(_Place):
             raise StarnavError(f"KeepOut.margin is {shown(self.margin)}; allowed: 0 m or more")
 
     def accepts(self, motion: Motion) -> bool:
-        """Whether the robot keeps its distance, or the one that it has."""
-        narrow, cover = motion.footprint.narrow, motion.footprint.cover
+        """Return whether the robot keeps its distance, or the one that it has."""
+        narrow, cover = motion.footprint.cover_radius, motion.footprint.cover
         distance = signed_distance(self.corners, places(motion.pose, cover)).reshape(-1, len(cover)).min(axis=1)
         return bool(distance.min() >= min(narrow + self.margin, distance[0]) - 1e-9)
 
@@ -80,7 +80,7 @@ class SpeedZone(_Place):
             raise StarnavError(f"SpeedZone.max_speed is {shown(self.max_speed)}; allowed: more than 0 m/s")
 
     def accepts(self, motion: Motion) -> bool:
-        """Whether the robot is slow wherever the zone says so."""
+        """Return whether the robot is slow wherever the zone says so."""
         fast = np.abs(motion.twist[:, 0]) > self.max_speed + 1e-9
         if not fast.any():
             return True

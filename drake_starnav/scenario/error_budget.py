@@ -63,8 +63,8 @@ SYMBOLS: dict[str, ErrorTerm] = {
     ),
     "C": ErrorTerm("s + min(3/4 * lidar.noise, 3/2 * s)", "what may stick out between beams without further margin, m"),
     "E": ErrorTerm(
-        "max(4.8 * robot.shape.narrow, min(1.25 * (B + v * L), C / (0.87 * lidar.widest_gap) - r - o)) + r "
-        "- robot.shape.narrow",
+        "max(4.8 * robot.shape.cover_radius, min(1.25 * (B + v * L), C / (0.87 * lidar.widest_gap) - r - o)) + r "
+        "- robot.shape.cover_radius",
         "extent of a certified star that only corners limit, m",
     ),
     "g": ErrorTerm(
@@ -112,16 +112,17 @@ TERMS: tuple[ErrorTerm, ...] = (
         "error of the heading of the shipped bases, and its drift, until the robot stands",
     ),
     ErrorTerm(
-        f"J * min(localization.jump, {UNSEEN_JUMP} * robot.shape.narrow + (2 * v * t if robot.drive.holonomic else 0))",
+        f"J * min(localization.jump, {UNSEEN_JUMP} * robot.shape.cover_radius"
+        " + (2 * v * t if robot.drive.holonomic else 0))",
         "jumps too small to be detected",
     ),
     ErrorTerm("drive.error", "a base that strays farther than the shipped ones"),
     ErrorTerm(
-        "drive.slip * (max(v^2 * T^2 / 6, S^2 / 2) / robot.shape.narrow + 0.65 * r)",
+        "drive.slip * (max(v^2 * T^2 / 6, S^2 / 2) / robot.shape.cover_radius + 0.65 * r)",
         "sideways deviation of a robot that brakes with one slipping wheel, and that of turning on the spot",
     ),
     ErrorTerm(
-        "l * drive.slip * (S / robot.shape.narrow + w * (d + t) + w^2 / (2 * A))",
+        "l * drive.slip * (S / robot.shape.cover_radius + w * (d + t) + w^2 / (2 * A))",
         "heading of a footprint of polygons whose wheels slip until it stands",
     ),
     ErrorTerm("v * max(0, simulation.time_step - t / 2)", "a command waits for the next step of the plant"),
@@ -139,7 +140,7 @@ TERMS: tuple[ErrorTerm, ...] = (
 Corners: 0.87 is half of tan 60 degrees. Drift: the heading errs by drift times w for each second, too. In the worst
 case the robot turns first, since its last scan, and then drives; 0.4 w R^2 is no less than the resulting error, by
 numerical search, where it matters beside M. One that drives straight on while it turns gets h w v astray. Slip: wheels
-of both sides are no nearer to each other than the narrow radius, so a heading that errs by slip over that for each
+of both sides are no nearer to each other than the cover radius, so a heading that errs by slip over that for each
 metre leads astray by S^2 / 2 of it; they are no farther than 0.65 r from the robot's axis. Tilt: along its plane
 ranges are longer by half of its square, and bearings err by a quarter of it at most. Lost and stray beams, and lost
 scans except for L, need no margin: they are unknown space and shorten the certificate. The wheels' servo hides an error

@@ -10,7 +10,7 @@ from drake_starnav.scenario.schema import Scenario
 from drake_starnav.surroundings.margins import Margins, ViewRetention
 
 NOMINAL_NOISE = 0.04
-"""Range noise that the steps within a surface allow for without slack, in narrow radii of the robot."""
+"""Range noise that the steps within a surface allow for without slack, in cover radii of the robot."""
 SMOOTHED_DEVIATIONS = 3.0
 """Smoothing may move ranges by this many standard deviations of the noise beyond the nominal."""
 NOISE_PER_DEGREE = 0.06
@@ -22,7 +22,7 @@ AVERAGED_NOISE = 0.16
 NOISE_SHARE = 0.75
 """Share of the noise by which the ranges of a past view count as shorter: as the `error_budget` allows for one scan."""
 LEAST_EXTENT = 0.2
-"""Certified stars reach at least as far, in narrow radii: else the robot would hardly move."""
+"""Certified stars reach at least as far, in cover radii: else the robot would hardly move."""
 LARGEST_MARGIN = 0.5
 """Safety margins are no wider than this, m."""
 
@@ -46,7 +46,7 @@ def derive_margins(scenario: Scenario, mounts: Sequence[Mount] = ()) -> Margins:
             f"what is declared of lidar, localization, drive and robot gives a safety margin of {safety:.3g} m; "
             f"allowed: at most {LARGEST_MARGIN:g} m"
         )
-    radius, declared = scenario.robot.shape.narrow, scenario.obstacles.min_width
+    radius, declared = scenario.robot.shape.cover_radius, scenario.obstacles.min_width
     for lidar, budget in zip(lidars, budgets, strict=True):
         least = budget.symbols["g"] * (budget.symbols["r"] + budget.symbols["o"] + LEAST_EXTENT * radius)
         if 0.0 < declared < least:

@@ -106,7 +106,7 @@ def undressed(root: ElementTree.Element, robot: RobotParameters) -> tuple[tuple[
 
 def _growth(shape: Footprint, own: Footprint) -> float:
     """By how much a shape is larger than a model's own; 1 if it is smaller in any way."""
-    return max(min(shape.narrow / own.narrow, shape.radius / own.radius), 1.0)
+    return max(min(shape.cover_radius / own.cover_radius, shape.radius / own.radius), 1.0)
 
 
 def own_body(model: str) -> dict[str, Any]:

@@ -12,12 +12,12 @@ from drake_starnav.geometry.polyline import third_side
 from drake_starnav.lidar.laser_scan import LOST, MOVING
 
 CONNECTED_CHORD = 0.6
-"""Neighbouring hits nearer than this belong to one surface, in narrow radii: no robot fits between them."""
+"""Neighbouring hits nearer than this belong to one surface, in cover radii: no robot fits between them."""
 
 
 @kernel
 def half_gaps(distance, beams):
-    """Half the longer chord from each hit to a neighbouring hit of the same surface, shape (n,), m.
+    """Return half the longer chord from each hit to a neighbouring hit of the same surface, shape (n,), m.
 
     A disc of radius sqrt(R^2 + gap^2) about each hit covers every point within R of the chord between
     connected hits, so that no slit is left between consecutive beams. Beams that carry no information about static
@@ -49,7 +49,7 @@ def half_gaps(distance, beams):
 
 @kernel
 def beams_to_bearings(beam_distance, beam_gap, beams, samples):
-    """The nearest hit in each sample of a bearing grid, of distances and half gaps along some `Beams`.
+    """Return the nearest hit in each sample of a bearing grid, of distances and half gaps along some `Beams`.
 
     Sample 0 is at the first beam. Moving obstacles are left out.
 
@@ -78,7 +78,7 @@ def beams_to_bearings(beam_distance, beam_gap, beams, samples):
 
 @kernel
 def points_to_bearings(points, point_gap, cx, cy, bearing_0, reach, samples):
-    """As `beams_to_bearings`, of points (n, 2) in W, seen from (cx, cy), and half gaps (n,), m, from `bearing_0` on.
+    """Return the same of points (n, 2) in W, seen from (cx, cy), and half gaps (n,), m, from `bearing_0` on.
 
     Points farther than `reach` (m) are left out.
     """

@@ -74,7 +74,7 @@ class CertifiedStar:
     @cached_property
     def union(self) -> RegionUnion:
         """The star as a union of one region."""
-        return RegionUnion.alone(self.center, self.bearing_0, self.values, NO_SLOPES)
+        return RegionUnion.of_star(self.center, self.bearing_0, self.values, NO_SLOPES)
 
     @cached_property
     def for_disc(self) -> StarArrays:

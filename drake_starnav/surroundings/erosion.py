@@ -69,14 +69,14 @@ class DiscInView(NamedTuple):
         reach: float = math.inf,
         samples: int = 0,
     ) -> "DiscInView":
-        """One that moves up to `reach`, m, with `samples` M; 0: as many as suit the scan."""
+        """Return one that moves up to `reach`, m, with `samples` M; 0: as many as suit the scan."""
         samples, within = samples or bearing_count(scan), radius + margins[0]
         limit = free_limit(field_of_view(scan), samples, max(min(scan.range_max, reach + within) - within, 0.0))
         return DiscInView(scan.beams, limit, radius, margins, bearing_tables(samples), scan.merged)
 
 
 def smoothed_distances(scan: LaserScan, slack: float = 0.0, beams: int = SMOOTHING_BEAMS) -> np.ndarray:
-    """Smoothed ranges, shape (n,), m; corners and separate surfaces are preserved.
+    """Return smoothed ranges, shape (n,), m; corners and separate surfaces are preserved.
 
     Args:
         scan: the ranges.
@@ -87,7 +87,7 @@ def smoothed_distances(scan: LaserScan, slack: float = 0.0, beams: int = SMOOTHI
 
 
 def bearing_count(scan: LaserScan) -> int:
-    """Number of samples M: a multiple of the steps in the turn of a full-circle scan, so that samples lie on beams."""
+    """Return the number of samples M: a multiple of the steps of a full-circle scan, so that samples lie on beams."""
     if not scan.full_circle:
         return BEARINGS
     steps = round(TURN / scan.angle_increment)
@@ -96,18 +96,18 @@ def bearing_count(scan: LaserScan) -> int:
 
 @lru_cache(maxsize=16)
 def free_limit(view: tuple[float, float], samples: int, farthest: float) -> np.ndarray:
-    """Upper bound, shape (M,), m, of how far a disc's centre can move: `farthest`, and 0 outside a `field_of_view`."""
+    """Return how far a disc's centre can move at most, shape (M,), m: `farthest`, and 0 outside a `field_of_view`."""
     bearing = 2.0 * math.pi / samples * np.arange(samples)
     return np.where((view[0] <= bearing) & (bearing <= view[1]), farthest, 0.0)
 
 
 def field_of_view(scan: LaserScan) -> tuple[float, float]:
-    """First and last bearing from the first beam on, rad."""
+    """Return the first and last bearing from the first beam on, rad."""
     return (0.0, TURN) if scan.full_circle else (0.0, scan.field_of_view.span + 1e-9)
 
 
 def free_range(scan: LaserScan, distance: np.ndarray, radius: float, margins: Margins, samples: int = 0) -> FreeRange:
-    """Free range of the robot's centre at every bearing, as the planner uses it.
+    """Return the free range of the robot's centre at every bearing, as the planner uses it.
 
     The clearance is `preferred`. Passages that it would close get a smaller one, down to `least`.
 
@@ -127,14 +127,14 @@ def free_range(scan: LaserScan, distance: np.ndarray, radius: float, margins: Ma
 
 @lru_cache(maxsize=16)
 def bearing_tables(samples: int) -> tuple[np.ndarray, np.ndarray]:
-    """cos and sin^2 of every difference of two bearings."""
+    """Return cos and sin^2 of every difference of two bearings."""
     angle = 2.0 * math.pi / samples * np.arange(samples)
     return np.cos(angle), np.sin(angle) ** 2
 
 
 @kernel
 def disc_range(distance, disc):
-    """Values, limit and margin of a `FreeRange` for smoothed distances (n,), m, and a `DiscInView`."""
+    """Return values, limit and margin of a `FreeRange` for smoothed distances (n,), m, and a `DiscInView`."""
     beams, limit, radius, (margin, least), (cosine, squares), is_merged = disc
     samples, inflated, shut = len(cosine), radius + margin, SHUT * radius
     if is_merged and samples == len(distance):
@@ -169,7 +169,7 @@ def disc_range(distance, disc):
 
 @kernel
 def moving_average(beams, half_width, slack):
-    """The loop of `smoothed_distances`: of some `Beams`, over `half_width` of them to each side."""
+    """Return the loop of `smoothed_distances`: of some `Beams`, over `half_width` of them to each side."""
     distance, range_max, wrap = beams.distances, beams.range_max, beams.seam < np.inf
     n = len(distance)
     jump, limit = JUMP * beams.cover_radius + slack, SAME_SURFACE * beams.cover_radius + slack
@@ -198,7 +198,7 @@ def moving_average(beams, half_width, slack):
 
 @kernel
 def within_sight(limit, beams, radius):
-    """The limit (M,) of `free_limit`, m, reduced where a moving obstacle occludes the space behind it, by some `Beams`.
+    """Return the limit (M,) of `free_limit`, m, reduced where a moving obstacle occludes space, by some `Beams`.
 
     It occludes from the beam before to the beam after each that hit it. Such hits are not eroded: the obstacle will
     have left, and until then obstacle avoidance keeps clear of it.
@@ -224,7 +224,7 @@ def within_sight(limit, beams, radius):
 
 @kernel
 def erode(distance, gap, offset, radius, limit, cosine, sine_squared):
-    """Distance that a disc's centre can move along each bearing, shape (M,), m.
+    """Return the distance that a disc's centre can move along each bearing, shape (M,), m.
 
     With the hits q_j at distance d_j and bearing theta_j,
         Phi_r(theta) = min_j [ d_j cos(D) - sqrt(R_j^2 - d_j^2 sin^2(D)) ],   D = theta - theta_j,

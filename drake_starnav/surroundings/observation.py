@@ -9,7 +9,7 @@ import numpy as np
 from drake_starnav.geometry.se2 import composed, placed
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.surroundings.margins import Margins
-from drake_starnav.surroundings.star_region import StarRegion, clear_of, scan_region
+from drake_starnav.surroundings.star_region import StarRegion, clear_region, scan_region
 from drake_starnav.utils.snapshot import snapshot
 
 
@@ -32,7 +32,7 @@ class Observation:
 
     @staticmethod
     def none() -> "Observation":
-        """The observation before the first scan."""
+        """Return the observation before the first scan."""
         return Observation(None, LaserScan.nothing(), np.zeros(3))
 
     @property
@@ -40,13 +40,13 @@ class Observation:
         """When the scan was taken, s; -inf before the first."""
         return -math.inf if self.region is None else self.scan.time
 
-    def refitted(self, radius: float, margins: Margins) -> "Observation":
-        """The same observation with the region of a robot of another radius (m) or with other margins."""
+    def refit(self, radius: float, margins: Margins) -> "Observation":
+        """Return the same observation with the region of a robot of another radius (m) or with other margins."""
         samples = 0 if self.region is None else len(self.region.free_range)
         region = scan_region(self.scan, self.pose, radius, margins, samples)
-        return dataclasses.replace(self, region=clear_of(region, self.remembered_hits, radius))
+        return dataclasses.replace(self, region=clear_region(region, self.remembered_hits, radius))
 
     def moved(self, frame: np.ndarray) -> "Observation":
-        """The same observation in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""
+        """Return the observation in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""
         region = None if self.region is None else self.region.moved(frame)
         return Observation(region, self.scan, composed(frame, self.pose), placed(frame, self.remembered_hits))

@@ -13,13 +13,13 @@ from drake_starnav.surroundings.erosion import field_of_view
 from drake_starnav.surroundings.surroundings import Surroundings
 
 SHORTEST_WAY = 0.2
-"""Nothing that stands obstructs a robot that is certified to drive farther than this, in its narrow radii."""
+"""Nothing that stands obstructs a robot that is certified to drive farther than this, in its cover radii."""
 AVOIDED = 6.0
 """What moves obstructs it within this distance, and it may be giving way."""
 
 
 def obstruction(surroundings: Surroundings, scan: LaserScan, towards: float, shape: Footprint, pose: np.ndarray) -> str:
-    """What keeps a robot from driving towards a bearing, in words: where it is blind or what is too near; or nothing.
+    """Return in words what keeps a robot from driving towards a bearing: where it is blind, what is too near; or "".
 
     Args:
         surroundings: of the robot; nothing may be known yet.
@@ -30,7 +30,7 @@ def obstruction(surroundings: Surroundings, scan: LaserScan, towards: float, sha
     """
     if not surroundings.has_views:
         return ""
-    star, robot_radius = surroundings.certified_star, shape.narrow
+    star, robot_radius = surroundings.certified_star, shape.cover_radius
     hits, half_gaps = star.boundary
     if not shape.is_disc and len(hits) and (beside := _beside(star, scan, shape, pose)):
         return beside
@@ -70,14 +70,14 @@ def obstruction(surroundings: Surroundings, scan: LaserScan, towards: float, sha
 
 
 def _beside(star: CertifiedStar, scan: LaserScan, shape: Footprint, pose: np.ndarray) -> str:
-    """The hit that is nearest to a footprint, if the robot cannot come nearer; lost beams tell nothing."""
-    points, margin = star.boundary.points, star.radius - shape.narrow
+    """Return the hit that is nearest to a footprint, if the robot cannot come nearer; lost beams tell nothing."""
+    points, margin = star.boundary.points, star.radius - shape.cover_radius
     hits, offset = placed(inverse(pose), points), points - star.center
     turn = np.mod(np.arctan2(offset[:, 1], offset[:, 0]) - star.bearing_0, TURN) / scan.angle_increment
     lost = scan.lost[np.rint(turn).astype(int) % len(scan.ranges)]
     gaps = [math.inf if unseen else distance_to_point(*hit, shape.body) for hit, unseen in zip(hits, lost, strict=True)]
     hit = int(np.argmin(gaps))
-    if gaps[hit] > margin + SHORTEST_WAY * shape.narrow:
+    if gaps[hit] > margin + SHORTEST_WAY * shape.cover_radius:
         return ""
     return (
         f"too near: a hit {gaps[hit]:.3f} m from the footprint, {_direction(math.atan2(*hits[hit, ::-1]))}; the robot "
@@ -86,7 +86,7 @@ def _beside(star: CertifiedStar, scan: LaserScan, shape: Footprint, pose: np.nda
 
 
 def _moving(scan: LaserScan, robot_radius: float) -> str:
-    """The nearest obstacle that moves, if any is near."""
+    """Return the nearest obstacle that moves, if any is near."""
     distance = np.where(scan.moving, scan.distances, math.inf)
     beam = int(np.argmin(distance))
     if distance[beam] > AVOIDED * robot_radius:

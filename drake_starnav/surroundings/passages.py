@@ -13,7 +13,7 @@ MARGIN_STEPS = 2
 
 @kernel
 def with_passages(free, narrow, radius):
-    """The free range with the passages that only a narrower robot fits through, and whether there are any.
+    """Return the free range with the passages that only a narrower robot fits through, and whether there are any.
 
     A passage is a run of bearings at which the narrower robot gets farther by more than PASSAGE_DEPTH. The wider robot
     gets less far than SHUT at every bearing of the run and at both its neighbours: elsewhere the narrower robot would

@@ -16,7 +16,7 @@ from drake_starnav.surroundings.margins import SCAN_PATIENCE, Margins
 from drake_starnav.surroundings.observation import Observation
 from drake_starnav.surroundings.polar_image import covers_full_circle, find_remembered_hits, make_polar_image
 from drake_starnav.surroundings.recent_hits import NO_POINTS
-from drake_starnav.surroundings.star_region import clear_of, scan_region
+from drake_starnav.surroundings.star_region import clear_region, scan_region
 from drake_starnav.surroundings.surroundings import Surroundings, is_on_axis, observe
 from drake_starnav.surroundings.view import RangeSmoothing, View, ViewParams, carry_view, make_view
 from drake_starnav.utils.snapshot import replaced, snapshot
@@ -189,10 +189,10 @@ def make_observation(
         return Observation(None, image, robot_pose)
     first = before.observation.region
     samples = 0 if first is None else len(first.free_range)  # though the number of beams may vary
-    region = scan_region(image, robot_pose, footprint.narrow, margins, samples)
+    region = scan_region(image, robot_pose, footprint.cover_radius, margins, samples)
     remembered = NO_POINTS
     if earlier and is_on_axis(views):
         points = find_remembered_hits(views, earlier).points
-        near = margins.safety_range + 2.0 * (footprint.narrow + margins.safety)
+        near = margins.safety_range + 2.0 * (footprint.cover_radius + margins.safety)
         remembered = placed(robot_pose, points[np.hypot(*points.T) < near])
-    return Observation(clear_of(region, remembered, footprint.narrow), image, robot_pose, remembered)
+    return Observation(clear_region(region, remembered, footprint.cover_radius), image, robot_pose, remembered)

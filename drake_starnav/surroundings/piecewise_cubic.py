@@ -66,7 +66,7 @@ def fit_segments(samples: np.ndarray, breaks: np.ndarray, tolerance: float, one_
 
 @kernel
 def adaptive_fit(samples, lengths, one_sided):
-    """The fields of the `PiecewiseCubic` that `fit_piecewise_cubic` returns; jump and tolerance are `lengths`, m."""
+    """Return the fields of the `PiecewiseCubic` of `fit_piecewise_cubic`; `lengths` are jump and tolerance, m."""
     jump, tolerance = lengths
     count, longest = len(samples), max(len(samples) // LARGEST_SHARE, 1)
     breaks = np.zeros(count + 1, np.int64)
@@ -81,7 +81,7 @@ def adaptive_fit(samples, lengths, one_sided):
 
 @kernel
 def _fit(samples, breaks, tolerance, one_sided):
-    """The fields of a `PiecewiseCubic` with segments between some breaks, as `fit_segments`."""
+    """Return the fields of a `PiecewiseCubic` with segments between some breaks, as `fit_segments`."""
     count = len(samples)
     starts, values, slopes = np.empty(count, np.int64), np.empty(count), np.empty(count)
     stack, abscissa = np.empty((64, 2), np.int64), np.empty(count)
@@ -125,7 +125,7 @@ def _fit(samples, breaks, tolerance, one_sided):
 
 @kernel
 def _least_squares(samples, abscissa):
-    """Cubic fit of samples (n,) on a symmetric abscissa, its first n, where even and odd coefficients decouple."""
+    """Return the cubic fit of samples (n,) on a symmetric abscissa, its first n: even and odd coefficients decouple."""
     n = len(samples)
     if n == 1:
         return samples[0], 0.0, 0.0, 0.0

@@ -98,7 +98,7 @@ def _follow_rays(
     outside: np.ndarray,
     earlier: Sequence[PlacedBeams] = (),
 ) -> tuple[np.ndarray, np.ndarray, float]:
-    """How far each ray is free, shape (BEARINGS,), m, and where it ends; and how far any ray is followed, m.
+    """Return how far each ray is free, shape (BEARINGS,), m, and where it ends; and how far any ray is followed, m.
 
     Up to `outside`, of the same shape, m, it may be outside all views.
     """
@@ -114,7 +114,7 @@ def _follow_rays(
         _cross_view(crossings, scan.beams, (mount.x, mount.y, 1.0, 0.0), (HIT, math.inf), bit)
         far, bit = max(far, view_range(scan, mount)), bit << 1
     for beams, (x, y, yaw) in earlier:
-        _cross_view(crossings, beams, (x, y, math.cos(yaw), math.sin(yaw)), (HIT | MAPPABLE, beams.sight), bit)
+        _cross_view(crossings, beams, (x, y, math.cos(yaw), math.sin(yaw)), (HIT | MAPPABLE, beams.certain_range), bit)
         bit <<= 1
     return *_walk_rays(crossings, outside, far, (1 << len(scans)) - 1), far
 
@@ -131,7 +131,7 @@ def covers_full_circle(views: Sequence[View], footprint: Footprint) -> bool:
 def _covers_full_circle(
     views: tuple[tuple[float, float, int, float], ...], mounts: tuple[Mount, ...], body: Footprint
 ) -> bool:
-    """`covers_full_circle`, of each lidar's first bearing, step, number of beams and range."""
+    """Return `covers_full_circle` by each lidar's first bearing, step, number of beams and range."""
     blank = [LaserScan(0.0, first, step, 0.0, far, np.full(beams, math.inf)) for first, step, beams, far in views]
     distance, kind, _ = _follow_rays(blank, mounts, _own_reach(body) + BODY_SLACK)
     least = min(map(view_range, blank, mounts))
@@ -139,13 +139,13 @@ def _covers_full_circle(
 
 
 def view_range(scan: LaserScan, mount: Mount) -> float:
-    """Distance from the robot's axis up to which a view without hits surely reaches, between beams as well, m."""
+    """Return the distance from the robot's axis up to which a view without hits reaches, between beams as well, m."""
     return scan.range_max * math.cos(0.5 * scan.field_of_view.widest_gap) - mount.offset - ROUNDING
 
 
 @lru_cache(maxsize=16)
 def _own_reach(body: Footprint) -> np.ndarray:
-    """How far the robot reaches along each ray, shape (BEARINGS,), m."""
+    """Return how far the robot reaches along each ray, shape (BEARINGS,), m."""
     if body.is_disc:
         return np.full(BEARINGS, body.radius)
     bearing = TURN / BEARINGS * np.arange(BEARINGS) - math.pi
@@ -250,7 +250,7 @@ def _cross_edge(crossings, start, end, kind, bit):
 
 @kernel
 def _walk_rays(crossings, body, far, now):
-    """How far each ray is free, m, up to `far`, and where it ends; within `body` (m) it may be outside all views.
+    """Return how far each ray is free, m, up to `far`, and where it ends; within `body` (m) it may leave all views.
 
     `now` are the bits of the current views. A surface in an earlier one counts where no later one sees through it.
     """

@@ -20,7 +20,7 @@ SPARE_CELLS = 8
 
 
 def indexed(union: RegionUnion, before: RegionUnion, news: np.ndarray) -> RegionUnion:
-    """A union with an index.
+    """Return a union with an index.
 
     Args:
         union: to index.
@@ -48,7 +48,7 @@ def indexed(union: RegionUnion, before: RegionUnion, news: np.ndarray) -> Region
 
 
 def subset(union: RegionUnion, kept: np.ndarray) -> RegionUnion:
-    """An indexed union of those of its regions that are kept, shape (n,), bool, which have other bits then."""
+    """Return an indexed union of those of its regions that are kept, shape (n,), bool, which have other bits then."""
     if kept.all():
         return union
     marks = _renumbered(union.marks, np.where(kept, np.cumsum(kept) - 1, -1), int(kept.sum()) // WORD + 1)
@@ -57,7 +57,7 @@ def subset(union: RegionUnion, kept: np.ndarray) -> RegionUnion:
 
 @kernel
 def _renumbered(marks, numbers, words):
-    """An index whose regions have other numbers (n,), -1 if they are gone."""
+    """Return an index whose regions have other numbers (n,), -1 if they are gone."""
     out = np.zeros((marks.shape[0], marks.shape[1], words), np.uint64)
     for i in range(marks.shape[0]):
         for j in range(marks.shape[1]):
@@ -72,7 +72,7 @@ def _renumbered(marks, numbers, words):
 
 
 def _cells(union: RegionUnion, members: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The first cell and the one beyond the last that some regions with these values may touch."""
+    """Return the first cell and the one beyond the last that some regions with these values may touch."""
     if not len(members):
         return union.corner, union.corner
     step = 2.0 * math.pi / values.shape[1]

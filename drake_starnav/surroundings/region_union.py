@@ -46,12 +46,12 @@ class RegionUnion(NamedTuple):
 
     @staticmethod
     def none() -> "RegionUnion":
-        """Without regions."""
+        """Return a union without regions."""
         return RegionUnion(np.zeros((0, 2)), np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0)))
 
     @staticmethod
-    def alone(center: np.ndarray, bearing_0: float, values: np.ndarray, slopes: np.ndarray) -> "RegionUnion":
-        """The union of one region, whose arrays of shape (M,) it shares."""
+    def of_star(center: np.ndarray, bearing_0: float, values: np.ndarray, slopes: np.ndarray) -> "RegionUnion":
+        """Return the union of one region, whose arrays of shape (M,) it shares."""
         return RegionUnion(center[None], np.array([bearing_0], dtype=float), values[None], slopes[None])
 
     @property
@@ -70,27 +70,27 @@ class RegionUnion(NamedTuple):
         return CELL * np.vstack((self.corner, self.corner + self.marks.shape[:2]))
 
     def joined(self, other: "RegionUnion") -> "RegionUnion":
-        """The regions of both, without an index."""
+        """Return the regions of both, without an index."""
         if not (self.size and other.size):
             return RegionUnion(*(self if self.size else other).rows)
         return RegionUnion(*(np.concatenate(both) for both in zip(self.rows, other.rows, strict=True)))
 
     def contains(self, points: np.ndarray, slack: float = 0.0) -> np.ndarray:
-        """Whether points in W are in the union, or up to `slack` (m) beyond a boundary; shape (n, 2) -> (n,), bool."""
+        """Return whether points in W are in the union, or up to `slack` (m) beyond it; shape (n, 2) -> (n,), bool."""
         return self.covers(points, slack) >= 0
 
     def covers(self, points: np.ndarray, slack: float = 0.0) -> np.ndarray:
-        """Index of a region that contains each point, as for `contains`, or -1; shape (n, 2) -> (n,)."""
+        """Return the index of a region that contains each point, as for `contains`, or -1; shape (n, 2) -> (n,)."""
         return _covers_at(self, np.ascontiguousarray(points, dtype=float), slack)
 
     def moved(self, frame: np.ndarray) -> "RegionUnion":
-        """The same regions in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""
+        """Return the same regions in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""
         return RegionUnion(placed(frame, self.center), self.bearing_0 + frame[2], self.values, self.slopes)
 
 
 @kernel
 def _covers_at(union, points, slack):
-    """The loop of `RegionUnion.covers`: the region that contains a point is tried first on the next."""
+    """Return the loop of `RegionUnion.covers`: the region that contains a point is tried first on the next."""
     center, bearing_0, values = union.center, union.bearing_0, union.values
     out, last = np.empty(len(points), np.int64), np.int64(-1)  # a literal would compile its callees twice
     for n in range(len(points)):
@@ -103,7 +103,7 @@ def _covers_at(union, points, slack):
 
 @kernel
 def cover_at(union, x, y, slack):
-    """Index of the newest region of a union that contains (x, y), or up to `slack` beyond its boundary, m; or -1."""
+    """Return the index of the newest region that contains (x, y), or up to `slack` beyond its boundary, m; or -1."""
     center, bearing_0, values, marks, corner = union.center, union.bearing_0, union.values, union.marks, union.corner
     if marks.shape[0] == 0:
         for k in range(len(bearing_0) - 1, -1, -1):
@@ -119,7 +119,7 @@ def cover_at(union, x, y, slack):
 
 @leaf
 def newest_around(center, bearing_0, values, marks, cell, place):
-    """The same of the regions in a cell (i, j) of the index, at a place (x, y) with its slack."""
+    """Return the same of the regions in a cell (i, j) of the index, at a place (x, y) with its slack."""
     (i, j), (x, y, slack) = cell, place
     if not (0 <= i < marks.shape[0] and 0 <= j < marks.shape[1]):
         return -1
@@ -135,7 +135,7 @@ def newest_around(center, bearing_0, values, marks, cell, place):
 
 @leaf
 def highest(word):
-    """Number of the highest bit that is set in a word, uint64."""
+    """Return the number of the highest bit that is set in a word, uint64."""
     k = 0
     for shift in (32, 16, 8, 4, 2, 1):
         if word >> np.uint64(shift):
@@ -146,7 +146,7 @@ def highest(word):
 
 @kernel
 def first_gap(union, start, end, guess, radius):
-    """How far from `start` (x, y) the segment to `end` leaves a union, m, at least 1e-9; -1 if it does not.
+    """Return how far from `start` (x, y) the segment to `end` leaves a union, m, at least 1e-9; -1 if it does not.
 
     Samples are LINE_STEP of the robot's radius (m) apart. The one at `guess` (m, 0: none) is tried first, and within a
     gap the middle one is returned: other segments probably leave the union there, too. Of one region many samples are
@@ -192,7 +192,7 @@ def first_gap(union, start, end, guess, radius):
 
 @kernel
 def excess(union, x, y):
-    """How far (x, y) is beyond the boundary of each region along the ray from its centre, at most 0 inside; (n,), m."""
+    """Return how far (x, y) is beyond each region's boundary on the ray from its centre, at most 0 inside; (n,), m."""
     center, bearing_0, values = union.center, union.bearing_0, union.values
     out = np.empty(len(center))
     for k in range(len(out)):
@@ -204,7 +204,7 @@ def excess(union, x, y):
 
 @leaf
 def covers(center, bearing_0, values, k, x, y, slack):
-    """Whether region k of a union with these fields contains (x, y), or up to `slack` beyond its boundary, m."""
+    """Return whether region k of a union with these fields contains (x, y), or up to `slack` beyond its boundary, m."""
     dx, dy = x - center[k, 0], y - center[k, 1]
     squared = dx * dx + dy * dy
     if squared < 1e-12:  # the centre itself
@@ -216,7 +216,7 @@ def covers(center, bearing_0, values, k, x, y, slack):
 
 @kernel
 def _covers_segment(center, bearing_0, values, k, start, end):
-    """Whether region k certainly covers a segment: its values between the bearings of both ends are large enough."""
+    """Return whether region k surely covers a segment: its values between the bearings of the ends are large enough."""
     ax, ay, bx, by = start[0] - center[k, 0], start[1] - center[k, 1], end[0] - center[k, 0], end[1] - center[k, 1]
     if ax * ax + ay * ay < 1e-12:  # no bearing
         ax, ay = bx, by
@@ -236,9 +236,10 @@ def _covers_segment(center, bearing_0, values, k, start, end):
 
 @leaf
 def samples_beside(bearing_0, samples, dx, dy):
-    """Indices of the two samples beside the direction (dx, dy): by a polynomial for its bearing, exact up to 2e-5 rad.
+    """Return the indices of the two samples beside the direction (dx, dy), by a polynomial for its bearing.
 
-    It is several times faster than `atan2`, which decides where a direction is too near to a sample.
+    It is exact up to 2e-5 rad, and several times faster than `atan2`, which decides where a direction is too near to a
+    sample.
     """
     a, b = abs(dx), abs(dy)
     z = min(a, b) / max(a, b) if a + b > 0.0 else 0.0

@@ -49,7 +49,7 @@ def average_scan(recent: RecentHits, scan: LaserScan, pose: np.ndarray, reach: f
 
 
 def mean_scan(observations: Sequence[Observation], reach: float) -> tuple[LaserScan, np.ndarray]:
-    """The last of several scans with averaged ranges, and of how many scans the range of each beam is the mean.
+    """Return the last of several scans with averaged ranges, and of how many scans the range of each beam is the mean.
 
     Args:
         observations: the scans with their poses, oldest first; at least two.
@@ -69,7 +69,7 @@ def mean_scan(observations: Sequence[Observation], reach: float) -> tuple[LaserS
 def _averaged_ranges(
     scan: LaserScan, pose: np.ndarray, hits: np.ndarray, points: np.ndarray, ends: np.ndarray, reach: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The mean ranges of the `hits` (n,) of a scan taken at a pose, and of how many scans each is the mean.
+    """Return the mean ranges of the `hits` (n,) of a scan taken at a pose, and of how many scans each is the mean.
 
     Earlier scans are given by their hits (k, 2), W, m, and where those of each scan `ends`; none beyond `reach` counts.
     """
@@ -85,7 +85,7 @@ def _averaged_ranges(
 
 
 def _seen_again(scan: LaserScan, ranges: np.ndarray, points: np.ndarray, pose: np.ndarray, reach: float) -> np.ndarray:
-    """Points on surfaces that the scan sees: at the range of a neighbouring beam, or between those of both."""
+    """Return points on surfaces that the scan sees: at the range of a neighbouring beam, or between those of both."""
     distance, beam = scan.polar(points, pose)
     left = beam.astype(int)
     wraps = left + 1 >= len(ranges)
@@ -100,7 +100,7 @@ def _seen_again(scan: LaserScan, ranges: np.ndarray, points: np.ndarray, pose: n
 
 @kernel
 def _estimates(measured, rays, points, beam, beams, reach):
-    """Each beam's crossing with a chord of an earlier scan, the one nearest to its measured range, m; or infinity.
+    """Return each beam's crossing with a chord of an earlier scan, nearest to its measured range, m; or infinity.
 
     The points (k, 2) of that scan are relative to the sensor in W, m; `beam` (k,) is the real-valued beam towards each.
     """

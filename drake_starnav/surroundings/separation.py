@@ -84,7 +84,7 @@ def is_collision_free(poses, chords, views, body, limits):
 
 @leaf
 def _keeps_clearance(frames, moved, ends, center, occludes, body, margin):
-    """Whether a body keeps a margin to a chord, with `occludes` to all that it hides as well; m.
+    """Return whether a body keeps a margin to a chord, with `occludes` to all that it hides as well; m.
 
     If it begins nearer to the chord alone, it need only come no nearer.
     """
@@ -104,7 +104,7 @@ def _keeps_clearance(frames, moved, ends, center, occludes, body, margin):
 
 @kernel
 def _occluded_part_stays_free(frames, moved, ends, center, views, body, margin, asked):
-    """Whether all that a chord hides of a body with a margin around it is free, or no nearer than at first."""
+    """Return whether all that a chord hides of a body with a margin around it is free, or no nearer than at first."""
     i, count = 0, len(moved)
     while i < count:
         gap = body_chord_distance(frames[i], ends, center, True, body, margin + moved[-1])
@@ -152,7 +152,7 @@ def body_chord_distance(frame, ends, center, occludes, body, enough):
 
 @leaf
 def _point_chord_distance(x, y, ends, center, occludes):
-    """Distance of a place from a chord and, with `occludes`, all that it hides, m; negative within that."""
+    """Return the distance of a place from a chord and, with `occludes`, all that it hides, m; negative within that."""
     away = math.sqrt(point_to_segment_squared(x, y, ends[0], ends[1], ends[2], ends[3]))
     if not occludes:
         return away
@@ -170,7 +170,7 @@ def _point_chord_distance(x, y, ends, center, occludes):
 
 @kernel
 def _part_chord_distance(chord, rays, polygons, start, end, enough):
-    """`body_chord_distance` of the polygon of these vertices, in the robot's frame."""
+    """Return `body_chord_distance` of the polygon of these vertices, in the robot's frame."""
     ax, ay, bx, by = chord
     best = -np.inf
     for e in range(start, end):
@@ -194,7 +194,7 @@ def _part_chord_distance(chord, rays, polygons, start, end, enough):
 
 @kernel
 def _extent_along(nx, ny, chord, rays):
-    """Least extent of a chord and the rays behind it along a normal, m; minus infinity if the rays lead back."""
+    """Return the least extent of a chord and the rays behind it along a normal, m; -inf if the rays lead back."""
     if nx * rays[0] + ny * rays[1] < -1e-12 or nx * rays[2] + ny * rays[3] < -1e-12:
         return -np.inf
     return min(nx * chord[0] + ny * chord[1], nx * chord[2] + ny * chord[3])

@@ -53,9 +53,9 @@ class StarRegion:
         return float(self.boundary.values.max())
 
     @cached_property
-    def alone(self) -> RegionUnion:
+    def as_union(self) -> RegionUnion:
         """This region as a union."""
-        return RegionUnion.alone(*self.row)
+        return RegionUnion.of_star(*self.row)
 
     @property
     def row(self) -> tuple[np.ndarray, float, np.ndarray, np.ndarray]:
@@ -63,7 +63,7 @@ class StarRegion:
         return self.center, self.bearing_0, self.boundary.values, self.boundary.slopes
 
     def phi(self, theta: np.ndarray | float) -> np.ndarray:
-        """Distance Phi up to which all is inside at bearings theta in W, m; shape of `theta`.
+        """Return the distance Phi up to which all is inside at bearings theta in W, m; shape of `theta`.
 
         Between two samples the smaller one counts: it bounds the free range there.
         """
@@ -73,17 +73,17 @@ class StarRegion:
         return np.minimum(values[left], values[(left + 1) % len(values)])
 
     def contains(self, points: np.ndarray) -> np.ndarray:
-        """Whether points in W are inside, no farther than `phi`; shape (..., 2) -> (...), bool."""
+        """Return whether points in W are inside, no farther than `phi`; shape (..., 2) -> (...), bool."""
         points = np.asarray(points, dtype=float)
-        return self.alone.contains(points.reshape(-1, 2)).reshape(points.shape[:-1])
+        return self.as_union.contains(points.reshape(-1, 2)).reshape(points.shape[:-1])
 
     def moved(self, frame: np.ndarray) -> "StarRegion":
-        """The same region in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""
+        """Return the same region in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""
         center = placed(frame, self.center[None, :])[0]
         return dataclasses.replace(self, center=center, bearing_0=self.bearing_0 + float(frame[2]))
 
     def outline(self, count: int | None = None) -> np.ndarray:
-        """Boundary points in W, shape (about `count`, 2), m; default all M samples."""
+        """Return boundary points in W, shape (about `count`, 2), m; default all M samples."""
         step = 1 if count is None else max(1, math.ceil(len(self.boundary.values) / count))
         phi = self.boundary.values[::step]
         theta = self.bearing_0 + 2.0 * math.pi / len(self.boundary.values) * np.arange(0, len(phi) * step, step)
@@ -91,7 +91,7 @@ class StarRegion:
 
 
 def fit_region(profile: FreeRange, center: np.ndarray, bearing_0: float, fit: Fit = fit_piecewise_cubic) -> StarRegion:
-    """The star-shaped region about `center` in W whose boundary fits a free range, as from `free_range`."""
+    """Return the star-shaped region about `center` in W whose boundary fits a free range, as from `free_range`."""
     return StarRegion(
         center=np.asarray(center, dtype=float),
         bearing_0=bearing_0,
@@ -104,7 +104,7 @@ def fit_region(profile: FreeRange, center: np.ndarray, bearing_0: float, fit: Fi
 
 
 def scan_region(scan: LaserScan, pose: np.ndarray, radius: float, margins: Margins, samples: int = 0) -> StarRegion:
-    """The star-shaped region of one scan.
+    """Return the star-shaped region of one scan.
 
     Args:
         scan: in the sensor frame S, at the robot's centre.
@@ -118,7 +118,7 @@ def scan_region(scan: LaserScan, pose: np.ndarray, radius: float, margins: Margi
 
 
 def cut_back(region: StarRegion, points: np.ndarray, gaps: np.ndarray, radius: float) -> np.ndarray:
-    """The free range of a region, cut back where another scan has hits; shape (M,), m.
+    """Return the free range of a region, cut back where another scan has hits; shape (M,), m.
 
     Args:
         region: made from one scan.
@@ -131,21 +131,21 @@ def cut_back(region: StarRegion, points: np.ndarray, gaps: np.ndarray, radius: f
     return erode(*hits, radius, region.free_range, *bearing_tables(samples))
 
 
-def clear_of(region: StarRegion, places: np.ndarray, radius: float) -> StarRegion:
-    """The part of a region that is farther than `radius` (m) from places (k, 2) in W."""
+def clear_region(region: StarRegion, places: np.ndarray, radius: float) -> StarRegion:
+    """Return the part of a region that is farther than `radius` (m) from places (k, 2) in W."""
     if not len(places):
         return region
     values = cut_back(region, places, np.zeros(len(places)), radius)
-    return region if (values == region.free_range).all() else refitted(region, values)
+    return region if (values == region.free_range).all() else refit_region(region, values)
 
 
-def refitted(region: StarRegion, free_range: np.ndarray) -> StarRegion:
-    """The region with another free range, shape (M,), m."""
+def refit_region(region: StarRegion, free_range: np.ndarray) -> StarRegion:
+    """Return the region with another free range, shape (M,), m."""
     boundary = fit_piecewise_cubic(free_range, region.radius)
     return dataclasses.replace(region, free_range=free_range, boundary=boundary)
 
 
-def united(regions: Iterable[StarRegion]) -> RegionUnion:
-    """The union of regions that share one number of samples M."""
+def unite_regions(regions: Iterable[StarRegion]) -> RegionUnion:
+    """Return the union of regions that share one number of samples M."""
     rows = [region.row for region in regions]
     return RegionUnion(*(np.array(row) for row in zip(*rows, strict=True))) if rows else RegionUnion.none()

@@ -15,10 +15,9 @@ from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.geometry.se2 import composed, now_in
 from drake_starnav.lidar.laser_scan import Beams, LaserScan
 from drake_starnav.surroundings.certified_star import CertifiedStar, certify_star
-from drake_starnav.surroundings.chords import Chords
 from drake_starnav.surroundings.erosion import field_of_view, smoothed_distances
 from drake_starnav.surroundings.initial_free_disc import InitialFreeDisc
-from drake_starnav.surroundings.margins import Margins, ViewRetention
+from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.polar_image import covers_full_circle, make_polar_image
 from drake_starnav.surroundings.recent_hits import NO_POINTS, Hits, RecentHits
 from drake_starnav.surroundings.scan_averaging import AVERAGED_WITHIN, average_scan
@@ -83,7 +82,7 @@ class Surroundings:
         if not self.has_views:
             return False
         limits = ClearanceLimits(margin, self.view.reach - footprint.radius)
-        return bool(is_collision_free(poses, self.chords, self.other_views, footprint.body, limits))
+        return bool(is_collision_free(poses, self.view.chords, self.other_views, footprint.body, limits))
 
     @cached_property
     def near_hits(self) -> np.ndarray:
@@ -100,11 +99,6 @@ class Surroundings:
         view = self.current_views.views[0]
         assert isinstance(view, View)
         return view
-
-    @property
-    def chords(self) -> Chords:
-        """Surfaces, and what hides space from the first lidar."""
-        return self.view.chords
 
     @cached_property
     def other_views(self) -> ViewArrays:
@@ -151,14 +145,15 @@ def observe(
         footprint: of the robot.
         margins: that are kept.
     """
-    radius, time = footprint.narrow + margins.safety, views[0].time
+    radius, time = footprint.cover_radius + margins.safety, views[0].time
     full_circle = covers_full_circle(views, footprint)
     image = make_polar_image(views, footprint, [] if full_circle else before.coarse_views(robot_pose))
     reach = min(margins.safety_range + 2.0 * radius, image.range_max)
     views, recent_hits = find_surfaces(views, before.recent_hits, reach)
     star_image, star_hits = image, recent_hits.hits
     if margins.average_scans and image.motion is None:
-        views, star_hits = average_views(views, before.recent_hits, radius + AVERAGED_WITHIN * footprint.narrow, reach)
+        averaged = radius + AVERAGED_WITHIN * footprint.cover_radius
+        views, star_hits = average_views(views, before.recent_hits, averaged, reach)
         star_image = views[0].scan
     odometer = before.odometer.advance(before.robot_pose, robot_pose) if before.has_views else before.odometer
     past_views = remember_views(before, views, odometer, footprint, margins)
@@ -186,7 +181,7 @@ def find_surfaces(views: Sequence[View], recent: RecentHits, reach: float) -> tu
     for k, view in enumerate(views):
         others = [hits.points for hits in (*near[:k], *near[k + 1 :])]
         points = np.concatenate((recent.hits.points, *others)) if others else recent.hits.points
-        visible = min(reach - view.mount.offset, view.scan.range_max, view.beams.sight)
+        visible = min(reach - view.mount.offset, view.scan.range_max, view.beams.certain_range)
         views_with_hits.append(replaced(view, near_points=near[k].points, recent_points=points, reach=visible))
     latest = near[0] if len(near) == 1 else Hits(*map(np.concatenate, zip(*near, strict=True)))
     return views_with_hits, recent.add_scan(latest)
@@ -217,7 +212,8 @@ def remember_views(
     """Return the past views that still count; the last one is the initial free disc, as long as it does."""
     x, y, yaw = views[0].robot_pose.tolist()
     if before.has_views:
-        retention = view_retention(footprint, margins)
+        reach = margins.safety_range + 2.0 * (footprint.radius + margins.safety)
+        retention = margins.retention._replace(reach=reach, spacing=VIEW_SPACING * footprint.radius)
         past = forget_stale_views(before.past_views, before.current_views, odometer, (x, y), views[0].time, retention)
     else:
         past = begin_history(views, (x, y, yaw), footprint, margins.safety)
@@ -226,12 +222,6 @@ def remember_views(
         disc = disc.cut_by(views[0].chords, tuple(past.poses[-1].tolist()))
         past = past._replace(views=(*past.views[:-1], disc))
     return past
-
-
-def view_retention(footprint: Footprint, margins: Margins) -> ViewRetention:
-    """Return which views count for a robot of a footprint."""
-    reach = margins.safety_range + 2.0 * (footprint.radius + margins.safety)
-    return margins.retention._replace(reach=reach, spacing=VIEW_SPACING * footprint.radius)
 
 
 def begin_history(

@@ -31,13 +31,13 @@ class BodyStep(NamedTuple):
     Attributes:
         body: of the robot.
         first, there: x, y, and cosine and sine of its yaw, where it stands now and where it gets, W.
-        alone: whether it must be free there for good: that nothing comes nearer does not count.
+        must_be_free: whether it must be free there for good: that nothing comes nearer does not count.
     """
 
     body: Body
     first: np.ndarray
     there: np.ndarray
-    alone: bool
+    must_be_free: bool
 
 
 @kernel
@@ -64,10 +64,10 @@ def occluded_part_is_free(step, ends, center, views, margin, asked):
 
 @kernel
 def is_known_free(part, n, views, step, asked):
-    """Whether each place of a convex polygon, the first `n` of `part`, is free, or no nearer to a body than it was.
+    """Return whether a convex polygon, the first `n` of `part`, is free everywhere, or no nearer to a body than it was.
 
     What is not as a whole is cut along the edges of the body where it stands, or halved, down to FINEST. Other
-    arguments as of `is_free`.
+    arguments as for `occluded_part_is_free`.
     """
     if _is_covered(part, n, views, step, asked)[0]:
         return True
@@ -108,18 +108,22 @@ def is_known_free(part, n, views, step, asked):
 
 @kernel
 def _is_covered(part, n, views, step, asked):
-    """Whether all of a polygon is the robot's own place, or was seen in one view, or is no nearer than it was.
+    """Return whether all of a polygon is the robot's own place, or was seen in one view, or is no nearer than it was.
 
-    And an edge that parts what is the robot's own place, as of `body_covers`.
+    And an edge that parts what is the robot's own place, as from `body_covers`.
     """
     own, nx, ny, middle = body_covers(step.first, step.body, part, n, np.inf)
-    free = own or _any_view_covers(part, n, views, asked) or (not step.alone and _distance_not_reduced(part, n, step))
+    free = (
+        own
+        or _any_view_covers(part, n, views, asked)
+        or (not step.must_be_free and _distance_not_reduced(part, n, step))
+    )
     return free, nx, ny, middle
 
 
 @kernel
 def _distance_not_reduced(part, n, step):
-    """Whether the body comes no nearer to any place of a polygon than it is where it stands.
+    """Return whether the body comes no nearer to any place of a polygon than it is where it stands.
 
     A part of it does not if it moves away from the whole polygon along the normals to its corners: the distance is
     convex, and all other normals lie between these. Nor does it if a linear bound, by the normal to the middle, is at
@@ -175,7 +179,7 @@ def _any_view_covers(part, n, views, asked):
 
 @kernel
 def clip_by_half_plane(part, n, nx, ny, offset, out):
-    """What of a convex polygon, the first `n` of `part`, lies where normal @ p <= offset, into `out`; its size."""
+    """Write what of a convex polygon, the first `n` of `part`, has normal @ p <= offset to `out`; return its size."""
     m = 0
     for k in range(n):
         j = k + 1 if k + 1 < n else 0
@@ -194,7 +198,7 @@ def clip_by_half_plane(part, n, nx, ny, offset, out):
 
 @kernel
 def _inflated_part(frame, body, k, margin):
-    """A polygon around the k-th part of a body with a margin, that exceeds it by no more than EXCESS, W."""
+    """Return a polygon around the k-th part of a body with a margin, that exceeds it by no more than EXCESS, W."""
     (x, y, cosine, sine), (vertices, normals, _, stops) = frame, body.polygons
     start, end, size = 0, 1, margin + (0.0 if len(stops) else body.radius)
     if len(stops):
@@ -215,7 +219,7 @@ def _inflated_part(frame, body, k, margin):
 
 @kernel
 def _occluded_polygon(part, ends, center, out):
-    """What a chord hides of a convex polygon, as a polygon into `out`; how many corners it has, 0: nothing."""
+    """Write what a chord hides of a convex polygon to `out`; return how many corners it has, 0: nothing."""
     cx, cy = center
     ax, ay, bx, by = ends[0] - cx, ends[1] - cy, ends[2] - cx, ends[3] - cy
     if ax * by - ay * bx < 0.0:
@@ -241,7 +245,7 @@ def _occluded_polygon(part, ends, center, out):
 
 
 def initial_disc_radius(footprint: Footprint, margin: float, offset: float) -> float:
-    """Radius of the disc, m: in it a robot turns, and then drives off until a lidar sees what is beside it.
+    """Return the radius of the disc, m: in it a robot turns, and then drives off until a lidar sees what is beside it.
 
     Args:
         footprint: of the robot.

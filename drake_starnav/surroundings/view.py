@@ -140,7 +140,7 @@ def make_view(scan: LaserScan, mount: Mount, robot_pose: np.ndarray, previous: V
         previous: view of the scan before; None: there is none.
         params: of robot and lidars.
     """
-    cover_radius = params.footprint.narrow
+    cover_radius = params.footprint.cover_radius
     own_reach = cover_radius - mount.offset
     if (scan.cover_radius, scan.thinnest) != (cover_radius, params.thinnest):
         scan = dataclasses.replace(scan, cover_radius=cover_radius, thinnest=params.thinnest)

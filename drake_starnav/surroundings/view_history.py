@@ -98,32 +98,21 @@ def forget_stale_views(
     """
     views, (x, y) = latest.views + past.views, position
     keeps_all = any(not view.beams.complete for view in latest.views)
-    limits = _Limits(x, y, time - retention.age, odometer.way - retention.way, odometer.turn - retention.turn)
+    least = time - retention.age, odometer.way - retention.way, odometer.turn - retention.turn
+    lengths = retention.reach, retention.spacing
     has_disc = bool(views) and isinstance(views[-1], InitialFreeDisc)
-    counts, rows = _still_count(
-        latest.rows, past.rows, (has_disc, keeps_all), limits, retention.reach, retention.spacing
-    )
+    counts, rows = _still_count(latest.rows, past.rows, (has_disc, keeps_all), (x, y), least, lengths)
     return ViewHistory(tuple(compress(views, counts.tolist())), rows)
 
 
-class _Limits(NamedTuple):
-    """What a view must not fall below: place of the robot, W, m, and least time, s, way, m, and turn, rad."""
-
-    x: float
-    y: float
-    time: float
-    way: float
-    turn: float
-
-
 @kernel
-def _still_count(latest, past, flags, limits, reach, spacing):
+def _still_count(latest, past, flags, position, least, lengths):
     """Return which views still count, and their rows; arguments as of `forget_stale_views`, views by their rows.
 
     `flags` are whether the last one is the initial free disc, and whether views from one place count, too, since each
-    saw what others lost.
+    saw what others lost; `least` time, s, way, m, and turn, rad, count, and `lengths` are reach and spacing, m.
     """
-    (has_disc, keeps_all), count, rows = flags, len(latest), np.concatenate((latest, past))
+    (has_disc, keeps_all), (reach, spacing), count, rows = flags, lengths, len(latest), np.concatenate((latest, past))
     counts, older, end = np.ones(len(rows), np.bool_), 2 * count, len(rows) - has_disc
     if len(rows) > older > 0:
         if older == end or keeps_all or _are_apart(rows[count], rows[older], spacing):
@@ -134,8 +123,8 @@ def _still_count(latest, past, flags, limits, reach, spacing):
     remaining = 0
     for k in range(len(rows)):
         x, y, _, time, way, turn = rows[k]
-        is_fresh = time >= limits.time and way >= limits.way and turn >= limits.turn
-        counts[k] &= is_fresh and math.hypot(x - limits.x, y - limits.y) < reach
+        is_fresh = time >= least[0] and way >= least[1] and turn >= least[2]
+        counts[k] &= is_fresh and math.hypot(x - position[0], y - position[1]) < reach
         remaining += counts[k] and k < end
     while remaining > MOST_VIEWS * max(count, 1):  # of the two that differ least the older one is dropped
         least, superfluous = np.inf, end

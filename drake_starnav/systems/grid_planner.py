@@ -48,7 +48,7 @@ class GridPlanner(LeafSystem):
     """
 
     def __init__(self, robot_radius: float = USUAL_COVER_RADIUS) -> None:
-        """`robot_radius`: its narrow radius, m."""
+        """`robot_radius`: its cover radius, m."""
         super().__init__()
         self._radius = robot_radius
         self._observation = self.DeclareAbstractInputPort("observation", Value(Observation.none()))
@@ -80,4 +80,4 @@ class GridPlanner(LeafSystem):
 
 def grid_astar(scenario: Any) -> dict[str, Any]:
     """Return what drives in the place of our parts: the planner, before our controller and shield."""
-    return {"planner": GridPlanner(scenario.robot.shape.narrow)}
+    return {"planner": GridPlanner(scenario.robot.shape.cover_radius)}

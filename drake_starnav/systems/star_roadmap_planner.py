@@ -33,7 +33,7 @@ from drake_starnav.utils.stopwatch import Stopwatch
 from drake_starnav.utils.timing import EARLY
 
 STANDSTILL, STAND = 4.0, 0.2
-"""A robot stands still if it moves no farther than the second, in its narrow radii, in the first, s."""
+"""A robot stands still if it moves no farther than the second, in its cover radii, in the first, s."""
 HALF_TURNS = 1.5
 """Or in the time for this many half turns, if that is longer."""
 NO_WAY = "no way is left but through"
@@ -112,7 +112,7 @@ class StarRoadmapPlanner(LeafSystem):
             stopwatch: notes `plan` times, of updates in which the roadmap was searched, if given.
         """
         super().__init__()
-        ahead = time_from_rest(PROGRESS_DISTANCE * robot.shape.narrow, robot.max_speed, robot.max_acceleration)
+        ahead = time_from_rest(PROGRESS_DISTANCE * robot.shape.cover_radius, robot.max_speed, robot.max_acceleration)
         planner = dataclasses.replace(planner, progress_timeout=max(planner.progress_timeout, 1.5 * ahead))
         self._planner, self._goal_tolerance, self._step = planner, goal_tolerance, step
         self._robot, self._margins = robot, margins
@@ -123,7 +123,7 @@ class StarRoadmapPlanner(LeafSystem):
         self._heading = self.DeclareVectorInputPort("heading", 1)
         self._surroundings = self.DeclareAbstractInputPort("surroundings", Value(Surroundings.unknown()))
         walls = self._walls(closed_areas)
-        initial = PlannerState.initial(planner, robot.shape.narrow, robot.radius, walls)
+        initial = PlannerState.initial(planner, robot.shape.cover_radius, robot.radius, walls)
         inputs = self._observation, self._goal, self._heading
         self._plans = ScanState(self, _Plan(initial), self._after, inputs, stamp=self._stamp)
         own, depends = StarRoadmapPlanner, {self._plans.ticket}
@@ -155,7 +155,7 @@ class StarRoadmapPlanner(LeafSystem):
             time,
             self._planner,
             self._margins,
-            self._robot.shape.narrow,
+            self._robot.shape.cover_radius,
             self._goal_tolerance,
             interval,
             self._body(context),
@@ -175,7 +175,7 @@ class StarRoadmapPlanner(LeafSystem):
         walls = NOTHING_CLOSED
         for each in closed_areas:
             distance, name = each.margin - self._margins.least, each.name or "a KeepOut"
-            walls = walls.walled(each.corners, distance, name, self._robot.shape.narrow)
+            walls = walls.walled(each.corners, distance, name, self._robot.shape.cover_radius)
         return walls
 
     def _body(self, context: Context) -> Body | None:
@@ -222,7 +222,7 @@ class StarRoadmapPlanner(LeafSystem):
             return f"blind: no scan that measures anything has arrived for {silent:.1f} s"
         pose, goal = self._pose.Eval(context), self._goal.Eval(context)
         (x, y, yaw), place = pose.tolist(), pose[:2]
-        moved = distance_to(place, plan.stand) > STAND * robot.shape.narrow
+        moved = distance_to(place, plan.stand) > STAND * robot.shape.cover_radius
         if moved or distance_to(place, goal) <= self._goal_tolerance:
             return ""
         seen = self._observation.Eval(context)
@@ -233,7 +233,7 @@ class StarRoadmapPlanner(LeafSystem):
             reason = obstruction(self._surroundings.Eval(context), seen.scan, towards, robot.shape, pose)
             if reason:
                 return reason
-        reach = robot.shape.narrow + margins.least + SHORTEST_WAY * robot.shape.narrow
+        reach = robot.shape.cover_radius + margins.least + SHORTEST_WAY * robot.shape.cover_radius
         wall = plan.state.roadmap.closures.cause_near(placed(pose, robot.shape.cover), reach)
         if wall:
             return f"too near: {wall}, which the robot keeps out of"

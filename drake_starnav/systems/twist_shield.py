@@ -13,7 +13,7 @@ from drake_starnav.errors import StarnavError, shown
 from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.motion import Actuation, BrakingMotion, roll_out
 from drake_starnav.safety.certificates import Certificate, standard_certificates
-from drake_starnav.safety.shield import braking_twist, ramped_twist, shielded
+from drake_starnav.safety.shield import braking_twist, ramped_twist, shield_twist
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.surroundings import Surroundings
 from drake_starnav.systems.release import declare_value
@@ -75,7 +75,7 @@ class Unshielded(LeafSystem):
         if certified_by is None:
             driven, certified = ramped_twist(twist, target, self._actuation), False
         else:
-            driven, certified = shielded(pose, twist, target, *certified_by)
+            driven, certified = shield_twist(pose, twist, target, *certified_by)
         self._stopwatch.note("command", begin, since=count)
         twist[:] = driven
         values.get_mutable_value(self._certified)[0] = certified

@@ -34,7 +34,7 @@ class BodyMarks:
             return
         self._shape = shape
         width = 0.5 * self._scale * meshes.LINE_WIDTH
-        self._stage.swap("footprint", meshes.rim(shape, min(width, 0.2 * shape.narrow)), time, key="robot")
+        self._stage.swap("footprint", meshes.rim(shape, min(width, 0.2 * shape.cover_radius)), time, key="robot")
         self._stage.swap("front", meshes.front(shape, 2.0 * width), time, key="robot")
 
     def draw_velocities(self, time: float) -> None:

@@ -229,7 +229,7 @@ def rim(shape: Footprint, width: float) -> Mesh:
 def front(shape: Footprint, least: float) -> Mesh:
     """A triangle that points ahead to the front of a footprint, in the robot's frame; at least so long, m."""
     x = float(shape.outline[:, 0].max())
-    length = max(0.45 * shape.narrow, least)
+    length = max(0.45 * shape.cover_radius, least)
     tip = np.array([(x, 0.0), (x - length, 0.5 * length), (x - length, -0.5 * length)])
     return Mesh(_raised(tip, LAYERS["front"].height), np.array([(0, 1, 2)], np.int32))
 

@@ -263,7 +263,7 @@ class StarRoadmapVisualizer(LeafSystem):
         """Draw the frontiers with their points, and the dead ends, if they may have changed."""
         if state.roadmap is self._drawn.roadmap:
             return
-        lines = state.frontiers(self._robot.shape.narrow)
+        lines = state.frontiers(self._robot.shape.cover_radius)
         edges = meshes.segments(lines, 0.5 * self._line, LAYERS["frontiers/extendable"].height)
         self.stage.swap("frontiers/extendable", edges, time)
         points = _apart_from(np.zeros((0, 2)), _middles(lines), SPACING * self._node)

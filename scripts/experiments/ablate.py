@@ -63,7 +63,7 @@ INTERPRETED = {
 }
 UNCERTIFIED = {
     **INTERPRETED,
-    "drake_starnav.systems.twist_shield.shielded": replacements.uncertified_twist,
+    "drake_starnav.systems.twist_shield.shield_twist": replacements.uncertified_twist,
     f"{FOLLOWING}.free_heading": replacements.same_direction,
 }
 

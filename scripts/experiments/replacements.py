@@ -94,7 +94,7 @@ def zero(*arguments: Any) -> float:
 def uncertified_twist(
     pose: np.ndarray, twist: np.ndarray, desired: np.ndarray, certificates: tuple, actuation: Actuation
 ) -> tuple[np.ndarray, bool]:
-    """For `shielded`: whatever is desired, ramped."""
+    """For `shield_twist`: whatever is desired, ramped."""
     return ramped_twist(twist, desired, actuation), True
 
 

@@ -12,7 +12,7 @@ from drake_starnav.robot.motion import roll_out
 from drake_starnav.safety.certificates import accepted, standard_certificates
 from drake_starnav.safety.moving_certificate import STANDING_SPEED, MovingCertificate
 from drake_starnav.surroundings.region_union import RegionUnion
-from drake_starnav.surroundings.star_region import scan_region, united
+from drake_starnav.surroundings.star_region import scan_region, unite_regions
 from drake_starnav.surroundings.surroundings import Surroundings
 from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
@@ -54,7 +54,7 @@ def obstacle(position: tuple[float, float], velocity: tuple[float, float]) -> Tr
 def known() -> tuple[RegionUnion, Surroundings]:
     """What the robot knows of an empty hall."""
     scan, pose = cast(hall()), np.zeros(3)
-    regions = united((scan_region(scan, pose, ROBOT.radius, MARGINS),))
+    regions = unite_regions((scan_region(scan, pose, ROBOT.radius, MARGINS),))
     return regions, observe_scan(scan, pose, ROBOT.radius + 0.01, 1.2)
 
 

@@ -21,7 +21,7 @@ from drake_starnav.robot import BASES, RobotParameters
 from drake_starnav.robot.limits import HEADING_GAIN, aimed
 from drake_starnav.surroundings.recent_hits import Hits
 from drake_starnav.surroundings.region_union import RegionUnion
-from drake_starnav.surroundings.star_region import united
+from drake_starnav.surroundings.star_region import unite_regions
 from drake_starnav.utils.snapshot import replaced
 from tests.helpers.motions import limited_twist, only_star, stepped
 from tests.helpers.scans import RADIUS, seeds, smooth_region
@@ -113,7 +113,7 @@ def test_at_the_last_way_point_there_is_nowhere_to_go():
 
 def test_modulation_ends_near_the_short_term_goal():
     region = smooth_region(np.random.default_rng(2), np.array((-1.0, 0.2)))
-    regions = united((region,))
+    regions = unite_regions((region,))
     for away, bent in ((MODULATION_DISTANCE * RADIUS - 0.01, False), (MODULATION_DISTANCE * RADIUS + 0.01, True)):
         path = away * np.array(((0.6, 0.8),))
         *direction, _ = guiding_vector(0.0, 0.0, path, regions, RADIUS)

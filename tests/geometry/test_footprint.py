@@ -43,14 +43,14 @@ def test_discs_cover_every_convex_polygon(points):
     shape = footprint(tuple(map(tuple, shapely.get_coordinates(hull)[:-1].tolist())))
     inside = np.random.default_rng(0).dirichlet(np.ones(len(shape.parts[0])), 200) @ shape.parts[0]
     away = np.hypot(*np.moveaxis(inside[:, None] - shape.cover, -1, 0)).min(axis=1)
-    assert away.max() <= shape.narrow + 1e-9
+    assert away.max() <= shape.cover_radius + 1e-9
     assert np.hypot(*inside.T).max() <= shape.radius + 1e-9
     assert (inside @ shape.polygons.normals.T <= shape.polygons.offsets + 1e-9).all()
 
 
 def test_a_disc_is_one_disc_and_turns_on_the_spot():
     shape = disc(0.3)
-    assert (shape.narrow, shape.radius, shape.lever, len(shape.cover)) == (0.3, 0.3, 0.0, 1)
+    assert (shape.cover_radius, shape.radius, shape.lever, len(shape.cover)) == (0.3, 0.3, 0.0, 1)
     assert covered(shape, np.array((1.0, 2.0, 3.0))).area == pytest.approx(math.pi * 0.09, rel=0.01)
 
 

@@ -73,7 +73,7 @@ def observe_scan(
 ) -> Surroundings:
     """The surroundings after one more scan of a lidar on the axis of a robot that keeps `radius` from hits, m."""
     shape = shape or disc(RADIUS)
-    margins = dataclasses.replace(MARGINS, safety=radius - shape.narrow, safety_range=reach)
+    margins = dataclasses.replace(MARGINS, safety=radius - shape.cover_radius, safety_range=reach)
     view = make_view(scan, ON_AXIS, pose, None, ViewParams(shape))
     return observe(before or Surroundings.unknown(), [view], pose, shape, margins)
 

@@ -56,14 +56,14 @@ def seen_by(world: World, pose: np.ndarray, shape: Footprint, rng: np.random.Gen
         place = pose + (step * math.cos(pose[2]), step * math.sin(pose[2]), 0.0)
         scan = cast(world, place, beams=720)
         scan = scan if rng is None else noisy(scan, NOISE, rng)
-        seen = observe_scan(scan, place, shape.narrow + MARGIN, 2.0, seen, shape)
+        seen = observe_scan(scan, place, shape.cover_radius + MARGIN, 2.0, seen, shape)
     return replaced(seen, past_views=ViewHistory())  # the last view alone
 
 
 def tried(seed: int, shape: Footprint, noise: bool, robot: RobotParameters) -> tuple[bool, float]:
     """Whether a random command beside random obstacles is accepted; and the least distance that it would keep, m."""
     rng = np.random.default_rng(seed)
-    world = scattered(rng, discs=14, walls=8, clear=shape.narrow + 0.02)
+    world = scattered(rng, discs=14, walls=8, clear=shape.cover_radius + 0.02)
     while True:
         pose = np.array((*rng.uniform(-0.6, 0.6, 2), rng.uniform(-math.pi, math.pi)))
         if body_clearance(world, pose[None], shape)[0] > MARGIN + 0.01:

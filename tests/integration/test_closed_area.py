@@ -48,7 +48,7 @@ def test_a_declared_zone_is_driven_round_and_kept(model: str, tmp_path) -> None:
     states = np.genfromtxt(tmp_path / "states.csv", delimiter=",", names=True)
     places = np.column_stack((states["x"], states["y"]))
     dock, slow = scenario.zones
-    assert signed_distance(dock.corners, places).min() > scenario.robot.shape.narrow
+    assert signed_distance(dock.corners, places).min() > scenario.robot.shape.cover_radius
     assert states["v"][signed_distance(slow.corners, places) < 0.0].max() < 0.3 + 0.01
 
 

@@ -166,7 +166,7 @@ def test_where_the_thinnest_obstacle_counts_none_fits_between_known_beams_and_th
         0.0, 0.0, 0.01, 0.0, 5.0, [np.nan, 2.0, np.nan, np.nan, 3.0, np.nan], lost_beams=True, thinnest=0.03
     )
     np.testing.assert_allclose(seen.distances, [0.0, 2.0, 1.0, 1.0, 3.0, 0.0])
-    assert seen.beams.sight == pytest.approx(3.0)
+    assert seen.beams.certain_range == pytest.approx(3.0)
     whole = dataclasses.replace(scan(), thinnest=0.03)
     np.testing.assert_array_equal(whole.distances, scan().distances)
 

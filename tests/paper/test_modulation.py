@@ -24,7 +24,7 @@ from drake_starnav.paper.pid import authors_pid, turn_towards
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.limits import HEADING_GAIN
-from drake_starnav.surroundings.star_region import united
+from drake_starnav.surroundings.star_region import unite_regions
 from drake_starnav.surroundings.surroundings import Surroundings
 from tests.helpers.scans import RADIUS, seeds, smooth_region
 
@@ -35,7 +35,7 @@ def unit(angle: float) -> np.ndarray:
 
 def modulation_matrix(region, point: np.ndarray, sigma: float) -> tuple[np.ndarray, float]:
     """M = E D E^-1 and Gamma by the region's boundary, as it is sampled, and NumPy's inverse."""
-    offset, stack = point - region.center, united([region])
+    offset, stack = point - region.center, unite_regions([region])
     theta, distance = math.atan2(offset[1], offset[0]), np.hypot(*offset)
     phi, slope = boundary_at(stack.values[0], stack.slopes[0], stack.bearing_0[0], theta)
     gamma = (phi / distance) ** sigma
@@ -56,13 +56,13 @@ def test_overlapping_regions_are_summed_with_the_weights_of_the_paper(seed):
     inside = [(matrix, max(gamma, 1.0)) for matrix, gamma in matrices if gamma > 1.0]
     weights = sum(weight for _, weight in inside)
     expected = sum(weight / weights * matrix @ guide for matrix, weight in inside) if inside else guide
-    found = modulated_vector(point, guide, united(regions))
+    found = modulated_vector(point, guide, unite_regions(regions))
     np.testing.assert_allclose(found, expected, rtol=1e-6, atol=1e-6)
 
 
 def test_at_its_reference_point_a_region_does_not_modulate():
     region = smooth_region(np.random.default_rng(3), np.array((0.4, -0.2)))
-    found = modulated_vector(region.center, np.array((1.5, 0.5)), united([region]))
+    found = modulated_vector(region.center, np.array((1.5, 0.5)), unite_regions([region]))
     np.testing.assert_allclose(found, (1.5, 0.5), rtol=1e-9)
 
 

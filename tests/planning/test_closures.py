@@ -68,9 +68,9 @@ def test_a_way_is_closed_at_its_narrowest_place_ahead():
 def test_the_way_of_a_robot_that_is_no_disc_is_closed_whichever_way_it_faces():
     pose = np.array((0.0, 0.05, 2.0))
     scan = cast(DOOR, pose, beams=720)
-    seen = Observation(scan_region(scan, pose, SHAPE.narrow, MARGINS), scan, pose)
+    seen = Observation(scan_region(scan, pose, SHAPE.cover_radius, MARGINS), scan, pose)
     now = PlannerInput(
-        seen, pose[:2], np.array((1.6, 0.0)), 0.0, PARAMETERS, MARGINS, SHAPE.narrow, body=body(DOOR, pose)
+        seen, pose[:2], np.array((1.6, 0.0)), 0.0, PARAMETERS, MARGINS, SHAPE.cover_radius, body=body(DOOR, pose)
     )
     first = plan_step(PlannerState.initial(PARAMETERS, SHAPE.radius), now)
     assert not len(failed(first)) and not first.doubting
@@ -89,14 +89,14 @@ def test_a_gap_in_which_a_polygon_has_failed_is_closed_from_side_to_side(shape):
     for x in (0.2, 0.9):
         world, pose[0] = wall_with_door(half), x
         scan = cast(world, pose, beams=720)
-        seen = Observation(scan_region(scan, pose, robot.narrow, MARGINS), scan, pose)
+        seen = Observation(scan_region(scan, pose, robot.cover_radius, MARGINS), scan, pose)
         goal, own = np.array(world.goal), body(world, pose, robot)
-        now = PlannerInput(seen, pose[:2], goal, 0.0, PARAMETERS, MARGINS, robot.narrow, body=own)
-        after = closed(plan_step(PlannerState.initial(PARAMETERS, robot.narrow), now), goal[None], now)
-        sides = np.linspace(-half + robot.narrow, half - robot.narrow, 20)
+        now = PlannerInput(seen, pose[:2], goal, 0.0, PARAMETERS, MARGINS, robot.cover_radius, body=own)
+        after = closed(plan_step(PlannerState.initial(PARAMETERS, robot.cover_radius), now), goal[None], now)
+        sides = np.linspace(-half + robot.cover_radius, half - robot.cover_radius, 20)
         away = np.hypot(failed(after)[:, :1] - 1.0, failed(after)[:, 1:] - sides).min(axis=0)
-        assert ((away < CLOSED * robot.narrow) | (np.hypot(x - 1.0, sides) < 2.0 * robot.narrow)).all()
-        assert (np.hypot(*(failed(after) - pose[:2]).T) > CLOSED * robot.narrow).all()
+        assert ((away < CLOSED * robot.cover_radius) | (np.hypot(x - 1.0, sides) < 2.0 * robot.cover_radius)).all()
+        assert (np.hypot(*(failed(after) - pose[:2]).T) > CLOSED * robot.cover_radius).all()
 
 
 def test_a_closure_into_which_the_robot_has_come_does_not_shut_it_in():

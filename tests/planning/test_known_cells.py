@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from drake_starnav.planning.distance_grid import STRIDE
 from drake_starnav.planning.known_cells import BLOCK, OFF
 from drake_starnav.planning.roadmap import StarRoadmap, revised, with_node
-from drake_starnav.surroundings.star_region import clear_of
+from drake_starnav.surroundings.star_region import clear_region
 from tests.helpers.scans import MARGINS, RADIUS, seeds, wandered
 
 
@@ -14,7 +14,7 @@ def assert_counts_the_cells_of_its_regions(roadmap: StarRoadmap) -> None:
     first, whole, part = roadmap.known
     cells = np.argwhere(np.ones_like(part))
     middles = (cells + BLOCK * first + OFF) * (roadmap.hits.resolution * STRIDE)
-    count = sum(region.alone.contains(middles).astype(int) for region in roadmap.regions)
+    count = sum(region.as_union.contains(middles).astype(int) for region in roadmap.regions)
     np.testing.assert_array_equal(part.ravel() + whole[*(cells // BLOCK).T], count)
     low, high = ((BLOCK * edge + OFF) * (roadmap.hits.resolution * STRIDE) for edge in (first, first + whole.shape))
     edges = np.vstack([region.outline() for region in roadmap.regions])
@@ -28,7 +28,7 @@ def test_a_cell_is_known_while_a_region_covers_its_middle(seed):
     assert_counts_the_cells_of_its_regions(roadmap)
     rng = np.random.default_rng(seed)
     places = rng.uniform(-4.0, 4.0, (3, 2))
-    cut = [clear_of(region, places, 0.3) for region in roadmap.regions]
+    cut = [clear_region(region, places, 0.3) for region in roadmap.regions]
     less = revised(roadmap, cut, MARGINS, RADIUS)
     assert_counts_the_cells_of_its_regions(less)
     dropped = [None if k == 1 else region for k, region in enumerate(cut)]

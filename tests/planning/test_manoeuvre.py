@@ -29,7 +29,7 @@ LIMITS = RobotParameters().limits
 
 
 def body(world: World, pose: np.ndarray, shape: Footprint = SHAPE, base: Base = BASE) -> Body:
-    surroundings = observe_scan(cast(world, pose, beams=720), pose, shape.narrow + MARGIN, 2.0, shape=shape)
+    surroundings = observe_scan(cast(world, pose, beams=720), pose, shape.cover_radius + MARGIN, 2.0, shape=shape)
     return Body(shape, surroundings, MARGIN, base.moves(shape.radius, LIMITS), LIMITS, base)
 
 

@@ -18,7 +18,7 @@ from drake_starnav.planning.map_revision import (
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.roadmap import StarRoadmap, extended, revised
 from drake_starnav.surroundings.region_union import RegionUnion
-from drake_starnav.surroundings.star_region import clear_of, cut_back
+from drake_starnav.surroundings.star_region import clear_region, cut_back
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import MARGINS, RADIUS, cast, explored, noisy, observed, seeds, segment_distance, wandered
 
@@ -174,7 +174,7 @@ def test_a_revision_equals_a_roadmap_made_anew(seed, kept):
     for _ in range(2):
         places, more = rng.uniform(-2.0, 2.0, (2, 2)), roadmap.nodes[-1]
         regions = [
-            clear_of(region, places, RADIUS + region.margin) if rng.random() < 0.5 else region
+            clear_region(region, places, RADIUS + region.margin) if rng.random() < 0.5 else region
             for region in roadmap.regions
         ]
         regions = [region if rng.random() < kept else None for region in regions]

@@ -19,7 +19,7 @@ from drake_starnav.planning.monitoring import (
 )
 from drake_starnav.planning.roadmap import StarRoadmap
 from drake_starnav.surroundings import Observation, StarRegion
-from drake_starnav.surroundings.star_region import scan_region, united
+from drake_starnav.surroundings.star_region import scan_region, unite_regions
 from tests.helpers.scans import MARGINS, RADIUS, cast, free_point, in_view, wandered
 
 PARAMETERS = PlannerParameters()
@@ -64,7 +64,7 @@ def test_a_check_finds_what_its_parts_find_alone() -> None:
         inside = stack.contains(place[None])[0]
         hits = impassable_points(now.observation, MARGINS, RADIUS)
         away = np.linalg.norm(state.optimistic_path[1::2, None] - hits[None], axis=2)
-        here = united([region])
+        here = unite_regions([region])
         near = state.optimistic_path[: 1 + int((arc_lengths(state.optimistic_path)[1:] < NEXT * RADIUS).sum())]
         ahead = [k for k, point in enumerate(near) if in_view(here, place, point)]
         way = np.vstack((state.path, state.optimistic_path))
@@ -75,7 +75,7 @@ def test_a_check_finds_what_its_parts_find_alone() -> None:
         assert check.passed == passed
         assert check.strayed == (inside and not in_view(stack, place, state.path[passed]))
         assert check.doubtful == bool((roadmap.hits.distance(way) < RADIUS).any())
-        assert points_ahead(state.optimistic_path, *place, region.alone, RADIUS) == max(ahead, default=-1)
+        assert points_ahead(state.optimistic_path, *place, region.as_union, RADIUS) == max(ahead, default=-1)
         for name, value in check._asdict().items():
             found.setdefault(name, set()).add(value)
     assert all(len(values) > 1 for values in found.values()), found

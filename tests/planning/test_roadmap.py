@@ -6,10 +6,10 @@ from hypothesis import given, settings
 
 from drake_starnav.planning.closed_places import CLOSED
 from drake_starnav.planning.parameters import PlannerParameters
-from drake_starnav.planning.roadmap import StarRoadmap, extended, refitted, revised, uncovered_share
+from drake_starnav.planning.roadmap import StarRoadmap, extended, refit_regions, revised, uncovered_share
 from drake_starnav.planning.state import PlannerState
 from drake_starnav.surroundings.region_union import RegionUnion
-from drake_starnav.surroundings.star_region import clear_of, united
+from drake_starnav.surroundings.star_region import clear_region, unite_regions
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import MARGINS, RADIUS, cast, distance, explored, observed, seeds, wandered
 
@@ -39,9 +39,9 @@ def test_snapshots_are_unchanged_by_later_ones(seed):
         scan = cast(world, pose)
         extended(roadmap, observed(scan, pose), MARGINS, RADIUS)
     revised(
-        roadmap, [clear_of(region, np.ones((1, 2)), CLOSED * RADIUS) for region in roadmap.regions], MARGINS, RADIUS
+        roadmap, [clear_region(region, np.ones((1, 2)), CLOSED * RADIUS) for region in roadmap.regions], MARGINS, RADIUS
     )
-    refitted(roadmap, dataclasses.replace(MARGINS, preferred=0.0), RADIUS)
+    refit_regions(roadmap, dataclasses.replace(MARGINS, preferred=0.0), RADIUS)
     assert_same(roadmap, copy)
     np.testing.assert_array_equal(roadmap.hits.distance(probes), known)
 
@@ -55,7 +55,7 @@ def test_the_uncovered_share_is_that_of_random_points_in_the_region(seed):
     points = region.center + rng.uniform(-region.reach, region.reach, (20000, 2))
     points = points[region.contains(points)]
     new = ~np.any([other.contains(points) for other in others], axis=0)
-    assert uncovered_share(region, united(others)) == pytest.approx(new.mean(), abs=0.03)
+    assert uncovered_share(region, unite_regions(others)) == pytest.approx(new.mean(), abs=0.03)
     assert uncovered_share(region, roadmap.union) == 0.0
     assert uncovered_share(region, RegionUnion.none()) == 1.0
 

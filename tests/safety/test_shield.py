@@ -12,7 +12,7 @@ from drake_starnav.robot import BASES, RobotParameters
 from drake_starnav.robot.base import SHARES
 from drake_starnav.robot.motion import roll_out
 from drake_starnav.safety.clear import STOPPED_DISTANCE, Clear
-from drake_starnav.safety.shield import certified_twist, ramped_twist, shielded
+from drake_starnav.safety.shield import certified_twist, ramped_twist, shield_twist
 from drake_starnav.surroundings.surroundings import Surroundings
 from tests.helpers.motions import PERIOD, actuation, limited_twist, only_star, starred_twist
 
@@ -83,11 +83,11 @@ def test_the_ordinary_case_in_one_call_drives_what_the_certificates_do_one_by_on
         pose = np.array((edge - rng.uniform(0.0, 1.0 / braking), 0.0, 0.5 * rng.random()))
         twist, desired = (robot.drive.saturated(rng.uniform(-2.5, 2.5, size), robot.limits) for _ in range(2))
         target, certified = certified_twist(pose, twist, desired, (star,), now)
-        driven, accepted = shielded(pose, twist, desired, (star,), now)
+        driven, accepted = shield_twist(pose, twist, desired, (star,), now)
         assert accepted == certified
         np.testing.assert_array_equal(driven, ramped_twist(twist, target, now))
-        assert not shielded(pose, twist, desired, (star, REFUSING), now)[1]
-        assert not shielded(pose, twist, desired, (REFUSING,), now)[1]
+        assert not shield_twist(pose, twist, desired, (star, REFUSING), now)[1]
+        assert not shield_twist(pose, twist, desired, (REFUSING,), now)[1]
         ordinary += certified and (target == desired).all()
         motion = roll_out(pose, twist, desired, now)
         sliding += star.accepts(motion) and not motion.grips

@@ -220,9 +220,9 @@ def test_the_drift_s_part_bounds_it_for_a_base_that_drives_on_while_it_turns(rat
 
 @given(st.floats(0.0, 0.2), st.floats(0.0, 0.2), st.floats(-1.0, 1.0), st.sampled_from(["jackal", "carrier", "carbot"]))
 def test_the_slip_s_part_bounds_how_far_the_corners_of_a_footprint_get_astray(left, right, turning, model) -> None:
-    """Whatever the robot does until it stands, on wheels as near to each other as its narrow radius."""
+    """Whatever the robot does until it stands, on wheels as near to each other as its cover radius."""
     robot = load_scenario("forest", overrides=[f"robot.model={model}"]).robot
-    limits, step, slip, half = robot.limits, 1e-3, max(left, right), 0.5 * robot.shape.narrow
+    limits, step, slip, half = robot.limits, 1e-3, max(left, right), 0.5 * robot.shape.cover_radius
     v, omega, hold, heading = robot.max_speed, turning * robot.max_yaw_rate, 1.0 / RATE, 0.0
     while v > 0.0 or abs(omega) > 0.0:
         if model == "carbot":

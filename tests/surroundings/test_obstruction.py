@@ -20,7 +20,7 @@ AHEAD, BEHIND = 0.0, math.radians(130.0)
 def said(scan: LaserScan, towards: float = AHEAD, yaw: float = 2.0, shape: Footprint = DISC) -> str:
     """Why a robot that took a scan anywhere does not drive towards a bearing."""
     pose = np.array((3.0, -1.0, yaw))
-    surroundings = observe_scan(scan, pose, shape.narrow + MARGIN, REACH, shape=shape)
+    surroundings = observe_scan(scan, pose, shape.cover_radius + MARGIN, REACH, shape=shape)
     return obstruction(surroundings, scan, towards, shape, pose)
 
 

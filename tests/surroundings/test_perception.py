@@ -68,9 +68,9 @@ def test_the_region_of_a_limited_view_ends_at_what_was_hit_beside_the_view() -> 
     region = state.observation.region
     assert region is not None
     assert not state.observation.scan.hits.any() and len(state.observation.remembered_hits)
-    again = state.observation.refitted(RADIUS, MARGINS).region
+    again = state.observation.refit(RADIUS, MARGINS).region
     assert again is not None and np.array_equal(again.free_range, region.free_range)
-    wider = state.observation.refitted(RADIUS + 0.05, MARGINS).region
+    wider = state.observation.refit(RADIUS + 0.05, MARGINS).region
     assert wider is not None and wider.free_range.sum() < region.free_range.sum()
     around = 0.05 + RADIUS - 0.01
     ring = post + around * np.column_stack((np.cos(np.linspace(0, 6.28, 99)), np.sin(np.linspace(0, 6.28, 99))))

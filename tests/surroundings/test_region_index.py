@@ -7,7 +7,7 @@ import numpy as np
 from drake_starnav.surroundings.piecewise_cubic import fit_piecewise_cubic
 from drake_starnav.surroundings.region_index import indexed, subset
 from drake_starnav.surroundings.region_union import RegionUnion, cover_at
-from drake_starnav.surroundings.star_region import StarRegion, united
+from drake_starnav.surroundings.star_region import StarRegion, unite_regions
 
 
 def spiky_region(rng: np.random.Generator) -> StarRegion:
@@ -33,25 +33,25 @@ def assert_answers_of_a_loop_over_all(union: RegionUnion, rng: np.random.Generat
 def test_a_union_in_which_regions_were_replaced_answers_as_a_loop_over_all_regions() -> None:
     rng = np.random.default_rng(0)
     regions = [spiky_region(rng) for _ in range(70)]
-    before = indexed(united(regions), RegionUnion.none(), np.arange(70))
+    before = indexed(unite_regions(regions), RegionUnion.none(), np.arange(70))
     changed = rng.random(70) < 0.2
     revised = [
         dataclasses.replace(spiky_region(rng), center=region.center, bearing_0=region.bearing_0) if new else region
         for region, new in zip(regions, changed, strict=True)
     ]
-    after = indexed(united(revised), before, np.flatnonzero(changed))
+    after = indexed(unite_regions(revised), before, np.flatnonzero(changed))
     assert_answers_of_a_loop_over_all(after, rng)
     assert_answers_of_a_loop_over_all(before, rng)  # it has not changed
     for _ in range(2):
         longer = [*revised, spiky_region(rng)]
-        assert_answers_of_a_loop_over_all(indexed(united(longer), after, np.array([70])), rng)
+        assert_answers_of_a_loop_over_all(indexed(unite_regions(longer), after, np.array([70])), rng)
 
 
 def test_a_union_without_some_regions_answers_as_a_loop_over_the_others() -> None:
     rng = np.random.default_rng(1)
     regions = [spiky_region(rng) for _ in range(70)]
     kept = rng.random(70) < 0.6
-    fewer = subset(indexed(united(regions), RegionUnion.none(), np.arange(70)), kept)
+    fewer = subset(indexed(unite_regions(regions), RegionUnion.none(), np.arange(70)), kept)
     np.testing.assert_array_equal(
         fewer.center, [region.center for region, stays in zip(regions, kept, strict=True) if stays]
     )

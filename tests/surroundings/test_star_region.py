@@ -9,7 +9,7 @@ from drake_starnav.surroundings.erosion import FreeRange, free_range
 from drake_starnav.surroundings.star_region import (
     StarRegion,
     fit_region,
-    united,
+    unite_regions,
 )
 from tests.helpers.scans import MARGINS, RADIUS, cast, scattered, seeds
 
@@ -79,7 +79,7 @@ def test_a_region_in_another_frame_contains_the_same_points(seed):
     frame = rng.uniform(-3.0, 3.0, 3)
     points = region.center + rng.uniform(-3.0, 3.0, (500, 2))
     there = placed(frame, points)
-    union, offset = united((region,)).moved(frame), points - region.center
+    union, offset = unite_regions((region,)).moved(frame), points - region.center
     share = np.hypot(*offset.T) / np.maximum(region.phi(np.arctan2(offset[:, 1], offset[:, 0])), 1e-9)
     away = np.abs(share - 1.0) > 1e-2  # not where rounding decides
     assert np.mean(region.moved(frame).contains(there[away]) == region.contains(points[away])) > 0.99

@@ -10,7 +10,7 @@ from pydrake.geometry import Meshcat
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
-from drake_starnav.planning.roadmap import refitted
+from drake_starnav.planning.roadmap import refit_regions
 from drake_starnav.safety import KeepOut, SpeedZone
 from drake_starnav.scenario.schema import RecordingParameters
 from drake_starnav.visualization import meshes
@@ -147,7 +147,7 @@ def test_no_keyframe_lies_ahead_of_the_run(script):
 def test_a_rebuilt_roadmap_replaces_all_regions(log):
     last = log[-1]["planner_state"]
     less = dataclasses.replace(MARGINS, preferred=MARGINS.preferred - 0.01)
-    narrow = refitted(last.roadmap, less, ROBOT.radius)
+    narrow = refit_regions(last.roadmap, less, ROBOT.radius)
     after = {**log[-1], "planner_state": dataclasses.replace(last, roadmap=narrow)}
     script = play([*log, after, after])
     old, new = script.visible("regions", 60), script.visible("regions", 61)

@@ -41,7 +41,7 @@ class Rooms:
         Raises:
             StarnavError: the robot does not fit through a door or beside the goal.
         """
-        self._check_sizes(robot.radius, robot.narrow)
+        self._check_sizes(robot.radius, robot.cover_radius)
         n, side = self.count, self.count * _SIZE
         joined = _joined_rooms(n, _SHUT, rng)
         polygons = []
