@@ -1,6 +1,8 @@
 """Measure the cost of faults in sensing and drive.
 
 Run: python scripts/experiments/fault_table.py --trials 50 --out out/faults
+
+scripts/maintenance/write_tables.py writes the table of what benchmarks/results/faults holds into docs/faults.md.
 """
 
 import argparse
@@ -8,15 +10,16 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from drake_starnav.evaluation.summary import markdown_table, number
+from drake_starnav.evaluation.summary import compare, markdown_table, number
+from drake_starnav.evaluation.trial_file import read_trials
 from scripts.experiments.experiment import (
     Results,
     add_rows,
     check_rows,
-    comparison_cells,
-    comparison_head,
+    count,
     experiment,
     experiment_parser,
+    of_scenario,
     run_experiment,
 )
 
@@ -51,6 +54,7 @@ ROWS: dict[str, tuple[str, ...]] = {
     "all_moderate": TOGETHER,
 }
 """The overrides of each row; the first row is the reference."""
+Row = tuple[str, ...]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -70,13 +74,30 @@ def measure_faults(options: argparse.Namespace) -> Results:
 
 
 def fault_table(results: Results, scenarios: Sequence[str]) -> str:
-    """A Markdown table with a row for each fault; times are compared with the first row's, where both reached."""
+    """Return the table as Markdown."""
+    return markdown_table(*head_and_rows(results, scenarios))
+
+
+def head_and_rows(results: Results, scenarios: Sequence[str]) -> tuple[Row, list[Row]]:
+    """Return the table's head, and a row for each fault; times are over the first row's, where both reached."""
+    head = ("declared", "reached", "collisions", f"time / none: {', '.join(scenarios)}", "least clearance, mm")
     rows = []
     for name, records in results.items():
         clearances = [r["min_clearance_m"] for r in records if r.get("min_clearance_m") is not None]
-        cells = comparison_cells(records, results["none"], scenarios)
-        rows.append((", ".join(ROWS[name]) or name, *cells, number(min(clearances, default=None), 0, 1e3)))
-    return markdown_table(("faults", *comparison_head(scenarios, "none"), "least clearance mm"), rows)
+        pairs = [(of_scenario(records, each), of_scenario(results["none"], each)) for each in scenarios]
+        times = ", ".join(number(compare(*pair).time_ratio, 2) for pair in pairs)
+        reached = f"{count(records, 'reached')} of {len(records)}"
+        least = number(min(clearances, default=None), 0, 1e3)
+        declared = ROWS[name][0] if len(ROWS[name]) == 1 else name
+        rows.append((declared, reached, str(count(records, "collision")), times, least))
+    return head, rows
+
+
+def stored_table(folder: Path) -> tuple[Row, list[Row]]:
+    """Return head and rows of the table of the trials that a folder holds."""
+    files = {name: read_trials(folder / f"{name}.jsonl") for name in ROWS}
+    scenarios = list(dict.fromkeys(case["scenario"] for case in files["none"][0]["cases"]))
+    return head_and_rows({name: records for name, (_, records) in files.items()}, scenarios)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Write docs/ports.md, docs/parameters.md, docs/examples and the tables of docs/worlds.md and SAFETY.md.
+"""Write docs/ports.md, docs/parameters.md, docs/examples and the tables of other pages.
 
 Run: python scripts/maintenance/write_tables.py [--check]
 """
@@ -61,6 +61,7 @@ from drake_starnav.visualization.star_roadmap_visualizer import StarRoadmapVisua
 from drake_starnav.visualization.timeline import SceneRecorder, SceneTimeline
 from drake_starnav.worlds import WORLD_KINDS, World
 from drake_starnav.worlds.moving_obstacles import MovingObstacles
+from scripts.experiments.fault_table import stored_table
 from scripts.maintenance.example_pages import example_pages
 
 ROOMS = (drake_starnav.systems, drake_starnav.station, drake_starnav.visualization)
@@ -69,7 +70,9 @@ ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 WRITTEN = "<!-- written by `python scripts/maintenance/write_tables.py`; change the code, not this file -->"
 DIAGRAMS = DOCS / "images" / "diagrams"
-WORLDS_PAGE, SAFETY_PAGE = DOCS / "worlds.md", ROOT / "SAFETY.md"
+WORLDS_PAGE, FAULTS_PAGE, SAFETY_PAGE = DOCS / "worlds.md", DOCS / "faults.md", ROOT / "SAFETY.md"
+FAULTS = ROOT / "benchmarks" / "results" / "faults"
+"""The trials of scripts/experiments/fault_table.py that docs/faults.md quotes."""
 BEGIN = "<!-- tables: written by `python scripts/maintenance/write_tables.py`; change the code, not these -->"
 END = "<!-- end of the tables -->"
 
@@ -316,6 +319,12 @@ def worlds_page() -> str:
     return _with_tables(WORLDS_PAGE, [table(("world", "what it is"), what), table(("world", *PARAMETER_HEAD), rows)])
 
 
+def faults_page() -> str:
+    """The text of docs/faults.md: what is written there by hand, with the table of the stored trials up to date."""
+    head, rows = stored_table(FAULTS)
+    return _with_tables(FAULTS_PAGE, [table(head, [(f"`{declared}`", *cells) for declared, *cells in rows])])
+
+
 def safety_page() -> str:
     """The text of SAFETY.md: what is written there by hand, with the formula of the margins up to date."""
     terms = [(f"`{'+' if k else 'e ='} {entry.text}`", entry.meaning) for k, entry in enumerate(TERMS)]
@@ -345,6 +354,7 @@ PAGES = {
     "docs/ports.md": ports_page,
     "docs/parameters.md": parameters_page,
     "docs/worlds.md": worlds_page,
+    "docs/faults.md": faults_page,
     "SAFETY.md": safety_page,
     "docs/paper.md": paper_page,
     **example_pages(),
