@@ -18,9 +18,9 @@ USUAL_COVER_RADIUS = 0.25
 """Narrow radius of the default robot, m."""
 LARGEST_UNSEEN = 0.25
 """Where nobody needs certainty, an obstacle of this width is assumed wherever lost beams would hide it, m."""
-STATIC, UNKNOWN, DYNAMIC = 0, 1, 2
-"""What is known about the motion of the obstacle that a beam hit."""
-HIT, MOVING, LOST, MAPPABLE = 1, 2, 4, 8
+STATIC, STANDING, UNKNOWN, DYNAMIC = range(4)
+"""What is known about the motion of the obstacle that a beam hit; STANDING: it is static now, and may start to move."""
+HIT, MOVING, LOST, MAPPABLE, MAY_LEAVE = 1, 2, 4, 8, 16
 """What a beam may be, as bits; see `Beams`."""
 NOT_TRACKED, NO_BOUNDS = np.zeros(0, np.int8), np.zeros(0)
 LEAST = math.ulp(0.0)
@@ -46,16 +46,18 @@ class Beams(NamedTuple):
             HIT: it hit a static or possibly moving obstacle; includes -inf (too close), not NaN.
             MOVING: on a moving obstacle. LOST: without a measurement (NaN).
             MAPPABLE: to be remembered: neither lost nor on a moving or possibly moving obstacle.
+            MAY_LEAVE: on an obstacle that moves, may do so, or may start to.
         complete: whether no beam is lost.
         certain_range: up to where the thinnest obstacle does not fit between two neighbouring beams, m.
 
     What a beam is, by where it ended; lost ones and those on a moving obstacle tell nothing of static obstacles:
 
     ```
-                                      HIT  MOVING  LOST  MAPPABLE
+                                      HIT  MOVING  LOST  MAPPABLE  MAY_LEAVE
     static obstacle (STATIC)           x                    x
-    possibly moving one (UNKNOWN)      x
-    moving obstacle (DYNAMIC)                x
+    one that may start (STANDING)      x                    x          x
+    possibly moving one (UNKNOWN)      x                               x
+    moving obstacle (DYNAMIC)                x                         x
     no return (+inf)                                        x
     no measurement (NaN)                            x
     ```
@@ -87,8 +89,9 @@ def classified(ranges, motion, free, thinnest, range_max, increment, seam):
     complete = True
     for i in range(n):
         lost, known = math.isnan(ranges[i]), motion[i] if len(motion) else STATIC
-        kinds[i] = MOVING * (known == DYNAMIC) | LOST * lost | MAPPABLE * (known == STATIC and not lost)
+        kinds[i] = MOVING * (known == DYNAMIC) | LOST * lost | MAPPABLE * (known <= STANDING and not lost)
         kinds[i] |= HIT * (ranges[i] < range_max and known != DYNAMIC)  # never if lost
+        kinds[i] |= MAY_LEAVE * (known != STATIC and not lost)
         distance[i] = min(max(ranges[i], 0.0), range_max)
         if lost:
             complete = False
@@ -143,8 +146,8 @@ class LaserScan:
         time_increment: time from beam to beam, s; 0: all at once; negative: the last is measured first.
         scan_time: time between scans, s; 0 when there is no rate.
         lost_beams: whether beams may have no measurement.
-        motion: shape (n,), motion of the obstacle that each beam hit: STATIC, UNKNOWN or DYNAMIC. A beam of the last
-            kind saw free space up to the obstacle, but no static obstacle. None: everything is static.
+        motion: shape (n,), motion of the obstacle that each beam hit: STATIC, STANDING, UNKNOWN or DYNAMIC. A beam of
+            the last kind saw free space up to the obstacle, but no static obstacle. None: everything is static.
         free: shape (n,), distance up to which space is free along each lost beam, m. None: its neighbours bound it.
         cover_radius: of the robot, by which surfaces are told apart, m; set by `make_view`.
         thinnest: width of the thinnest obstacle that must not be missed, m; set by `make_view` for the certificate.
@@ -288,6 +291,11 @@ class LaserScan:
     def mappable(self) -> np.ndarray:
         """Beams that are MAPPABLE, see `Beams`, shape (n,), bool."""
         return self.beams.kinds & MAPPABLE != 0
+
+    @property
+    def may_leave(self) -> np.ndarray:
+        """Beams that are MAY_LEAVE, see `Beams`, shape (n,), bool."""
+        return self.beams.kinds & MAY_LEAVE != 0
 
     @property
     def bearings(self) -> np.ndarray:

@@ -42,7 +42,8 @@ def closed(state: PlannerState, way: np.ndarray, inputs: PlannerInput) -> Planne
 def reopened(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     """The state without the closures in which the robot stands: they only seem to shut it in, as it has come there.
 
-    If it stands in none, with walls alone, in doubt: from then on looking in vain closes nothing. Regions are whole
+    If it stands in none, with walls alone, in doubt: from then on looking in vain closes nothing. So it does while it
+    waits for what may leave, and then without any closure: what closed its ways may have been that. Regions are whole
     again but for what stays closed, and hits are gone that the latest scans saw through. If nothing of all that is
     left to be done, this is `state`.
     """
@@ -50,14 +51,15 @@ def reopened(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     seen = forget_contradicted(nodes, state.recent, inputs.robot_radius)
     if seen is nodes and state.doubting and not len(failed):
         return state
-    within = np.hypot(*(failed - inputs.position).T) <= CLOSED * inputs.robot_radius
+    waits = state.wait is not None
+    within = (np.hypot(*(failed - inputs.position).T) <= CLOSED * inputs.robot_radius) | waits
     closures = dataclasses.replace(state.roadmap.closures, failed=failed[~within] if within.any() else EMPTY_PATH)
     roadmap = dataclasses.replace(state.roadmap, closures=closures, nodes=seen)
     if seen is not nodes:
         hits = stamped_anew(roadmap.hits.emptied(), closures, seen, inputs.margins, inputs.robot_radius)
         roadmap = dataclasses.replace(roadmap, hits=hits)
     roadmap = refit_regions(roadmap, inputs.margins, inputs.robot_radius)
-    state = dataclasses.replace(state, roadmap=roadmap, doubting=state.doubting or not within.any())
+    state = dataclasses.replace(state, roadmap=roadmap, doubting=state.doubting or waits or not within.any())
     latest = len(roadmap) > 0 and roadmap.nodes[-1].scan is inputs.observation.scan
     return state if latest else with_latest(state, inputs)
 

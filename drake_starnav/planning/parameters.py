@@ -39,6 +39,15 @@ class PlannerParameters(Checked, place="planner"):
         high=600.0,
         when="raise it for a robot that waits longer for what is in its way",
     )
+    obstacle_patience: float = parameter(
+        0.0,
+        "time for which the robot waits where no way is left but past something that is small enough to be one of the "
+        "declared obstacles, and may leave; 0: as long as it drives",
+        unit="s",
+        low=0.0,
+        high=86400.0,
+        when="set it where the goal is to be given up, as nobody may leave",
+    )
     grid_resolution: float = parameter(
         0.0,
         f"cell size of the distance grid; 0: {CELL:g} of the robot's radius",

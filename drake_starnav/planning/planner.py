@@ -5,7 +5,6 @@ import math
 import numpy as np
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.lidar.laser_scan import STATIC
 from drake_starnav.planning.closures import AVERAGED_SCANS, barred_by, closed, hidden, reopened, too_narrow, with_latest
 from drake_starnav.planning.guidance import PASSED_DISTANCE, Guidance
 from drake_starnav.planning.impassable import impassable_points
@@ -15,7 +14,7 @@ from drake_starnav.planning.map_revision import remaining
 from drake_starnav.planning.monitoring import PlanCheck, check_plan, distance_to, points_ahead
 from drake_starnav.planning.roadmap import StarRoadmap, revised, uncovered_share
 from drake_starnav.planning.route import Route, find_route
-from drake_starnav.planning.state import EMPTY_PATH, UNSET_POSITION, PlannerInput, PlannerState, PlannerStatus
+from drake_starnav.planning.state import EMPTY_PATH, UNSET_POSITION, PlannerInput, PlannerState, PlannerStatus, Wait
 from drake_starnav.surroundings.observation import Observation
 from drake_starnav.surroundings.obstruction import AVOIDED
 from drake_starnav.surroundings.region_union import cover_at
@@ -142,7 +141,7 @@ def _forget_hits(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     """Return the state with an empty roadmap: of the places that are closed only walls are kept."""
     walls = replaced(state.roadmap.closures, failed=EMPTY_PATH)
     roadmap = StarRoadmap.empty(inputs.parameters, inputs.robot_radius, inputs.swept_radius, walls)
-    return replaced(state, status=PlannerStatus.WAITING, roadmap=roadmap, node_position=UNSET_POSITION)
+    return replaced(state, roadmap=roadmap, node_position=UNSET_POSITION)
 
 
 def _progress(inputs: PlannerInput) -> float:
@@ -227,8 +226,8 @@ def _planned(state: PlannerState, stalled: bool, inputs: PlannerInput) -> Planne
     """The state with a new path; if there is none, the goal is unreachable.
 
     At the first look the scan may be at fault: one that shows no way at all is forgotten. So is one in which the robot
-    cannot move, for what is in its way hides the rest, and may leave. While something is near that may stand aside,
-    what was remembered may have been its like: that is forgotten, and planned anew.
+    cannot move, for what is in its way hides the rest, and may leave. While something is near that may leave, the robot
+    waits; where that moves, hits are forgotten, as they may have been of its like.
     """
     region = inputs.observation.region
     assert region is not None
@@ -256,9 +255,26 @@ def _planned(state: PlannerState, stalled: bool, inputs: PlannerInput) -> Planne
     if boxed_in:
         return state
     scan = inputs.observation.scan
-    if scan.motion is not None and _is_near(scan.distances[scan.hits & (scan.motion != STATIC) | scan.moving], inputs):
-        return _forget_hits(state, inputs)
-    return replaced(state, status=PlannerStatus.UNREACHABLE, barred_by=barred_by(state, inputs))
+    if not _is_near(scan.distances[scan.may_leave], inputs):
+        return replaced(state, status=PlannerStatus.UNREACHABLE, barred_by=barred_by(state, inputs))
+    state = wait_for_obstacle(state, inputs)
+    moves = _is_near(scan.distances[scan.may_leave & ~scan.mappable], inputs)
+    return _forget_hits(state, inputs) if moves and state.wait is not None else state
+
+
+def wait_for_obstacle(state: PlannerState, inputs: PlannerInput) -> PlannerState:
+    """Return the state of a robot that waits for what bars its way; after `obstacle_patience` s it gives its goal up.
+
+    The time begins anew where the robot has come nearer to its goal since.
+    """
+    distance, patience = distance_to(inputs.position, inputs.goal), inputs.parameters.obstacle_patience
+    wait = state.wait
+    if wait is None or distance < wait.distance - _progress(inputs):
+        wait = Wait(inputs.time, distance)
+    if patience and inputs.time - wait.since > patience:
+        said = f"an obstacle that may move, for which the robot has waited {patience:g} s"
+        return replaced(state, status=PlannerStatus.UNREACHABLE, wait=None, barred_by=said)
+    return replaced(state, status=PlannerStatus.WAITING, wait=wait)
 
 
 def _searched(

@@ -28,6 +28,18 @@ STRAIGHT = 0.08
 """Frontiers are shown as lines that are off by up to this, in radii of the robot."""
 
 
+class Wait(NamedTuple):
+    """A robot waits as no way is left but past what may leave.
+
+    Attributes:
+        since: when that began, s.
+        distance: from the robot to its goal then, m.
+    """
+
+    since: float
+    distance: float
+
+
 class PlannerStatus(Enum):
     """The planner's current activity.
 
@@ -64,6 +76,7 @@ class PlannerState:
         manoeuvring: of a robot that is no disc.
         aside: guidance that precedes the path, to turn to what is to be seen or to what the latest scan shows; or None.
         facing_time: since when the robot has stood, or faced its path, without progress, s.
+        wait: for what may leave, until a way is found nearer to the goal; None: there was none.
         barred_by: the causes of closures but for which there might be a way, once none is left; empty: there are none.
     """
 
@@ -83,6 +96,7 @@ class PlannerState:
     manoeuvring: Manoeuvring = Manoeuvring()
     aside: Guidance | None = None
     facing_time: float = 0.0
+    wait: Wait | None = None
     barred_by: str = ""
 
     @staticmethod
@@ -112,6 +126,7 @@ class PlannerState:
             doubting=False,
             recent=(),
             aside=None,
+            wait=None,
             began_with_map=len(self.roadmap) > 0,
         )
 

@@ -87,11 +87,15 @@ def _beside(star: CertifiedStar, scan: LaserScan, shape: Footprint, pose: np.nda
 
 def _moving(scan: LaserScan, robot_radius: float) -> str:
     """Return the nearest obstacle that moves, if any is near."""
-    distance = np.where(scan.moving, scan.distances, math.inf)
-    beam = int(np.argmin(distance))
-    if distance[beam] > AVOIDED * robot_radius:
+    if not (scan.distances[scan.moving] <= AVOIDED * robot_radius).any():
         return ""
-    return f"too near: an obstacle that moves, at {distance[beam]:.2f} m, {_direction(scan.bearings[beam])}"
+    return f"too near: an obstacle that moves, {place_of_nearest(scan, scan.moving)}"
+
+
+def place_of_nearest(scan: LaserScan, beams: np.ndarray) -> str:
+    """Say where the nearest is that some beams (n,), bool, have hit: its distance, m, and its bearing in S."""
+    beam = int(np.argmin(np.where(beams, scan.distances, math.inf)))
+    return f"at {scan.distances[beam]:.2f} m, {_direction(scan.bearings[beam])}"
 
 
 def _direction(bearing: float) -> str:

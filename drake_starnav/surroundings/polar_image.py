@@ -19,7 +19,7 @@ from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.geometry.polyline import third_side
 from drake_starnav.geometry.se2 import placed
 from drake_starnav.lidar.field_of_view import TURN, FieldOfView
-from drake_starnav.lidar.laser_scan import HIT, MAPPABLE, MOVING, Beams, LaserScan
+from drake_starnav.lidar.laser_scan import HIT, MAPPABLE, MAY_LEAVE, MOVING, Beams, LaserScan
 from drake_starnav.lidar.mounts import Mount
 from drake_starnav.surroundings.bearing_hits import CONNECTED_CHORD
 from drake_starnav.surroundings.chords import ROUNDING
@@ -33,8 +33,8 @@ BODY_SLACK = 0.001
 """Views may begin this far outside the robot, m: within the margin that is kept from everything, numerics."""
 PARALLEL = 1e-9
 """Sine of the angle up to which an edge counts as lying on a ray."""
-SURFACE, DOUBTED, MOVER, OPEN, FREE = range(5)
-"""Where a ray ends: at what is STATIC, UNKNOWN or DYNAMIC, by these numbers, at unknown space, at its range."""
+SURFACE, STANDER, DOUBTED, MOVER, OPEN, FREE = range(6)
+"""Where a ray ends: at what is STATIC, STANDING, UNKNOWN or DYNAMIC, by these numbers, at unknown space, at its end."""
 PlacedBeams = tuple[Beams, np.ndarray]
 """Beams of a view, and its pose (x, y, yaw) in the robot's frame B."""
 
@@ -59,8 +59,8 @@ def make_polar_image(
     outside = _own_reach(footprint) + BODY_SLACK
     distance, kind, far = _follow_rays(scans, mounts, outside, earlier)
     for scan, mount in zip(scans, mounts, strict=True):
-        kinds = np.where(scan.mappable[scan.hits], SURFACE, DOUBTED)
-        _add_thin_obstacles(distance, kind, smoothed_hits(scan, mount), kinds)
+        kinds = np.where(scan.mappable, np.where(scan.may_leave, STANDER, SURFACE), DOUBTED)
+        _add_thin_obstacles(distance, kind, smoothed_hits(scan, mount), kinds[scan.hits])
     if earlier:
         remembered = find_remembered_hits(views, earlier)
         _add_thin_obstacles(distance, kind, remembered, np.full(len(remembered.points), SURFACE))
@@ -167,7 +167,7 @@ class _Crossings(NamedTuple):
     Attributes:
         distance: shape (BEARINGS, CROSSINGS), m.
         view: bit of the lidar whose view the edge bounds, of that shape.
-        kind: SURFACE, DOUBTED, MOVER or OPEN, of that shape.
+        kind: SURFACE, STANDER, DOUBTED, MOVER or OPEN, of that shape.
         number: of all crossings of each ray, shape (BEARINGS,), also of those that are too far away to be kept.
         inside: bits of the views in which each ray begins, of that shape: those whose edges it crosses an odd number of
             times.
@@ -200,7 +200,8 @@ def _cross_view(crossings, beams, place, sees, bit):
         j = (i + 1) % n
         a, b = distance[i], distance[j]
         if hits[i] and hits[j] and third_side(a, b, seam if j == 0 else cosine) < connected:
-            kinds[2 * i] = SURFACE if beams.kinds[i] & beams.kinds[j] & MAPPABLE else DOUBTED
+            both = beams.kinds[i] & beams.kinds[j]
+            kinds[2 * i] = DOUBTED if not both & MAPPABLE else STANDER if both & MAY_LEAVE else SURFACE
         else:
             kinds[2 * i] = MOVER if (beams.kinds[i] if a < b else beams.kinds[j]) & MOVING else OPEN
             a = b = min(a, b, sight)

@@ -24,7 +24,7 @@ from drake_starnav.robot.limits import time_from_rest
 from drake_starnav.safety import KeepOut
 from drake_starnav.surroundings import Observation
 from drake_starnav.surroundings.margins import Margins
-from drake_starnav.surroundings.obstruction import SHORTEST_WAY, obstruction
+from drake_starnav.surroundings.obstruction import SHORTEST_WAY, obstruction, place_of_nearest
 from drake_starnav.surroundings.surroundings import Surroundings
 from drake_starnav.systems.release import declare_value, declare_vector
 from drake_starnav.systems.scan_state import ScanState
@@ -227,6 +227,9 @@ class StarRoadmapPlanner(LeafSystem):
             return ""
         seen = self._observation.Eval(context)
         path = plan.state.guidance.path
+        if plan.state.wait is not None and seen.scan.may_leave.any():
+            where = place_of_nearest(seen.scan, seen.scan.may_leave)
+            return f"waits for an obstacle that may leave, {where}: no other way is left"
         to_x, to_y = (path[0] if len(path) else goal).tolist()
         if self._surroundings.HasValue(context):
             towards = math.atan2(to_y - y, to_x - x) - yaw

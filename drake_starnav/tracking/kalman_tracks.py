@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_starnav.geometry.compiled import kernel
-from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, UNKNOWN, LaserScan, placed_ends
+from drake_starnav.lidar.laser_scan import DYNAMIC, STANDING, STATIC, UNKNOWN, LaserScan, placed_ends
 from drake_starnav.tracking.clusters import (
     SMALLEST_RADIUS,
     clusters,
@@ -194,7 +194,7 @@ def updated(
     if parameters.guarded:
         standing = grown(points[judged.may_start & ~doubtful], 0.0)
         after = replaced(after, standing=standing, occlusions=occlusion_points(scan, pose))
-    motion = judged.motion.copy()
+    motion = np.where(judged.may_start & (judged.motion == STATIC), STANDING, judged.motion)
     if len(after):
         tracked = owner >= 0
         motion[tracked & doubtful & after.confirmed[owner]] = DYNAMIC

@@ -81,7 +81,7 @@ def fault_table(results: Results, scenarios: Sequence[str]) -> str:
 def head_and_rows(results: Results, scenarios: Sequence[str]) -> tuple[Row, list[Row]]:
     """Return the table's head, and a row for each fault; times are over the first row's, where both reached."""
     head = ("declared", "reached", "collisions", f"time / none: {', '.join(scenarios)}", "least clearance, mm")
-    rows = []
+    rows: list[Row] = []
     for name, records in results.items():
         clearances = [r["min_clearance_m"] for r in records if r.get("min_clearance_m") is not None]
         pairs = [(of_scenario(records, each), of_scenario(results["none"], each)) for each in scenarios]
