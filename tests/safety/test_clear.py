@@ -19,7 +19,8 @@ from tests.helpers.scans import RADIUS, cast, distance, free_point, observe_scan
 
 ROBOT = RobotParameters()
 LIMITS = ROBOT.limits
-SPEEDS, ACCELERATIONS = np.array(LIMITS[:2]), np.array(LIMITS[2:4])
+SPEEDS = np.array((LIMITS.max_speed, LIMITS.max_yaw_rate))
+ACCELERATIONS = np.array((LIMITS.max_acceleration, LIMITS.max_yaw_acceleration))
 SAFE, REACH = RADIUS + 0.01, 1.2
 PERIOD, MARGIN, NOISE = 0.02, 0.0145, 0.01
 OPEN = only_star(np.full(720, 10.0))
