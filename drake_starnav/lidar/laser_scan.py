@@ -15,7 +15,7 @@ from drake_starnav.lidar.field_of_view import SEAM, TURN, FieldOfView, sectors_o
 from drake_starnav.utils.snapshot import replaced, snapshot
 
 USUAL_COVER_RADIUS = 0.25
-"""Narrow radius of the default robot, m."""
+"""Cover radius of the default robot, m."""
 LARGEST_UNSEEN = 0.25
 """Where nobody needs certainty, an obstacle of this width is assumed wherever lost beams would hide it, m."""
 STATIC, STANDING, UNKNOWN, DYNAMIC = range(4)

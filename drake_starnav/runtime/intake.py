@@ -72,8 +72,8 @@ class Declared(NamedTuple):
     @staticmethod
     def of(scenario: Scenario, mounts: Sequence[Mount] | None = None) -> "Declared":
         """By a scenario; `mounts` of its lidars, None: on the robot's axis."""
-        lidars, narrow = scenario.all_lidars, scenario.robot.shape.cover_radius
-        bodies = tuple(narrow - mount.offset for mount in mounts or (ON_AXIS,) * len(lidars))
+        lidars, cover_radius = scenario.all_lidars, scenario.robot.shape.cover_radius
+        bodies = tuple(cover_radius - mount.offset for mount in mounts or (ON_AXIS,) * len(lidars))
         return Declared(lidars, scenario.robot, scenario.localization.jump > 0.0, bodies)
 
 

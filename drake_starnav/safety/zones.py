@@ -50,9 +50,9 @@ class KeepOut(_Place):
 
     def accepts(self, motion: Motion) -> bool:
         """Return whether the robot keeps its distance, or the one that it has."""
-        narrow, cover = motion.footprint.cover_radius, motion.footprint.cover
+        cover_radius, cover = motion.footprint.cover_radius, motion.footprint.cover
         distance = signed_distance(self.corners, places(motion.pose, cover)).reshape(-1, len(cover)).min(axis=1)
-        return bool(distance.min() >= min(narrow + self.margin, distance[0]) - 1e-9)
+        return bool(distance.min() >= min(cover_radius + self.margin, distance[0]) - 1e-9)
 
 
 @dataclass(frozen=True)

@@ -62,13 +62,14 @@ class Rooms:
             bounds=(0.0, 0.0, side, side),
         )
 
-    def _check_sizes(self, robot_radius: float, narrow: float) -> None:
+    def _check_sizes(self, robot_radius: float, cover_radius: float) -> None:
         """Raise `StarnavError` unless the robot fits through the doors and, in the last room, beside the goal."""
         width, widest = 2.0 * robot_radius, _SIZE - 2.0 * _DOOR_POST
-        if not 2.0 * narrow < self.door <= widest + 1e-9:
+        if not 2.0 * cover_radius < self.door <= widest + 1e-9:
             raise StarnavError(
                 f"Rooms.door is {self.door:g} m with robot.radius {robot_radius:g} m and rooms of {_SIZE:g} m; "
-                f"allowed: wider than the robot, {2.0 * narrow:g} m, and at most {widest:g} m, as its wall has two ends"
+                f"allowed: wider than the robot, {2.0 * cover_radius:g} m, and at most {widest:g} m, as its wall has "
+                "two ends"
             )
         taken = width if self.goal in ("wall", "corner") else 2.0 * width  # the robot passes in front of a niche
         most = _SIZE - 0.5 * WALL - taken
