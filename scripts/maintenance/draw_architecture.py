@@ -145,7 +145,7 @@ def _lines(system: System) -> tuple[str, ...]:
     """Name and class, module, and the numerical functions that its module and those of its bases import."""
     cls = type(system)
     own = [base for base in cls.__mro__ if base.__module__.startswith("drake_starnav.systems")]
-    calls = [call for base in own for call in _functions(base.__module__)]
+    calls = [call for module in dict.fromkeys(base.__module__ for base in own) for call in _functions(module)]
     place = cls.__module__.removeprefix("drake_starnav.").replace(".", "/")
     where = f"{place}.py" if cls.__module__.startswith("drake_starnav") else ""
     return (f"{system.get_name()}: {cls.__name__.partition('_')[0]}", *([where] if where else []), *calls)
