@@ -30,10 +30,10 @@ SCENARIO = Scenario("default", None)
 ROBOT, PLANNER, MARGINS = SCENARIO.robot, SCENARIO.planner, derive_margins(SCENARIO)
 SETTINGS = PerceptionSettings(MARGINS, ROBOT.shape)
 PHASES = {
-    "contradictions": (planner, "remaining"),
-    "revise": (planner, "revised"),
-    "extend": (planner, "with_latest"),
-    "reopen": (planner, "reopened"),
+    "contradictions": (planner, "consistent_regions"),
+    "revise": (planner, "replace_regions"),
+    "extend": (planner, "add_latest_node"),
+    "reopen": (planner, "reopen_closures"),
     "search": (planner, "find_route"),
     "cost-to-go": (route, "cost_field"),
     "frontier": (route, "frontier_point"),
@@ -133,7 +133,7 @@ class Pipeline:
 def digest(before: str, state: PlannerState) -> str:
     """A hash of a state and of the hash before it."""
     roadmap = state.roadmap
-    arrays = (state.path, state.optimistic_path, roadmap.union.values, roadmap.edges, roadmap.closures.failed)
+    arrays = (state.route.path, state.route.beyond, roadmap.union.values, roadmap.edges, roadmap.closures.failed)
     return hashlib.sha256(
         b"".join((before.encode(), state.status.value.encode(), *map(np.ndarray.tobytes, arrays)))
     ).hexdigest()
@@ -179,7 +179,7 @@ def main() -> None:
     for name, drive in (("driven by somebody else", replayed), ("driven by the planner", driven)):
         drive(options.scans, options.spacing, options.seed)  # compiles what the other one runs
         pipeline = drive(options.scans, options.spacing, options.seed)
-        print(f"{name}: {len(pipeline.timed.scan)} scans, {pipeline.state.plans} plans, ", end="")
+        print(f"{name}: {len(pipeline.timed.scan)} scans, {pipeline.state.progress.plan_count} plans, ", end="")
         print(f"{pipeline.timed.nodes[-1]} nodes, {pipeline.state.status.value}, {pipeline.timed.digest[:16]}")
         print(pipeline.timed.table(), end="\n\n", flush=True)
 

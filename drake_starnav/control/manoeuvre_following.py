@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from drake_starnav.planning.manoeuvre import reached
+from drake_starnav.planning.manoeuvre import count_reached
 from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.limits import stopping
 
@@ -18,11 +18,11 @@ def followed_manoeuvre(pose: np.ndarray, poses: np.ndarray, robot: RobotParamete
 
     Args:
         pose: (x, y, yaw) of the robot, W, m and rad.
-        poses: shape (k, 4), as of `planning.manoeuvre.Manoeuvring`.
+        poses: shape (k, 4), as of `planning.manoeuvre.ManoeuvreState`.
         robot: that drives them.
     """
     base, limits, radius = robot.drive, robot.limits, robot.shape.radius
-    k = min(reached(pose, poses, base, radius), len(poses) - 1)
+    k = min(count_reached(pose, poses, base, radius), len(poses) - 1)
     x, y, yaw, gear = poses[k].tolist()
     dx, dy, cosine, sine = x - pose[0], y - pose[1], math.cos(pose[2]), math.sin(pose[2])
     ahead, aside = cosine * dx + sine * dy, cosine * dy - sine * dx

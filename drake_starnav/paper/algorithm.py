@@ -22,7 +22,7 @@ from drake_starnav.paper.modulation import guiding_vector, modulated_vector
 from drake_starnav.paper.roadmap import PaperState, delete_point, generate_roadmap, is_feasible, is_near
 from drake_starnav.paper.short_term_goal import shortest_sequence
 from drake_starnav.paper.star_region import traversable_region
-from drake_starnav.planning.state import PlannerInput, PlannerState, PlannerStatus
+from drake_starnav.planning.state import PlannerInput, PlannerState, PlannerStatus, Route
 from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.base import twist_of
 from drake_starnav.surroundings.observation import Observation
@@ -68,19 +68,21 @@ def plan(state: PlannerState, inputs: PlannerInput) -> PlannerState:
         return state
     now = noted_progress(PaperState.of(state), inputs)  # line 9
     while True:  # line 10; that p reaches p_goal ends the drive
-        arrived = len(now.path) > 0 and is_near(p, now.path[0], choices.ARRIVAL)  # p = p_sg
-        visited = np.flatnonzero([arrived and np.array_equal(c, now.path[0]) for c in now.roadmap.union.center])
+        arrived = len(now.route.path) > 0 and is_near(p, now.route.path[0], choices.ARRIVAL)  # p = p_sg
+        visited = np.flatnonzero([arrived and np.array_equal(c, now.route.path[0]) for c in now.roadmap.union.center])
         if len(visited):  # "each time the robot reaches an unvisited node": this one was
             now = dataclasses.replace(now, node=int(visited[0]))
         elif not len(now.roadmap) or (arrived and not at_goal(now)) or now.update:  # line 11
-            now = delete_point(now, now.path[0]) if arrived else now  # it becomes the node
+            now = delete_point(now, now.route.path[0]) if arrived else now  # it becomes the node
             now = generate_roadmap(now, observation)  # line 12
         places, reaches_goal = shortest_sequence(now, p, p_goal)  # line 13
         now = with_path(now, places, reaches_goal)
         if not len(places) or is_feasible(now, observation, inputs.time):  # lines 14, 15 and 18
             return now
         now = delete_point(now, places[0])  # line 16
-        now = noted_progress(dataclasses.replace(now, path=places[:0], update=True), inputs, anew=True)  # lines 17, 19
+        now = noted_progress(
+            dataclasses.replace(now, route=Route(places[:0]), update=True), inputs, anew=True
+        )  # lines 17, 19
 
 
 def control(inputs: ControllerInputs, robot: RobotParameters) -> Proposal:
@@ -102,24 +104,24 @@ def control(inputs: ControllerInputs, robot: RobotParameters) -> Proposal:
 
 def noted_progress(state: PaperState, inputs: PlannerInput, anew: bool = False) -> PaperState:
     """Return the state that remembers where and when the robot last moved by `STUCK_DISTANCE`; or begins `anew`."""
-    if not anew and is_near(inputs.position, state.progress_position, choices.STUCK_DISTANCE):
+    if not anew and is_near(inputs.position, state.progress.position, choices.STUCK_DISTANCE):
         return state
-    return dataclasses.replace(state, progress_position=inputs.position.copy(), progress_time=inputs.time)
+    progress = state.progress._replace(position=inputs.position.copy(), time=inputs.time)
+    return dataclasses.replace(state, progress=progress)
 
 
 def at_goal(state: PaperState) -> bool:
     """Whether the short-term goal is the goal itself."""
-    return state.status is PlannerStatus.APPROACHING and len(state.path) == 1
+    return state.status is PlannerStatus.APPROACHING and len(state.route.path) == 1
 
 
 def with_path(state: PaperState, places: np.ndarray, reaches_goal: bool) -> PaperState:
     """Return the state with a new path; without one the goal is unreachable."""
     status = PlannerStatus.APPROACHING if reaches_goal else PlannerStatus.EXPLORING
-    changed = not np.array_equal(places[:1], state.path[:1])
+    changed = not np.array_equal(places[:1], state.route.path[:1])
     return dataclasses.replace(
         state,
         status=status if len(places) else PlannerStatus.UNREACHABLE,
-        path=places,
-        target=None if reaches_goal or not len(places) else np.vstack((places[-1], places[-1])),
-        plans=state.plans + changed,
+        route=Route(places, None if reaches_goal or not len(places) else np.vstack((places[-1], places[-1]))),
+        progress=state.progress._replace(plan_count=state.progress.plan_count + changed),
     )

@@ -7,7 +7,7 @@ import numpy as np
 
 from drake_starnav.paper import choices
 from drake_starnav.paper.frontier_points import frontier_points
-from drake_starnav.planning.roadmap import with_node
+from drake_starnav.planning.roadmap import append_node
 from drake_starnav.planning.state import EMPTY_PATH, PlannerState
 from drake_starnav.surroundings.observation import Observation
 from drake_starnav.utils.snapshot import snapshot
@@ -55,7 +55,7 @@ def generate_roadmap(state: PaperState, observation: Observation) -> PaperState:
         points = points[~other.contains(points).astype(bool)]
     return dataclasses.replace(
         state,
-        roadmap=with_node(state.roadmap, observation, state.roadmap.hits),  # lines 4 to 7
+        roadmap=append_node(state.roadmap, observation, state.roadmap.hits),  # lines 4 to 7
         points=np.vstack((state.points, points)),
         owners=np.append(state.owners, np.full(len(points), len(state.roadmap))),
         node=len(state.roadmap),
@@ -75,12 +75,12 @@ def is_feasible(state: PaperState, observation: Observation, time: float) -> boo
     It is infeasible if a hit of the scan lies nearer to it than `FEASIBLE_DISTANCE`, or if the robot has not moved by
     `STUCK_DISTANCE` in `STUCK_TIME`. Only the second applies to a node, where the robot was, and to the goal.
     """
-    if time - state.progress_time > choices.STUCK_TIME:
+    if time - state.progress.time > choices.STUCK_TIME:
         return False
-    if not (state.points == state.path[0]).all(axis=1).any():
+    if not (state.points == state.route.path[0]).all(axis=1).any():
         return True
     hits = observation.scan.points(observation.pose)
-    return not (np.hypot(*(hits - state.path[0]).T) < choices.FEASIBLE_DISTANCE).any()
+    return not (np.hypot(*(hits - state.route.path[0]).T) < choices.FEASIBLE_DISTANCE).any()
 
 
 def is_near(a: np.ndarray, b: np.ndarray, distance: float) -> bool:

@@ -12,7 +12,7 @@ SIGHT = 0.4
 """Clearance of the line from the place to the goal, in radii: no obstacle stands between them."""
 
 
-class Approach(NamedTuple):
+class GoalCandidates(NamedTuple):
     """Where the robot may arrive.
 
     Attributes:
@@ -24,7 +24,9 @@ class Approach(NamedTuple):
     places: np.ndarray
 
 
-def approach(hits: DistanceGrid, goal: np.ndarray, tolerance: float, radius: float, margin: float) -> Approach:
+def goal_candidates(
+    hits: DistanceGrid, goal: np.ndarray, tolerance: float, radius: float, margin: float
+) -> GoalCandidates:
     """The goal if it is clear of known hits; otherwise all suitable places and the nearest clear one as the goal.
 
     If no place is clear, the goal is the place farthest from hits.
@@ -37,7 +39,7 @@ def approach(hits: DistanceGrid, goal: np.ndarray, tolerance: float, radius: flo
         margin: that it keeps beyond, m.
     """
     needed, reach = radius + margin + HIT_ERROR * radius, tolerance - INSIDE * radius
-    alone = Approach(goal, goal[None, :])
+    alone = GoalCandidates(goal, goal[None, :])
     if reach <= 0.0 or hits.distance(alone.places)[0] >= needed:
         return alone
     steps = np.arange(0.0, reach + 1e-9, min(hits.resolution, reach))
@@ -53,4 +55,4 @@ def approach(hits: DistanceGrid, goal: np.ndarray, tolerance: float, radius: flo
     places = places[seen]
     distance = hits.distance(places)
     clear = np.flatnonzero(distance >= needed)
-    return Approach(places[clear[0] if len(clear) else np.argmax(distance)], places)
+    return GoalCandidates(places[clear[0] if len(clear) else np.argmax(distance)], places)

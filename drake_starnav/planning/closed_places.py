@@ -23,33 +23,38 @@ class Closures:
 
     Attributes:
         failed: shape (k, 2), where ways failed, W, m: within CLOSED of one, nothing is free, until all are tried again.
-        walls: by their cause, places of shape (k, 2), W, m, which stay closed: the robot keeps off them as off hits.
+        keep_out_points: by their cause, places of shape (k, 2), W, m, which stay closed: the robot keeps off them as
+            off hits.
     """
 
     failed: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
-    walls: Mapping[str, np.ndarray] = field(default_factory=dict)
+    keep_out_points: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     @cached_property
-    def solid(self) -> np.ndarray:
+    def all_keep_outs(self) -> np.ndarray:
         """The places of all walls, shape (k, 2), W, m."""
-        return np.vstack((np.zeros((0, 2)), *self.walls.values()))
+        return np.vstack((np.zeros((0, 2)), *self.keep_out_points.values()))
 
-    def walled(self, polygon: np.ndarray, distance: float, cause: str, robot_radius: float) -> "Closures":
+    def add_keep_out(self, polygon: np.ndarray, distance: float, cause: str, robot_radius: float) -> "Closures":
         """These closures, and the wall around a polygon (n, 2), W, at a distance, for a robot of a cover radius, m."""
         places = around(polygon, distance, SPACING * robot_radius)
-        before = self.walls.get(cause, places[:0])
-        return dataclasses.replace(self, walls={**self.walls, cause: np.vstack((before, places))})
+        before = self.keep_out_points.get(cause, places[:0])
+        return dataclasses.replace(self, keep_out_points={**self.keep_out_points, cause: np.vstack((before, places))})
 
     def cause_near(self, places: np.ndarray, reach: float) -> str:
         """The cause of a wall that is no farther than `reach` from places (n, 2), W, m; empty: there is none."""
-        return next((c for c, wall in self.walls.items() if np.hypot(*(wall[:, None] - places).T).min() <= reach), "")
+        return next(
+            (c for c, wall in self.keep_out_points.items() if np.hypot(*(wall[:, None] - places).T).min() <= reach), ""
+        )
 
     def open_part(self, region: StarRegion) -> StarRegion:
         """The part of a region that no closure covers; a robot that is on a wall already may leave."""
-        if self.walls:
+        if self.keep_out_points:
             room = region.radius + region.margin
-            away = np.hypot(*(self.solid - region.center).T)
-            region = clear_region(region, self.solid[(away > region.radius) & (away < region.reach + room)], room)
+            away = np.hypot(*(self.all_keep_outs - region.center).T)
+            region = clear_region(
+                region, self.all_keep_outs[(away > region.radius) & (away < region.reach + room)], room
+            )
         return clear_region(region, self.failed, CLOSED * region.radius)
 
 

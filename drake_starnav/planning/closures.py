@@ -1,6 +1,5 @@
 """Closures: places where a way that looked open has failed. They are the only memory of failure."""
 
-import dataclasses
 import math
 
 import numpy as np
@@ -10,12 +9,13 @@ from drake_starnav.planning.closed_places import CLOSED
 from drake_starnav.planning.distance_grid import HIT_ERROR
 from drake_starnav.planning.impassable import narrowest_gap
 from drake_starnav.planning.map_revision import forget_contradicted
-from drake_starnav.planning.roadmap import extended, refit_regions, revised, stamped_anew
+from drake_starnav.planning.roadmap import add_node, rebuild_grid, refit_regions, replace_regions
 from drake_starnav.planning.route import cost_field
 from drake_starnav.planning.state import EMPTY_PATH, PlannerInput, PlannerState
 from drake_starnav.surroundings.erosion import smoothed_distances
 from drake_starnav.surroundings.scan_averaging import AVERAGED_WITHIN, mean_scan
 from drake_starnav.surroundings.star_region import clear_region
+from drake_starnav.utils.snapshot import replaced
 
 AHEAD = 3.2
 """A way that failed is closed at its narrowest place within this distance, in radii of the robot."""
@@ -26,20 +26,21 @@ AVERAGED_SCANS = 16
 by hits that more than half of them confirm."""
 
 
-def closed(state: PlannerState, way: np.ndarray, inputs: PlannerInput) -> PlannerState:
+def close_path(state: PlannerState, way: np.ndarray, inputs: PlannerInput) -> PlannerState:
     """The state in which a way (k, 2) on from the robot is closed at its narrowest place, and without a path."""
     places, size = _places_to_close(way, inputs), CLOSED * inputs.robot_radius
     regions = [
         clear_region(region, places, size) if np.hypot(*(places - region.center).T).min() > size else None
         for region in state.roadmap.regions
     ]
-    roadmap = revised(state.roadmap, regions, inputs.margins, inputs.robot_radius)
-    closures = dataclasses.replace(roadmap.closures, failed=np.vstack((roadmap.closures.failed, places)))
-    state = dataclasses.replace(state, roadmap=dataclasses.replace(roadmap, closures=closures), path=EMPTY_PATH)
-    return state if len(roadmap) else with_latest(state, inputs)
+    roadmap = replace_regions(state.roadmap, regions, inputs.margins, inputs.robot_radius)
+    closures = replaced(roadmap.closures, failed=np.vstack((roadmap.closures.failed, places)))
+    route = state.route._replace(path=EMPTY_PATH)
+    state = replaced(state, roadmap=replaced(roadmap, closures=closures), route=route)
+    return state if len(roadmap) else add_latest_node(state, inputs)
 
 
-def reopened(state: PlannerState, inputs: PlannerInput) -> PlannerState:
+def reopen_closures(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     """The state without the closures in which the robot stands: they only seem to shut it in, as it has come there.
 
     If it stands in none, with walls alone, in doubt: from then on looking in vain closes nothing. So it does while it
@@ -48,44 +49,44 @@ def reopened(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     left to be done, this is `state`.
     """
     failed, nodes = state.roadmap.closures.failed, state.roadmap.nodes
-    seen = forget_contradicted(nodes, state.recent, inputs.robot_radius)
-    if seen is nodes and state.doubting and not len(failed):
+    seen = forget_contradicted(nodes, state.recent_observations, inputs.robot_radius)
+    if seen is nodes and state.retrying and not len(failed):
         return state
-    waits = state.wait is not None
+    waits = state.progress.dead_end is not None
     within = (np.hypot(*(failed - inputs.position).T) <= CLOSED * inputs.robot_radius) | waits
-    closures = dataclasses.replace(state.roadmap.closures, failed=failed[~within] if within.any() else EMPTY_PATH)
-    roadmap = dataclasses.replace(state.roadmap, closures=closures, nodes=seen)
+    closures = replaced(state.roadmap.closures, failed=failed[~within] if within.any() else EMPTY_PATH)
+    roadmap = replaced(state.roadmap, closures=closures, nodes=seen)
     if seen is not nodes:
-        hits = stamped_anew(roadmap.hits.emptied(), closures, seen, inputs.margins, inputs.robot_radius)
-        roadmap = dataclasses.replace(roadmap, hits=hits)
+        hits = rebuild_grid(roadmap.hits.emptied(), closures, seen, inputs.margins, inputs.robot_radius)
+        roadmap = replaced(roadmap, hits=hits)
     roadmap = refit_regions(roadmap, inputs.margins, inputs.robot_radius)
-    state = dataclasses.replace(state, roadmap=roadmap, doubting=state.doubting or waits or not within.any())
+    state = replaced(state, roadmap=roadmap, retrying=state.retrying or waits or not within.any())
     latest = len(roadmap) > 0 and roadmap.nodes[-1].scan is inputs.observation.scan
-    return state if latest else with_latest(state, inputs)
+    return state if latest else add_latest_node(state, inputs)
 
 
-def with_latest(state: PlannerState, inputs: PlannerInput) -> PlannerState:
+def add_latest_node(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     """The state with a node at the latest scan, and without a path."""
     seen = inputs.observation
     assert seen.region is not None
-    node = dataclasses.replace(seen, region=state.roadmap.closures.open_part(seen.region))
-    return dataclasses.replace(
+    node = replaced(seen, region=state.roadmap.closures.open_part(seen.region))
+    return replaced(
         state,
-        roadmap=extended(state.roadmap, node, inputs.margins, inputs.robot_radius),
-        node_position=inputs.position.copy(),
-        path=EMPTY_PATH,
+        roadmap=add_node(state.roadmap, node, inputs.margins, inputs.robot_radius),
+        route=state.route._replace(path=EMPTY_PATH),
+        progress=state.progress._replace(node_position=inputs.position.copy()),
     )
 
 
-def barred_by(state: PlannerState, inputs: PlannerInput) -> str:
+def blocking_zones(state: PlannerState, inputs: PlannerInput) -> str:
     """The causes of the walls but for which a way might be left; empty: there are none."""
-    roadmap, walls = state.roadmap, state.roadmap.closures.walls
+    roadmap, walls = state.roadmap, state.roadmap.closures.keep_out_points
 
     def is_open(*causes: str) -> bool:
-        closures = dataclasses.replace(roadmap.closures, walls={cause: walls[cause] for cause in causes})
+        closures = replaced(roadmap.closures, keep_out_points={cause: walls[cause] for cause in causes})
         grid = roadmap.hits.emptied()
-        hits = stamped_anew(grid, closures, roadmap.nodes, inputs.margins, inputs.robot_radius)
-        tried = dataclasses.replace(state, roadmap=dataclasses.replace(roadmap, hits=hits, closures=closures))
+        hits = rebuild_grid(grid, closures, roadmap.nodes, inputs.margins, inputs.robot_radius)
+        tried = replaced(state, roadmap=replaced(roadmap, hits=hits, closures=closures))
         return len(cost_field(tried, inputs.goal, inputs).path(inputs.position)) > 0
 
     if not walls or not is_open() or is_open(*walls):
@@ -117,7 +118,7 @@ def _places_to_close(way: np.ndarray, inputs: PlannerInput) -> np.ndarray:
     return across if clear.all() else np.vstack((across[clear], places))
 
 
-def too_narrow(state: PlannerState, inputs: PlannerInput) -> np.ndarray:
+def narrow_gap_hits(state: PlannerState, inputs: PlannerInput) -> np.ndarray:
     """What shows that the robot does not fit through a gap ahead which hits seem to close, shape (n, 2), W, m.
 
     Nothing, shape (0, 2), if nothing does.
@@ -125,12 +126,12 @@ def too_narrow(state: PlannerState, inputs: PlannerInput) -> np.ndarray:
     That is where two hits on both sides of the way are nearer to each other than its diameter: the hits around the
     robot and the place between those two.
     """
-    hits, way = _confirmed_hits(state, inputs), np.vstack((inputs.position, state.path, state.optimistic_path))
+    hits, way = _confirmed_hits(state, inputs), np.vstack((inputs.position, state.route.path, state.route.beyond))
     narrow = narrowest_gap(hits, way, 2.0 * inputs.robot_radius)
     return EMPTY_PATH if narrow is None else np.vstack((hits, narrow.mean(axis=0)))
 
 
-def hidden(state: PlannerState, viewpoint: np.ndarray, probe: np.ndarray, inputs: PlannerInput) -> bool:
+def is_probe_occluded(state: PlannerState, viewpoint: np.ndarray, probe: np.ndarray, inputs: PlannerInput) -> bool:
     """Whether hits show that no straight way leads from a viewpoint (2,) near the robot to the probe (2,).
 
     In one scan, from beside the viewpoint, noise may hide it behind a gap through which the robot just fits. The least
@@ -144,8 +145,8 @@ def hidden(state: PlannerState, viewpoint: np.ndarray, probe: np.ndarray, inputs
 
 def _confirmed_hits(state: PlannerState, inputs: PlannerInput) -> np.ndarray:
     """Hits near the robot in the mean of the latest scans, shape (n, 2), W, m; none of fewer than AVERAGED_SCANS."""
-    if len(state.recent) < AVERAGED_SCANS:
+    if len(state.recent_observations) < AVERAGED_SCANS:
         return EMPTY_PATH
-    scan, count = mean_scan(state.recent, inputs.robot_radius + AVERAGED_WITHIN * inputs.robot_radius)
+    scan, count = mean_scan(state.recent_observations, inputs.robot_radius + AVERAGED_WITHIN * inputs.robot_radius)
     distance = smoothed_distances(scan, inputs.margins.smoothing_slack)
-    return scan.points_at(distance, scan.hits & (2 * count > AVERAGED_SCANS), state.recent[-1].pose)
+    return scan.points_at(distance, scan.hits & (2 * count > AVERAGED_SCANS), state.recent_observations[-1].pose)

@@ -57,7 +57,7 @@ class CostField:
         return np.where((clear.max(axis=1) > clear.min(axis=1))[:, None], freest, middles)
 
 
-class Terrain(NamedTuple):
+class CostmapParams(NamedTuple):
     """Which cells the robot may cross, and at what cost.
 
     Attributes:
@@ -80,7 +80,7 @@ def cost_to_go(
     goal: np.ndarray,
     low: np.ndarray,
     high: np.ndarray,
-    terrain: Terrain,
+    terrain: CostmapParams,
     source: np.ndarray | None = None,
 ) -> CostField:
     """Cost of the cheapest path to the goal if all unknown space were free.

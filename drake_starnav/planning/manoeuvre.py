@@ -14,7 +14,7 @@ import numpy as np
 
 from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.geometry.polyline import arc_lengths, distance_to_segment, resampled
-from drake_starnav.planning.pose_search import CELL, NEAR_GOAL, REACH, SPACING, found_way
+from drake_starnav.planning.pose_search import CELL, NEAR_GOAL, REACH, SPACING, search_poses
 from drake_starnav.robot import Base
 from drake_starnav.robot.limits import Limits, time_from_rest, wrapped_angle
 from drake_starnav.surroundings.chords import Chords
@@ -46,7 +46,7 @@ DOCKS = np.array([(x, y, 0.0, 0.0, 0.0) for x, y in ((0.6, 0.0), (0.0, 0.6), (-0
 NO_POSES = np.zeros((0, 4))
 
 
-class Body(NamedTuple):
+class ManoeuvreContext(NamedTuple):
     """A robot that is no disc.
 
     Attributes:
@@ -74,7 +74,7 @@ class Body(NamedTuple):
         )
 
 
-class Manoeuvring(NamedTuple):
+class ManoeuvreState(NamedTuple):
     """What the planner knows of the robot's manoeuvres.
 
     Attributes:
@@ -101,9 +101,9 @@ class Manoeuvring(NamedTuple):
     gives_up: bool = False
 
 
-def manoeuvring(
-    before: Manoeuvring, path: np.ndarray, pose: np.ndarray, time: float, body: Body, patience: float
-) -> Manoeuvring:
+def step_manoeuvre(
+    before: ManoeuvreState, path: np.ndarray, pose: np.ndarray, time: float, context: ManoeuvreContext, patience: float
+) -> ManoeuvreState:
     """The manoeuvres after a scan: what was reached is left out, and one begins if the robot is stuck.
 
     Args:
@@ -111,62 +111,62 @@ def manoeuvring(
         path: shape (k, 2), way points ahead, W, m; none: the robot may stand.
         pose: (x, y, yaw) of the robot, W.
         time: of the scan, s.
-        body: the robot.
+        context: of the robot.
         patience: a manoeuvre is given up if no pose of it is reached for this long, s.
     """
     after = before._replace(begun=before.begun[:0], gives_up=False) if before.gives_up else before
-    after, unit = _wound(after, path, pose, body.footprint.radius), body.footprint.radius
+    after, unit = update_winding(after, path, pose, context.footprint.radius), context.footprint.radius
     if not len(path) or _moved(before, pose, unit):
         after = after._replace(pose=pose.copy(), still=time)
     if len(after.poses):
-        passed = reached(pose, after.poses, body.base, unit)
-        if passed == len(after.poses) or not len(path) or is_roomy(pose, path, body):
+        passed = count_reached(pose, after.poses, context.base, unit)
+        if passed == len(after.poses) or not len(path) or is_roomy(pose, path, context):
             return after._replace(poses=NO_POSES, still=time)
         if passed:
             return after._replace(poses=after.poses[passed:], since=time)
-        if time - after.since < patience and time - after.still < 2.0 * body.stuck:
+        if time - after.since < patience and time - after.still < 2.0 * context.stuck:
             return after
         after = after._replace(poses=NO_POSES)
-    if time - after.still < body.stuck and abs(after.wound) < CIRCLED:
+    if time - after.still < context.stuck and abs(after.wound) < CIRCLED:
         return after
     after = after._replace(wound=0.0)
     tries = int((np.hypot(*(after.begun - pose[:2]).T) < SAME_PLACE * unit).sum())
     if tries >= TRIES:
         return after._replace(still=time, gives_up=True)
     begun = np.vstack((after.begun[1 - REMEMBERED :], pose[:2]))
-    poses = found_manoeuvre(pose, path, body, tries)
+    poses = find_manoeuvre(pose, path, context, tries)
     return after._replace(poses=poses, since=time, still=time, begun=begun)
 
 
-def docking(
-    before: Manoeuvring, dock: np.ndarray, pose: np.ndarray, time: float, body: Body, patience: float
-) -> Manoeuvring:
+def step_docking(
+    before: ManoeuvreState, dock: np.ndarray, pose: np.ndarray, time: float, context: ManoeuvreContext, patience: float
+) -> ManoeuvreState:
     """The manoeuvres of a robot at its goal that is to have a heading there, and stands without.
 
     Where no way is found, it waits longer each time. Arguments as of `manoeuvring`; `dock` is (x, y, yaw) of the goal,
     W, and its tolerance, m: a robot that turns on the spot gets to the very place.
     """
-    after, turns = before._replace(gives_up=False), body.base.turns_on_the_spot
-    if _moved(before, pose, body.footprint.radius):
+    after, turns = before._replace(gives_up=False), context.base.turns_on_the_spot
+    if _moved(before, pose, context.footprint.radius):
         after = after._replace(pose=pose.copy(), still=time if turns else after.still)
     if len(after.poses):
-        passed = reached(pose, after.poses, body.base, body.footprint.radius)
+        passed = count_reached(pose, after.poses, context.base, context.footprint.radius)
         if passed < len(after.poses) and (passed or time - after.since < patience):
             return after._replace(poses=after.poses[passed:], since=time if passed else after.since)
         after = after._replace(poses=NO_POSES, still=time)
-    near = after.begun[np.hypot(*(after.begun - pose[:2]).T) < REACH * body.footprint.radius]
+    near = after.begun[np.hypot(*(after.begun - pose[:2]).T) < REACH * context.footprint.radius]
     docked = abs(math.remainder(dock[2] - pose[2], 2.0 * math.pi)) < DOCKED
     docked = docked and not (turns and math.dist(dock[:2], pose[:2]) >= dock[3])
-    if docked or time - after.still < body.stuck * (1 + len(near)):
+    if docked or time - after.still < context.stuck * (1 + len(near)):
         return after
     wanted = np.array([(*dock[:3], 0.0 if turns else AT_HEADING, 0.0)])
     if turns:  # or beside it, where the walls leave more room
         wanted = np.vstack((wanted, wanted + DOCKS * dock[3]))
-    poses = _found(pose, wanted, body, len(near))
+    poses = _found(pose, wanted, context, len(near))
     return after._replace(poses=poses, since=time, still=time, begun=np.vstack((near[1 - REMEMBERED :], pose[:2])))
 
 
-def _moved(before: Manoeuvring, pose: np.ndarray, unit: float) -> bool:
+def _moved(before: ManoeuvreState, pose: np.ndarray, unit: float) -> bool:
     """Whether a robot of a radius has moved or turned since it last did, to be at a pose."""
     x, y, yaw = before.pose.tolist()
     if not math.dist(pose[:2], (x, y)) < MOVED * unit:
@@ -174,7 +174,7 @@ def _moved(before: Manoeuvring, pose: np.ndarray, unit: float) -> bool:
     return abs(math.remainder(pose[2] - yaw, 2.0 * math.pi)) > TURNED
 
 
-def _wound(before: Manoeuvring, path: np.ndarray, pose: np.ndarray, unit: float) -> Manoeuvring:
+def update_winding(before: ManoeuvreState, path: np.ndarray, pose: np.ndarray, unit: float) -> ManoeuvreState:
     """The same with what is left of the path (k, 2), and the turns since that was least; another path begins anew."""
     if not len(path):
         return before._replace(nearest=math.inf, wound=0.0)
@@ -184,17 +184,17 @@ def _wound(before: Manoeuvring, path: np.ndarray, pose: np.ndarray, unit: float)
     return before._replace(wound=before.wound + math.remainder(pose[2] - before.end[2], 2.0 * math.pi), end=end)
 
 
-def is_roomy(pose: np.ndarray, path: np.ndarray, body: Body) -> bool:
+def is_roomy(pose: np.ndarray, path: np.ndarray, context: ManoeuvreContext) -> bool:
     """Whether the robot may turn as it likes on the path (k, 2) ahead of a pose, so that it needs no manoeuvre."""
-    if not body.base.turns_on_the_spot:
+    if not context.base.turns_on_the_spot:
         return False
-    way, needed = np.vstack((pose[:2], path)), body.footprint.radius + body.margin
-    ahead = resampled(way, 0.5 * SAME_PLACE * body.footprint.radius)[:3]
-    hits = body.surroundings.certified_star.boundary.points
+    way, needed = np.vstack((pose[:2], path)), context.footprint.radius + context.margin
+    ahead = resampled(way, 0.5 * SAME_PLACE * context.footprint.radius)[:3]
+    hits = context.surroundings.certified_star.boundary.points
     return all((distance_to_segment(hits, a, b) > needed).all() for a, b in pairwise(ahead))
 
 
-def reached(pose: np.ndarray, poses: np.ndarray, base: Base, radius: float) -> int:
+def count_reached(pose: np.ndarray, poses: np.ndarray, base: Base, radius: float) -> int:
     """How many of the poses (k, 4) of a manoeuvre a robot of a radius (m) at a pose (x, y, yaw) has reached."""
     count, near = 0, AT_POSE * radius
     for x, y, yaw, gear in poses.tolist():
@@ -211,37 +211,39 @@ def reached(pose: np.ndarray, poses: np.ndarray, base: Base, radius: float) -> i
     return count
 
 
-def found_manoeuvre(pose: np.ndarray, path: np.ndarray, body: Body, tried: int) -> np.ndarray:
-    """Poses (k, 4) of a manoeuvre, as of `Manoeuvring`; none if no way is found.
+def find_manoeuvre(pose: np.ndarray, path: np.ndarray, context: ManoeuvreContext, tried: int) -> np.ndarray:
+    """Poses (k, 4) of a manoeuvre, as of `ManoeuvreState`; none if no way is found.
 
     Args:
         pose: (x, y, yaw) of the robot, W.
         path: shape (k, 2), way points ahead, W, m.
-        body: the robot.
+        context: of the robot.
         tried: how many manoeuvres failed here; others are tried then.
     """
-    goals, unit = _goals(pose, path, body), body.footprint.radius
+    goals, unit = _goals(pose, path, context), context.footprint.radius
     away = np.hypot(*(goals[:, :2] - pose[:2]).T)
     turned = np.array([wrapped_angle(turn) for turn in goals[:, 2] - pose[2]])
     first = tried % len(goals)
     costs = RANK_COST * unit * np.roll(np.arange(len(goals)), first) + np.maximum(away[first] - away, 0.0)
     ahead = (away >= NEAR_GOAL * unit) | (np.abs(turned) >= goals[:, 3])
-    return _found(pose, np.column_stack((goals, costs))[ahead], body, tried)
+    return _found(pose, np.column_stack((goals, costs))[ahead], context, tried)
 
 
-def _found(pose: np.ndarray, wanted: np.ndarray, body: Body, tried: int) -> np.ndarray:
-    """`found_way` to goals as it takes them, with a margin by how many manoeuvres failed here."""
-    unit = body.footprint.radius
-    surfaces = _near_surfaces(body.surroundings.view.chords, pose[:2], unit)
-    margin = body.margin + EXTRA_MARGINS[tried % len(EXTRA_MARGINS)] * unit
-    return found_way(pose, wanted, body.moves, body.footprint, margin, (surfaces, body.surroundings.other_views))
+def _found(pose: np.ndarray, wanted: np.ndarray, context: ManoeuvreContext, tried: int) -> np.ndarray:
+    """`search_poses` to goals as it takes them, with a margin by how many manoeuvres failed here."""
+    unit = context.footprint.radius
+    surfaces = _near_surfaces(context.surroundings.view.chords, pose[:2], unit)
+    margin = context.margin + EXTRA_MARGINS[tried % len(EXTRA_MARGINS)] * unit
+    return search_poses(
+        pose, wanted, context.moves, context.footprint, margin, (surfaces, context.surroundings.other_views)
+    )
 
 
-def _goals(pose: np.ndarray, path: np.ndarray, body: Body) -> np.ndarray:
+def _goals(pose: np.ndarray, path: np.ndarray, context: ManoeuvreContext) -> np.ndarray:
     """Poses (x, y, yaw) to search for, with the largest error of the heading, rad, the best first, shape (n, 4)."""
     goals = []
     line = np.vstack((pose[:2], path))
-    along, unit = arc_lengths(line), body.footprint.radius
+    along, unit = arc_lengths(line), context.footprint.radius
     for look, aligned in dict.fromkeys((min(look * unit, float(along[-1])), aligned) for look, aligned in LOOKS):
         x, y = (float(np.interp(look, along, coordinate)) for coordinate in line.T)
         leg = min(max(int(np.searchsorted(along, look)), 1), len(line) - 1)

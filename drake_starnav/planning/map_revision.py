@@ -122,7 +122,7 @@ def _free_behind(points: np.ndarray, seen: Observation, slack: float) -> tuple[n
     return behind - distance, beam
 
 
-def remaining(
+def consistent_regions(
     roadmap: StarRoadmap, observation: Observation, margins: Margins, robot_radius: float
 ) -> Sequence[StarRegion | None]:
     """The nodes' regions without the parts that a new scan contradicts by more than CONTRADICTION.

@@ -11,7 +11,6 @@ from drake_starnav.planning.distance_grid import distance_at
 from drake_starnav.planning.guidance import PASSED_DISTANCE
 from drake_starnav.planning.impassable import bridged_ends
 from drake_starnav.planning.state import EMPTY_PATH, PlannerInput, PlannerState
-from drake_starnav.planning.string_pulling import last_in_sight
 from drake_starnav.surroundings.erosion import SMOOTHING_BEAMS, moving_average
 from drake_starnav.surroundings.region_union import RegionUnion, cover_at, first_gap
 from drake_starnav.surroundings.star_region import StarRegion
@@ -24,10 +23,12 @@ REPLAN_DISTANCE = 0.4
 """A blocked optimistic path triggers a new plan only this far from where the last plan was made, in radii."""
 OBSTRUCTION_SLACK = 0.24
 """A hit blocks a path if it is nearer than the robot's radius minus this share of it: noise and the size of cells."""
-NEXT = 4.0
-"""Length of the next part of the optimistic path, to which the robot may turn, in its radii."""
 DOUBTED_WITHIN = 4.8
-"""Ways through gaps that hits may only seem to close are measured from this distance on, in radii."""
+"""Within this distance, in radii, gaps that may only appear closed are measured again."""
+FACING = math.radians(30.0)
+"""A robot faces a place that lies within this angle of its heading, rad."""
+TURNED, TURNED_WITHIN = 0.1, 0.5
+"""A robot turns if it does so by more than the first, rad, in the second, s."""
 
 
 class PlanCheck(NamedTuple):
@@ -58,15 +59,30 @@ def check_plan(state: PlannerState, region: StarRegion, inputs: PlannerInput) ->
         region: of the latest scan, clear of closures.
         inputs: the latest scan, and where the robot is.
     """
-    scan, pose = inputs.observation.scan, inputs.observation.pose.tolist()
-    driven = distance_to(inputs.position, state.node_position), distance_to(inputs.position, state.plan_position)
-    roadmap, probe = state.roadmap, EMPTY_PATH if state.target is None else state.target[1:]
-    plan = state.path, probe, state.optimistic_path
-    place = *pose[:2], math.cos(pose[2]), math.sin(pose[2])
-    seen = tuple(scan.beams), place, inputs.margins.smoothing_slack  # plain tuples are handed over six times as fast
-    known = tuple(roadmap.union), tuple(region.as_union), state.doubting, roadmap.hits.arrays
-    x, y = inputs.position.tolist()
-    return PlanCheck(*_checked(x, y, driven, plan, known, seen, inputs.robot_radius))
+    scan, (x, y, yaw) = inputs.observation.scan, inputs.observation.pose.tolist()
+    roadmap, route = state.roadmap, state.route
+    since_node = distance_to(inputs.position, state.progress.node_position)
+    since_plan = distance_to(inputs.position, route.start)
+    plan = route.path, EMPTY_PATH if route.exit is None else route.exit[1:], route.beyond
+    view = tuple(scan.beams), (x, y, math.cos(yaw), math.sin(yaw)), inputs.margins.smoothing_slack
+    known = tuple(roadmap.union), tuple(region.as_union), state.retrying, roadmap.hits.arrays
+    place = inputs.position.tolist()  # plain tuples are handed over six times as fast
+    return PlanCheck(*_check(*place, (since_node, since_plan), plan, known, view, inputs.robot_radius))
+
+
+def faces(inputs: PlannerInput, place: np.ndarray) -> bool:
+    """Return whether the robot faces a place (2,) in W."""
+    (x, y), (robot_x, robot_y, yaw) = place.tolist(), inputs.observation.pose.tolist()
+    return math.cos(math.atan2(y - robot_y, x - robot_x) - yaw) > math.cos(FACING)
+
+
+def is_turning(state: PlannerState) -> bool:
+    """Return whether the robot has turned between the last two scans."""
+    if len(state.recent_observations) < 2:
+        return False
+    previous, latest = state.recent_observations[-2:]
+    turned = abs(math.remainder(float(latest.pose[2] - previous.pose[2]), 2.0 * math.pi))
+    return turned * TURNED_WITHIN > TURNED * (latest.time - previous.time)
 
 
 def distance_to(a: np.ndarray, b: np.ndarray) -> float:
@@ -75,45 +91,30 @@ def distance_to(a: np.ndarray, b: np.ndarray) -> float:
 
 
 @kernel
-def points_ahead(path, x, y, here, radius):
-    """Index of the last point of a path (k, 2) in line of sight from (x, y) inside a union, or -1, for a robot.
-
-    None is farther along the path than NEXT; all in W, m.
-    """
-    here, count, along = RegionUnion(*here), 0, 0.0
-    while count < len(path) and along < NEXT * radius:
-        count += 1
-        if count < len(path):
-            along += math.hypot(path[count, 0] - path[count - 1, 0], path[count, 1] - path[count - 1, 1])
-    return last_in_sight(path[:count], x, y, here, radius)
-
-
-@kernel
-def _checked(x, y, driven, plan, known, seen, robot_radius):
-    """The loop of `check_plan`: the fields of a `PlanCheck`; `driven` since the last node and since the plan, m."""
-    (path, probe, optimistic), (union, here, doubting, hits) = plan, known
-    union, here = RegionUnion(*union), RegionUnion(*here)
-    sight = here if doubting else union
+def _check(x, y, driven, plan, known, view, robot_radius):
+    """Return the fields of a `PlanCheck`, as for `check_plan`; `driven` since the last node and since the plan, m."""
+    (path, probe, beyond), (union, region, retrying, hits) = plan, known
+    union, region = RegionUnion(*union), RegionUnion(*region)
     tolerance = OUTSIDE_TOLERANCE * robot_radius
     sees_probe = (
         driven[0] > PROBE_SEEN_AFTER * robot_radius
         and len(probe) > 0
-        and cover_at(here, probe[0, 0], probe[0, 1], 0.0) >= 0
+        and cover_at(region, probe[0, 0], probe[0, 1], 0.0) >= 0
     )
     outside = driven[0] > tolerance and cover_at(union, x, y, tolerance) < 0
     if len(path) == 0:
         return sees_probe, outside, False, 0, False, False
-    passed = passed_points(x, y, path, sight, robot_radius)
+    passed = passed_points(x, y, path, region if retrying else union, robot_radius)
     strayed = (
         cover_at(union, x, y, 0.0) >= 0
         and first_gap(union, (x, y), (path[passed, 0], path[passed, 1]), 0.0, robot_radius) > 0.0
     )
-    doubtful = _is_doubtful(path, x, y, hits, robot_radius) or _is_doubtful(optimistic, x, y, hits, robot_radius)
+    doubtful = _is_doubtful(path, x, y, hits, robot_radius) or _is_doubtful(beyond, x, y, hits, robot_radius)
     obstructed = False
-    if driven[1] > REPLAN_DISTANCE * robot_radius and len(optimistic) > 1:  # there is something beyond the probe
-        beams, place, slack = Beams(*seen[0]), seen[1], seen[2]
+    if driven[1] > REPLAN_DISTANCE * robot_radius and len(beyond) > 1:  # there is something beyond the probe
+        beams, place, slack = Beams(*view[0]), view[1], view[2]
         distance = moving_average(beams, np.int64(SMOOTHING_BEAMS), slack)
-        obstructed = is_obstructed(optimistic, bridged_ends(beams, distance, place, 2.0 * robot_radius), robot_radius)
+        obstructed = is_obstructed(beyond, bridged_ends(beams, distance, place, 2.0 * robot_radius), robot_radius)
     return sees_probe, outside, obstructed, passed, strayed, doubtful
 
 

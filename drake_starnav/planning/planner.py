@@ -5,16 +5,32 @@ import math
 import numpy as np
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.planning.closures import AVERAGED_SCANS, barred_by, closed, hidden, reopened, too_narrow, with_latest
-from drake_starnav.planning.guidance import PASSED_DISTANCE, Guidance
-from drake_starnav.planning.impassable import impassable_points
-from drake_starnav.planning.looking import faces, is_turning, looking_aside, sees_all_around, turned_to_look
-from drake_starnav.planning.manoeuvre import docking, manoeuvring
-from drake_starnav.planning.map_revision import remaining
-from drake_starnav.planning.monitoring import PlanCheck, check_plan, distance_to, points_ahead
-from drake_starnav.planning.roadmap import StarRoadmap, revised, uncovered_share
-from drake_starnav.planning.route import Route, find_route
-from drake_starnav.planning.state import EMPTY_PATH, UNSET_POSITION, PlannerInput, PlannerState, PlannerStatus, Wait
+from drake_starnav.planning.closures import (
+    AVERAGED_SCANS,
+    add_latest_node,
+    blocking_zones,
+    close_path,
+    is_probe_occluded,
+    narrow_gap_hits,
+    reopen_closures,
+)
+from drake_starnav.planning.guidance import PASSED_DISTANCE
+from drake_starnav.planning.impassable import inflated_hits
+from drake_starnav.planning.looking import sees_exit_after_turn, turn_to_unseen
+from drake_starnav.planning.manoeuvre import step_docking, step_manoeuvre
+from drake_starnav.planning.map_revision import consistent_regions
+from drake_starnav.planning.monitoring import PlanCheck, check_plan, distance_to, faces, is_turning
+from drake_starnav.planning.roadmap import StarRoadmap, replace_regions, uncovered_share
+from drake_starnav.planning.route import find_route
+from drake_starnav.planning.state import (
+    EMPTY_PATH,
+    UNSET_POSITION,
+    DeadEnd,
+    PlannerInput,
+    PlannerState,
+    PlannerStatus,
+    Route,
+)
 from drake_starnav.surroundings.observation import Observation
 from drake_starnav.surroundings.obstruction import AVOIDED
 from drake_starnav.surroundings.region_union import cover_at
@@ -32,10 +48,9 @@ MOST_CLOSED = 6
 
 
 def plan_step(state: PlannerState, inputs: PlannerInput) -> PlannerState:
-    """One update of the planner: learn from the scan, close a way that failed, and plan a path if there is none.
+    """Update the roadmap with a scan, close a route that failed, and plan one if there is none.
 
-    A new path is also planned as soon as the latest scan blocks the optimistic path beyond the exit. On its way to the
-    exit, the robot turns towards that path as soon as the latest scan shows it to be free.
+    A new route is also planned as soon as the latest scan blocks the optimistic path beyond the exit.
 
     Args:
         state: before; it is not changed.
@@ -43,223 +58,216 @@ def plan_step(state: PlannerState, inputs: PlannerInput) -> PlannerState:
 
     Raises:
         StarnavError: the scan differs in its number of beams from those before, or the goal is too far.
+
+    Source: in the place of Algorithm 1 of the paper, lines 9 to 19, and of its section III-C.
     """
     observation = inputs.observation
     if state.status is PlannerStatus.UNREACHABLE or observation.region is None:
         return state
     check_beams(state.roadmap, observation)
-    state, stalled = watched(state, inputs)
-    closures = state.roadmap.closures
-    here = closures.open_part(observation.region)
-    check = check_plan(state, here, inputs)
-    failed = _failed_way(state, inputs) if stalled else EMPTY_PATH
-    state = replaced(state, recent=(*state.recent, observation)[-AVERAGED_SCANS:])
-    state = _unless_blocked(_grown(state, here, check, stalled, inputs), check, inputs)
-    if len(failed):
-        state = closed(state, failed, inputs)
-    if len(state.path):
-        state = _along_path(state, check, inputs)
-    if not len(state.path):
-        state = _planned(state, stalled, inputs)
-    if state.roadmap.closures is not closures:
-        here = state.roadmap.closures.open_part(observation.region)
-    return _manoeuvred(_anticipating(looking_aside(state, inputs), here, inputs), inputs)
-
-
-def _anticipating(state: PlannerState, here: StarRegion, inputs: PlannerInput) -> PlannerState:
-    """The state with guidance to the last point of the optimistic path in sight inside `here`, the region's open part.
-
-    None on the way to another way point or to the goal, and while none of the next part of that path is in sight.
-    """
-    if state.aside is not None or state.status is not PlannerStatus.EXPLORING or len(state.path) != 1:
-        return state
-    path = state.optimistic_path
-    ahead = points_ahead(path, *inputs.position.tolist(), tuple(here.as_union), inputs.robot_radius)
-    if ahead < 0:
-        return state
-    return replaced(state, aside=Guidance(path[ahead : ahead + 1], False, here.as_union))
-
-
-def _manoeuvred(state: PlannerState, inputs: PlannerInput) -> PlannerState:
-    """The state with the manoeuvres of a robot that is no disc."""
-    if inputs.body is None:
-        return state
-    pose, patience = inputs.observation.pose, inputs.parameters.progress_timeout
-    if math.isfinite(inputs.heading):
-        dock = np.array((*inputs.goal, inputs.heading, inputs.goal_tolerance))
-        after = docking(state.manoeuvring, dock, pose, inputs.time, inputs.body, patience)
-        return replaced(state, manoeuvring=after)
-    path = EMPTY_PATH if _may_stand(state, inputs) else state.path
-    after = manoeuvring(state.manoeuvring, path, pose, inputs.time, inputs.body, patience)
-    return replaced(state, manoeuvring=after)
+    state, has_stalled = track_progress(state, inputs)
+    current_region = state.roadmap.closures.open_part(observation.region)
+    check = check_plan(state, current_region, inputs)
+    failed_path = find_failed_path(state, inputs) if has_stalled else EMPTY_PATH
+    state = replaced(state, recent_observations=(*state.recent_observations, observation)[-AVERAGED_SCANS:])
+    state = update_roadmap(state, current_region, check, has_stalled, inputs)
+    state = discard_blocked_path(state, check, inputs)
+    if len(failed_path):
+        state = close_path(state, failed_path, inputs)
+    if len(state.route.path):
+        state = drop_passed_points(state, check)
+    if not len(state.route.path):
+        state = replan(state, has_stalled, inputs)
+    if inputs.has_limited_view:
+        state = turn_to_unseen(state, inputs)
+    return state if inputs.manoeuvre_context is None else update_manoeuvre(state, inputs)
 
 
 def check_beams(roadmap: StarRoadmap, observation: Observation) -> None:
     """Raise a `StarnavError` if a scan's region has another number of bearings than the roadmap's regions."""
     if observation.region is None or not len(roadmap):
         return
-    bearings, before = len(observation.region.free_range), roadmap.union.values.shape[1]
-    if bearings != before:
+    bearings, expected = len(observation.region.free_range), roadmap.union.values.shape[1]
+    if bearings != expected:
         raise StarnavError(
             f"laser scan: {len(observation.scan.ranges)} beams (a region of {bearings} bearings) after scans of "
-            f"{len(roadmap.nodes[0].scan.ranges)} beams ({before} bearings); allowed: the same number in every scan"
+            f"{len(roadmap.nodes[0].scan.ranges)} beams ({expected} bearings); allowed: the same number in every scan"
         )
 
 
-def watched(state: PlannerState, inputs: PlannerInput) -> tuple[PlannerState, bool]:
-    """The state with its progress monitor updated, and whether the robot has stalled.
+def track_progress(state: PlannerState, inputs: PlannerInput) -> tuple[PlannerState, bool]:
+    """Return the state with its progress updated, and whether the robot has stalled.
 
     A robot may stand at its goal, without scans, and where it may be giving way; a manoeuvre has a patience of its own.
     """
-    may_stand = _may_stand(state, inputs)
-    manoeuvres = state.manoeuvring
-    moves = len(manoeuvres.poses) > 0 or not distance_to(inputs.position, state.progress_position) <= _progress(inputs)
-    if may_stand or (moves and not manoeuvres.gives_up):
-        return replaced(state, progress_position=inputs.position.copy(), progress_time=inputs.time), False
-    if manoeuvres.gives_up or inputs.time - state.progress_time > inputs.parameters.progress_timeout:
-        return replaced(state, progress_time=inputs.time), True
+    progress, gives_up = state.progress, state.manoeuvre.gives_up
+    has_moved = not distance_to(inputs.position, progress.position) <= progress_distance(inputs)
+    manoeuvres = len(state.manoeuvre.poses) > 0
+    if may_stand(state, inputs) or ((has_moved or manoeuvres) and not gives_up):
+        progress = progress._replace(position=inputs.position.copy(), time=inputs.time)
+        return replaced(state, progress=progress), False
+    if gives_up or inputs.time - progress.time > inputs.parameters.progress_timeout:
+        return replaced(state, progress=progress._replace(time=inputs.time)), True
     return state, False
 
 
-def _may_stand(state: PlannerState, inputs: PlannerInput) -> bool:
-    """Whether the robot is at its goal, was without scans, or may be giving way to a moving obstacle."""
+def may_stand(state: PlannerState, inputs: PlannerInput) -> bool:
+    """Return whether the robot is at its goal, was without scans, or may be giving way to a moving obstacle."""
     scan = inputs.observation.scan
     if inputs.interval > SILENT_SHARE * inputs.parameters.progress_timeout:
         return True
-    if scan.motion is not None and _is_near(scan.distances[scan.moving], inputs):
+    if scan.motion is not None and is_any_near(scan.distances[scan.moving], inputs):
         return True
-    approaching = state.status is PlannerStatus.APPROACHING and len(state.path) > 0
-    return approaching and distance_to(inputs.position, state.path[-1]) < max(inputs.goal_tolerance, _progress(inputs))
+    approaches = state.status is PlannerStatus.APPROACHING and len(state.route.path) > 0
+    reach = max(inputs.goal_tolerance, progress_distance(inputs))
+    return approaches and distance_to(inputs.position, state.route.path[-1]) < reach
 
 
-def _is_near(distances: np.ndarray, inputs: PlannerInput) -> bool:
-    """Whether the robot may be giving way to something at one of these distances, m."""
+def is_any_near(distances: np.ndarray, inputs: PlannerInput) -> bool:
+    """Return whether the robot may be giving way to something at one of these distances, m."""
     return bool((distances < AVOIDED * inputs.robot_radius).any())
 
 
-def _forget_hits(state: PlannerState, inputs: PlannerInput) -> PlannerState:
-    """Return the state with an empty roadmap: of the places that are closed only walls are kept."""
-    walls = replaced(state.roadmap.closures, failed=EMPTY_PATH)
-    roadmap = StarRoadmap.empty(inputs.parameters, inputs.robot_radius, inputs.swept_radius, walls)
-    return replaced(state, roadmap=roadmap, node_position=UNSET_POSITION)
-
-
-def _progress(inputs: PlannerInput) -> float:
+def progress_distance(inputs: PlannerInput) -> float:
+    """Return the length of a motion that counts as progress, m."""
     return PROGRESS_DISTANCE * inputs.robot_radius
 
 
-def node_is_due(state: PlannerState, region: StarRegion, check: PlanCheck, spaced: bool) -> bool:
-    """Whether to add a node with the region of the latest scan, `spaced` from where one was last added or omitted.
+def find_failed_path(state: PlannerState, inputs: PlannerInput) -> np.ndarray:
+    """Return the path (k, 2) on which a robot has stalled; none for a disc that still turns to it."""
+    path = np.vstack((state.guidance.path, state.route.beyond))
+    if inputs.manoeuvre_context is not None or not is_turning(state):
+        return path
+    return path if not len(path) or faces(inputs, path[0]) else EMPTY_PATH
+
+
+def update_roadmap(
+    state: PlannerState, current_region: StarRegion, check: PlanCheck, has_stalled: bool, inputs: PlannerInput
+) -> PlannerState:
+    """Add a node where one is due, and cut back the regions that the scan contradicts; the state has no path then."""
+    node_distance = distance_to(inputs.position, state.progress.node_position)
+    is_spaced = node_distance > inputs.parameters.spacing(inputs.robot_radius)
+    is_due = (
+        has_stalled
+        or (is_at_exit(state, inputs) and node_distance >= 0.5 * PASSED_DISTANCE * inputs.robot_radius)
+        or node_is_due(state, current_region, check, is_spaced)
+        or (inputs.has_limited_view and sees_exit_after_turn(state, current_region, inputs))
+    )
+    if not (is_due or is_spaced):
+        return state
+    regions = consistent_regions(state.roadmap, inputs.observation, inputs.margins, inputs.robot_radius)
+    is_contradicted = regions is not state.roadmap.regions
+    roadmap = replace_regions(state.roadmap, regions, inputs.margins, inputs.robot_radius)
+    progress = state.progress._replace(node_position=inputs.position.copy())
+    state = replaced(state, roadmap=roadmap, progress=progress)
+    return add_latest_node(state, inputs) if is_contradicted or is_due else state
+
+
+def node_is_due(state: PlannerState, region: StarRegion, check: PlanCheck, is_spaced: bool) -> bool:
+    """Return whether to add a node with the region of the latest scan, `is_spaced` from the last one added or omitted.
 
     A node is due at the start, every `node_spacing` (with a map from an earlier goal only if enough of the region is
-    new), when the target's probe is seen, and outside all regions.
+    new), when the probe of the exit is seen, and outside all regions.
     """
     if check.sees_probe or check.outside or not len(state.roadmap):
         return True
-    return spaced and not (state.began_with_map and uncovered_share(region, state.roadmap.union) <= NEW_SHARE)
+    return is_spaced and not (
+        state.progress.began_with_map and uncovered_share(region, state.roadmap.union) <= NEW_SHARE
+    )
 
 
-def _grown(
-    state: PlannerState, here: StarRegion, check: PlanCheck, stalled: bool, inputs: PlannerInput
-) -> PlannerState:
-    """The state with a node where one is due, and with regions cut back where the scan contradicts them.
+def is_at_exit(state: PlannerState, inputs: PlannerInput) -> bool:
+    """Return whether the robot is at the viewpoint of the exit."""
+    viewpoint = None if state.route.exit is None else state.route.exit[0]
+    return viewpoint is not None and distance_to(inputs.position, viewpoint) < PASSED_DISTANCE * inputs.robot_radius
 
-    It has no path then.
+
+def discard_blocked_path(state: PlannerState, check: PlanCheck, inputs: PlannerInput) -> PlannerState:
+    """Discard a path that the scan shows to be blocked, and remember the hits that do.
+
+    At an exit whose probe was not seen on the way the path is discarded, too, so that the exit may be closed.
     """
-    observation, position = inputs.observation, inputs.position
-    spaced = distance_to(position, state.node_position) > inputs.parameters.spacing(inputs.robot_radius)
-    due = stalled or _arrives_to_look(state, inputs) or node_is_due(state, here, check, spaced)
-    due = due or turned_to_look(state, here, inputs)
-    if not (due or spaced):
+    if not len(state.route.path):
         return state
-    regions = remaining(state.roadmap, observation, inputs.margins, inputs.robot_radius)
-    changed = regions is not state.roadmap.regions
-    roadmap = revised(state.roadmap, regions, inputs.margins, inputs.robot_radius)
-    state = replaced(state, roadmap=roadmap, node_position=position.copy())
-    return with_latest(state, inputs) if changed or due else state
-
-
-def _is_at_exit(state: PlannerState, inputs: PlannerInput) -> bool:
-    passed = PASSED_DISTANCE * inputs.robot_radius
-    return state.target is not None and distance_to(inputs.position, state.target[0]) < passed
-
-
-def _arrives_to_look(state: PlannerState, inputs: PlannerInput) -> bool:
-    """Whether the robot is at the exit and has no node there."""
-    away = distance_to(inputs.position, state.node_position)
-    return _is_at_exit(state, inputs) and away >= 0.5 * PASSED_DISTANCE * inputs.robot_radius
-
-
-def _unless_blocked(state: PlannerState, check: PlanCheck, inputs: PlannerInput) -> PlannerState:
-    """The state; with the hits that show the way to be blocked, and without a path, if they do.
-
-    Nor has it a path at an exit whose probe was not seen on the way, so that the exit may be closed.
-    """
-    if not len(state.path):
-        return state
-    if _is_at_exit(state, inputs) and not state.doubting:
-        state = replaced(state, path=EMPTY_PATH)
-    points = too_narrow(state, inputs) if check.doubtful or state.doubting else EMPTY_PATH
+    if is_at_exit(state, inputs) and not state.retrying:
+        state = discard_path(state)
+    points = narrow_gap_hits(state, inputs) if check.doubtful or state.retrying else EMPTY_PATH
     if check.obstructed:
-        points = np.vstack((points, impassable_points(inputs.observation, inputs.margins, inputs.robot_radius)))
+        points = np.vstack((points, inflated_hits(inputs.observation, inputs.margins, inputs.robot_radius)))
     if not len(points):
         return state
     roadmap = replaced(state.roadmap, hits=state.roadmap.hits.stamped(points))
-    return replaced(state, roadmap=roadmap, path=EMPTY_PATH)
+    return replaced(discard_path(state), roadmap=roadmap)
 
 
-def _along_path(state: PlannerState, check: PlanCheck, inputs: PlannerInput) -> PlannerState:
-    """The state with the path still ahead; without a path if the robot has lost sight of it."""
+def discard_path(state: PlannerState) -> PlannerState:
+    """Return the state without a path, so that one is planned."""
+    return replaced(state, route=state.route._replace(path=EMPTY_PATH))
+
+
+def drop_passed_points(state: PlannerState, check: PlanCheck) -> PlannerState:
+    """Return the state with the path still ahead; without a path if the robot has lost sight of it."""
     if check.strayed:
-        return replaced(state, path=EMPTY_PATH)
-    return replaced(state, path=state.path[check.passed :]) if check.passed else state
+        return discard_path(state)
+    return replaced(state, route=state.route._replace(path=state.route.path[check.passed :])) if check.passed else state
 
 
-def _failed_way(state: PlannerState, inputs: PlannerInput) -> np.ndarray:
-    """The way (k, 2) on which a robot has stalled; none for a disc that still turns to it."""
-    way = np.vstack((state.guidance.path, state.optimistic_path))
-    turned = inputs.body is not None or not is_turning(state) or not len(way) or faces(inputs, way[0])
-    return way if turned else EMPTY_PATH
+def replan(state: PlannerState, has_stalled: bool, inputs: PlannerInput) -> PlannerState:
+    """Return the state with a new route; without one the robot is in a dead end.
 
-
-def _planned(state: PlannerState, stalled: bool, inputs: PlannerInput) -> PlannerState:
-    """The state with a new path; if there is none, the goal is unreachable.
-
-    At the first look the scan may be at fault: one that shows no way at all is forgotten. So is one in which the robot
-    cannot move, for what is in its way hides the rest, and may leave. While something is near that may leave, the robot
-    waits; where that moves, hits are forgotten, as they may have been of its like.
+    Discard a first scan that leaves no route, as it may be faulty; and one in which the robot cannot move, as what is
+    in its way hides the rest, and may leave.
     """
     region = inputs.observation.region
     assert region is not None
-    boxed_in = region.reach < _progress(inputs) < region.limit.max()
-    first = state.plans == 0 and not stalled
-    state, route = _searched(state, first, boxed_in, inputs)
+    is_boxed_in = region.reach < progress_distance(inputs) < region.limit.max()
+    has_no_plan = state.progress.plan_count == 0
+    is_first_scan = has_no_plan and not has_stalled
+    state, route = find_open_route(state, is_first_scan, is_boxed_in, inputs)
     if route is not None:
-        return replaced(
-            state,
-            status=PlannerStatus.APPROACHING if route.exit is None else PlannerStatus.EXPLORING,
-            path=route.path,
-            target=route.exit,
-            plans=state.plans + 1,
-            plan_position=inputs.position.copy(),
-            optimistic_path=route.beyond,
-        )
-    if first or (boxed_in and state.plans == 0):
-        walls = replaced(state.roadmap.closures, failed=EMPTY_PATH)
-        return replaced(
-            PlannerState.initial(inputs.parameters, inputs.robot_radius, inputs.swept_radius, walls),
-            progress_position=state.progress_position,
-            progress_time=state.progress_time,
-        )
-    state = replaced(state, path=EMPTY_PATH, target=None)
-    if boxed_in:
-        return state
+        return start_route(state, route, inputs)
+    if is_first_scan or (is_boxed_in and has_no_plan):
+        return forget_all(state, inputs)
+    state = replaced(state, route=state.route._replace(path=EMPTY_PATH, exit=None))
+    return state if is_boxed_in else enter_dead_end(state, inputs)
+
+
+def start_route(state: PlannerState, route: Route, inputs: PlannerInput) -> PlannerState:
+    """Return the state with a route that begins where the robot is."""
+    return replaced(
+        state,
+        status=PlannerStatus.APPROACHING if route.exit is None else PlannerStatus.EXPLORING,
+        route=route._replace(start=inputs.position.copy()),
+        progress=state.progress._replace(plan_count=state.progress.plan_count + 1),
+    )
+
+
+def forget_all(state: PlannerState, inputs: PlannerInput) -> PlannerState:
+    """Return the state before the first scan, but for keep-outs and the time without progress."""
+    keep_outs = replaced(state.roadmap.closures, failed=EMPTY_PATH)
+    initial = PlannerState.initial(inputs.parameters, inputs.robot_radius, inputs.swept_radius, keep_outs)
+    progress = initial.progress._replace(position=state.progress.position, time=state.progress.time)
+    return replaced(initial, progress=progress)
+
+
+def forget_hits(state: PlannerState, inputs: PlannerInput) -> PlannerState:
+    """Return the state with an empty roadmap: of the places that are closed only keep-outs are kept."""
+    roadmap = forget_all(state, inputs).roadmap
+    return replaced(state, roadmap=roadmap, progress=state.progress._replace(node_position=UNSET_POSITION))
+
+
+def enter_dead_end(state: PlannerState, inputs: PlannerInput) -> PlannerState:
+    """Give the goal up, or wait while something is near that may leave.
+
+    Where that moves, hits are forgotten, as they may have been of its like.
+    """
     scan = inputs.observation.scan
-    if not _is_near(scan.distances[scan.may_leave], inputs):
-        return replaced(state, status=PlannerStatus.UNREACHABLE, barred_by=barred_by(state, inputs))
+    if not is_any_near(scan.distances[scan.may_leave], inputs):
+        return give_up(state, blocking_zones(state, inputs), inputs)
     state = wait_for_obstacle(state, inputs)
-    moves = _is_near(scan.distances[scan.may_leave & ~scan.mappable], inputs)
-    return _forget_hits(state, inputs) if moves and state.wait is not None else state
+    waits = state.status is PlannerStatus.WAITING
+    moves = is_any_near(scan.distances[scan.may_leave & ~scan.mappable], inputs)
+    return forget_hits(state, inputs) if moves and waits else state
 
 
 def wait_for_obstacle(state: PlannerState, inputs: PlannerInput) -> PlannerState:
@@ -268,41 +276,60 @@ def wait_for_obstacle(state: PlannerState, inputs: PlannerInput) -> PlannerState
     The time begins anew where the robot has come nearer to its goal since.
     """
     distance, patience = distance_to(inputs.position, inputs.goal), inputs.parameters.obstacle_patience
-    wait = state.wait
-    if wait is None or distance < wait.distance - _progress(inputs):
-        wait = Wait(inputs.time, distance)
-    if patience and inputs.time - wait.since > patience:
-        said = f"an obstacle that may move, for which the robot has waited {patience:g} s"
-        return replaced(state, status=PlannerStatus.UNREACHABLE, wait=None, barred_by=said)
-    return replaced(state, status=PlannerStatus.WAITING, wait=wait)
+    dead_end = state.progress.dead_end
+    if dead_end is None or distance < dead_end.distance - progress_distance(inputs):
+        dead_end = DeadEnd(inputs.time, distance)
+    if patience and inputs.time - dead_end.since > patience:
+        return give_up(state, f"an obstacle that may move, for which the robot has waited {patience:g} s", inputs)
+    return replaced(state, status=PlannerStatus.WAITING, progress=state.progress._replace(dead_end=dead_end))
 
 
-def _searched(
-    state: PlannerState, first: bool, boxed_in: bool, inputs: PlannerInput
+def give_up(state: PlannerState, cause: str, inputs: PlannerInput) -> PlannerState:
+    """Return the state of a robot to which no way is left, for a cause that may be empty."""
+    dead_end = DeadEnd(inputs.time, distance_to(inputs.position, inputs.goal), cause)
+    return replaced(state, status=PlannerStatus.UNREACHABLE, progress=state.progress._replace(dead_end=dead_end))
+
+
+def find_open_route(
+    state: PlannerState, is_first_scan: bool, is_boxed_in: bool, inputs: PlannerInput
 ) -> tuple[PlannerState, Route | None]:
-    """The state and the route in it. An exit at which the robot stands is closed if what is beyond it is hidden.
+    """Return the state and the route in it. An exit at which the robot stands is closed if its probe is occluded.
 
-    As long as it is neither seen nor shown to be hidden, the robot drives on towards it. Where no way is left, what was
-    closed is opened again, once more to be tried.
+    As long as the probe is neither seen nor shown to be occluded, the robot drives on towards it. Where no route is
+    left, closures are reopened, once more to be tried.
     """
     region, route = inputs.observation.region, None
     assert region is not None
     for _ in range(MOST_CLOSED):
-        here = state.roadmap.closures.open_part(region)
-        route = find_route(state, here, inputs)
-        if route is None and not first and (again := reopened(state, inputs)) is not state:
-            return _searched(again, first, boxed_in, inputs)
+        current_region = state.roadmap.closures.open_part(region)
+        route = find_route(state, current_region, inputs)
+        if route is None and not is_first_scan and (reopened := reopen_closures(state, inputs)) is not state:
+            return find_open_route(reopened, is_first_scan, is_boxed_in, inputs)
         if route is None or route.exit is None:
             break
         viewpoint, probe = route.exit
-        passed = PASSED_DISTANCE * inputs.robot_radius
-        if distance_to(viewpoint, inputs.position) > passed or cover_at(here.as_union, *probe, 0.0) >= 0:
+        is_far = distance_to(viewpoint, inputs.position) > PASSED_DISTANCE * inputs.robot_radius
+        if is_far or cover_at(current_region.as_union, *probe, 0.0) >= 0:
             break
-        if not sees_all_around(inputs) and not faces(inputs, probe):
+        if inputs.has_limited_view and not faces(inputs, probe):
             return state, route._replace(path=probe[None])  # the lidar may not have looked there yet
-        if state.doubting or boxed_in:
+        if state.retrying or is_boxed_in:
             break
-        if not hidden(state, viewpoint, probe, inputs):
+        if not is_probe_occluded(state, viewpoint, probe, inputs):
             return state, route._replace(path=probe[None])
-        state = closed(state, np.vstack((route.path, route.beyond)), inputs)
+        state = close_path(state, np.vstack((route.path, route.beyond)), inputs)
     return state, route
+
+
+def update_manoeuvre(state: PlannerState, inputs: PlannerInput) -> PlannerState:
+    """Return the state with the manoeuvres of a robot that is no disc."""
+    context = inputs.manoeuvre_context
+    assert context is not None
+    pose, patience = inputs.observation.pose, inputs.parameters.progress_timeout
+    if math.isfinite(inputs.heading):
+        dock = np.array((*inputs.goal, inputs.heading, inputs.goal_tolerance))
+        manoeuvre = step_docking(state.manoeuvre, dock, pose, inputs.time, context, patience)
+    else:
+        path = EMPTY_PATH if may_stand(state, inputs) else state.route.path
+        manoeuvre = step_manoeuvre(state.manoeuvre, path, pose, inputs.time, context, patience)
+    return replaced(state, manoeuvre=manoeuvre)

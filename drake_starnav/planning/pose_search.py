@@ -75,7 +75,7 @@ class Space(NamedTuple):
     grid: tuple[float, float, float]
 
 
-def found_way(
+def search_poses(
     start: np.ndarray,
     goals: np.ndarray,
     moves: np.ndarray,
@@ -240,7 +240,7 @@ def _turn_to_go(yaw, goals, turn_cost):
 
 @kernel
 def _searched(starts, goals, moves, to_go, turn_cost, space, leaves):
-    """The poses that `found_way` reached, each one's predecessor, and the last one of the way; -1 without a way.
+    """The poses that `search_poses` reached, each one's predecessor, and the last one of the way; -1 without a way.
 
     `starts` (m, 5) are as goals, with what it costs to begin there; `moves` those that are tried from all poses, and
     those from the starts alone; `to_go` is the cost to go of each cell, and `turn_cost` that of a turn at least, m/rad.

@@ -11,7 +11,7 @@ import numpy as np
 from drake_starnav.geometry.compiled import kernel
 from drake_starnav.planning.closed_places import NOTHING_CLOSED, Closures
 from drake_starnav.planning.distance_grid import STRIDE, DistanceGrid
-from drake_starnav.planning.impassable import impassable_points
+from drake_starnav.planning.impassable import inflated_hits
 from drake_starnav.planning.known_cells import KnownCells
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.surroundings.margins import Margins
@@ -65,14 +65,17 @@ class StarRoadmap:
 
     @staticmethod
     def empty(
-        parameters: PlannerParameters, robot_radius: float, swept_radius: float = 0.0, walls: Closures = NOTHING_CLOSED
+        parameters: PlannerParameters,
+        robot_radius: float,
+        swept_radius: float = 0.0,
+        closures: Closures = NOTHING_CLOSED,
     ) -> "StarRoadmap":
-        """A roadmap before the first scan, of a robot whose radii are as of `PlannerInput`, m, with its walls."""
+        """A roadmap before the first scan, of a robot whose radii are as of `PlannerInput`, m, with its keep-outs."""
         hits = DistanceGrid.empty(parameters.cell(robot_radius), max(robot_radius, swept_radius))
-        return StarRoadmap(hits.stamped(walls.solid), closures=walls)
+        return StarRoadmap(hits.stamped(closures.all_keep_outs), closures=closures)
 
 
-def extended(roadmap: StarRoadmap, node: Observation, margins: Margins, robot_radius: float) -> StarRoadmap:
+def add_node(roadmap: StarRoadmap, node: Observation, margins: Margins, robot_radius: float) -> StarRoadmap:
     """The roadmap with one more node and its hits.
 
     Args:
@@ -81,10 +84,10 @@ def extended(roadmap: StarRoadmap, node: Observation, margins: Margins, robot_ra
         margins: of the regions.
         robot_radius: m.
     """
-    return with_node(roadmap, node, roadmap.hits.stamped(impassable_points(node, margins, robot_radius)))
+    return append_node(roadmap, node, roadmap.hits.stamped(inflated_hits(node, margins, robot_radius)))
 
 
-def with_node(roadmap: StarRoadmap, node: Observation, hits: DistanceGrid) -> StarRoadmap:
+def append_node(roadmap: StarRoadmap, node: Observation, hits: DistanceGrid) -> StarRoadmap:
     """The roadmap with one more node, and with other hits."""
     assert node.region is not None
     union = indexed(roadmap.union.joined(node.region.as_union), roadmap.union, np.array([len(roadmap)]))
@@ -94,7 +97,7 @@ def with_node(roadmap: StarRoadmap, node: Observation, hits: DistanceGrid) -> St
     return dataclasses.replace(roadmap, hits=hits, nodes=(*roadmap.nodes, node), union=union, known=known)
 
 
-def revised(
+def replace_regions(
     roadmap: StarRoadmap, regions: Sequence[StarRegion | None], margins: Margins, robot_radius: float
 ) -> StarRoadmap:
     """The roadmap with these regions of its nodes (None: dropped).
@@ -110,7 +113,7 @@ def revised(
     )
     hits = roadmap.hits
     if margins.drop_seen_through:
-        hits = stamped_anew(hits.emptied(), roadmap.closures, nodes, margins, robot_radius)
+        hits = rebuild_grid(hits.emptied(), roadmap.closures, nodes, margins, robot_radius)
     if not nodes:
         return StarRoadmap(hits, closures=roadmap.closures)
     old, kept = roadmap.union, np.array([region is not None for region in regions])
@@ -131,16 +134,16 @@ def refit_regions(roadmap: StarRoadmap, margins: Margins, robot_radius: float) -
     """A roadmap of the same scans and hits, with the open part of each scan's region; for a radius (m) and margins."""
     whole = [node.refit(robot_radius, margins).region for node in roadmap.nodes]
     regions = [roadmap.closures.open_part(region) for region in whole if region is not None]
-    return revised(roadmap, regions, margins, robot_radius)
+    return replace_regions(roadmap, regions, margins, robot_radius)
 
 
-def stamped_anew(
+def rebuild_grid(
     hits: DistanceGrid, closures: Closures, nodes: Sequence[Observation], margins: Margins, robot_radius: float
 ) -> DistanceGrid:
     """A grid with walls and the hits of nodes, too."""
-    hits = hits.stamped(closures.solid)
+    hits = hits.stamped(closures.all_keep_outs)
     for node in nodes:
-        hits = hits.stamped(impassable_points(node, margins, robot_radius))
+        hits = hits.stamped(inflated_hits(node, margins, robot_radius))
     return hits
 
 

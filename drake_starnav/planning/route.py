@@ -1,17 +1,16 @@
 """The route: along the one optimistic path, to the goal or to where that path leaves the regions."""
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
 from drake_starnav.geometry.compiled import kernel
 from drake_starnav.geometry.polyline import arc_lengths
-from drake_starnav.planning.approach import approach
-from drake_starnav.planning.cost_field import CostField, Terrain, cost_to_go
+from drake_starnav.planning.approach import goal_candidates
+from drake_starnav.planning.cost_field import CostField, CostmapParams, cost_to_go
 from drake_starnav.planning.distance_grid import STRIDE
 from drake_starnav.planning.frontiers import gaps_of
-from drake_starnav.planning.state import EMPTY_PATH, PlannerInput, PlannerState
+from drake_starnav.planning.state import PlannerInput, PlannerState, Route
 from drake_starnav.planning.string_pulling import string_pulled
 from drake_starnav.surroundings.region_union import cover_at, first_gap
 from drake_starnav.surroundings.star_region import StarRegion
@@ -28,22 +27,7 @@ AROUND = 2.0
 """The optimistic path is searched this far beyond all that is known, in radii: no way is shorter farther out."""
 
 
-class Route(NamedTuple):
-    """The way to the next target.
-
-    Attributes:
-        path: shape (k, 2), way points from after the robot on, inside the regions, W, m.
-        exit: viewpoint and probe of the frontier at which the optimistic path leaves the regions, shape (2, 2), W, m;
-            None: the path leads to the goal.
-        beyond: shape (m, 2), the optimistic path from the probe to the goal, W, m.
-    """
-
-    path: np.ndarray
-    exit: np.ndarray | None = None
-    beyond: np.ndarray = EMPTY_PATH
-
-
-def find_route(state: PlannerState, here: StarRegion, inputs: PlannerInput) -> Route | None:
+def find_route(state: PlannerState, current_region: StarRegion, inputs: PlannerInput) -> Route | None:
     """The route along the optimistic path; None if the hits leave no way even if all unknown space were free.
 
     The goal is the target if a region contains it; for a goal beside a wall, the place nearest to it that a region
@@ -51,26 +35,27 @@ def find_route(state: PlannerState, here: StarRegion, inputs: PlannerInput) -> R
 
     Args:
         state: with the roadmap.
-        here: region of the latest scan.
+        current_region: of the latest scan.
         inputs: where the robot is and shall go, and the parameters.
 
     Source: in the place of Eq. (6) of the paper, section III-C.2.
     """
     roadmap, position, union = state.roadmap, inputs.position, state.roadmap.union
-    spot = approach(roadmap.hits, inputs.goal, inputs.goal_tolerance, inputs.robot_radius, inputs.margins.preferred)
-    seen = np.flatnonzero(here.as_union.contains(spot.places) | union.contains(spot.places))
-    goal = spot.places[seen[0]] if len(seen) else spot.goal
+    tolerance, margin = inputs.goal_tolerance, inputs.margins.preferred
+    candidates = goal_candidates(roadmap.hits, inputs.goal, tolerance, inputs.robot_radius, margin)
+    known = np.flatnonzero(current_region.as_union.contains(candidates.places) | union.contains(candidates.places))
+    goal = candidates.places[known[0]] if len(known) else candidates.goal
     straight = tuple(position), tuple(goal), 0.0, inputs.robot_radius
-    if len(seen) and (cover_at(here.as_union, *goal, 0.0) >= 0 or first_gap(union, *straight) < 0.0):
+    if len(known) and (cover_at(current_region.as_union, *goal, 0.0) >= 0 or first_gap(union, *straight) < 0.0):
         return Route(goal[None].copy())
     path = cost_field(state, goal, inputs).path(position)
     if not len(path):
         return None
-    sight = here.as_union if state.doubting else union
+    sight = current_region.as_union if state.retrying else union
     path, last, first = _leaving(path, 0.5 * STRIDE * roadmap.hits.resolution, union, LEFT * inputs.robot_radius)
     if first < 0:
         return Route(
-            string_pulled(np.vstack((path, goal)) if len(seen) else path, position, sight, inputs.robot_radius)
+            string_pulled(np.vstack((path, goal)) if len(known) else path, position, sight, inputs.robot_radius)
         )
     way, beyond = path[: last + 1], path[first:]
     aim = frontier_point(state, inputs.robot_radius, path[last], path[first]) if last else None
@@ -104,13 +89,15 @@ def frontier_point(
 def cost_field(state: PlannerState, goal: np.ndarray, inputs: PlannerInput) -> CostField:
     """The optimistic cost-to-go over hits and closures, from the goal (2,) to the robot."""
     roadmap, position = state.roadmap, inputs.position
-    known = np.vstack((roadmap.hits.bounds, roadmap.union.bounds, goal, position))
-    terrain = Terrain(inputs.robot_radius, roadmap.closures.failed, roadmap.known, doubt(inputs), inputs.swept_radius)
-    low, high = known.min(axis=0) - AROUND * inputs.robot_radius, known.max(axis=0) + AROUND * inputs.robot_radius
-    return cost_to_go(roadmap.hits, goal, low, high, terrain, position)
+    places = np.vstack((roadmap.hits.bounds, roadmap.union.bounds, goal, position))
+    border = AROUND * inputs.robot_radius
+    params = CostmapParams(
+        inputs.robot_radius, roadmap.closures.failed, roadmap.known, clearance_uncertainty(inputs), inputs.swept_radius
+    )
+    return cost_to_go(roadmap.hits, goal, places.min(axis=0) - border, places.max(axis=0) + border, params, position)
 
 
-def doubt(inputs: PlannerInput) -> float:
+def clearance_uncertainty(inputs: PlannerInput) -> float:
     """By how much the distance of a cell from the hits may be too small, m; less for a robot as small as a cell."""
     cell = inputs.parameters.cell(inputs.robot_radius)
     half_diagonal, most = math.hypot(0.5, 0.5) * cell, inputs.robot_radius - STRIDE * cell

@@ -1,9 +1,7 @@
 """The planner's input, state and status: immutable snapshots."""
 
-import dataclasses
 import math
 from collections.abc import Callable
-from dataclasses import field
 from enum import Enum
 from functools import cached_property
 from typing import NamedTuple
@@ -14,30 +12,19 @@ from drake_starnav.geometry.polyline import simplified
 from drake_starnav.planning.closed_places import NOTHING_CLOSED, Closures
 from drake_starnav.planning.frontiers import all_gaps
 from drake_starnav.planning.guidance import Guidance
-from drake_starnav.planning.manoeuvre import Body, Manoeuvring
+from drake_starnav.planning.manoeuvre import ManoeuvreContext, ManoeuvreState
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.roadmap import StarRoadmap
+from drake_starnav.planning.string_pulling import farthest_in_sight
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.observation import Observation
-from drake_starnav.utils.snapshot import snapshot
+from drake_starnav.utils.snapshot import replaced, snapshot
 
 UNSET_POSITION = np.full(2, np.inf)
 """A position infinitely far from every place, m."""
 EMPTY_PATH = np.zeros((0, 2))
 STRAIGHT = 0.08
 """Frontiers are shown as lines that are off by up to this, in radii of the robot."""
-
-
-class Wait(NamedTuple):
-    """A robot waits as no way is left but past what may leave.
-
-    Attributes:
-        since: when that began, s.
-        distance: from the robot to its goal then, m.
-    """
-
-    since: float
-    distance: float
 
 
 class PlannerStatus(Enum):
@@ -54,6 +41,61 @@ class PlannerStatus(Enum):
     BLOCKED = "blocked"
 
 
+class Route(NamedTuple):
+    """The way to the next target.
+
+    Attributes:
+        path: shape (k, 2), way points ahead, inside the regions, W, m; the first is the short-term goal.
+        exit: viewpoint and probe of the frontier at which the optimistic path leaves the regions, shape (2, 2), W, m;
+            None: the path leads to the goal, or there is none.
+        beyond: shape (m, 2), the optimistic path from the probe to the goal, W, m.
+        start: where the robot was when the route was planned, shape (2,), W, m.
+    """
+
+    path: np.ndarray = EMPTY_PATH
+    exit: np.ndarray | None = None
+    beyond: np.ndarray = EMPTY_PATH
+    start: np.ndarray = UNSET_POSITION
+
+
+class DeadEnd(NamedTuple):
+    """No way is left to the goal.
+
+    Attributes:
+        since: when that began, s.
+        distance: from the robot to its goal then, m.
+        cause: what leaves no way, for good; empty: something that may leave, or what the scans show.
+    """
+
+    since: float
+    distance: float
+    cause: str = ""
+
+
+class Progress(NamedTuple):
+    """How the drive to the goal goes.
+
+    Attributes:
+        position: where the last progress was made, shape (2,), W, m.
+        time: when it was made, s.
+        node_position: where a node was last added, or last omitted because its scan showed nothing new, shape (2,).
+        plan_count: number of paths planned.
+        began_with_map: whether the roadmap already had nodes when the goal was set.
+        dead_end: until a way is found nearer to the goal; None: there was none.
+        standing_since: since when a robot of limited view has stood, or faced its path, without progress, s.
+        unseen_heading: yaw in W to which a robot of limited view turns on the spot for now, rad; NaN: none.
+    """
+
+    position: np.ndarray = UNSET_POSITION
+    time: float = 0.0
+    node_position: np.ndarray = UNSET_POSITION
+    plan_count: int = 0
+    began_with_map: bool = False
+    dead_end: DeadEnd | None = None
+    standing_since: float = 0.0
+    unseen_heading: float = math.nan
+
+
 @snapshot
 class PlannerState:
     """The planner's state. Immutable.
@@ -61,90 +103,83 @@ class PlannerState:
     Attributes:
         roadmap: the latest snapshot.
         status: its current activity.
-        path: shape (k, 2), waypoints ahead, W, m.
-        target: viewpoint and probe of the target frontier, where the optimistic path leaves the regions, shape (2, 2);
-            None when the target is the goal or nothing.
-        node_position: where a node was last added, or last omitted because its scan showed nothing new, shape (2,).
-        progress_position: where the last progress was made, shape (2,).
-        progress_time: when it was made, s.
-        plans: number of paths planned.
-        began_with_map: whether the roadmap already had nodes when the goal was set.
-        plan_position: position of the robot when the latest path was planned, shape (2,).
-        optimistic_path: shape (m, 2), the optimistic path from the target frontier's probe to the goal, W, m.
-        doubting: whether no way was left once. Then only standing still, or enough scans, speak against a way.
-        recent: the latest observations, oldest first.
-        manoeuvring: of a robot that is no disc.
-        aside: guidance that precedes the path, to turn to what is to be seen or to what the latest scan shows; or None.
-        facing_time: since when the robot has stood, or faced its path, without progress, s.
-        wait: for what may leave, until a way is found nearer to the goal; None: there was none.
-        barred_by: the causes of closures but for which there might be a way, once none is left; empty: there are none.
+        route: which the robot follows; without a path it stops.
+        progress: of the drive to the goal.
+        retrying: whether all routes have failed once. From then on only a stall or averaged scans close a route.
+        manoeuvre: of a robot that is no disc.
+        recent_observations: the latest ones, oldest first.
     """
 
     roadmap: StarRoadmap
-    status: PlannerStatus
-    path: np.ndarray
-    target: np.ndarray | None
-    node_position: np.ndarray
-    progress_position: np.ndarray
-    progress_time: float
-    plans: int
-    began_with_map: bool = False
-    plan_position: np.ndarray = field(default_factory=lambda: UNSET_POSITION)
-    optimistic_path: np.ndarray = field(default_factory=lambda: EMPTY_PATH)
-    doubting: bool = False
-    recent: tuple[Observation, ...] = ()
-    manoeuvring: Manoeuvring = Manoeuvring()
-    aside: Guidance | None = None
-    facing_time: float = 0.0
-    wait: Wait | None = None
-    barred_by: str = ""
+    status: PlannerStatus = PlannerStatus.WAITING
+    route: Route = Route()
+    progress: Progress = Progress()
+    retrying: bool = False
+    manoeuvre: ManoeuvreState = ManoeuvreState()
+    recent_observations: tuple[Observation, ...] = ()
 
     @staticmethod
     def initial(
-        parameters: PlannerParameters, robot_radius: float, swept_radius: float = 0.0, walls: Closures = NOTHING_CLOSED
+        parameters: PlannerParameters,
+        robot_radius: float,
+        swept_radius: float = 0.0,
+        closures: Closures = NOTHING_CLOSED,
     ) -> "PlannerState":
-        """The state before the first scan; arguments as for `StarRoadmap.empty`."""
-        return PlannerState(
-            roadmap=StarRoadmap.empty(parameters, robot_radius, swept_radius, walls),
-            status=PlannerStatus.WAITING,
-            path=EMPTY_PATH,
-            target=None,
-            node_position=UNSET_POSITION,
-            progress_position=UNSET_POSITION,
-            progress_time=0.0,
-            plans=0,
-        )
+        """Return the state before the first scan; arguments as for `StarRoadmap.empty`."""
+        return PlannerState(StarRoadmap.empty(parameters, robot_radius, swept_radius, closures))
 
     def with_new_goal(self) -> "PlannerState":
-        """The state after a change of the goal, even from UNREACHABLE: map and closures are kept, the plan is reset."""
-        return dataclasses.replace(
+        """Return the state after a change of the goal: map and closures are kept, the plan is reset."""
+        progress = self.progress._replace(
+            position=UNSET_POSITION,
+            began_with_map=len(self.roadmap) > 0,
+            dead_end=None,
+            unseen_heading=math.nan,
+        )
+        return replaced(
             self,
             status=PlannerStatus.WAITING,
-            path=EMPTY_PATH,
-            target=None,
-            progress_position=UNSET_POSITION,
-            doubting=False,
-            recent=(),
-            aside=None,
-            wait=None,
-            began_with_map=len(self.roadmap) > 0,
+            route=self.route._replace(path=EMPTY_PATH, exit=None),
+            progress=progress,
+            retrying=False,
+            recent_observations=(),
         )
 
     def frontiers(self, robot_radius: float) -> np.ndarray:
-        """The frontiers as line segments, shape (n, 2, 2), W, m, for a robot of this radius, m."""
+        """Return the frontiers as line segments, shape (n, 2, 2), W, m, for a robot of this radius, m."""
         gaps = all_gaps(self.roadmap, robot_radius)
         lines = [simplified(gap.line, STRAIGHT * robot_radius) for gap in gaps]
         return np.concatenate([np.zeros((0, 2, 2)), *(np.stack((each[:-1], each[1:]), axis=1) for each in lines)])
 
     @cached_property
     def guidance(self) -> Guidance:
-        """The plan as the controller receives it."""
-        if not len(self.path):
+        """The plan as the controller receives it: manoeuvres first, then turns to unseen space, then the path."""
+        path, regions = self.route.path, self.roadmap.union
+        if not len(path):
             return Guidance.none()
-        if self.aside is not None and not len(self.manoeuvring.poses):
-            return self.aside
         arrives = self.status is PlannerStatus.APPROACHING
-        return Guidance(self.path, arrives, self.roadmap.union, self.manoeuvring.poses)
+        if len(self.manoeuvre.poses):
+            return Guidance(path, arrives, regions, self.manoeuvre.poses)
+        if math.isfinite(self.progress.unseen_heading):
+            position = self.recent_observations[-1].pose[:2]
+            return Guidance(path, False, regions, np.array(((*position, self.progress.unseen_heading, 0.0),)))
+        return look_ahead(self) or Guidance(path, arrives, regions)
+
+
+def look_ahead(state: PlannerState) -> Guidance | None:
+    """Return guidance to the farthest point of the optimistic path beyond the exit that the latest scan shows free.
+
+    None on the way to another way point or to the goal, and while nothing of that path is in sight.
+    """
+    route = state.route
+    if state.status is not PlannerStatus.EXPLORING or len(route.path) != 1 or not state.recent_observations:
+        return None
+    latest = state.recent_observations[-1]
+    assert latest.region is not None
+    current_region = state.roadmap.closures.open_part(latest.region)
+    x, y = latest.pose[:2].tolist()
+    last = farthest_in_sight(route.beyond, x, y, tuple(current_region.as_union), current_region.radius)
+    return None if last < 0 else Guidance(route.beyond[last : last + 1], False, current_region.as_union)
 
 
 class PlannerInput(NamedTuple):
@@ -160,7 +195,7 @@ class PlannerInput(NamedTuple):
         robot_radius: of the robot, or of the narrowest disc that covers a part of it, m.
         goal_tolerance: a robot this near to the goal has reached it, m.
         interval: time since the update before, s.
-        body: the robot, if it is no disc.
+        manoeuvre_context: what the manoeuvres of a robot need that is no disc.
         heading: to which a robot at its goal is to turn, W, rad; NaN: none.
     """
 
@@ -173,13 +208,19 @@ class PlannerInput(NamedTuple):
     robot_radius: float
     goal_tolerance: float = 0.0
     interval: float = 0.0
-    body: Body | None = None
+    manoeuvre_context: ManoeuvreContext | None = None
     heading: float = math.nan
 
     @property
     def swept_radius(self) -> float:
         """Radius of the disc that the robot covers when it turns, m."""
-        return self.robot_radius if self.body is None else self.body.footprint.radius
+        return self.robot_radius if self.manoeuvre_context is None else self.manoeuvre_context.footprint.radius
+
+    @property
+    def has_limited_view(self) -> bool:
+        """Whether there is no lidar on the robot's axis that sees all around."""
+        scan = self.observation.scan
+        return scan.merged or not scan.full_circle
 
 
 PlanStep = Callable[[PlannerState, PlannerInput], PlannerState]

@@ -10,6 +10,8 @@ from drake_starnav.surroundings.region_union import RegionUnion, cover_at, first
 
 FORWARD_STEP, BACKWARD_STEP = 0.8, 0.4
 """Spacing of the points that the path may skip to, in the first and in the second pass, in radii of the robot."""
+LOOKAHEAD = 4.0
+"""Length of the part of a path in which its farthest visible point is sought, in radii of the robot."""
 
 
 def string_pulled(path: np.ndarray, position: np.ndarray, regions: RegionUnion, radius: float) -> np.ndarray:
@@ -49,6 +51,20 @@ def last_in_sight(points, x, y, union, radius):
         if gap < 0.0:
             return j
     return -1
+
+
+@kernel
+def farthest_in_sight(path, x, y, union, radius):
+    """Return the index of the last point of a path (k, 2) in line of sight from (x, y) inside a union, or -1.
+
+    None is farther along the path than LOOKAHEAD; all in W, m, for a robot of a radius.
+    """
+    union, count, along = RegionUnion(*union), 0, 0.0
+    while count < len(path) and along < LOOKAHEAD * radius:
+        count += 1
+        if count < len(path):
+            along += math.hypot(path[count, 0] - path[count - 1, 0], path[count, 1] - path[count - 1, 1])
+    return last_in_sight(path[:count], x, y, union, radius)
 
 
 @kernel

@@ -13,7 +13,7 @@ from drake_starnav.geometry.se2 import composed
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import Mount
 from drake_starnav.lidar.sensor_model import LidarParameters
-from drake_starnav.planning.roadmap import StarRoadmap, extended, revised
+from drake_starnav.planning.roadmap import StarRoadmap, add_node, replace_regions
 from drake_starnav.robot.motion import Pose, advanced, roll_out, velocity_of
 from drake_starnav.runtime.execution import Told
 from drake_starnav.runtime.intake import Odometry
@@ -96,8 +96,8 @@ def _revise_roadmap(navigator: "Navigator", seen: Observation) -> None:
     region = scan_region(seen.scan, seen.pose, radius, margins)
     node, roadmap = dataclasses.replace(seen, region=region), StarRoadmap.empty(planner, radius)
     for _ in range(2):
-        roadmap = extended(roadmap, node, margins, radius)
-    revised(roadmap, [None, clear_region(region, region.outline()[:1], radius)], margins, radius)
+        roadmap = add_node(roadmap, node, margins, radius)
+    replace_regions(roadmap, [None, clear_region(region, region.outline()[:1], radius)], margins, radius)
 
 
 def load_uncalled() -> None:

@@ -15,7 +15,7 @@ from drake_starnav.geometry.se2 import placed
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, plan_step
 from drake_starnav.planning.closed_places import NOTHING_CLOSED, Closures
 from drake_starnav.planning.guidance import Guidance
-from drake_starnav.planning.manoeuvre import Body
+from drake_starnav.planning.manoeuvre import ManoeuvreContext
 from drake_starnav.planning.monitoring import distance_to
 from drake_starnav.planning.planner import PROGRESS_DISTANCE
 from drake_starnav.planning.state import PlannerStatus, PlanStep
@@ -122,7 +122,7 @@ class StarRoadmapPlanner(LeafSystem):
         self._goal = self.DeclareVectorInputPort("goal", 2)
         self._heading = self.DeclareVectorInputPort("heading", 1)
         self._surroundings = self.DeclareAbstractInputPort("surroundings", Value(Surroundings.unknown()))
-        walls = self._walls(closed_areas)
+        walls = self._keep_outs(closed_areas)
         initial = PlannerState.initial(planner, robot.shape.cover_radius, robot.radius, walls)
         inputs = self._observation, self._goal, self._heading
         self._plans = ScanState(self, _Plan(initial), self._after, inputs, stamp=self._stamp)
@@ -158,33 +158,33 @@ class StarRoadmapPlanner(LeafSystem):
             self._robot.shape.cover_radius,
             self._goal_tolerance,
             interval,
-            self._body(context),
+            self._manoeuvre_context(context),
             self._wanted_heading(context),
         )
         begin = perf_counter()
         after = self._step(state, now)
-        if after.plans > state.plans:
+        if after.progress.plan_count > state.progress.plan_count:
             self._stopwatch.note("plan", begin)
         stand, since = before.stand, before.since
         if moved or not distance_to(now.position, stand) <= STAND * now.robot_radius:
             stand, since = now.position.copy(), time
         return _Plan(after, now.goal, time, stand, since)
 
-    def _walls(self, closed_areas: Sequence[KeepOut]) -> Closures:
+    def _keep_outs(self, closed_areas: Sequence[KeepOut]) -> Closures:
         """The closed areas as walls: who keeps the least margin from them keeps the areas' own."""
         walls = NOTHING_CLOSED
         for each in closed_areas:
             distance, name = each.margin - self._margins.least, each.name or "a KeepOut"
-            walls = walls.walled(each.corners, distance, name, self._robot.shape.cover_radius)
+            walls = walls.add_keep_out(each.corners, distance, name, self._robot.shape.cover_radius)
         return walls
 
-    def _body(self, context: Context) -> Body | None:
+    def _manoeuvre_context(self, context: Context) -> ManoeuvreContext | None:
         """The robot, unless it is a disc or `surroundings` is not connected."""
         robot = self._robot
         if robot.shape.is_disc or not self._surroundings.HasValue(context):
             return None
         surroundings = self._surroundings.Eval(context)
-        return Body(robot.shape, surroundings, self._margins.safety, robot.moves, robot.limits, robot.drive)
+        return ManoeuvreContext(robot.shape, surroundings, self._margins.safety, robot.moves, robot.limits, robot.drive)
 
     def _state(self, context: Context) -> PlannerState:
         return self._plans.Eval(context).state
@@ -212,9 +212,11 @@ class StarRoadmapPlanner(LeafSystem):
 
     def _blocked_by(self, context: Context) -> str:
         plan, robot, margins = self._plans.Eval(context), self._robot, self._margins
+        dead_end = plan.state.progress.dead_end
         patience = max(STANDSTILL, HALF_TURNS * math.pi / robot.max_yaw_rate)
         if plan.state.status is PlannerStatus.UNREACHABLE:
-            return f"{NO_WAY} {plan.state.barred_by}" if plan.state.barred_by else ""
+            cause = "" if dead_end is None else dead_end.cause
+            return f"{NO_WAY} {cause}" if cause else ""
         if context.get_time() - plan.since < patience - EARLY:
             return ""
         silent = context.get_time() - plan.time
@@ -227,7 +229,7 @@ class StarRoadmapPlanner(LeafSystem):
             return ""
         seen = self._observation.Eval(context)
         path = plan.state.guidance.path
-        if plan.state.wait is not None and seen.scan.may_leave.any():
+        if dead_end is not None and seen.scan.may_leave.any():
             where = place_of_nearest(seen.scan, seen.scan.may_leave)
             return f"waits for an obstacle that may leave, {where}: no other way is left"
         to_x, to_y = (path[0] if len(path) else goal).tolist()

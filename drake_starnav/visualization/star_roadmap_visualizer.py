@@ -189,7 +189,7 @@ class StarRoadmapVisualizer(LeafSystem):
         if state is not None:
             self._draw_frontiers(state, time)
             self._draw_roadmap(state.roadmap, time)
-            self._mark("frontiers/target", None if state.target is None else state.target[0], time)
+            self._mark("frontiers/target", None if state.route.exit is None else state.route.exit[0], time)
         self._bodies.draw_velocities(time)
         if pose is not None:
             self._bodies.draw_robot(pose, self._robot.shape, time)

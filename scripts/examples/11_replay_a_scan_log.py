@@ -27,14 +27,14 @@ def main(log: list[LoggedScan], goal: np.ndarray, radius: float, png: Path | Non
     state = PlannerState.initial(parameters, radius)
     for seen in log:
         observation = Observation(scan_region(seen.scan, seen.pose, radius, margins), seen.scan, seen.pose)
-        before = state.plans
+        before = state.progress.plan_count
         now = PlannerInput(observation, seen.pose[:2], goal, seen.scan.time, parameters, margins, radius)
         state = plan_step(state, now)
-        if state.plans > before:
-            x, y = state.path[0] if len(state.path) else seen.pose[:2]
+        if state.progress.plan_count > before:
+            x, y = state.route.path[0] if len(state.route.path) else seen.pose[:2]
             print(f"{seen.scan.time:5.2f} s: {state.status.value} by way of ({x:.2f}, {y:.2f})", end=", ")
             print(f"{len(state.roadmap)} regions, {len(state.roadmap.closures.failed)} closures")
-    print(f"{len(log)} scans, {state.plans} plans; in the end {state.status.value}")
+    print(f"{len(log)} scans, {state.progress.plan_count} plans; in the end {state.status.value}")
     if png is not None:
         trail = np.array([seen.pose for seen in log])
         title = "A roadmap from a recorded scan log"
@@ -44,7 +44,7 @@ def main(log: list[LoggedScan], goal: np.ndarray, radius: float, png: Path | Non
         hits = np.vstack([seen.scan.points(seen.pose) for seen in log])
         axis.plot(*hits.T, ".", color="0.35", markersize=1.0, label="hits")
         axis.plot(*trail[:, :2].T, color=ORANGE, label="driven")
-        axis.plot(*np.vstack((trail[-1, :2], state.path)).T, "--", color=BLUE, label="planned")
+        axis.plot(*np.vstack((trail[-1, :2], state.route.path)).T, "--", color=BLUE, label="planned")
         draw_robot(axis, trail[-1], radius, ORANGE)
         draw_goal(axis, goal)
         axis.autoscale()

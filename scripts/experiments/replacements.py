@@ -117,11 +117,11 @@ def equal_segments(samples: np.ndarray, lengths: tuple[float, float], one_sided:
 
 
 def along_cells(state: PlannerState, check: Any, inputs: PlannerInput) -> PlannerState:
-    """For `_along_path`: way points are driven to, whatever is in sight."""
-    path = state.path
+    """For `drop_passed_points`: way points are driven to, whatever is in sight."""
+    path = state.route.path
     while len(path) > 1 and np.hypot(*(path[0] - inputs.position)) < WAY_POINT_REACHED:
         path = path[1:]
-    return dataclasses.replace(state, path=path)
+    return dataclasses.replace(state, route=state.route._replace(path=path))
 
 
 def paper_direction(x: float, y: float, ux: float, uy: float, regions: RegionUnion, _radius: float) -> np.ndarray:

@@ -7,7 +7,7 @@ import pytest
 
 from drake_starnav.control.manoeuvre_following import followed_manoeuvre
 from drake_starnav.geometry.footprint import disc
-from drake_starnav.planning.manoeuvre import reached
+from drake_starnav.planning.manoeuvre import count_reached
 from drake_starnav.robot import BASES, RobotParameters
 from drake_starnav.robot.motion import Actuation, Pose, Velocity, advanced
 from drake_starnav.safety.shield import ramped_twist
@@ -25,7 +25,7 @@ def test_a_robot_reaches_all_poses_of_a_manoeuvre(start):
     """And is slow enough at the last one to stop there, however short the last legs are."""
     pose, twist, poses = Pose(*start), (0.0, 0.0), THREE_POINT
     for _ in range(1500):
-        poses = poses[reached(np.array(pose), poses, BASE, ROBOT.radius) :]
+        poses = poses[count_reached(np.array(pose), poses, BASE, ROBOT.radius) :]
         if not len(poses):
             break
         target = followed_manoeuvre(np.array(pose), poses, ROBOT)[0]
@@ -44,7 +44,7 @@ def test_a_robot_follows_the_arcs_of_a_manoeuvre(length: float, turn: float, gea
     pose, twist = Pose(0.0, 0.0, 0.0), (0.0, 0.0)
     x, y = gear * length * math.cos(0.5 * turn), gear * length * math.sin(0.5 * turn)
     poses = np.array(((x, y, turn, gear),))
-    while not reached(np.array(pose), poses, BASE, 0.4):
+    while not count_reached(np.array(pose), poses, BASE, 0.4):
         target = followed_manoeuvre(np.array(pose), poses, ROBOT)[0]
         twist = ramped_twist(twist, target, Actuation(LIMITS, disc(0.2), PERIOD, 0.0))
         steady = Velocity(twist[0], 0.0, twist[1])

@@ -11,7 +11,7 @@ from drake_starnav.geometry.se2 import composed, now_in
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import ON_AXIS
 from drake_starnav.planning.parameters import PlannerParameters
-from drake_starnav.planning.roadmap import StarRoadmap, extended
+from drake_starnav.planning.roadmap import StarRoadmap, add_node
 from drake_starnav.surroundings.erosion import FreeRange
 from drake_starnav.surroundings.margins import Margins, ViewRetention
 from drake_starnav.surroundings.observation import Observation
@@ -219,7 +219,7 @@ def explored(world: World, positions: np.ndarray, margins: Margins = MARGINS) ->
     roadmap = StarRoadmap.empty(PlannerParameters(), RADIUS)
     for k, (x, y) in enumerate(positions):
         pose = np.array((x, y, 0.7 * k))
-        roadmap = extended(roadmap, observed(cast(world, pose), pose, margins), margins, RADIUS)
+        roadmap = add_node(roadmap, observed(cast(world, pose), pose, margins), margins, RADIUS)
     return roadmap
 
 

@@ -46,20 +46,24 @@ def explored(seed: int, nodes: int = 5) -> PaperState:
 
 def test_a_goal_in_sight_is_approached_without_another_node() -> None:
     state = plan(START, given(observed(OPEN, 0.0), OPEN.goal))
-    assert state.status is PlannerStatus.APPROACHING and state.target is None and len(state.roadmap) == 1
-    np.testing.assert_array_equal(state.path, [OPEN.goal])
+    assert state.status is PlannerStatus.APPROACHING and state.route.exit is None and len(state.roadmap) == 1
+    np.testing.assert_array_equal(state.route.path, [OPEN.goal])
     again = plan(state, given(observed(OPEN, 1.0, time=1.0), OPEN.goal))
-    assert len(again.roadmap) == 1 and np.array_equal(again.path, state.path) and again.plans == 1
+    assert (
+        len(again.roadmap) == 1
+        and np.array_equal(again.route.path, state.route.path)
+        and again.progress.plan_count == 1
+    )
 
 
 def test_a_node_is_added_on_arrival_at_the_frontier_point() -> None:
     state = plan(START, given(observed(GATE, 0.0), GATE.goal))
-    assert state.status is PlannerStatus.EXPLORING and state.target is not None
-    place = state.target[0]
+    assert state.status is PlannerStatus.EXPLORING and state.route.exit is not None
+    place = state.route.exit[0]
     before = place - 1.2 * choices.ARRIVAL * place / np.hypot(*place)
     assert len(plan(state, given(observed(GATE, *before, time=0.5), GATE.goal)).roadmap) == 1
     arrived = plan(state, given(observed(GATE, *place, time=1.0), GATE.goal))
-    assert len(arrived.roadmap) == 2 and arrived.plans == 2
+    assert len(arrived.roadmap) == 2 and arrived.progress.plan_count == 2
     assert not (arrived.points == place).all(axis=1).any()
 
 
@@ -67,7 +71,7 @@ def test_a_robot_that_does_not_move_deletes_its_short_term_goal_and_looks_again(
     state = plan(START, given(observed(GATE, 0.0), GATE.goal))
     late = choices.STUCK_TIME + 0.1
     stuck = plan(state, given(observed(GATE, 0.5 * choices.STUCK_DISTANCE, time=late), GATE.goal))
-    assert len(stuck.roadmap) == 2 and not (stuck.points == state.path[0]).all(axis=1).any()
+    assert len(stuck.roadmap) == 2 and not (stuck.points == state.route.path[0]).all(axis=1).any()
     moved = plan(state, given(observed(GATE, 1.5 * choices.STUCK_DISTANCE, time=late), GATE.goal))
     assert moved.roadmap is state.roadmap
 

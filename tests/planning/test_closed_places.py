@@ -8,8 +8,8 @@ import shapely
 
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState
 from drake_starnav.planning.closed_places import CLOSED, NOTHING_CLOSED, SPACING, Closures
-from drake_starnav.planning.closures import barred_by, closed, reopened, with_latest
-from drake_starnav.planning.roadmap import revised
+from drake_starnav.planning.closures import add_latest_node, blocking_zones, close_path, reopen_closures
+from drake_starnav.planning.roadmap import replace_regions
 from drake_starnav.surroundings import Observation
 from drake_starnav.surroundings.star_region import scan_region
 from drake_starnav.worlds.world import World
@@ -21,11 +21,11 @@ GOAL = np.array((4.0, 0.0))
 PARAMETERS = PlannerParameters()
 
 
-def walled(*areas: tuple[str, np.ndarray], distance: float = 0.0) -> Closures:
+def keep_outs(*areas: tuple[str, np.ndarray], distance: float = 0.0) -> Closures:
     """The walls around polygons (n, 2), at a distance, m."""
     closures = NOTHING_CLOSED
     for name, polygon in areas:
-        closures = closures.walled(polygon, distance, name, RADIUS)
+        closures = closures.add_keep_out(polygon, distance, name, RADIUS)
     return closures
 
 
@@ -34,12 +34,12 @@ def begun(walls: Closures) -> tuple[PlannerState, PlannerInput]:
     scan = cast(World("empty", (0.0, 0.0, 0.0), (4.0, 0.0)), np.zeros(3))
     seen = Observation(scan_region(scan, np.zeros(3), RADIUS, MARGINS), scan, np.zeros(3))
     now = PlannerInput(seen, np.zeros(2), GOAL, 0.0, PARAMETERS, MARGINS, RADIUS)
-    return with_latest(PlannerState.initial(PARAMETERS, RADIUS, walls=walls), now), now
+    return add_latest_node(PlannerState.initial(PARAMETERS, RADIUS, closures=walls), now), now
 
 
 @pytest.mark.parametrize("distance", [0.0, 0.1])
 def test_a_wall_goes_all_around_at_its_distance_without_a_gap(distance: float) -> None:
-    wall, square = walled(("dock", SQUARE), distance=distance).solid, shapely.Polygon(SQUARE)
+    wall, square = keep_outs(("dock", SQUARE), distance=distance).all_keep_outs, shapely.Polygon(SQUARE)
     away = shapely.distance(square.exterior, shapely.points(wall))
     np.testing.assert_allclose(away, distance, atol=0.01 * distance + 1e-9)
     around = square.buffer(distance).exterior
@@ -52,32 +52,34 @@ def test_a_wall_goes_all_around_at_its_distance_without_a_gap(distance: float) -
 def test_a_region_keeps_off_walls_and_who_is_on_one_may_leave() -> None:
     _, now = begun(NOTHING_CLOSED)
     region, distance = now.observation.region, 0.1
-    open_part = walled(("dock", SQUARE), distance=distance).open_part(region)
+    open_part = keep_outs(("dock", SQUARE), distance=distance).open_part(region)
     reach = 1.0 - distance - RADIUS - region.margin
     assert open_part.contains(np.array([(reach - 0.03, 0.0), (-2.0, 0.0)])).all()
     assert not open_part.contains(np.array([(reach + 0.03, 0.0)])).any()
     for far in (0.05, RADIUS + 0.5 * region.margin):  # on it, and a little too near
-        beside = walled(("near", SQUARE - (1.0 - far, 0.0))).open_part(region)
+        beside = keep_outs(("near", SQUARE - (1.0 - far, 0.0))).open_part(region)
         assert beside.contains(np.array([(-2.0, 0.0)])).all()
     assert not beside.contains(np.array([(0.1, 0.0)])).any()
 
 
 def test_walls_last_whatever_is_made_anew_and_failed_ways_do_not() -> None:
-    walls = walled(("dock", SQUARE), ("bay", SQUARE + (0.0, 1.0)))  # they share a side
+    walls = keep_outs(("dock", SQUARE), ("bay", SQUARE + (0.0, 1.0)))  # they share a side
     state, now = begun(walls)
-    after = closed(state, np.array(((-1.0, 0.0),)), now)
-    assert len(after.roadmap.closures.failed) == 1 and list(after.roadmap.closures.walls) == ["dock", "bay"]
+    after = close_path(state, np.array(((-1.0, 0.0),)), now)
+    assert len(after.roadmap.closures.failed) == 1 and list(after.roadmap.closures.keep_out_points) == ["dock", "bay"]
     forgetful = dataclasses.replace(MARGINS, drop_seen_through=True)
     regions = [dataclasses.replace(region) for region in after.roadmap.regions]
     again = {
-        "reopened": reopened(after, now).roadmap,
-        "revised": revised(after.roadmap, regions, forgetful, RADIUS),
-        "emptied": revised(after.roadmap, [None], forgetful, RADIUS),
+        "reopened": reopen_closures(after, now).roadmap,
+        "revised": replace_regions(after.roadmap, regions, forgetful, RADIUS),
+        "emptied": replace_regions(after.roadmap, [None], forgetful, RADIUS),
     }
     for how, roadmap in again.items():
         kept = roadmap.closures
-        assert list(kept.walls) == list(walls.walls) and len(kept.failed) == (how in ("revised", "emptied")), how
-        assert roadmap.hits.distance(kept.solid).max() <= roadmap.hits.resolution, how
+        assert list(kept.keep_out_points) == list(walls.keep_out_points) and len(kept.failed) == (
+            how in ("revised", "emptied")
+        ), how
+        assert roadmap.hits.distance(kept.all_keep_outs).max() <= roadmap.hits.resolution, how
         assert not roadmap.union.contains(SQUARE - (0.8 * CLOSED * RADIUS, 0.0)).any(), how
 
 
@@ -92,5 +94,5 @@ def test_walls_last_whatever_is_made_anew_and_failed_ways_do_not() -> None:
     ],
 )
 def test_the_wall_that_bars_the_way_is_named(areas: list, name: str) -> None:
-    state, now = begun(walled(*areas))
-    assert barred_by(state, now) == name
+    state, now = begun(keep_outs(*areas))
+    assert blocking_zones(state, now) == name

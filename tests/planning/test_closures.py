@@ -9,8 +9,9 @@ from drake_starnav.geometry.polyline import distance_to_segment
 from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, UNKNOWN
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, plan_step
 from drake_starnav.planning.closed_places import CLOSED, Closures
-from drake_starnav.planning.closures import AHEAD, AVERAGED_SCANS, AWAY, closed, reopened, too_narrow
-from drake_starnav.planning.manoeuvre import Manoeuvring
+from drake_starnav.planning.closures import AHEAD, AVERAGED_SCANS, AWAY, close_path, narrow_gap_hits, reopen_closures
+from drake_starnav.planning.manoeuvre import ManoeuvreState
+from drake_starnav.planning.state import Route
 from drake_starnav.surroundings import Observation
 from drake_starnav.surroundings.star_region import scan_region
 from drake_starnav.worlds.world import World
@@ -32,9 +33,9 @@ def test_where_a_robot_makes_no_progress_its_way_is_closed():
     assert not len(failed(first))
     ((x, y),) = failed(last)
     assert AWAY * RADIUS - 1e-9 <= np.hypot(x, y) < AHEAD * RADIUS + CLOSED * RADIUS
-    way = np.vstack((np.zeros(2), first.path))
+    way = np.vstack((np.zeros(2), first.route.path))
     assert distance_to_way(failed(last), way)[0] < RADIUS
-    assert (np.hypot(*(last.path - (x, y)).T) > CLOSED * RADIUS).all()
+    assert (np.hypot(*(last.route.path - (x, y)).T) > CLOSED * RADIUS).all()
     for region in last.roadmap.regions:
         assert region.contains(BAFFLES.start[:2]) and not region.contains(ring((x, y), 0.95 * CLOSED * RADIUS)).any()
 
@@ -54,14 +55,14 @@ def test_a_way_is_closed_at_its_narrowest_place_ahead():
         world = World("door", (0, 0, 0), (3, 0), polygons=walls, bounds=(-1, -2, 5, 2))
         now = moment_at(world, pose, np.random.default_rng(0), noise=0.0)
         state = plan_step(PlannerState.initial(PARAMETERS, RADIUS), now)
-        after = closed(state, np.array(((1.5, 0.0),)), now)
+        after = close_path(state, np.array(((1.5, 0.0),)), now)
         np.testing.assert_allclose(failed(after), [expected], atol=0.06)
-        assert not len(after.path) and len(after.roadmap) >= 1
+        assert not len(after.route.path) and len(after.roadmap) >= 1
         around = ring(failed(after)[0], 0.95 * CLOSED * RADIUS)
         assert not after.roadmap.union.contains(around).any()
         assert not after.roadmap.closures.open_part(now.observation.region).contains(around).any()
-        again = reopened(after, now)
-        assert again.doubting and not len(failed(again))
+        again = reopen_closures(after, now)
+        assert again.retrying and not len(failed(again))
         assert again.roadmap.union.contains(failed(after)).all()
 
 
@@ -70,15 +71,22 @@ def test_the_way_of_a_robot_that_is_no_disc_is_closed_whichever_way_it_faces():
     scan = cast(DOOR, pose, beams=720)
     seen = Observation(scan_region(scan, pose, SHAPE.cover_radius, MARGINS), scan, pose)
     now = PlannerInput(
-        seen, pose[:2], np.array((1.6, 0.0)), 0.0, PARAMETERS, MARGINS, SHAPE.cover_radius, body=body(DOOR, pose)
+        seen,
+        pose[:2],
+        np.array((1.6, 0.0)),
+        0.0,
+        PARAMETERS,
+        MARGINS,
+        SHAPE.cover_radius,
+        manoeuvre_context=body(DOOR, pose),
     )
     first = plan_step(PlannerState.initial(PARAMETERS, SHAPE.radius), now)
-    assert not len(failed(first)) and not first.doubting
-    np.testing.assert_allclose(failed(closed(first, first.guidance.path, now)), [(0.55, 0.0)], atol=0.12)
-    shuttling, later = dataclasses.replace(first, manoeuvring=Manoeuvring(gives_up=True)), now._replace(time=0.1)
+    assert not len(failed(first)) and not first.retrying
+    np.testing.assert_allclose(failed(close_path(first, first.guidance.path, now)), [(0.55, 0.0)], atol=0.12)
+    shuttling, later = dataclasses.replace(first, manoeuvre=ManoeuvreState(gives_up=True)), now._replace(time=0.1)
     given_up, others = plan_step(shuttling, later), plan_step(first, later)
-    assert given_up.doubting and not others.doubting  # it was the only way
-    assert not given_up.manoeuvring.gives_up
+    assert given_up.retrying and not others.retrying  # it was the only way
+    assert not given_up.manoeuvre.gives_up
 
 
 @pytest.mark.parametrize("shape", ["T", "L", "rectangle"])
@@ -91,8 +99,8 @@ def test_a_gap_in_which_a_polygon_has_failed_is_closed_from_side_to_side(shape):
         scan = cast(world, pose, beams=720)
         seen = Observation(scan_region(scan, pose, robot.cover_radius, MARGINS), scan, pose)
         goal, own = np.array(world.goal), body(world, pose, robot)
-        now = PlannerInput(seen, pose[:2], goal, 0.0, PARAMETERS, MARGINS, robot.cover_radius, body=own)
-        after = closed(plan_step(PlannerState.initial(PARAMETERS, robot.cover_radius), now), goal[None], now)
+        now = PlannerInput(seen, pose[:2], goal, 0.0, PARAMETERS, MARGINS, robot.cover_radius, manoeuvre_context=own)
+        after = close_path(plan_step(PlannerState.initial(PARAMETERS, robot.cover_radius), now), goal[None], now)
         sides = np.linspace(-half + robot.cover_radius, half - robot.cover_radius, 20)
         away = np.hypot(failed(after)[:, :1] - 1.0, failed(after)[:, 1:] - sides).min(axis=0)
         assert ((away < CLOSED * robot.cover_radius) | (np.hypot(x - 1.0, sides) < 2.0 * robot.cover_radius)).all()
@@ -107,8 +115,11 @@ def test_a_closure_into_which_the_robot_has_come_does_not_shut_it_in():
     other = np.array((0.0, 1.2))
     closures = np.array(((0.1, 0.0), other)) + start[:2]
     roadmap = dataclasses.replace(first.roadmap, closures=Closures(closures))
-    after = plan_step(dataclasses.replace(first, roadmap=roadmap, path=first.path[:0]), now._replace(time=0.1))
-    assert len(after.path) and not after.doubting
+    after = plan_step(
+        dataclasses.replace(first, roadmap=roadmap, route=first.route._replace(path=first.route.path[:0])),
+        now._replace(time=0.1),
+    )
+    assert len(after.route.path) and not after.retrying
     np.testing.assert_array_equal(failed(after), closures[1:])
     assert not after.roadmap.union.contains(ring(closures[1], 0.95 * CLOSED * RADIUS)).any()
 
@@ -129,7 +140,7 @@ def test_a_passage_that_was_closed_is_tried_again_where_nothing_else_can_help():
     world = World("door", (0, 0, 0), (4, 0), cylinders=posts, polygons=wall, bounds=(-4, -4, 5, 4))
     tries = iter(range(10**6))
     states = drive(world, PARAMETERS, 900, refused=lambda place: place[0] > 1.9 and next(tries) < int(5.0 / PERIOD))
-    again = next(k for k, state in enumerate(states) if state.doubting)
+    again = next(k for k, state in enumerate(states) if state.retrying)
     assert not len(failed(states[again])) and states[again].status is not PlannerStatus.UNREACHABLE
     assert len(states) < 900 and states[-1].status is PlannerStatus.APPROACHING
 
@@ -139,7 +150,7 @@ def test_a_passage_that_scans_show_open_is_never_given_up():
     world = World("door", (0, 0, 0), (4, 0), polygons=wall, bounds=(-2, -2, 5, 2))
     states = drive(world, PARAMETERS, 1200, refused=lambda place: place[0] > 1.9)
     last = states[-1]
-    assert len(states) == 1200 and last.doubting and last.status is not PlannerStatus.UNREACHABLE
+    assert len(states) == 1200 and last.retrying and last.status is not PlannerStatus.UNREACHABLE
 
 
 def ring(place: np.ndarray, radius: float) -> np.ndarray:
@@ -174,10 +185,8 @@ def test_many_noisy_scans_tell_whether_the_robot_fits(make, half):
     path, beyond = np.array(((0.8, 0.0),)), np.column_stack((np.arange(0.85, 2.0, 0.1), np.zeros(12)))
     state = dataclasses.replace(
         PlannerState.initial(PARAMETERS, RADIUS),
-        path=path,
-        target=np.array((path[0], beyond[0])),
-        optimistic_path=beyond,
-        doubting=True,
+        route=Route(path, np.array((path[0], beyond[0])), beyond),
+        retrying=True,
     )
     for seed in range(5):
         rng = np.random.default_rng(seed)
@@ -186,13 +195,15 @@ def test_many_noisy_scans_tell_whether_the_robot_fits(make, half):
         for k in range(AVERAGED_SCANS):
             now = moment_at(make(half), np.array((x, y, 0.3 * np.sin(0.1 * k))), rng)
             looks.append(now.observation)
-            assert not len(too_narrow(dataclasses.replace(state, recent=tuple(looks[:-1])), now))  # too few
-        seen = dataclasses.replace(state, recent=tuple(looks))
-        points = too_narrow(seen, now)
+            assert not len(
+                narrow_gap_hits(dataclasses.replace(state, recent_observations=tuple(looks[:-1])), now)
+            )  # too few
+        seen = dataclasses.replace(state, recent_observations=tuple(looks))
+        points = narrow_gap_hits(seen, now)
         assert bool(len(points)) == (half < RADIUS)
         assert not len(points) or abs(points[-1, 1]) < 0.05
-        back = dataclasses.replace(seen, path=np.array(((-0.4, 0.0),)), optimistic_path=beyond[:0])
-        assert not len(too_narrow(back, now))
+        back = dataclasses.replace(seen, route=Route(np.array(((-0.4, 0.0),))))
+        assert not len(narrow_gap_hits(back, now))
 
 
 @pytest.mark.parametrize("make", [wall_with_door, poles, channel])
@@ -202,7 +213,7 @@ def test_noise_closes_no_gap_that_the_robot_just_fits_through(make):
         rng = np.random.default_rng(seed)
         world = dataclasses.replace(make(RADIUS + MARGINS.least), start=(0.0, rng.uniform(-0.5, 0.5), 0.0))
         states = drive(world, PARAMETERS, 300, noise=(0.01, rng))
-        assert len(states) < 130 and not any(len(failed(state)) or state.doubting for state in states)
+        assert len(states) < 130 and not any(len(failed(state)) or state.retrying for state in states)
 
 
 @pytest.mark.parametrize(("x", "sway"), [(0.88, 0.05), (0.945, 0.05), (0.945, 0.3)])
@@ -211,16 +222,16 @@ def test_noise_does_not_close_the_doorway_in_which_the_robot_stands(x, sway):
     rng, beyond = np.random.default_rng(1), np.column_stack((np.arange(1.1, 2.0, 0.1), np.zeros(9)))
     state = dataclasses.replace(
         PlannerState.initial(PARAMETERS, RADIUS),
-        path=beyond[:1],
-        target=beyond[:2],
-        optimistic_path=beyond,
-        doubting=True,
+        route=Route(beyond[:1], beyond[:2], beyond),
+        retrying=True,
     )
     door = wall_with_door(RADIUS + MARGINS.least)
     for k in range(300):
         now = moment_at(door, np.array((x, 0.0, sway * np.sin(0.1 * k))), rng)
-        state = dataclasses.replace(state, recent=(*state.recent, now.observation)[-AVERAGED_SCANS:])
-        assert not len(too_narrow(state, now))
+        state = dataclasses.replace(
+            state, recent_observations=(*state.recent_observations, now.observation)[-AVERAGED_SCANS:]
+        )
+        assert not len(narrow_gap_hits(state, now))
 
 
 def moment_at(world: World, pose: np.ndarray, rng: np.random.Generator, noise: float = 0.01) -> PlannerInput:
@@ -232,7 +243,7 @@ def moment_at(world: World, pose: np.ndarray, rng: np.random.Generator, noise: f
 
 def test_a_robot_with_reason_to_stand_gives_nothing_up():
     pause, first = 2.5 * PARAMETERS.progress_timeout, drive(BAFFLES, PARAMETERS, steps=1, speed=0.0)[-1]
-    pose = np.array((*BAFFLES.start[:2], np.arctan2(*first.path[0][::-1])))
+    pose = np.array((*BAFFLES.start[:2], np.arctan2(*first.route.path[0][::-1])))
     for interval, given_up in ((pause, False), (0.0, True)):  # without scans, or with scans that change nothing
         scan = dataclasses.replace(cast(BAFFLES, pose), time=pause)
         seen = Observation(scan_region(scan, pose, RADIUS, MARGINS), scan, pose)

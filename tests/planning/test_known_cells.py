@@ -5,7 +5,7 @@ from hypothesis import given, settings
 
 from drake_starnav.planning.distance_grid import STRIDE
 from drake_starnav.planning.known_cells import BLOCK, OFF
-from drake_starnav.planning.roadmap import StarRoadmap, revised, with_node
+from drake_starnav.planning.roadmap import StarRoadmap, append_node, replace_regions
 from drake_starnav.surroundings.star_region import clear_region
 from tests.helpers.scans import MARGINS, RADIUS, seeds, wandered
 
@@ -29,11 +29,11 @@ def test_a_cell_is_known_while_a_region_covers_its_middle(seed):
     rng = np.random.default_rng(seed)
     places = rng.uniform(-4.0, 4.0, (3, 2))
     cut = [clear_region(region, places, 0.3) for region in roadmap.regions]
-    less = revised(roadmap, cut, MARGINS, RADIUS)
+    less = replace_regions(roadmap, cut, MARGINS, RADIUS)
     assert_counts_the_cells_of_its_regions(less)
     dropped = [None if k == 1 else region for k, region in enumerate(cut)]
-    fewer = revised(less, dropped, MARGINS, RADIUS)
+    fewer = replace_regions(less, dropped, MARGINS, RADIUS)
     assert_counts_the_cells_of_its_regions(fewer)
     away = dataclasses.replace(roadmap.nodes[1], region=roadmap.nodes[1].region.moved(np.array((9.0, -7.0, 1.0))))
-    assert_counts_the_cells_of_its_regions(with_node(fewer, away, fewer.hits))
+    assert_counts_the_cells_of_its_regions(append_node(fewer, away, fewer.hits))
     assert_counts_the_cells_of_its_regions(roadmap)  # it has not changed

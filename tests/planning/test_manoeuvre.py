@@ -10,12 +10,12 @@ from drake_starnav.geometry.footprint import Footprint, covered, footprint
 from drake_starnav.planning.manoeuvre import (
     STUCK,
     TRIES,
-    Body,
-    Manoeuvring,
-    docking,
-    found_manoeuvre,
-    manoeuvring,
-    reached,
+    ManoeuvreContext,
+    ManoeuvreState,
+    count_reached,
+    find_manoeuvre,
+    step_docking,
+    step_manoeuvre,
 )
 from drake_starnav.robot import BASES, Base, RobotParameters
 from drake_starnav.robot.limits import wrapped_angle
@@ -28,9 +28,9 @@ MARGIN, PATIENCE = 0.0145, 4.0
 LIMITS = RobotParameters().limits
 
 
-def body(world: World, pose: np.ndarray, shape: Footprint = SHAPE, base: Base = BASE) -> Body:
+def body(world: World, pose: np.ndarray, shape: Footprint = SHAPE, base: Base = BASE) -> ManoeuvreContext:
     surroundings = observe_scan(cast(world, pose, beams=720), pose, shape.cover_radius + MARGIN, 2.0, shape=shape)
-    return Body(shape, surroundings, MARGIN, base.moves(shape.radius, LIMITS), LIMITS, base)
+    return ManoeuvreContext(shape, surroundings, MARGIN, base.moves(shape.radius, LIMITS), LIMITS, base)
 
 
 def boxes(*sides: tuple[float, float, float, float]) -> World:
@@ -77,7 +77,7 @@ def swept_clearance(world: World, start: np.ndarray, poses: np.ndarray) -> float
 )
 def test_a_manoeuvre_keeps_its_distance_and_leads_along_the_path(world, start, path):
     start, path = np.array(start), np.array(path)
-    poses = found_manoeuvre(start, path, body(world, start), 0)
+    poses = find_manoeuvre(start, path, body(world, start), 0)
     assert len(poses)
     assert swept_clearance(world, start, poses) > 0.004
     before, after = (math.dist(place[:2], path[-1]) for place in (start, poses[-1]))
@@ -87,23 +87,25 @@ def test_a_manoeuvre_keeps_its_distance_and_leads_along_the_path(world, start, p
 def test_no_manoeuvre_leads_where_the_robot_does_not_fit():
     narrow = boxes((0.5, 0.22, 0.6, 3.0), (0.5, -3.0, 0.6, -0.22))
     start = np.array((0.1, 0.0, 0.0))
-    poses = found_manoeuvre(start, np.array(((1.9, 0.0),)), body(narrow, start), 0)
+    poses = find_manoeuvre(start, np.array(((1.9, 0.0),)), body(narrow, start), 0)
     assert not len(poses) or poses[:, 0].max() < 0.3
 
 
 def test_poses_are_reached_in_their_gear():
     poses = np.array(((0.0, 0.0, 0.5, 0.0), (0.3, 0.0, 0.5, 1.0), (0.1, 0.0, 0.5, -1.0)))
-    assert reached(np.array((0.0, 0.0, 0.4)), poses, BASE, SHAPE.radius) == 0
-    assert reached(np.array((0.0, 0.0, 0.49)), poses, BASE, SHAPE.radius) == 1
-    assert reached(np.array((0.3, 0.0, 0.5)), poses, BASE, SHAPE.radius) == 2
-    assert reached(np.array((0.1, 0.0, 0.5 - 2.0 * math.pi)), poses[2:], BASE, SHAPE.radius) == 1
+    assert count_reached(np.array((0.0, 0.0, 0.4)), poses, BASE, SHAPE.radius) == 0
+    assert count_reached(np.array((0.0, 0.0, 0.49)), poses, BASE, SHAPE.radius) == 1
+    assert count_reached(np.array((0.3, 0.0, 0.5)), poses, BASE, SHAPE.radius) == 2
+    assert count_reached(np.array((0.1, 0.0, 0.5 - 2.0 * math.pi)), poses[2:], BASE, SHAPE.radius) == 1
 
 
-def stuck_for(duration: float, poses: list[np.ndarray], path: np.ndarray, robot: Body) -> list[Manoeuvring]:
+def stuck_for(
+    duration: float, poses: list[np.ndarray], path: np.ndarray, robot: ManoeuvreContext
+) -> list[ManoeuvreState]:
     """The manoeuvring at each scan of a robot that is at one pose after the other, and follows none of its own."""
-    state, states = Manoeuvring(), []
+    state, states = ManoeuvreState(), []
     for k in range(int(duration / 0.1)):
-        state = manoeuvring(state, path, poses[k % len(poses)], 0.1 * k, robot, PATIENCE)
+        state = step_manoeuvre(state, path, poses[k % len(poses)], 0.1 * k, robot, PATIENCE)
         states.append(state)
     return states
 
@@ -121,12 +123,12 @@ def test_a_robot_that_stands_with_a_path_begins_manoeuvres_gives_its_way_up_and_
 
 
 def test_a_robot_that_shuttles_between_two_places_gives_its_way_up():
-    path, poses, state = np.array(((1.6, 0.0),)), [np.array((x, 0.05, 0.6)) for x in (0.1, -0.9)], Manoeuvring()
+    path, poses, state = np.array(((1.6, 0.0),)), [np.array((x, 0.05, 0.6)) for x in (0.1, -0.9)], ManoeuvreState()
     time, gave_up = 0.0, False
     for k in range(2 * TRIES + 2):  # each time stuck at the other place
         for _ in range(5):
             time += 0.1
-            state = manoeuvring(
+            state = step_manoeuvre(
                 state._replace(poses=state.poses[:0]), path, poses[k % 2], time, body(DOOR, poses[k % 2]), PATIENCE
             )
             gave_up |= state.gives_up
@@ -137,16 +139,16 @@ def test_a_manoeuvre_ends_where_the_robot_may_turn_on_its_path():
     poses = np.array(((1.6, 0.0, 0.0, 1.0),))
     for x, others, ends in ((-1.2, (-0.6, 0.0), True), (0.0, (1.6, 0.0), False), (1.6, (2.3, 0.0), True)):
         pose, path = np.array((x, 0.0, 0.0)), np.array((others,))
-        state = manoeuvring(Manoeuvring(poses + (x, 0.0, 0.0, 0.0)), path, pose, 0.0, body(DOOR, pose), PATIENCE)
+        state = step_manoeuvre(ManoeuvreState(poses + (x, 0.0, 0.0, 0.0)), path, pose, 0.0, body(DOOR, pose), PATIENCE)
         assert (len(state.poses) == 0) == ends
 
 
 def test_a_robot_without_a_path_or_that_moves_begins_none():
     pose, path = np.array((0.0, 0.05, 0.6)), np.array(((1.6, 0.0),))
-    robot, state, creeping = body(DOOR, pose), Manoeuvring(), Manoeuvring()
+    robot, state, creeping = body(DOOR, pose), ManoeuvreState(), ManoeuvreState()
     for k in range(30):
-        state = manoeuvring(state, path[:0], pose, 0.1 * k, robot, PATIENCE)
-        creeping = manoeuvring(creeping, path, pose + (0.02 * k, 0.0, 0.0), 0.1 * k, robot, PATIENCE)
+        state = step_manoeuvre(state, path[:0], pose, 0.1 * k, robot, PATIENCE)
+        creeping = step_manoeuvre(creeping, path, pose + (0.02 * k, 0.0, 0.0), 0.1 * k, robot, PATIENCE)
         assert not len(state.poses) and not len(creeping.poses)
 
 
@@ -167,7 +169,7 @@ def test_a_robot_that_turns_on_the_spot_finds_its_way_into_any_dock(name: str, b
             start = rng.uniform((-aside, low, -math.pi), (aside, high, math.pi))
         robot = body(world, start, shape, BASES[base])
         dock = np.array((0.0, 0.0, yaw, 0.03))
-        poses = docking(Manoeuvring(pose=start), dock, start, STUCK + 1.0, robot, PATIENCE).poses
+        poses = step_docking(ManoeuvreState(pose=start), dock, start, STUCK + 1.0, robot, PATIENCE).poses
         assert len(poses), (yaw, is_bay, start)
         assert math.dist(poses[-1, :2], dock[:2]) < dock[3] and abs(wrapped_angle(poses[-1, 2] - yaw)) < 1e-9
         assert all(shapely.distance(covered(shape, pose[:3]), solid) > MARGIN - 0.002 for pose in poses)
@@ -179,11 +181,11 @@ def test_a_car_at_its_goal_manoeuvres_to_its_heading(yaw: float) -> None:
     start, dock = np.zeros(3), np.array((0.2, 0.1, yaw))
     robot = RobotParameters(base="car")
     car = body(boxes(), start)._replace(base=robot.drive, moves=robot.drive.moves(SHAPE.radius, robot.limits))
-    now = docking(Manoeuvring(), dock, start, STUCK, car, PATIENCE)
+    now = step_docking(ManoeuvreState(), dock, start, STUCK, car, PATIENCE)
     assert (len(now.poses) == 0) == (yaw == 0.0)
     if len(now.poses):
         end = now.poses[-1]
         assert math.dist(end[:2], dock[:2]) < 0.13 and abs(math.remainder(end[2] - yaw, 2.0 * math.pi)) < 0.025
-        done = docking(now._replace(poses=now.poses[-1:]), dock, end[:3], STUCK + 5.0, car, PATIENCE)
-        assert not len(done.poses) and not len(docking(done, dock, end[:3], 9.0, car, PATIENCE).poses)
-        assert len(docking(done, dock, start, 9.0, car, PATIENCE).poses)
+        done = step_docking(now._replace(poses=now.poses[-1:]), dock, end[:3], STUCK + 5.0, car, PATIENCE)
+        assert not len(done.poses) and not len(step_docking(done, dock, end[:3], 9.0, car, PATIENCE).poses)
+        assert len(step_docking(done, dock, start, 9.0, car, PATIENCE).poses)

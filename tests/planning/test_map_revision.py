@@ -10,13 +10,13 @@ from hypothesis import strategies as st
 from drake_starnav.planning.map_revision import (
     CONTRADICTION,
     _near_hits,
+    consistent_regions,
     forget_contradicted,
     mappable_hits,
-    remaining,
     seen_through,
 )
 from drake_starnav.planning.parameters import PlannerParameters
-from drake_starnav.planning.roadmap import StarRoadmap, extended, revised
+from drake_starnav.planning.roadmap import StarRoadmap, add_node, replace_regions
 from drake_starnav.surroundings.region_union import RegionUnion
 from drake_starnav.surroundings.star_region import clear_region, cut_back
 from drake_starnav.worlds.world import World
@@ -31,14 +31,16 @@ HERE = np.array((0.5, -0.2, 0.3))
 
 def reconcile(roadmap, observation, margins, robot_radius):
     """The roadmap without what a new scan contradicts."""
-    return revised(roadmap, remaining(roadmap, observation, margins, robot_radius), margins, robot_radius)
+    return replace_regions(
+        roadmap, consistent_regions(roadmap, observation, margins, robot_radius), margins, robot_radius
+    )
 
 
 def shifted(roadmap, offset):
     """A roadmap built with the robot's estimated pose off by `offset`."""
     out = StarRoadmap.empty(PlannerParameters(), RADIUS)
     for node in roadmap.nodes:
-        out = extended(out, observed(node.scan, node.pose + (*offset, 0.0)), DROPPING, RADIUS)
+        out = add_node(out, observed(node.scan, node.pose + (*offset, 0.0)), DROPPING, RADIUS)
     return out
 
 
@@ -160,7 +162,7 @@ def test_hits_of_dropped_nodes_are_forgotten_only_where_the_pose_may_err(pose_er
     post = mappable_hits(roadmap.nodes[1])[0]
     post = post[np.hypot(*(post - (2.0, -1.2)).T) < 0.25]
     assert len(post) > 3 and (roadmap.hits.distance(post) < 0.05).all()
-    after = revised(roadmap, [roadmap.regions[0], None], margins, RADIUS)
+    after = replace_regions(roadmap, [roadmap.regions[0], None], margins, RADIUS)
     assert len(after) == 1
     assert ((after.hits.distance(post) < 0.05) == (not pose_errs)).all()
 
@@ -178,15 +180,15 @@ def test_a_revision_equals_a_roadmap_made_anew(seed, kept):
             for region in roadmap.regions
         ]
         regions = [region if rng.random() < kept else None for region in regions]
-        found = revised(roadmap, regions, MARGINS, RADIUS)
+        found = replace_regions(roadmap, regions, MARGINS, RADIUS)
         anew = StarRoadmap(roadmap.hits)  # in which all hits are stamped already
         for node, region in zip(roadmap.nodes, regions, strict=True):
             if region is not None:
-                anew = extended(anew, dataclasses.replace(node, region=region), MARGINS, RADIUS)
+                anew = add_node(anew, dataclasses.replace(node, region=region), MARGINS, RADIUS)
         np.testing.assert_array_equal(found.edges, anew.edges)
         for ours, theirs in zip(found.union.rows, anew.union.rows, strict=True):
             np.testing.assert_array_equal(ours.reshape(-1), theirs.reshape(-1))
-        roadmap = extended(found, observed(more.scan, more.pose), DROPPING, RADIUS)
+        roadmap = add_node(found, observed(more.scan, more.pose), DROPPING, RADIUS)
 
 
 @settings(max_examples=20)

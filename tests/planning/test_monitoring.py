@@ -8,16 +8,16 @@ import pytest
 from drake_starnav.geometry.polyline import arc_lengths
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus
 from drake_starnav.planning.guidance import PASSED_DISTANCE
-from drake_starnav.planning.impassable import impassable_points
+from drake_starnav.planning.impassable import inflated_hits
 from drake_starnav.planning.monitoring import (
     DOUBTED_WITHIN,
-    NEXT,
     OBSTRUCTION_SLACK,
     OUTSIDE_TOLERANCE,
     check_plan,
-    points_ahead,
 )
 from drake_starnav.planning.roadmap import StarRoadmap
+from drake_starnav.planning.state import Progress, Route
+from drake_starnav.planning.string_pulling import LOOKAHEAD, farthest_in_sight
 from drake_starnav.surroundings import Observation, StarRegion
 from drake_starnav.surroundings.star_region import scan_region, unite_regions
 from tests.helpers.scans import MARGINS, RADIUS, cast, free_point, in_view, wandered
@@ -40,10 +40,8 @@ def state_in(rng: np.random.Generator, roadmap: StarRoadmap, position: np.ndarra
         PlannerState.initial(PARAMETERS, RADIUS),
         roadmap=roadmap,
         status=PlannerStatus.EXPLORING,
-        path=path,
-        target=np.stack((path[-1], path[-1] + rng.uniform(-1.0, 1.0, 2))),
-        node_position=position + (1.0, 0.0),
-        optimistic_path=beyond,
+        route=Route(path, np.stack((path[-1], path[-1] + rng.uniform(-1.0, 1.0, 2))), beyond),
+        progress=Progress(node_position=position + (1.0, 0.0)),
     )
 
 
@@ -57,25 +55,25 @@ def test_a_check_finds_what_its_parts_find_alone() -> None:
         state, stack = state_in(rng, roadmap, place), roadmap.union
         check = check_plan(state, region, now)
         passed = 0
-        for way_point, following in zip(state.path[:-1], state.path[1:], strict=True):
+        for way_point, following in zip(state.route.path[:-1], state.route.path[1:], strict=True):
             if np.hypot(*(way_point - place)) >= PASSED_DISTANCE * RADIUS and not in_view(stack, place, following):
                 break
             passed += 1
         inside = stack.contains(place[None])[0]
-        hits = impassable_points(now.observation, MARGINS, RADIUS)
-        away = np.linalg.norm(state.optimistic_path[1::2, None] - hits[None], axis=2)
+        hits = inflated_hits(now.observation, MARGINS, RADIUS)
+        away = np.linalg.norm(state.route.beyond[1::2, None] - hits[None], axis=2)
         here = unite_regions([region])
-        near = state.optimistic_path[: 1 + int((arc_lengths(state.optimistic_path)[1:] < NEXT * RADIUS).sum())]
+        near = state.route.beyond[: 1 + int((arc_lengths(state.route.beyond)[1:] < LOOKAHEAD * RADIUS).sum())]
         ahead = [k for k, point in enumerate(near) if in_view(here, place, point)]
-        way = np.vstack((state.path, state.optimistic_path))
+        way = np.vstack((state.route.path, state.route.beyond))
         way = way[np.hypot(*(way - place).T) < DOUBTED_WITHIN * RADIUS]
-        assert check.sees_probe == region.contains(state.target[1])
+        assert check.sees_probe == region.contains(state.route.exit[1])
         assert not (check.outside and inside)
         assert check.obstructed == bool((away < RADIUS - OBSTRUCTION_SLACK * RADIUS).any())
         assert check.passed == passed
-        assert check.strayed == (inside and not in_view(stack, place, state.path[passed]))
+        assert check.strayed == (inside and not in_view(stack, place, state.route.path[passed]))
         assert check.doubtful == bool((roadmap.hits.distance(way) < RADIUS).any())
-        assert points_ahead(state.optimistic_path, *place, region.as_union, RADIUS) == max(ahead, default=-1)
+        assert farthest_in_sight(state.route.beyond, *place, region.as_union, RADIUS) == max(ahead, default=-1)
         for name, value in check._asdict().items():
             found.setdefault(name, set()).add(value)
     assert all(len(values) > 1 for values in found.values()), found
@@ -86,16 +84,15 @@ def test_what_is_too_early_or_not_wanted_is_not_checked() -> None:
     place = roadmap.regions[0].center
     region, now = seen_from(world, place)
     rng = np.random.default_rng(0)
+    hits = inflated_hits(now.observation, MARGINS, RADIUS)
     state = dataclasses.replace(
         state_in(rng, roadmap, place),
-        path=place[None] + (0.1, 0.0),
-        target=np.stack((place, place)),
-        optimistic_path=impassable_points(now.observation, MARGINS, RADIUS)[:4],
+        route=Route(place[None] + (0.1, 0.0), np.stack((place, place)), hits[:4]),
     )
     check = check_plan(state, region, now)
     assert check.sees_probe and check.obstructed
-    assert not check_plan(dataclasses.replace(state, node_position=place), region, now).sees_probe
-    assert not check_plan(dataclasses.replace(state, plan_position=place), region, now).obstructed
+    assert not check_plan(dataclasses.replace(state, progress=Progress(node_position=place)), region, now).sees_probe
+    assert not check_plan(dataclasses.replace(state, route=state.route._replace(start=place)), region, now).obstructed
 
 
 @pytest.mark.parametrize("beyond", [0.5, 2.0])

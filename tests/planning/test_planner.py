@@ -21,9 +21,9 @@ PARAMETERS = PlannerParameters()
 
 def test_the_goal_is_reached():
     states = drive(BAFFLES, PARAMETERS, steps=700)
-    assert states[-1].status is PlannerStatus.APPROACHING and states[-1].target is None
-    np.testing.assert_array_equal(states[-1].path[-1], BAFFLES.goal)
-    assert states[0].status is PlannerStatus.EXPLORING and states[0].target is not None
+    assert states[-1].status is PlannerStatus.APPROACHING and states[-1].route.exit is None
+    np.testing.assert_array_equal(states[-1].route.path[-1], BAFFLES.goal)
+    assert states[0].status is PlannerStatus.EXPLORING and states[0].route.exit is not None
     assert len(states) < 700 and states[-1].guidance.arrives
 
 
@@ -37,7 +37,7 @@ def test_an_enclosed_goal_is_unreachable_in_finite_steps_and_stays_so():
     states = drive(VAULT, PARAMETERS, steps=4000)
     last = states[-1]
     assert last.status is PlannerStatus.UNREACHABLE
-    assert not len(last.path) and not len(last.guidance.path)
+    assert not len(last.route.path) and not len(last.guidance.path)
     again = plan_step(
         last, PlannerInput(Observation.none(), np.zeros(2), np.zeros(2), 1e3, PARAMETERS, MARGINS, RADIUS)
     )
@@ -108,7 +108,7 @@ def test_a_robot_that_cannot_move_turns_to_the_only_way_that_its_lidar_has_not_s
         for x, y in state.guidance.path[:1].tolist():
             if np.hypot(x, y) > 0.01:
                 yaw += np.clip(np.remainder(np.arctan2(y, x) - yaw + np.pi, 2.0 * np.pi) - np.pi, -0.1, 0.1)
-    assert len(state.path) and np.cos(yaw) < -0.9
+    assert len(state.route.path) and np.cos(yaw) < -0.9
 
 
 def fenced(gap: float) -> World:
@@ -157,11 +157,17 @@ def test_nodes_are_added_every_node_spacing():
 def test_with_a_map_from_an_earlier_goal_nodes_are_added_only_where_something_is_new():
     world = World("corridor", (0, 0, 0), (6.0, 0), bounds=(-1.0, -0.6, 20.0, 0.6))
     there = drive(world, PARAMETERS, steps=300)[-1].with_new_goal()
-    assert there.began_with_map and there.status is PlannerStatus.WAITING and there.target is None
+    assert there.progress.began_with_map and there.status is PlannerStatus.WAITING and there.route.exit is None
     back = dataclasses.replace(world, start=(6.0, 0, 0), goal=(0.0, 0.0))
     again = drive(back, PARAMETERS, steps=300, begin=there)
     assert again[-1].status is PlannerStatus.APPROACHING and len(again[-1].roadmap) == len(there.roadmap)
-    unmapped = drive(back, PARAMETERS, steps=300, begin=dataclasses.replace(there, began_with_map=False))
+    unmapped_begin = dataclasses.replace(there, progress=there.progress._replace(began_with_map=False))
+    unmapped = drive(
+        back,
+        PARAMETERS,
+        steps=300,
+        begin=unmapped_begin,
+    )
     assert len(unmapped[-1].roadmap) > len(there.roadmap) + 5
     onward = dataclasses.replace(world, start=(0.0, 0, 0), goal=(18.0, 0.0))
     beyond = drive(onward, PARAMETERS, steps=700, begin=again[-1].with_new_goal())[-1]
@@ -173,14 +179,14 @@ def test_in_a_place_narrower_than_the_margin_an_earlier_node_is_enough():
     half = RADIUS + 0.5 * MARGINS.preferred
     world = World("slot", (0, 0, 0), (0.5, 0), bounds=(-1.0, -half, 2.0, half))
     there = drive(world, PARAMETERS, steps=1)[-1].with_new_goal()
-    there = dataclasses.replace(there, node_position=np.array((3.0, 0.0)))
+    there = dataclasses.replace(there, progress=there.progress._replace(node_position=np.array((3.0, 0.0))))
     place = np.array((0.02, 0.01))
     scan = cast(world, np.array((*place, 0.0)))
     region = scan_region(scan, np.array((*place, 0.0)), RADIUS, MARGINS)
     assert not there.roadmap.regions[0].contains(place)
     seen = Observation(region, scan, np.array((*place, 0.0)))
     now = PlannerInput(seen, place, np.array(world.goal), 1.0, PARAMETERS, MARGINS, RADIUS)
-    assert not node_is_due(there, region, check_plan(there, region, now), spaced=True)
+    assert not node_is_due(there, region, check_plan(there, region, now), is_spaced=True)
 
 
 def test_a_robot_that_stood_until_it_got_a_new_goal_has_not_stalled():
@@ -197,12 +203,12 @@ def test_a_robot_that_stood_until_it_got_a_new_goal_has_not_stalled():
 
 def test_a_new_goal_is_looked_for_without_doubt():
     given_up = drive(VAULT, PARAMETERS, steps=4000)[-1]
-    assert given_up.status is PlannerStatus.UNREACHABLE and given_up.doubting
+    assert given_up.status is PlannerStatus.UNREACHABLE and given_up.retrying
     position = given_up.roadmap.union.center[-1]
     elsewhere = dataclasses.replace(VAULT, start=(*position, 0.0), goal=(-0.5, 1.0))
     states = drive(elsewhere, PARAMETERS, steps=400, begin=given_up.with_new_goal())
     assert states[-1].status is PlannerStatus.APPROACHING and len(states) < 400
-    assert not any(state.doubting for state in states)
+    assert not any(state.retrying for state in states)
 
 
 @pytest.mark.parametrize("left", [1, 2, 3])
@@ -217,16 +223,17 @@ def test_where_no_way_was_left_what_is_seen_now_counts(left):
 
 def test_what_a_new_scan_contradicts_makes_a_node_where_nothing_else_is_new():
     world = World("corridor", (0, 0, 0), (2.0, 0), bounds=(-1.0, -0.6, 4.0, 0.6))
-    there = dataclasses.replace(drive(world, PARAMETERS, steps=1)[-1], began_with_map=True)
+    there = drive(world, PARAMETERS, steps=1)[-1]
+    there = dataclasses.replace(there, progress=there.progress._replace(began_with_map=True))
     place = np.array((1.0, 0.0))
     for walls, nodes in ((world.bounds, 1), ((-1.0, -0.6, 3.0, 0.6), 2)):
         scan = cast(dataclasses.replace(world, bounds=walls), np.array((*place, 0.0)))
         region = scan_region(scan, np.array((*place, 0.0)), RADIUS, MARGINS)
         seen = Observation(region, scan, np.array((*place, 0.0)))
         now = PlannerInput(seen, place, np.array(world.goal), 1.0, PARAMETERS, MARGINS, RADIUS)
-        assert not node_is_due(there, region, check_plan(there, region, now), spaced=True)
+        assert not node_is_due(there, region, check_plan(there, region, now), is_spaced=True)
         after = plan_step(there, now)
-        assert len(after.roadmap) == nodes and after.node_position.tolist() == place.tolist()
+        assert len(after.roadmap) == nodes and after.progress.node_position.tolist() == place.tolist()
         assert bool(after.roadmap.regions[0].contains(np.array((3.5, 0.0)))) == (nodes == 1)
 
 
@@ -236,7 +243,7 @@ def test_a_gap_narrower_than_the_margin_is_passed_without_rebuilding_the_roadmap
     walls = ([(2, -2), (2.1, -2), (2.1, -half), (2, -half)], [(2, half), (2.1, half), (2.1, 2), (2, 2)])
     world = World("gap", (0, 0, 0), (4, 0), polygons=walls, bounds=(-1, -2, 5, 2))
     states = drive(world, PARAMETERS, steps=700)
-    assert len(states) < 700 and not states[-1].doubting
+    assert len(states) < 700 and not states[-1].retrying
     assert not len(states[-1].roadmap.closures.failed)
     margins = [region.margin for region in states[-1].roadmap.regions]
     assert MARGINS.least - 1e-9 < min(margins) < max(margins) == MARGINS.preferred
@@ -251,14 +258,14 @@ def test_a_robot_pushed_off_its_line_of_sight_gets_a_new_path():
 
     grid = np.linspace(-1.5, 1.5, 31)
     places = (np.array((x, y)) for x in grid for y in grid if regions.contains(np.array([(x, y)]))[0])
-    place = next(place for place in places if not sees_its_way_point(place, state.path))
+    place = next(place for place in places if not sees_its_way_point(place, state.route.path))
     pose = np.array((*place, 0.0))
     scan = cast(BAFFLES, pose)
     seen = Observation(scan_region(scan, pose, RADIUS, MARGINS), scan, pose)
-    moved = dataclasses.replace(state, node_position=place)
+    moved = dataclasses.replace(state, progress=state.progress._replace(node_position=place))
     after = plan_step(moved, PlannerInput(seen, place, np.array(BAFFLES.goal), 1.0, PARAMETERS, MARGINS, RADIUS))
-    assert after.plans == state.plans + 1 and len(after.roadmap) == len(state.roadmap)
-    assert sees_its_way_point(place, after.path)
+    assert after.progress.plan_count == state.progress.plan_count + 1 and len(after.roadmap) == len(state.roadmap)
+    assert sees_its_way_point(place, after.route.path)
 
 
 def test_a_scan_with_another_number_of_beams_than_those_before_is_refused():

@@ -7,7 +7,7 @@ import pytest
 import shapely
 
 from drake_starnav.geometry.footprint import covered, footprint
-from drake_starnav.planning.pose_search import FIRST_SHARES, NEAR_GOAL, found_way
+from drake_starnav.planning.pose_search import FIRST_SHARES, NEAR_GOAL, search_poses
 from drake_starnav.robot import BASES, RobotParameters
 from drake_starnav.surroundings.chords import Chords
 from drake_starnav.surroundings.view_arrays import ViewArrays
@@ -65,7 +65,7 @@ def test_a_robot_that_is_wedged_in_gets_out_as_it_came_in(base: str) -> None:
         if math.dist(start[:2], goal[:2]) < NEAR_GOAL * SHAPE.radius and abs(start[2] - goal[2]) < ALIGNED:
             continue
         surfaces = surfaces_around(poses, SPARE)
-        found = found_way(start, np.array(((*goal, ALIGNED, 0.0),)), moves, SHAPE, MARGIN, (surfaces, VIEWS))
+        found = search_poses(start, np.array(((*goal, ALIGNED, 0.0),)), moves, SHAPE, MARGIN, (surfaces, VIEWS))
         outcomes.append(len(found) > 0)
         solid = shapely.union_all(shapely.linestrings(surfaces.ends.reshape(-1, 2, 2)))
         assert all(shapely.distance(covered(SHAPE, pose[:3]), solid) > MARGIN - 1e-6 for pose in found)
@@ -77,7 +77,7 @@ def test_what_it_costs_to_end_at_a_goal_decides_between_goals():
     start, moves = np.zeros(3), MOVES["differential"]
     for costs, x in (((0.0, 0.0), 0.6), ((1.0, 0.0), -0.9), ((0.1, 0.0), 0.6)):
         goals = np.array(((0.6, 0.0, 0.0, 0.3, costs[0]), (-0.9, 0.0, 0.0, 0.3, costs[1])))
-        assert found_way(start, goals, moves, SHAPE, MARGIN, (OPEN, VIEWS))[-1, 0] == pytest.approx(x, abs=0.121)
+        assert search_poses(start, goals, moves, SHAPE, MARGIN, (OPEN, VIEWS))[-1, 0] == pytest.approx(x, abs=0.121)
 
 
 def test_there_is_no_way_to_where_no_disc_within_the_footprint_gets():
@@ -85,4 +85,4 @@ def test_there_is_no_way_to_where_no_disc_within_the_footprint_gets():
     surfaces = walls(wall, np.zeros(2))
     for moves in MOVES.values():
         goals = np.array(((1.4, 0.0, 0.0, 7.0, 0.0),))
-        assert not len(found_way(np.zeros(3), goals, moves, SHAPE, MARGIN, (surfaces, VIEWS)))
+        assert not len(search_poses(np.zeros(3), goals, moves, SHAPE, MARGIN, (surfaces, VIEWS)))

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 
 from drake_starnav.planning.closed_places import CLOSED
 from drake_starnav.planning.parameters import PlannerParameters
-from drake_starnav.planning.roadmap import StarRoadmap, extended, refit_regions, revised, uncovered_share
+from drake_starnav.planning.roadmap import StarRoadmap, add_node, refit_regions, replace_regions, uncovered_share
 from drake_starnav.planning.state import PlannerState
 from drake_starnav.surroundings.region_union import RegionUnion
 from drake_starnav.surroundings.star_region import clear_region, unite_regions
@@ -37,8 +37,8 @@ def test_snapshots_are_unchanged_by_later_ones(seed):
     for x in (-0.1, 0.1):
         pose = np.array((x, 0.0, x))
         scan = cast(world, pose)
-        extended(roadmap, observed(scan, pose), MARGINS, RADIUS)
-    revised(
+        add_node(roadmap, observed(scan, pose), MARGINS, RADIUS)
+    replace_regions(
         roadmap, [clear_region(region, np.ones((1, 2)), CLOSED * RADIUS) for region in roadmap.regions], MARGINS, RADIUS
     )
     refit_regions(roadmap, dataclasses.replace(MARGINS, preferred=0.0), RADIUS)

@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_starnav.lidar.laser_scan import DYNAMIC
-from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, plan_step, planner
+from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, plan_step
+from drake_starnav.planning import state as planner_state
 from drake_starnav.planning.closed_places import CLOSED, Closures
 from drake_starnav.planning.distance_grid import STRIDE
 from drake_starnav.planning.frontiers import gaps_of
@@ -43,32 +44,30 @@ def planned(before: PlannerState, world: World, place=FARTHER, noise=0.0, motion
 
 def beginning() -> PlannerState:
     state = planned(PlannerState.initial(PARAMETERS, RADIUS), PLAIN, (0.0, 0.0))
-    assert state.status is PlannerStatus.EXPLORING and state.plans == 1 and len(state.roadmap) == 1
+    assert state.status is PlannerStatus.EXPLORING and state.progress.plan_count == 1 and len(state.roadmap) == 1
     return state
 
 
 def test_an_obstructed_optimistic_path_triggers_a_plan():
     before = beginning()
     after = planned(before, POST)
-    assert (len(after.roadmap), after.plans) == (1, 2)
+    assert (len(after.roadmap), after.progress.plan_count) == (1, 2)
     hits = cast(POST, np.array((*FARTHER, 0.0))).points((*FARTHER, 0.0))
-    assert is_obstructed(before.optimistic_path, hits, RADIUS) and not is_obstructed(
-        after.optimistic_path, hits, RADIUS
-    )
+    assert is_obstructed(before.route.beyond, hits, RADIUS) and not is_obstructed(after.route.beyond, hits, RADIUS)
     again = planned(after, POST, (FARTHER[0] + REPLAN_DISTANCE * RADIUS + 0.02, 0.0))
-    assert again.plans == 2
+    assert again.progress.plan_count == 2
 
 
 def test_it_triggers_none_right_after_a_plan():
-    assert planned(beginning(), POST, (REPLAN_DISTANCE * RADIUS - 0.02, 0.0)).plans == 1
+    assert planned(beginning(), POST, (REPLAN_DISTANCE * RADIUS - 0.02, 0.0)).progress.plan_count == 1
 
 
 def test_what_was_expected_triggers_no_plan():
-    assert planned(beginning(), PLAIN, noise=0.01).plans == 1
+    assert planned(beginning(), PLAIN, noise=0.01).progress.plan_count == 1
 
 
 def test_what_moves_bars_no_way():
-    assert planned(beginning(), POST, motion=DYNAMIC).plans == 1
+    assert planned(beginning(), POST, motion=DYNAMIC).progress.plan_count == 1
 
 
 @given(st.integers(0, 10_000))
@@ -81,19 +80,24 @@ def test_a_path_is_barred_by_a_hit_that_is_near_to_it(seed):
     assert is_obstructed(path, points, RADIUS) == bool((away < RADIUS - OBSTRUCTION_SLACK * RADIUS).any())
 
 
+def looks_ahead(state: PlannerState) -> bool:
+    """Whether the guidance leads past the exit."""
+    return len(state.guidance.path) > 0 and state.guidance.path[0].tolist() != state.route.path[0].tolist()
+
+
 def test_the_robot_turns_to_the_optimistic_path_as_soon_as_the_latest_scan_shows_it(monkeypatch):
     states = drive(BAFFLES, PARAMETERS, steps=700)
-    monkeypatch.setattr(planner, "_anticipating", lambda state, *arguments: state)
+    monkeypatch.setattr(planner_state, "look_ahead", lambda state: None)
     bare = drive(BAFFLES, PARAMETERS, steps=700)
-    assert not any(state.aside for state in bare)
-    early = [state for state in states if state.aside]
+    assert not any(looks_ahead(state) for state in bare)
+    early = [state for state in states if looks_ahead(state)]
     assert len(early) >= 3 and len(states) <= len(bare)
     for state in early:
         aim = state.guidance.path[0]
         assert state.status is PlannerStatus.EXPLORING and not state.guidance.arrives
-        assert (state.optimistic_path == aim).all(axis=1).any() and state.guidance.regions.size == 1
+        assert (state.route.beyond == aim).all(axis=1).any() and state.guidance.regions.size == 1
         assert in_view(state.guidance.regions, state.guidance.regions.center[0], aim)
-    assert states[-1].aside is None and states[-1].with_new_goal().aside is None
+    assert not looks_ahead(states[-1]) and not len(states[-1].with_new_goal().guidance.path)
 
 
 def test_the_robot_does_not_turn_to_an_optimistic_path_past_a_closure():
@@ -101,7 +105,7 @@ def test_the_robot_does_not_turn_to_an_optimistic_path_past_a_closure():
     turned = 0
     for k in range(1, len(states)):
         before, after = states[k - 1 : k + 1]
-        if not after.aside or after.plans > before.plans:
+        if not looks_ahead(after) or after.progress.plan_count > before.progress.plan_count:
             continue
         position, aim = after.guidance.regions.center[0], after.guidance.path[0]
         pose = np.array((*position, 0.0))
@@ -114,8 +118,8 @@ def test_the_robot_does_not_turn_to_an_optimistic_path_past_a_closure():
         closures = Closures(np.vstack((before.roadmap.closures.failed, aim)))
         barred = dataclasses.replace(before, roadmap=dataclasses.replace(before.roadmap, closures=closures))
         later = plan_step(barred, now)
-        assert later.plans == before.plans
-        assert later.aside is None or float(np.hypot(*(later.guidance.path[0] - aim))) > CLOSED * RADIUS
+        assert later.progress.plan_count == before.progress.plan_count
+        assert not looks_ahead(later) or float(np.hypot(*(later.guidance.path[0] - aim))) > CLOSED * RADIUS
     assert turned
 
 

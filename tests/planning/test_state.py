@@ -4,9 +4,9 @@ import dataclasses
 
 import numpy as np
 
-from drake_starnav.planning.guidance import Guidance
 from drake_starnav.planning.parameters import PlannerParameters
-from drake_starnav.planning.state import PlannerState, PlannerStatus
+from drake_starnav.planning.state import PlannerState, PlannerStatus, Progress, Route
+from drake_starnav.surroundings import Observation
 from tests.helpers.scans import RADIUS
 
 INITIAL = PlannerState.initial(PlannerParameters(), RADIUS)
@@ -19,21 +19,26 @@ def test_before_the_first_scan_there_is_no_guidance() -> None:
 
 
 def test_the_guidance_is_the_path_and_whether_it_ends_at_the_goal() -> None:
-    exploring = dataclasses.replace(INITIAL, path=PATH, status=PlannerStatus.EXPLORING)
+    exploring = dataclasses.replace(INITIAL, route=Route(PATH), status=PlannerStatus.EXPLORING)
     np.testing.assert_array_equal(exploring.guidance.path, PATH)
     approaching = dataclasses.replace(exploring, status=PlannerStatus.APPROACHING)
     assert exploring.guidance != approaching.guidance
 
 
-def test_guidance_aside_precedes_the_path() -> None:
-    other = Guidance(PATH + 1.0, False, INITIAL.roadmap.union)
-    state = dataclasses.replace(INITIAL, path=PATH, aside=other)
-    assert state.guidance is other
-    assert state.with_new_goal().aside is None
+def test_a_turn_to_unseen_space_precedes_the_path() -> None:
+    seen = dataclasses.replace(Observation.none(), pose=np.array((0.5, 0.2, 0.1)))
+    state = dataclasses.replace(
+        INITIAL, route=Route(PATH), recent_observations=(seen,), progress=Progress(unseen_heading=1.5)
+    )
+    np.testing.assert_array_equal(state.guidance.poses, [(0.5, 0.2, 1.5, 0.0)])
+    assert not len(state.with_new_goal().guidance.poses)
 
 
 def test_a_new_goal_keeps_the_map_and_resets_the_search() -> None:
-    given_up = dataclasses.replace(INITIAL, path=PATH, status=PlannerStatus.UNREACHABLE, doubting=True, plans=7)
+    progress = Progress(plan_count=7)
+    given_up = dataclasses.replace(
+        INITIAL, route=Route(PATH), status=PlannerStatus.UNREACHABLE, retrying=True, progress=progress
+    )
     after = given_up.with_new_goal()
-    assert after.roadmap is given_up.roadmap and after.plans == 7
-    assert after.status is PlannerStatus.WAITING and not after.doubting and len(after.path) == 0
+    assert after.roadmap is given_up.roadmap and after.progress.plan_count == 7
+    assert after.status is PlannerStatus.WAITING and not after.retrying and len(after.route.path) == 0

@@ -180,7 +180,7 @@ def test_the_plan_does_not_depend_on_who_asked_before() -> None:
     for planning in (often, once):
         planning.put("goal", BEHIND)
     assert np.array_equal(often.out("guidance").path, once.out("guidance").path)
-    assert often.out("planner_state").plans == once.out("planner_state").plans == 1
+    assert often.out("planner_state").progress.plan_count == once.out("planner_state").progress.plan_count == 1
 
 
 def test_a_pause_of_the_sensor_is_no_stall() -> None:
