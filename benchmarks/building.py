@@ -35,10 +35,10 @@ PHASES = {
     "extend": (planner, "add_latest_node"),
     "reopen": (planner, "reopen_closures"),
     "search": (planner, "find_route"),
-    "cost-to-go": (route, "cost_field"),
-    "frontier": (route, "frontier_point"),
-    "string pulling": (route, "string_pulled"),
-    "distance grid": (DistanceGrid, "stamped"),
+    "cost-to-go": (route, "build_cost_field"),
+    "frontier": (route, "find_frontier_point"),
+    "string pulling": (route, "pull_string"),
+    "distance grid": (DistanceGrid, "add_hits"),
 }
 """Functions that are timed inside an update; some call others."""
 GOALS = ((59.0, 27.25), (1.0, 1.0), (59.0, 1.0), (29.0, 39.0))

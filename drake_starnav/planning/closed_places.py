@@ -41,7 +41,7 @@ class Closures:
         before = self.keep_out_points.get(cause, places[:0])
         return dataclasses.replace(self, keep_out_points={**self.keep_out_points, cause: np.vstack((before, places))})
 
-    def cause_near(self, places: np.ndarray, reach: float) -> str:
+    def find_cause_near(self, places: np.ndarray, reach: float) -> str:
         """The cause of a wall that is no farther than `reach` from places (n, 2), W, m; empty: there is none."""
         return next(
             (c for c, wall in self.keep_out_points.items() if np.hypot(*(wall[:, None] - places).T).min() <= reach), ""

@@ -7,10 +7,10 @@ import numpy as np
 from drake_starnav.geometry.polyline import arc_lengths, distance_to_segment
 from drake_starnav.planning.closed_places import CLOSED
 from drake_starnav.planning.distance_grid import HIT_ERROR
-from drake_starnav.planning.impassable import narrowest_gap
+from drake_starnav.planning.impassable import find_narrowest_gap
 from drake_starnav.planning.map_revision import forget_contradicted
 from drake_starnav.planning.roadmap import add_node, rebuild_grid, refit_regions, replace_regions
-from drake_starnav.planning.route import cost_field
+from drake_starnav.planning.route import build_cost_field
 from drake_starnav.planning.state import EMPTY_PATH, PlannerInput, PlannerState
 from drake_starnav.surroundings.erosion import smoothed_distances
 from drake_starnav.surroundings.scan_averaging import AVERAGED_WITHIN, mean_scan
@@ -28,7 +28,7 @@ by hits that more than half of them confirm."""
 
 def close_path(state: PlannerState, way: np.ndarray, inputs: PlannerInput) -> PlannerState:
     """The state in which a way (k, 2) on from the robot is closed at its narrowest place, and without a path."""
-    places, size = _places_to_close(way, inputs), CLOSED * inputs.robot_radius
+    places, size = _find_places_to_close(way, inputs), CLOSED * inputs.robot_radius
     regions = [
         clear_region(region, places, size) if np.hypot(*(places - region.center).T).min() > size else None
         for region in state.roadmap.regions
@@ -57,7 +57,7 @@ def reopen_closures(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     closures = replaced(state.roadmap.closures, failed=failed[~within] if within.any() else EMPTY_PATH)
     roadmap = replaced(state.roadmap, closures=closures, nodes=seen)
     if seen is not nodes:
-        hits = rebuild_grid(roadmap.hits.emptied(), closures, seen, inputs.margins, inputs.robot_radius)
+        hits = rebuild_grid(roadmap.hits.without_hits(), closures, seen, inputs.margins, inputs.robot_radius)
         roadmap = replaced(roadmap, hits=hits)
     roadmap = refit_regions(roadmap, inputs.margins, inputs.robot_radius)
     state = replaced(state, roadmap=roadmap, retrying=state.retrying or waits or not within.any())
@@ -84,10 +84,10 @@ def blocking_zones(state: PlannerState, inputs: PlannerInput) -> str:
 
     def is_open(*causes: str) -> bool:
         closures = replaced(roadmap.closures, keep_out_points={cause: walls[cause] for cause in causes})
-        grid = roadmap.hits.emptied()
+        grid = roadmap.hits.without_hits()
         hits = rebuild_grid(grid, closures, roadmap.nodes, inputs.margins, inputs.robot_radius)
         tried = replaced(state, roadmap=replaced(roadmap, hits=hits, closures=closures))
-        return len(cost_field(tried, inputs.goal, inputs).path(inputs.position)) > 0
+        return len(build_cost_field(tried, inputs.goal, inputs).path(inputs.position)) > 0
 
     if not walls or not is_open() or is_open(*walls):
         return ""
@@ -95,7 +95,7 @@ def blocking_zones(state: PlannerState, inputs: PlannerInput) -> str:
     return alone[0] if alone else " and ".join(walls)
 
 
-def _places_to_close(way: np.ndarray, inputs: PlannerInput) -> np.ndarray:
+def _find_places_to_close(way: np.ndarray, inputs: PlannerInput) -> np.ndarray:
     """Where a way (k, 2) on from the robot is narrowest between hits, or just ahead if nowhere narrow; shape (n, 2).
 
     Off the middle, too, where the axis of a robot that is no disc may pass.
@@ -105,7 +105,7 @@ def _places_to_close(way: np.ndarray, inputs: PlannerInput) -> np.ndarray:
     line = np.vstack((position, way))
     ahead = line[: 1 + max(int(np.searchsorted(arc_lengths(line)[1:], AHEAD * radius)), 1)]
     hits = scan.points_at(smoothed_distances(scan, margins.smoothing_slack), scan.hits, inputs.observation.pose)
-    gap = narrowest_gap(hits, ahead, 2.0 * (inputs.swept_radius + margins.preferred + HIT_ERROR * radius))
+    gap = find_narrowest_gap(hits, ahead, 2.0 * (inputs.swept_radius + margins.preferred + HIT_ERROR * radius))
     step = line[1] - position
     places = (position + step * (away / max(float(np.hypot(*step)), 1e-9)))[None]
     if gap is None:
@@ -126,8 +126,8 @@ def narrow_gap_hits(state: PlannerState, inputs: PlannerInput) -> np.ndarray:
     That is where two hits on both sides of the way are nearer to each other than its diameter: the hits around the
     robot and the place between those two.
     """
-    hits, way = _confirmed_hits(state, inputs), np.vstack((inputs.position, state.route.path, state.route.beyond))
-    narrow = narrowest_gap(hits, way, 2.0 * inputs.robot_radius)
+    hits, way = _find_confirmed_hits(state, inputs), np.vstack((inputs.position, state.route.path, state.route.beyond))
+    narrow = find_narrowest_gap(hits, way, 2.0 * inputs.robot_radius)
     return EMPTY_PATH if narrow is None else np.vstack((hits, narrow.mean(axis=0)))
 
 
@@ -137,13 +137,13 @@ def is_probe_occluded(state: PlannerState, viewpoint: np.ndarray, probe: np.ndar
     In one scan, from beside the viewpoint, noise may hide it behind a gap through which the robot just fits. The least
     margin allows for the error of one scan; of that, a mean has only the share that is left out here.
     """
-    hits = _confirmed_hits(state, inputs)
+    hits = _find_confirmed_hits(state, inputs)
     ahead = hits[(hits - viewpoint) @ (probe - viewpoint) > 0.0]
     needed = inputs.robot_radius + (1.0 - AVERAGED_SCANS**-0.5) * inputs.margins.least
     return bool((distance_to_segment(ahead, viewpoint, probe) < needed).any())
 
 
-def _confirmed_hits(state: PlannerState, inputs: PlannerInput) -> np.ndarray:
+def _find_confirmed_hits(state: PlannerState, inputs: PlannerInput) -> np.ndarray:
     """Hits near the robot in the mean of the latest scans, shape (n, 2), W, m; none of fewer than AVERAGED_SCANS."""
     if len(state.recent_observations) < AVERAGED_SCANS:
         return EMPTY_PATH

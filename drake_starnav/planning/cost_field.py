@@ -51,7 +51,7 @@ class CostField:
         freest.
         """
         x, y = (np.asarray(start) - self.origin) / self.cell + 1.0
-        middles = self.origin + (descent(self.cost, self.weight, x, y) - 1) * self.cell
+        middles = self.origin + (trace_path(self.cost, self.weight, x, y) - 1) * self.cell
         places, clear = self.grid.coarse(middles)
         freest = places[np.arange(len(places)), clear.argmax(axis=1)]
         return np.where((clear.max(axis=1) > clear.min(axis=1))[:, None], freest, middles)
@@ -103,7 +103,7 @@ def cost_to_go(
     swept = terrain.swept_radius if terrain.swept_radius > radius else 0.0  # of a disc nothing
     half_diagonal = math.hypot(0.5, 0.5) * grid.resolution  # a path is up to this far off its cells' centres
     limits = blocked - terrain.doubt, blocked, soft, swept
-    weight = _weights(grid.arrays, first, count, limits, (NEAR_WALL_COST, TIGHT_COST, DOUBT_COST))
+    weight = _weigh_cells(grid.arrays, first, count, limits, (NEAR_WALL_COST, TIGHT_COST, DOUBT_COST))
     if terrain.known.whole.size:
         _raise_unknown(weight, terrain.known, first // STRIDE, round(10.0 * UNKNOWN_COST))
     _close(weight, (terrain.closures - origin) / cell + 1.0, (CLOSED * radius + half_diagonal) / cell)
@@ -115,7 +115,7 @@ def cost_to_go(
 
 
 @kernel
-def _weights(grid, corner, count, limits, costs):
+def _weigh_cells(grid, corner, count, limits, costs):
     """What crossing each cell costs in tenths, 0 where blocked, by the greatest distance in it; with a blocked border.
 
     Args:
@@ -176,7 +176,7 @@ def _close(weight, middles, reach):
 
 
 @kernel
-def descent(cost, weight, x, y):
+def trace_path(cost, weight, x, y):
     """Cells (i, j) from the best of the 3 x 3 about (x, y) down to the goal, shape (k, 2); none if it is cut off."""
     nx, ny = cost.shape
     i0, j0 = int(round(x)), int(round(y))

@@ -77,7 +77,7 @@ class DistanceGrid:
             TilePool(np.zeros((0, TILE, TILE), np.float32)),
         )
 
-    def emptied(self) -> "DistanceGrid":
+    def without_hits(self) -> "DistanceGrid":
         """A grid of the same cells without hits."""
         return replace(DistanceGrid.empty(self.resolution, 0.0), cap=self.cap)
 
@@ -98,14 +98,14 @@ class DistanceGrid:
         """For compiled loops: tiles, rows, first, resolution, cap."""
         return self.pool.tiles, self.rows, self.first, self.resolution, self.cap
 
-    def stamped(self, points: np.ndarray) -> "DistanceGrid":
+    def add_hits(self, points: np.ndarray) -> "DistanceGrid":
         """This grid with more hits; points of shape (n, 2) in W, m."""
         if not len(points):
             return self
         border = int(self.cap / self.resolution) + 2
         nearest = np.rint(points.min(axis=0) / self.resolution), np.rint(points.max(axis=0) / self.resolution)
         low, high = (nearest[0].astype(int) - border) // TILE, (nearest[1].astype(int) + border) // TILE + 1
-        first, rows = _widened(self.first, self.rows, low, high)
+        first, rows = _widen_rows(self.first, self.rows, low, high)
         pool, most = self.pool, int((high - low).prod())
         if pool.used != self.used or pool.used + most > len(pool.tiles):
             live = rows >= 0
@@ -147,7 +147,9 @@ class DistanceGrid:
         return first, np.ceil((high - low) / self.resolution / STRIDE).astype(np.int64) + 1
 
 
-def _widened(first: np.ndarray, rows: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _widen_rows(
+    first: np.ndarray, rows: np.ndarray, low: np.ndarray, high: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """A copy of the rows of tiles that has those from `low` to `high` too, and its first tile."""
     last = first + rows.shape
     if not rows.size:
@@ -163,7 +165,7 @@ def _widened(first: np.ndarray, rows: np.ndarray, low: np.ndarray, high: np.ndar
 
 @kernel
 def _stamp(tiles, used, rows, first, resolution, cap, points):
-    """The loop of `stamped`: rows of the pool from `used` on become the tiles that change; the rows in use then."""
+    """The loop of `add_hits`: rows of the pool from `used` on become the tiles that change; the rows in use then."""
     reach = int(cap / resolution) + 1
     before = used
     for n in range(len(points)):

@@ -31,7 +31,7 @@ class Gap(NamedTuple):
     owner: int
 
 
-def gaps_of(roadmap: StarRoadmap, robot_radius: float, owner: int) -> list[Gap]:
+def find_gaps(roadmap: StarRoadmap, robot_radius: float, owner: int) -> list[Gap]:
     """The gaps of one region: where no region, no hit and no closure is beyond its boundary.
 
     Args:
@@ -39,7 +39,9 @@ def gaps_of(roadmap: StarRoadmap, robot_radius: float, owner: int) -> list[Gap]:
         robot_radius: m.
         owner: index of the region.
     """
-    line, probe, is_open = _boundary(roadmap.union, owner, roadmap.closures.failed, roadmap.hits.arrays, robot_radius)
+    line, probe, is_open = _sample_boundary(
+        roadmap.union, owner, roadmap.closures.failed, roadmap.hits.arrays, robot_radius
+    )
     first = int(np.argmin(is_open))  # no run goes on from the last point to the first
     line, probe, is_open = (np.roll(each, -first, axis=0) for each in (line, probe, is_open))
     ends = np.flatnonzero(np.diff(np.concatenate(([0], is_open.astype(np.int8), [0])))).reshape(-1, 2)
@@ -47,13 +49,13 @@ def gaps_of(roadmap: StarRoadmap, robot_radius: float, owner: int) -> list[Gap]:
     return [Gap(line[a:b], probe[a:b], owner) for a, b in ends[last - first >= LEAST * robot_radius].tolist()]
 
 
-def all_gaps(roadmap: StarRoadmap, robot_radius: float) -> list[Gap]:
-    """The gaps of all regions; arguments as for `gaps_of`."""
-    return [gap for owner in range(len(roadmap)) for gap in gaps_of(roadmap, robot_radius, owner)]
+def find_all_gaps(roadmap: StarRoadmap, robot_radius: float) -> list[Gap]:
+    """The gaps of all regions; arguments as for `find_gaps`."""
+    return [gap for owner in range(len(roadmap)) for gap in find_gaps(roadmap, robot_radius, owner)]
 
 
 @kernel
-def _boundary(union: RegionUnion, owner, closures, hits, radius):
+def _sample_boundary(union: RegionUnion, owner, closures, hits, radius):
     """Points along a region's boundary (n, 2), the places beyond them (n, 2), and whether these are open (n,)."""
     center, bearing_0, values = union.center[owner], union.bearing_0[owner], union.values[owner]
     samples, beyond, count = len(values), BEYOND * radius, 0

@@ -28,11 +28,11 @@ def inflated_hits(observation: Observation, margins: Margins, robot_radius: floa
     """
     x, y, yaw = observation.pose
     distance = smoothed_distances(observation.scan, margins.smoothing_slack)
-    return bridged_ends(observation.scan.beams, distance, (x, y, math.cos(yaw), math.sin(yaw)), 2.0 * robot_radius)
+    return bridge_hits(observation.scan.beams, distance, (x, y, math.cos(yaw), math.sin(yaw)), 2.0 * robot_radius)
 
 
 @kernel
-def bridged_ends(beams, distance, place, diameter):
+def bridge_hits(beams, distance, place, diameter):
     """As `inflated_hits`, of distances along some `Beams` from a place (x, y, cosine and sine of the yaw)."""
     (x, y, cosine, sine), spacing = place, BRIDGE_SPACING * diameter
     mappable, wrap = beams.kinds & MAPPABLE != 0, beams.seam < np.inf
@@ -73,7 +73,7 @@ def bridged_ends(beams, distance, place, diameter):
     return out
 
 
-def narrowest_gap(points: np.ndarray, way: np.ndarray, width: float) -> np.ndarray | None:
+def find_narrowest_gap(points: np.ndarray, way: np.ndarray, width: float) -> np.ndarray | None:
     """The two of some points (n, 2), shape (2, 2), that are nearest to each other across a way (k, 2).
 
     None if no two on both sides of the way are nearer than `width`. All in m, in one frame.

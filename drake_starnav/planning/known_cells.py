@@ -1,4 +1,4 @@
-"""Which cells of the cost-to-go are known: how many regions cover each, recounted where a region changes."""
+"""Which cells of the cost-to-go are known: how many regions cover each, counted anew where a region changes."""
 
 import math
 from typing import NamedTuple
@@ -28,7 +28,7 @@ class KnownCells(NamedTuple):
     whole: np.ndarray = np.zeros((0, 0), np.uint16)
     part: np.ndarray = np.zeros((0, 0), np.uint16)
 
-    def recounted(self, cell: float, regions: RegionUnion, after: np.ndarray, bounds: np.ndarray) -> "KnownCells":
+    def update_counts(self, cell: float, regions: RegionUnion, after: np.ndarray, bounds: np.ndarray) -> "KnownCells":
         """The counts after regions have changed.
 
         Args:
@@ -49,7 +49,7 @@ class KnownCells(NamedTuple):
 
 @kernel
 def _recount(known, cell, center, bearing_0, before, after):
-    """The loop of `KnownCells.recounted`: of each region, the blocks about those samples that have changed."""
+    """Count anew, of each region, the blocks about those samples that have changed."""
     first, whole, part = known
     samples, side, half = after.shape[1], BLOCK * cell, math.sqrt(0.5) * (BLOCK - 1) * cell + 1e-9
     turn, middle = 2.0 * math.pi / samples, 0.5 * (BLOCK - 1) * cell

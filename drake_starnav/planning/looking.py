@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from drake_starnav.planning.monitoring import FACING, faces, is_turning
+from drake_starnav.planning.monitoring import FACING, is_facing, is_turning
 from drake_starnav.planning.state import PlannerInput, PlannerState, Progress
 from drake_starnav.surroundings.region_union import cover_at
 from drake_starnav.surroundings.star_region import StarRegion
@@ -49,9 +49,9 @@ def look_along_path(state: PlannerState, progress: Progress, inputs: PlannerInpu
     is_unseen = np.abs(bearings_from_path(path_bearing, inputs)).min() > scan.angle_increment
     is_blind = is_unseen and inputs.time - progress.time > LOOKS_AFTER
     looks = math.isfinite(state.progress.unseen_heading)
-    if not is_blind and (not looks or faces(inputs, state.route.path[0])):
+    if not is_blind and (not looks or is_facing(inputs, state.route.path[0])):
         return progress
-    return turned_by(progress, path_bearing, inputs)
+    return start_turn(progress, path_bearing, inputs)
 
 
 def look_beside_path(state: PlannerState, progress: Progress, inputs: PlannerInput) -> Progress:
@@ -61,21 +61,21 @@ def look_beside_path(state: PlannerState, progress: Progress, inputs: PlannerInp
     """
     path_bearing, way_point = bearing_of_path(state, inputs), state.route.path[0]
     if may_turn_at_start(state, inputs) and math.cos(path_bearing) < math.cos(LOOKED):
-        return turned_by(progress._replace(standing_since=inputs.time), path_bearing, inputs)
+        return start_turn(progress._replace(standing_since=inputs.time), path_bearing, inputs)
     scan, turns = inputs.observation.scan, is_turning(state)
     from_path = np.abs(bearings_from_path(path_bearing, inputs))
     is_near = scan.lost & (scan.distances < UNSEEN_WITHIN * inputs.swept_radius)
     unseen = np.flatnonzero(is_near & (from_path <= 0.5 * math.pi))
     patience = STILL_TURNS if turns and not math.isfinite(state.progress.unseen_heading) else LOOKS_AFTER
     waits = inputs.time - progress.standing_since > patience and len(unseen) > 0
-    if progress.time == inputs.time or not (waits or not turns or faces(inputs, way_point)):
+    if progress.time == inputs.time or not (waits or not turns or is_facing(inputs, way_point)):
         return progress._replace(standing_since=inputs.time)
     if not waits:
         return progress
     unseen_bearing = float(scan.bearings[unseen[from_path[unseen].argmax()]])
     if abs(unseen_bearing) < LOOKED:
         return progress._replace(standing_since=inputs.time)
-    return turned_by(progress, unseen_bearing, inputs)
+    return start_turn(progress, unseen_bearing, inputs)
 
 
 def may_turn_at_start(state: PlannerState, inputs: PlannerInput) -> bool:
@@ -99,6 +99,6 @@ def bearings_from_path(path_bearing: float, inputs: PlannerInput) -> np.ndarray:
     return np.mod(inputs.observation.scan.bearings - path_bearing + math.pi, 2.0 * math.pi) - math.pi
 
 
-def turned_by(progress: Progress, bearing: float, inputs: PlannerInput) -> Progress:
+def start_turn(progress: Progress, bearing: float, inputs: PlannerInput) -> Progress:
     """Return the progress of a robot that turns on the spot by a bearing, rad."""
     return progress._replace(unseen_heading=float(inputs.observation.pose[2]) + bearing)

@@ -66,7 +66,7 @@ class ManoeuvreContext(NamedTuple):
     base: Base
 
     @property
-    def stuck(self) -> float:
+    def stuck_time(self) -> float:
         """How long it stands before it counts as stuck, s."""
         limits = self.limits
         return max(
@@ -82,22 +82,23 @@ class ManoeuvreState(NamedTuple):
             backwards.
         since: when one of them was last reached, s.
         pose: where the robot last moved to, shape (3,).
-        still: since when it has been there, s.
-        nearest: how much of its path was left where least was, m.
-        wound: by how much it has turned since then, to the left, rad.
+        still_since: since when it has been there, s.
+        least_left: how much of its path was left where least was, m.
+        winding: by how much it has turned since then, to the left, rad.
         end: x, y of the path's end, W, m, and the robot's heading at the last scan, rad.
-        begun: where the last ones began, or were searched in vain, since the way was last given up, shape (n, 2), W, m.
+        attempts: where the last ones began, or were searched in vain, since the way was last given up, shape (n, 2),
+            W, m.
         gives_up: whether no more is tried on this way.
     """
 
     poses: np.ndarray = NO_POSES
     since: float = 0.0
     pose: np.ndarray = np.full(3, np.inf)
-    still: float = 0.0
-    nearest: float = math.inf
-    wound: float = 0.0
+    still_since: float = 0.0
+    least_left: float = math.inf
+    winding: float = 0.0
     end: tuple[float, float, float] = (math.inf, math.inf, 0.0)
-    begun: np.ndarray = np.zeros((0, 2))
+    attempts: np.ndarray = np.zeros((0, 2))
     gives_up: bool = False
 
 
@@ -114,28 +115,28 @@ def step_manoeuvre(
         context: of the robot.
         patience: a manoeuvre is given up if no pose of it is reached for this long, s.
     """
-    after = before._replace(begun=before.begun[:0], gives_up=False) if before.gives_up else before
+    after = before._replace(attempts=before.attempts[:0], gives_up=False) if before.gives_up else before
     after, unit = update_winding(after, path, pose, context.footprint.radius), context.footprint.radius
-    if not len(path) or _moved(before, pose, unit):
-        after = after._replace(pose=pose.copy(), still=time)
+    if not len(path) or _has_moved(before, pose, unit):
+        after = after._replace(pose=pose.copy(), still_since=time)
     if len(after.poses):
         passed = count_reached(pose, after.poses, context.base, unit)
         if passed == len(after.poses) or not len(path) or is_roomy(pose, path, context):
-            return after._replace(poses=NO_POSES, still=time)
+            return after._replace(poses=NO_POSES, still_since=time)
         if passed:
             return after._replace(poses=after.poses[passed:], since=time)
-        if time - after.since < patience and time - after.still < 2.0 * context.stuck:
+        if time - after.since < patience and time - after.still_since < 2.0 * context.stuck_time:
             return after
         after = after._replace(poses=NO_POSES)
-    if time - after.still < context.stuck and abs(after.wound) < CIRCLED:
+    if time - after.still_since < context.stuck_time and abs(after.winding) < CIRCLED:
         return after
-    after = after._replace(wound=0.0)
-    tries = int((np.hypot(*(after.begun - pose[:2]).T) < SAME_PLACE * unit).sum())
+    after = after._replace(winding=0.0)
+    tries = int((np.hypot(*(after.attempts - pose[:2]).T) < SAME_PLACE * unit).sum())
     if tries >= TRIES:
-        return after._replace(still=time, gives_up=True)
-    begun = np.vstack((after.begun[1 - REMEMBERED :], pose[:2]))
+        return after._replace(still_since=time, gives_up=True)
+    attempts = np.vstack((after.attempts[1 - REMEMBERED :], pose[:2]))
     poses = find_manoeuvre(pose, path, context, tries)
-    return after._replace(poses=poses, since=time, still=time, begun=begun)
+    return after._replace(poses=poses, since=time, still_since=time, attempts=attempts)
 
 
 def step_docking(
@@ -143,30 +144,32 @@ def step_docking(
 ) -> ManoeuvreState:
     """The manoeuvres of a robot at its goal that is to have a heading there, and stands without.
 
-    Where no way is found, it waits longer each time. Arguments as of `manoeuvring`; `dock` is (x, y, yaw) of the goal,
+    Where no way is found, it waits longer each time. Arguments as of `step_manoeuvre`; `dock` is (x, y, yaw) of the goal,
     W, and its tolerance, m: a robot that turns on the spot gets to the very place.
     """
     after, turns = before._replace(gives_up=False), context.base.turns_on_the_spot
-    if _moved(before, pose, context.footprint.radius):
-        after = after._replace(pose=pose.copy(), still=time if turns else after.still)
+    if _has_moved(before, pose, context.footprint.radius):
+        after = after._replace(pose=pose.copy(), still_since=time if turns else after.still_since)
     if len(after.poses):
         passed = count_reached(pose, after.poses, context.base, context.footprint.radius)
         if passed < len(after.poses) and (passed or time - after.since < patience):
             return after._replace(poses=after.poses[passed:], since=time if passed else after.since)
-        after = after._replace(poses=NO_POSES, still=time)
-    near = after.begun[np.hypot(*(after.begun - pose[:2]).T) < REACH * context.footprint.radius]
+        after = after._replace(poses=NO_POSES, still_since=time)
+    near = after.attempts[np.hypot(*(after.attempts - pose[:2]).T) < REACH * context.footprint.radius]
     docked = abs(math.remainder(dock[2] - pose[2], 2.0 * math.pi)) < DOCKED
     docked = docked and not (turns and math.dist(dock[:2], pose[:2]) >= dock[3])
-    if docked or time - after.still < context.stuck * (1 + len(near)):
+    if docked or time - after.still_since < context.stuck_time * (1 + len(near)):
         return after
     wanted = np.array([(*dock[:3], 0.0 if turns else AT_HEADING, 0.0)])
     if turns:  # or beside it, where the walls leave more room
         wanted = np.vstack((wanted, wanted + DOCKS * dock[3]))
-    poses = _found(pose, wanted, context, len(near))
-    return after._replace(poses=poses, since=time, still=time, begun=np.vstack((near[1 - REMEMBERED :], pose[:2])))
+    poses = _search_manoeuvre(pose, wanted, context, len(near))
+    return after._replace(
+        poses=poses, since=time, still_since=time, attempts=np.vstack((near[1 - REMEMBERED :], pose[:2]))
+    )
 
 
-def _moved(before: ManoeuvreState, pose: np.ndarray, unit: float) -> bool:
+def _has_moved(before: ManoeuvreState, pose: np.ndarray, unit: float) -> bool:
     """Whether a robot of a radius has moved or turned since it last did, to be at a pose."""
     x, y, yaw = before.pose.tolist()
     if not math.dist(pose[:2], (x, y)) < MOVED * unit:
@@ -177,11 +180,11 @@ def _moved(before: ManoeuvreState, pose: np.ndarray, unit: float) -> bool:
 def update_winding(before: ManoeuvreState, path: np.ndarray, pose: np.ndarray, unit: float) -> ManoeuvreState:
     """The same with what is left of the path (k, 2), and the turns since that was least; another path begins anew."""
     if not len(path):
-        return before._replace(nearest=math.inf, wound=0.0)
+        return before._replace(least_left=math.inf, winding=0.0)
     left, end = float(arc_lengths(np.vstack((pose[:2], path)))[-1]), (*path[-1], pose[2])
-    if left < before.nearest - MOVED * unit or not math.dist(path[-1], before.end[:2]) < SAME_PLACE * unit:
-        return before._replace(nearest=left, wound=0.0, end=end)
-    return before._replace(wound=before.wound + math.remainder(pose[2] - before.end[2], 2.0 * math.pi), end=end)
+    if left < before.least_left - MOVED * unit or not math.dist(path[-1], before.end[:2]) < SAME_PLACE * unit:
+        return before._replace(least_left=left, winding=0.0, end=end)
+    return before._replace(winding=before.winding + math.remainder(pose[2] - before.end[2], 2.0 * math.pi), end=end)
 
 
 def is_roomy(pose: np.ndarray, path: np.ndarray, context: ManoeuvreContext) -> bool:
@@ -220,16 +223,16 @@ def find_manoeuvre(pose: np.ndarray, path: np.ndarray, context: ManoeuvreContext
         context: of the robot.
         tried: how many manoeuvres failed here; others are tried then.
     """
-    goals, unit = _goals(pose, path, context), context.footprint.radius
+    goals, unit = _list_goals(pose, path, context), context.footprint.radius
     away = np.hypot(*(goals[:, :2] - pose[:2]).T)
     turned = np.array([wrapped_angle(turn) for turn in goals[:, 2] - pose[2]])
     first = tried % len(goals)
     costs = RANK_COST * unit * np.roll(np.arange(len(goals)), first) + np.maximum(away[first] - away, 0.0)
     ahead = (away >= NEAR_GOAL * unit) | (np.abs(turned) >= goals[:, 3])
-    return _found(pose, np.column_stack((goals, costs))[ahead], context, tried)
+    return _search_manoeuvre(pose, np.column_stack((goals, costs))[ahead], context, tried)
 
 
-def _found(pose: np.ndarray, wanted: np.ndarray, context: ManoeuvreContext, tried: int) -> np.ndarray:
+def _search_manoeuvre(pose: np.ndarray, wanted: np.ndarray, context: ManoeuvreContext, tried: int) -> np.ndarray:
     """`search_poses` to goals as it takes them, with a margin by how many manoeuvres failed here."""
     unit = context.footprint.radius
     surfaces = _near_surfaces(context.surroundings.view.chords, pose[:2], unit)
@@ -239,7 +242,7 @@ def _found(pose: np.ndarray, wanted: np.ndarray, context: ManoeuvreContext, trie
     )
 
 
-def _goals(pose: np.ndarray, path: np.ndarray, context: ManoeuvreContext) -> np.ndarray:
+def _list_goals(pose: np.ndarray, path: np.ndarray, context: ManoeuvreContext) -> np.ndarray:
     """Poses (x, y, yaw) to search for, with the largest error of the heading, rad, the best first, shape (n, 4)."""
     goals = []
     line = np.vstack((pose[:2], path))

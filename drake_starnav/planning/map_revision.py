@@ -48,13 +48,13 @@ def seen_through(old: Observation, new: Observation, slack: float) -> float:
 
     Only hits within the new scan's range count; 0 if fewer than FEWEST_HITS of them were seen through.
     """
-    behind, _ = _free_behind(mappable_hits(old)[0], new, slack)
+    behind, _ = _measure_free_range(mappable_hits(old)[0], new, slack)
     through = np.count_nonzero(behind > slack)
     return 0.0 if through < FEWEST_HITS else through / np.count_nonzero(behind == behind)
 
 
 @kernel
-def _free_around(beam, distance, ranges, increment, slack, wrap):
+def _find_shortest_range(beam, distance, ranges, increment, slack, wrap):
     """The shortest range among the beams that pass within `slack` of a place at `beam` and `distance`."""
     n = len(ranges)
     out = np.full(len(beam), np.inf)
@@ -90,7 +90,7 @@ def forget_contradicted(
     breaks = np.hypot(*np.diff(points, axis=0).T) > SAME_RUN * np.maximum(spacing[1:], spacing[:-1])
     time, gone = np.repeat([node.time for node in nodes], counts), np.zeros(len(points), bool)
     for seen in observers:
-        behind, beam = _free_behind(points, seen, slack)
+        behind, beam = _measure_free_range(points, seen, slack)
         through = (behind > slack) & (time < seen.time)
         if not through.any():
             continue
@@ -108,7 +108,7 @@ def forget_contradicted(
     )
 
 
-def _free_behind(points: np.ndarray, seen: Observation, slack: float) -> tuple[np.ndarray, np.ndarray]:
+def _measure_free_range(points: np.ndarray, seen: Observation, slack: float) -> tuple[np.ndarray, np.ndarray]:
     """Return how far behind points (n, 2), W, and `slack` beside them an observation saw free space, and their beams.
 
     The former is NaN for points that are out of its view, m; a beam is a real number.
@@ -118,7 +118,7 @@ def _free_behind(points: np.ndarray, seen: Observation, slack: float) -> tuple[n
     judged = (distance < scan.range_max) & (scan.full_circle | (beam <= len(scan.ranges) - 1))
     behind = np.full(len(points), np.nan)
     ranges, step = scan.distances, scan.angle_increment
-    behind[judged] = _free_around(beam[judged], distance[judged], ranges, step, slack, scan.full_circle)
+    behind[judged] = _find_shortest_range(beam[judged], distance[judged], ranges, step, slack, scan.full_circle)
     return behind - distance, beam
 
 
@@ -145,7 +145,7 @@ def consistent_regions(
     sizes = max(robot_radius + margins.preferred - slack, 0.0), JUMP * robot_radius - slack
     for k in _near_hits(roadmap.union, new_hits[0], robot_radius, sizes, gap).tolist():
         region = roadmap.regions[k]
-        regions[k] = _agreeing(region, *new_hits, robot_radius + region.margin)
+        regions[k] = _cut_back_to_hits(region, *new_hits, robot_radius + region.margin)
     if margins.drop_seen_through:
         reach = roadmap.union.values.max(axis=1) + observation.scan.range_max
         near = np.hypot(*(roadmap.union.center - observation.pose[:2]).T) <= reach
@@ -156,7 +156,7 @@ def consistent_regions(
     return roadmap.regions if unchanged else regions
 
 
-def _agreeing(region: StarRegion, points: np.ndarray, gaps: np.ndarray, radius: float) -> StarRegion | None:
+def _cut_back_to_hits(region: StarRegion, points: np.ndarray, gaps: np.ndarray, radius: float) -> StarRegion | None:
     """The region cut back where it disagrees with hits by more than CONTRADICTION; None if too little of it remains."""
     slack = CONTRADICTION * region.radius
     smaller = max(radius - slack, 0.0)

@@ -9,7 +9,7 @@ from drake_starnav.geometry.compiled import kernel
 from drake_starnav.lidar.laser_scan import Beams
 from drake_starnav.planning.distance_grid import distance_at
 from drake_starnav.planning.guidance import PASSED_DISTANCE
-from drake_starnav.planning.impassable import bridged_ends
+from drake_starnav.planning.impassable import bridge_hits
 from drake_starnav.planning.state import EMPTY_PATH, PlannerInput, PlannerState
 from drake_starnav.surroundings.erosion import SMOOTHING_BEAMS, moving_average
 from drake_starnav.surroundings.region_union import RegionUnion, cover_at, first_gap
@@ -70,7 +70,7 @@ def check_plan(state: PlannerState, region: StarRegion, inputs: PlannerInput) ->
     return PlanCheck(*_check(*place, (since_node, since_plan), plan, known, view, inputs.robot_radius))
 
 
-def faces(inputs: PlannerInput, place: np.ndarray) -> bool:
+def is_facing(inputs: PlannerInput, place: np.ndarray) -> bool:
     """Return whether the robot faces a place (2,) in W."""
     (x, y), (robot_x, robot_y, yaw) = place.tolist(), inputs.observation.pose.tolist()
     return math.cos(math.atan2(y - robot_y, x - robot_x) - yaw) > math.cos(FACING)
@@ -104,7 +104,7 @@ def _check(x, y, driven, plan, known, view, robot_radius):
     outside = driven[0] > tolerance and cover_at(union, x, y, tolerance) < 0
     if len(path) == 0:
         return sees_probe, outside, False, 0, False, False
-    passed = passed_points(x, y, path, region if retrying else union, robot_radius)
+    passed = count_passed_points(x, y, path, region if retrying else union, robot_radius)
     strayed = (
         cover_at(union, x, y, 0.0) >= 0
         and first_gap(union, (x, y), (path[passed, 0], path[passed, 1]), 0.0, robot_radius) > 0.0
@@ -114,7 +114,7 @@ def _check(x, y, driven, plan, known, view, robot_radius):
     if driven[1] > REPLAN_DISTANCE * robot_radius and len(beyond) > 1:  # there is something beyond the probe
         beams, place, slack = Beams(*view[0]), view[1], view[2]
         distance = moving_average(beams, np.int64(SMOOTHING_BEAMS), slack)
-        obstructed = is_obstructed(beyond, bridged_ends(beams, distance, place, 2.0 * robot_radius), robot_radius)
+        obstructed = is_obstructed(beyond, bridge_hits(beams, distance, place, 2.0 * robot_radius), robot_radius)
     return sees_probe, outside, obstructed, passed, strayed, doubtful
 
 
@@ -129,7 +129,7 @@ def _is_doubtful(way, x, y, hits, robot_radius):
 
 
 @kernel
-def passed_points(x, y, path, union, radius):
+def count_passed_points(x, y, path, union, radius):
     """Number of way points that the robot at (x, y) has passed, or can see past; never the last one."""
     k = 0
     while k + 1 < len(path):

@@ -19,7 +19,7 @@ from drake_starnav.planning.impassable import inflated_hits
 from drake_starnav.planning.looking import sees_exit_after_turn, turn_to_unseen
 from drake_starnav.planning.manoeuvre import step_docking, step_manoeuvre
 from drake_starnav.planning.map_revision import consistent_regions
-from drake_starnav.planning.monitoring import PlanCheck, check_plan, distance_to, faces, is_turning
+from drake_starnav.planning.monitoring import PlanCheck, check_plan, distance_to, is_facing, is_turning
 from drake_starnav.planning.roadmap import StarRoadmap, replace_regions, uncovered_share
 from drake_starnav.planning.route import find_route
 from drake_starnav.planning.state import (
@@ -138,7 +138,7 @@ def find_failed_path(state: PlannerState, inputs: PlannerInput) -> np.ndarray:
     path = np.vstack((state.guidance.path, state.route.beyond))
     if inputs.manoeuvre_context is not None or not is_turning(state):
         return path
-    return path if not len(path) or faces(inputs, path[0]) else EMPTY_PATH
+    return path if not len(path) or is_facing(inputs, path[0]) else EMPTY_PATH
 
 
 def update_roadmap(
@@ -196,7 +196,7 @@ def discard_blocked_path(state: PlannerState, check: PlanCheck, inputs: PlannerI
         points = np.vstack((points, inflated_hits(inputs.observation, inputs.margins, inputs.robot_radius)))
     if not len(points):
         return state
-    roadmap = replaced(state.roadmap, hits=state.roadmap.hits.stamped(points))
+    roadmap = replaced(state.roadmap, hits=state.roadmap.hits.add_hits(points))
     return replaced(discard_path(state), roadmap=roadmap)
 
 
@@ -311,7 +311,7 @@ def find_open_route(
         is_far = distance_to(viewpoint, inputs.position) > PASSED_DISTANCE * inputs.robot_radius
         if is_far or cover_at(current_region.as_union, *probe, 0.0) >= 0:
             break
-        if inputs.has_limited_view and not faces(inputs, probe):
+        if inputs.has_limited_view and not is_facing(inputs, probe):
             return state, route._replace(path=probe[None])  # the lidar may not have looked there yet
         if state.retrying or is_boxed_in:
             break

@@ -115,8 +115,8 @@ def search_poses(
     space = Space(surfaces, views, bare, footprint.body, discs, margin, clear, grid)
 
     def way(starts: np.ndarray, ends: np.ndarray, leaves: bool) -> np.ndarray:
-        to_go = _costs_to_go(clear, inner[-1] - OFF_CENTRE * cell, ends, grid)
-        nodes, parents, last = _searched(starts, ends, (moves, parts), to_go, turn_cost, space, leaves)
+        to_go = _compute_costs_to_go(clear, inner[-1] - OFF_CENTRE * cell, ends, grid)
+        nodes, parents, last = _expand_poses(starts, ends, (moves, parts), to_go, turn_cost, space, leaves)
         poses = []
         while last >= 0:
             poses.append(nodes[last])
@@ -141,7 +141,7 @@ def _cell(x, y, grid):
 
 
 @kernel
-def _costs_to_go(clear, radius, goals, grid):
+def _compute_costs_to_go(clear, radius, goals, grid):
     """Costs of the shortest ways of a disc to a goal, m, by `Space.clear`.
 
     What it costs to end at a goal counts, too.
@@ -176,7 +176,7 @@ def _after(x, y, yaw, dx, dy, turn):
 
 
 @kernel
-def _checked(x, y, yaw, move, space, begins):
+def _check_move(x, y, yaw, move, space, begins):
     """Whether the footprint keeps its margin on a move (dx, dy, dyaw, ...) from a pose, and how many checks it took.
 
     A move that `begins` at the start keeps within what was seen, too.
@@ -206,7 +206,7 @@ def _checked(x, y, yaw, move, space, begins):
 
 
 @kernel
-def _shot(pose, goal, space, begins):
+def _shoot_straight(pose, goal, space, begins):
     """Gear and heading of a straight way to the goal between two turns on the spot, gear 0 if there is none; and the
     number of checks.
     """
@@ -216,13 +216,13 @@ def _shot(pose, goal, space, begins):
         heading = math.atan2(gear * (goal[1] - y), gear * (goal[0] - x)) if away > 1e-6 else yaw
         first = yaw + wrapped_angle(heading - yaw)
         last = wrapped_angle(goal[2] - heading)
-        free, more = _checked(x, y, yaw, np.array((0.0, 0.0, first - yaw)), space, begins)
+        free, more = _check_move(x, y, yaw, np.array((0.0, 0.0, first - yaw)), space, begins)
         checks += more
         if free:
-            free, more = _checked(x, y, first, np.array((gear * away, 0.0, 0.0)), space, False)
+            free, more = _check_move(x, y, first, np.array((gear * away, 0.0, 0.0)), space, False)
             checks += more
         if free:
-            free, more = _checked(goal[0], goal[1], first, np.array((0.0, 0.0, last)), space, False)
+            free, more = _check_move(goal[0], goal[1], first, np.array((0.0, 0.0, last)), space, False)
             checks += more
         if free:
             return gear, first, checks
@@ -230,7 +230,7 @@ def _shot(pose, goal, space, begins):
 
 
 @kernel
-def _turn_to_go(yaw, goals, turn_cost):
+def _compute_turn_to_go(yaw, goals, turn_cost):
     """The least cost of the turn to any goal, and of ending there, m."""
     least = np.inf
     for goal in goals:
@@ -239,7 +239,7 @@ def _turn_to_go(yaw, goals, turn_cost):
 
 
 @kernel
-def _searched(starts, goals, moves, to_go, turn_cost, space, leaves):
+def _expand_poses(starts, goals, moves, to_go, turn_cost, space, leaves):
     """The poses that `search_poses` reached, each one's predecessor, and the last one of the way; -1 without a way.
 
     `starts` (m, 5) are as goals, with what it costs to begin there; `moves` those that are tried from all poses, and
@@ -276,7 +276,7 @@ def _searched(starts, goals, moves, to_go, turn_cost, space, leaves):
                 and (away < SHOOT_NEAR * cell or expanded % SHOOT_EVERY == 0)
             ):
                 first, last = (goal, nodes[n]) if leaves else (nodes[n], goal)
-                shot, heading, more = _shot(first, last, space, leaves or n < len(starts))
+                shot, heading, more = _shoot_straight(first, last, space, leaves or n < len(starts))
                 checks += more
                 if shot != 0.0:
                     put(nodes, count, (x, y, heading, 0.0))
@@ -286,7 +286,7 @@ def _searched(starts, goals, moves, to_go, turn_cost, space, leaves):
                     heapq.heappush(queue, (ending + GREED * away, count + 2, True))
                     count += 3
         if leaves and shoots:
-            free, more = _checked(x, y, yaw, np.array((0.0, 0.0, 2.0 * math.pi)), space, False)
+            free, more = _check_move(x, y, yaw, np.array((0.0, 0.0, 2.0 * math.pi)), space, False)
             checks += more
             if free:
                 return nodes[:count], parents[:count], n
@@ -301,16 +301,16 @@ def _searched(starts, goals, moves, to_go, turn_cost, space, leaves):
             if n >= len(starts) and best[i, j, h] <= cost:
                 continue
             if leaves:
-                free, more = _checked(px, py, turned, -move, space, False)
+                free, more = _check_move(px, py, turned, -move, space, False)
             else:
-                free, more = _checked(x, y, yaw, move, space, n < len(starts))
+                free, more = _check_move(x, y, yaw, move, space, n < len(starts))
             checks += more
             if not free:
                 continue
             best[i, j, h] = min(best[i, j, h], cost)
             put(nodes, count, (px, py, turned, move[4]))
             parents[count], costs[count] = n, cost
-            left = max(to_go[i, j], _turn_to_go(turned, goals, turn_cost))
+            left = max(to_go[i, j], _compute_turn_to_go(turned, goals, turn_cost))
             heapq.heappush(queue, (cost + GREED * left, count, False))
             count += 1
     return nodes[:count], parents[:count], -1

@@ -61,7 +61,7 @@ class StarRoadmap:
 
         A node without such a region has a single edge, to the older node from which it was most likely reached.
         """
-        return _edges(self.union)
+        return _find_edges(self.union)
 
     @staticmethod
     def empty(
@@ -72,7 +72,7 @@ class StarRoadmap:
     ) -> "StarRoadmap":
         """A roadmap before the first scan, of a robot whose radii are as of `PlannerInput`, m, with its keep-outs."""
         hits = DistanceGrid.empty(parameters.cell(robot_radius), max(robot_radius, swept_radius))
-        return StarRoadmap(hits.stamped(closures.all_keep_outs), closures=closures)
+        return StarRoadmap(hits.add_hits(closures.all_keep_outs), closures=closures)
 
 
 def add_node(roadmap: StarRoadmap, node: Observation, margins: Margins, robot_radius: float) -> StarRoadmap:
@@ -84,7 +84,7 @@ def add_node(roadmap: StarRoadmap, node: Observation, margins: Margins, robot_ra
         margins: of the regions.
         robot_radius: m.
     """
-    return append_node(roadmap, node, roadmap.hits.stamped(inflated_hits(node, margins, robot_radius)))
+    return append_node(roadmap, node, roadmap.hits.add_hits(inflated_hits(node, margins, robot_radius)))
 
 
 def append_node(roadmap: StarRoadmap, node: Observation, hits: DistanceGrid) -> StarRoadmap:
@@ -93,7 +93,7 @@ def append_node(roadmap: StarRoadmap, node: Observation, hits: DistanceGrid) -> 
     union = indexed(roadmap.union.joined(node.region.as_union), roadmap.union, np.array([len(roadmap)]))
     alone = node.region.as_union
     nothing = alone._replace(values=np.zeros_like(alone.values))
-    known = roadmap.known.recounted(hits.resolution * STRIDE, nothing, alone.values, union.bounds)
+    known = roadmap.known.update_counts(hits.resolution * STRIDE, nothing, alone.values, union.bounds)
     return dataclasses.replace(roadmap, hits=hits, nodes=(*roadmap.nodes, node), union=union, known=known)
 
 
@@ -113,7 +113,7 @@ def replace_regions(
     )
     hits = roadmap.hits
     if margins.drop_seen_through:
-        hits = rebuild_grid(hits.emptied(), roadmap.closures, nodes, margins, robot_radius)
+        hits = rebuild_grid(hits.without_hits(), roadmap.closures, nodes, margins, robot_radius)
     if not nodes:
         return StarRoadmap(hits, closures=roadmap.closures)
     old, kept = roadmap.union, np.array([region is not None for region in regions])
@@ -126,7 +126,7 @@ def replace_regions(
             rows[3][numbers[k]] = region.boundary.slopes
     union = indexed(RegionUnion(*rows), subset(old, kept), numbers[news[kept[news]]])
     changed = RegionUnion(*(row[news] for row in old.rows))
-    known = roadmap.known.recounted(hits.resolution * STRIDE, changed, after, union.bounds)
+    known = roadmap.known.update_counts(hits.resolution * STRIDE, changed, after, union.bounds)
     return StarRoadmap(hits, nodes, union, roadmap.closures, known)
 
 
@@ -141,14 +141,14 @@ def rebuild_grid(
     hits: DistanceGrid, closures: Closures, nodes: Sequence[Observation], margins: Margins, robot_radius: float
 ) -> DistanceGrid:
     """A grid with walls and the hits of nodes, too."""
-    hits = hits.stamped(closures.all_keep_outs)
+    hits = hits.add_hits(closures.all_keep_outs)
     for node in nodes:
-        hits = hits.stamped(inflated_hits(node, margins, robot_radius))
+        hits = hits.add_hits(inflated_hits(node, margins, robot_radius))
     return hits
 
 
 @kernel
-def _edges(union):
+def _find_edges(union):
     """The loop of `StarRoadmap.edges`, of an indexed union.
 
     Without a region that sees it among the older ones, the robot has come from the region that a centre exceeds least.

@@ -9,9 +9,9 @@ from drake_starnav.geometry.polyline import arc_lengths
 from drake_starnav.planning.approach import goal_candidates
 from drake_starnav.planning.cost_field import CostField, CostmapParams, cost_to_go
 from drake_starnav.planning.distance_grid import STRIDE
-from drake_starnav.planning.frontiers import gaps_of
+from drake_starnav.planning.frontiers import find_gaps
 from drake_starnav.planning.state import PlannerInput, PlannerState, Route
-from drake_starnav.planning.string_pulling import string_pulled
+from drake_starnav.planning.string_pulling import pull_string
 from drake_starnav.surroundings.region_union import cover_at, first_gap
 from drake_starnav.surroundings.star_region import StarRegion
 
@@ -48,23 +48,21 @@ def find_route(state: PlannerState, current_region: StarRegion, inputs: PlannerI
     straight = tuple(position), tuple(goal), 0.0, inputs.robot_radius
     if len(known) and (cover_at(current_region.as_union, *goal, 0.0) >= 0 or first_gap(union, *straight) < 0.0):
         return Route(goal[None].copy())
-    path = cost_field(state, goal, inputs).path(position)
+    path = build_cost_field(state, goal, inputs).path(position)
     if not len(path):
         return None
     sight = current_region.as_union if state.retrying else union
-    path, last, first = _leaving(path, 0.5 * STRIDE * roadmap.hits.resolution, union, LEFT * inputs.robot_radius)
+    path, last, first = _find_exit(path, 0.5 * STRIDE * roadmap.hits.resolution, union, LEFT * inputs.robot_radius)
     if first < 0:
-        return Route(
-            string_pulled(np.vstack((path, goal)) if len(known) else path, position, sight, inputs.robot_radius)
-        )
+        return Route(pull_string(np.vstack((path, goal)) if len(known) else path, position, sight, inputs.robot_radius))
     way, beyond = path[: last + 1], path[first:]
-    aim = frontier_point(state, inputs.robot_radius, path[last], path[first]) if last else None
+    aim = find_frontier_point(state, inputs.robot_radius, path[last], path[first]) if last else None
     if aim is not None and first_gap(union, tuple(path[last]), tuple(aim), 0.0, inputs.robot_radius) < 0.0:
         way = np.vstack((way, aim))
-    return Route(string_pulled(way, position, sight, inputs.robot_radius), np.vstack((way[-1], path[first])), beyond)
+    return Route(pull_string(way, position, sight, inputs.robot_radius), np.vstack((way[-1], path[first])), beyond)
 
 
-def frontier_point(
+def find_frontier_point(
     state: PlannerState, robot_radius: float, inside: np.ndarray, outside: np.ndarray
 ) -> np.ndarray | None:
     """The frontier point, shape (2,), of the gap that the path crosses between two places (2,); None without a gap.
@@ -72,7 +70,7 @@ def frontier_point(
     It lies as far inside the gap as its probe lies outside.
     """
     owner = cover_at(state.roadmap.union, *inside, 0.0)
-    gaps = gaps_of(state.roadmap, robot_radius, owner) if owner >= 0 else []
+    gaps = find_gaps(state.roadmap, robot_radius, owner) if owner >= 0 else []
     crossing = 0.5 * (inside + outside)
     away = [np.hypot(*(gap.line - crossing).T) for gap in gaps]
     nearest = [float(each.min()) for each in away]
@@ -86,7 +84,7 @@ def frontier_point(
     return 2.0 * on - out
 
 
-def cost_field(state: PlannerState, goal: np.ndarray, inputs: PlannerInput) -> CostField:
+def build_cost_field(state: PlannerState, goal: np.ndarray, inputs: PlannerInput) -> CostField:
     """The optimistic cost-to-go over hits and closures, from the goal (2,) to the robot."""
     roadmap, position = state.roadmap, inputs.position
     places = np.vstack((roadmap.hits.bounds, roadmap.union.bounds, goal, position))
@@ -105,7 +103,7 @@ def clearance_uncertainty(inputs: PlannerInput) -> float:
 
 
 @kernel
-def _leaving(path, half_cell, union, left):
+def _find_exit(path, half_cell, union, left):
     """Where a path (k, 2) leaves a union for longer than `left`, m, or ends outside.
 
     Returns the path, each point moved to a place inside in its cell if there is one, the index of the last one inside,

@@ -10,7 +10,7 @@ import numpy as np
 
 from drake_starnav.geometry.polyline import simplified
 from drake_starnav.planning.closed_places import NOTHING_CLOSED, Closures
-from drake_starnav.planning.frontiers import all_gaps
+from drake_starnav.planning.frontiers import find_all_gaps
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.planning.manoeuvre import ManoeuvreContext, ManoeuvreState
 from drake_starnav.planning.parameters import PlannerParameters
@@ -147,7 +147,7 @@ class PlannerState:
 
     def frontiers(self, robot_radius: float) -> np.ndarray:
         """Return the frontiers as line segments, shape (n, 2, 2), W, m, for a robot of this radius, m."""
-        gaps = all_gaps(self.roadmap, robot_radius)
+        gaps = find_all_gaps(self.roadmap, robot_radius)
         lines = [simplified(gap.line, STRAIGHT * robot_radius) for gap in gaps]
         return np.concatenate([np.zeros((0, 2, 2)), *(np.stack((each[:-1], each[1:]), axis=1) for each in lines)])
 

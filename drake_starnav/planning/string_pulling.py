@@ -14,7 +14,7 @@ LOOKAHEAD = 4.0
 """Length of the part of a path in which its farthest visible point is sought, in radii of the robot."""
 
 
-def string_pulled(path: np.ndarray, position: np.ndarray, regions: RegionUnion, radius: float) -> np.ndarray:
+def pull_string(path: np.ndarray, position: np.ndarray, regions: RegionUnion, radius: float) -> np.ndarray:
     """The path shortened inside the union of regions: from the robot forwards, then, finer, from its end backwards.
 
     Args:
@@ -26,12 +26,12 @@ def string_pulled(path: np.ndarray, position: np.ndarray, regions: RegionUnion, 
     Returns:
         Shape (m, 2), W, m; ends where the path ends. A path of less than two points is as it was.
     """
-    return _string_pulled(np.vstack((position, path)), regions, radius) if len(path) > 1 else path
+    return _pull_line(np.vstack((position, path)), regions, radius) if len(path) > 1 else path
 
 
 @kernel
-def _string_pulled(line, regions, radius):
-    """The loop of `string_pulled`, of a path that begins at the robot, shape (k, 2)."""
+def _pull_line(line, regions, radius):
+    """The loop of `pull_string`, of a path that begins at the robot, shape (k, 2)."""
     forward = _pull(subdivided(line, FORWARD_STEP * radius), regions, radius)
     points = subdivided(forward, BACKWARD_STEP * radius)[::-1].copy()
     points[0, 0], points[0, 1] = forward[-1, 0], forward[-1, 1]  # without its rounding

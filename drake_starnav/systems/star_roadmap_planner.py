@@ -239,7 +239,7 @@ class StarRoadmapPlanner(LeafSystem):
             if reason:
                 return reason
         reach = robot.shape.cover_radius + margins.least + SHORTEST_WAY * robot.shape.cover_radius
-        wall = plan.state.roadmap.closures.cause_near(placed(pose, robot.shape.cover), reach)
+        wall = plan.state.roadmap.closures.find_cause_near(placed(pose, robot.shape.cover), reach)
         if wall:
             return f"too near: {wall}, which the robot keeps out of"
         if not len(path):

@@ -14,7 +14,7 @@ from drake_starnav.geometry.compiled import kernel
 from drake_starnav.geometry.polyline import arc_lengths, distances, point_to_segment_squared, subdivided
 from drake_starnav.geometry.se2 import placed
 from drake_starnav.planning.bucket_search import bucket_dijkstra
-from drake_starnav.planning.cost_field import descent
+from drake_starnav.planning.cost_field import trace_path
 from drake_starnav.planning.distance_grid import LARGEST_GRID
 from drake_starnav.worlds.clearance import clearance as clearance_at
 from drake_starnav.worlds.world import World
@@ -123,7 +123,7 @@ def _found_on_grid(ends: np.ndarray, box: np.ndarray, capsules: np.ndarray, step
     weight = np.pad(10 * free.astype(np.uint8), 1)
     cost = np.zeros(weight.shape, np.int32)
     bucket_dijkstra(weight, cost, goal, begin)
-    return box[0] + (descent(cost, weight, *map(float, begin)) - 1) * step
+    return box[0] + (trace_path(cost, weight, *map(float, begin)) - 1) * step
 
 
 def _nearest_in_sight(end, origin, step, free, capsules) -> tuple[int, int] | None:

@@ -103,7 +103,7 @@ ABLATIONS = (
         "frontier points in the middle of gaps",
         "where the path crosses the gap, shifted towards its middle",
         "6",
-        {f"{ROUTE}.frontier_point": replacements.nothing},
+        {f"{ROUTE}.find_frontier_point": replacements.nothing},
     ),
     Ablation(
         "no_string_pulling",
@@ -111,7 +111,7 @@ ABLATIONS = (
         "the path is pulled tight within the regions",
         "6",
         {
-            f"{ROUTE}.string_pulled": replacements.first_argument,
+            f"{ROUTE}.pull_string": replacements.first_argument,
             f"{PLANNER}.drop_passed_points": replacements.along_cells,
         },
     ),

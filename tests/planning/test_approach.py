@@ -16,7 +16,7 @@ NEEDED = RADIUS + MARGIN + HIT_ERROR * RADIUS
 def memory(*walls: tuple[tuple[float, float], tuple[float, float]]) -> DistanceGrid:
     """Hits along straight walls, each given by its ends, m."""
     points = [np.linspace(a, b, int(np.hypot(*np.subtract(b, a)) / 0.02) + 1) for a, b in walls]
-    return DistanceGrid.empty(RESOLUTION, RADIUS).stamped(np.vstack(points))
+    return DistanceGrid.empty(RESOLUTION, RADIUS).add_hits(np.vstack(points))
 
 
 WALL = ((0.0, -2.0), (0.0, 2.0))
@@ -87,7 +87,7 @@ def test_a_goal_at_a_wall_is_seen_from_nowhere():
 def test_any_place_is_within_the_tolerance_in_sight_and_the_nearest_comes_first(seed):
     rng = np.random.default_rng(seed)
     points = rng.uniform(-1.5, 1.5, (25, 2))
-    hits = DistanceGrid.empty(RESOLUTION, RADIUS).stamped(points)
+    hits = DistanceGrid.empty(RESOLUTION, RADIUS).add_hits(points)
     goal, tolerance = rng.uniform(-1.0, 1.0, 2), float(rng.uniform(0.0, 0.6))
     found = goal_candidates(hits, goal, tolerance, RADIUS, MARGIN)
     if found.places.tolist() == [goal.tolist()]:

@@ -23,7 +23,7 @@ LOW, HIGH = np.array((-3.0, -3.0)), np.array((3.0, 3.0))
 def memory(points: np.ndarray, parts: int = 1) -> DistanceGrid:
     out = DistanceGrid.empty(RESOLUTION, RADIUS)
     for part in np.array_split(points, parts):
-        out = out.stamped(part)
+        out = out.add_hits(part)
     return out
 
 

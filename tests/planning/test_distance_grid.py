@@ -14,7 +14,7 @@ RESOLUTION = 0.05
 def memory(points: np.ndarray, parts: int = 1) -> DistanceGrid:
     out = DistanceGrid.empty(RESOLUTION, RADIUS)
     for part in np.array_split(points, parts):
-        out = out.stamped(part)
+        out = out.add_hits(part)
     return out
 
 
@@ -41,7 +41,7 @@ def test_nothing_was_hit_far_away_or_in_an_empty_memory():
     points = np.array(((0.0, 0.0), (100.0, -3.0)))
     assert (empty.distance(points) == empty.cap).all()
     assert empty.distance(np.zeros((0, 2))).shape == (0,)
-    assert empty.stamped(np.zeros((0, 2))) is empty
+    assert empty.add_hits(np.zeros((0, 2))) is empty
     assert memory(np.zeros((1, 2))).distance(points).tolist() == pytest.approx([0.0, empty.cap])
 
 
@@ -54,14 +54,14 @@ def test_snapshots_are_immutable_and_share_untouched_tiles(seed):
     distances = before.distance(points)
     copies = {key: tile.copy() for key, tile in before.tiles.items()}
     near = rng.uniform(0.0, 1.0, (50, 2))
-    after, fork = before.stamped(near), before.stamped(near)
+    after, fork = before.add_hits(near), before.add_hits(near)
     assert (before.distance(points) == distances).all() and (after.distance(points) <= distances).all()
     assert all((before.tiles[key] == tile).all() for key, tile in copies.items())
     shared = [key for key, tile in after.tiles.items() if np.shares_memory(tile, before.tiles.get(key, points))]
     assert shared and len(shared) < len(after.tiles)
     assert all((fork.tiles[key] == tile).all() for key, tile in after.tiles.items())
-    later = after.stamped(near + 0.3)
-    assert (later.distance(points) == fork.stamped(near + 0.3).distance(points)).all()
+    later = after.add_hits(near + 0.3)
+    assert (later.distance(points) == fork.add_hits(near + 0.3).distance(points)).all()
 
 
 @settings(max_examples=10)

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 
 from drake_starnav.planning.closed_places import CLOSED, Closures
 from drake_starnav.planning.distance_grid import HIT_ERROR
-from drake_starnav.planning.frontiers import BEYOND, COVER_SLACK, LEAST, STEP, all_gaps, gaps_of
+from drake_starnav.planning.frontiers import BEYOND, COVER_SLACK, LEAST, STEP, find_all_gaps, find_gaps
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import RADIUS, distance, explored, length, seeds, segment_distance, wandered
 
@@ -22,7 +22,7 @@ def with_failed(roadmap, places):
 def test_beyond_a_gap_is_no_region_no_hit_and_no_closure(seed):
     _, roadmap = wandered(seed)
     closures = roadmap.regions[-1].outline()[::60]
-    for gap in all_gaps(with_failed(roadmap, closures), RADIUS):
+    for gap in find_all_gaps(with_failed(roadmap, closures), RADIUS):
         assert len(gap.line) == len(gap.probe) and length(gap.line) >= LEAST * RADIUS
         assert (np.hypot(*np.diff(gap.line, axis=0).T) < 2.0 * STEP * RADIUS).all()
         np.testing.assert_allclose(np.hypot(*(gap.probe - gap.line).T), BEYOND * RADIUS)
@@ -48,7 +48,7 @@ def test_every_open_run_of_a_boundary_is_a_gap(seed):
         is_open = ~roadmap.union.contains(probe, COVER_SLACK * RADIUS) & (
             roadmap.hits.distance(probe) > RADIUS - HIT_ERROR * RADIUS
         )
-        gaps = gaps_of(roadmap, RADIUS, owner)
+        gaps = find_gaps(roadmap, RADIUS, owner)
         lines = np.vstack([gap.line for gap in gaps]) if gaps else np.zeros((0, 2))
         covered = (np.hypot(*np.moveaxis(middle[is_open, None] - lines, -1, 0)) < STEP * RADIUS).any(axis=1)
         missed = np.hypot(*ahead[is_open][~covered].T).sum()
@@ -59,16 +59,16 @@ def test_a_gap_is_between_hits_and_gone_once_it_was_looked_through():
     walls = [[(1.0, low), (1.1, low), (1.1, high), (1.0, high)] for low, high in ((-3.0, -0.5), (0.5, 3.0))]
     world = World("door", (0, 0, 0), (3, 0), polygons=walls, bounds=(-1.5, -2.0, 4.0, 2.0))
     before, after = explored(world, np.array(((0.0, 0.0),))), explored(world, np.array(((0.0, 0.0), (1.6, 0.0))))
-    behind = [gap for gap in all_gaps(before, RADIUS) if (gap.probe[:, 0] > 1.0).all()]
+    behind = [gap for gap in find_all_gaps(before, RADIUS) if (gap.probe[:, 0] > 1.0).all()]
     assert len(behind) == 2  # on both sides of the cone that is seen through the door
     assert all((distance(world, gap.line) > RADIUS - HIT_ERROR * RADIUS).all() for gap in behind)
-    assert not all_gaps(after, RADIUS)
+    assert not find_all_gaps(after, RADIUS)
 
 
 def test_what_is_closed_is_no_frontier():
     roadmap = explored(World("open", (0, 0, 0), (9, 0)), np.zeros((1, 2)))
-    (whole,) = all_gaps(roadmap, RADIUS)
+    (whole,) = find_all_gaps(roadmap, RADIUS)
     closure = whole.probe[len(whole.probe) // 3]
-    parts = all_gaps(with_failed(roadmap, closure[None]), RADIUS)
+    parts = find_all_gaps(with_failed(roadmap, closure[None]), RADIUS)
     lost = length(whole.line) - sum(length(gap.line) for gap in parts)
     assert 2.0 * CLOSED * RADIUS - 3.0 * STEP * RADIUS < lost < 2.0 * CLOSED * RADIUS + 6.0 * STEP * RADIUS

@@ -2,7 +2,7 @@ import numpy as np
 from hypothesis import given
 
 from drake_starnav.geometry.se2 import placed
-from drake_starnav.planning.impassable import BRIDGE_SPACING, inflated_hits, narrowest_gap
+from drake_starnav.planning.impassable import BRIDGE_SPACING, find_narrowest_gap, inflated_hits
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import MARGINS, RADIUS, cast, observed, seeds
 
@@ -43,7 +43,7 @@ def test_the_narrowest_gap_lies_between_the_nearest_points_across_the_way(seed: 
     pairs = [(p, q) for k, p in enumerate(points) for q in points[:k] if crosses(p, q, way)]
     width = rng.uniform(0.2, 1.5)
     nearest = min(pairs, key=lambda pair: np.hypot(*(pair[1] - pair[0])), default=None)
-    found = narrowest_gap(points, way, width)
+    found = find_narrowest_gap(points, way, width)
     if nearest is None or np.hypot(*(nearest[1] - nearest[0])) >= width:
         assert found is None
     else:

@@ -10,7 +10,7 @@ from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState
 from drake_starnav.planning.closures import add_latest_node
 from drake_starnav.planning.looking import LOOKS_AFTER, STILL_TURNS, sees_exit_after_turn, turn_to_unseen
-from drake_starnav.planning.monitoring import faces
+from drake_starnav.planning.monitoring import is_facing
 from drake_starnav.planning.state import Route
 from drake_starnav.surroundings import Observation
 from drake_starnav.surroundings.star_region import scan_region
@@ -83,7 +83,7 @@ def test_it_does_not_where_all_is_seen_or_hidden_from_there_or_behind_it() -> No
 
 def test_facing_and_seeing_the_probe_after_a_turn() -> None:
     given = inputs(0.0, (1.0, 2.0))
-    assert faces(given, np.array((1.0, 0.3))) and not faces(given, np.array((-1.0, 0.0)))
+    assert is_facing(given, np.array((1.0, 0.3))) and not is_facing(given, np.array((-1.0, 0.0)))
     state = dataclasses.replace(
         planned(given), route=Route(np.array(((2.0, 0.0),)), np.array(((0.0, 0.0), (0.0, 1.0))))
     )

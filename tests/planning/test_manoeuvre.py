@@ -102,7 +102,7 @@ def test_poses_are_reached_in_their_gear():
 def stuck_for(
     duration: float, poses: list[np.ndarray], path: np.ndarray, robot: ManoeuvreContext
 ) -> list[ManoeuvreState]:
-    """The manoeuvring at each scan of a robot that is at one pose after the other, and follows none of its own."""
+    """The manoeuvres at each scan of a robot that is at one pose after the other, and follows none of its own."""
     state, states = ManoeuvreState(), []
     for k in range(int(duration / 0.1)):
         state = step_manoeuvre(state, path, poses[k % len(poses)], 0.1 * k, robot, PATIENCE)
@@ -116,9 +116,9 @@ def test_a_robot_that_stands_with_a_path_begins_manoeuvres_gives_its_way_up_and_
     assert not len(states[int(STUCK / 0.1) - 1].poses)
     assert any(len(state.poses) for state in states)
     first = next(k for k, state in enumerate(states) if state.gives_up)
-    assert len(states[first].begun) == TRIES and not len(states[first].poses)
+    assert len(states[first].attempts) == TRIES and not len(states[first].poses)
     assert 0.1 * first < TRIES * PATIENCE + 1.0
-    assert not states[first + 1].gives_up and len(states[first + 1].begun) == 0
+    assert not states[first + 1].gives_up and len(states[first + 1].attempts) == 0
     assert any(state.gives_up for state in states[first + 1 :])
 
 

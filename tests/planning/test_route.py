@@ -12,10 +12,10 @@ from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState
 from drake_starnav.planning import state as planner_state
 from drake_starnav.planning.closed_places import CLOSED, Closures
 from drake_starnav.planning.distance_grid import STRIDE
-from drake_starnav.planning.frontiers import gaps_of
+from drake_starnav.planning.frontiers import find_gaps
 from drake_starnav.planning.monitoring import OBSTRUCTION_SLACK, REPLAN_DISTANCE, is_obstructed
 from drake_starnav.planning.roadmap import StarRoadmap
-from drake_starnav.planning.route import LEFT, SHIFT, _leaving, find_route, frontier_point
+from drake_starnav.planning.route import LEFT, SHIFT, _find_exit, find_frontier_point, find_route
 from drake_starnav.surroundings import Observation
 from drake_starnav.surroundings.star_region import scan_region
 from drake_starnav.worlds.world import World
@@ -125,7 +125,7 @@ def test_the_robot_does_not_turn_to_an_optimistic_path_past_a_closure():
 
 def left(roadmap: StarRoadmap, path: np.ndarray) -> tuple[np.ndarray, np.ndarray, int]:
     """Where a path leaves the regions: the last place inside, the first outside, and the index of the former."""
-    path, last, first = _leaving(path, HALF_CELL, roadmap.union, LEFT * RADIUS)
+    path, last, first = _find_exit(path, HALF_CELL, roadmap.union, LEFT * RADIUS)
     return path[last], path[first], last
 
 
@@ -188,10 +188,10 @@ def test_a_frontier_point_lies_inside_its_gap_near_where_the_path_crosses_it(see
     np.testing.assert_array_equal(route.beyond[0], probe)
     assert not roadmap.union.contains(probe[None])[0]
     for owner in range(len(roadmap)):
-        for gap in gaps_of(roadmap, RADIUS, owner):
+        for gap in find_gaps(roadmap, RADIUS, owner):
             k = len(gap.line) // 2
             inside, outside = 2.0 * gap.line[k] - gap.probe[k], gap.probe[k]
-            point = frontier_point(state, RADIUS, inside, outside)
+            point = find_frontier_point(state, RADIUS, inside, outside)
             if point is not None:
                 assert np.hypot(*(point - inside)) < SHIFT * RADIUS + 0.5
 

@@ -1,7 +1,7 @@
 import numpy as np
 from hypothesis import given, settings
 
-from drake_starnav.planning.string_pulling import last_in_sight, string_pulled
+from drake_starnav.planning.string_pulling import last_in_sight, pull_string
 from tests.helpers.scans import RADIUS, distance, free_point, in_view, length, seeds, wandered
 
 
@@ -12,7 +12,7 @@ def test_pulled_paths_are_not_longer_and_stay_in_the_union(seed):
     path = roadmap.union.center[[1, 0, 2, 0, 3]]  # every centre is in sight of the origin, which is node 0
     position = roadmap.union.center[4]
     line = np.vstack((position, roadmap.union.center[0], path))
-    pulled = string_pulled(line[1:], position, roadmap.union, RADIUS)
+    pulled = pull_string(line[1:], position, roadmap.union, RADIUS)
     np.testing.assert_allclose(pulled[-1], path[-1], atol=1e-12)
     assert length(position, pulled) <= length(line) + 1e-9
     way = np.vstack((position, pulled))
