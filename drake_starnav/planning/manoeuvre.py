@@ -144,8 +144,8 @@ def step_docking(
 ) -> ManoeuvreState:
     """The manoeuvres of a robot at its goal that is to have a heading there, and stands without.
 
-    Where no way is found, it waits longer each time. Arguments as of `step_manoeuvre`; `dock` is (x, y, yaw) of the goal,
-    W, and its tolerance, m: a robot that turns on the spot gets to the very place.
+    Where no way is found, it waits longer each time. Arguments as of `step_manoeuvre`; `dock` is (x, y, yaw) of the
+    goal, W, and its tolerance, m: a robot that turns on the spot gets to the very place.
     """
     after, turns = before._replace(gives_up=False), context.base.turns_on_the_spot
     if _has_moved(before, pose, context.footprint.radius):

@@ -305,12 +305,10 @@ def find_open_route(
         route = find_route(state, current_region, inputs)
         if route is None and not is_first_scan and (reopened := reopen_closures(state, inputs)) is not state:
             return find_open_route(reopened, is_first_scan, is_boxed_in, inputs)
-        if route is None or route.exit is None:
+        if route is None or not is_at_unseen_exit(route, current_region, inputs):
             break
+        assert route.exit is not None
         viewpoint, probe = route.exit
-        is_far = distance_to(viewpoint, inputs.position) > PASSED_DISTANCE * inputs.robot_radius
-        if is_far or cover_at(current_region.as_union, *probe, 0.0) >= 0:
-            break
         if inputs.has_limited_view and not is_facing(inputs, probe):
             return state, route._replace(path=probe[None])  # the lidar may not have looked there yet
         if state.retrying or is_boxed_in:
@@ -319,6 +317,13 @@ def find_open_route(
             return state, route._replace(path=probe[None])
         state = close_path(state, np.vstack((route.path, route.beyond)), inputs)
     return state, route
+
+
+def is_at_unseen_exit(route: Route, current_region: StarRegion, inputs: PlannerInput) -> bool:
+    """Return whether a route leaves the regions where the robot is, and the latest scan does not show its probe."""
+    if route.exit is None or distance_to(route.exit[0], inputs.position) > PASSED_DISTANCE * inputs.robot_radius:
+        return False
+    return cover_at(current_region.as_union, *route.exit[1], 0.0) < 0
 
 
 def update_manoeuvre(state: PlannerState, inputs: PlannerInput) -> PlannerState:

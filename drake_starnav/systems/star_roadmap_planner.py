@@ -211,38 +211,40 @@ class StarRoadmapPlanner(LeafSystem):
         return PlannerStatus.BLOCKED if blocked else status
 
     def _blocked_by(self, context: Context) -> str:
-        plan, robot, margins = self._plans.Eval(context), self._robot, self._margins
+        plan, time = self._plans.Eval(context), context.get_time()
         dead_end = plan.state.progress.dead_end
-        patience = max(STANDSTILL, HALF_TURNS * math.pi / robot.max_yaw_rate)
         if plan.state.status is PlannerStatus.UNREACHABLE:
-            cause = "" if dead_end is None else dead_end.cause
-            return f"{NO_WAY} {cause}" if cause else ""
-        if context.get_time() - plan.since < patience - EARLY:
+            return f"{NO_WAY} {dead_end.cause}" if dead_end is not None and dead_end.cause else ""
+        patience = max(STANDSTILL, HALF_TURNS * math.pi / self._robot.max_yaw_rate) - EARLY
+        if time - plan.since < patience:
             return ""
-        silent = context.get_time() - plan.time
-        if silent > patience - EARLY:
-            return f"blind: no scan that measures anything has arrived for {silent:.1f} s"
-        pose, goal = self._pose.Eval(context), self._goal.Eval(context)
-        (x, y, yaw), place = pose.tolist(), pose[:2]
-        moved = distance_to(place, plan.stand) > STAND * robot.shape.cover_radius
-        if moved or distance_to(place, goal) <= self._goal_tolerance:
+        if time - plan.time > patience:
+            return f"blind: no scan that measures anything has arrived for {time - plan.time:.1f} s"
+        position = self._pose.Eval(context)[:2]
+        has_moved = distance_to(position, plan.stand) > STAND * self._robot.shape.cover_radius
+        if has_moved or distance_to(position, self._goal.Eval(context)) <= self._goal_tolerance:
             return ""
-        seen = self._observation.Eval(context)
-        path = plan.state.guidance.path
-        if dead_end is not None and seen.scan.may_leave.any():
-            where = place_of_nearest(seen.scan, seen.scan.may_leave)
+        scan = self._observation.Eval(context).scan
+        if dead_end is not None and scan.may_leave.any():
+            where = place_of_nearest(scan, scan.may_leave)
             return f"waits for an obstacle that may leave, {where}: no other way is left"
-        to_x, to_y = (path[0] if len(path) else goal).tolist()
-        if self._surroundings.HasValue(context):
-            towards = math.atan2(to_y - y, to_x - x) - yaw
-            reason = obstruction(self._surroundings.Eval(context), seen.scan, towards, robot.shape, pose)
+        return self._describe_obstruction(context, plan.state)
+
+    def _describe_obstruction(self, context: Context, state: PlannerState) -> str:
+        """Return why a robot stands that does not wait."""
+        pose, shape, margin = self._pose.Eval(context), self._robot.shape, self._margins.least
+        path, knows = state.guidance.path, self._surroundings.HasValue(context)
+        if knows:
+            to_x, to_y = (path[0] if len(path) else self._goal.Eval(context)) - pose[:2]
+            bearing, scan = math.atan2(to_y, to_x) - float(pose[2]), self._observation.Eval(context).scan
+            reason = obstruction(self._surroundings.Eval(context), scan, bearing, shape, pose)
             if reason:
                 return reason
-        reach = robot.shape.cover_radius + margins.least + SHORTEST_WAY * robot.shape.cover_radius
-        wall = plan.state.roadmap.closures.find_cause_near(placed(pose, robot.shape.cover), reach)
-        if wall:
-            return f"too near: {wall}, which the robot keeps out of"
+        reach = shape.cover_radius + margin + SHORTEST_WAY * shape.cover_radius
+        zone = state.roadmap.closures.find_cause_near(placed(pose, shape.cover), reach)
+        if zone:
+            return f"too near: {zone}, which the robot keeps out of"
         if not len(path):
-            return f"no way is seen that keeps {margins.least:.3g} m beyond robot.radius"
-        known = "the certificate knows" if self._surroundings.HasValue(context) else "is seen"
+            return f"no way is seen that keeps {margin:.3g} m beyond robot.radius"
+        known = "the certificate knows" if knows else "is seen"
         return f"nothing that {known}: the robot does not follow its guidance"

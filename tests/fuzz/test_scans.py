@@ -55,4 +55,4 @@ def test_any_ranges_are_perceived(found, pose):
     state = PlannerState.initial(PARAMETERS, RADIUS)
     for time in (0.0, 0.1):
         state = plan_step(state, PlannerInput(observation, pose[:2], np.zeros(2), time, PARAMETERS, MARGINS, RADIUS))
-    assert np.isfinite(state.path).all()
+    assert np.isfinite(state.route.path).all()

@@ -107,6 +107,6 @@ def driven_states(scenario: Scenario, margins: Margins, seed: int, commands: int
         "poses": np.array(poses),
         "twists": np.array(twists),
         "nodes": state.roadmap.union.values,
-        "path": state.path,
+        "path": state.route.path,
         "star": known.surroundings.certified_star.values,
     }
