@@ -12,7 +12,7 @@ MODULES = {
     "show_world": "show", "margins": "show", "drive": "drive", "replay": "drive", "warm": "drive",
     "calibrate": "drive",
 }  # fmt: skip
-"""Module of each command, in this folder; scripts/ has a file for each but `demo` and those of `drive`."""
+"""Module of each command, in this folder."""
 
 
 def find_command(name: str) -> "Command":
@@ -20,11 +20,6 @@ def find_command(name: str) -> "Command":
     import importlib
 
     return getattr(importlib.import_module(f"{__package__}.{MODULES[name]}"), name)
-
-
-def script(name: str) -> int:
-    """The program of a script: the command of this name with the arguments of the process; returns its exit code."""
-    return find_command(name)()
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

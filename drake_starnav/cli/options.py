@@ -35,12 +35,6 @@ class CommandParser(argparse.ArgumentParser):
         self.exit(BAD_INPUT, f"{self.prog}: {one_line(said_by(ValueError(message)))}; allowed: see --help\n")
 
 
-def command_name(name: str) -> str:
-    """The name under which a command was started: through the package, or by its own script."""
-    script = f"{name}.py"
-    return script if Path(sys.argv[0]).name == script else f"{program_name()} {name}"
-
-
 @dataclass(frozen=True)
 class Command:
     """A command of `starnav`, to be called with its arguments.
@@ -62,13 +56,13 @@ class Command:
     def __call__(self, arguments: Sequence[str] | None = None) -> int:
         """Run it with these arguments, or with those of the process; returns the exit code."""
         epilog = f"exit codes: {self.codes}, {BAD_INPUT} bad input, {INTERRUPTED} interrupted"
-        parser = CommandParser(prog=command_name(self.name), description=self.description, epilog=epilog)
+        parser = CommandParser(prog=f"{program_name()} {self.name}", description=self.description, epilog=epilog)
         self.add_options(parser)
         return run_command(parser, arguments, self.work)
 
 
 def typed_command(prog: str, arguments: Sequence[str]) -> str:
-    """A command line as it was typed: `prog` is the command's name, see `command_name`."""
+    """A command line as it was typed: `prog` is the command's name, or that of a script."""
     script = Path(sys.argv[0])
     return shlex.join([*(("python", str(script)) if script.name == prog else prog.split()), *arguments])
 

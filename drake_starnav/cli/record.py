@@ -14,8 +14,8 @@ from drake_starnav.cli.options import (
     add_overrides,
     check_numbers,
     check_seed,
-    command_name,
     print_written,
+    program_name,
     progress_bar,
 )
 from drake_starnav.errors import StarnavError
@@ -137,7 +137,7 @@ def _record(options: argparse.Namespace) -> int:
         print_written(written)
     if not same:
         print(
-            f"{command_name('record')}: this run differs from the trial it repeats; both need the same versions and "
+            f"{program_name()} record: this run differs from the trial it repeats; both need the same versions and "
             "settings",
             file=sys.stderr,
         )

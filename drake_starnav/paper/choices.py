@@ -1,9 +1,9 @@
 """What the paper does not print: every value and reading, why it is so, and what others give.
 
 This is the only place of them: the code reads the values below, docs/paper.md shows the table, and a test compares the
-two. `python scripts/experiments/tune_baselines.py --method star_paper` tries values with a robot that follows each
-twist within its accelerations; figures are drives that arrive in the authors' forest in 180 s, of seeds 0 to 3, and
-their mean time. With the values chosen 4 of 4 do, in 59 s: four drives tell the kind of an effect, not its size.
+two. Figures are drives that arrive in the authors' forest in 180 s, of seeds 0 to 3, and their mean time, of a robot
+that follows each twist within its accelerations. With the values chosen 4 of 4 do, in 59 s: four drives tell the kind
+of an effect, not its size.
 """
 
 import math

@@ -30,7 +30,7 @@ TOLERANCE = 1e-3
 LONGEST_STEP, LEAST_STANCE = 0.025, 0.12
 """Longest step of a plant, s: a default period of commands; and the least `RobotModel.stance`, m, with which it may be
 so long. Over 19 m by recorded twists, with nothing that steers it back, a shipped robot ends 4 to 9 cm from where steps
-of half the length take it. `scripts/experiments/plant_error.py` has the error by size."""
+of half the length take it."""
 FLOOR_CONTACT = ("starnav", "floor")
 """Group and name of a property of a robot's collision shapes."""
 

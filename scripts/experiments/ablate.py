@@ -4,17 +4,14 @@ Run: python scripts/experiments/ablate.py --trials 20 --out out/ablation
 """
 
 import argparse
-import io
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from drake_starnav.evaluation.report.figures import COLORS, MARKERS
-from drake_starnav.evaluation.summary import compare, markdown_table, wilson_interval
+from drake_starnav.evaluation.summary import markdown_table
 from drake_starnav.evaluation.workers import Pool
-from drake_starnav.visualization.world_figure import new_figure
 from scripts.experiments import replacements
 from scripts.experiments.experiment import (
     Results,
@@ -22,10 +19,8 @@ from scripts.experiments.experiment import (
     check_rows,
     comparison_cells,
     comparison_head,
-    count,
     experiment,
     experiment_parser,
-    of_scenario,
     run_experiment,
 )
 
@@ -196,14 +191,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def ablate(options: argparse.Namespace) -> Results:
-    """Run the rows, one file of trials each, then write table and plot."""
+    """Run the rows, one file of trials each, then write the table."""
     check_rows(options, BY_NAME)
-    new_figure(1.0)  # raises before any trial runs if matplotlib is missing
     rows = [row for row in ABLATIONS if row.name in options.rows or row is REFERENCE]
     variants = {row.name: (row.method, ()) for row in rows}
-    return run_experiment(
-        variants, options, {"ablation.md": ablation_table, "ablation.png": ablation_plot}, pool_of=ablated_pool
-    )
+    return run_experiment(variants, options, {"ablation.md": ablation_table}, pool_of=ablated_pool)
 
 
 def ablated_pool(pool: Pool, name: str) -> Pool:
@@ -220,47 +212,6 @@ def ablation_table(results: Results, scenarios: Sequence[str]) -> str:
         rows.append((name, row.paper, row.star, row.section, *cells))
     head = ("without it", "the paper", "`star`", "section", *comparison_head(scenarios, REFERENCE.name))
     return markdown_table(head, rows)
-
-
-def ablation_plot(results: Results, scenarios: Sequence[str]) -> bytes:
-    """Success with its 95 % interval, collisions and time ratio of each row, in three panels, as PNG.
-
-    Raises:
-        StarnavError: matplotlib is not installed.
-    """
-    figure = new_figure(1.6 + 0.42 * len(results), 12.0)
-    success, collisions, ratio = figure.subplots(1, 3, sharey=True, width_ratios=(2, 1, 1.4))
-    offsets = [0.22 * (k - (len(scenarios) - 1) / 2) for k in range(len(scenarios))]
-    for k, scenario in enumerate(scenarios):
-        colour, marker = COLORS[k % len(COLORS)], MARKERS[k % len(MARKERS)]
-        style = {"color": colour, "marker": marker, "linestyle": "none", "markersize": 5, "label": scenario}
-        for y, records in enumerate(results.values()):
-            trials = of_scenario(records, scenario)
-            reached = count(trials, "reached")
-            low, high = wilson_interval(reached, len(trials))
-            success.plot([100 * low, 100 * high], [y + offsets[k]] * 2, color=colour, linewidth=1.2)
-            success.plot(100 * reached / len(trials), y + offsets[k], **style)
-            collisions.plot(100 * count(trials, "collision") / len(trials), y + offsets[k], **style)
-            time_ratio = compare(trials, results[REFERENCE.name]).time_ratio
-            if time_ratio is not None:
-                ratio.plot(time_ratio, y + offsets[k], **style)
-    success.set_yticks(range(len(results)), list(results))
-    success.invert_yaxis()
-    success.set_xlim(-3.0, 103.0)
-    success.set_xlabel("reached, % (95 % interval)")
-    collisions.set_xlim(-1.0, max(5.0, collisions.get_xlim()[1]))
-    collisions.set_xlabel("collided, %")
-    ratio.set_xlabel(f"time / {REFERENCE.name}, both reached")
-    ratio.axvline(1.0, color="0.6", linewidth=0.8)
-    for axes in (success, collisions, ratio):
-        axes.grid(axis="x", color="0.9")
-        axes.spines[["top", "right"]].set_visible(False)
-    handles, labels = success.get_legend_handles_labels()
-    unique = dict(zip(labels, handles, strict=True))
-    figure.legend(unique.values(), unique.keys(), loc="outside upper center", ncols=len(unique), frameon=False)
-    file = io.BytesIO()
-    figure.savefig(file, dpi=130, format="png")
-    return file.getvalue()
 
 
 if __name__ == "__main__":

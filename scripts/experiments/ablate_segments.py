@@ -1,46 +1,98 @@
-"""Compare rules for the segments of a star's boundary (the paper's Fig. 5).
+"""Compare rules for the segments of a star's boundary (Fig. 5): python scripts/experiments/ablate_segments.py
 
-Run: python scripts/experiments/ablate_segments.py --out FOLDER
-
-Fits the free range of scans of every kind of world with adaptive segments, with the slope rule of the paper's authors
-and with fixed numbers of segments, each two-sided (least squares) and one-sided (lowered until it lies inside the free
-range).
+Fits cubics to raw scans of the authors' lidar in worlds of every kind, by least squares: over adaptive segments, over
+those of the slope rule of the paper's authors, and over fixed numbers of segments.
 """
 
 import argparse
+import math
 import sys
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 from tqdm import tqdm
 
+from drake_starnav.cli.options import REACHED, CommandParser, check_numbers, run_command
+from drake_starnav.errors import StarnavError
+from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.paper.star_region import fit_boundary, range_profile
 from drake_starnav.robot import RobotParameters
-from drake_starnav.scenario.margins import derive_margins
-from drake_starnav.scenario.schema import Scenario
-from drake_starnav.surroundings.erosion import BEARINGS, free_range, smoothed_distances
 from drake_starnav.surroundings.piecewise_cubic import PiecewiseCubic, fit_piecewise_cubic, fit_segments
-from scripts.experiments.scan_sample import Measured, View, sample_text, sample_views, scan_experiment
+from drake_starnav.worlds import Forest, Maze, PaperForest, Room, World, clearance, make_world
+from drake_starnav.worlds.view import scan_from, visible_shapes
 
 FIXED = (4, 8, 16, 32, 64)
 RADIUS = RobotParameters.radius
 """Of the robot, m."""
 REPEATS = 7
 """Repetitions of each timed fit, methods in turn; the fastest counts, which excludes other load."""
-STYLES = {"two-sided": ("#0072B2", "o", -0.15), "one-sided": ("#D55E00", "D", 0.15)}
-"""Colour (for colour-blind readers: Okabe and Ito, 2008), marker, and offset within the row of the plot."""
+LIDAR = LidarParameters(beams=360, range_min=0.12, range_max=3.5, noise=0.01)
+"""The authors'."""
+KINDS = (Forest(), Maze(), Room(), PaperForest())
+TRIES = 10_000
+"""A world in which so many random places are blocked counts as full."""
+
+
+@dataclass(frozen=True)
+class View:
+    """One scan and where it was taken.
+
+    Attributes:
+        world: the obstacles.
+        pose: (x, y, yaw) of the sensor in W, m and rad.
+        scan: in the sensor frame S.
+    """
+
+    world: World
+    pose: np.ndarray
+    scan: LaserScan
+
+
+def random_free_pose(world: World, rng: np.random.Generator, robot_radius: float) -> np.ndarray:
+    """A random pose (x, y, yaw) in W, m and rad, at which a disc of `robot_radius` (m) touches nothing.
+
+    Raises:
+        StarnavError: the world is too full.
+    """
+    x0, y0, x1, y1 = world.extent
+    for _ in range(TRIES):
+        pose = rng.uniform((x0, y0, -np.pi), (x1, y1, np.pi))
+        if clearance(world, pose[None, :2])[0] > robot_radius:
+            return pose
+    raise StarnavError(
+        f"world {world.name}: no free place for a robot of radius {robot_radius:g} m among {TRIES} random ones; "
+        "allowed: a world with room for the robot"
+    )
+
+
+def random_views(worlds: Iterable[World], lidar: LidarParameters, robot_radius: float, seed: int) -> Iterator[View]:
+    """One scan of each world from a random free pose; view k depends on world k, `seed` and k alone.
+
+    Args:
+        worlds: to look at.
+        lidar: the sensor.
+        robot_radius: clearance of the poses, m.
+        seed: of poses and noise.
+    """
+    for k, world in enumerate(worlds):
+        pose = random_free_pose(world, np.random.default_rng([seed, k]), robot_radius)
+        yield View(world, pose, scan_from(visible_shapes(world), pose, lidar, seed, k))
+
+
+def sample_views(scans: int, seed: int, lidar: LidarParameters, robot_radius: float) -> list[View]:
+    """Scans from random free poses, each of a world of its own, the kinds of world in turn."""
+    worlds = (make_world(KINDS[k % len(KINDS)], seed + k // len(KINDS), robot_radius) for k in range(scans))
+    return list(random_views(worlds, lidar, robot_radius, seed))
 
 
 @dataclass(frozen=True)
 class Method:
-    """One way to place segments, in one kind of fit, which is one-sided or two-sided."""
+    """One way to place segments."""
 
-    side: str
     label: str
     fit: Callable[[np.ndarray], PiecewiseCubic]
 
@@ -67,13 +119,9 @@ class Deviation:
 
 def methods() -> list[Method]:
     """All rows of the table."""
-    rows = []
-    for one_sided in (False, True):
-        side = "one-sided" if one_sided else "two-sided"
-        rows.append(Method(side, "adaptive", partial(fit_piecewise_cubic, radius=RADIUS, one_sided=one_sided)))
-        rows.append(Method(side, "slope (paper)", partial(fit_slopes, one_sided=one_sided)))
-        rows += [Method(side, f"{n} fixed", partial(fit_equal, count=n, one_sided=one_sided)) for n in FIXED]
-    return rows
+    fixed = [Method(f"{n} fixed", partial(fit_equal, count=n, one_sided=False)) for n in FIXED]
+    adaptive = partial(fit_piecewise_cubic, radius=RADIUS, one_sided=False)
+    return [Method("adaptive", adaptive), Method("slope (paper)", fit_slopes), *fixed]
 
 
 def fit_equal(samples: np.ndarray, count: int, one_sided: bool) -> PiecewiseCubic:
@@ -104,28 +152,16 @@ def deviation(values: np.ndarray, samples: np.ndarray) -> tuple[float, float, fl
     )
 
 
-def measured(rows: list[Method], views: Iterable[View], samples_of: Callable[[View], np.ndarray]) -> list[Deviation]:
-    """Every method on the same samples, as `eroded` or `raw`, one `Deviation` a row."""
+def measured(rows: list[Method], views: Iterable[View]) -> list[Deviation]:
+    """Every method on the ranges as measured, one `Deviation` a row."""
     results: list[list[tuple]] = [[] for _ in rows]
     for view in tqdm(views, unit="scan", disable=None, leave=False):
-        samples = samples_of(view)
+        samples = range_profile(view.scan, view.scan.distances, RADIUS, samples=len(view.scan.ranges)).values
         fits = [row.fit(samples) for row in rows]
         seconds = fastest([partial(row.fit, samples) for row in rows])
         for result, fit, spent in zip(results, fits, seconds, strict=True):
             result.append((*deviation(fit.values, samples), len(fit.starts), spent))
     return [Deviation(*np.array(result).T) for result in results]
-
-
-def eroded(view: View) -> np.ndarray:
-    """The free range of the robot's centre, shape (M,), m, of which `star` makes its regions."""
-    return free_range(
-        view.scan, smoothed_distances(view.scan), RADIUS, derive_margins(Scenario("default", None))
-    ).values
-
-
-def raw(view: View) -> np.ndarray:
-    """The ranges as measured, shape (M,), m, of which the paper makes them."""
-    return range_profile(view.scan, view.scan.distances, RADIUS, samples=len(view.scan.ranges)).values
 
 
 def fastest(calls: list[Callable[[], object]]) -> np.ndarray:
@@ -142,80 +178,36 @@ def fastest(calls: list[Callable[[], object]]) -> np.ndarray:
 def table(rows: list[Method], results: list[Deviation]) -> str:
     """Markdown: means over the scans; of the times the median."""
     lines = [
-        "| fit | segments | cubics | mean error, mm | largest error, mm | area lost, % | area overclaimed, % "
-        "| time, us |",
-        "|---|---|--:|--:|--:|--:|--:|--:|",
+        "| segments | cubics | mean error, mm | largest error, mm | area lost, % | area overclaimed, % | time, us |",
+        "|---|--:|--:|--:|--:|--:|--:|",
     ]
     for row, result in zip(rows, results, strict=True):
         lines.append(
-            f"| {row.side} | {row.label} | {result.segments.mean():.0f} | {1e3 * result.mean.mean():.1f} "
+            f"| {row.label} | {result.segments.mean():.0f} | {1e3 * result.mean.mean():.1f} "
             f"| {1e3 * result.largest.mean():.0f} | {1e2 * result.lost.mean():.2f} | {1e2 * result.claimed.mean():.2f} "
             f"| {1e6 * np.median(result.seconds):.1f} |"
         )
     return "\n".join(lines)
 
 
-def plot(rows: list[Method], results: list[Deviation], path: Path) -> None:
-    """Medians with quartiles over the scans: one line for each way to place segments, one column for each measure."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    from matplotlib import pyplot
-
-    columns = [
-        ("mean error (mm)", "log", lambda result: 1e3 * result.mean),
-        ("largest error (mm)", "log", lambda result: 1e3 * result.largest),
-        ("free area lost (%)", "log", lambda result: 1e2 * result.lost),
-        ("time of one fit (µs)", "linear", lambda result: 1e6 * result.seconds),
-    ]
-    labels = list(dict.fromkeys(row.label for row in rows))
-    figure, axes = pyplot.subplots(1, len(columns), figsize=(12.0, 3.9), sharey=True, layout="constrained")
-    for axis, (title, scale, value) in zip(axes, columns, strict=True):
-        for row, result in zip(rows, results, strict=True):
-            color, marker, shift = STYLES[row.side]
-            low, middle, high = np.percentile(value(result), (25, 50, 75))
-            y = labels.index(row.label) + shift
-            axis.plot((low, high), (y, y), color=color, linewidth=2.0, alpha=0.5, solid_capstyle="butt")
-            axis.plot(middle, y, color=color, marker=marker, markersize=7.5, linestyle="", label=row.side)
-        axis.set_xscale(scale)
-        if scale == "linear":
-            axis.set_xlim(left=0.0)
-        axis.axhspan(-0.5, 0.5, color="0.5", alpha=0.12, linewidth=0.0)
-        axis.set_title(title, fontsize=11)
-        axis.grid(axis="x", alpha=0.3, linewidth=0.6)
-        axis.tick_params(axis="y", length=0)
-        axis.spines[["top", "right", "left"]].set_visible(False)
-    axes[0].set_yticks(range(len(labels)), labels)
-    axes[0].set_ylim(len(labels) - 0.5, -0.5)
-    handles = dict(zip(*reversed(axes[0].get_legend_handles_labels()), strict=True))
-    figure.legend(
-        handles.values(),
-        [f"{side} fit" for side in handles],
-        title="median and quartiles over the scans",
-        loc="outside lower center",
-        ncols=2,
-        frameon=False,
-    )
-    figure.savefig(path, dpi=150)
-    pyplot.close(figure)
-
-
-def measure_segments(options: argparse.Namespace) -> Measured:
-    """The table, and what draws its plot."""
-    lidar, radius = LidarParameters(), RobotParameters().radius
+def segments_table(scans: int, seed: int) -> str:
+    """The table of so many scans of the authors' lidar."""
     rows = methods()
-    results = measured(rows, sample_views(options.scans, options.seed, lidar, radius), eroded)
-    text = (
-        f"{sample_text(options)}; {lidar.beams} beams, noise {lidar.noise:g} m; the free range has "
-        f"{BEARINGS} bearings. Means over the scans; of the times the median.\n\n"
-        f"{table(rows, results)}"
-    )
-    return text, lambda path: plot(rows, results, path)
+    return table(rows, measured(rows, sample_views(scans, seed, LIDAR, RADIUS)))
 
 
 def main() -> int:
-    """Print the table and write it with its plot; returns the exit code."""
-    return scan_experiment("ablate_segments.py", __doc__, measure_segments)
+    """Print the table; returns the exit code."""
+    parser = CommandParser(prog="ablate_segments.py", description=__doc__)
+    parser.add_argument("--scans", type=int, default=100, help="number of scans (default: 100)")
+    parser.add_argument("--seed", type=int, default=0, help="of worlds and poses (default: 0)")
+
+    def work(options: argparse.Namespace) -> int:
+        check_numbers(options, scans=(1, math.inf))
+        print(segments_table(options.scans, options.seed))
+        return REACHED
+
+    return run_command(parser, None, work)
 
 
 if __name__ == "__main__":

@@ -1,9 +1,14 @@
 """What experiments on several variants share: options, errors, a file of trials for each variant."""
 
 import argparse
+import json
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
+from typing import Any
+
+from tqdm import tqdm
 
 from drake_starnav.cli.benchmark import add_batch_options, check_batch_options, chosen_pool
 from drake_starnav.cli.options import NOT_REACHED, REACHED, CommandParser, run_command
@@ -120,6 +125,30 @@ def _run_variants(
                 except BatchInterrupted as interruption:
                     raise KeyboardInterrupt(f"{interruption} of {name}, in {options.out}; --resume goes on") from None
     return results, [case.scenario for case in batches[0][2]]
+
+
+def add_case_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options --seed, --workers and --out of experiments on drawn cases."""
+    parser.add_argument("--seed", type=int, default=0, help="of the first case; default: 0")
+    parser.add_argument("--workers", type=int, default=2, metavar="N", help="processes; default: 2")
+    parser.add_argument("--out", type=Path, metavar="FILE", help="append the records, one JSON a line")
+
+
+def run_cases(
+    measure: Callable[[Any], dict[str, Any]], cases: Sequence[Any], options: argparse.Namespace
+) -> list[dict[str, Any]]:
+    """Measure each case in a pool of processes, append the records to `options.out` as they come, return them."""
+    records = []
+    if options.out is not None:
+        options.out.parent.mkdir(parents=True, exist_ok=True)
+    with ProcessPoolExecutor(options.workers) as pool:
+        found = pool.map(measure, cases)
+        for record in tqdm(found, total=len(cases), unit="trial", disable=None, leave=False):
+            records.append(record)
+            if options.out is not None:
+                with options.out.open("a", encoding="utf-8") as file:
+                    file.write(json.dumps(record) + "\n")
+    return records
 
 
 def comparison_head(scenarios: Sequence[str], reference: str) -> list[str]:

@@ -7,16 +7,13 @@ Run: python scripts/experiments/giving_up.py [--closed N] [--solvable N] [--seed
 """
 
 import argparse
-import json
 import math
-from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 from scipy.ndimage import label
-from tqdm import tqdm
 
 from drake_starnav.geometry.footprint import disc
 from drake_starnav.geometry.raycast import Fan, cast_groups
@@ -30,6 +27,7 @@ from drake_starnav.worlds.generators.channel import Channel
 from drake_starnav.worlds.outlines import place, rectangle
 from drake_starnav.worlds.view import visible_shapes
 from drake_starnav.worlds.world import World
+from scripts.experiments.experiment import add_case_options, run_cases
 
 SCENARIO = parse_scenario("world: !Forest {}", name="giving up")
 RADIUS = SCENARIO.robot.radius
@@ -207,19 +205,12 @@ def main(options: argparse.Namespace) -> None:
     """Run the trials, write their records, print the report."""
     cases = [(CLOSED[k % len(CLOSED)], options.seed + k) for k in range(options.closed)]
     cases += [(SOLVABLE[k % len(SOLVABLE)], options.seed + k) for k in range(options.solvable)]
-    with ProcessPoolExecutor(options.workers) as pool:
-        records = list(tqdm(pool.map(measured, cases), total=len(cases), unit="trial", disable=None, leave=False))
-    if options.out is not None:
-        options.out.parent.mkdir(parents=True, exist_ok=True)
-        options.out.write_text("".join(json.dumps(record) + "\n" for record in records))
-    print(report(records))
+    print(report(run_cases(measured, cases, options)))
 
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--closed", type=int, default=60, metavar="N", help="closed worlds; default: 60")
     parser.add_argument("--solvable", type=int, default=200, metavar="N", help="solvable worlds; default: 200")
-    parser.add_argument("--seed", type=int, default=0, help="of the first world; default: 0")
-    parser.add_argument("--workers", type=int, default=2, metavar="N", help="processes; default: 2")
-    parser.add_argument("--out", type=Path, metavar="FILE", help="write the records, one JSON a line")
+    add_case_options(parser)
     main(parser.parse_args())

@@ -7,15 +7,11 @@ Run: python scripts/experiments/narrow_gaps.py [--gaps N] [--dead-ends N] [--see
 """
 
 import argparse
-import json
 import math
 from collections.abc import Mapping
-from concurrent.futures import ProcessPoolExecutor
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-from tqdm import tqdm
 
 from drake_starnav.geometry.se2 import placed
 from drake_starnav.navigation import Parts
@@ -24,6 +20,7 @@ from drake_starnav.simulation.run import run_trial
 from drake_starnav.worlds.clearance import body_clearance
 from drake_starnav.worlds.outlines import rectangle
 from drake_starnav.worlds.world import World
+from scripts.experiments.experiment import add_case_options, run_cases
 
 SIZES: Mapping[str, tuple[float, float]] = {"jackal": (0.508, 0.43), "carrier": (0.8, 0.5)}
 """Length and width of the shipped robots that are driven, m."""
@@ -140,12 +137,7 @@ def main(options: argparse.Namespace) -> None:
         for k in range(options.gaps)
     ]
     cases += [(DEAD_ENDS, name, options.seed + k) for name in options.robots for k in range(options.dead_ends)]
-    with ProcessPoolExecutor(options.workers) as pool:
-        records = list(tqdm(pool.map(measured, cases), total=len(cases), unit="trial", disable=None, leave=False))
-    if options.out is not None:
-        options.out.parent.mkdir(parents=True, exist_ok=True)
-        options.out.write_text("".join(json.dumps(record) + "\n" for record in records))
-    print(report(records))
+    print(report(run_cases(measured, cases, options)))
 
 
 if __name__ == "__main__":
@@ -153,7 +145,5 @@ if __name__ == "__main__":
     parser.add_argument("--gaps", type=int, default=50, metavar="N", help="of each kind and robot; default: 50")
     parser.add_argument("--dead-ends", type=int, default=30, metavar="N", help="of each robot; default: 30")
     parser.add_argument("--robots", nargs="+", default=list(SIZES), metavar="ROBOT", help=f"of {', '.join(SIZES)}")
-    parser.add_argument("--seed", type=int, default=0, help="of the first world; default: 0")
-    parser.add_argument("--workers", type=int, default=2, metavar="N", help="processes; default: 2")
-    parser.add_argument("--out", type=Path, metavar="FILE", help="write the records, one JSON a line")
+    add_case_options(parser)
     main(parser.parse_args())

@@ -1,4 +1,4 @@
-"""The figures of docs/paper.md: segments (Fig. 5), trajectories (Fig. 6), a drive out of a dead end (Fig. 7)."""
+"""The figures of docs/paper.md: trajectories (Fig. 6), a drive out of a dead end (Fig. 7)."""
 
 from pathlib import Path
 from typing import Any
@@ -10,7 +10,6 @@ from pydrake.systems.framework import Context, DiagramBuilder, LeafSystem
 from drake_starnav.evaluation.report.figures import OBSTACLES, svg
 from drake_starnav.evaluation.report.results import Results
 from drake_starnav.geometry.trajectory import Motion
-from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.loading import load_scenario
 from drake_starnav.navigation import Navigation
 from drake_starnav.navigation.robot import robot_world
@@ -18,15 +17,13 @@ from drake_starnav.robot.motion import BrakingMotion
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.simulation.run import run_trial
 from drake_starnav.visualization.world_figure import draw_world, new_figure
-from scripts.experiments import ablate_segments
-from scripts.experiments.scan_sample import sample_views
 
 SIDE_BY_SIDE = ("dsm", "foa", "foa_roadmap", "star_paper", "star", "grid_astar")
 """Methods of Fig. 6: the paper's four from left to right, and two of ours."""
 DRIVES = 5
 """Trials that it shows in each world."""
-SCANS, SEED = 100, 0
-"""Of Fig. 5."""
+SEED = 0
+"""Of Fig. 7."""
 PERIOD = 0.1
 """Of the samples of Fig. 7, s."""
 SPEEDS = {"desired": "#D55E00", "certified": "#0072B2", "driven": "0.2"}
@@ -38,16 +35,6 @@ def draw_figures(results: Results, folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "trajectories.svg").write_text(svg(trajectories(results)), encoding="utf-8")
     (folder / "dead_end.svg").write_text(svg(dead_end()), encoding="utf-8")
-
-
-def write_segments(table: Path, picture: Path) -> None:
-    """Fig. 5: error, number and time of the cubics by each rule for the segments, on raw scans of the paper's lidar."""
-    lidar = LidarParameters(beams=360, range_min=0.12, range_max=3.5, noise=0.01)
-    rows = [row for row in ablate_segments.methods() if row.side == "two-sided"]
-    views = sample_views(SCANS, SEED, lidar, ablate_segments.RADIUS)
-    found = ablate_segments.measured(rows, views, ablate_segments.raw)
-    table.write_text(ablate_segments.table(rows, found) + "\n", encoding="utf-8")
-    ablate_segments.plot(rows, found, picture)
 
 
 def trajectories(results: Results) -> Any:

@@ -22,7 +22,8 @@ from drake_starnav.evaluation.suites import SUITES, suite_table
 from drake_starnav.evaluation.summary import compare, markdown_table, number, summarise
 from drake_starnav.evaluation.trial_file import read_trials
 from drake_starnav.utils.files import replacing
-from scripts.maintenance.paper_figures import draw_figures, write_segments
+from scripts.experiments.ablate_segments import segments_table
+from scripts.maintenance.paper_figures import draw_figures
 from scripts.maintenance.record_results import environment, stale, with_section
 
 ROOT = Path(__file__).parents[2]
@@ -60,7 +61,7 @@ def reproduce(options: argparse.Namespace) -> int:
     if options.record:
         store(options.trials)
         draw_figures(read_results(files(FOLDER)), PICTURES)
-        write_segments(FOLDER / "segments.md", PICTURES / "segments.png")
+        (FOLDER / "segments.md").write_text(segments_table(scans=100, seed=0) + "\n", encoding="utf-8")
         for path, text in texts().items():
             path.write_text(text, encoding="utf-8")
         print(f"wrote {', '.join(str(path.relative_to(ROOT)) for path in (FOLDER, PICTURES, *texts()))}")

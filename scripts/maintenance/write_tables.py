@@ -69,7 +69,6 @@ ROOMS = (drake_starnav.systems, drake_starnav.station, drake_starnav.visualizati
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 WRITTEN = "<!-- written by `python scripts/maintenance/write_tables.py`; change the code, not this file -->"
-DIAGRAMS = DOCS / "images" / "diagrams"
 WORLDS_PAGE, FAULTS_PAGE, SAFETY_PAGE = DOCS / "worlds.md", DOCS / "faults.md", ROOT / "SAFETY.md"
 FAULTS = ROOT / "benchmarks" / "results" / "faults"
 """The trials of scripts/experiments/fault_table.py that docs/faults.md quotes."""
@@ -239,18 +238,11 @@ def ports_page() -> str:
 
 {WRITTEN}
 
-The diagrams are Drake's own (`GetGraphvizString`).
-
 Frames: W is the world, S the lidar, B the robot's base; O the odometry and M the map of `ScanMatcher`. In m, rad and s.
 All systems are defined for T = double only. Those that a scan passes come first, in that order.
 
-The loop that `add_navigation` wires:
-
-{_picture("navigation")}
-
-The inside of its station:
-
-{_picture("station")}
+[architecture.md](architecture.md#the-path-of-a-scan) shows how `add_navigation` wires them; any diagram can be drawn by
+Drake's `GetGraphvizString`.
 
 ## What is updated when
 
@@ -267,7 +259,7 @@ something asks for it. The command at the instant of a scan therefore uses that 
         # the column before says already whether a port carries a vector
         rows = [(*row[:-1], re.sub(r"^(abstract, |vector (?=\())", "", row[-1])) for row in port_rows(system)]
         ports = table(("", "port", "carries", "meaning"), rows)
-        parts.append(f"## {name}\n\n{_summary(type(system))} In `{module}`.\n\n{_picture(name)}\n\n{ports}\n")
+        parts.append(f"## {name}\n\n{_summary(type(system))} In `{module}`.\n\n{ports}\n")
     return "\n".join(parts)
 
 
@@ -275,10 +267,6 @@ def _discrete_update(cls: type) -> str:
     """The paragraph of a system's docstring that says what its discrete update is."""
     paragraphs = inspect.cleandoc(cls.__doc__ or "").split("\n\n")
     return next(text for text in paragraphs if text.startswith("Discrete update")).replace("\n", " ")
-
-
-def _picture(name: str) -> str:
-    return f"![Ports and connections of {name}](images/diagrams/{name}.svg)"
 
 
 def parameters_page() -> str:

@@ -176,11 +176,6 @@ def test_an_unknown_command_is_reported_with_the_nearest(capsys) -> None:
     assert "unknown command 'simulte': did you mean simulate? allowed: demo, simulate, " in printed.err
 
 
-def test_scripts_and_module_offer_the_same_commands() -> None:
-    named = [name for name, file in MODULES.items() if name != "demo" and file != "drive"]
-    assert all((Path(__file__).parents[2] / "scripts" / f"{name}.py").is_file() for name in named)
-
-
 def test_the_demo_leaves_its_recording_where_it_says(tmp_path: Path, monkeypatch, capsys) -> None:
     monkeypatch.chdir(tmp_path)
     assert main(["demo", "--set", "simulation.timeout=0.5"]) == 1

@@ -11,7 +11,6 @@ import pytest
 from drake_starnav.cli.options import (
     BAD_INPUT,
     INTERRUPTED,
-    command_name,
     exit_code,
     plain_warnings,
     program_name,
@@ -41,23 +40,19 @@ def test_a_warning_for_the_user_is_a_line_without_code() -> None:
 
 
 @pytest.mark.parametrize(
-    ("called", "program", "command"),
-    [
-        ("/venv/bin/starnav", "starnav", "starnav simulate"),
-        ("/package/__main__.py", "python -m drake_starnav", "python -m drake_starnav simulate"),
-        ("scripts/simulate.py", "python -m drake_starnav", "simulate.py"),
-    ],
+    ("called", "program"),
+    [("/venv/bin/starnav", "starnav"), ("/package/__main__.py", "python -m drake_starnav")],
 )
-def test_a_command_has_the_name_it_was_called_by(called: str, program: str, command: str, monkeypatch) -> None:
+def test_the_program_has_the_name_it_was_called_by(called: str, program: str, monkeypatch) -> None:
     monkeypatch.setattr(sys, "argv", [called, "forest"])
-    assert (program_name(), command_name("simulate")) == (program, command)
+    assert program_name() == program
 
 
 @pytest.mark.parametrize(
     ("called", "prog", "typed"),
     [
         ("/usr/bin/starnav", "starnav benchmark", "starnav benchmark forest --html 'my page.html'"),
-        ("scripts/benchmark.py", "benchmark.py", "python scripts/benchmark.py forest --html 'my page.html'"),
+        ("experiments/ablate.py", "ablate.py", "python experiments/ablate.py forest --html 'my page.html'"),
     ],
 )
 def test_a_command_line_is_known_as_it_was_typed(called: str, prog: str, typed: str, monkeypatch) -> None:

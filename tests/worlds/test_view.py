@@ -8,7 +8,7 @@ import pytest
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.worlds import Forest, Maze, Room, World, clearance, make_world, shortest_path
 from drake_starnav.worlds.view import FARTHEST, scan_from, tightest_gap, visible_shapes
-from scripts.experiments.scan_sample import random_views
+from scripts.experiments.ablate_segments import random_views
 from tests.helpers.scans import cast
 
 EXACT = LidarParameters(noise=0.0, range_min=0.0)
