@@ -70,11 +70,22 @@ class BaselineInput:
 
 
 class Baseline(Protocol):
-    """A baseline: the parameters of its section in a scenario, with what it does by them."""
+    """A baseline: its constants, with what it does by them.
+
+    Attributes:
+        margin: clearance kept beyond the robot's radius, m.
+        knows_obstacles: whether it is told its obstacles; it has no scan then.
+        follows_roadmap: whether it heads for the planner's short-term goals instead of the goal.
+    """
 
     @property
-    def known(self) -> bool:
-        """Whether it is told its obstacles; it has no scan then."""
+    def margin(self) -> float: ...
+
+    @property
+    def knows_obstacles(self) -> bool: ...
+
+    @property
+    def follows_roadmap(self) -> bool: ...
 
     def propose(self, inputs: BaselineInput) -> Proposal:
         """The twist that it desires, and the direction that it follows."""

@@ -19,7 +19,6 @@ import numpy as np
 from drake_starnav.baselines.baseline_step import BaselineInput
 from drake_starnav.control.inputs import Proposal
 from drake_starnav.geometry.se2 import placed
-from drake_starnav.parameters import Checked, parameter
 
 PARALLEL = 1e-5
 """A direction whose cosine to the reference is nearer than this to 1 or -1 counts as parallel or opposite to it."""
@@ -51,18 +50,18 @@ def directional_mean(reference: np.ndarray, vectors: np.ndarray, weights: np.nda
 
 
 @dataclass(frozen=True)
-class DsmParameters(Checked, place="dsm"):
-    """Modulation around circles that are all known."""
+class DsmBaseline:
+    """Modulation around circles that are all known.
 
-    margin: float = parameter(
-        0.06, "clearance that is modulated for beyond the robot's radius", unit="m", low=0.0, high=1.0
-    )
-    max_speed: float = parameter(
-        0.4, "of the nominal velocity and of the modulated one", unit="m/s", above=0.0, high=10.0
-    )
+    Attributes:
+        margin: clearance that is modulated for beyond the robot's radius, m.
+        max_speed: of the nominal velocity and of the modulated one, m/s.
+    """
 
-    known = True
-    """The circles are given."""
+    margin: float = 0.06
+    max_speed: float = 0.4
+    knows_obstacles = True
+    follows_roadmap = False
 
     def propose(self, inputs: BaselineInput) -> Proposal:
         """The twist that follows `dsm_velocity`, and its direction."""

@@ -22,7 +22,6 @@ from drake_starnav.baselines.baseline_step import BaselineInput, unit_vector
 from drake_starnav.control.inputs import Proposal
 from drake_starnav.geometry.compiled import kernel
 from drake_starnav.geometry.se2 import inverse, placed
-from drake_starnav.parameters import Checked, parameter
 from drake_starnav.robot import RobotParameters
 
 PERIOD = 0.25
@@ -38,18 +37,17 @@ STRAIGHT = 1e-6
 
 
 @dataclass(frozen=True)
-class DwaParameters(Checked, place="dwa"):
-    """The dynamic window; its samples and weights are constants."""
+class DwaBaseline:
+    """The dynamic window; `margin` is the clearance kept beyond the robot's radius, m."""
 
-    margin: float = parameter(0.02, "clearance kept beyond the robot's radius", unit="m", low=0.0, high=1.0)
-
-    known = False
-    """It has its scan alone."""
+    margin: float = 0.02
+    knows_obstacles = False
+    follows_roadmap = False
 
     def propose(self, inputs: BaselineInput) -> Proposal:
         """`dwa_twist`, and where it turns to."""
         pose = inputs.pose
-        v, omega = dwa_twist(pose, inputs.twist, inputs.target, inputs.points, inputs.robot, self)
+        v, omega = dwa_twist(pose, inputs.twist, inputs.target, inputs.points, inputs.robot, self.margin)
         return Proposal(np.array((v, omega)), unit_vector(pose[2] + omega * PERIOD))
 
 
@@ -59,7 +57,7 @@ def dwa_twist(
     goal: np.ndarray,
     points: np.ndarray,
     robot: RobotParameters,
-    parameters: DwaParameters,
+    margin: float,
 ) -> tuple[float, float]:
     """The twist (v, omega) of the best admissible arc in the dynamic window, m/s and rad/s.
 
@@ -69,10 +67,11 @@ def dwa_twist(
     Args:
         pose, twist: (x, y, yaw) of the robot, W, m and rad, and its (v, omega) now.
         goal, points: shape (2,), and the hits, shape (n, 2), W, m.
-        robot, parameters: radius and limits, and the margin.
+        robot: its radius and limits.
+        margin: clearance kept beyond the radius, m.
     """
     hits, goal = placed(inverse(pose), points), placed(inverse(pose), goal[None])[0]
-    v, omega = _best(twist, goal, hits, robot.limits, robot.radius + parameters.margin)
+    v, omega = _best(twist, goal, hits, robot.limits, robot.radius + margin)
     return float(v), float(omega)
 
 

@@ -19,7 +19,6 @@ from drake_starnav.baselines.baseline_step import MIN_DISTANCE, BaselineInput
 from drake_starnav.baselines.dsm_circles import directional_mean
 from drake_starnav.control.inputs import Proposal
 from drake_starnav.geometry.se2 import placed
-from drake_starnav.parameters import Checked, parameter
 
 CREEP_SPEED = 0.1
 """A modulated velocity slower than this is not brought back to the nominal speed, m/s."""
@@ -34,17 +33,21 @@ APPROACH_SLOWDOWN = 0.8
 
 
 @dataclass(frozen=True)
-class FoaParameters(Checked, place="foa"):
-    """Modulation away from the hits of the current scan."""
+class FoaBaseline:
+    """Modulation away from the hits of the current scan.
 
-    clusters: bool = parameter(False, "modulate around clusters of hits instead of around all hits at once")
-    margin: float = parameter(0.1, "clearance that is kept beyond the robot's radius", unit="m", low=0.0, high=1.0)
-    max_speed: float = parameter(
-        0.4, "of the nominal velocity and of the modulated one", unit="m/s", above=0.0, high=10.0
-    )
+    Attributes:
+        clusters: whether it modulates around clusters of hits instead of around all hits at once.
+        follows_roadmap: whether it heads for the short-term goals of the planner instead of the goal.
+        margin: clearance that is kept beyond the robot's radius, m.
+        max_speed: of the nominal velocity and of the modulated one, m/s.
+    """
 
-    known = False
-    """It has its scan alone."""
+    clusters: bool = False
+    follows_roadmap: bool = False
+    margin: float = 0.1
+    max_speed: float = 0.4
+    knows_obstacles = False
 
     def propose(self, inputs: BaselineInput) -> Proposal:
         """The twist that follows `foa_velocity`, or `foa_cluster_velocity`, and its direction."""

@@ -5,9 +5,11 @@ from typing import NamedTuple
 
 from pydrake.systems.framework import System
 
+from drake_starnav.baselines import BASELINES
+from drake_starnav.baselines.baseline_step import Baseline
 from drake_starnav.control import followed
 from drake_starnav.navigation.parts import Parts, function_of
-from drake_starnav.scenario.schema import BASELINES, Scenario
+from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.robot_interface import delay_steps
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.systems.baseline_controller import BaselineController
@@ -45,7 +47,8 @@ class LoopConfig(NamedTuple):
     @property
     def plans(self) -> bool:
         """Whether there is a planner."""
-        return self.method.guided or self.scenario.controller.target == "short_term_goal"
+        baseline = self.method.baseline
+        return baseline is None or baseline.follows_roadmap
 
     @property
     def matches(self) -> bool:
@@ -65,13 +68,21 @@ class Method(NamedTuple):
 
     Attributes:
         controller: makes the system that proposes twists.
-        guided: whether it follows the planner's guidance.
-        shielded: whether its twists are certified; not those of the methods to compare with, as published.
+        baseline: that it compares with, as published: nothing certifies its twists. None for ours.
     """
 
     controller: Callable[[LoopConfig], System]
-    guided: bool = True
-    shielded: bool = True
+    baseline: Baseline | None = None
+
+    @property
+    def guided(self) -> bool:
+        """Whether it follows the planner's guidance."""
+        return self.baseline is None
+
+    @property
+    def shielded(self) -> bool:
+        """Whether its twists are certified."""
+        return self.baseline is None
 
 
 def _guided(config: LoopConfig) -> System:
@@ -87,13 +98,14 @@ def _guided(config: LoopConfig) -> System:
 
 
 def _baseline(config: LoopConfig) -> System:
-    scenario = config.scenario
-    return BaselineController(scenario.robot, getattr(scenario, scenario.controller.kind), stopwatch=config.stopwatch)
+    baseline = config.method.baseline
+    assert baseline is not None
+    return BaselineController(config.scenario.robot, baseline, stopwatch=config.stopwatch)
 
 
 BY_KIND = {
     "star": Method(_guided),
-    **dict.fromkeys(BASELINES, Method(_baseline, guided=False, shielded=False)),
+    **{name: Method(_baseline, baseline) for name, baseline in BASELINES.items()},
 }
 """The methods by `controller.kind`."""
 SHIELDED = ", ".join(kind for kind, method in BY_KIND.items() if method.shielded)

@@ -58,7 +58,8 @@ def _guided_sources(builder: DiagramBuilder, config: LoopConfig, navigation: Nav
 def _baseline_sources(builder: DiagramBuilder, config: LoopConfig, navigation: Navigation) -> dict[str, OutputPort]:
     """For baselines: the same scans at the same times as for our controller."""
     world, station, scenario = navigation.world, navigation.station, config.scenario
-    kind = scenario.controller.kind
+    kind, baseline = scenario.controller.kind, config.method.baseline
+    assert baseline is not None
     sources = {
         "goal": navigation.goal_position,
         "scan": station.GetOutputPort("lidar.scan"),
@@ -67,7 +68,7 @@ def _baseline_sources(builder: DiagramBuilder, config: LoopConfig, navigation: N
     }
     if navigation.planner is not None:
         sources["short_term_goal"] = output_port(navigation.planner, "short_term_goal", 2, "planner")
-    if getattr(scenario, kind).known:
+    if baseline.knows_obstacles:
         count = len(world.polygons)
         if count or world.model is not None or len(world.moving_obstacles):
             others = "a model file" if world.model is not None else "obstacles that move"
@@ -76,7 +77,7 @@ def _baseline_sources(builder: DiagramBuilder, config: LoopConfig, navigation: N
                 f"controller.kind {kind} in world {world.name}, which has {what}; "
                 "allowed: a world of cylinders and spheres, whose obstacles it can know as circles"
             )
-        known = known_obstacles(world.discs, world.bounds, scenario.robot.radius + scenario.dsm.margin)
+        known = known_obstacles(world.discs, world.bounds, scenario.robot.radius + baseline.margin)
         source = builder.AddNamedSystem("known_obstacles", ConstantValueSource(Value(known)))
         sources["obstacles"] = source.get_output_port()
     return sources

@@ -142,10 +142,11 @@ def _check_parts(scenario: Scenario, parts: Parts) -> None:
     if any(own.values()) and not method.shielded:
         what = next(name for name in own if own[name])
         raise StarnavError(f"controller.kind is {settings.kind} with {what} of your own; allowed: {SHIELDED}")
-    if parts.planner is not None and not method.guided and settings.target != "short_term_goal":
+    baseline = method.baseline
+    if parts.planner is not None and baseline is not None and not baseline.follows_roadmap:
         raise StarnavError(
             f"controller.kind is {settings.kind}, which heads for the goal, with a planner of your own; "
-            "allowed: controller.target short_term_goal"
+            "allowed: one that follows guidance or short-term goals"
         )
 
 

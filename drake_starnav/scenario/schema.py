@@ -1,7 +1,7 @@
 """What a scenario holds.
 
 A scenario has the sections `world, robot, lidar, localization, drive, planner, controller, obstacles, simulation,
-recording` and one for each baseline; each is a dataclass with defaults, so that a file only contains what differs.
+recording`; each is a dataclass with defaults, so that a file only contains what differs.
 `lidars` is a list of lidars, each of which has the values of `lidar` where it does not say otherwise. `goals` is a list
 of [x, y] or [x, y, yaw], which the robot visits in order instead of the world's goal; at one with a yaw it turns to it.
 `robots` is a list of robots: each a mapping over `robot` that also has a `start` [x, y, yaw], a `goal` or `goals`, and
@@ -15,9 +15,7 @@ import dataclasses
 from dataclasses import dataclass, field
 from typing import Any
 
-from drake_starnav.baselines.dsm_circles import DsmParameters
-from drake_starnav.baselines.dwa import DwaParameters
-from drake_starnav.baselines.foa import FoaParameters
+from drake_starnav.baselines import BASELINES
 from drake_starnav.control import ControllerParameters
 from drake_starnav.errors import StarnavError, check_kind, shown
 from drake_starnav.lidar.sensor_model import LidarParameters
@@ -132,9 +130,6 @@ class Scenario:
     planner: PlannerParameters = field(default_factory=PlannerParameters)
     controller: ControllerParameters = field(default_factory=ControllerParameters)
     obstacles: DynamicObstacleParameters = field(default_factory=DynamicObstacleParameters)
-    dsm: DsmParameters = field(default_factory=DsmParameters)
-    foa: FoaParameters = field(default_factory=FoaParameters)
-    dwa: DwaParameters = field(default_factory=DwaParameters)
     simulation: SimulationParameters = field(default_factory=SimulationParameters)
     recording: RecordingParameters = field(default_factory=RecordingParameters)
     plant_config: dict[str, Any] = field(default_factory=dict)
@@ -180,8 +175,6 @@ SECTIONS: dict[str, Any] = {
     for part in dataclasses.fields(Scenario)
     if part.name not in ("name", "world", "start", "method", *LISTS, *DRAKE_CONFIGS)
 }
-BASELINES = tuple(name for name, make in SECTIONS.items() if hasattr(make, "propose"))
-"""Sections that are a `Baseline` each."""
 CONTROLLERS = ("star", *BASELINES)
 """Values of `controller.kind`."""
 KEYS = ("world", *SECTIONS, *LISTS, *DRAKE_CONFIGS)

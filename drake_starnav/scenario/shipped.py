@@ -10,11 +10,7 @@ from drake_starnav.utils.resources import model_path
 METHODS: dict[str, dict[str, dict[str, Any]] | Callable[[Any], Any] | str] = {
     "star": {},
     "star_paper": "drake_starnav.paper:method",
-    "dsm": {"controller": {"kind": "dsm"}},
-    "foa": {"controller": {"kind": "foa"}},
-    "foa_cluster": {"controller": {"kind": "foa"}, "foa": {"clusters": True}},
-    "foa_roadmap": {"controller": {"kind": "foa", "target": "short_term_goal"}},
-    "dwa": {"controller": {"kind": "dwa"}},
+    **{name: {"controller": {"kind": name}} for name in ("dsm", "foa", "foa_cluster", "foa_roadmap", "dwa")},
     "grid_astar": "drake_starnav.systems.grid_planner:grid_astar",
 }
 """A method is settings: which controller drives, and what else it sets before the scenario's own keys do.

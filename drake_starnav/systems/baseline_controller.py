@@ -61,7 +61,7 @@ class BaselineController(Controller):
         goal = self._goal.Eval(context)
         target = self._short_term_goal.Eval(context) if self._short_term_goal.HasValue(context) else goal
         scan, scan_pose, obstacles = None, NO_POSE, KnownObstacles.none()
-        if self._baseline.known:
+        if self._baseline.knows_obstacles:
             obstacles = self._obstacles.Eval(context)
         else:
             scan, scan_pose = self._scan.Eval(context), self._scan_pose.Eval(context)

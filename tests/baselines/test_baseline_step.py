@@ -6,19 +6,19 @@ import numpy as np
 import pytest
 
 from drake_starnav.baselines.baseline_step import BaselineInput, baseline_step
-from drake_starnav.baselines.dsm_circles import DsmParameters
-from drake_starnav.baselines.dwa import DwaParameters
-from drake_starnav.baselines.foa import FoaParameters
+from drake_starnav.baselines.dsm_circles import DsmBaseline
+from drake_starnav.baselines.dwa import DwaBaseline
+from drake_starnav.baselines.foa import FoaBaseline
 from drake_starnav.baselines.known_obstacles import KnownObstacles, known_obstacles
 from drake_starnav.robot import RobotParameters
 from tests.helpers.motions import PERIOD, limited_twist
 
 ROBOT = RobotParameters()
 SETTINGS = {
-    "dsm": DsmParameters(),
-    "foa": FoaParameters(),
-    "foa_cluster": FoaParameters(clusters=True),
-    "dwa": DwaParameters(),
+    "dsm": DsmBaseline(),
+    "foa": FoaBaseline(),
+    "foa_cluster": FoaBaseline(clusters=True),
+    "dwa": DwaBaseline(),
 }
 POST = np.array([(2.0, 0.05, 0.3)])
 EVERY = pytest.mark.parametrize("settings", SETTINGS.values(), ids=list(SETTINGS))

@@ -6,13 +6,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_starnav.baselines import dwa
-from drake_starnav.baselines.dwa import PERIOD, DwaParameters
+from drake_starnav.baselines.dwa import PERIOD, DwaBaseline
 from drake_starnav.robot import RobotParameters
 from tests.helpers.arrays import taking_lists
 
 dwa_twist = taking_lists(dwa.dwa_twist)
 ROBOT = RobotParameters()
-PARAMETERS = DwaParameters()
+MARGIN = DwaBaseline.margin
 NOTHING = np.zeros((0, 2))
 
 
@@ -33,10 +33,10 @@ def test_the_chosen_arc_is_admissible_and_in_the_window(seed):
     rng = np.random.default_rng(seed)
     pose = rng.uniform((-1.0, -1.0, -math.pi), (1.0, 1.0, math.pi))
     twist = np.array((rng.uniform(0.0, ROBOT.max_speed), rng.uniform(-ROBOT.max_yaw_rate, ROBOT.max_yaw_rate)))
-    radius = ROBOT.radius + PARAMETERS.margin
+    radius = ROBOT.radius + MARGIN
     points = rng.uniform(-2.5, 2.5, (rng.integers(1, 40), 2))
     points = points[np.hypot(*(points - pose[:2]).T) > radius]
-    v, omega = dwa_twist(pose, twist, rng.uniform(-5.0, 5.0, 2), points, ROBOT, PARAMETERS)
+    v, omega = dwa_twist(pose, twist, rng.uniform(-5.0, 5.0, 2), points, ROBOT, MARGIN)
 
     assert 0.0 <= v <= ROBOT.max_speed and abs(omega) <= ROBOT.max_yaw_rate
     assert abs(v - twist[0]) <= ROBOT.max_acceleration * PERIOD + 1e-9
@@ -50,23 +50,23 @@ def test_the_chosen_arc_is_admissible_and_in_the_window(seed):
 
 def test_brakes_in_front_of_a_wall_and_then_only_turns():
     wall = np.column_stack((np.full(101, 0.5), np.linspace(-1.0, 1.0, 101)))
-    v, _ = dwa_twist([0.0, 0.0, 0.0], [0.8, 0.0], [5.0, 0.0], wall, ROBOT, PARAMETERS)
+    v, _ = dwa_twist([0.0, 0.0, 0.0], [0.8, 0.0], [5.0, 0.0], wall, ROBOT, MARGIN)
     assert v == pytest.approx(0.8 - ROBOT.max_acceleration * PERIOD)  # nothing is admissible: full braking
-    wall[:, 0] = ROBOT.radius + PARAMETERS.margin + 1e-3
-    v, _ = dwa_twist([0.0, 0.0, 0.0], [0.0, 0.0], [5.0, 0.0], wall, ROBOT, PARAMETERS)
+    wall[:, 0] = ROBOT.radius + MARGIN + 1e-3
+    v, _ = dwa_twist([0.0, 0.0, 0.0], [0.0, 0.0], [5.0, 0.0], wall, ROBOT, MARGIN)
     assert v == pytest.approx(0.0)
 
 
 def test_a_point_under_the_hull_can_be_left_but_not_approached():
     twist, ahead = [0.0, 0.0], [5.0, 0.0]
-    assert dwa_twist([0.0, 0.0, 0.0], twist, ahead, [[-0.2, 0.0]], ROBOT, PARAMETERS)[0] > 0.0
-    assert dwa_twist([0.0, 0.0, 0.0], twist, ahead, [[0.2, 0.0]], ROBOT, PARAMETERS)[0] == 0.0
+    assert dwa_twist([0.0, 0.0, 0.0], twist, ahead, [[-0.2, 0.0]], ROBOT, MARGIN)[0] > 0.0
+    assert dwa_twist([0.0, 0.0, 0.0], twist, ahead, [[0.2, 0.0]], ROBOT, MARGIN)[0] == 0.0
 
 
 def test_can_stop_at_the_goal():
     pose, twist = np.zeros(3), np.zeros(2)
     for _ in range(200):
-        twist = np.array(dwa_twist(pose, twist, [2.0, 1.0], NOTHING, ROBOT, PARAMETERS))
+        twist = np.array(dwa_twist(pose, twist, [2.0, 1.0], NOTHING, ROBOT, MARGIN))
         middle = pose[2] + 0.5 * twist[1] * PERIOD
         pose = pose + PERIOD * np.array((twist[0] * math.cos(middle), twist[0] * math.sin(middle), twist[1]))
         if math.hypot(pose[0] - 2.0, pose[1] - 1.0) < 0.1:

@@ -16,6 +16,5 @@ def head_on(folder: Path, max_speed: float) -> Scenario:
     }
     (folder / "worlds.json").write_text(json.dumps(content))
     text = f"world: !DynaBarn {{file: {folder / 'worlds.json'}}}\nrobot: {{max_speed: {max_speed}}}\n"
-    text += "controller: {kind: foa, target: short_term_goal}\nlidar: {range_max: 0.6}\n"
-    text += f"foa: {{max_speed: {max_speed}}}\n"
+    text += "controller: {kind: foa_roadmap}\nlidar: {range_max: 0.6}\n"
     return parse_scenario(text, name="head on")

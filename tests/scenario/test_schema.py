@@ -18,7 +18,6 @@ def test_method_options_are_real_parameters(method: str) -> None:
         assert {key for key in before if before[key] != after[key]} == set(method_settings(method).get(section, {}))
 
 
-def test_every_kind_of_controller_is_some_method_s_and_has_its_section() -> None:
+def test_every_kind_of_controller_is_some_method_s() -> None:
     kinds = {load_scenario("room", method=method).controller.kind for method in METHODS}
     assert kinds == set(CONTROLLERS) == set(BY_KIND)
-    assert {kind for kind, method in BY_KIND.items() if not method.guided} <= set(SECTIONS)

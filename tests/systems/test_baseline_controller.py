@@ -5,9 +5,9 @@ import pytest
 from pydrake.common.value import Value
 
 from drake_starnav.baselines.baseline_step import Baseline
-from drake_starnav.baselines.dsm_circles import DsmParameters
-from drake_starnav.baselines.dwa import DwaParameters
-from drake_starnav.baselines.foa import FoaParameters
+from drake_starnav.baselines.dsm_circles import DsmBaseline
+from drake_starnav.baselines.dwa import DwaBaseline
+from drake_starnav.baselines.foa import FoaBaseline
 from drake_starnav.baselines.known_obstacles import known_obstacles
 from drake_starnav.control import ControllerParameters
 from drake_starnav.lidar.laser_scan import LaserScan
@@ -20,12 +20,12 @@ from tests.helpers.controlling import Controlling
 ROBOT, CONTROLLER = RobotParameters(), ControllerParameters()
 SCANNING = pytest.mark.parametrize(
     "settings",
-    [FoaParameters(), FoaParameters(clusters=True), DwaParameters()],
+    [FoaBaseline(), FoaBaseline(clusters=True), DwaBaseline()],
     ids=["foa", "foa_cluster", "dwa"],
 )
 EVERY = pytest.mark.parametrize(
     "settings",
-    [DsmParameters(), FoaParameters(), FoaParameters(clusters=True), DwaParameters()],
+    [DsmBaseline(), FoaBaseline(), FoaBaseline(clusters=True), DwaBaseline()],
     ids=["dsm", "foa", "foa_cluster", "dwa"],
 )
 
@@ -85,7 +85,7 @@ def test_a_scan_counts_where_it_was_taken(settings) -> None:
 
 
 def test_dsm_knows_its_obstacles_and_needs_no_scan() -> None:
-    free = controlling_of(DsmParameters(), obstacles=known([]), scan=None, scan_pose=None)
-    ahead = controlling_of(DsmParameters(), obstacles=known([(0.6, 0.02, 0.3)]), scan=None, scan_pose=None)
+    free = controlling_of(DsmBaseline(), obstacles=known([]), scan=None, scan_pose=None)
+    ahead = controlling_of(DsmBaseline(), obstacles=known([(0.6, 0.02, 0.3)]), scan=None, scan_pose=None)
     assert free.update(60)[0] > 0.3
     assert abs(ahead.update(20)[1]) > 0.5
