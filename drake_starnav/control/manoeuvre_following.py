@@ -14,7 +14,7 @@ SLOW_SHARE, SLOW_STOP = 0.725, 0.357
 
 
 def followed_manoeuvre(pose: np.ndarray, poses: np.ndarray, robot: RobotParameters) -> tuple[np.ndarray, np.ndarray]:
-    """The twist towards the first pose of a manoeuvre that is not reached, and the direction of motion, W.
+    """Return the twist towards the first pose of a manoeuvre that is not reached, and the direction of motion, W.
 
     Args:
         pose: (x, y, yaw) of the robot, W, m and rad.

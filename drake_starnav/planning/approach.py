@@ -27,7 +27,7 @@ class GoalCandidates(NamedTuple):
 def goal_candidates(
     hits: DistanceGrid, goal: np.ndarray, tolerance: float, radius: float, margin: float
 ) -> GoalCandidates:
-    """The goal if it is clear of known hits; otherwise all suitable places and the nearest clear one as the goal.
+    """Return the goal if it is clear of known hits; else all suitable places, and the nearest clear one as the goal.
 
     If no place is clear, the goal is the place farthest from hits.
 

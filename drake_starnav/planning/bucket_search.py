@@ -14,7 +14,7 @@ NEIGHBOURHOOD = 150
 
 @kernel
 def bucket_dijkstra(weight, cost, goal, source):
-    """Dial's bucket-queue A* from the goal to the source, cells (i, j); Dijkstra's search without a source (-1, -1).
+    """Run Dial's bucket A* from the goal to the source, cells (i, j); Dijkstra's search without a source (-1, -1).
 
     It fills `cost`, which begins as zeros, in hundredths of a cell less UNREACHED. It stops once every open cell's f =
     cost + heuristic exceeds the cost from the source, or if that is blocked from the cells about it, by more than
@@ -82,7 +82,7 @@ def bucket_dijkstra(weight, cost, goal, source):
 
 @leaf
 def heuristic(i, j, si, sj):
-    """The least cost from cell to cell to the source (si, sj), in hundredths of a cell; 0 without a source (-1)."""
+    """Return the least cost from a cell to the source (si, sj), in hundredths of a cell; 0 without a source (-1)."""
     if si < 0:
         return 0
     di, dj = abs(i - si), abs(j - sj)

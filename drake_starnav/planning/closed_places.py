@@ -36,19 +36,19 @@ class Closures:
         return np.vstack((np.zeros((0, 2)), *self.keep_out_points.values()))
 
     def add_keep_out(self, polygon: np.ndarray, distance: float, cause: str, robot_radius: float) -> "Closures":
-        """These closures, and the wall around a polygon (n, 2), W, at a distance, for a robot of a cover radius, m."""
+        """Add the wall around a polygon (n, 2), W, at a distance, for a robot of a cover radius, m."""
         places = around(polygon, distance, SPACING * robot_radius)
         before = self.keep_out_points.get(cause, places[:0])
         return dataclasses.replace(self, keep_out_points={**self.keep_out_points, cause: np.vstack((before, places))})
 
     def find_cause_near(self, places: np.ndarray, reach: float) -> str:
-        """The cause of a wall that is no farther than `reach` from places (n, 2), W, m; empty: there is none."""
+        """Return the cause of a wall that is no farther than `reach` from places (n, 2), W, m; empty: there is none."""
         return next(
             (c for c, wall in self.keep_out_points.items() if np.hypot(*(wall[:, None] - places).T).min() <= reach), ""
         )
 
     def open_part(self, region: StarRegion) -> StarRegion:
-        """The part of a region that no closure covers; a robot that is on a wall already may leave."""
+        """Return the part of a region that no closure covers; a robot that is on a wall already may leave."""
         if self.keep_out_points:
             room = region.radius + region.margin
             away = np.hypot(*(self.all_keep_outs - region.center).T)

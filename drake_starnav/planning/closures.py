@@ -27,7 +27,7 @@ by hits that more than half of them confirm."""
 
 
 def close_path(state: PlannerState, way: np.ndarray, inputs: PlannerInput) -> PlannerState:
-    """The state in which a way (k, 2) on from the robot is closed at its narrowest place, and without a path."""
+    """Return the state in which a way (k, 2) on from the robot is closed at its narrowest place, and without a path."""
     places, size = _find_places_to_close(way, inputs), CLOSED * inputs.robot_radius
     regions = [
         clear_region(region, places, size) if np.hypot(*(places - region.center).T).min() > size else None
@@ -41,7 +41,7 @@ def close_path(state: PlannerState, way: np.ndarray, inputs: PlannerInput) -> Pl
 
 
 def reopen_closures(state: PlannerState, inputs: PlannerInput) -> PlannerState:
-    """The state without the closures in which the robot stands: they only seem to shut it in, as it has come there.
+    """Return the state without the closures in which the robot stands, as it has come there.
 
     If it stands in none, with walls alone, in doubt: from then on looking in vain closes nothing. So it does while it
     waits for what may leave, and then without any closure: what closed its ways may have been that. Regions are whole
@@ -66,7 +66,7 @@ def reopen_closures(state: PlannerState, inputs: PlannerInput) -> PlannerState:
 
 
 def add_latest_node(state: PlannerState, inputs: PlannerInput) -> PlannerState:
-    """The state with a node at the latest scan, and without a path."""
+    """Return the state with a node at the latest scan, and without a path."""
     seen = inputs.observation
     assert seen.region is not None
     node = replaced(seen, region=state.roadmap.closures.open_part(seen.region))
@@ -79,7 +79,7 @@ def add_latest_node(state: PlannerState, inputs: PlannerInput) -> PlannerState:
 
 
 def blocking_zones(state: PlannerState, inputs: PlannerInput) -> str:
-    """The causes of the walls but for which a way might be left; empty: there are none."""
+    """Return the causes of the walls but for which a way might be left; empty: there are none."""
     roadmap, walls = state.roadmap, state.roadmap.closures.keep_out_points
 
     def is_open(*causes: str) -> bool:
@@ -96,7 +96,7 @@ def blocking_zones(state: PlannerState, inputs: PlannerInput) -> str:
 
 
 def _find_places_to_close(way: np.ndarray, inputs: PlannerInput) -> np.ndarray:
-    """Where a way (k, 2) on from the robot is narrowest between hits, or just ahead if nowhere narrow; shape (n, 2).
+    """Return where a way (k, 2) on from the robot is narrowest between hits, else a place just ahead; shape (n, 2).
 
     Off the middle, too, where the axis of a robot that is no disc may pass.
     """
@@ -119,7 +119,7 @@ def _find_places_to_close(way: np.ndarray, inputs: PlannerInput) -> np.ndarray:
 
 
 def narrow_gap_hits(state: PlannerState, inputs: PlannerInput) -> np.ndarray:
-    """What shows that the robot does not fit through a gap ahead which hits seem to close, shape (n, 2), W, m.
+    """Return what shows that the robot does not fit through a gap ahead which hits seem to close, shape (n, 2), W, m.
 
     Nothing, shape (0, 2), if nothing does.
 
@@ -132,7 +132,7 @@ def narrow_gap_hits(state: PlannerState, inputs: PlannerInput) -> np.ndarray:
 
 
 def is_probe_occluded(state: PlannerState, viewpoint: np.ndarray, probe: np.ndarray, inputs: PlannerInput) -> bool:
-    """Whether hits show that no straight way leads from a viewpoint (2,) near the robot to the probe (2,).
+    """Return whether hits show that no straight way leads from a viewpoint (2,) near the robot to the probe (2,).
 
     In one scan, from beside the viewpoint, noise may hide it behind a gap through which the robot just fits. The least
     margin allows for the error of one scan; of that, a mean has only the share that is left out here.
@@ -144,7 +144,7 @@ def is_probe_occluded(state: PlannerState, viewpoint: np.ndarray, probe: np.ndar
 
 
 def _find_confirmed_hits(state: PlannerState, inputs: PlannerInput) -> np.ndarray:
-    """Hits near the robot in the mean of the latest scans, shape (n, 2), W, m; none of fewer than AVERAGED_SCANS."""
+    """Return hits near the robot in the mean of AVERAGED_SCANS scans, shape (n, 2), W, m; none of fewer scans."""
     if len(state.recent_observations) < AVERAGED_SCANS:
         return EMPTY_PATH
     scan, count = mean_scan(state.recent_observations, inputs.robot_radius + AVERAGED_WITHIN * inputs.robot_radius)

@@ -45,7 +45,7 @@ class CostField:
     grid: DistanceGrid
 
     def path(self, start: np.ndarray) -> np.ndarray:
-        """The shortest path from near `start` (2,) to the goal, shape (k, 2), W, m, maybe without a point.
+        """Return the shortest path from near `start` (2,) to the goal, shape (k, 2), W, m, maybe without a point.
 
         One point a cell: its centre, or in a narrow place the centre of that cell of the grid of hits in it which is
         freest.
@@ -83,7 +83,7 @@ def cost_to_go(
     terrain: CostmapParams,
     source: np.ndarray | None = None,
 ) -> CostField:
-    """Cost of the cheapest path to the goal if all unknown space were free.
+    """Return the cost of the cheapest path to the goal if all unknown space were free.
 
     Args:
         grid: the hits.
@@ -116,7 +116,7 @@ def cost_to_go(
 
 @kernel
 def _weigh_cells(grid, corner, count, limits, costs):
-    """What crossing each cell costs in tenths, 0 where blocked, by the greatest distance in it; with a blocked border.
+    """Return what crossing each cell costs in tenths, by the greatest distance in it; 0: blocked, as the border is.
 
     Args:
         grid: `DistanceGrid.arrays`. Where it has no tile, cells are wide.
@@ -177,7 +177,7 @@ def _close(weight, middles, reach):
 
 @kernel
 def trace_path(cost, weight, x, y):
-    """Cells (i, j) from the best of the 3 x 3 about (x, y) down to the goal, shape (k, 2); none if it is cut off."""
+    """Return cells from the best of the 3 x 3 about (x, y) down to the goal, shape (k, 2); none if it is cut off."""
     nx, ny = cost.shape
     i0, j0 = int(round(x)), int(round(y))
     i, j, least = 0, 0, 0

@@ -37,7 +37,7 @@ class TilePool:
     used: int = 0
 
     def copied(self, rows: np.ndarray, spare: int) -> "TilePool":
-        """Copies of the tiles in some rows, shape (k,), with room for `spare` more and for as many again."""
+        """Copy the tiles in some rows, shape (k,), with room for `spare` more and for as many again."""
         used = len(rows)
         larger = np.empty((2 * (used + spare) + 16, TILE, TILE), self.tiles.dtype)
         np.take(self.tiles, rows, axis=0, out=larger[:used], mode="clip")
@@ -66,7 +66,7 @@ class DistanceGrid:
 
     @staticmethod
     def empty(resolution: float, robot_radius: float) -> "DistanceGrid":
-        """A grid without hits; cell size and the robot's radius in m."""
+        """Return a grid without hits; cell size and the robot's radius in m."""
         first, rows = np.zeros(2, np.int64), np.full((0, 0), -1, np.int32)
         return DistanceGrid(
             resolution,
@@ -78,7 +78,7 @@ class DistanceGrid:
         )
 
     def without_hits(self) -> "DistanceGrid":
-        """A grid of the same cells without hits."""
+        """Return a grid of the same cells without hits."""
         return replace(DistanceGrid.empty(self.resolution, 0.0), cap=self.cap)
 
     @property
@@ -99,7 +99,7 @@ class DistanceGrid:
         return self.pool.tiles, self.rows, self.first, self.resolution, self.cap
 
     def add_hits(self, points: np.ndarray) -> "DistanceGrid":
-        """This grid with more hits; points of shape (n, 2) in W, m."""
+        """Return this grid with more hits; points of shape (n, 2) in W, m."""
         if not len(points):
             return self
         border = int(self.cap / self.resolution) + 2
@@ -115,11 +115,11 @@ class DistanceGrid:
         return DistanceGrid(self.resolution, self.cap, first, rows, pool.used, pool)
 
     def distance(self, points: np.ndarray) -> np.ndarray:
-        """Distance from each point's cell to the nearest hit, at most `cap`; shape (n, 2) -> (n,), m."""
+        """Return the distance from each point's cell to the nearest hit, at most `cap`; shape (n, 2) -> (n,), m."""
         return _distances(self.arrays, np.ascontiguousarray(points, dtype=float))
 
     def coarse(self, middles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The STRIDE x STRIDE cells in coarse cells of these centres, shape (k, 2), W, m.
+        """Return the STRIDE x STRIDE cells in coarse cells of these centres, shape (k, 2), W, m.
 
         Returns:
             Their centres, shape (k, STRIDE^2, 2), W, and distances, shape (k, STRIDE^2); in m.
@@ -129,7 +129,7 @@ class DistanceGrid:
         return places, self.distance(places.reshape(-1, 2)).reshape(places.shape[:2])
 
     def box(self, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The coarse cells that cover a box in W, of STRIDE x STRIDE cells each.
+        """Return the coarse cells that cover a box in W, of STRIDE x STRIDE cells each.
 
         Returns:
             The index of the first cell of the first of them, and how many there are along each axis; shape (2,).
@@ -150,7 +150,7 @@ class DistanceGrid:
 def _widen_rows(
     first: np.ndarray, rows: np.ndarray, low: np.ndarray, high: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """A copy of the rows of tiles that has those from `low` to `high` too, and its first tile."""
+    """Return a copy of the rows of tiles that has those from `low` to `high` too, and its first tile."""
     last = first + rows.shape
     if not rows.size:
         first, last = low, low
@@ -165,7 +165,7 @@ def _widen_rows(
 
 @kernel
 def _stamp(tiles, used, rows, first, resolution, cap, points):
-    """The loop of `add_hits`: rows of the pool from `used` on become the tiles that change; the rows in use then."""
+    """Write the tiles that change into the pool from row `used` on; return how many rows are in use then."""
     reach = int(cap / resolution) + 1
     before = used
     for n in range(len(points)):
@@ -197,7 +197,7 @@ def _stamp(tiles, used, rows, first, resolution, cap, points):
 
 @kernel
 def _distances(grid, points):
-    """The loop of `DistanceGrid.distance`."""
+    """Run the loop of `DistanceGrid.distance`."""
     out = np.empty(len(points))
     for n in range(len(points)):
         out[n] = distance_at(grid, points[n, 0], points[n, 1])
@@ -206,7 +206,7 @@ def _distances(grid, points):
 
 @leaf
 def distance_at(grid, x, y):
-    """Distance from the cell of (x, y) to the nearest hit, at most the cap, m, by the `arrays` of a grid."""
+    """Return the distance from the cell of (x, y) to the nearest hit, at most the cap, m, by the `arrays` of a grid."""
     tiles, rows, first, resolution, cap = grid
     i, j = int(round(x / resolution)), int(round(y / resolution))
     p, q = i // TILE - first[0], j // TILE - first[1]

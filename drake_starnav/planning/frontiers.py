@@ -32,7 +32,7 @@ class Gap(NamedTuple):
 
 
 def find_gaps(roadmap: StarRoadmap, robot_radius: float, owner: int) -> list[Gap]:
-    """The gaps of one region: where no region, no hit and no closure is beyond its boundary.
+    """Return the gaps of one region: where no region, no hit and no closure is beyond its boundary.
 
     Args:
         roadmap: with the region.
@@ -50,13 +50,13 @@ def find_gaps(roadmap: StarRoadmap, robot_radius: float, owner: int) -> list[Gap
 
 
 def find_all_gaps(roadmap: StarRoadmap, robot_radius: float) -> list[Gap]:
-    """The gaps of all regions; arguments as for `find_gaps`."""
+    """Return the gaps of all regions; arguments as for `find_gaps`."""
     return [gap for owner in range(len(roadmap)) for gap in find_gaps(roadmap, robot_radius, owner)]
 
 
 @kernel
 def _sample_boundary(union: RegionUnion, owner, closures, hits, radius):
-    """Points along a region's boundary (n, 2), the places beyond them (n, 2), and whether these are open (n,)."""
+    """Return points along a region's boundary (n, 2), the places beyond them (n, 2), whether these are open (n,)."""
     center, bearing_0, values = union.center[owner], union.bearing_0[owner], union.values[owner]
     samples, beyond, count = len(values), BEYOND * radius, 0
     step = 2.0 * math.pi / samples

@@ -34,12 +34,12 @@ class Guidance:
 
     @staticmethod
     def none() -> "Guidance":
-        """Guidance that stops the robot."""
+        """Return guidance that stops the robot."""
         return Guidance(np.zeros((0, 2)), False, RegionUnion.none())
 
     @staticmethod
     def along(path: np.ndarray, regions: Sequence[StarRegion] = ()) -> "Guidance":
-        """Guidance along a path from another planner, to stop at its end.
+        """Return guidance along a path from another planner, to stop at its end.
 
         Args:
             path: shape (k, 2), waypoints ahead, W, m.
@@ -56,6 +56,6 @@ class Guidance:
         return Guidance(way, True, unite_regions(regions))
 
     def moved(self, frame: np.ndarray) -> "Guidance":
-        """The same guidance in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""
+        """Return the same guidance in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""
         poses = np.column_stack((placed(frame, self.poses), self.poses[:, 2] + frame[2], self.poses[:, 3]))
         return Guidance(placed(frame, self.path), self.arrives, self.regions.moved(frame), poses)

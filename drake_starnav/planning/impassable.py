@@ -16,7 +16,7 @@ BRIDGE_SPACING = 0.2
 
 
 def inflated_hits(observation: Observation, margins: Margins, robot_radius: float) -> np.ndarray:
-    """Hits, and points every BRIDGE_SPACING between neighbouring hits closer than the robot's diameter; shape (n, 2).
+    """Return hits, and points between neighbouring hits that are closer than the robot's diameter; shape (n, 2).
 
     In W, m. A wall seen at a grazing angle thus remains closed although its hits are far apart. Only beams that
     are MAPPABLE count.
@@ -74,7 +74,7 @@ def bridge_hits(beams, distance, place, diameter):
 
 
 def find_narrowest_gap(points: np.ndarray, way: np.ndarray, width: float) -> np.ndarray | None:
-    """The two of some points (n, 2), shape (2, 2), that are nearest to each other across a way (k, 2).
+    """Return the two of some points (n, 2), shape (2, 2), that are nearest to each other across a way (k, 2).
 
     None if no two on both sides of the way are nearer than `width`. All in m, in one frame.
     """
@@ -95,5 +95,5 @@ def find_narrowest_gap(points: np.ndarray, way: np.ndarray, width: float) -> np.
 
 
 def _turns_left(to_x: np.ndarray, to_y: np.ndarray, to_end: np.ndarray) -> np.ndarray:
-    """Whether a way's end, seen from points (n, 2), lies left of the lines to others (n, m)."""
+    """Return whether a way's end, seen from points (n, 2), lies left of the lines to others (n, m)."""
     return to_x * to_end[:, 1:] - to_y * to_end[:, :1] > 0.0

@@ -29,7 +29,7 @@ class KnownCells(NamedTuple):
     part: np.ndarray = np.zeros((0, 0), np.uint16)
 
     def update_counts(self, cell: float, regions: RegionUnion, after: np.ndarray, bounds: np.ndarray) -> "KnownCells":
-        """The counts after regions have changed.
+        """Return the counts after regions have changed.
 
         Args:
             cell: size of a cell, m.

@@ -105,7 +105,7 @@ class ManoeuvreState(NamedTuple):
 def step_manoeuvre(
     before: ManoeuvreState, path: np.ndarray, pose: np.ndarray, time: float, context: ManoeuvreContext, patience: float
 ) -> ManoeuvreState:
-    """The manoeuvres after a scan: what was reached is left out, and one begins if the robot is stuck.
+    """Return the manoeuvres after a scan: what was reached is left out, and one begins if the robot is stuck.
 
     Args:
         before: those after the scan before.
@@ -142,7 +142,7 @@ def step_manoeuvre(
 def step_docking(
     before: ManoeuvreState, dock: np.ndarray, pose: np.ndarray, time: float, context: ManoeuvreContext, patience: float
 ) -> ManoeuvreState:
-    """The manoeuvres of a robot at its goal that is to have a heading there, and stands without.
+    """Return the manoeuvres of a robot at its goal that is to have a heading there, and stands without.
 
     Where no way is found, it waits longer each time. Arguments as of `step_manoeuvre`; `dock` is (x, y, yaw) of the
     goal, W, and its tolerance, m: a robot that turns on the spot gets to the very place.
@@ -170,7 +170,7 @@ def step_docking(
 
 
 def _has_moved(before: ManoeuvreState, pose: np.ndarray, unit: float) -> bool:
-    """Whether a robot of a radius has moved or turned since it last did, to be at a pose."""
+    """Return whether a robot of a radius has moved or turned since it last did, to be at a pose."""
     x, y, yaw = before.pose.tolist()
     if not math.dist(pose[:2], (x, y)) < MOVED * unit:
         return True
@@ -178,7 +178,7 @@ def _has_moved(before: ManoeuvreState, pose: np.ndarray, unit: float) -> bool:
 
 
 def update_winding(before: ManoeuvreState, path: np.ndarray, pose: np.ndarray, unit: float) -> ManoeuvreState:
-    """The same with what is left of the path (k, 2), and the turns since that was least; another path begins anew."""
+    """Return the same with what is left of the path (k, 2) and the turns since that was least."""
     if not len(path):
         return before._replace(least_left=math.inf, winding=0.0)
     left, end = float(arc_lengths(np.vstack((pose[:2], path)))[-1]), (*path[-1], pose[2])
@@ -188,7 +188,7 @@ def update_winding(before: ManoeuvreState, path: np.ndarray, pose: np.ndarray, u
 
 
 def is_roomy(pose: np.ndarray, path: np.ndarray, context: ManoeuvreContext) -> bool:
-    """Whether the robot may turn as it likes on the path (k, 2) ahead of a pose, so that it needs no manoeuvre."""
+    """Return whether the robot may turn freely on the path (k, 2) ahead of a pose, so that it needs no manoeuvre."""
     if not context.base.turns_on_the_spot:
         return False
     way, needed = np.vstack((pose[:2], path)), context.footprint.radius + context.margin
@@ -198,7 +198,7 @@ def is_roomy(pose: np.ndarray, path: np.ndarray, context: ManoeuvreContext) -> b
 
 
 def count_reached(pose: np.ndarray, poses: np.ndarray, base: Base, radius: float) -> int:
-    """How many of the poses (k, 4) of a manoeuvre a robot of a radius (m) at a pose (x, y, yaw) has reached."""
+    """Return how many of the poses (k, 4) of a manoeuvre a robot of a radius (m) at a pose (x, y, yaw) has reached."""
     count, near = 0, AT_POSE * radius
     for x, y, yaw, gear in poses.tolist():
         dx, dy = x - pose[0], y - pose[1]
@@ -215,7 +215,7 @@ def count_reached(pose: np.ndarray, poses: np.ndarray, base: Base, radius: float
 
 
 def find_manoeuvre(pose: np.ndarray, path: np.ndarray, context: ManoeuvreContext, tried: int) -> np.ndarray:
-    """Poses (k, 4) of a manoeuvre, as of `ManoeuvreState`; none if no way is found.
+    """Return poses (k, 4) of a manoeuvre, as of `ManoeuvreState`; none if no way is found.
 
     Args:
         pose: (x, y, yaw) of the robot, W.
@@ -243,7 +243,7 @@ def _search_manoeuvre(pose: np.ndarray, wanted: np.ndarray, context: ManoeuvreCo
 
 
 def _list_goals(pose: np.ndarray, path: np.ndarray, context: ManoeuvreContext) -> np.ndarray:
-    """Poses (x, y, yaw) to search for, with the largest error of the heading, rad, the best first, shape (n, 4)."""
+    """Return goals, the best first, shape (n, 4): x, y, yaw, and the largest error of the heading, m and rad."""
     goals = []
     line = np.vstack((pose[:2], path))
     along, unit = arc_lengths(line), context.footprint.radius
@@ -256,7 +256,7 @@ def _list_goals(pose: np.ndarray, path: np.ndarray, context: ManoeuvreContext) -
 
 
 def _near_surfaces(surfaces: Chords, place: np.ndarray, unit: float) -> Chords:
-    """What is within the search's reach, thinned out to the nearest ones."""
+    """Return what is within the search's reach, thinned out to the nearest ones."""
     middle = 0.5 * (surfaces.ends[:, :2] + surfaces.ends[:, 2:])
     away = np.hypot(*(middle - place).T)
     near = np.argsort(away, kind="stable")[: int((away < (REACH + 1.0) * unit).sum())]

@@ -38,13 +38,13 @@ RUN_BEAMS = 3.0
 
 
 def mappable_hits(observation: Observation) -> tuple[np.ndarray, np.ndarray]:
-    """Static hits of an observation: points, shape (k, 2), W, and their half gaps, shape (k,), m."""
+    """Return static hits of an observation: points, shape (k, 2), W, and their half gaps, shape (k,), m."""
     scan, hit = observation.scan, observation.scan.mappable_hits
     return scan.points_at(scan.distances, hit, observation.pose), half_gaps(scan.distances, scan.beams)[hit]
 
 
 def seen_through(old: Observation, new: Observation, slack: float) -> float:
-    """The share of an old scan's hits around which a new scan observed free space, by `slack` (m) on all sides.
+    """Return the share of an old scan's hits around which a new scan observed free space, by `slack` (m) on all sides.
 
     Only hits within the new scan's range count; 0 if fewer than FEWEST_HITS of them were seen through.
     """
@@ -55,7 +55,7 @@ def seen_through(old: Observation, new: Observation, slack: float) -> float:
 
 @kernel
 def _find_shortest_range(beam, distance, ranges, increment, slack, wrap):
-    """The shortest range among the beams that pass within `slack` of a place at `beam` and `distance`."""
+    """Return the shortest range among the beams that pass within `slack` of a place at `beam` and `distance`."""
     n = len(ranges)
     out = np.full(len(beam), np.inf)
     for i in range(len(beam)):
@@ -125,7 +125,7 @@ def _measure_free_range(points: np.ndarray, seen: Observation, slack: float) -> 
 def consistent_regions(
     roadmap: StarRoadmap, observation: Observation, margins: Margins, robot_radius: float
 ) -> Sequence[StarRegion | None]:
-    """The nodes' regions without the parts that a new scan contradicts by more than CONTRADICTION.
+    """Return the nodes' regions without the parts that a new scan contradicts by more than CONTRADICTION.
 
     Regions are cut back where new hits lie deeper inside them than that. Nodes are discarded (None) if too little of
     them remains or, with `drop_seen_through`, if the new scan saw through their hits. Without any change these are
@@ -157,7 +157,7 @@ def consistent_regions(
 
 
 def _cut_back_to_hits(region: StarRegion, points: np.ndarray, gaps: np.ndarray, radius: float) -> StarRegion | None:
-    """The region cut back where it disagrees with hits by more than CONTRADICTION; None if too little of it remains."""
+    """Return the region cut back where hits contradict it by more than CONTRADICTION; None if too little remains."""
     slack = CONTRADICTION * region.radius
     smaller = max(radius - slack, 0.0)
     # the disc is smaller, as a bearing that grazes a hit would lose much of its range at once
@@ -169,7 +169,7 @@ def _cut_back_to_hits(region: StarRegion, points: np.ndarray, gaps: np.ndarray, 
 
 @kernel
 def _near_hits(union, points, reach, sizes, gap):
-    """Indices of the regions of an indexed union that some points (n, 2), hits, may contradict.
+    """Return the indices of the regions of an indexed union that some points (n, 2), hits, may contradict.
 
     That is where, at some bearing, a region may reach farther by CONTRADICTION than to a disc about a hit with half
     gaps of at most `gap`; `sizes` are its radius, and by how much a fit is below its samples at most, less

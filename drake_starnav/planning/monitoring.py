@@ -86,7 +86,7 @@ def is_turning(state: PlannerState) -> bool:
 
 
 def distance_to(a: np.ndarray, b: np.ndarray) -> float:
-    """Distance of two places (2,), m; from lists, which `math.dist` reads several times faster than arrays."""
+    """Return the distance of two places (2,), m; of lists, which `math.dist` reads much faster than arrays."""
     return math.dist(a.tolist(), b.tolist())
 
 
@@ -120,7 +120,7 @@ def _check(x, y, driven, plan, known, view, robot_radius):
 
 @kernel
 def _is_doubtful(way, x, y, hits, robot_radius):
-    """Whether hits seem to close a way (k, 2) within DOUBTED_WITHIN of (x, y)."""
+    """Return whether hits seem to close a way (k, 2) within DOUBTED_WITHIN of (x, y)."""
     for i in range(len(way)):
         near = math.hypot(way[i, 0] - x, way[i, 1] - y) < DOUBTED_WITHIN * robot_radius
         if near and distance_at(hits, way[i, 0], way[i, 1]) < robot_radius:
@@ -130,7 +130,7 @@ def _is_doubtful(way, x, y, hits, robot_radius):
 
 @kernel
 def count_passed_points(x, y, path, union, radius):
-    """Number of way points that the robot at (x, y) has passed, or can see past; never the last one."""
+    """Return the number of way points that the robot at (x, y) has passed, or can see past; never the last one."""
     k = 0
     while k + 1 < len(path):
         near = math.hypot(path[k, 0] - x, path[k, 1] - y) < PASSED_DISTANCE * radius
@@ -142,7 +142,7 @@ def count_passed_points(x, y, path, union, radius):
 
 @kernel
 def is_obstructed(path, points, robot_radius):
-    """Whether points (n, 2) that the robot must not touch block an optimistic path (k, 2), all in W, m.
+    """Return whether points (n, 2) that the robot must not touch block an optimistic path (k, 2), all in W, m.
 
     Every second point of the path counts, as its steps are shorter than the robot. The first one, the probe, does not:
     it may lie near the obstacle at which the target was found.

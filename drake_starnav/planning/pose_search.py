@@ -83,7 +83,7 @@ def search_poses(
     margin: float,
     seen: tuple[Chords, ViewArrays],
 ) -> np.ndarray:
-    """Poses (k, 4) of the cheapest way found to one of some goals: x, y, yaw in W, and the gear; none without a way.
+    """Return the poses (k, 4) of the cheapest way to one of some goals: x, y, yaw in W, and gear; none without a way.
 
     Args:
         start: (x, y, yaw) of the robot, W.
@@ -136,13 +136,13 @@ def search_poses(
 
 @kernel
 def _cell(x, y, grid):
-    """The cell of a place; it may lie outside of what is searched."""
+    """Return the cell of a place; it may lie outside of what is searched."""
     return int(round((x - grid[0]) / grid[2])), int(round((y - grid[1]) / grid[2]))
 
 
 @kernel
 def _compute_costs_to_go(clear, radius, goals, grid):
-    """Costs of the shortest ways of a disc to a goal, m, by `Space.clear`.
+    """Return the costs of the shortest ways of a disc to a goal, m, by `Space.clear`.
 
     What it costs to end at a goal counts, too.
     """
@@ -169,7 +169,7 @@ def _compute_costs_to_go(clear, radius, goals, grid):
 
 @kernel
 def _after(x, y, yaw, dx, dy, turn):
-    """The pose after a move (dx, dy) that is turned evenly."""
+    """Return the pose after a move (dx, dy) that is turned evenly."""
     middle = yaw + 0.5 * turn
     cosine, sine = math.cos(middle), math.sin(middle)
     return x + cosine * dx - sine * dy, y + sine * dx + cosine * dy, yaw + turn
@@ -177,7 +177,7 @@ def _after(x, y, yaw, dx, dy, turn):
 
 @kernel
 def _check_move(x, y, yaw, move, space, begins):
-    """Whether the footprint keeps its margin on a move (dx, dy, dyaw, ...) from a pose, and how many checks it took.
+    """Return whether the footprint keeps its margin on a move (dx, dy, dyaw, ...) from a pose; and the checks made.
 
     A move that `begins` at the start keeps within what was seen, too.
     """
@@ -207,8 +207,9 @@ def _check_move(x, y, yaw, move, space, begins):
 
 @kernel
 def _shoot_straight(pose, goal, space, begins):
-    """Gear and heading of a straight way to the goal between two turns on the spot, gear 0 if there is none; and the
-    number of checks.
+    """Return gear and heading of a straight way to the goal between two turns on the spot; and the number of checks.
+
+    The gear is 0 if there is no such way.
     """
     x, y, yaw = pose[0], pose[1], pose[2]
     checks, away = 0, math.hypot(goal[0] - x, goal[1] - y)
@@ -231,7 +232,7 @@ def _shoot_straight(pose, goal, space, begins):
 
 @kernel
 def _compute_turn_to_go(yaw, goals, turn_cost):
-    """The least cost of the turn to any goal, and of ending there, m."""
+    """Return the least cost of the turn to any goal, and of ending there, m."""
     least = np.inf
     for goal in goals:
         least = min(least, turn_cost * max(abs(wrapped_angle(yaw - goal[2])) - goal[3], 0.0) + goal[4])
@@ -240,7 +241,7 @@ def _compute_turn_to_go(yaw, goals, turn_cost):
 
 @kernel
 def _expand_poses(starts, goals, moves, to_go, turn_cost, space, leaves):
-    """The poses that `search_poses` reached, each one's predecessor, and the last one of the way; -1 without a way.
+    """Return the poses that were reached, the predecessor of each, and the last one of the way; -1 without a way.
 
     `starts` (m, 5) are as goals, with what it costs to begin there; `moves` those that are tried from all poses, and
     those from the starts alone; `to_go` is the cost to go of each cell, and `turn_cost` that of a turn at least, m/rad.

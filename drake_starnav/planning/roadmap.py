@@ -70,13 +70,13 @@ class StarRoadmap:
         swept_radius: float = 0.0,
         closures: Closures = NOTHING_CLOSED,
     ) -> "StarRoadmap":
-        """A roadmap before the first scan, of a robot whose radii are as of `PlannerInput`, m, with its keep-outs."""
+        """Return a roadmap before the first scan, of a robot with radii as of `PlannerInput`, m, and with keep-outs."""
         hits = DistanceGrid.empty(parameters.cell(robot_radius), max(robot_radius, swept_radius))
         return StarRoadmap(hits.add_hits(closures.all_keep_outs), closures=closures)
 
 
 def add_node(roadmap: StarRoadmap, node: Observation, margins: Margins, robot_radius: float) -> StarRoadmap:
-    """The roadmap with one more node and its hits.
+    """Return the roadmap with one more node and its hits.
 
     Args:
         roadmap: the roadmap before.
@@ -88,7 +88,7 @@ def add_node(roadmap: StarRoadmap, node: Observation, margins: Margins, robot_ra
 
 
 def append_node(roadmap: StarRoadmap, node: Observation, hits: DistanceGrid) -> StarRoadmap:
-    """The roadmap with one more node, and with other hits."""
+    """Return the roadmap with one more node, and with other hits."""
     assert node.region is not None
     union = indexed(roadmap.union.joined(node.region.as_union), roadmap.union, np.array([len(roadmap)]))
     alone = node.region.as_union
@@ -100,7 +100,7 @@ def append_node(roadmap: StarRoadmap, node: Observation, hits: DistanceGrid) -> 
 def replace_regions(
     roadmap: StarRoadmap, regions: Sequence[StarRegion | None], margins: Margins, robot_radius: float
 ) -> StarRoadmap:
-    """The roadmap with these regions of its nodes (None: dropped).
+    """Return the roadmap with these regions of its nodes (None: dropped).
 
     It keeps all hits, unless the pose may err: then only those of the nodes' scans, and walls.
     """
@@ -131,7 +131,7 @@ def replace_regions(
 
 
 def refit_regions(roadmap: StarRoadmap, margins: Margins, robot_radius: float) -> StarRoadmap:
-    """A roadmap of the same scans and hits, with the open part of each scan's region; for a radius (m) and margins."""
+    """Return a roadmap of the same scans and hits, with the open part of each scan's region, fitted anew."""
     whole = [node.refit(robot_radius, margins).region for node in roadmap.nodes]
     regions = [roadmap.closures.open_part(region) for region in whole if region is not None]
     return replace_regions(roadmap, regions, margins, robot_radius)
@@ -140,7 +140,7 @@ def refit_regions(roadmap: StarRoadmap, margins: Margins, robot_radius: float) -
 def rebuild_grid(
     hits: DistanceGrid, closures: Closures, nodes: Sequence[Observation], margins: Margins, robot_radius: float
 ) -> DistanceGrid:
-    """A grid with walls and the hits of nodes, too."""
+    """Return a grid with walls and the hits of nodes, too."""
     hits = hits.add_hits(closures.all_keep_outs)
     for node in nodes:
         hits = hits.add_hits(inflated_hits(node, margins, robot_radius))
@@ -149,7 +149,7 @@ def rebuild_grid(
 
 @kernel
 def _find_edges(union):
-    """The loop of `StarRoadmap.edges`, of an indexed union.
+    """Run the loop of `StarRoadmap.edges`, of an indexed union.
 
     Without a region that sees it among the older ones, the robot has come from the region that a centre exceeds least.
     """
@@ -176,7 +176,7 @@ def _find_edges(union):
 
 
 def uncovered_share(region: StarRegion, others: RegionUnion) -> float:
-    """The share of a region's area that no other region covers, in [0, 1]; 0 for a region without area."""
+    """Return the share of a region's area that no other region covers, in [0, 1]; 0 for a region without area."""
     values = region.boundary.values
     chosen = np.arange(0, len(values), AREA_BEARINGS)
     phi = np.minimum(values[chosen], np.roll(values, -1)[chosen])

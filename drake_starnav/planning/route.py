@@ -28,7 +28,7 @@ AROUND = 2.0
 
 
 def find_route(state: PlannerState, current_region: StarRegion, inputs: PlannerInput) -> Route | None:
-    """The route along the optimistic path; None if the hits leave no way even if all unknown space were free.
+    """Return the route along the optimistic path; None if the hits leave no way even if all unknown space were free.
 
     The goal is the target if a region contains it; for a goal beside a wall, the place nearest to it that a region
     contains (see `approach`). Else the target is the exit: of all frontiers, the one of least cost to come and to go.
@@ -65,7 +65,7 @@ def find_route(state: PlannerState, current_region: StarRegion, inputs: PlannerI
 def find_frontier_point(
     state: PlannerState, robot_radius: float, inside: np.ndarray, outside: np.ndarray
 ) -> np.ndarray | None:
-    """The frontier point, shape (2,), of the gap that the path crosses between two places (2,); None without a gap.
+    """Return the frontier point (2,) of the gap that the path crosses between two places (2,); None without a gap.
 
     It lies as far inside the gap as its probe lies outside.
     """
@@ -85,7 +85,7 @@ def find_frontier_point(
 
 
 def build_cost_field(state: PlannerState, goal: np.ndarray, inputs: PlannerInput) -> CostField:
-    """The optimistic cost-to-go over hits and closures, from the goal (2,) to the robot."""
+    """Return the optimistic cost-to-go over hits and closures, from the goal (2,) to the robot."""
     roadmap, position = state.roadmap, inputs.position
     places = np.vstack((roadmap.hits.bounds, roadmap.union.bounds, goal, position))
     border = AROUND * inputs.robot_radius
@@ -96,7 +96,7 @@ def build_cost_field(state: PlannerState, goal: np.ndarray, inputs: PlannerInput
 
 
 def clearance_uncertainty(inputs: PlannerInput) -> float:
-    """By how much the distance of a cell from the hits may be too small, m; less for a robot as small as a cell."""
+    """Return by how much a cell's distance from the hits may be too small, m; less for a robot as small as a cell."""
     cell = inputs.parameters.cell(inputs.robot_radius)
     half_diagonal, most = math.hypot(0.5, 0.5) * cell, inputs.robot_radius - STRIDE * cell
     return max(min(half_diagonal + MARGINS_IN_DOUBT * inputs.margins.least, most), 0.0)
@@ -104,7 +104,7 @@ def clearance_uncertainty(inputs: PlannerInput) -> float:
 
 @kernel
 def _find_exit(path, half_cell, union, left):
-    """Where a path (k, 2) leaves a union for longer than `left`, m, or ends outside.
+    """Return where a path (k, 2) leaves a union for longer than `left`, m, or ends outside.
 
     Returns the path, each point moved to a place inside in its cell if there is one, the index of the last one inside,
     or 0, as the robot may stand a little outside, and of the one where the path has left; -1 if it does not.

@@ -15,7 +15,7 @@ LOOKAHEAD = 4.0
 
 
 def pull_string(path: np.ndarray, position: np.ndarray, regions: RegionUnion, radius: float) -> np.ndarray:
-    """The path shortened inside the union of regions: from the robot forwards, then, finer, from its end backwards.
+    """Return the path shortened inside the union of regions: from the robot forwards, then, finer, backwards.
 
     Args:
         path: shape (k, 2), way points after the robot, W, m.
@@ -31,7 +31,7 @@ def pull_string(path: np.ndarray, position: np.ndarray, regions: RegionUnion, ra
 
 @kernel
 def _pull_line(line, regions, radius):
-    """The loop of `pull_string`, of a path that begins at the robot, shape (k, 2)."""
+    """Run the loop of `pull_string`, of a path that begins at the robot, shape (k, 2)."""
     forward = _pull(subdivided(line, FORWARD_STEP * radius), regions, radius)
     points = subdivided(forward, BACKWARD_STEP * radius)[::-1].copy()
     points[0, 0], points[0, 1] = forward[-1, 0], forward[-1, 1]  # without its rounding
@@ -42,7 +42,7 @@ def _pull_line(line, regions, radius):
 
 @kernel
 def last_in_sight(points, x, y, union, radius):
-    """Index of the last of some points (n, 2) in line of sight from (x, y) inside a union, or -1, for a robot."""
+    """Return the index of the last of some points (n, 2) in sight from (x, y) inside a union, or -1, for a robot."""
     if cover_at(union, x, y, 0.0) < 0:
         return -1
     gap = 0.0  # where the last line left the union: the next one probably does, too
@@ -69,7 +69,7 @@ def farthest_in_sight(path, x, y, union, radius):
 
 @kernel
 def _pull(points, regions, radius):
-    """The first of some points (n, 2), and on from it repeatedly the last one in line of sight."""
+    """Return the first of some points (n, 2), and on from it repeatedly the last one in line of sight."""
     kept, n, i = np.empty_like(points), 1, 1
     kept[0, 0], kept[0, 1] = points[0, 0], points[0, 1]  # not as rows: Numba would compile an error's text
     while i < len(points):

@@ -171,7 +171,7 @@ class StarRoadmapPlanner(LeafSystem):
         return _Plan(after, now.goal, time, stand, since)
 
     def _keep_outs(self, closed_areas: Sequence[KeepOut]) -> Closures:
-        """The closed areas as walls: who keeps the least margin from them keeps the areas' own."""
+        """Return the closed areas as walls: who keeps the least margin from them keeps the areas' own."""
         walls = NOTHING_CLOSED
         for each in closed_areas:
             distance, name = each.margin - self._margins.least, each.name or "a KeepOut"
@@ -179,7 +179,7 @@ class StarRoadmapPlanner(LeafSystem):
         return walls
 
     def _manoeuvre_context(self, context: Context) -> ManoeuvreContext | None:
-        """The robot, unless it is a disc or `surroundings` is not connected."""
+        """Return the robot, unless it is a disc or `surroundings` is not connected."""
         robot = self._robot
         if robot.shape.is_disc or not self._surroundings.HasValue(context):
             return None
@@ -198,7 +198,7 @@ class StarRoadmapPlanner(LeafSystem):
         return dataclasses.replace(guidance, poses=np.array([(*self._goal.Eval(context), heading, 0.0)]))
 
     def _wanted_heading(self, context: Context) -> float:
-        """The heading to which the robot is to turn at its goal, rad; NaN: none."""
+        """Return the heading to which the robot is to turn at its goal, rad; NaN: none."""
         return float(self._heading.Eval(context)[0]) if self._heading.HasValue(context) else math.nan
 
     def _short_term_goal(self, context: Context) -> np.ndarray:
