@@ -36,19 +36,19 @@ class PlanCheck(NamedTuple):
 
     Attributes:
         sees_probe: whether the latest region shows the target's probe, far enough from the last node.
-        outside: whether the robot has left all regions.
-        obstructed: whether the scan blocks the optimistic path from the target on.
-        passed: number of way points that the robot has passed, or can see past; never the last one.
-        strayed: whether the robot, inside the union of regions, has lost the line of sight to the next way point.
-        doubtful: whether hits seem to close the way near the robot, so that it is to be measured.
+        is_outside: whether the robot has left all regions.
+        is_blocked: whether the scan blocks the optimistic path from the target on.
+        passed_count: number of way points that the robot has passed, or can see past; never the last one.
+        has_strayed: whether the robot, inside the union of regions, has lost the line of sight to the next way point.
+        is_doubtful: whether hits seem to close the way near the robot, so that it is to be measured.
     """
 
     sees_probe: bool
-    outside: bool
-    obstructed: bool
-    passed: int
-    strayed: bool
-    doubtful: bool
+    is_outside: bool
+    is_blocked: bool
+    passed_count: int
+    has_strayed: bool
+    is_doubtful: bool
 
 
 def check_plan(state: PlannerState, region: StarRegion, inputs: PlannerInput) -> PlanCheck:
@@ -101,25 +101,25 @@ def _check(x, y, driven, plan, known, view, robot_radius):
         and len(probe) > 0
         and cover_at(region, probe[0, 0], probe[0, 1], 0.0) >= 0
     )
-    outside = driven[0] > tolerance and cover_at(union, x, y, tolerance) < 0
+    is_outside = driven[0] > tolerance and cover_at(union, x, y, tolerance) < 0
     if len(path) == 0:
-        return sees_probe, outside, False, 0, False, False
-    passed = count_passed_points(x, y, path, region if retrying else union, robot_radius)
-    strayed = (
+        return sees_probe, is_outside, False, 0, False, False
+    passed_count = count_passed_points(x, y, path, region if retrying else union, robot_radius)
+    has_strayed = (
         cover_at(union, x, y, 0.0) >= 0
-        and first_gap(union, (x, y), (path[passed, 0], path[passed, 1]), 0.0, robot_radius) > 0.0
+        and first_gap(union, (x, y), (path[passed_count, 0], path[passed_count, 1]), 0.0, robot_radius) > 0.0
     )
-    doubtful = _is_doubtful(path, x, y, hits, robot_radius) or _is_doubtful(beyond, x, y, hits, robot_radius)
-    obstructed = False
+    is_doubtful = _has_doubt(path, x, y, hits, robot_radius) or _has_doubt(beyond, x, y, hits, robot_radius)
+    is_blocked = False
     if driven[1] > REPLAN_DISTANCE * robot_radius and len(beyond) > 1:  # there is something beyond the probe
         beams, place, slack = Beams(*view[0]), view[1], view[2]
         distance = moving_average(beams, np.int64(SMOOTHING_BEAMS), slack)
-        obstructed = is_obstructed(beyond, bridge_hits(beams, distance, place, 2.0 * robot_radius), robot_radius)
-    return sees_probe, outside, obstructed, passed, strayed, doubtful
+        is_blocked = is_obstructed(beyond, bridge_hits(beams, distance, place, 2.0 * robot_radius), robot_radius)
+    return sees_probe, is_outside, is_blocked, passed_count, has_strayed, is_doubtful
 
 
 @kernel
-def _is_doubtful(way, x, y, hits, robot_radius):
+def _has_doubt(way, x, y, hits, robot_radius):
     """Return whether hits seem to close a way (k, 2) within DOUBTED_WITHIN of (x, y)."""
     for i in range(len(way)):
         near = math.hypot(way[i, 0] - x, way[i, 1] - y) < DOUBTED_WITHIN * robot_radius

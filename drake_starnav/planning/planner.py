@@ -169,7 +169,7 @@ def node_is_due(state: PlannerState, region: StarRegion, check: PlanCheck, is_sp
     A node is due at the start, every `node_spacing` (with a map from an earlier goal only if enough of the region is
     new), when the probe of the exit is seen, and outside all regions.
     """
-    if check.sees_probe or check.outside or not len(state.roadmap):
+    if check.sees_probe or check.is_outside or not len(state.roadmap):
         return True
     return is_spaced and not (
         state.progress.began_with_map and uncovered_share(region, state.roadmap.union) <= NEW_SHARE
@@ -191,8 +191,8 @@ def discard_blocked_path(state: PlannerState, check: PlanCheck, inputs: PlannerI
         return state
     if is_at_exit(state, inputs) and not state.retrying:
         state = discard_path(state)
-    points = narrow_gap_hits(state, inputs) if check.doubtful or state.retrying else EMPTY_PATH
-    if check.obstructed:
+    points = narrow_gap_hits(state, inputs) if check.is_doubtful or state.retrying else EMPTY_PATH
+    if check.is_blocked:
         points = np.vstack((points, inflated_hits(inputs.observation, inputs.margins, inputs.robot_radius)))
     if not len(points):
         return state
@@ -207,9 +207,11 @@ def discard_path(state: PlannerState) -> PlannerState:
 
 def drop_passed_points(state: PlannerState, check: PlanCheck) -> PlannerState:
     """Return the state with the path still ahead; without a path if the robot has lost sight of it."""
-    if check.strayed:
+    if check.has_strayed:
         return discard_path(state)
-    return replaced(state, route=state.route._replace(path=state.route.path[check.passed :])) if check.passed else state
+    if not check.passed_count:
+        return state
+    return replaced(state, route=state.route._replace(path=state.route.path[check.passed_count :]))
 
 
 def replan(state: PlannerState, has_stalled: bool, inputs: PlannerInput) -> PlannerState:

@@ -68,11 +68,11 @@ def test_a_check_finds_what_its_parts_find_alone() -> None:
         way = np.vstack((state.route.path, state.route.beyond))
         way = way[np.hypot(*(way - place).T) < DOUBTED_WITHIN * RADIUS]
         assert check.sees_probe == region.contains(state.route.exit[1])
-        assert not (check.outside and inside)
-        assert check.obstructed == bool((away < RADIUS - OBSTRUCTION_SLACK * RADIUS).any())
-        assert check.passed == passed
-        assert check.strayed == (inside and not in_view(stack, place, state.route.path[passed]))
-        assert check.doubtful == bool((roadmap.hits.distance(way) < RADIUS).any())
+        assert not (check.is_outside and inside)
+        assert check.is_blocked == bool((away < RADIUS - OBSTRUCTION_SLACK * RADIUS).any())
+        assert check.passed_count == passed
+        assert check.has_strayed == (inside and not in_view(stack, place, state.route.path[passed]))
+        assert check.is_doubtful == bool((roadmap.hits.distance(way) < RADIUS).any())
         assert farthest_in_sight(state.route.beyond, *place, region.as_union, RADIUS) == max(ahead, default=-1)
         for name, value in check._asdict().items():
             found.setdefault(name, set()).add(value)
@@ -90,9 +90,9 @@ def test_what_is_too_early_or_not_wanted_is_not_checked() -> None:
         route=Route(place[None] + (0.1, 0.0), np.stack((place, place)), hits[:4]),
     )
     check = check_plan(state, region, now)
-    assert check.sees_probe and check.obstructed
+    assert check.sees_probe and check.is_blocked
     assert not check_plan(dataclasses.replace(state, progress=Progress(node_position=place)), region, now).sees_probe
-    assert not check_plan(dataclasses.replace(state, route=state.route._replace(start=place)), region, now).obstructed
+    assert not check_plan(dataclasses.replace(state, route=state.route._replace(start=place)), region, now).is_blocked
 
 
 @pytest.mark.parametrize("beyond", [0.5, 2.0])
@@ -105,4 +105,4 @@ def test_a_robot_is_outside_when_it_is_farther_out_than_the_tolerance(beyond: fl
     place = region.center + distance * np.array((np.cos(bearing), np.sin(bearing)))
     here, now = seen_from(world, place)
     state = state_in(np.random.default_rng(0), roadmap, place)
-    assert check_plan(state, here, now).outside == (beyond > 1.0)
+    assert check_plan(state, here, now).is_outside == (beyond > 1.0)
