@@ -5,20 +5,20 @@ backwards, as the base does it (`aimed`): turning and then driving sideways is o
 with a twist that the certificates accept. Of each generation the BEAM best rollouts that differ are continued, up to
 the horizon.
 
-In a rollout the movers follow their predicted trajectories; static objects are assumed to stay. The robot stops at the
+In a rollout the movers go straight on; static objects are assumed to stay. The robot stops at the
 edge of known free space, and brakes as soon as the certificate in time would make it, also for static objects, which
 might start: a rollout that the robot's own caution would cut short thus shows where it really ends. In seconds,
 
     cost = time passed + time to go + comfort lost + contact + risk + walls + change of the twist
 
-Comfort is lost by the least predicted distance d to a mover at a time t: w (1 - e / COMFORT)_+^2 (1 - t / (2 HORIZON))
-with e = d / (1 + UNCERTAINTY t). Movers that the end of a rollout leaves to be passed count like those met before: who
-retreats only puts the encounter off. A contact at t ends a rollout and costs w (1 + 3 (1 - t / HORIZON)): a late
-contact costs less, since predictions far ahead are uncertain.
+Comfort is lost by the least predicted distance d to a mover at a time t: w (1 - d / COMFORT)_+^2 (1 - t / (2 HORIZON)).
+Movers that the end of a rollout leaves to be passed count like those met before: who retreats only puts the encounter
+off. A contact at t ends a rollout and costs w (1 + 3 (1 - t / HORIZON)): a late contact costs less, since predictions
+far ahead are uncertain.
 
 Risk is what it costs to be where a mover may come that turns: robots that keep their distance only once it is predicted
 to be short are struck while they stand. Per time it is the rate at which movers turn, times the share of directions in
-which one would meet the robot, times w; it vanishes where the robot has HAZARD_TIME to leave.
+which one would meet the robot, times w; it vanishes where the robot has the `time_to_escape`.
 """
 
 import functools
@@ -28,20 +28,20 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_starnav.control.inputs import ControllerInputs
-from drake_starnav.control.moving_modulation import moving_modulation
 from drake_starnav.control.path_following import CREEP, goal_slowdown
 from drake_starnav.geometry.compiled import kernel, leaf, put
 from drake_starnav.planning.guidance import PASSED_DISTANCE
 from drake_starnav.robot import Limits, RobotParameters
 from drake_starnav.robot.base import twist_of
-from drake_starnav.robot.limits import Velocity, aimed, limited, slowed, wrapped_angle
+from drake_starnav.robot.limits import Velocity, aimed, limited, slowed, time_from_rest, wrapped_angle
 from drake_starnav.robot.motion import Actuation, Pose, moved, ramped_velocity, roll_out, velocity_of
 from drake_starnav.safety.certificates import Certificate, accepted
 from drake_starnav.safety.moving_certificate import MOVING_MARGIN, STANDING_SPEED
 from drake_starnav.surroundings.region_union import RegionUnion, cover_at, covers
-from drake_starnav.tracking.prediction import HORIZON, PREDICTION_STEP
 from drake_starnav.tracking.tracker import TrackedObstacles
 
+HORIZON = 3.0
+"""How far ahead rollouts reach, s."""
 SEGMENT = 5
 """Steps of a manoeuvre."""
 STEP = 0.1
@@ -53,27 +53,16 @@ HEADINGS = 8
 SAME_PLACE, SAME_HEADING, SAME_SPEED = 0.6, 0.5, 0.375
 """Rollouts that end nearer to each other than this do not differ: radii of the robot, rad, share of its speed."""
 CHANGE_WEIGHT = 0.15
-"""What a change of speed or turning rate by its whole range costs, s."""
-LEAST_RISK = 0.15
-"""Risk along the path, s, up to which no other way is searched."""
+"""What a change of speed or turning rate by its whole range costs, s. No other way is searched while the path costs no
+more comfort and risk than that."""
 COMFORT = 0.4
-"""Predicted distance from a moving obstacle below which the robot gives way, m: as persons like it, nature. From slow
-ones less is due: distances from them count for more, in proportion."""
-CREEPING_COMFORT = 0.1
-COMFORT_TIME = 2.0
-"""The robot gives way to what creeps at this distance, m, and as far as it comes in this, s: persons, by nature."""
+"""Predicted distance from a moving obstacle below which the robot gives way, m: as persons like it, nature."""
 STANDING_SPACING = 0.4
 """Hits on static objects that are nearer to each other than this, in radii of the robot, are treated as one."""
 CONTACT_COST = 8.0
 """w, s."""
-UNCERTAINTY = 0.15
-"""A predicted distance counts for less with time, by this share per second."""
 TURNING_RATE = 0.8
 """How often a mover turns to another direction, 1/s, times 4: a contact at once costs 4 w."""
-APPROACH_WEIGHT = 0.6
-"""By how much more a mover that comes straight on is feared, and one that leaves less."""
-HAZARD_TIME = 1.5
-"""A mover that turns is feared as far as it comes in this, s: about the time to get out of its way."""
 WALL_ZONE = 0.4
 WALL_COST = 0.6
 """Cost of the least clearance to static obstacles, s, if less than the zone, in radii: walls leave no room to evade."""
@@ -86,22 +75,22 @@ MANOEUVRE = np.dtype(
     [("kind", np.int64), *((name, np.float64) for name in ("speed", "heading", "ahead", "aside", "turning"))]
 )
 """What the robot may do next: follow the path at a speed, keep a `Velocity`, or drive in a direction at a speed."""
-DISC = np.dtype([(name, np.float64) for name in ("x", "y", "vx", "vy", "speed", "radius", "weight", "scale", "reach")])
-"""A mover at one time: its place and velocity in W, its speed, radius; the weight of distances to it, the inverse of
-that; how far it may come in a second; m and m/s."""
+DISC = np.dtype([(name, np.float64) for name in ("x", "y", "vx", "vy", "radius", "reach", "hazard")])
+"""A mover at one time: its place and velocity in W, its radius; how far it may come in a second, and, if it turns to
+the robot, before that has left; m and m/s."""
 ROLLOUT = np.dtype(
     [
         *((name, np.float64) for name in ("x", "y", "yaw", "ahead", "aside", "turning")),
         *((name, np.int64) for name in ("first_manoeuvre", "way_point", "region")),
-        *((name, np.float64) for name in ("clearance", "least_clearance", "least_distance")),
+        *((name, np.float64) for name in ("clearance", "least_clearance")),
         *((name, np.float64) for name in ("change_cost", "comfort_cost", "risk", "cost")),
         *((name, np.float64) for name in ("time", "arrival_time")),
         *((name, np.bool_) for name in ("is_over", "is_held")),
     ]
 )
 """A rollout: pose and `Velocity` at its end; the manoeuvre it began with, the way point ahead, and the region around
-it; clearance to static obstacles, the least so far, and the least distance to movers, m; what its first change of
-velocity, lost comfort, risk and all of it costs, s; its time, and that of arrival, s; whether it ended early, and
+it; clearance to static obstacles, and the least so far, m; what its first change of velocity, lost comfort, risk and
+all of it costs, s; its time, and that of arrival, s; whether it ended early, and
 whether what might start held the robot."""
 
 
@@ -111,33 +100,25 @@ class Movers(NamedTuple):
     Attributes:
         position, velocity: shape (n, 2), of the n that are predicted, now, W, m and m/s.
         radius: shape (n,), m.
-        comfort: shape (n,), predicted distance below which the robot gives way, m: at most COMFORT.
-        trajectory: shape (n, k, 2), places every PREDICTION_STEP from the time of the scan on, W, m.
-        starting: shape (m, 2), places on static objects that might start, W, m.
+        may_start: shape (m, 2), places on static objects that might start to move, W, m.
     """
 
     position: np.ndarray
     velocity: np.ndarray
     radius: np.ndarray
-    comfort: np.ndarray
-    trajectory: np.ndarray
-    starting: np.ndarray
+    may_start: np.ndarray
 
     @staticmethod
     def near(tracked: TrackedObstacles, position: np.ndarray, robot: RobotParameters) -> "Movers":
         """Return those that are tracked, and what might start within reach of a robot at a place (2,)."""
-        tracks, age, obstacles = tracked
+        tracks, age, _ = tracked
         predicted, velocity = tracks.foreseen, tracks.expected_velocity[tracks.foreseen]
-        slow = np.minimum(CREEPING_COMFORT + COMFORT_TIME * np.hypot(*tracks.drift.T), COMFORT)
-        comfort = np.where(tracks.confirmed | obstacles.guarded, COMFORT, slow)  # beside what starts there is no time
         reach, spacing = HORIZON * robot.max_speed, STANDING_SPACING * robot.radius
         return Movers(
             position=tracks.position[predicted] + age * velocity,
             velocity=velocity,
             radius=tracks.radius[predicted],
-            comfort=comfort[predicted],
-            trajectory=tracks.predicted_trajectories[predicted],
-            starting=thinned_places(tracks.standing[:, :2], position, reach, spacing),
+            may_start=thinned_places(tracks.standing[:, :2], position, reach, spacing),
         )
 
 
@@ -147,7 +128,6 @@ class Settings(NamedTuple):
     Attributes:
         radius: of the robot, m.
         slowdown: speed per distance to the goal, 1/s; infinite where the path ends at a frontier.
-        age: of the scan, s.
         spacing: distance that the certificate keeps from movers, m.
         caution: share of their speed that is allowed for in all directions.
         mover_speed: that is declared, m/s.
@@ -155,7 +135,6 @@ class Settings(NamedTuple):
 
     radius: float
     slowdown: float
-    age: float
     spacing: float
     caution: float
     mover_speed: float
@@ -191,7 +170,6 @@ class Scene(NamedTuple):
         settings = Settings(
             radius=robot.radius,
             slowdown=goal_slowdown(limits) if guidance.arrives or not len(guidance.path) else np.inf,
-            age=tracked.age,
             spacing=MOVING_MARGIN * robot.shape.cover_radius + obstacles.stopping_distance,
             caution=obstacles.caution,
             mover_speed=obstacles.max_speed,
@@ -223,16 +201,16 @@ def avoid_collision(
     """
     if not (tracked.tracks.foreseen.any() or len(tracked.tracks.standing)):
         return None
-    pose, twist, guidance, _ = inputs
+    pose, twist = inputs.pose, inputs.twist
     scene = Scene.of(inputs, tracked, robot)
     start = initial_rollout(pose, twist, scene)
     follow_path = list_manoeuvres(twist, robot.limits)[:1]
     along_path, discs = start.copy(), predicted_discs(scene, 0.0, round(HORIZON / STEP))
     continue_rollout(start[0], follow_path, discs, scene, np.inf, along_path)
     ahead = along_path[0]
-    if ahead["least_distance"] >= COMFORT and not ahead["is_held"] and ahead["risk"] <= LEAST_RISK:
+    if ahead["comfort_cost"] + ahead["risk"] <= CHANGE_WEIGHT and not ahead["is_held"]:
         return None
-    manoeuvres = list_manoeuvres(twist, robot.limits, velocity_around(pose, guidance.path, scene, robot))
+    manoeuvres = list_manoeuvres(twist, robot.limits)
     velocities, rollouts = begin_manoeuvres(manoeuvres, start, scene)
     twists = twist_of(velocities, actuation.base)
     same_place, same_speed = SAME_PLACE * robot.radius, SAME_SPEED * robot.max_speed
@@ -251,13 +229,12 @@ def avoid_collision(
     return twists[best] if best >= 0 else None
 
 
-def list_manoeuvres(twist: np.ndarray, limits: Limits, around: np.ndarray | None = None) -> np.ndarray:
+def list_manoeuvres(twist: np.ndarray, limits: Limits) -> np.ndarray:
     """Return what the robot may do next, shape (n,) of `MANOEUVRE`.
 
     Args:
         twist: of the base, commanded last.
         limits: of the robot.
-        around: a velocity that leads around movers, shape (2,), W, m/s.
     """
     fastest = limits.max_speed
     rows = [(FOLLOW_PATH, share * fastest, 0.0, 0.0, 0.0, 0.0) for share in (1.0, 0.5)]
@@ -266,22 +243,7 @@ def list_manoeuvres(twist: np.ndarray, limits: Limits, around: np.ndarray | None
     for k in range(HEADINGS):
         heading = 2.0 * math.pi * k / HEADINGS
         rows += [(DRIVE_IN_DIRECTION, speed, heading, 0.0, 0.0, 0.0) for speed in (fastest, -fastest)]
-    if around is not None:
-        speed, heading = min(math.hypot(*around), fastest), math.atan2(around[1], around[0])
-        rows.append((DRIVE_IN_DIRECTION, speed, heading, 0.0, 0.0, 0.0))
     return np.array(rows, MANOEUVRE)
-
-
-def velocity_around(pose: np.ndarray, path: np.ndarray, scene: Scene, robot: RobotParameters) -> np.ndarray | None:
-    """Return the velocity towards the next way point, modulated around predicted movers; None without one."""
-    if not len(path):
-        return None
-    way = path[0] - pose[:2]
-    velocity = robot.max_speed * way / max(math.hypot(*way), 1e-9)
-    movers, settings = scene.movers, scene.settings
-    radii = movers.radius + robot.radius + settings.spacing
-    around = moving_modulation(pose[:2], velocity, movers.position, movers.velocity, radii)
-    return around if math.hypot(*around) > STANDING_SPEED else None
 
 
 def initial_rollout(pose: np.ndarray, twist: np.ndarray, scene: Scene) -> np.ndarray:
@@ -290,7 +252,7 @@ def initial_rollout(pose: np.ndarray, twist: np.ndarray, scene: Scene) -> np.nda
     rollout["x"], rollout["y"], rollout["yaw"] = pose
     rollout["ahead"], rollout["aside"], rollout["turning"] = velocity_of(twist)
     rollout["way_point"], rollout["region"] = 1, -1
-    rollout["least_distance"] = rollout["arrival_time"] = np.inf
+    rollout["arrival_time"] = np.inf
     hit_distance = min(nearest_hit(pose[0], pose[1], scene.hits), (1.0 + WALL_ZONE) * scene.settings.radius)
     rollout["clearance"] = rollout["least_clearance"] = max(hit_distance - scene.settings.radius, 0.0)
     return rollout
@@ -315,27 +277,30 @@ def thinned_places(places, position, reach, spacing):
 @kernel
 def predicted_discs(scene, start_time, steps):
     """Return the movers at a time (s) and after each step from it, shape (steps + 1, n) of `DISC`."""
-    trajectory, radius, comfort = scene.movers.trajectory, scene.movers.radius, scene.movers.comfort
-    caution, last, age = scene.settings.caution, trajectory.shape[1] - 1.001, scene.settings.age
+    (position, velocity, radius, _), settings = scene.movers, scene.settings
     discs = np.empty((steps + 1, len(radius)), DISC)
-    for s in range(steps + 1):
-        sample = min((age + start_time) / PREDICTION_STEP, last)
-        i = int(sample)
-        share = sample - i
-        for j in range(len(radius)):
-            disc, x, y = discs[s, j], trajectory[j, i, 0], trajectory[j, i, 1]
-            dx, dy = trajectory[j, i + 1, 0] - x, trajectory[j, i + 1, 1] - y
-            disc.x, disc.y, disc.vx, disc.vy = (
-                x + share * dx,
-                y + share * dy,
-                dx / PREDICTION_STEP,
-                dy / PREDICTION_STEP,
-            )
-            disc.speed, disc.radius = math.sqrt(disc.vx * disc.vx + disc.vy * disc.vy), radius[j]
-            disc.weight, disc.scale = COMFORT / comfort[j], comfort[j] / COMFORT
-            disc.reach = (1.0 - caution) * math.hypot(dx, dy) / PREDICTION_STEP + caution * scene.settings.mover_speed
-        start_time += STEP
+    for j in range(len(radius)):
+        speed = math.hypot(velocity[j, 0], velocity[j, 1])
+        for s in range(steps + 1):
+            disc, time = discs[s, j], start_time + s * STEP
+            disc.vx, disc.vy, disc.radius = velocity[j, 0], velocity[j, 1], radius[j]
+            disc.x, disc.y = position[j, 0] + time * disc.vx, position[j, 1] + time * disc.vy
+            disc.reach = (1.0 - settings.caution) * speed + settings.caution * settings.mover_speed
+            disc.hazard = speed * time_to_escape(settings.radius + radius[j], scene.limits)
     return discs
+
+
+@leaf
+def time_to_escape(distance, limits):
+    """Return the time in which a robot that stands drives a distance (m) out of the way of a mover, s.
+
+    Forwards or backwards, after a turn by an eighth of a circle, the mean of what is needed; no turn if it steers or is
+    holonomic.
+    """
+    turn = 0.0
+    if limits.holonomic == 0.0 and limits.steers == 0.0:
+        turn = turning_time(0.25 * math.pi, 0.0, (limits.max_yaw_rate, limits.max_yaw_acceleration))
+    return turn + time_from_rest(distance, limits.max_speed, limits.max_acceleration)
 
 
 @kernel
@@ -419,7 +384,7 @@ def continue_rollout(start, manoeuvres, discs, scene, most, rollouts):
     `most`, s.
     """
     line, times_left, regions, star, hits, movers, limits, settings = scene
-    (center, bearing_0, values), starting, radius = star[:3], movers.starting, settings.radius
+    (center, bearing_0, values), starting, radius = star[:3], movers.may_start, settings.radius
     n, last_point, arrived, reach = len(manoeuvres), len(line) - 1, ARRIVED * radius, (1.0 + WALL_ZONE) * radius
     leaders, velocities = np.zeros(n, np.int64), np.empty((n, 6))
     brakes, hit_distance = np.zeros(n, np.bool_), np.zeros(n)  # no hit is nearer than this, m
@@ -465,7 +430,7 @@ def continue_rollout(start, manoeuvres, discs, scene, most, rollouts):
             else:
                 rollout.ahead = rollout.aside = hit_distance[m] = 0.0
             rollout.time += STEP
-            add_nearness(rollout, discs, s + 1, settings)
+            add_nearness(rollout, discs, s + 1, radius)
             dx, dy = line[-1, 0] - rollout.x, line[-1, 1] - rollout.y
             if not rollout.is_over and rollout.way_point == last_point and dx * dx + dy * dy < arrived * arrived:
                 rollout.arrival_time = min(rollout.arrival_time, rollout.time)
@@ -568,31 +533,27 @@ def must_brake(rollout, discs, s, starting, limits, settings):
 
 
 @leaf
-def add_nearness(rollout, discs, s, settings):
+def add_nearness(rollout, discs, s, radius):
     """Add to a rollout what its place costs among the discs of step s: comfort, contact and risk."""
-    radius, grown = settings.radius, 1.0 + UNCERTAINTY * (settings.age + rollout.time)
     certainty = 1.0 - 0.5 * rollout.time / HORIZON
-    least, risk = max(rollout.least_distance, COMFORT), 0.0
+    least_gap, risk = COMFORT, 0.0
     for j in range(discs.shape[1]):
         disc = discs[s, j]
-        dx, dy, both, speed = rollout.x - disc.x, rollout.y - disc.y, radius + disc.radius, disc.speed
-        squared, reach = dx * dx + dy * dy, HAZARD_TIME * speed
-        far = both + max((least + 1e-9) * grown * disc.scale, reach if speed > STANDING_SPEED else 0.0)
+        dx, dy, both = rollout.x - disc.x, rollout.y - disc.y, radius + disc.radius
+        squared, far = dx * dx + dy * dy, both + max(COMFORT, disc.hazard)
         if squared > far * far:
             continue
-        away = max(math.sqrt(squared), 1e-9)
-        gap = away - both
-        least = min(least, gap / grown * disc.weight if gap > 0.0 else gap)
-        if gap < reach and speed > STANDING_SPEED:
-            approach = (disc.vx * dx + disc.vy * dy) / (speed * away)
-            share = math.asin(min(both / away, 1.0)) / math.pi * (1.0 + APPROACH_WEIGHT * approach)
-            risk += share * min(1.0 - gap / reach, 1.0)
-    rollout.least_distance = min(rollout.least_distance, least)
+        distance = math.sqrt(squared)
+        gap = distance - both
+        least_gap = min(least_gap, gap)
+        if gap < disc.hazard:
+            share_of_directions = math.asin(min(both / max(distance, both), 1.0)) / math.pi
+            risk += share_of_directions * min(1.0 - gap / disc.hazard, 1.0)
     rollout.risk += certainty * CONTACT_COST * TURNING_RATE * risk * STEP
-    if least < COMFORT:
-        share = 1.0 - max(least, 0.0) / COMFORT
+    if least_gap < COMFORT:
+        share = 1.0 - max(least_gap, 0.0) / COMFORT
         rollout.comfort_cost = max(rollout.comfort_cost, CONTACT_COST * share**2 * certainty)
-    if least < 0.0:  # it is touched
+    if least_gap < 0.0:  # it is touched
         rollout.is_over = True
         rollout.comfort_cost = CONTACT_COST * (1.0 + 3.0 * (1.0 - rollout.time / HORIZON))
 

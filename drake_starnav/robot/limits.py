@@ -69,6 +69,7 @@ def stopping(left, braking):
     return STOPPING_GAIN * left if left < soft else math.sqrt(2.0 * braking * (left - 0.5 * soft))
 
 
+@leaf
 def time_from_rest(way: float, speed: float, acceleration: float) -> float:
     """Least time in which a way is driven from rest, s: in m, m/s and m/s^2, or the same in rad."""
     gaining = 0.5 * speed**2 / acceleration

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from drake_starnav.control import ControllerInputs, ControllerParameters
-from drake_starnav.control.avoidance import Scene, avoid_collision, list_manoeuvres, thinned_places, velocity_around
+from drake_starnav.control.avoidance import avoid_collision, thinned_places
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.motion import roll_out
@@ -92,22 +92,6 @@ def test_a_robot_that_stands_in_the_way_moves_before_it_is_too_late() -> None:
 
 def test_without_a_certified_manoeuvre_there_is_none() -> None:
     assert avoided(obstacle((0.8, 0.0), (-0.6, 0.0)), twist=(0.8, 0.0), star=Surroundings.unknown()) is None
-
-
-def test_the_way_round_is_one_of_the_manoeuvres_if_it_is_wanted() -> None:
-    """Round one who comes from ahead on the left, it leads to the right."""
-    tracks, limits, still = obstacle((1.5, 0.3), (-0.6, 0.0)), ROBOT.limits, np.zeros(2)
-    obstacles = TrackedObstacles(tracks, 0.0, OBSTACLES)
-    regions, star = known()
-    among = Scene.of(ControllerInputs(np.zeros(3), still, Guidance(PATH, True, regions), star), obstacles, ROBOT)
-    aside = velocity_around(np.zeros(3), PATH, among, ROBOT)
-    assert aside is not None
-    assert aside[1] < 0.0
-    row = list_manoeuvres(still, limits, aside)[-1]
-    assert row["heading"] == math.atan2(aside[1], aside[0])
-    assert 0.0 < row["speed"] <= ROBOT.max_speed
-    assert velocity_around(np.zeros(3), np.zeros((0, 2)), among, ROBOT) is None
-    assert len(list_manoeuvres(still, limits)) == len(list_manoeuvres(still, limits, aside)) - 1
 
 
 def standing(x: float, y: float, radius: float = 0.2) -> Tracks:

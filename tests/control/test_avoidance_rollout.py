@@ -6,11 +6,9 @@ import numpy as np
 import pytest
 
 from drake_starnav.control.avoidance import (
-    COMFORT,
     CONTACT_COST,
     DRIVE_IN_DIRECTION,
     FOLLOW_PATH,
-    HAZARD_TIME,
     KEEP_VELOCITY,
     MANOEUVRE,
     STEP,
@@ -21,6 +19,7 @@ from drake_starnav.control.avoidance import (
     continue_rollout,
     initial_rollout,
     predicted_discs,
+    time_to_escape,
     times_along,
     wanted_velocity,
 )
@@ -28,7 +27,6 @@ from drake_starnav.robot import Limits
 from drake_starnav.safety.moving_certificate import MOVING_MARGIN
 from drake_starnav.surroundings.certified_star import CertifiedStar
 from drake_starnav.surroundings.star_region import scan_region, unite_regions
-from drake_starnav.tracking.prediction import PREDICTION_STEP
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import MARGINS, cast
 
@@ -40,17 +38,17 @@ BASES = {
 }
 LINE = np.array(((0.0, 0.0), (2.0, 0.0)))
 RADIUS = 0.25
-SETTINGS = Settings(RADIUS, slowdown=1.2, age=0.0, spacing=RADIUS * MOVING_MARGIN, caution=0.5, mover_speed=0.0)
+SETTINGS = Settings(RADIUS, slowdown=1.2, spacing=RADIUS * MOVING_MARGIN, caution=0.5, mover_speed=0.0)
 NO_HITS = np.zeros((0, 2))
+DISC_RADIUS = 0.3
 
 
 def scene(*places: tuple[float, float], limits: Limits = LIMITS) -> Scene:
     """Discs of 0.3 m that stay where they are, on an empty floor that is seen 5 m far."""
     world = World("empty", (0.0, 0.0, 0.0), (2.0, 0.0), bounds=(-4.0, -4.0, 4.0, 4.0))
     regions = unite_regions([scan_region(cast(world), np.zeros(3), 0.25, MARGINS)])
-    trajectory = np.repeat(np.array(places, float).reshape(-1, 1, 2), 60, axis=1)
-    still, radius, comfort = np.zeros((len(places), 2)), np.full(len(places), 0.3), np.full(len(places), COMFORT)
-    movers = Movers(trajectory[:, 0], still, radius, comfort, trajectory, NO_HITS)
+    position = np.array(places, float).reshape(-1, 2)
+    movers = Movers(position, np.zeros_like(position), np.full(len(places), DISC_RADIUS), NO_HITS)
     star = CertifiedStar.none().union
     return Scene(LINE, times_along(LINE, limits), regions, star, NO_HITS, movers, limits, SETTINGS)
 
@@ -105,7 +103,7 @@ def test_driving_in_a_direction_leads_there_forwards_and_backwards(limits: Limit
 def test_among_no_discs_it_follows_the_path_to_its_end(limits: Limits) -> None:
     row = driven(begin(0.0, limits), follow(), 60, scene(limits=limits))
     assert (row["x"], row["y"]) == pytest.approx((2.0, 0.0), abs=0.15)
-    assert row["time"] == pytest.approx(60 * STEP) and row["least_distance"] == np.inf and row["comfort_cost"] == 0.0
+    assert row["time"] == pytest.approx(60 * STEP) and row["comfort_cost"] == 0.0
     assert row["cost"] < WALL_COST + row["time"]
 
 
@@ -134,21 +132,28 @@ def test_a_contact_ends_it_and_costs_more_the_sooner_it_comes() -> None:
     assert costs[0] > costs[1] > CONTACT_COST
 
 
+@pytest.mark.parametrize("limits", BASES.values(), ids=BASES)
 @pytest.mark.parametrize("speed", [0.5, 2.0])
-def test_who_stands_is_at_risk_as_far_as_a_disc_comes_before_it_is_out_of_the_way(speed: float) -> None:
-    """Beside the course of a disc that, as predicted, will not come: more where it is nearer, or comes this way."""
+def test_who_stands_is_at_risk_as_far_as_a_disc_comes_before_it_is_out_of_the_way(speed: float, limits: Limits) -> None:
+    """Beside the course of a disc that, as predicted, will not come: more where it is nearer."""
 
     def risk(gap: float, velocity: tuple[float, float]) -> float:
-        among, times = scene((0.0, RADIUS + 0.3 + gap)), PREDICTION_STEP * np.arange(60)
-        moves = among.movers.trajectory + times[None, :, None] * np.array(velocity)
-        among = among._replace(movers=among.movers._replace(trajectory=moves))
-        return float(driven(begin(0.0), keep(0.0), 1, among)["risk"])
+        among = scene((0.0, RADIUS + DISC_RADIUS + gap), limits=limits)
+        among = among._replace(movers=among.movers._replace(velocity=np.array([velocity])))
+        return float(driven(begin(0.0, limits), keep(0.0), 1, among)["risk"])
 
-    gaps = np.array((0.1, 0.3, 0.6, 0.9)) * HAZARD_TIME * speed
+    reach = speed * time_to_escape(RADIUS + DISC_RADIUS, limits)
+    gaps = np.array((0.1, 0.3, 0.6, 0.9)) * reach
     passing = [risk(gap, (speed, 0.0)) for gap in gaps]
     assert passing == sorted(passing, reverse=True) and passing[-1] > 0.0
-    assert risk(gaps[1], (0.0, -speed)) > passing[1] > risk(gaps[1], (0.0, speed))
-    assert risk(1.2 * HAZARD_TIME * speed, (speed, 0.0)) == risk(gaps[0], (0.0, 0.0)) == 0.0
+    assert risk(1.2 * reach, (speed, 0.0)) == risk(gaps[0], (0.0, 0.0)) == 0.0
+
+
+def test_who_turns_slowly_or_drives_off_slowly_needs_longer_to_escape() -> None:
+    times = [time_to_escape(0.5, limits) for limits in (BASES["omnidirectional"], LIMITS)]
+    slow = [LIMITS._replace(max_yaw_rate=0.5), LIMITS._replace(max_acceleration=0.3, max_deceleration=0.3)]
+    assert times[0] == pytest.approx((0.5 + 0.32) / 0.8)
+    assert times[0] < times[1] < min(time_to_escape(0.5, limits) for limits in slow)
 
 
 @pytest.mark.parametrize("limits", BASES.values(), ids=BASES)
