@@ -85,8 +85,6 @@ class Tracks:
             what was there may be by now.
         standing: shape (l, 3), static hits on objects that might start to move; none unless `guarded`.
         owner: shape (k,), the track that each hit belongs to; -1 for none.
-        predicted_trajectories: shape (n, k, 2), the predicted trajectory of each, now and every `PREDICTION_STEP` from
-            now on.
         occlusions: shape (m, 3), places at the edges of occluded areas, from which something may come; none unless
             `guarded`.
     """
@@ -107,7 +105,6 @@ class Tracks:
     hits: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
     owner: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
     standing: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
-    predicted_trajectories: np.ndarray = field(default_factory=lambda: np.zeros((0, 1, 2)))
     occlusions: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
 
     def __len__(self) -> int:

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drake_starnav.geometry.compiled import kernel, leaf, put
+from drake_starnav.geometry.compiled import kernel, leaf
 from drake_starnav.lidar.laser_scan import DYNAMIC, HIT, LOST, STATIC, UNKNOWN, LaserScan, placed_ends
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.tracking.surfaces import continuing_beams, run_chord, runs
@@ -99,13 +99,6 @@ class OccupancyHistory:
         grids = self.first_hit, self.last_hit, self.seen_free, self.large
         return Judged(*_judged(grids, self._cells_hit(scan, pose), scan.beams, scan.time, large, parameters.max_radius))
 
-    def walls(self, time: float, places: np.ndarray, reach: np.ndarray) -> np.ndarray:
-        """Centres of cells that at a time (s) have been occupied for STANDING_AFTER, shape (n, 2), W, m.
-
-        All that are within reach (k,) of places (k, 2), m, are among them.
-        """
-        return _standing_cells(self.first_hit, self.last_hit, time, self.first, places, reach)
-
     def updated(self, scan: LaserScan, pose: np.ndarray, large: np.ndarray) -> "OccupancyHistory":
         """The grid with one more scan; arguments as for `judged`."""
         grid = self.following(pose[:2])
@@ -173,23 +166,6 @@ def _judged(grids, cells, beams, time, large, most):
         elif hits[k] and not stands[k] and (freed[k] or not static[k]):
             motion[k] = UNKNOWN
     return motion, came, may_start
-
-
-@kernel
-def _standing_cells(first_hit, last_hit, time, first, places, reach):
-    """The loop of `OccupancyHistory.walls`, over the box of grids from cell `first` of W on that holds what is near."""
-    begin, end, last = np.full(2, len(first_hit) - 1), np.zeros(2, np.int64), len(first_hit) - 1
-    for k in range(len(places)):
-        for i in range(2):
-            begin[i] = min(begin[i], max(math.floor((places[k, i] - reach[k]) / CELL) - first[i], 0))
-            end[i] = max(end[i], min(math.floor((places[k, i] + reach[k]) / CELL) - first[i], last))
-    out, n = np.empty((max(end[0] + 1 - begin[0], 0) * max(end[1] + 1 - begin[1], 0), 2)), 0
-    for i in range(begin[0], end[0] + 1):
-        for j in range(begin[1], end[1] + 1):
-            if _stands(first_hit[i, j], last_hit[i, j], time):
-                put(out, n, ((i + first[0] + 0.5) * CELL, (j + first[1] + 0.5) * CELL))
-                n += 1
-    return out[:n].copy()
 
 
 @kernel

@@ -8,17 +8,17 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_starnav.lidar.deskew import deskewed
-from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, LaserScan
+from drake_starnav.lidar.laser_scan import DYNAMIC, LaserScan
 from drake_starnav.tracking.kalman_tracks import Tracks, updated
 from drake_starnav.tracking.occupancy_history import OccupancyHistory
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
-from drake_starnav.tracking.prediction import PREDICTED, Rows, grown, predicted_trajectories, seen_free, view_edges
+from drake_starnav.tracking.prediction import Rows, grown, seen_free, view_edges
 from drake_starnav.tracking.surfaces import on_large_surfaces
 from drake_starnav.utils.snapshot import replaced, snapshot
 
 _BLIND = LaserScan(0.0, -1.0, 1.0, 0.0, 1.0, np.full(3, np.nan), lost_beams=True)
 """A scan of lost beams only, which carries no information."""
-LISTS = ("hits", "owner", "standing", "predicted_trajectories", "occlusions")
+LISTS = ("hits", "owner", "standing", "occlusions")
 """What `Tracks` hold beside `Rows`."""
 
 
@@ -75,11 +75,7 @@ def track(
     large = on_large_surfaces(scan, 2.0 * parameters.max_radius, range_deviation)
     judged = grid.judged(scan, pose, large, parameters)
     tracks, reported = updated(before.tracks, scan, judged, pose, parameters)
-    reach = tracks.radius + np.hypot(*tracks.expected_velocity.T) * PREDICTED
-    standing = scan.points_at(scan.distances, scan.hits & (judged.motion == STATIC), pose)
-    walls = np.vstack((grid.walls(scan.time, tracks.position, reach), standing))
-    ways = predicted_trajectories(tracks.position, tracks.expected_velocity, tracks.radius, walls)
-    tracks, scan = replaced(tracks, predicted_trajectories=ways), replaced(scan, motion=reported)
+    scan = replaced(scan, motion=reported)
     return Tracked(grid.updated(scan, pose, large & (judged.motion != DYNAMIC)), tracks, scan, pose)
 
 
@@ -113,7 +109,6 @@ def _at(time: float, tracks: Tracks, max_speed: float, first: int) -> Tracks:
         tracks,
         time=time,
         position=tracks.position + moved,
-        predicted_trajectories=tracks.predicted_trajectories + moved[:, None],
         seen=tracks.seen + ago,
         hits=grown(tracks.hits, spread),
         standing=grown(tracks.standing, spread),
