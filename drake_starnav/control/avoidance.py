@@ -28,6 +28,7 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_starnav.control.inputs import ControllerInputs
+from drake_starnav.control.moving_modulation import moving_modulation
 from drake_starnav.control.path_following import CREEP, goal_slowdown
 from drake_starnav.geometry.compiled import kernel, leaf, put
 from drake_starnav.planning.guidance import PASSED_DISTANCE
@@ -112,13 +113,13 @@ class Movers(NamedTuple):
     def near(tracked: TrackedObstacles, position: np.ndarray, robot: RobotParameters) -> "Movers":
         """Return those that are tracked, and what might start within reach of a robot at a place (2,)."""
         tracks, age, _ = tracked
-        predicted, velocity = tracks.foreseen, tracks.expected_velocity[tracks.foreseen]
+        predicted, velocity = tracks.is_predicted, tracks.expected_velocity[tracks.is_predicted]
         reach, spacing = HORIZON * robot.max_speed, STANDING_SPACING * robot.radius
         return Movers(
             position=tracks.position[predicted] + age * velocity,
             velocity=velocity,
             radius=tracks.radius[predicted],
-            may_start=thinned_places(tracks.standing[:, :2], position, reach, spacing),
+            may_start=thinned_places(tracks.possible_starters[:, :2], position, reach, spacing),
         )
 
 
@@ -199,7 +200,7 @@ def avoid_collision(
         actuation: what commands do.
         robot: its size and limits.
     """
-    if not (tracked.tracks.foreseen.any() or len(tracked.tracks.standing)):
+    if not (tracked.tracks.is_predicted.any() or len(tracked.tracks.possible_starters)):
         return None
     pose, twist = inputs.pose, inputs.twist
     scene = Scene.of(inputs, tracked, robot)
@@ -210,7 +211,8 @@ def avoid_collision(
     ahead = along_path[0]
     if ahead["comfort_cost"] + ahead["risk"] <= CHANGE_WEIGHT and not ahead["is_held"]:
         return None
-    manoeuvres = list_manoeuvres(twist, robot.limits)
+    around = velocity_around(pose, inputs.guidance.path, scene, robot)
+    manoeuvres = list_manoeuvres(twist, robot.limits, around)
     velocities, rollouts = begin_manoeuvres(manoeuvres, start, scene)
     twists = twist_of(velocities, actuation.base)
     same_place, same_speed = SAME_PLACE * robot.radius, SAME_SPEED * robot.max_speed
@@ -229,12 +231,13 @@ def avoid_collision(
     return twists[best] if best >= 0 else None
 
 
-def list_manoeuvres(twist: np.ndarray, limits: Limits) -> np.ndarray:
+def list_manoeuvres(twist: np.ndarray, limits: Limits, around: np.ndarray | None = None) -> np.ndarray:
     """Return what the robot may do next, shape (n,) of `MANOEUVRE`.
 
     Args:
         twist: of the base, commanded last.
         limits: of the robot.
+        around: a velocity that leads around movers, shape (2,), W, m/s.
     """
     fastest = limits.max_speed
     rows = [(FOLLOW_PATH, share * fastest, 0.0, 0.0, 0.0, 0.0) for share in (1.0, 0.5)]
@@ -243,7 +246,22 @@ def list_manoeuvres(twist: np.ndarray, limits: Limits) -> np.ndarray:
     for k in range(HEADINGS):
         heading = 2.0 * math.pi * k / HEADINGS
         rows += [(DRIVE_IN_DIRECTION, speed, heading, 0.0, 0.0, 0.0) for speed in (fastest, -fastest)]
+    if around is not None:
+        speed, heading = min(math.hypot(*around), fastest), math.atan2(around[1], around[0])
+        rows.append((DRIVE_IN_DIRECTION, speed, heading, 0.0, 0.0, 0.0))
     return np.array(rows, MANOEUVRE)
+
+
+def velocity_around(pose: np.ndarray, path: np.ndarray, scene: Scene, robot: RobotParameters) -> np.ndarray | None:
+    """Return the velocity towards the next way point, modulated around predicted movers; None without one."""
+    if not len(path):
+        return None
+    way = path[0] - pose[:2]
+    velocity = robot.max_speed * way / max(math.hypot(*way), 1e-9)
+    movers, settings = scene.movers, scene.settings
+    radii = movers.radius + robot.radius + settings.spacing
+    around = moving_modulation(pose[:2], velocity, movers.position, movers.velocity, radii)
+    return around if math.hypot(*around) > STANDING_SPEED else None
 
 
 def initial_rollout(pose: np.ndarray, twist: np.ndarray, scene: Scene) -> np.ndarray:

@@ -88,7 +88,7 @@ class MovingCertificate(NamedTuple):
 def reachable_discs(
     tracks: Tracks, parameters: DynamicObstacleParameters, position: np.ndarray = ANYWHERE, reach: float = np.inf
 ) -> np.ndarray:
-    """Return the `sources` of the tracks that a braking robot must keep clear of, (n, 6), at the time of the tracks.
+    """Return the `emergence_discs` that a braking robot must keep clear of, (n, 6), at the time of the tracks.
 
     Columns: position, m, velocity, m/s, growth of its radius, m/s, and radius, m, with the room to brake.
 
@@ -97,24 +97,24 @@ def reachable_discs(
         parameters: what is declared.
         position, reach: only discs whose edge is within `reach` (m) of a place (2,).
     """
-    declared = float(parameters.caution), float(parameters.max_speed), float(parameters.stopping_distance)
-    near = float(position[0]), float(position[1]), float(reach)
-    return _reachable(*tracks.sources, tracks.trusted, tracks.velocity, declared, near)
+    declared_limits = float(parameters.caution), float(parameters.max_speed), float(parameters.stopping_distance)
+    robot_reach = float(position[0]), float(position[1]), float(reach)
+    return _reachable(*tracks.emergence_discs, tracks.is_trusted, tracks.velocity, declared_limits, robot_reach)
 
 
 @kernel
-def _reachable(places, owner, trusted, velocity, declared, near):
+def _reachable(places, hit_track, is_trusted, velocity, declared_limits, robot_reach):
     """Return the loop of `reachable_discs`; discs of tracks that are trusted come last."""
-    (caution, max_speed, stopping), (x, y, reach) = declared, near
-    discs, n, share = np.empty((len(places), 6)), 0, 1.0 - caution
-    for known in (False, True):
+    (caution, max_speed, stopping), (x, y, reach) = declared_limits, robot_reach
+    discs, n, trusted_share = np.empty((len(places), 6)), 0, 1.0 - caution
+    for is_trusted_disc in (False, True):
         for k in range(len(places)):
             px, py, radius = places[k, 0], places[k, 1], places[k, 2] + stopping
-            track = owner[k] if owner[k] >= 0 and trusted[owner[k]] else -1
-            if (track >= 0) == known and math.hypot(px - x, py - y) - radius < reach:
+            track = hit_track[k] if hit_track[k] >= 0 and is_trusted[hit_track[k]] else -1
+            if (track >= 0) == is_trusted_disc and math.hypot(px - x, py - y) - radius < reach:
                 put(discs, n, (px, py, 0.0, 0.0, max_speed, radius))
-                if known:
-                    discs[n, VX], discs[n, VY] = share * velocity[track, 0], share * velocity[track, 1]
+                if is_trusted_disc:
+                    discs[n, VX], discs[n, VY] = trusted_share * velocity[track, 0], trusted_share * velocity[track, 1]
                     discs[n, GROWTH] = caution * max_speed
                 n += 1
     return discs[:n]

@@ -16,7 +16,7 @@ from drake_starnav.systems.scan_state import ScanState
 from drake_starnav.systems.star_perception import lidar_names
 from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
-from drake_starnav.tracking.tracker import Tracked, joint_tracks, track
+from drake_starnav.tracking.tracker import TrackerState, join_tracks, track
 from drake_starnav.utils.stopwatch import Stopwatch
 
 
@@ -55,7 +55,7 @@ class ObstacleTracker(LeafSystem):
         self._stopwatch = stopwatch or Stopwatch()
         names = lidar_names("scan", len(self._mounts))
         self._scans = [self.DeclareAbstractInputPort(name, Value(LaserScan.nothing())) for name in names]
-        self._pose, blind = self.DeclareVectorInputPort("pose", 3), (Tracked(),) * len(names)
+        self._pose, blind = self.DeclareVectorInputPort("pose", 3), (TrackerState(),) * len(names)
         self._tracked = ScanState(self, blind, self._after, (*self._scans, self._pose), stamp=self._stamp)
         depends = {self._tracked.ticket}
         for k, name in enumerate(names):
@@ -65,7 +65,7 @@ class ObstacleTracker(LeafSystem):
     def _stamp(self, context: Context) -> float:
         return newest([port.Eval(context) for port in self._scans])
 
-    def _after(self, context: Context, before: tuple[Tracked, ...]) -> tuple[Tracked, ...]:
+    def _after(self, context: Context, before: tuple[TrackerState, ...]) -> tuple[TrackerState, ...]:
         scans, pose, after = [port.Eval(context) for port in self._scans], self._pose.Eval(context), list(before)
         time = newest(scans)
         new = [k for k, scan in enumerate(scans) if newest([scan]) == time != before[k].tracks.time]
@@ -82,7 +82,7 @@ class ObstacleTracker(LeafSystem):
         return unturned(self._tracked.Eval(context)[number].scan, _flip(self._mounts[number]))
 
     def _tracks(self, context: Context) -> Tracks:
-        return joint_tracks(self._tracked.Eval(context), self._obstacles)
+        return join_tracks(self._tracked.Eval(context), self._obstacles)
 
 
 def _flip(mount: Mount) -> Mount:

@@ -6,7 +6,7 @@ import numpy as np
 
 from drake_starnav.geometry.compiled import kernel
 from drake_starnav.lidar.laser_scan import HIT
-from drake_starnav.tracking.surfaces import continuing_beams, run_chord, runs
+from drake_starnav.tracking.surfaces import find_continuing_beams, find_runs, measure_chord
 
 FEWEST_BEAMS = 2
 """Clusters of fewer hits are not tracked."""
@@ -20,160 +20,172 @@ FIT_PRIOR = 0.05
 
 
 @kernel
-def clusters(beams, doubtful, may_start, largest):
-    """Runs of connected hits that may be of one moving obstacle, as from `runs`.
+def find_clusters(beams, is_doubtful, may_start, max_radius):
+    """Runs of connected hits that may be of one moving obstacle, as from `find_runs`.
 
     Where two discs touch or overlap, the range has a peak between them: there the run is split. Of a run that is still
     too wide, the hits that certainly stand are left out.
 
     Args:
         beams: of a scan.
-        doubtful, may_start: which of them hit what does not certainly stand, or is small enough to move, shape (n,).
-        largest: radius of the largest obstacle that moves, m.
+        is_doubtful, may_start: which of them hit what does not certainly stand, or is small enough to move, shape (n,).
+        max_radius: radius of the largest obstacle that moves, m.
     """
-    n, hits = len(doubtful), beams.kinds & HIT != 0
-    continues, wide = continuing_beams(beams, hits), np.zeros(n, np.bool_)
-    out, found = np.empty((2 * n, 2), np.int64), 0
-    for narrow_only, chosen in ((False, (doubtful | may_start) & hits), (True, doubtful & hits)):
-        for first, count in _parted(beams.distances, runs(chosen & (wide | (not narrow_only)), continues)):
-            if run_chord(beams.distances, beams.increment, first, count) > 2.0 * largest:
+    n, is_hit = len(is_doubtful), beams.kinds & HIT != 0
+    continues_surface, is_wide = find_continuing_beams(beams, is_hit), np.zeros(n, np.bool_)
+    cluster_runs, cluster_count = np.empty((2 * n, 2), np.int64), 0
+    for skips_wide, is_chosen in ((False, (is_doubtful | may_start) & is_hit), (True, is_doubtful & is_hit)):
+        for first, count in _split_at_peaks(
+            beams.distances, find_runs(is_chosen & (is_wide | (not skips_wide)), continues_surface)
+        ):
+            if measure_chord(beams.distances, beams.increment, first, count) > 2.0 * max_radius:
                 for k in range(first, first + count):
-                    wide[k % n] = True
+                    is_wide[k % n] = True
             elif count >= FEWEST_BEAMS:
-                out[found, 0], out[found, 1] = first, count
-                found += 1
-    return out[:found].copy()
+                cluster_runs[cluster_count, 0], cluster_runs[cluster_count, 1] = first, count
+                cluster_count += 1
+    return cluster_runs[:cluster_count].copy()
 
 
 @kernel
-def _parted(distance, whole):
+def _split_at_peaks(distance, whole_runs):
     """Runs (k, 2), split at the peaks of the range."""
     n = len(distance)
-    out, found, waiting = np.empty((n, 2), np.int64), 0, [(0, 0)][:0]
-    left, right = np.empty(n), np.empty(n)
-    for first, count in whole:
-        waiting.append((first, count))
-        while waiting:
-            begin, size = waiting.pop()
-            highest, after = -np.inf, 0
-            for i in range(size):
-                d = distance[(begin + i) % n]
-                left[i] = min(left[i - 1], d) if i else d
-            for i in range(size - 1, -1, -1):
-                d = distance[(begin + i) % n]
-                right[i] = min(right[i + 1], d) if i < size - 1 else d
-                if d - max(left[i], right[i]) >= highest:
-                    highest, after = d - max(left[i], right[i]), i + 1
-            if size >= 2 * FEWEST_BEAMS and highest >= PARTING_HEIGHT:
-                waiting.append(((begin + after) % n, size - after))
-                waiting.append((begin, after))
+    split_runs, run_count, runs_to_split = np.empty((n, 2), np.int64), 0, [(0, 0)][:0]
+    least_before, least_after = np.empty(n), np.empty(n)
+    for first, count in whole_runs:
+        runs_to_split.append((first, count))
+        while runs_to_split:
+            first_beam, beam_count = runs_to_split.pop()
+            peak_height, split_index = -np.inf, 0
+            for i in range(beam_count):
+                d = distance[(first_beam + i) % n]
+                least_before[i] = min(least_before[i - 1], d) if i else d
+            for i in range(beam_count - 1, -1, -1):
+                d = distance[(first_beam + i) % n]
+                least_after[i] = min(least_after[i + 1], d) if i < beam_count - 1 else d
+                if d - max(least_before[i], least_after[i]) >= peak_height:
+                    peak_height, split_index = d - max(least_before[i], least_after[i]), i + 1
+            if beam_count >= 2 * FEWEST_BEAMS and peak_height >= PARTING_HEIGHT:
+                runs_to_split.append(((first_beam + split_index) % n, beam_count - split_index))
+                runs_to_split.append((first_beam, split_index))
             else:
-                out[found, 0], out[found, 1] = begin, size
-                found += 1
-    return out[:found]
+                split_runs[run_count, 0], split_runs[run_count, 1] = first_beam, beam_count
+                run_count += 1
+    return split_runs[:run_count]
 
 
 @kernel
-def first_disc(beams, run, points, place, largest):
+def estimate_disc(beams, run, points, sensor_position, max_radius):
     """Centre (x, y) and radius of a disc as a cluster alone shows it, m, and whether both its sides are in view.
 
     A disc at least distance d that spans the angle 2 alpha has radius d sin(alpha) / (1 - sin(alpha)). A side is
     out of view where something nearer hides it, or where it would be out of the lidar's range.
 
     Args:
-        beams: of a scan taken at `place`, (x, y), m.
-        run: the cluster, one of `clusters`.
+        beams: of a scan taken at `sensor_position`, (x, y), m.
+        run: the cluster, one of `find_clusters`.
         points: where each beam ends, shape (n, 2), m.
-        largest: greatest radius, m.
+        max_radius: greatest radius, m.
     """
     distance, n, (first, count) = beams.distances, len(points), run
-    nearest = least_distance(distance, run)
+    least_range = find_least_distance(distance, run)
     sine = min(math.sin(min(0.5 * count * beams.increment, 1.2)), 0.85)
-    radius = min(max(nearest * sine / (1.0 - sine), SMALLEST_RADIUS), largest)
-    one, other = points[(first + (count - 1) // 2) % n], points[(first + count // 2) % n]
-    mx, my = one[0] + other[0] - 2.0 * place[0], one[1] + other[1] - 2.0 * place[1]
-    away = max(math.hypot(mx, my), 1e-9)
-    x, y = place[0] + (nearest + radius) * (mx / away), place[1] + (nearest + radius) * (my / away)
-    before, last, after = (first - 1) % n, (first + count - 1) % n, (first + count) % n
-    bare = distance[before] > distance[first] and distance[after] > distance[last]
-    return x, y, radius, bare and nearest + radius < beams.range_max
+    radius = min(max(least_range * sine / (1.0 - sine), SMALLEST_RADIUS), max_radius)
+    middle_hit, other_middle_hit = points[(first + (count - 1) // 2) % n], points[(first + count // 2) % n]
+    sight_x, sight_y = (
+        middle_hit[0] + other_middle_hit[0] - 2.0 * sensor_position[0],
+        middle_hit[1] + other_middle_hit[1] - 2.0 * sensor_position[1],
+    )
+    sight_length = max(math.hypot(sight_x, sight_y), 1e-9)
+    x, y = (
+        sensor_position[0] + (least_range + radius) * (sight_x / sight_length),
+        sensor_position[1] + (least_range + radius) * (sight_y / sight_length),
+    )
+    previous_beam, last_beam, next_beam = (first - 1) % n, (first + count - 1) % n, (first + count) % n
+    is_bare = distance[previous_beam] > distance[first] and distance[next_beam] > distance[last_beam]
+    return x, y, radius, is_bare and least_range + radius < beams.range_max
 
 
 @kernel
-def least_distance(distance, run):
+def find_least_distance(distance, run):
     """The least distance of the beams of a run, m."""
     first, count = run
-    least = np.inf
+    shortest = np.inf
     for k in range(first, first + count):
-        least = min(least, distance[k % len(distance)])
-    return least
+        shortest = min(shortest, distance[k % len(distance)])
+    return shortest
 
 
 @kernel
-def partners(discs, places, gates):
+def match_tracks(discs, predicted_places, gates):
     """The track that each disc continues, the nearest pairs first, shape (c,); -1 for none.
 
     No track, predicted at a place of (n, 2), continues with a disc, x and y of (c, 2), beyond its gate; W, m.
     """
-    tracks = len(places)
-    apart, partner, taken = np.full(len(discs) * tracks, np.inf), np.full(len(discs), -1), np.zeros(tracks, np.bool_)
+    tracks = len(predicted_places)
+    distances, matched_track, is_taken = (
+        np.full(len(discs) * tracks, np.inf),
+        np.full(len(discs), -1),
+        np.zeros(tracks, np.bool_),
+    )
     for c in range(len(discs)):
         for k in range(tracks):
-            away = math.hypot(discs[c, 0] - places[k, 0], discs[c, 1] - places[k, 1])
-            if away < gates[k]:
-                apart[c * tracks + k] = away
-    for pair in np.argsort(apart, kind="mergesort"):
+            distance = math.hypot(discs[c, 0] - predicted_places[k, 0], discs[c, 1] - predicted_places[k, 1])
+            if distance < gates[k]:
+                distances[c * tracks + k] = distance
+    for pair in np.argsort(distances, kind="mergesort"):
         c, k = pair // tracks, pair % tracks
-        if apart[pair] < np.inf and partner[c] < 0 and not taken[k]:
-            partner[c], taken[k] = k, True
-    return partner
+        if distances[pair] < np.inf and matched_track[c] < 0 and not is_taken[k]:
+            matched_track[c], is_taken[k] = k, True
+    return matched_track
 
 
 @kernel
-def fitted_radius(points, start, radius, weight):
+def fit_radius(points, start_center, radius, weight):
     """The radius of the disc that fits points on its boundary, by Gauss-Newton from a centre and a radius.
 
     The start counts as much as FIT_PRIOR hits, the radius as much as `weight` of them: a short arc says little.
     """
-    x, y, r = start[0], start[1], radius
-    normal, right, row = np.empty((3, 3)), np.empty(3), np.empty(3)
+    x, y, r = start_center[0], start_center[1], radius
+    normal, right_side, row = np.empty((3, 3)), np.empty(3), np.empty(3)
     for _ in range(FIT_ROUNDS):
         normal[:] = 0.0
         normal[0, 0], normal[1, 1], normal[2, 2] = FIT_PRIOR, FIT_PRIOR, weight
-        right[0], right[1] = FIT_PRIOR * (start[0] - x), FIT_PRIOR * (start[1] - y)
-        right[2] = weight * (radius - r)
+        right_side[0], right_side[1] = FIT_PRIOR * (start_center[0] - x), FIT_PRIOR * (start_center[1] - y)
+        right_side[2] = weight * (radius - r)
         for k in range(len(points)):
             dx, dy = x - points[k, 0], y - points[k, 1]
-            away = max(math.hypot(dx, dy), 1e-6)
-            row[0], row[1], row[2] = dx / away, dy / away, -1.0
+            distance = max(math.hypot(dx, dy), 1e-6)
+            row[0], row[1], row[2] = dx / distance, dy / distance, -1.0
             for i in range(3):
-                right[i] -= (away - r) * row[i]
+                right_side[i] -= (distance - r) * row[i]
                 for j in range(3):
                     normal[i, j] += row[i] * row[j]
-        step = np.linalg.solve(normal, right)
+        step = np.linalg.solve(normal, right_side)
         x, y, r = x + step[0], y + step[1], r + step[2]
     return r
 
 
 @kernel
-def fitted_center(points, start, radius):
-    """The centre of the disc of a given radius that fits points on its boundary, by Gauss-Newton from `start`."""
-    x, y = start[0], start[1]
+def fit_center(points, start_center, radius):
+    """The centre of the disc of some radius that fits points on its boundary, by Gauss-Newton from `start_center`."""
+    x, y = start_center[0], start_center[1]
     for _ in range(FIT_ROUNDS):
         a = b = 0.0
         c = d = FIT_PRIOR
         e = 0.0
-        a += FIT_PRIOR * (start[0] - x)
-        b += FIT_PRIOR * (start[1] - y)
+        a += FIT_PRIOR * (start_center[0] - x)
+        b += FIT_PRIOR * (start_center[1] - y)
         for k in range(len(points)):
             dx, dy = x - points[k, 0], y - points[k, 1]
-            away = max(math.hypot(dx, dy), 1e-6)
-            ux, uy = dx / away, dy / away
+            distance = max(math.hypot(dx, dy), 1e-6)
+            ux, uy = dx / distance, dy / distance
             c += ux * ux
             d += uy * uy
             e += ux * uy
-            a -= ux * (away - radius)
-            b -= uy * (away - radius)
+            a -= ux * (distance - radius)
+            b -= uy * (distance - radius)
         det = c * d - e * e
         x += (d * a - e * b) / det
         y += (c * b - e * a) / det

@@ -11,16 +11,23 @@ from drake_starnav.geometry.compiled import kernel
 from drake_starnav.lidar.laser_scan import DYNAMIC, STANDING, STATIC, UNKNOWN, LaserScan, placed_ends
 from drake_starnav.tracking.clusters import (
     SMALLEST_RADIUS,
-    clusters,
-    first_disc,
-    fitted_center,
-    fitted_radius,
-    least_distance,
-    partners,
+    estimate_disc,
+    find_clusters,
+    find_least_distance,
+    fit_center,
+    fit_radius,
+    match_tracks,
 )
-from drake_starnav.tracking.occupancy_history import Judged
+from drake_starnav.tracking.occupancy_history import BeamMotion
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
-from drake_starnav.tracking.prediction import Rows, chosen_rows, grown, occlusion_points, predicted_rows, seen_past
+from drake_starnav.tracking.prediction import (
+    Rows,
+    add_radius,
+    find_occlusion_points,
+    is_seen_past,
+    predict_rows,
+    select_rows,
+)
 from drake_starnav.utils.snapshot import replaced, snapshot
 
 GAIN = 0.2
@@ -73,19 +80,19 @@ class Tracks:
         position, velocity: shape (n, 2), of the centres, m and m/s.
         radius: shape (n,), m.
         variance: shape (n, 3): of position, of position with velocity, and of velocity, the same for both axes.
-        scans: shape (n,), how many scans have seen each.
-        seen: shape (n,), when it was seen last, s.
-        motion: shape (n,), share of its beams that hit what was free before, smoothed.
-        pace: shape (n,), its greatest recent speed, m/s: an obstacle that turns back seems to stand for a moment.
-        since: shape (n,), when it was seen first, s.
-        drift: shape (n, 2), its mean velocity of late, m/s: less noisy than `velocity`, and late.
-        swing: shape (n,), mean rate at which the lidar's own motion shows it from another side, rad/s.
+        scan_count: shape (n,), how many scans have seen each.
+        last_seen: shape (n,), when it was seen last, s.
+        moving_share: shape (n,), share of its beams that hit what was free before, smoothed.
+        recent_top_speed: shape (n,), its greatest speed of late, m/s: who turns back seems to stand for a moment.
+        first_seen: shape (n,), when it was seen first, s.
+        mean_velocity: shape (n, 2), its mean velocity of late, m/s: less noisy than `velocity`, and late.
+        aspect_rate: shape (n,), mean rate at which the lidar's own motion shows it from another side, rad/s.
         origin: shape (2,), where the lidar was, W, m.
         hits: shape (k, 3), the hits of the last scan that are not certainly static: x, y, and the radius within which
             what was there may be by now.
-        standing: shape (l, 3), static hits on objects that might start to move; none unless `guarded`.
-        owner: shape (k,), the track that each hit belongs to; -1 for none.
-        occlusions: shape (m, 3), places at the edges of occluded areas, from which something may come; none unless
+        possible_starters: shape (l, 3), static hits on objects that might start to move; none unless `guarded`.
+        hit_track: shape (k,), the track that each hit belongs to; -1 for none.
+        occlusion_discs: shape (m, 3), places at the edges of occluded areas, from which something may come; none unless
             `guarded`.
     """
 
@@ -94,70 +101,77 @@ class Tracks:
     velocity: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
     radius: np.ndarray = field(default_factory=lambda: np.zeros(0))
     variance: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
-    scans: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
-    seen: np.ndarray = field(default_factory=lambda: np.zeros(0))
-    motion: np.ndarray = field(default_factory=lambda: np.zeros(0))
-    pace: np.ndarray = field(default_factory=lambda: np.zeros(0))
-    since: np.ndarray = field(default_factory=lambda: np.zeros(0))
-    drift: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
-    swing: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    scan_count: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
+    last_seen: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    moving_share: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    recent_top_speed: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    first_seen: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    mean_velocity: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
+    aspect_rate: np.ndarray = field(default_factory=lambda: np.zeros(0))
     origin: np.ndarray = field(default_factory=lambda: np.zeros(2))
     hits: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
-    owner: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
-    standing: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
-    occlusions: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+    hit_track: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
+    possible_starters: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+    occlusion_discs: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
 
     def __len__(self) -> int:
         return len(self.radius)
 
     @cached_property
-    def confirmed(self) -> np.ndarray:
+    def is_confirmed(self) -> np.ndarray:
         """Which tracks are trusted to be moving obstacles, shape (n,), bool."""
-        return (self.scans >= CONFIRMED_AFTER) & (self.pace > CONFIRMED_SPEED) & (self.motion > CONFIRMED_MOTION)
+        return (
+            (self.scan_count >= CONFIRMED_AFTER)
+            & (self.recent_top_speed > CONFIRMED_SPEED)
+            & (self.moving_share > CONFIRMED_MOTION)
+        )
 
     @cached_property
-    def settled(self) -> np.ndarray:
+    def is_settled(self) -> np.ndarray:
         """Which tracks are old enough for their speeds to be known, shape (n,), bool."""
-        return self.scans >= SETTLED_AFTER
+        return self.scan_count >= SETTLED_AFTER
 
     @cached_property
-    def creeping(self) -> np.ndarray:
+    def is_creeping(self) -> np.ndarray:
         """Which tracks move too slowly to be told from what stands by single hits, shape (n,), bool."""
-        age = self.time - self.since
+        age = self.time - self.first_seen
         noise = NOISE + NOISE_PER_RANGE * np.hypot(*(self.position - self.origin).T)
         least = CREEPING_SPEED + CREEPING_NOISE * noise / np.clip(age, 1e-9, DRIFT_TIME)
-        least += np.where(self.motion > CREEPING_MOTION, 0.0, CREEPING_SWING * np.abs(self.swing))
-        return ~self.confirmed & (age >= CREEPING_AFTER) & (np.hypot(*self.drift.T) > least)
+        least += np.where(self.moving_share > CREEPING_MOTION, 0.0, CREEPING_SWING * np.abs(self.aspect_rate))
+        return ~self.is_confirmed & (age >= CREEPING_AFTER) & (np.hypot(*self.mean_velocity.T) > least)
 
     @cached_property
-    def foreseen(self) -> np.ndarray:
+    def is_predicted(self) -> np.ndarray:
         """Which tracks are avoided at their predicted positions, shape (n,), bool."""
-        return self.confirmed | self.creeping
+        return self.is_confirmed | self.is_creeping
 
     @cached_property
-    def trusted(self) -> np.ndarray:
+    def is_trusted(self) -> np.ndarray:
         """Which tracks move as they are known to, shape (n,), bool."""
-        return self.confirmed & self.settled
+        return self.is_confirmed & self.is_settled
 
     @cached_property
-    def sources(self) -> tuple[np.ndarray, np.ndarray]:
+    def emergence_discs(self) -> tuple[np.ndarray, np.ndarray]:
         """Places from which something may come, shape (k, 3), as `hits`, and the track of each, (k,); -1 for none.
 
         Beside those listed that of each trusted track that is not in view, a disc at its predicted position.
         """
-        lost, still = np.flatnonzero(self.trusted & (self.seen < self.time)), (self.standing, self.occlusions)
+        lost, still = (
+            np.flatnonzero(self.is_trusted & (self.last_seen < self.time)),
+            (self.possible_starters, self.occlusion_discs),
+        )
         discs = np.column_stack((self.position, self.radius))[lost]
-        owner = np.concatenate((self.owner, np.full(sum(map(len, still)), -1), lost))
-        return np.vstack((self.hits, *still, discs)), owner
+        hit_track = np.concatenate((self.hit_track, np.full(sum(map(len, still)), -1), lost))
+        return np.vstack((self.hits, *still, discs)), hit_track
 
     @cached_property
     def expected_velocity(self) -> np.ndarray:
         """The velocities by which the tracks are predicted, shape (n, 2), m/s."""
-        return np.where(self.confirmed[:, None], self.velocity, self.drift)
+        return np.where(self.is_confirmed[:, None], self.velocity, self.mean_velocity)
 
 
-def updated(
-    tracks: Tracks, scan: LaserScan, judged: Judged, pose: np.ndarray, parameters: DynamicObstacleParameters
+def update_tracks(
+    tracks: Tracks, scan: LaserScan, beam_motion: BeamMotion, pose: np.ndarray, parameters: DynamicObstacleParameters
 ) -> tuple[Tracks, np.ndarray]:
     """The tracks after one more scan, and the motion state of each beam as they show it, shape (n,).
 
@@ -167,80 +181,95 @@ def updated(
 
     Args:
         scan: the latest, in S.
-        judged: of its beams.
+        beam_motion: of its beams.
         pose: (x, y, yaw) of S in W when it was taken.
         parameters: max_speed, max_radius, caution.
     """
-    rows, points, owner = _updated(
+    rows, points, hit_track = _update_rows(
         Rows._make([getattr(tracks, name) for name in Rows._fields]),
         (tracks.time, tracks.origin),
         scan.beams,
-        judged,
+        beam_motion,
         (float(pose[0]), float(pose[1]), float(pose[2])),
         (scan.time, scan.angle_min),
         (parameters.max_speed, parameters.max_radius),
     )
-    doubtful = judged.motion != STATIC
-    after = Tracks(
+    is_doubtful = beam_motion.motion != STATIC
+    next_tracks = Tracks(
         time=scan.time,
         origin=pose[:2].copy(),
-        hits=grown(points[doubtful], 0.0),
-        owner=owner[doubtful],
+        hits=add_radius(points[is_doubtful], 0.0),
+        hit_track=hit_track[is_doubtful],
         **rows._asdict(),
     )
     if parameters.guarded:
-        standing = grown(points[judged.may_start & ~doubtful], 0.0)
-        after = replaced(after, standing=standing, occlusions=occlusion_points(scan, pose))
-    motion = np.where(judged.may_start & (judged.motion == STATIC), STANDING, judged.motion)
-    if len(after):
-        tracked = owner >= 0
-        motion[tracked & doubtful & after.confirmed[owner]] = DYNAMIC
-        motion[tracked & after.creeping[owner]] = UNKNOWN  # an obstacle to plan around, and not to remember
-    return after, motion
+        possible_starters = add_radius(points[beam_motion.may_start & ~is_doubtful], 0.0)
+        next_tracks = replaced(
+            next_tracks, possible_starters=possible_starters, occlusion_discs=find_occlusion_points(scan, pose)
+        )
+    reported_motion = np.where(beam_motion.may_start & (beam_motion.motion == STATIC), STANDING, beam_motion.motion)
+    if len(next_tracks):
+        has_track = hit_track >= 0
+        reported_motion[has_track & is_doubtful & next_tracks.is_confirmed[hit_track]] = DYNAMIC
+        creeps = has_track & next_tracks.is_creeping[hit_track]
+        reported_motion[creeps] = UNKNOWN  # an obstacle to plan around, and not to remember
+    return next_tracks, reported_motion
 
 
 @kernel
-def _updated(tracks, last, beams, judged, pose, now, limits):
-    """The loop of `updated`: the `Rows` of the tracks, where each beam ends, and the track that it belongs to, or -1.
+def _update_rows(tracks, last_scan, beams, beam_motion, pose, scan_start, limits):
+    """The loop of `update_tracks`: the tracks' `Rows`, where each beam ends, and the track that it belongs to, or -1.
 
     Args:
         tracks: their `Rows`.
-        last: time of the last scan, s, and where it was taken.
-        beams, judged: `Beams` of the scan, and what they hit.
+        last_scan: time of the last scan, s, and where it was taken.
+        beams, beam_motion: `Beams` of the scan, and what they hit.
         pose: (x, y, yaw) of the scan.
-        now: its time, s, and its first bearing, rad.
+        scan_start: its time, s, and its first bearing, rad.
         limits: max_speed and max_radius.
     """
-    (x, y, yaw), (time, angle_min), (max_speed, max_radius), place = pose, now, limits, np.array(pose[:2])
-    n, known = len(judged.motion), len(tracks.radius)
+    (x, y, yaw), (time, angle_min), (max_speed, max_radius) = pose, scan_start, limits
+    sensor_position = np.array(pose[:2])
+    n, track_count = len(beam_motion.motion), len(tracks.radius)
     points = placed_ends(beams.directions, beams.distances, np.ones(n, np.bool_), x, y, math.cos(yaw), math.sin(yaw))
-    found = clusters(beams, judged.motion != STATIC, judged.may_start, max_radius)
-    discs, whole = np.empty((len(found), 3)), np.empty(len(found), np.bool_)
-    for c in range(len(found)):
-        discs[c, 0], discs[c, 1], discs[c, 2], whole[c] = first_disc(beams, found[c], points, place, max_radius)
-    before = predicted_rows(tracks, time - last[0])
-    partner = partners(discs, before.position, _gates(before, time))
-    lost = np.ones(known, np.bool_)
-    lost[partner[partner >= 0]] = False
-    for k in range(known):
-        absent = before.scans[k] <= CONFIRMED_AFTER
-        absent = absent or seen_past(beams, (x, y, yaw + angle_min), before.position[k])
-        lost[k] &= time - before.seen[k] < (FORGOTTEN_NEW if absent else FORGOTTEN_AFTER)
-    kept = np.flatnonzero(lost)  # though this scan does not show them
-    rows, owner = chosen_rows(before, np.concatenate((kept, partner))), np.full(n, -1)
-    for c in range(len(found)):
-        row, k, (first, count) = len(kept) + c, partner[c], found[c]
-        run = (first + np.arange(count)) % n
-        owner[run] = row
+    clusters_found = find_clusters(beams, beam_motion.motion != STATIC, beam_motion.may_start, max_radius)
+    cluster_discs, is_whole = np.empty((len(clusters_found), 3)), np.empty(len(clusters_found), np.bool_)
+    for c in range(len(clusters_found)):
+        cluster_discs[c, 0], cluster_discs[c, 1], cluster_discs[c, 2], is_whole[c] = estimate_disc(
+            beams, clusters_found[c], points, sensor_position, max_radius
+        )
+    predicted = predict_rows(tracks, time - last_scan[0])
+    matched_track = match_tracks(cluster_discs, predicted.position, _association_gates(predicted, time))
+    is_remembered = np.ones(track_count, np.bool_)
+    is_remembered[matched_track[matched_track >= 0]] = False
+    for k in range(track_count):
+        is_absent = predicted.scan_count[k] <= CONFIRMED_AFTER
+        is_absent = is_absent or is_seen_past(beams, (x, y, yaw + angle_min), predicted.position[k])
+        is_remembered[k] &= time - predicted.last_seen[k] < (FORGOTTEN_NEW if is_absent else FORGOTTEN_AFTER)
+    remembered_rows = np.flatnonzero(is_remembered)  # though this scan does not show them
+    rows, hit_track = select_rows(predicted, np.concatenate((remembered_rows, matched_track))), np.full(n, -1)
+    for c in range(len(clusters_found)):
+        row, k, (first, count) = len(remembered_rows) + c, matched_track[c], clusters_found[c]
+        beams_of_cluster = (first + np.arange(count)) % n
+        hit_track[beams_of_cluster] = row
         if k < 0:
-            rows.position[row], rows.radius[row], rows.scans[row] = discs[c, :2], discs[c, 2], 1
-            rows.seen[row], rows.since[row] = time, time
+            rows.position[row], rows.radius[row], rows.scan_count[row] = cluster_discs[c, :2], cluster_discs[c, 2], 1
+            rows.last_seen[row], rows.first_seen[row] = time, time
             rows.variance[row, 0], rows.variance[row, 2] = FIRST_SPREAD**2, (FIRST_SPEED_SHARE * max_speed) ** 2
             continue
-        cluster = Cluster(points[run], least_distance(beams.distances, found[c]), discs[c, 2], whole[c])
-        _continue(rows, row, tracks.position[k], cluster, (last[1], place), (time, time - last[0]), limits)
-        rows.motion[row] += GAIN * (np.mean(judged.came[run]) - rows.motion[row])
-    return rows, points, owner
+        cluster = Cluster(
+            points[beams_of_cluster],
+            find_least_distance(beams.distances, clusters_found[c]),
+            cluster_discs[c, 2],
+            is_whole[c],
+        )
+        _correct_row(
+            rows, row, tracks.position[k], cluster, (last_scan[1], sensor_position), (time, time - last_scan[0]), limits
+        )
+        rows.moving_share[row] += GAIN * (
+            np.mean(beam_motion.newly_occupied[beams_of_cluster]) - rows.moving_share[row]
+        )
+    return rows, points, hit_track
 
 
 class Cluster(NamedTuple):
@@ -249,57 +278,71 @@ class Cluster(NamedTuple):
     points: np.ndarray
     distance: float
     radius: float
-    whole: bool
+    is_whole: bool
 
 
 @kernel
-def _continue(rows, k, last, cluster, origins, times, limits):
+def _correct_row(rows, k, last_position, cluster, sensor_positions, scan_times, limits):
     """Correct the predicted row of a track that a cluster continues.
 
     Args:
         rows, k: number k of them.
-        last: where the track was at the last scan.
+        last_position: where the track was at the last scan.
         cluster: of this scan.
-        origins: where the lidar was then, and is.
-        times: now, and since the last scan, s.
+        sensor_positions: where the lidar was then, and is.
+        scan_times: now, and since the last scan, s.
         limits: max_speed and max_radius.
     """
-    (before, place), (time, step), radius, position = origins, times, rows.radius[k], rows.position[k]
-    if cluster.whole:
-        kept = radius + GAIN * (cluster.radius - radius)
+    (previous_sensor, sensor_position), (time, step), radius, position = (
+        sensor_positions,
+        scan_times,
+        rows.radius[k],
+        rows.position[k],
+    )
+    if cluster.is_whole:
+        next_radius = radius + GAIN * (cluster.radius - radius)
     else:
-        kept = min(max(fitted_radius(cluster.points, position, radius, RADIUS_WEIGHT), SMALLEST_RADIUS), limits[1])
-    away = position - place
-    shift = (kept - radius) / max(math.hypot(away[0], away[1]), 1e-9) * away
+        next_radius = min(max(fit_radius(cluster.points, position, radius, RADIUS_WEIGHT), SMALLEST_RADIUS), limits[1])
+    sight_line = position - sensor_position
+    shift = (next_radius - radius) / max(math.hypot(sight_line[0], sight_line[1]), 1e-9) * sight_line
     predicted = position + shift
     noise = NOISE + NOISE_PER_RANGE * cluster.distance
-    p, c, v = rows.variance[k]
-    gain_p, gain_v = p / (p + noise * noise), c / (p + noise * noise)
-    miss = fitted_center(cluster.points, predicted, kept) - predicted
-    position, velocity = predicted + gain_p * miss, rows.velocity[k] + gain_v * miss
+    p, p_v, v = rows.variance[k]
+    gain_p, gain_v = p / (p + noise * noise), p_v / (p + noise * noise)
+    innovation = fit_center(cluster.points, predicted, next_radius) - predicted
+    position, velocity = predicted + gain_p * innovation, rows.velocity[k] + gain_v * innovation
     velocity *= min(1.0, limits[0] / max(math.hypot(velocity[0], velocity[1]), 1e-9))
-    gain = min(step / min(max(time - rows.since[k], step), DRIFT_TIME), 1.0)
+    gain = min(step / min(max(time - rows.first_seen[k], step), DRIFT_TIME), 1.0)
     for i in range(2):
-        went = position[i] - last[i] - shift[i] if cluster.whole else 0.0  # it may be a wall behind a gap
-        rows.drift[k, i] += gain * (went / step - rows.drift[k, i])
+        displacement = (
+            position[i] - last_position[i] - shift[i] if cluster.is_whole else 0.0
+        )  # it may be a wall behind a gap
+        rows.mean_velocity[k, i] += gain * (displacement / step - rows.mean_velocity[k, i])
         rows.position[k, i], rows.velocity[k, i] = position[i], velocity[i]
-    rows.swing[k] += gain * (_turned(last, before, place) / step - rows.swing[k])
-    rows.variance[k, 0], rows.variance[k, 1] = (1.0 - gain_p) * p, (1.0 - gain_p) * c
-    rows.variance[k, 2] = v - gain_v * c
-    rows.pace[k] = max(math.hypot(velocity[0], velocity[1]), rows.pace[k] - PACE_DECAY * step)
-    rows.radius[k], rows.seen[k] = kept, time
-    rows.scans[k] += 1
+    rows.aspect_rate[k] += gain * (
+        _turn_of_sight(last_position, previous_sensor, sensor_position) / step - rows.aspect_rate[k]
+    )
+    rows.variance[k, 0], rows.variance[k, 1] = (1.0 - gain_p) * p, (1.0 - gain_p) * p_v
+    rows.variance[k, 2] = v - gain_v * p_v
+    rows.recent_top_speed[k] = max(math.hypot(velocity[0], velocity[1]), rows.recent_top_speed[k] - PACE_DECAY * step)
+    rows.radius[k], rows.last_seen[k] = next_radius, time
+    rows.scan_count[k] += 1
 
 
 @kernel
-def _turned(place, before, now):
+def _turn_of_sight(target, previous_sensor, sensor):
     """The angle by which the line of sight to a place (2,) turns as the lidar moves between positions (2,), rad."""
-    a, b, c, d = place[0] - before[0], place[1] - before[1], place[0] - now[0], place[1] - now[1]
+    a, b, c, d = (
+        target[0] - previous_sensor[0],
+        target[1] - previous_sensor[1],
+        target[0] - sensor[0],
+        target[1] - sensor[1],
+    )
     return math.atan2(a * d - b * c, a * c + b * d)
 
 
 @kernel
-def _gates(rows, time):
+def _association_gates(rows, time):
     """How far from the prediction of each track a cluster may continue it, shape (n,), m."""
-    gates = GATE + GATE_SPEED * (time - rows.seen)
-    return np.minimum(gates + np.where(rows.scans < CONFIRMED_AFTER, GATE_NEW, 0.0), GATE_WIDEST)
+    gates = GATE + GATE_SPEED * (time - rows.last_seen)
+    return np.minimum(gates + np.where(rows.scan_count < CONFIRMED_AFTER, GATE_NEW, 0.0), GATE_WIDEST)

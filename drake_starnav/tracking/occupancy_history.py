@@ -18,7 +18,7 @@ import numpy as np
 from drake_starnav.geometry.compiled import kernel, leaf
 from drake_starnav.lidar.laser_scan import DYNAMIC, HIT, LOST, STATIC, UNKNOWN, LaserScan, placed_ends
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
-from drake_starnav.tracking.surfaces import continuing_beams, run_chord, runs
+from drake_starnav.tracking.surfaces import find_continuing_beams, find_runs, measure_chord
 from drake_starnav.utils.snapshot import snapshot
 
 CELL = 0.05
@@ -37,17 +37,17 @@ HIT_SHARE = 0.5
 """A cell hit for this long, s, counts as static if its first and last hit are at least this share of it apart."""
 
 
-class Judged(NamedTuple):
+class BeamMotion(NamedTuple):
     """What `OccupancyHistory` tells of the beams of a scan, each of shape (n,).
 
     Attributes:
         motion: STATIC, also without a hit, UNKNOWN or DYNAMIC.
-        came: whether each hit what has come here, bool: what is DYNAMIC, and what stands by now, or creeps.
+        newly_occupied: whether each hit what has come here, bool: what is DYNAMIC, and what stands by now, or creeps.
         may_start: whether each hit what could move, whether or not it does, bool.
     """
 
     motion: np.ndarray
-    came: np.ndarray
+    newly_occupied: np.ndarray
     may_start: np.ndarray
 
 
@@ -70,53 +70,58 @@ class OccupancyHistory:
     large: np.ndarray
 
     @staticmethod
-    def about(position: np.ndarray, range_max: float) -> "OccupancyHistory":
+    def make_around(position: np.ndarray, range_max: float) -> "OccupancyHistory":
         """An empty grid about a place (2,) in W, m, for a lidar of this range, m."""
         n = 2 * math.ceil(min(range_max + RECENTRED, WIDEST_REACH) / CELL)
         first = np.floor(np.asarray(position) / CELL).astype(np.int64) - n // 2
         never, nowhere = np.full((n, n), NEVER), np.zeros((n, n), bool)
         return OccupancyHistory(first, never, never, nowhere, nowhere)
 
-    def following(self, position: np.ndarray) -> "OccupancyHistory":
+    def follow_robot(self, position: np.ndarray) -> "OccupancyHistory":
         """This grid, moved by whole cells if the place (2,) in W, m, is far from its middle."""
         n = len(self.first_hit)
-        wanted = np.floor(np.asarray(position) / CELL).astype(np.int64) - n // 2
-        shift = wanted - self.first
+        next_first = np.floor(np.asarray(position) / CELL).astype(np.int64) - n // 2
+        shift = next_first - self.first
         if np.abs(shift).max() * CELL < RECENTRED:
             return self
-        times = [_shifted(array, NEVER, *shift) for array in (self.first_hit, self.last_hit)]
+        hit_times = [_shift_cells(array, NEVER, *shift) for array in (self.first_hit, self.last_hit)]
         return OccupancyHistory(
-            wanted, *times, *(_shifted(array, False, *shift) for array in (self.seen_free, self.large))
+            next_first, *hit_times, *(_shift_cells(array, False, *shift) for array in (self.seen_free, self.large))
         )
 
-    def judged(
-        self, scan: LaserScan, pose: np.ndarray, large: np.ndarray, parameters: DynamicObstacleParameters
-    ) -> Judged:
+    def classify_beams(
+        self, scan: LaserScan, pose: np.ndarray, on_large_surface: np.ndarray, parameters: DynamicObstacleParameters
+    ) -> BeamMotion:
         """What the beams of a scan at a pose (x, y, yaw) of S in W hit, judged by the earlier scans.
 
-        `large` are those on a surface that is too large to move, shape (n,).
+        `on_large_surface` are those on a surface that is too large to move, shape (n,).
         """
         grids = self.first_hit, self.last_hit, self.seen_free, self.large
-        return Judged(*_judged(grids, self._cells_hit(scan, pose), scan.beams, scan.time, large, parameters.max_radius))
+        return BeamMotion(
+            *_classify_beams(
+                grids, self._find_hit_cells(scan, pose), scan.beams, scan.time, on_large_surface, parameters.max_radius
+            )
+        )
 
-    def updated(self, scan: LaserScan, pose: np.ndarray, large: np.ndarray) -> "OccupancyHistory":
-        """The grid with one more scan; arguments as for `judged`."""
-        grid = self.following(pose[:2])
+    def add_scan(self, scan: LaserScan, pose: np.ndarray, on_large_surface: np.ndarray) -> "OccupancyHistory":
+        """The grid with one more scan; arguments as for `classify_beams`."""
+        grid = self.follow_robot(pose[:2])
         grids = [array.copy() for array in (grid.first_hit, grid.last_hit, grid.seen_free, grid.large)]
-        place = float(pose[0]), float(pose[1]), scan.angle_min + float(pose[2])
-        _note(tuple(grids), (grid.first, grid._cells_hit(scan, pose)), scan.beams, scan.time, place, large)
+        first_beam = float(pose[0]), float(pose[1]), scan.angle_min + float(pose[2])
+        cells = grid.first, grid._find_hit_cells(scan, pose)
+        _note_scan(tuple(grids), cells, scan.beams, scan.time, first_beam, on_large_surface)
         return OccupancyHistory(grid.first, *grids)
 
-    def _cells_hit(self, scan: LaserScan, pose: np.ndarray) -> np.ndarray:
+    def _find_hit_cells(self, scan: LaserScan, pose: np.ndarray) -> np.ndarray:
         """Row and column of the cell that each beam hits, shape (n, 2); negative where it hits none."""
-        return _cells_hit(scan.beams, float(pose[0]), float(pose[1]), float(pose[2]), self.first)
+        return _find_hit_cells(scan.beams, float(pose[0]), float(pose[1]), float(pose[2]), self.first)
 
 
 @kernel
-def _cells_hit(beams, x, y, yaw, first):
-    """The loop of `OccupancyHistory._cells_hit`."""
-    everything = np.ones(len(beams.kinds), np.bool_)
-    ends = placed_ends(beams.directions, beams.distances, everything, x, y, math.cos(yaw), math.sin(yaw))
+def _find_hit_cells(beams, x, y, yaw, first):
+    """The loop of `OccupancyHistory._find_hit_cells`."""
+    all_beams = np.ones(len(beams.kinds), np.bool_)
+    ends = placed_ends(beams.directions, beams.distances, all_beams, x, y, math.cos(yaw), math.sin(yaw))
     cells = np.full((len(ends), 2), -1)
     for k in range(len(ends)):
         if beams.kinds[k] & HIT:
@@ -126,92 +131,98 @@ def _cells_hit(beams, x, y, yaw, first):
 
 
 @leaf
-def _inside(grid, cells, k, border):
+def _is_inside(grid, cells, k, border):
     """Whether a beam hits a cell of a grid, without a border of this many cells."""
     return border <= min(cells[k, 0], cells[k, 1]) and max(cells[k, 0], cells[k, 1]) < len(grid) - border
 
 
 @kernel
-def _judged(grids, cells, beams, time, large, most):
-    """The loop of `OccupancyHistory.judged`; `most` is the radius of the largest obstacle that moves, m."""
+def _classify_beams(grids, cells, beams, time, on_large_surface, max_radius):
+    """The loop of `OccupancyHistory.classify_beams`; `max_radius` is that of the largest obstacle that moves, m."""
     first_hit, last_hit, seen_free, seen_large = grids
-    n, hits = len(cells), beams.kinds & HIT != 0
-    stands, freed, may_start = np.zeros(n, np.bool_), np.zeros(n, np.bool_), hits & ~large
-    static = large.copy()  # outside the grid nothing else is evidence
+    n, is_hit = len(cells), beams.kinds & HIT != 0
+    is_standing, was_free, may_start = np.zeros(n, np.bool_), np.zeros(n, np.bool_), is_hit & ~on_large_surface
+    is_static = on_large_surface.copy()  # outside the grid nothing else is evidence
     for k in range(n):
-        if not _inside(first_hit, cells, k, 1):
+        if not _is_inside(first_hit, cells, k, 1):
             continue
         i, j = cells[k]
-        freed[k] = seen_free[i, j]
+        was_free[k] = seen_free[i, j]
         for a in range(i - 1, i + 2):
             for b in range(j - 1, j + 2):
-                stands[k] |= _stands(first_hit[a, b], last_hit[a, b], time)
+                is_standing[k] |= _is_standing(first_hit[a, b], last_hit[a, b], time)
                 may_start[k] &= not seen_large[a, b]
-    continues = continuing_beams(beams, hits)
-    for first, count in runs(hits, continues):  # static if too wide, all around, or if some of it certainly stands
-        run = (first + np.arange(count)) % n
-        chord = run_chord(beams.distances, beams.increment, first, count)
-        if stands[run].any():
-            static[run] = True
-        elif (count == n and continues[first]) or chord > 2.0 * most:
-            for k in run:
-                static[k] |= _inside(first_hit, cells, k, 1)
-    motion, came = np.full(n, STATIC), np.zeros(n, np.bool_)
+    continues_surface = find_continuing_beams(beams, is_hit)
+    for first, count in find_runs(
+        is_hit, continues_surface
+    ):  # static if too wide, all around, or if some of it certainly stands
+        run_beams = (first + np.arange(count)) % n
+        chord = measure_chord(beams.distances, beams.increment, first, count)
+        if is_standing[run_beams].any():
+            is_static[run_beams] = True
+        elif (count == n and continues_surface[first]) or chord > 2.0 * max_radius:
+            for k in run_beams:
+                is_static[k] |= _is_inside(first_hit, cells, k, 1)
+    motion, newly_occupied = np.full(n, STATIC), np.zeros(n, np.bool_)
     for k in range(n):
-        before, after = k - 1, k + 1 if k + 1 < n else 0  # an obstacle is hit by two beams at least
-        came[k] = freed[k] and (freed[before] or freed[after])
-        moves = (freed[before] and not stands[before]) or (freed[after] and not stands[after])
-        if freed[k] and not stands[k] and moves:
+        previous_beam, next_beam = k - 1, k + 1 if k + 1 < n else 0  # an obstacle is hit by two beams at least
+        newly_occupied[k] = was_free[k] and (was_free[previous_beam] or was_free[next_beam])
+        neighbour_moves = (was_free[previous_beam] and not is_standing[previous_beam]) or (
+            was_free[next_beam] and not is_standing[next_beam]
+        )
+        if was_free[k] and not is_standing[k] and neighbour_moves:
             motion[k] = DYNAMIC
-        elif hits[k] and not stands[k] and (freed[k] or not static[k]):
+        elif is_hit[k] and not is_standing[k] and (was_free[k] or not is_static[k]):
             motion[k] = UNKNOWN
-    return motion, came, may_start
+    return motion, newly_occupied, may_start
 
 
 @kernel
-def _note(grids, places, beams, time, place, large):
+def _note_scan(grids, cell_indices, beams, time, first_beam, on_large_surface):
     """Note in grids of first and last hits, when seen free, and large surfaces, what a scan shows at a time, s.
 
     Args:
         grids: four, changed in place.
-        places: the grid's first cell, and the cell that each beam hits.
+        cell_indices: the grid's first cell, and the cell that each beam hits.
         beams: of the scan.
         time: s.
-        place: x, y and the bearing of the first beam, in W.
-        large: which beams hit a large surface.
+        first_beam: x, y and the bearing of the first beam, in W.
+        on_large_surface: which beams hit a large surface.
     """
-    (first_hit, last_hit, seen_free, seen_large), (origin, cells), (x, y, bearing) = grids, places, place
+    (first_hit, last_hit, seen_free, seen_large), (origin, cells), (x, y, bearing) = grids, cell_indices, first_beam
     distance = np.where(beams.kinds & LOST != 0, 0.0, beams.distances)
-    _free(first_hit, seen_free, seen_large, (origin, x, y), (bearing, beams.increment, beams.seam < np.inf), distance)
+    _note_free_cells(
+        first_hit, seen_free, seen_large, (origin, x, y), (bearing, beams.increment, beams.seam < np.inf), distance
+    )
     for k in range(len(cells)):
-        if _inside(first_hit, cells, k, 0):
+        if _is_inside(first_hit, cells, k, 0):
             i, j = cells[k]
             last_hit[i, j] = time
             if first_hit[i, j] < 0.0:
                 first_hit[i, j] = time
-            if large[k]:
+            if on_large_surface[k]:
                 seen_large[i, j] = True
 
 
-def _shifted(array: np.ndarray, empty: float, di: int, dj: int) -> np.ndarray:
+def _shift_cells(array: np.ndarray, empty_value: float, di: int, dj: int) -> np.ndarray:
     n = len(array)
-    out = np.full((n, n), empty, array.dtype)
+    shifted_cells = np.full((n, n), empty_value, array.dtype)
     if abs(di) < n and abs(dj) < n:
         i, j = max(di, 0), max(dj, 0)
-        kept = array[i : n + min(di, 0), j : n + min(dj, 0)]
-        out[i - di : i - di + kept.shape[0], j - dj : j - dj + kept.shape[1]] = kept
-    return out
+        overlap = array[i : n + min(di, 0), j : n + min(dj, 0)]
+        shifted_cells[i - di : i - di + overlap.shape[0], j - dj : j - dj + overlap.shape[1]] = overlap
+    return shifted_cells
 
 
 @leaf
-def _stands(first_hit, last_hit, time):
+def _is_standing(first_hit, last_hit, time):
     """Whether a cell has been occupied for long enough."""
-    since, lasted = time - first_hit, last_hit - first_hit
-    return first_hit >= 0.0 and since >= STANDING_AFTER and lasted >= HIT_SHARE * STANDING_AFTER
+    age, hit_span = time - first_hit, last_hit - first_hit
+    return first_hit >= 0.0 and age >= STANDING_AFTER and hit_span >= HIT_SHARE * STANDING_AFTER
 
 
 @kernel
-def _extremes(distance):
+def _make_extremes(distance):
     """Least and greatest distance of 2^k beams from each on, of two turns, shape (2, levels, 2 n)."""
     n, levels = len(distance), 1
     while 1 << levels <= n:
@@ -229,7 +240,7 @@ def _extremes(distance):
 
 
 @leaf
-def _extremes_of(table, first, last):
+def _find_extremes(table, first, last):
     """The least and greatest distance of the beams from `first` to `last`, which may lie in the turns beside."""
     n, k = table.shape[2] // 2, 0
     if last - first >= n:
@@ -244,7 +255,7 @@ def _extremes_of(table, first, last):
 
 
 @leaf
-def _settled(first_hit, seen_free, large, square):
+def _is_known_free(first_hit, seen_free, large, square):
     """Whether all cells of a square (i, j, side) are known to be free, as they were seen last."""
     i, j, side = square
     for a in range(i, min(i + side, len(first_hit))):
@@ -255,7 +266,7 @@ def _settled(first_hit, seen_free, large, square):
 
 
 @kernel
-def _free(first_hit, seen_free, large, place, beams, distance):
+def _note_free_cells(first_hit, seen_free, large, origin_and_sensor, beams, distance):
     """Note in square grids which cells all beams near them pass: those are free now.
 
     Squares of cells whose beams all end before them, or all beyond, are not looked at cell by cell, nor what is free
@@ -263,22 +274,22 @@ def _free(first_hit, seen_free, large, place, beams, distance):
 
     Args:
         first_hit, seen_free, large: changed in place.
-        place: first cell of the grids, shape (2,), and x, y of the sensor, m.
+        origin_and_sensor: first cell of the grids, shape (2,), and x, y of the sensor, m.
         beams: bearing of the first one in the grids' frame and the step, rad, and whether they are a full circle.
         distance: up to which each sees, shape (n,), m.
     """
-    (origin, x, y), (bearing_0, increment, wrap), cells = place, beams, len(first_hit)
-    n, table = len(distance), _extremes(distance)
+    (origin, x, y), (bearing_0, increment, is_full_circle), cells = origin_and_sensor, beams, len(first_hit)
+    n, table = len(distance), _make_extremes(distance)
     half, turn_beams = 0.5 * math.sqrt(2.0) * CELL, 2.0 * math.pi / increment
-    squares, waiting = np.empty((cells * cells // SQUARE + 4 * SQUARE, 3), np.int64), 0
+    squares, square_count = np.empty((cells * cells // SQUARE + 4 * SQUARE, 3), np.int64), 0
     for i in range(0, cells, SQUARE):
         for j in range(0, cells, SQUARE):
-            squares[waiting, 0], squares[waiting, 1], squares[waiting, 2] = i, j, SQUARE
-            waiting += 1
-    while waiting > 0:
-        waiting -= 1
-        i, j, side = squares[waiting, 0], squares[waiting, 1], squares[waiting, 2]
-        if _settled(first_hit, seen_free, large, (i, j, side)):
+            squares[square_count, 0], squares[square_count, 1], squares[square_count, 2] = i, j, SQUARE
+            square_count += 1
+    while square_count > 0:
+        square_count -= 1
+        i, j, side = squares[square_count, 0], squares[square_count, 1], squares[square_count, 2]
+        if _is_known_free(first_hit, seen_free, large, (i, j, side)):
             continue
         dx, dy = (i + origin[0] + 0.5 * side) * CELL - x, (j + origin[1] + 0.5 * side) * CELL - y
         r, spread = math.sqrt(dx * dx + dy * dy), (side - 1) * half
@@ -289,16 +300,16 @@ def _free(first_hit, seen_free, large, place, beams, distance):
         if side > 1:
             width += math.asin(min(spread / max(r, spread), 1.0)) / increment + 1.0
         first, last = int(math.floor(middle - width)), int(math.ceil(middle + width))
-        least, most = _extremes_of(table, first, last)
-        known = wrap or (first >= 0 and last < n) or (side == 1 and last - first >= n)
-        ends = r + half + RANGE_SLACK
-        if known and least > (ends if side == 1 else ends + spread + 1e-9):
+        least_distance, greatest_distance = _find_extremes(table, first, last)
+        is_looked_at = is_full_circle or (first >= 0 and last < n) or (side == 1 and last - first >= n)
+        needed_distance = r + half + RANGE_SLACK
+        if is_looked_at and least_distance > (needed_distance if side == 1 else needed_distance + spread + 1e-9):
             for a in range(i, min(i + side, cells)):
                 for b in range(j, min(j + side, cells)):
                     seen_free[a, b], first_hit[a, b], large[a, b] = True, NEVER, False
-        elif side > 1 and (not known or most > ends - spread - 1e-9):
+        elif side > 1 and (not is_looked_at or greatest_distance > needed_distance - spread - 1e-9):
             for k in range(4):
                 a, b = i + k // 2 * (side // 2), j + k % 2 * (side // 2)
                 if a < cells and b < cells:
-                    squares[waiting, 0], squares[waiting, 1], squares[waiting, 2] = a, b, side // 2
-                    waiting += 1
+                    squares[square_count, 0], squares[square_count, 1], squares[square_count, 2] = a, b, side // 2
+                    square_count += 1

@@ -19,41 +19,43 @@ OCCLUSION_SPACING = 0.15
 places on the ray between the two have this spacing."""
 
 
-def grown(places: np.ndarray, radius: float) -> np.ndarray:
+def add_radius(places: np.ndarray, radius: float) -> np.ndarray:
     """Places with their radius: x, y and radius, shape (n, 3), of points, shape (n, 2), or with more radius, m."""
     radii = places[:, 2:] + radius if places.shape[1] == 3 else np.full((len(places), 1), radius)
     return np.hstack((places[:, :2], radii))
 
 
-def occlusion_points(scan: LaserScan, pose: np.ndarray) -> np.ndarray:
+def find_occlusion_points(scan: LaserScan, pose: np.ndarray) -> np.ndarray:
     """Places along the rays past the edges of occluding surfaces, with their radius, shape (n, 3), W, m.
 
     An obstacle that comes out crosses such a ray, no farther than OCCLUSION_SPACING / 2 from a place.
     The scan was taken at a pose of S in W.
     """
     bearing_0 = float(pose[2]) + scan.angle_min
-    places = _occlusion_points(scan.distances, scan.angle_increment, scan.full_circle, *pose[:2], bearing_0)
-    return grown(places, 0.5 * OCCLUSION_SPACING)
+    places = _find_occlusion_points(scan.distances, scan.angle_increment, scan.full_circle, *pose[:2], bearing_0)
+    return add_radius(places, 0.5 * OCCLUSION_SPACING)
 
 
-def view_edges(scan: LaserScan, pose: np.ndarray) -> np.ndarray:
-    """As `occlusion_points`, along the first and the last ray of a view; none if it is all around."""
+def find_view_edges(scan: LaserScan, pose: np.ndarray) -> np.ndarray:
+    """As `find_occlusion_points`, along the first and the last ray of a view; none if it is all around."""
     if scan.full_circle:
         return np.zeros((0, 3))
     rays = []
     for k, bearing in ((0, scan.angle_min), (-1, scan.angle_max)):
-        away, bearing = np.arange(0.0, scan.distances[k], OCCLUSION_SPACING), bearing + float(pose[2])
-        rays.append(pose[:2] + away[:, None] * (math.cos(bearing), math.sin(bearing)))
-    return grown(np.vstack(rays), 0.5 * OCCLUSION_SPACING)
+        distances_along, bearing = np.arange(0.0, scan.distances[k], OCCLUSION_SPACING), bearing + float(pose[2])
+        rays.append(pose[:2] + distances_along[:, None] * (math.cos(bearing), math.sin(bearing)))
+    return add_radius(np.vstack(rays), 0.5 * OCCLUSION_SPACING)
 
 
-def seen_free(scan: LaserScan, pose: np.ndarray, places: np.ndarray, slack: float) -> tuple[np.ndarray, np.ndarray]:
+def is_seen_free(
+    scan: LaserScan, pose: np.ndarray, places: np.ndarray, added_radius: float
+) -> tuple[np.ndarray, np.ndarray]:
     """Whether a scan at a pose of S in W shows places with their radius, (n, 3), to be free; shape (n,) each, bool.
 
     First: all of the disc, with this much more radius, m, is seen free. Second: as far as the lidar looks there; also
     where it does not look at the middle.
     """
-    return _seen_free(scan.beams, (*pose[:2].tolist(), float(pose[2]) + scan.angle_min), places, slack)
+    return _is_seen_free(scan.beams, (*pose[:2].tolist(), float(pose[2]) + scan.angle_min), places, added_radius)
 
 
 class Rows(NamedTuple):
@@ -63,38 +65,46 @@ class Rows(NamedTuple):
     velocity: np.ndarray
     radius: np.ndarray
     variance: np.ndarray
-    scans: np.ndarray
-    seen: np.ndarray
-    motion: np.ndarray
-    pace: np.ndarray
-    since: np.ndarray
-    drift: np.ndarray
-    swing: np.ndarray
+    scan_count: np.ndarray
+    last_seen: np.ndarray
+    moving_share: np.ndarray
+    recent_top_speed: np.ndarray
+    first_seen: np.ndarray
+    mean_velocity: np.ndarray
+    aspect_rate: np.ndarray
 
 
 @kernel
-def chosen_rows(rows, which):
+def select_rows(rows, row_indices):
     """Copies of rows by their indices; zeros where these are negative."""
     return Rows(
-        _taken(rows.position, which), _taken(rows.velocity, which), _taken(rows.radius, which),
-        _taken(rows.variance, which), _taken(rows.scans, which), _taken(rows.seen, which), _taken(rows.motion, which),
-        _taken(rows.pace, which), _taken(rows.since, which), _taken(rows.drift, which), _taken(rows.swing, which),
-    )  # fmt: skip
+        _select_values(rows.position, row_indices),
+        _select_values(rows.velocity, row_indices),
+        _select_values(rows.radius, row_indices),
+        _select_values(rows.variance, row_indices),
+        _select_values(rows.scan_count, row_indices),
+        _select_values(rows.last_seen, row_indices),
+        _select_values(rows.moving_share, row_indices),
+        _select_values(rows.recent_top_speed, row_indices),
+        _select_values(rows.first_seen, row_indices),
+        _select_values(rows.mean_velocity, row_indices),
+        _select_values(rows.aspect_rate, row_indices),
+    )
 
 
 @kernel
-def _taken(array, which):
-    out = np.zeros((len(which), *array.shape[1:]), array.dtype)
-    for k in range(len(which)):
-        if which[k] >= 0:
-            out[k] = array[which[k]]
-    return out
+def _select_values(array, row_indices):
+    chosen_values = np.zeros((len(row_indices), *array.shape[1:]), array.dtype)
+    for k in range(len(row_indices)):
+        if row_indices[k] >= 0:
+            chosen_values[k] = array[row_indices[k]]
+    return chosen_values
 
 
 @kernel
-def predicted_rows(rows, dt):
+def predict_rows(rows, dt):
     """The rows after a time, s."""
-    rows = chosen_rows(rows, np.arange(len(rows.radius)))
+    rows = select_rows(rows, np.arange(len(rows.radius)))
     for k in range(len(rows.radius)):
         p, c, v = rows.variance[k]
         rows.variance[k, 0], rows.variance[k, 1] = p + 2.0 * dt * c + dt * dt * v, c + dt * v
@@ -104,54 +114,54 @@ def predicted_rows(rows, dt):
 
 
 @kernel
-def _beam(dx, dy, pose, beams):
+def _find_beam(dx, dy, pose, beams):
     """The number, not rounded, of the beam of a scan in a direction; `pose` is that of the first beam."""
     return ((math.atan2(dy, dx) - pose[2]) % (2.0 * math.pi)) / beams.increment
 
 
 @kernel
-def seen_past(beams, pose, place):
+def is_seen_past(beams, pose, place):
     """Whether the beam nearest to a place (2,) ended behind it, or a scan did not look there.
 
     `beams` are those of a scan whose first one is at x, y and that bearing, `pose`.
     """
     dx, dy, n = place[0] - pose[0], place[1] - pose[1], len(beams.distances)
-    k = int(_beam(dx, dy, pose, beams) + 0.5)
+    k = int(_find_beam(dx, dy, pose, beams) + 0.5)
     k = k % n if beams.seam < np.inf else k
     return k >= n or beams.distances[k] > math.hypot(dx, dy)
 
 
 @kernel
-def _seen_free(beams, pose, places, slack):
-    """The loop of `seen_free`; `pose` is that of the first beam."""
-    n, wrap = len(beams.distances), beams.seam < np.inf
-    whole, looked = np.zeros(len(places), np.bool_), np.zeros(len(places), np.bool_)
+def _is_seen_free(beams, pose, places, added_radius):
+    """The loop of `is_seen_free`; `pose` is that of the first beam."""
+    n, is_full_circle = len(beams.distances), beams.seam < np.inf
+    disc_is_free, looked_part_is_free = np.zeros(len(places), np.bool_), np.zeros(len(places), np.bool_)
     for i in range(len(places)):
-        dx, dy, radius = places[i, 0] - pose[0], places[i, 1] - pose[1], places[i, 2] + slack
-        away = math.hypot(dx, dy)
-        if away <= radius:
+        dx, dy, radius = places[i, 0] - pose[0], places[i, 1] - pose[1], places[i, 2] + added_radius
+        distance = math.hypot(dx, dy)
+        if distance <= radius:
             continue
-        half = math.asin(radius / away) / beams.increment
-        middle = _beam(dx, dy, pose, beams)
-        if not wrap and middle > n - 1:
-            looked[i] = True
+        half = math.asin(radius / distance) / beams.increment
+        middle_beam = _find_beam(dx, dy, pose, beams)
+        if not is_full_circle and middle_beam > n - 1:
+            looked_part_is_free[i] = True
             continue
-        whole[i], looked[i] = True, True
-        for m in range(math.floor(middle - half), math.ceil(middle + half) + 1):
-            if wrap or 0 <= m < n:
-                looked[i] &= beams.distances[m % n] >= away + radius
+        disc_is_free[i], looked_part_is_free[i] = True, True
+        for m in range(math.floor(middle_beam - half), math.ceil(middle_beam + half) + 1):
+            if is_full_circle or 0 <= m < n:
+                looked_part_is_free[i] &= beams.distances[m % n] >= distance + radius
             else:
-                whole[i] = False
-        whole[i] &= looked[i]
-    return whole, looked
+                disc_is_free[i] = False
+        disc_is_free[i] &= looked_part_is_free[i]
+    return disc_is_free, looked_part_is_free
 
 
 @kernel
-def _occlusion_points(distance, increment, wrap, x, y, bearing_0):
+def _find_occlusion_points(distance, increment, is_full_circle, x, y, bearing_0):
     """Points (k, 2) behind the edges between beams of distances (n,), of a sensor at (x, y)."""
     n = len(distance)
     places = []
-    for k in range(n if wrap else n - 1):
+    for k in range(n if is_full_circle else n - 1):
         a, b = distance[k], distance[(k + 1) % n]
         if abs(a - b) < OCCLUSION_SPACING:
             continue

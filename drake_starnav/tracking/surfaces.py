@@ -26,93 +26,97 @@ WIDEST_SPACING = 0.05
 or more that stand side by side, seen from any side, show only nearer than that."""
 
 
-def on_large_surfaces(scan: LaserScan, width: float, range_deviation: float) -> np.ndarray:
+def find_large_surfaces(scan: LaserScan, width: float, range_deviation: float) -> np.ndarray:
     """Which hits of a scan in S are on a convex surface that is wider than `width`, m, shape (n,), bool.
 
     Lost beams do not split surfaces. The declared standard deviation of the range error, m, counts: that of the scan
     itself is no measure, as the rims of discs side by side bend as much as a noisy wall.
     """
-    notch = max(FLATNESS, NOISES * range_deviation)
-    return _on_large_surfaces(scan.beams, scan.ranges < scan.range_max, scan.bearings, width, notch)
+    notch_depth = max(FLATNESS, NOISES * range_deviation)
+    return _find_large_surfaces(scan.beams, scan.ranges < scan.range_max, scan.bearings, width, notch_depth)
 
 
 @kernel
-def _on_large_surfaces(beams, hits, bearings, width, notch):
-    """The loop of `on_large_surfaces`, of `Beams` with their bearings, shape (n,), and which of them hit something."""
-    said = np.flatnonzero(beams.kinds & LOST == 0)
-    n = len(said)
-    out, distance, cosine = np.zeros(len(hits), np.bool_), beams.distances[said], np.empty(n)
-    hit, ends = hits[said] & (distance * beams.increment <= WIDEST_SPACING), np.empty((n, 2))
+def _find_large_surfaces(beams, hits, bearings, width, notch_depth):
+    """The loop of `find_large_surfaces`, of `Beams`, their bearings (n,), and which of them hit something."""
+    valid_beams = np.flatnonzero(beams.kinds & LOST == 0)
+    n = len(valid_beams)
+    on_large_surface, distance, cosine = np.zeros(len(hits), np.bool_), beams.distances[valid_beams], np.empty(n)
+    is_hit, end_points = hits[valid_beams] & (distance * beams.increment <= WIDEST_SPACING), np.empty((n, 2))
     for k in range(n):
-        before = bearings[said[k - 1]] - (2.0 * math.pi if k == 0 else 0.0)
-        cosine[k] = math.cos(bearings[said[k]] - before)
-        ends[k, 0] = distance[k] * beams.directions[said[k], 0]
-        ends[k, 1] = distance[k] * beams.directions[said[k], 1]
-    continues = continuing(distance, hit, cosine, beams.seam < np.inf)
-    for first, count in runs(hit, continues):
-        if count == n and continues[first]:
+        previous_bearing = bearings[valid_beams[k - 1]] - (2.0 * math.pi if k == 0 else 0.0)
+        cosine[k] = math.cos(bearings[valid_beams[k]] - previous_bearing)
+        end_points[k, 0] = distance[k] * beams.directions[valid_beams[k], 0]
+        end_points[k, 1] = distance[k] * beams.directions[valid_beams[k], 1]
+    continues_surface = find_continuing(distance, is_hit, cosine, beams.seam < np.inf)
+    for first, count in find_runs(is_hit, continues_surface):
+        if count == n and continues_surface[first]:
             first = int(np.argmax(distance))  # what is all around is cut at its farthest corner
-        run = (first + np.arange(count)) % n
-        out[said[run]] = _on_wide_surface(ends[run], width, notch)
-    return out
+        run_beams = (first + np.arange(count)) % n
+        on_large_surface[valid_beams[run_beams]] = _find_wide_surface(end_points[run_beams], width, notch_depth)
+    return on_large_surface
 
 
 @kernel
-def continuing(distance, hit, cosine, wrap):
+def find_continuing(distance, is_hit, cosine, is_full_circle):
     """Which beams hit the surface that the beam before has hit, shape (n,), bool.
 
     Args:
         distance, hit: shape (n,), m and bool.
         cosine: of the angle between each beam and the one before, shape (n,).
-        wrap: whether the last beam is the one before the first.
+        is_full_circle: whether the last beam is the one before the first.
     """
     n = len(distance)
-    out = np.zeros(n, np.bool_)
-    for k in range(0 if wrap else 1, n):
+    continues_surface = np.zeros(n, np.bool_)
+    for k in range(0 if is_full_circle else 1, n):
         a, b = distance[k - 1], distance[k]
-        if hit[k] and hit[k - 1]:
-            out[k] = third_side(a, b, cosine[k]) <= max(CONNECTED, CONNECTED_PER_RANGE * min(a, b))
-    return out
+        if is_hit[k] and is_hit[k - 1]:
+            continues_surface[k] = third_side(a, b, cosine[k]) <= max(CONNECTED, CONNECTED_PER_RANGE * min(a, b))
+    return continues_surface
 
 
 @kernel
-def continuing_beams(beams, hits):
-    """`continuing` for all `Beams` of a scan, of which `hits` (n,) hit something."""
-    return continuing(beams.distances, hits, np.full(len(hits), math.cos(beams.increment)), beams.seam < np.inf)
+def find_continuing_beams(beams, is_hit):
+    """`find_continuing` for all `Beams` of a scan, of which `is_hit` (n,) hit something."""
+    return find_continuing(
+        beams.distances, is_hit, np.full(len(is_hit), math.cos(beams.increment)), beams.seam < np.inf
+    )
 
 
 @kernel
-def runs(chosen, continues):
-    """Runs of `chosen` beams (n,) of which each continues the one before, as from `continuing`.
+def find_runs(is_chosen, continues_surface):
+    """Runs of `is_chosen` beams (n,) of which each continues the one before, as from `find_continuing`.
 
     Returns:
         The first beam of each and how many they are, shape (k, 2); after the last beam of a scan comes the first.
     """
-    n = len(chosen)
-    out, found, first = np.empty((n, 2), np.int64), 0, 0
-    while first < n and not (chosen[first] and not (continues[first] and chosen[first - 1])):
-        first += 1
-    first %= n  # none begins: there is none, or one all around
-    count = 0
-    for m in range(first, first + n):
-        k, after = m % n, (m + 1) % n
-        if chosen[k]:
-            count += 1
-            if m + 1 == first + n or not (chosen[after] and continues[after]):
-                out[found, 0], out[found, 1] = (m + 1 - count) % n, count
-                found, count = found + 1, 0
-    return out[:found]
+    n = len(is_chosen)
+    found_runs, run_count, first_beam = np.empty((n, 2), np.int64), 0, 0
+    while first_beam < n and not (
+        is_chosen[first_beam] and not (continues_surface[first_beam] and is_chosen[first_beam - 1])
+    ):
+        first_beam += 1
+    first_beam %= n  # none begins: there is none, or one all around
+    beam_count = 0
+    for m in range(first_beam, first_beam + n):
+        k, next_beam = m % n, (m + 1) % n
+        if is_chosen[k]:
+            beam_count += 1
+            if m + 1 == first_beam + n or not (is_chosen[next_beam] and continues_surface[next_beam]):
+                found_runs[run_count, 0], found_runs[run_count, 1] = (m + 1 - beam_count) % n, beam_count
+                run_count, beam_count = run_count + 1, 0
+    return found_runs[:run_count]
 
 
 @kernel
-def run_chord(distance, increment, first, count):
+def measure_chord(distance, increment, first, count):
     """Distance between the first and the last hit of a run of beams, m."""
-    last = (first + count - 1) % len(distance)
-    return third_side(distance[first], distance[last], math.cos((count - 1) * increment))
+    last_beam = (first + count - 1) % len(distance)
+    return third_side(distance[first], distance[last_beam], math.cos((count - 1) * increment))
 
 
 @kernel
-def _on_wide_surface(points, width, notch):
+def _find_wide_surface(points, width, notch):
     """Which of some connected hits, points (k, 2), are on a wide convex surface, shape (k,), bool."""
     out, corner = np.zeros(len(points), np.bool_), _corners(points, notch)
     begin = 0  # index of the corner that the present surface begins at

@@ -9,16 +9,16 @@ import numpy as np
 
 from drake_starnav.lidar.deskew import deskewed
 from drake_starnav.lidar.laser_scan import DYNAMIC, LaserScan
-from drake_starnav.tracking.kalman_tracks import Tracks, updated
+from drake_starnav.tracking.kalman_tracks import Tracks, update_tracks
 from drake_starnav.tracking.occupancy_history import OccupancyHistory
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
-from drake_starnav.tracking.prediction import Rows, grown, seen_free, view_edges
-from drake_starnav.tracking.surfaces import on_large_surfaces
+from drake_starnav.tracking.prediction import Rows, add_radius, find_view_edges, is_seen_free
+from drake_starnav.tracking.surfaces import find_large_surfaces
 from drake_starnav.utils.snapshot import replaced, snapshot
 
 _BLIND = LaserScan(0.0, -1.0, 1.0, 0.0, 1.0, np.full(3, np.nan), lost_beams=True)
 """A scan of lost beams only, which carries no information."""
-LISTS = ("hits", "owner", "standing", "occlusions")
+LISTS = ("hits", "hit_track", "possible_starters", "occlusion_discs")
 """What `Tracks` hold beside `Rows`."""
 
 
@@ -37,7 +37,7 @@ class TrackedObstacles(NamedTuple):
 
 
 @snapshot
-class Tracked:
+class TrackerState:
     """The tracker's state after a scan. Immutable.
 
     Attributes:
@@ -54,32 +54,34 @@ class Tracked:
 
 
 def track(
-    before: Tracked,
+    previous_state: TrackerState,
     scan: LaserScan,
     pose: np.ndarray,
     parameters: DynamicObstacleParameters,
     range_deviation: float = 0.0,
-) -> Tracked:
+) -> TrackerState:
     """The state after one more scan.
 
     Args:
-        before: the state until then; it is not changed.
+        previous_state: the state until then; it is not changed.
         scan: the latest, in the sensor frame S; a rolling one is de-skewed.
         pose: (x, y, yaw) of S in W when it was taken.
         parameters: what is declared.
         range_deviation: declared standard deviation of the range error, m.
     """
-    if scan.time_increment and before.grid is not None:
-        scan = deskewed(scan, before.pose, before.scan.time, pose)
-    grid = before.grid or OccupancyHistory.about(pose[:2], scan.range_max)
-    large = on_large_surfaces(scan, 2.0 * parameters.max_radius, range_deviation)
-    judged = grid.judged(scan, pose, large, parameters)
-    tracks, reported = updated(before.tracks, scan, judged, pose, parameters)
-    scan = replaced(scan, motion=reported)
-    return Tracked(grid.updated(scan, pose, large & (judged.motion != DYNAMIC)), tracks, scan, pose)
+    if scan.time_increment and previous_state.grid is not None:
+        scan = deskewed(scan, previous_state.pose, previous_state.scan.time, pose)
+    grid = previous_state.grid or OccupancyHistory.make_around(pose[:2], scan.range_max)
+    on_large_surface = find_large_surfaces(scan, 2.0 * parameters.max_radius, range_deviation)
+    beam_motion = grid.classify_beams(scan, pose, on_large_surface, parameters)
+    tracks, reported_motion = update_tracks(previous_state.tracks, scan, beam_motion, pose, parameters)
+    scan = replaced(scan, motion=reported_motion)
+    return TrackerState(
+        grid.add_scan(scan, pose, on_large_surface & (beam_motion.motion != DYNAMIC)), tracks, scan, pose
+    )
 
 
-def joint_tracks(states: Sequence[Tracked], parameters: DynamicObstacleParameters) -> Tracks:
+def join_tracks(states: Sequence[TrackerState], parameters: DynamicObstacleParameters) -> Tracks:
     """The tracks of several lidars as of the newest scan; those of a single lidar as they are.
 
     Each lidar tracks what it sees, also what another sees. What it saw earlier may have moved since then, no farther
@@ -88,43 +90,49 @@ def joint_tracks(states: Sequence[Tracked], parameters: DynamicObstacleParameter
     """
     if len(states) == 1:
         return states[0].tracks
-    seen = [each for each in states if each.grid is not None]
-    if not seen:
+    sighted_states = [state for state in states if state.grid is not None]
+    if not sighted_states:
         return states[0].tracks
-    time, parts, rows = max(each.tracks.time for each in seen), [], 0
-    for each in seen:
-        hidden = _hidden(each, [other for other in seen if other is not each], parameters)
-        tracks = dataclasses.replace(each.tracks, occlusions=hidden)
-        parts.append(_at(time, tracks, parameters.max_speed, rows))
-        rows += len(tracks)
-    fields = {name: np.concatenate([getattr(part, name) for part in parts]) for name in (*Rows._fields, *LISTS)}
-    return Tracks(time=time, origin=parts[0].origin, **fields)
+    time, tracks_of_lidars, row_count = max(state.tracks.time for state in sighted_states), [], 0
+    for state in sighted_states:
+        occlusion_discs = _find_hidden_edges(
+            state, [other for other in sighted_states if other is not state], parameters
+        )
+        tracks = dataclasses.replace(state.tracks, occlusion_discs=occlusion_discs)
+        tracks_of_lidars.append(_predict_tracks(time, tracks, parameters.max_speed, row_count))
+        row_count += len(tracks)
+    columns = {
+        name: np.concatenate([getattr(tracks, name) for tracks in tracks_of_lidars]) for name in (*Rows._fields, *LISTS)
+    }
+    return Tracks(time=time, origin=tracks_of_lidars[0].origin, **columns)
 
 
-def _at(time: float, tracks: Tracks, max_speed: float, first: int) -> Tracks:
+def _predict_tracks(time: float, tracks: Tracks, max_speed: float, first_row: int) -> Tracks:
     """The tracks of a lidar at a later time, s, where the first of them becomes this row of all."""
-    ago = time - tracks.time
-    spread, moved = max_speed * ago, tracks.expected_velocity * ago
+    elapsed_time = time - tracks.time
+    added_radius, displacement = max_speed * elapsed_time, tracks.expected_velocity * elapsed_time
     return dataclasses.replace(
         tracks,
         time=time,
-        position=tracks.position + moved,
-        seen=tracks.seen + ago,
-        hits=grown(tracks.hits, spread),
-        standing=grown(tracks.standing, spread),
-        occlusions=grown(tracks.occlusions, spread),
-        owner=np.where(tracks.owner < 0, -1, tracks.owner + first),
+        position=tracks.position + displacement,
+        last_seen=tracks.last_seen + elapsed_time,
+        hits=add_radius(tracks.hits, added_radius),
+        possible_starters=add_radius(tracks.possible_starters, added_radius),
+        occlusion_discs=add_radius(tracks.occlusion_discs, added_radius),
+        hit_track=np.where(tracks.hit_track < 0, -1, tracks.hit_track + first_row),
     )
 
 
-def _hidden(tracked: Tracked, others: Sequence[Tracked], parameters: DynamicObstacleParameters) -> np.ndarray:
-    """Edges of what neither a lidar nor the others see, places with their radius, shape (n, 3), for `joint_tracks`."""
+def _find_hidden_edges(
+    tracked: TrackerState, other_states: Sequence[TrackerState], parameters: DynamicObstacleParameters
+) -> np.ndarray:
+    """Edges of what neither a lidar nor the others see, places with their radius, shape (n, 3), for `join_tracks`."""
     if not parameters.guarded:
-        return tracked.tracks.occlusions
-    shadows, edges = tracked.tracks.occlusions, view_edges(tracked.scan, tracked.pose)
-    open_shadows, open_edges = np.ones(len(shadows), bool), np.zeros(len(edges), bool)
-    for other in others:
-        slack = parameters.max_speed * abs(tracked.tracks.time - other.tracks.time)
-        open_shadows &= ~seen_free(other.scan, other.pose, shadows, slack)[0]
-        open_edges |= ~seen_free(other.scan, other.pose, edges, slack)[1]
-    return np.vstack((shadows[open_shadows], edges[open_edges]))
+        return tracked.tracks.occlusion_discs
+    occlusion_discs, view_edge_discs = tracked.tracks.occlusion_discs, find_view_edges(tracked.scan, tracked.pose)
+    hidden_occlusions, hidden_edges = np.ones(len(occlusion_discs), bool), np.zeros(len(view_edge_discs), bool)
+    for other_state in other_states:
+        added_radius = parameters.max_speed * abs(tracked.tracks.time - other_state.tracks.time)
+        hidden_occlusions &= ~is_seen_free(other_state.scan, other_state.pose, occlusion_discs, added_radius)[0]
+        hidden_edges |= ~is_seen_free(other_state.scan, other_state.pose, view_edge_discs, added_radius)[1]
+    return np.vstack((occlusion_discs[hidden_occlusions], view_edge_discs[hidden_edges]))

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from drake_starnav.control import ControllerInputs, ControllerParameters
-from drake_starnav.control.avoidance import avoid_collision, thinned_places
+from drake_starnav.control.avoidance import Scene, avoid_collision, list_manoeuvres, thinned_places, velocity_around
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.motion import roll_out
@@ -16,7 +16,7 @@ from drake_starnav.surroundings.star_region import scan_region, unite_regions
 from drake_starnav.surroundings.surroundings import Surroundings
 from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
-from drake_starnav.tracking.prediction import grown
+from drake_starnav.tracking.prediction import add_radius
 from drake_starnav.tracking.tracker import TrackedObstacles
 from tests.helpers.motions import actuation
 from tests.helpers.scans import MARGINS, cast, observe_scan
@@ -38,15 +38,15 @@ def obstacle(position: tuple[float, float], velocity: tuple[float, float]) -> Tr
         position=place,
         velocity=moving,
         radius=np.array([RADIUS]),
-        scans=np.array([30]),
-        seen=np.zeros(1),
-        motion=np.ones(1),
-        pace=np.hypot(*moving.T),
-        since=np.zeros(1),
-        drift=moving,
-        swing=np.zeros(1),
-        hits=grown(place + RADIUS * np.column_stack((np.cos(angle), np.sin(angle))), 0.0),
-        owner=np.zeros(40, np.int64),
+        scan_count=np.array([30]),
+        last_seen=np.zeros(1),
+        moving_share=np.ones(1),
+        recent_top_speed=np.hypot(*moving.T),
+        first_seen=np.zeros(1),
+        mean_velocity=moving,
+        aspect_rate=np.zeros(1),
+        hits=add_radius(place + RADIUS * np.column_stack((np.cos(angle), np.sin(angle))), 0.0),
+        hit_track=np.zeros(40, np.int64),
     )
 
 
@@ -93,11 +93,28 @@ def test_without_a_certified_manoeuvre_there_is_none() -> None:
     assert avoided(obstacle((0.8, 0.0), (-0.6, 0.0)), twist=(0.8, 0.0), star=Surroundings.unknown()) is None
 
 
+def test_the_way_round_is_one_of_the_manoeuvres_if_it_is_wanted() -> None:
+    """Round one who comes from ahead on the left, it leads to the right."""
+    tracks, limits, still = obstacle((1.5, 0.3), (-0.6, 0.0)), ROBOT.limits, np.zeros(2)
+    obstacles = TrackedObstacles(tracks, 0.0, OBSTACLES)
+    regions, star = known()
+    among = Scene.of(ControllerInputs(np.zeros(3), still, Guidance(PATH, True, regions), star), obstacles, ROBOT)
+    aside = velocity_around(np.zeros(3), PATH, among, ROBOT)
+    assert aside is not None
+    assert aside[1] < 0.0
+    row = list_manoeuvres(still, limits, aside)[-1]
+    assert row["heading"] == math.atan2(aside[1], aside[0])
+    assert 0.0 < row["speed"] <= ROBOT.max_speed
+    assert velocity_around(np.zeros(3), np.zeros((0, 2)), among, ROBOT) is None
+    assert len(list_manoeuvres(still, limits)) == len(list_manoeuvres(still, limits, aside)) - 1
+
+
 def standing(x: float, y: float, radius: float = 0.2) -> Tracks:
     """A column that might start."""
     angle = np.linspace(0.0, 2.0 * math.pi, 60, endpoint=False)
     return Tracks(
-        time=0.0, standing=grown(np.array((x, y)) + radius * np.column_stack((np.cos(angle), np.sin(angle))), 0.0)
+        time=0.0,
+        possible_starters=add_radius(np.array((x, y)) + radius * np.column_stack((np.cos(angle), np.sin(angle))), 0.0),
     )
 
 
@@ -109,7 +126,7 @@ def test_where_the_path_leads_too_near_by_what_might_start_another_way_is_found(
 
 
 def test_what_stands_is_foreseen_as_few_places() -> None:
-    places = standing(1.0, 0.0).standing[:, :2]
+    places = standing(1.0, 0.0).possible_starters[:, :2]
     kept = thinned_places(places, np.zeros(2), 1.1, 0.1)
     assert 3 < len(kept) < 20
     apart = np.hypot(*(kept[:, None] - kept).transpose(2, 0, 1)) + np.eye(len(kept))

@@ -13,7 +13,7 @@ from drake_starnav.safety.certificates import standard_certificates
 from drake_starnav.safety.shield import certified_twist, ramped_twist
 from drake_starnav.surroundings.perception import PerceptionSettings, PerceptionState, perceive
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
-from drake_starnav.tracking.tracker import Tracked, TrackedObstacles, track
+from drake_starnav.tracking.tracker import TrackedObstacles, TrackerState, track
 from tests.helpers.motions import actuation
 from tests.helpers.scans import MARGINS
 from tests.helpers.scenes import PERIOD, Scene, hall, moved
@@ -56,7 +56,7 @@ def drive(
     """Drive from a pose to a goal (2,)."""
     rng = np.random.default_rng(seed)
     pose, twist = np.array(start, dtype=float), np.zeros(2)
-    known, perceived = Tracked(), PerceptionState.initial()
+    known, perceived = TrackerState(), PerceptionState.initial()
     plan = PlannerState.initial(PLANNER, robot.radius)
     tick = PERIOD / TICKS
     poses = [pose]

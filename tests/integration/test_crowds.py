@@ -13,7 +13,7 @@ from drake_starnav.robot import RobotParameters
 from drake_starnav.surroundings.surroundings import Surroundings
 from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
-from drake_starnav.tracking.prediction import grown
+from drake_starnav.tracking.prediction import add_radius
 from drake_starnav.tracking.tracker import TrackedObstacles
 from tests.helpers.loop import CONTROLLER, ROBOT, command, drive, pacing
 from tests.helpers.scans import seeds
@@ -77,7 +77,7 @@ def test_nothing_that_moved_is_left_in_the_roadmap() -> None:
 def test_it_brakes_where_nothing_can_be_certified() -> None:
     angle = np.linspace(0.0, 2.0 * math.pi, 90)
     ring = 0.35 * np.column_stack((np.cos(angle), np.sin(angle)))
-    tracks = Tracks(time=0.0, hits=grown(ring, 0.0), owner=np.full(len(ring), -1))
+    tracks = Tracks(time=0.0, hits=add_radius(ring, 0.0), hit_track=np.full(len(ring), -1))
     twist = np.array((0.4, 0.1))
     inputs = ControllerInputs(np.zeros(3), twist, Guidance.none(), Surroundings.unknown())
     driven = command(inputs, TrackedObstacles(tracks, 0.0, STRICT))

@@ -10,7 +10,7 @@ from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.motion import roll_out
 from drake_starnav.safety.moving_certificate import MOVING_MARGIN, STANDING_SPEED, MovingCertificate, reachable_discs
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
-from drake_starnav.tracking.tracker import Tracked, track
+from drake_starnav.tracking.tracker import TrackerState, track
 from drake_starnav.worlds.clearance import clearance
 from drake_starnav.worlds.world import World
 from tests.helpers.loop import drive
@@ -69,7 +69,7 @@ def struck_while_driving(seed: int, caution: float, duration: float = 8.0) -> bo
     radii = rng.uniform(0.15, 0.6, 4)
     centers, reach, waits = standing_places(rng, radii), rng.uniform(0.1, 1.2, 4), rng.choice((0.0, 2.5), 4)
     started = np.zeros(4, bool)
-    pose, twist, desired, known = np.array((0.0, 0.0, rng.uniform(-3.0, 3.0))), np.zeros(2), np.zeros(2), Tracked()
+    pose, twist, desired, known = np.array((0.0, 0.0, rng.uniform(-3.0, 3.0))), np.zeros(2), np.zeros(2), TrackerState()
     tick = PERIOD / TICKS
     for k in range(round(duration / tick)):
         time = k * tick

@@ -15,7 +15,7 @@ from drake_starnav.surroundings.surroundings import Surroundings
 from drake_starnav.surroundings.view_history import Odometer, ViewHistory
 from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
-from drake_starnav.tracking.prediction import grown
+from drake_starnav.tracking.prediction import add_radius
 from drake_starnav.tracking.tracker import TrackedObstacles
 from drake_starnav.utils.snapshot import replaced
 from tests.helpers.motions import actuation, only_star
@@ -25,7 +25,7 @@ from tests.helpers.scenes import hall
 ROBOT = RobotParameters()
 OBSTACLES = DynamicObstacleParameters(max_speed=0.8)
 NOTHING = Tracks(time=0.0)
-AHEAD = Tracks(time=0.0, hits=np.array([(0.7, 0.0, 0.0)]), owner=np.array([-1]))
+AHEAD = Tracks(time=0.0, hits=np.array([(0.7, 0.0, 0.0)]), hit_track=np.array([-1]))
 
 
 def accepts(
@@ -70,7 +70,7 @@ def test_all_certificates_are_asked_for_all_that_is_declared(seed: int, margin: 
     rng = np.random.default_rng(seed)
     hits = rng.uniform(-1.2, 1.2, (8, 2))
     star = of_hits(hits[np.hypot(*hits.T) > 0.3], np.full(8, 0.5), reach=0.8)
-    tracks = Tracks(time=0.0, hits=grown(rng.uniform(-2.0, 2.0, (1, 2)), 0.0), owner=np.array([-1]))
+    tracks = Tracks(time=0.0, hits=add_radius(rng.uniform(-2.0, 2.0, (1, 2)), 0.0), hit_track=np.array([-1]))
     tracked = TrackedObstacles(tracks, rng.uniform(0.0, 0.3), OBSTACLES)
     pose, twist = rng.uniform(-0.2, 0.2, 3), rng.uniform((0.0, -2.0), (0.8, 2.0))
     commands = actuation(ROBOT, hold=0.1, delay=delay)

@@ -22,7 +22,7 @@ from drake_starnav.safety.moving_certificate import (
 from drake_starnav.safety.shield import braking_twist
 from drake_starnav.tracking.kalman_tracks import SETTLED_AFTER, Tracks
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
-from drake_starnav.tracking.prediction import OCCLUSION_SPACING, grown
+from drake_starnav.tracking.prediction import OCCLUSION_SPACING, add_radius
 from drake_starnav.tracking.tracker import TrackedObstacles
 from drake_starnav.worlds.moving_obstacles import MovingObstacles, moving_obstacle_clearance
 from tests.helpers.motions import limited_twist
@@ -47,7 +47,7 @@ def rim(centers: np.ndarray, radius: float) -> np.ndarray:
 def seen(centers: np.ndarray, radius: float, time: float = 0.0) -> Tracks:
     """Hits of which nothing else is known."""
     hits = rim(centers, radius)
-    return Tracks(time=time, hits=grown(hits, 0.0), owner=np.full(len(hits), -1))
+    return Tracks(time=time, hits=add_radius(hits, 0.0), hit_track=np.full(len(hits), -1))
 
 
 def stays_clear(pose, twist, desired, certificate: MovingCertificate, hold: float = PERIOD, delay: float = 0.0) -> bool:
@@ -165,8 +165,8 @@ def least_room(pose, twist, desired, hold: float, delay: float, rows: np.ndarray
     for k in range(1, len(speed)):
         if max(speed[k], speed[k - 1]) >= STANDING_SPEED:
             time = age + motion.time[k]
-            places, grown = rows[:, :2] + time * rows[:, 2:4], rows[:, 5] + time * rows[:, 4]
-            least = min(least, float((np.hypot(*(places - motion.position[k]).T) - grown).min()))
+            places, add_radius = rows[:, :2] + time * rows[:, 2:4], rows[:, 5] + time * rows[:, 4]
+            least = min(least, float((np.hypot(*(places - motion.position[k]).T) - add_radius).min()))
         if k >= motion.braking and speed[k] < STANDING_SPEED:
             break
     return least
@@ -187,8 +187,8 @@ def test_reachable_discs_go_where_their_tracks_say_and_grow_meanwhile(seed: int,
 def room(places: np.ndarray, times: np.ndarray, rows: np.ndarray) -> np.ndarray:
     """Distance of the robot at each place and time to what may be nearest by then, shape (n,), m; exact."""
     centers = rows[:, :2] + times[:, None, None] * rows[:, 2:4]
-    grown = rows[:, 5] + times[:, None] * rows[:, 4]
-    return (np.hypot(*np.moveaxis(centers - places[:, None], -1, 0)) - grown).min(axis=1)
+    add_radius = rows[:, 5] + times[:, None] * rows[:, 4]
+    return (np.hypot(*np.moveaxis(centers - places[:, None], -1, 0)) - add_radius).min(axis=1)
 
 
 @settings(max_examples=400)
@@ -237,7 +237,7 @@ def test_what_is_not_near_could_not_have_come_near(seed) -> None:
     )
     for spare in (-1e-3, 1e-3):  # a hit ahead that just comes too near, or just does not
         hit = place + (9.0 - needed.min() + RADIUS + MARGIN_M + spare) * ahead
-        tracks = Tracks(time=0.0, hits=grown(hit[None], 0.0), owner=np.array([-1]))
+        tracks = Tracks(time=0.0, hits=add_radius(hit[None], 0.0), hit_track=np.array([-1]))
         everything = MovingCertificate(reachable_discs(tracks, obstacles), MARGIN_M, age, ESCAPE_M)
         near_by = MovingCertificate.near(TrackedObstacles(tracks, age, obstacles), place, acting)
         assert near_by.accepts(driven) == everything.accepts(driven)
@@ -249,7 +249,7 @@ def test_what_cannot_come_near_at_full_speed_while_the_robot_stops_is_left_out()
     acting = Actuation(LIMITS, disc(RADIUS), 0.3, 0.1)
     farthest = RADIUS + MARGIN_M + (0.8 + 0.8) * (0.2 + 0.1 + 0.3 + 0.8)
     hits = np.array([(1.0, 2.0 + farthest - 1e-6), (1.0, 2.0 - farthest - 1e-6)])
-    tracked = TrackedObstacles(Tracks(time=0.0, hits=grown(hits, 0.0), owner=np.full(2, -1)), 0.2, OBSTACLES)
+    tracked = TrackedObstacles(Tracks(time=0.0, hits=add_radius(hits, 0.0), hit_track=np.full(2, -1)), 0.2, OBSTACLES)
     np.testing.assert_array_equal(MovingCertificate.near(tracked, np.array((1.0, 2.0)), acting).discs[:, :2], hits[:1])
 
 
@@ -278,7 +278,7 @@ def test_in_long_steps_it_is_no_less_noticed_what_comes_near_meanwhile(way, spee
 @pytest.mark.parametrize(("gap", "accepted"), [(MARGIN_M - 0.5 * 0.02, True), (MARGIN_M - 1.5 * 0.02, False)])
 def test_no_robot_makes_way_that_is_nearer_than_a_centimetre(gap: float, accepted: bool) -> None:
     still = np.array([(RADIUS + gap, 0.0, 0.0, 0.0, 0.0, 0.0)])
-    tracked = Tracks(time=0.0, hits=grown(still[:, :2], 0.0), owner=np.array([-1]))
+    tracked = Tracks(time=0.0, hits=add_radius(still[:, :2], 0.0), hit_track=np.array([-1]))
     slow = DynamicObstacleParameters(max_speed=1e-3, caution=1.0)
     commands = Actuation(LIMITS, disc(RADIUS), PERIOD, 0.0)
     certificate = MovingCertificate.near(TrackedObstacles(tracked, 0.0, slow), np.zeros(2), commands)
@@ -306,14 +306,14 @@ def test_tracks_are_trusted_as_far_as_caution_leaves_and_they_are_known_for_long
         position=np.array([(1.0, 0.0), (4.0, 0.0), (7.0, 0.0), (9.0, 0.0)]),
         velocity=np.array([(0.5, 0.1), (0.0, 0.5), (0.5, 0.0), (0.5, 0.0)]),
         radius=np.array([0.2, 0.3, 0.4, 0.4]),
-        scans=np.array([20, 20, SETTLED_AFTER - 1, SETTLED_AFTER - 1]),
-        seen=np.array([0.5, 1.0, 1.0, 0.5]),
-        motion=np.ones(4),
-        pace=np.full(4, 0.5),
+        scan_count=np.array([20, 20, SETTLED_AFTER - 1, SETTLED_AFTER - 1]),
+        last_seen=np.array([0.5, 1.0, 1.0, 0.5]),
+        moving_share=np.ones(4),
+        recent_top_speed=np.full(4, 0.5),
         hits=np.array([(2.0, 2.0, 0.0), (3.8, 0.0, 0.0), (6.8, 0.0, 0.0)]),
-        owner=np.array([-1, 1, 2]),
+        hit_track=np.array([-1, 1, 2]),
     )
-    assert tracks.confirmed.all()
+    assert tracks.is_confirmed.all()
     rows = reachable_discs(tracks, DynamicObstacleParameters(max_speed=0.8, caution=caution))
     trusted, cautious = 1.0 - caution, 0.8 * caution
     expected = [
@@ -330,7 +330,9 @@ def test_tracks_are_trusted_as_far_as_caution_leaves_and_they_are_known_for_long
 
 
 def test_what_stands_may_start_and_what_is_hidden_may_come_out() -> None:
-    tracks = Tracks(time=0.0, standing=np.array([(1.0, 0.0, 0.0)]), occlusions=np.array([(3.0, 1.0, 0.075)]))
+    tracks = Tracks(
+        time=0.0, possible_starters=np.array([(1.0, 0.0, 0.0)]), occlusion_discs=np.array([(3.0, 1.0, 0.075)])
+    )
     stands, hides = reachable_discs(tracks, OBSTACLES)
     np.testing.assert_allclose(stands, (1.0, 0.0, 0.0, 0.0, 0.8, 0.0))
     np.testing.assert_allclose(hides, (3.0, 1.0, 0.0, 0.0, 0.8, 0.5 * OCCLUSION_SPACING))

@@ -160,9 +160,9 @@ def test_lidars_of_any_rates_track_what_moves(model: str, rate: float, caution: 
     simulator.AdvanceTo(1.5)
     tracker = diagram.navigation.tracker
     tracks = tracker.GetOutputPort("tracks").Eval(tracker.GetMyContextFromRoot(simulator.get_context()))
-    assert tracks.confirmed.any() and (len(tracks.occlusions) > 0) == (caution == 1.0)
+    assert tracks.is_confirmed.any() and (len(tracks.occlusion_discs) > 0) == (caution == 1.0)
     (places,), _ = moving_obstacle_states(diagram.navigation.world.moving_obstacles, np.array([tracks.time]))
-    assert all(np.hypot(*(places - each).T).min() < 0.15 for each in tracks.position[tracks.confirmed])
+    assert all(np.hypot(*(places - each).T).min() < 0.15 for each in tracks.position[tracks.is_confirmed])
 
 
 @pytest.mark.slow

@@ -17,7 +17,7 @@ from drake_starnav.navigation import make_diagram
 from drake_starnav.scenario.scenario_file import parse_scenario
 from drake_starnav.systems.obstacle_tracker import ObstacleTracker
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
-from drake_starnav.tracking.tracker import Tracked, track
+from drake_starnav.tracking.tracker import TrackerState, track
 from tests.helpers.scans import silence
 from tests.helpers.scenes import PERIOD, Scene, hall, straight
 
@@ -47,13 +47,13 @@ def started() -> tuple[Simulator, ObstacleTracker, Context]:
 def test_it_tracks_as_the_function_does() -> None:
     simulator, system, context = started()
     advance(simulator, system, context, 30)
-    known = Tracked()
+    known = TrackerState()
     for k in range(30):
         known = track(known, SCENE.scan(k * PERIOD, np.zeros(3)), np.zeros(3), OBSTACLES)
     tracks = system.GetOutputPort("tracks").Eval(context)
     for name in vars(tracks):
         np.testing.assert_array_equal(getattr(tracks, name), getattr(known.tracks, name))
-    assert tracks.confirmed.sum() == 1
+    assert tracks.is_confirmed.sum() == 1
     scan = system.GetOutputPort("scan").Eval(context)
     assert (scan.motion == DYNAMIC).any()
     np.testing.assert_array_equal(scan.ranges, SCENE.scan(29 * PERIOD, np.zeros(3)).ranges)
@@ -100,8 +100,8 @@ def test_what_moves_is_tracked_where_it_is_wherever_the_lidar_is_mounted(mount: 
         system.GetInputPort("scan").FixValue(context, Value(scan))
         simulator.AdvanceTo((k + 0.2) * PERIOD)
     tracks, out = (system.GetOutputPort(name).Eval(context) for name in ("tracks", "scan"))
-    assert tracks.confirmed.sum() == 1
-    assert math.dist(tracks.position[tracks.confirmed][0], SCENE.at(29 * PERIOD)[0]) < 0.06
+    assert tracks.is_confirmed.sum() == 1
+    assert math.dist(tracks.position[tracks.is_confirmed][0], SCENE.at(29 * PERIOD)[0]) < 0.06
     np.testing.assert_array_equal(out.ranges, scan.ranges)
     assert out.angle_min == pytest.approx(scan.angle_min) and (out.motion == DYNAMIC).sum() > 5
     moving = scan.points(composed(pose, mount[:3]))[out.motion[scan.hits] == DYNAMIC] if not mount.upside_down else []

@@ -14,7 +14,7 @@ from drake_starnav.surroundings.surroundings import Surroundings
 from drake_starnav.systems.twist_shield import TwistShield, Unshielded
 from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
-from drake_starnav.tracking.prediction import grown
+from drake_starnav.tracking.prediction import add_radius
 from drake_starnav.utils.stopwatch import Stopwatch
 from tests.helpers.motions import only_star
 from tests.helpers.scans import MARGINS
@@ -139,7 +139,7 @@ def test_what_may_move_has_had_time_to_come_since_the_scan_until_the_state(
     place, yaw = np.array((1.0, 2.0)), 0.5
     obstacles = DynamicObstacleParameters(max_speed=0.8, caution=1.0)
     ahead = place + distance * np.array((np.cos(yaw), np.sin(yaw)))
-    tracks = Tracks(time=now - scan_age, hits=grown(ahead[None], 0.0), owner=np.array([-1]))
+    tracks = Tracks(time=now - scan_age, hits=add_radius(ahead[None], 0.0), hit_track=np.array([-1]))
     wide = only_star(np.full(720, 5.0), place)
     ahead_of_time = {} if lead is None else {"state_lead": lead}
     simulator = shielding([0.5, 0.0], wide, (*place, yaw), tracks=tracks, obstacles=obstacles, **ahead_of_time)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, LaserScan
-from drake_starnav.tracking.clusters import clusters, first_disc, fitted_center, fitted_radius
+from drake_starnav.tracking.clusters import estimate_disc, find_clusters, fit_center, fit_radius
 from tests.helpers.scans import cast
 from tests.helpers.scenes import hall
 
@@ -29,13 +29,13 @@ def moving_clusters(scan: LaserScan, motion: np.ndarray) -> list[np.ndarray]:
 
 def parts(scan: LaserScan, doubtful: np.ndarray, may_start: np.ndarray, largest: float) -> list[np.ndarray]:
     """The beams of each cluster."""
-    found = clusters(scan.beams, doubtful, may_start, largest).tolist()
+    found = find_clusters(scan.beams, doubtful, may_start, largest).tolist()
     return [(first + np.arange(count)) % len(doubtful) for first, count in found]
 
 
 def shown(scan: LaserScan, run: np.ndarray, points: np.ndarray) -> tuple[float, float, float, bool]:
     """The disc that a cluster shows from the origin."""
-    return first_disc(scan.beams, np.array((run[0], len(run))), points, np.zeros(2), LARGEST)
+    return estimate_disc(scan.beams, np.array((run[0], len(run))), points, np.zeros(2), LARGEST)
 
 
 @pytest.mark.parametrize("bearing", np.linspace(-math.pi, math.pi, 7))
@@ -80,14 +80,14 @@ def test_what_stands_and_may_start_is_a_cluster_but_parts_from_what_moves_if_bot
 def test_the_centre_is_found_from_a_part_of_the_rim() -> None:
     angle = np.linspace(2.0, 3.0, 8)
     rim = np.array((1.0, 2.0)) + 0.4 * np.column_stack((np.cos(angle), np.sin(angle)))
-    np.testing.assert_allclose(fitted_center(rim, np.array((1.1, 1.95)), 0.4), (1.0, 2.0), atol=0.02)
+    np.testing.assert_allclose(fit_center(rim, np.array((1.1, 1.95)), 0.4), (1.0, 2.0), atol=0.02)
 
 
 def test_the_radius_is_found_from_a_part_of_the_rim_and_kept_where_that_is_too_short() -> None:
     rim = np.array((1.0, 2.0)) + 0.4 * np.column_stack((np.cos(a := np.linspace(2.0, 3.5, 20)), np.sin(a)))
     start = np.array((1.05, 1.95))
-    assert fitted_radius(rim, start, 0.3, 0.01) == pytest.approx(0.4, abs=0.02)
-    assert fitted_radius(rim[:2], start, 0.3, 0.2) == pytest.approx(0.3, abs=0.06)
+    assert fit_radius(rim, start, 0.3, 0.01) == pytest.approx(0.4, abs=0.02)
+    assert fit_radius(rim[:2], start, 0.3, 0.2) == pytest.approx(0.3, abs=0.06)
 
 
 def test_a_disc_with_sides_out_of_range_is_not_whole() -> None:

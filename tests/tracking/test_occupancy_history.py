@@ -15,7 +15,7 @@ from drake_starnav.tracking.occupancy_history import (
     RANGE_SLACK,
     STANDING_AFTER,
     OccupancyHistory,
-    _free,
+    _note_free_cells,
 )
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from tests.helpers.scans import scattered, seeds
@@ -33,42 +33,42 @@ def test_in_a_static_world_hardly_a_beam_moves_for_a_moving_robot_with_noise(see
     rng = np.random.default_rng(seed)
     world = Scene(scattered(rng), (), lambda t: np.zeros((0, 2)))
     pose, twist = np.zeros(3), np.array((rng.uniform(0.1, 0.3), rng.uniform(-1.0, 1.0)))
-    grid = OccupancyHistory.about(pose[:2], 6.0)
+    grid = OccupancyHistory.make_around(pose[:2], 6.0)
     shares = []
     for k in range(60):
         scan = world.scan(k * PERIOD, pose, rng)
-        shares.append(float(np.mean(grid.judged(scan, pose, NOTHING, OBSTACLES).motion == DYNAMIC)))
-        grid = grid.updated(scan, pose, NOTHING)
+        shares.append(float(np.mean(grid.classify_beams(scan, pose, NOTHING, OBSTACLES).motion == DYNAMIC)))
+        grid = grid.add_scan(scan, pose, NOTHING)
         pose = moved(pose, twist, PERIOD)
     assert np.mean(shares) < 1e-3
 
 
 def test_what_stays_is_known_after_a_while_and_a_wall_at_once() -> None:
     scene = Scene(hall((1.5, 0.0, 0.2)), (), lambda t: np.zeros((0, 2)))
-    grid = OccupancyHistory.about(np.zeros(2), 6.0)
+    grid = OccupancyHistory.make_around(np.zeros(2), 6.0)
     pose = np.zeros(3)
     column = np.abs(scene.scan(0.0, pose).bearings) < math.asin(0.2 / 1.5)
     for k in range(math.ceil(STANDING_AFTER / PERIOD) + 1):
         scan = scene.scan(k * PERIOD, pose)
-        motion = grid.judged(scan, pose, NOTHING, OBSTACLES).motion
+        motion = grid.classify_beams(scan, pose, NOTHING, OBSTACLES).motion
         assert (motion[~column] == STATIC).all()
         if k * PERIOD < STANDING_AFTER:
             assert (motion[column & scan.hits] == UNKNOWN).all()
-        grid = grid.updated(scan, pose, NOTHING)
-    assert (grid.judged(scene.scan((k + 1) * PERIOD, pose), pose, NOTHING, OBSTACLES).motion == STATIC).all()
+        grid = grid.add_scan(scan, pose, NOTHING)
+    assert (grid.classify_beams(scene.scan((k + 1) * PERIOD, pose), pose, NOTHING, OBSTACLES).motion == STATIC).all()
 
 
 def looks(
     scene: Scene, count: int, pose_at: Callable[[float], tuple[float, float, float]] = lambda _: (0.0, 0.0, 0.0)
 ) -> Iterator[tuple[float, np.ndarray, np.ndarray]]:
     """The time of each scan, where its beams end, shape (n, 2), W, and what the grid tells of them."""
-    grid = OccupancyHistory.about(np.array(pose_at(0.0)[:2]), 6.0)
+    grid = OccupancyHistory.make_around(np.array(pose_at(0.0)[:2]), 6.0)
     for time in PERIOD * np.arange(count):
         pose = np.array(pose_at(time))
         scan = scene.scan(time, pose)
-        motion = grid.judged(scan, pose, NOTHING, OBSTACLES).motion
+        motion = grid.classify_beams(scan, pose, NOTHING, OBSTACLES).motion
         yield time, scan.points_at(scan.distances, np.ones(len(motion), bool), pose), motion
-        grid = grid.updated(scan, pose, NOTHING)
+        grid = grid.add_scan(scan, pose, NOTHING)
 
 
 def on_disc(points: np.ndarray, center: np.ndarray | tuple[float, float], radius: float) -> np.ndarray:
@@ -87,24 +87,24 @@ def test_what_moves_is_noticed(velocity: tuple[float, float]) -> None:
 
 def test_the_grid_follows_the_robot_and_forgets_nothing_near() -> None:
     scene = Scene(hall((2.0, 1.0, 0.2)), (), lambda t: np.zeros((0, 2)))
-    grid = OccupancyHistory.about(np.zeros(2), 6.0)
+    grid = OccupancyHistory.make_around(np.zeros(2), 6.0)
     for k in range(50):
-        grid = grid.updated(scene.scan(k * PERIOD, np.zeros(3)), np.zeros(3), NOTHING)
+        grid = grid.add_scan(scene.scan(k * PERIOD, np.zeros(3)), np.zeros(3), NOTHING)
     pose = np.array((1.1, -1.3, 0.4))
-    followed = grid.following(pose[:2])
+    followed = grid.follow_robot(pose[:2])
     assert followed is not grid
     scan = scene.scan(3.0, pose)
     near = scan.distances < 3.0
-    motion, moved = (each.judged(scan, pose, NOTHING, OBSTACLES).motion[near] for each in (grid, followed))
+    motion, moved = (each.classify_beams(scan, pose, NOTHING, OBSTACLES).motion[near] for each in (grid, followed))
     np.testing.assert_array_equal(moved, motion)
     assert (moved == STATIC).mean() > 0.9
 
 
 def test_an_update_leaves_the_grid_before_it_alone() -> None:
     scene = Scene(hall(), (), lambda t: np.zeros((0, 2)))
-    grid = OccupancyHistory.about(np.zeros(2), 6.0)
+    grid = OccupancyHistory.make_around(np.zeros(2), 6.0)
     before = grid.first_hit.copy()
-    assert (grid.updated(scene.scan(0.0, np.zeros(3)), np.zeros(3), NOTHING).first_hit != before).any()
+    assert (grid.add_scan(scene.scan(0.0, np.zeros(3)), np.zeros(3), NOTHING).first_hit != before).any()
     np.testing.assert_array_equal(grid.first_hit, before)
 
 
@@ -136,23 +136,27 @@ def test_what_stood_and_then_goes_straight_away_is_not_taken_to_stay() -> None:
 def test_what_was_seen_to_be_large_is_known_where_only_a_piece_of_it_is_in_view() -> None:
     wall, piece = Scene(hall(), (), lambda t: np.zeros((0, 2))), np.zeros(360, bool)
     scan = wall.scan(0.0, np.zeros(3))
-    grid = OccupancyHistory.about(np.zeros(2), 6.0)
-    assert (grid.judged(scan, np.zeros(3), piece, OBSTACLES).may_start == scan.hits).all()
-    grid = grid.updated(scan, np.zeros(3), scan.hits)
-    assert not grid.judged(wall.scan(PERIOD, np.zeros(3)), np.zeros(3), piece, OBSTACLES).may_start.any()
+    grid = OccupancyHistory.make_around(np.zeros(2), 6.0)
+    assert (grid.classify_beams(scan, np.zeros(3), piece, OBSTACLES).may_start == scan.hits).all()
+    grid = grid.add_scan(scan, np.zeros(3), scan.hits)
+    assert not grid.classify_beams(wall.scan(PERIOD, np.zeros(3)), np.zeros(3), piece, OBSTACLES).may_start.any()
 
 
 def test_what_stands_where_a_large_surface_was_and_has_gone_may_start() -> None:
     standing = Scene(hall((1.5, 0.0, 0.3)), (), lambda t: np.zeros((0, 2)))
     empty = Scene(hall(), (), lambda t: np.zeros((0, 2)))
-    grid = OccupancyHistory.about(np.zeros(2), 6.0)
+    grid = OccupancyHistory.make_around(np.zeros(2), 6.0)
     first = standing.scan(0.0, np.zeros(3))
     own = on_disc(first.points(), (1.5, 0.0), 0.3)
     beams = np.flatnonzero(first.hits)[own]
-    grid = grid.updated(first, np.zeros(3), first.hits)
-    assert not grid.judged(first, np.zeros(3), NOTHING, OBSTACLES).may_start[beams].any()
-    grid = grid.updated(empty.scan(PERIOD, np.zeros(3)), np.zeros(3), NOTHING)
-    assert grid.judged(standing.scan(2 * PERIOD, np.zeros(3)), np.zeros(3), NOTHING, OBSTACLES).may_start[beams].all()
+    grid = grid.add_scan(first, np.zeros(3), first.hits)
+    assert not grid.classify_beams(first, np.zeros(3), NOTHING, OBSTACLES).may_start[beams].any()
+    grid = grid.add_scan(empty.scan(PERIOD, np.zeros(3)), np.zeros(3), NOTHING)
+    assert (
+        grid.classify_beams(standing.scan(2 * PERIOD, np.zeros(3)), np.zeros(3), NOTHING, OBSTACLES)
+        .may_start[beams]
+        .all()
+    )
 
 
 @settings(max_examples=25, deadline=None)
@@ -166,7 +170,7 @@ def test_a_cell_is_free_if_all_beams_beside_it_end_beyond(seed: int, full: bool,
     origin = np.floor(place / CELL).astype(int) - rng.integers(30, 70, 2)
     free = rng.random((cells, cells)) < 0.3
     known, grids = free.copy(), (np.where(free, NEVER, 0.0), free, np.zeros_like(free))
-    _free(*grids, (origin, *place), (begin, step, full), distance)
+    _note_free_cells(*grids, (origin, *place), (begin, step, full), distance)
     for i, j in rng.integers(0, cells, (200, 2)):
         dx, dy = (origin + (i, j) + 0.5) * CELL - place
         r = math.hypot(dx, dy)

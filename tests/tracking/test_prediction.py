@@ -9,7 +9,7 @@ import pytest
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.tracking.prediction import (
     OCCLUSION_SPACING,
-    occlusion_points,
+    find_occlusion_points,
 )
 from tests.helpers.loop import drive
 from tests.helpers.scans import cast
@@ -24,7 +24,7 @@ COLUMN = (1.0, 0.0, 0.3)
 
 def test_places_lie_on_the_shadow_s_edges_and_no_beam_has_looked_there() -> None:
     scan = cast(hall(COLUMN))
-    places = occlusion_points(scan, np.zeros(3))
+    places = find_occlusion_points(scan, np.zeros(3))
     away = np.hypot(*places.T)
     assert away.min() < 1.0 + OCCLUSION_SPACING and away.max() > 3.5
     bearing = np.abs(np.arctan2(places[:, 1], places[:, 0]))
@@ -34,14 +34,14 @@ def test_places_lie_on_the_shadow_s_edges_and_no_beam_has_looked_there() -> None
 
 def test_places_go_with_the_robot() -> None:
     pose = np.array((-0.5, 0.2, 0.7))
-    places = occlusion_points(cast(hall(COLUMN), pose), pose)
+    places = find_occlusion_points(cast(hall(COLUMN), pose), pose)
     shadow = math.atan2(-0.2, 1.5)
     bearing = np.arctan2(places[:, 1] - 0.2, places[:, 0] + 0.5) - shadow
     np.testing.assert_allclose(np.abs(bearing), math.asin(0.3 / math.hypot(1.5, 0.2)), atol=0.035)
 
 
 def test_an_empty_hall_hides_nothing() -> None:
-    assert len(occlusion_points(cast(hall()), np.zeros(3))) == 0
+    assert len(find_occlusion_points(cast(hall()), np.zeros(3))) == 0
 
 
 @pytest.mark.parametrize("speed", [0.8, 1.2, 1.5])

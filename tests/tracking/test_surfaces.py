@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.tracking.surfaces import on_large_surfaces
+from drake_starnav.tracking.surfaces import find_large_surfaces
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import cast, seeds
 from tests.helpers.scenes import Scene, hall
@@ -19,7 +19,7 @@ HALF = 3.0
 
 
 def large(scan: LaserScan, noise: float = 0.01) -> np.ndarray:
-    return on_large_surfaces(scan, WIDTH, noise)
+    return find_large_surfaces(scan, WIDTH, noise)
 
 
 def own(scan: LaserScan, pose: np.ndarray, disc: tuple[float, float, float]) -> np.ndarray:

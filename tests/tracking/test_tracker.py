@@ -12,7 +12,7 @@ from drake_starnav.geometry.se2 import composed
 from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC
 from drake_starnav.safety.moving_certificate import GROWTH, RADIUS, reachable_discs
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
-from drake_starnav.tracking.tracker import Tracked, joint_tracks, track
+from drake_starnav.tracking.tracker import TrackerState, join_tracks, track
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import cast, cast_rolling, seeds
 from tests.helpers.scenes import PERIOD, Scene, hall, straight
@@ -22,7 +22,7 @@ OBSTACLES = DynamicObstacleParameters(max_speed=1.0)
 
 def test_all_beams_of_a_track_that_counts_move() -> None:
     scene = Scene(hall((2.0, 1.5, 0.2)), (0.3,), straight((1.5, -1.0), (0.0, 0.5)))
-    known = Tracked()
+    known = TrackerState()
     for k in range(25):
         known = track(known, scene.scan(k * PERIOD, np.zeros(3)), np.zeros(3), OBSTACLES)
     scan = known.scan
@@ -35,10 +35,10 @@ def test_all_beams_of_a_track_that_counts_move() -> None:
 def test_with_full_caution_what_stands_may_start_and_else_is_trusted_to_stay() -> None:
     scene = Scene(hall((1.0, 0.0, 0.3), half=2.0), (), lambda t: np.zeros((0, 2)))
     for caution in (1.0, 0.99, 0.0):
-        obstacles, known = DynamicObstacleParameters(max_speed=1.0, caution=caution), Tracked()
+        obstacles, known = DynamicObstacleParameters(max_speed=1.0, caution=caution), TrackerState()
         for k in range(60):
             known = track(known, scene.scan(k * PERIOD, np.zeros(3)), np.zeros(3), obstacles)
-        standing, occlusions = known.tracks.standing, known.tracks.occlusions
+        standing, occlusions = known.tracks.possible_starters, known.tracks.occlusion_discs
         assert len(known.tracks.hits) == 0
         assert (
             (len(standing) > 10 and len(occlusions) > 10) if caution == 1.0 else (len(standing) == len(occlusions) == 0)
@@ -48,22 +48,22 @@ def test_with_full_caution_what_stands_may_start_and_else_is_trusted_to_stay() -
 
 def test_what_was_known_before_is_not_changed() -> None:
     scene = Scene(hall(), (0.3,), straight((1.5, -1.0), (0.0, 0.5)))
-    first = track(Tracked(), scene.scan(0.0, np.zeros(3)), np.zeros(3), OBSTACLES)
+    first = track(TrackerState(), scene.scan(0.0, np.zeros(3)), np.zeros(3), OBSTACLES)
     position = first.tracks.position.copy()
     track(first, scene.scan(PERIOD, np.zeros(3)), np.zeros(3), OBSTACLES)
     np.testing.assert_array_equal(first.tracks.position, position)
-    assert Tracked().scan.lost.all()
+    assert TrackerState().scan.lost.all()
 
 
 def test_nothing_moves_in_the_rolling_scans_of_a_lidar_that_turns() -> None:
-    world, known, pose, period = hall((1.5, 1.2, 0.2), (-1.0, 2.0, 0.15)), Tracked(), np.zeros(3), 0.2
+    world, known, pose, period = hall((1.5, 1.2, 0.2), (-1.0, 2.0, 0.15)), TrackerState(), np.zeros(3), 0.2
     for k in range(12):
         step = (0.04, 0.0, 0.15 if k % 6 < 3 else -0.15) if k else (0.0, 0.0, 0.0)  # to and fro
         before, pose = pose, np.array(composed(pose, step))
         scan = cast_rolling(world, before, pose, period, time=k * period, beams=180)
         known = track(known, scan, pose, OBSTACLES)
         assert known.scan.time_increment == 0.0 or k == 0
-        assert not (known.scan.motion == DYNAMIC).any() and not known.tracks.confirmed.any()
+        assert not (known.scan.motion == DYNAMIC).any() and not known.tracks.is_confirmed.any()
 
 
 BODY = box(-0.4, -0.25, 0.4, 0.25)
@@ -104,7 +104,7 @@ def test_what_comes_to_the_robot_was_reachable_whoever_saw_it(lidars: tuple, age
         return np.array(way.interpolate(max(time - begin, 0.0)).coords)
 
     corners = (np.array(partition.exterior.coords)[:-1],)
-    states = [Tracked()] * len(lidars)
+    states = [TrackerState()] * len(lidars)
     for k, ((x, y, yaw, view), age) in enumerate(zip(lidars, ages, strict=True)):
         for time in -age - np.array((0.3, 0.2, 0.1, 0.0)):
             discs = [(*at(time)[0], MOVER)]
@@ -115,7 +115,7 @@ def test_what_comes_to_the_robot_was_reachable_whoever_saw_it(lidars: tuple, age
         shown = np.abs(np.hypot(*(scan.points(pose) - at(-age)[0]).T) - MOVER) < 1e-3
         if shown.any() and not len(states[k].tracks.hits):
             return  # beside the end of the partition it looks like a part of it
-    reachable = reachable_discs(joint_tracks(states, obstacles), obstacles)
+    reachable = reachable_discs(join_tracks(states, obstacles), obstacles)
     comes = next(time for time in np.arange(0.0, 9.0, 0.005) if Point(at(time)[0]).distance(BODY) <= MOVER)
     away = np.array([Point(place).distance(BODY) for place in reachable[:, :2]]) - reachable[:, RADIUS]
     assert (away / reachable[:, GROWTH]).min() <= comes
@@ -127,7 +127,7 @@ def test_where_everything_moves_nothing_is_remembered_however_far_the_lidar_sees
     first, velocity = rng.uniform(-16.0, 16.0, (25, 2)), rng.uniform(0.5, 2.0, 25)[:, None]
     first, angle = first[np.hypot(*first.T) > 2.0], rng.uniform(-math.pi, math.pi, 25)
     velocity = (velocity * np.column_stack((np.cos(angle), np.sin(angle))))[: len(first)]
-    known, moving = Tracked(), DynamicObstacleParameters(max_speed=2.0)
+    known, moving = TrackerState(), DynamicObstacleParameters(max_speed=2.0)
     for k in range(60):
         time, pose = k * PERIOD, np.array((0.5 * k * PERIOD, 0.0, 0.3 * k * PERIOD))
         discs = [(*place, 0.5) for place in first + time * velocity if math.dist(place, pose[:2]) > 0.7]
