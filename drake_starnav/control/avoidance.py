@@ -18,7 +18,8 @@ far ahead are uncertain.
 
 Risk is what it costs to be where a mover may come that turns: robots that keep their distance only once it is predicted
 to be short are struck while they stand. Per time it is the rate at which movers turn, times the share of directions in
-which one would meet the robot, times w; it vanishes where the robot has the `time_to_escape`.
+which one would meet the robot, times w, less where there is more of the `time_to_escape`, beyond which it vanishes. New
+directions at an angle from the old one are as likely as 1 + cos of it: movers rather bend their course than turn back.
 """
 
 import functools
@@ -205,30 +206,40 @@ def avoid_collision(
     pose, twist = inputs.pose, inputs.twist
     scene = Scene.of(inputs, tracked, robot)
     start = initial_rollout(pose, twist, scene)
-    follow_path = list_manoeuvres(twist, robot.limits)[:1]
-    along_path, discs = start.copy(), predicted_discs(scene, 0.0, round(HORIZON / STEP))
-    continue_rollout(start[0], follow_path, discs, scene, np.inf, along_path)
-    ahead = along_path[0]
-    if ahead["comfort_cost"] + ahead["risk"] <= CHANGE_WEIGHT and not ahead["is_held"]:
+    if is_path_comfortable(start, list_manoeuvres(twist, robot.limits)[:1], scene):
         return None
     around = velocity_around(pose, inputs.guidance.path, scene, robot)
     manoeuvres = list_manoeuvres(twist, robot.limits, around)
     velocities, rollouts = begin_manoeuvres(manoeuvres, start, scene)
     twists = twist_of(velocities, actuation.base)
-    same_place, same_speed = SAME_PLACE * robot.radius, SAME_SPEED * robot.max_speed
 
     @functools.cache  # several manoeuvres begin alike
     def is_accepted(*first: float) -> bool:
         return accepted(roll_out(pose, twist, np.array(first), actuation), certificates)
 
+    same_place, same_speed = SAME_PLACE * robot.radius, SAME_SPEED * robot.max_speed
     refused = [0]
     while refused:  # only those that the search would continue, or that may be its result, are asked
         results = np.flatnonzero(rollouts["is_over"] & (rollouts["cost"] < np.inf))
-        asked = [*best_rollouts(rollouts, same_place, same_speed), *results]
-        refused = [k for k in asked if not is_accepted(*twists[k].tolist())]
+        candidates = [*best_rollouts(rollouts, same_place, same_speed), *results]
+        refused = [k for k in candidates if not is_accepted(*twists[k].tolist())]
         rollouts["is_over"][refused], rollouts["cost"][refused] = True, np.inf
     best = search(manoeuvres, rollouts, same_place, same_speed, scene)
     return twists[best] if best >= 0 else None
+
+
+def is_path_comfortable(start: np.ndarray, follow_path: np.ndarray, scene: Scene) -> bool:
+    """Return whether following the path costs no more comfort and risk than a change of the twist would.
+
+    Args:
+        start: the rollout before its first step, shape (1,).
+        follow_path: the manoeuvre, shape (1,).
+        scene: what the rollouts share.
+    """
+    rollout, discs = start.copy(), predicted_discs(scene, 0.0, round(HORIZON / STEP))
+    continue_rollout(start[0], follow_path, discs, scene, np.inf, rollout)
+    ahead = rollout[0]
+    return bool(ahead["comfort_cost"] + ahead["risk"] <= CHANGE_WEIGHT and not ahead["is_held"])
 
 
 def list_manoeuvres(twist: np.ndarray, limits: Limits, around: np.ndarray | None = None) -> np.ndarray:
@@ -401,68 +412,99 @@ def continue_rollout(start, manoeuvres, discs, scene, most, rollouts):
     all. A rollout ends early if the robot is touched or reaches a frontier; all of them do if they must cost more than
     `most`, s.
     """
-    line, times_left, regions, star, hits, movers, limits, settings = scene
-    (center, bearing_0, values), starting, radius = star[:3], movers.may_start, settings.radius
-    n, last_point, arrived, reach = len(manoeuvres), len(line) - 1, ARRIVED * radius, (1.0 + WALL_ZONE) * radius
+    n, radius = len(manoeuvres), scene.settings.radius
     leaders, velocities = np.zeros(n, np.int64), np.empty((n, 6))
-    brakes, hit_distance = np.zeros(n, np.bool_), np.zeros(n)  # no hit is nearer than this, m
+    hit_distance = np.zeros(n)  # no hit is nearer than this, m
     rollouts[0] = start
-    steps = len(discs) - 1 if most == np.inf or least_cost(start, line, limits, radius) < most else 0
+    steps = len(discs) - 1 if most == np.inf or least_cost(start, scene.line, scene.limits, radius) < most else 0
     for s in range(steps):
+        choose_velocities(rollouts, manoeuvres, discs, s, scene, leaders, velocities, hit_distance)
         for m in range(n):
             if leaders[m] == m and not rollouts[m].is_over:
-                brakes[m] = must_brake(rollouts[m], discs, s, starting, limits, settings)
-        last_leaders = leaders.copy()
-        for m in range(n):
-            last = last_leaders[m]
-            if rollouts[last].is_over:
-                continue
-            wanted = wanted_velocity(manoeuvres[m], rollouts[last], line, limits, settings)
-            if brakes[last]:
-                wanted = Velocity(0.0, 0.0, wanted.turning)
-            velocity, mean = ramped_velocity(velocity_at_end(rollouts[last]), wanted, STEP, limits)
-            put(velocities, m, (velocity.ahead, velocity.aside, velocity.turning, mean.ahead, mean.aside, mean.turning))
-            leaders[m] = find_leader(velocities, last_leaders, m)
-            if leaders[m] == m != last:
-                rollouts[m], hit_distance[m] = rollouts[last], hit_distance[last]
-        for m in range(n):
-            rollout = rollouts[m]
-            if leaders[m] < m or rollout.is_over:
-                continue
-            mean = Velocity(velocities[m, 3], velocities[m, 4], velocities[m, 5])
-            pose, way = moved(Pose(rollout.x, rollout.y, rollout.yaw), mean, STEP, limits)
-            rollout.yaw, rollout.turning = pose.yaw, velocities[m, 2]
-            rollout.ahead, rollout.aside = velocities[m, 0], velocities[m, 1]
-            is_free = covers(center, bearing_0, values, np.int64(0), pose.x, pose.y, 0.0)
-            if not is_free:
-                rollout.region = region_around(regions, rollout.region, pose.x, pose.y)
-                is_free = rollout.region >= 0
-            hit_distance[m] -= abs(way) + 1e-9
-            if hit_distance[m] <= reach:
-                hit_distance[m] = nearest_hit(pose.x, pose.y, hits)
-            clearance = max(min(hit_distance[m], reach) - radius, 0.0)
-            if is_free or clearance > rollout.clearance:
-                rollout.x, rollout.y, rollout.clearance = pose.x, pose.y, clearance
-                rollout.least_clearance = min(rollout.least_clearance, clearance)
-                rollout.way_point = next_way_point(line, rollout.way_point, pose.x, pose.y, radius)
-            else:
-                rollout.ahead = rollout.aside = hit_distance[m] = 0.0
-            rollout.time += STEP
-            add_nearness(rollout, discs, s + 1, radius)
-            dx, dy = line[-1, 0] - rollout.x, line[-1, 1] - rollout.y
-            if not rollout.is_over and rollout.way_point == last_point and dx * dx + dy * dy < arrived * arrived:
-                rollout.arrival_time = min(rollout.arrival_time, rollout.time)
-                rollout.is_over = settings.slowdown == np.inf  # at a frontier, where exploration continues
+                hit_distance[m] = drive_step(rollouts[m], velocities, m, hit_distance[m], scene)
+                add_nearness(rollouts[m], discs, s + 1, radius)
+                note_arrival(rollouts[m], scene.line, scene.settings)
     for m in range(n):
-        rollout = rollouts[m]
         if leaders[m] < m:
             rollouts[m] = rollouts[leaders[m]]
+        else:
+            rollouts[m].cost = total_cost(rollouts[m], discs, scene)
+
+
+@leaf
+def choose_velocities(rollouts, manoeuvres, discs, s, scene, leaders, velocities, hit_distance):
+    """Write what rollouts (n,) drive next: the velocities (n, 6) at the end of step s and their mean, and the leaders.
+
+    A rollout that begins to differ from its leader's is copied from that, with its distance to hits.
+    """
+    n, limits, settings = len(manoeuvres), scene.limits, scene.settings
+    brakes, last_leaders = np.zeros(n, np.bool_), leaders.copy()
+    for m in range(n):
+        if leaders[m] == m and not rollouts[m].is_over:
+            brakes[m] = must_brake(rollouts[m], discs, s, scene.movers.may_start, limits, settings)
+    for m in range(n):
+        last = last_leaders[m]
+        if rollouts[last].is_over:
             continue
-        comfort_cost, time = rollout.comfort_cost, rollout.arrival_time
-        if time == np.inf:  # else it has been at the goal, wherever it goes to make way
-            comfort_cost = max(comfort_cost, comfort_to_go(rollout, discs, line, limits, radius))
-            time = rollout.time + time_to_go(line, times_left, rollout, limits)
-        rollout.cost = comfort_cost + rollout.risk + wall_cost(rollout, radius) + time + rollout.change_cost
+        wanted = wanted_velocity(manoeuvres[m], rollouts[last], scene.line, limits, settings)
+        if brakes[last]:
+            wanted = Velocity(0.0, 0.0, wanted.turning)
+        velocity, mean = ramped_velocity(velocity_at_end(rollouts[last]), wanted, STEP, limits)
+        put(velocities, m, (velocity.ahead, velocity.aside, velocity.turning, mean.ahead, mean.aside, mean.turning))
+        leaders[m] = find_leader(velocities, last_leaders, m)
+        if leaders[m] == m != last:
+            rollouts[m], hit_distance[m] = rollouts[last], hit_distance[last]
+
+
+@leaf
+def drive_step(rollout, velocities, m, hit_distance, scene):
+    """Drive a rollout for a step with number m of some velocities (n, 6); return the least distance to hits, m.
+
+    It stays where it is if the step leads out of known free space, unless away from hits.
+    """
+    radius, star = scene.settings.radius, scene.star
+    mean = Velocity(velocities[m, 3], velocities[m, 4], velocities[m, 5])
+    pose, way = moved(Pose(rollout.x, rollout.y, rollout.yaw), mean, STEP, scene.limits)
+    rollout.yaw, rollout.turning = pose.yaw, velocities[m, 2]
+    rollout.ahead, rollout.aside = velocities[m, 0], velocities[m, 1]
+    is_free = covers(star.center, star.bearing_0, star.values, np.int64(0), pose.x, pose.y, 0.0)
+    if not is_free:
+        rollout.region = region_around(scene.regions, rollout.region, pose.x, pose.y)
+        is_free = rollout.region >= 0
+    reach = (1.0 + WALL_ZONE) * radius
+    hit_distance -= abs(way) + 1e-9
+    if hit_distance <= reach:
+        hit_distance = nearest_hit(pose.x, pose.y, scene.hits)
+    clearance = max(min(hit_distance, reach) - radius, 0.0)
+    if is_free or clearance > rollout.clearance:
+        rollout.x, rollout.y, rollout.clearance = pose.x, pose.y, clearance
+        rollout.least_clearance = min(rollout.least_clearance, clearance)
+        rollout.way_point = next_way_point(scene.line, rollout.way_point, pose.x, pose.y, radius)
+    else:
+        rollout.ahead = rollout.aside = hit_distance = 0.0
+    rollout.time += STEP
+    return hit_distance
+
+
+@leaf
+def note_arrival(rollout, line, settings):
+    """Note when a rollout has first been at the end of the path; there it is over if that is a frontier."""
+    dx, dy = line[-1, 0] - rollout.x, line[-1, 1] - rollout.y
+    is_near = dx * dx + dy * dy < (ARRIVED * settings.radius) * (ARRIVED * settings.radius)
+    if is_near and not rollout.is_over and rollout.way_point == len(line) - 1:
+        rollout.arrival_time = min(rollout.arrival_time, rollout.time)
+        rollout.is_over = settings.slowdown == np.inf  # where exploration continues
+
+
+@leaf
+def total_cost(rollout, discs, scene):
+    """Return what a rollout costs, s."""
+    line, limits, radius = scene.line, scene.limits, scene.settings.radius
+    comfort_cost, time = rollout.comfort_cost, rollout.arrival_time
+    if time == np.inf:  # else it has been at the goal, wherever it goes to make way
+        comfort_cost = max(comfort_cost, comfort_to_go(rollout, discs, line, limits, radius))
+        time = rollout.time + time_to_go(line, scene.times_left, rollout, limits)
+    return comfort_cost + rollout.risk + wall_cost(rollout, radius) + time + rollout.change_cost
 
 
 @leaf
@@ -566,7 +608,8 @@ def add_nearness(rollout, discs, s, radius):
         least_gap = min(least_gap, gap)
         if gap < disc.hazard:
             share_of_directions = math.asin(min(both / max(distance, both), 1.0)) / math.pi
-            risk += share_of_directions * min(1.0 - gap / disc.hazard, 1.0)
+            approach = (disc.vx * dx + disc.vy * dy) / max(math.hypot(disc.vx, disc.vy) * distance, 1e-9)
+            risk += (1.0 + approach) * share_of_directions * min(1.0 - gap / disc.hazard, 1.0)
     rollout.risk += certainty * CONTACT_COST * TURNING_RATE * risk * STEP
     if least_gap < COMFORT:
         share = 1.0 - max(least_gap, 0.0) / COMFORT

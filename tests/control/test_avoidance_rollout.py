@@ -135,7 +135,7 @@ def test_a_contact_ends_it_and_costs_more_the_sooner_it_comes() -> None:
 @pytest.mark.parametrize("limits", BASES.values(), ids=BASES)
 @pytest.mark.parametrize("speed", [0.5, 2.0])
 def test_who_stands_is_at_risk_as_far_as_a_disc_comes_before_it_is_out_of_the_way(speed: float, limits: Limits) -> None:
-    """Beside the course of a disc that, as predicted, will not come: more where it is nearer."""
+    """Beside the course of a disc that, as predicted, will not come: more where it is nearer, or comes this way."""
 
     def risk(gap: float, velocity: tuple[float, float]) -> float:
         among = scene((0.0, RADIUS + DISC_RADIUS + gap), limits=limits)
@@ -146,6 +146,7 @@ def test_who_stands_is_at_risk_as_far_as_a_disc_comes_before_it_is_out_of_the_wa
     gaps = np.array((0.1, 0.3, 0.6, 0.9)) * reach
     passing = [risk(gap, (speed, 0.0)) for gap in gaps]
     assert passing == sorted(passing, reverse=True) and passing[-1] > 0.0
+    assert risk(gaps[1], (0.0, -speed)) > passing[1] > risk(gaps[1], (0.0, speed))
     assert risk(1.2 * reach, (speed, 0.0)) == risk(gaps[0], (0.0, 0.0)) == 0.0
 
 
