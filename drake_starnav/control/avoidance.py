@@ -114,13 +114,13 @@ class Movers(NamedTuple):
     def near(tracked: TrackedObstacles, position: np.ndarray, robot: RobotParameters) -> "Movers":
         """Return those that are tracked, and what might start within reach of a robot at a place (2,)."""
         tracks, age, _ = tracked
-        predicted, velocity = tracks.is_predicted, tracks.expected_velocity[tracks.is_predicted]
-        reach, spacing = HORIZON * robot.max_speed, STANDING_SPACING * robot.radius
+        is_predicted, velocity = tracks.is_predicted, tracks.expected_velocity[tracks.is_predicted]
+        farthest, spacing = HORIZON * robot.max_speed, STANDING_SPACING * robot.radius
         return Movers(
-            position=tracks.position[predicted] + age * velocity,
+            position=tracks.position[is_predicted] + age * velocity,
             velocity=velocity,
-            radius=tracks.radius[predicted],
-            may_start=thinned_places(tracks.possible_starters[:, :2], position, reach, spacing),
+            radius=tracks.radius[is_predicted],
+            may_start=thin_places(tracks.possible_starters[:, :2], position, farthest, spacing),
         )
 
 
@@ -205,10 +205,10 @@ def avoid_collision(
         return None
     pose, twist = inputs.pose, inputs.twist
     scene = Scene.of(inputs, tracked, robot)
-    start = initial_rollout(pose, twist, scene)
+    start = make_initial_rollout(pose, twist, scene)
     if is_path_comfortable(start, list_manoeuvres(twist, robot.limits)[:1], scene):
         return None
-    around = velocity_around(pose, inputs.guidance.path, scene, robot)
+    around = find_velocity_around(pose, inputs.guidance.path, scene, robot)
     manoeuvres = list_manoeuvres(twist, robot.limits, around)
     velocities, rollouts = begin_manoeuvres(manoeuvres, start, scene)
     twists = twist_of(velocities, actuation.base)
@@ -221,10 +221,10 @@ def avoid_collision(
     refused = [0]
     while refused:  # only those that the search would continue, or that may be its result, are asked
         results = np.flatnonzero(rollouts["is_over"] & (rollouts["cost"] < np.inf))
-        candidates = [*best_rollouts(rollouts, same_place, same_speed), *results]
+        candidates = [*select_best_rollouts(rollouts, same_place, same_speed), *results]
         refused = [k for k in candidates if not is_accepted(*twists[k].tolist())]
         rollouts["is_over"][refused], rollouts["cost"][refused] = True, np.inf
-    best = search(manoeuvres, rollouts, same_place, same_speed, scene)
+    best = search_rollouts(manoeuvres, rollouts, same_place, same_speed, scene)
     return twists[best] if best >= 0 else None
 
 
@@ -236,7 +236,7 @@ def is_path_comfortable(start: np.ndarray, follow_path: np.ndarray, scene: Scene
         follow_path: the manoeuvre, shape (1,).
         scene: what the rollouts share.
     """
-    rollout, discs = start.copy(), predicted_discs(scene, 0.0, round(HORIZON / STEP))
+    rollout, discs = start.copy(), predict_discs(scene, 0.0, round(HORIZON / STEP))
     continue_rollout(start[0], follow_path, discs, scene, np.inf, rollout)
     ahead = rollout[0]
     return bool(ahead["comfort_cost"] + ahead["risk"] <= CHANGE_WEIGHT and not ahead["is_held"])
@@ -250,32 +250,32 @@ def list_manoeuvres(twist: np.ndarray, limits: Limits, around: np.ndarray | None
         limits: of the robot.
         around: a velocity that leads around movers, shape (2,), W, m/s.
     """
-    fastest = limits.max_speed
-    rows = [(FOLLOW_PATH, share * fastest, 0.0, 0.0, 0.0, 0.0) for share in (1.0, 0.5)]
-    kept = (Velocity(0.0, 0.0, 0.0), velocity_of(twist), Velocity(-0.5 * fastest, 0.0, 0.0))
-    rows += [(KEEP_VELOCITY, 0.0, 0.0, *velocity) for velocity in kept]
+    max_speed = limits.max_speed
+    rows = [(FOLLOW_PATH, share * max_speed, 0.0, 0.0, 0.0, 0.0) for share in (1.0, 0.5)]
+    kept_velocities = (Velocity(0.0, 0.0, 0.0), velocity_of(twist), Velocity(-0.5 * max_speed, 0.0, 0.0))
+    rows += [(KEEP_VELOCITY, 0.0, 0.0, *velocity) for velocity in kept_velocities]
     for k in range(HEADINGS):
         heading = 2.0 * math.pi * k / HEADINGS
-        rows += [(DRIVE_IN_DIRECTION, speed, heading, 0.0, 0.0, 0.0) for speed in (fastest, -fastest)]
+        rows += [(DRIVE_IN_DIRECTION, speed, heading, 0.0, 0.0, 0.0) for speed in (max_speed, -max_speed)]
     if around is not None:
-        speed, heading = min(math.hypot(*around), fastest), math.atan2(around[1], around[0])
+        speed, heading = min(math.hypot(*around), max_speed), math.atan2(around[1], around[0])
         rows.append((DRIVE_IN_DIRECTION, speed, heading, 0.0, 0.0, 0.0))
     return np.array(rows, MANOEUVRE)
 
 
-def velocity_around(pose: np.ndarray, path: np.ndarray, scene: Scene, robot: RobotParameters) -> np.ndarray | None:
+def find_velocity_around(pose: np.ndarray, path: np.ndarray, scene: Scene, robot: RobotParameters) -> np.ndarray | None:
     """Return the velocity towards the next way point, modulated around predicted movers; None without one."""
     if not len(path):
         return None
-    way = path[0] - pose[:2]
-    velocity = robot.max_speed * way / max(math.hypot(*way), 1e-9)
+    way_vector = path[0] - pose[:2]
+    velocity = robot.max_speed * way_vector / max(math.hypot(*way_vector), 1e-9)
     movers, settings = scene.movers, scene.settings
-    radii = movers.radius + robot.radius + settings.spacing
-    around = moving_modulation(pose[:2], velocity, movers.position, movers.velocity, radii)
+    inflated_radii = movers.radius + robot.radius + settings.spacing
+    around = moving_modulation(pose[:2], velocity, movers.position, movers.velocity, inflated_radii)
     return around if math.hypot(*around) > STANDING_SPEED else None
 
 
-def initial_rollout(pose: np.ndarray, twist: np.ndarray, scene: Scene) -> np.ndarray:
+def make_initial_rollout(pose: np.ndarray, twist: np.ndarray, scene: Scene) -> np.ndarray:
     """Return the rollout before its first step, shape (1,) of `ROLLOUT`, for any base's twist."""
     rollout = np.zeros(1, ROLLOUT)
     rollout["x"], rollout["y"], rollout["yaw"] = pose
@@ -288,23 +288,23 @@ def initial_rollout(pose: np.ndarray, twist: np.ndarray, scene: Scene) -> np.nda
 
 
 @kernel
-def thinned_places(places, position, reach, spacing):
+def thin_places(places, position, reach, spacing):
     """Return the places (n, 2) within `reach` (m) of a position, no two nearer to each other than `spacing` (m)."""
-    chosen = np.empty((len(places), 2))
+    kept_places = np.empty((len(places), 2))
     n = 0
     for k in range(len(places)):
         x, y = places[k, 0], places[k, 1]
         is_apart = math.hypot(x - position[0], y - position[1]) < reach
         for q in range(n):
-            is_apart = is_apart and (x - chosen[q, 0]) ** 2 + (y - chosen[q, 1]) ** 2 >= spacing**2
+            is_apart = is_apart and (x - kept_places[q, 0]) ** 2 + (y - kept_places[q, 1]) ** 2 >= spacing**2
         if is_apart:
-            chosen[n, 0], chosen[n, 1] = x, y
+            kept_places[n, 0], kept_places[n, 1] = x, y
             n += 1
-    return chosen[:n]
+    return kept_places[:n]
 
 
 @kernel
-def predicted_discs(scene, start_time, steps):
+def predict_discs(scene, start_time, steps):
     """Return the movers at a time (s) and after each step from it, shape (steps + 1, n) of `DISC`."""
     (position, velocity, radius, _), settings = scene.movers, scene.settings
     discs = np.empty((steps + 1, len(radius)), DISC)
@@ -337,40 +337,42 @@ def begin_manoeuvres(manoeuvres, start, scene):
     """Return the velocities (n, 3) with which manoeuvres begin, within the robot's limits, and their rollouts (n,)."""
     velocities, rollouts, limits = np.empty((len(manoeuvres), 3)), np.empty(len(manoeuvres), ROLLOUT), scene.limits
     rollout = start[0]
-    continue_rollout(rollout, manoeuvres, predicted_discs(scene, 0.0, SEGMENT), scene, np.inf, rollouts)
+    continue_rollout(rollout, manoeuvres, predict_discs(scene, 0.0, SEGMENT), scene, np.inf, rollouts)
     for m in range(len(manoeuvres)):
-        wanted = wanted_velocity(manoeuvres[m], rollout, scene.line, limits, scene.settings)
-        ahead, aside = limited(wanted.ahead, limits.max_speed), limited(wanted.aside, limits.max_speed)
-        turning = limited(wanted.turning, limits.max_yaw_rate)
+        wanted_velocity = choose_velocity(manoeuvres[m], rollout, scene.line, limits, scene.settings)
+        ahead = limited(wanted_velocity.ahead, limits.max_speed)
+        aside = limited(wanted_velocity.aside, limits.max_speed)
+        turning = limited(wanted_velocity.turning, limits.max_yaw_rate)
         velocities[m, 0], velocities[m, 1], velocities[m, 2] = ahead, aside, turning
-        change = math.hypot(ahead - rollout.ahead, aside - rollout.aside) / limits.max_speed
-        change += abs(turning - rollout.turning) / limits.max_yaw_rate
-        rollouts[m].first_manoeuvre, rollouts[m].change_cost = m, CHANGE_WEIGHT * change
-        rollouts[m].cost += CHANGE_WEIGHT * change
+        velocity_change = math.hypot(ahead - rollout.ahead, aside - rollout.aside) / limits.max_speed
+        velocity_change += abs(turning - rollout.turning) / limits.max_yaw_rate
+        rollouts[m].first_manoeuvre, rollouts[m].change_cost = m, CHANGE_WEIGHT * velocity_change
+        rollouts[m].cost += CHANGE_WEIGHT * velocity_change
     return velocities, rollouts
 
 
 @kernel
-def search(manoeuvres, rollouts, same_place, same_speed, scene):
+def search_rollouts(manoeuvres, rollouts, same_place, same_speed, scene):
     """Return the manoeuvre with which the best rollout begins that continues one of some rollouts (n,), or -1."""
-    count, segments = len(manoeuvres), int(math.ceil(HORIZON / (SEGMENT * STEP) - 1e-9))
-    best, cost = best_result(rollouts, False, -1, np.inf)
+    manoeuvre_count, segments = len(manoeuvres), int(math.ceil(HORIZON / (SEGMENT * STEP) - 1e-9))
+    best, least_found = find_best_result(rollouts, False, -1, np.inf)
     for segment in range(2, segments + 1):
-        generation, is_last = rollouts, segment == segments
-        kept = best_rollouts(generation, same_place, same_speed)
-        if not len(kept):
+        generation, is_last_segment = rollouts, segment == segments
+        continued = select_best_rollouts(generation, same_place, same_speed)
+        if not len(continued):
             break
-        discs = predicted_discs(scene, generation[kept[0]].time, SEGMENT)
-        rollouts = np.empty(len(kept) * count, ROLLOUT)
-        for k in range(len(kept)):
-            group = rollouts[k * count : (k + 1) * count]
-            continue_rollout(generation[kept[k]], manoeuvres, discs, scene, cost if is_last else np.inf, group)
-            best, cost = best_result(group, is_last, best, cost)
+        discs = predict_discs(scene, generation[continued[0]].time, SEGMENT)
+        rollouts = np.empty(len(continued) * manoeuvre_count, ROLLOUT)
+        for k in range(len(continued)):
+            continuations = rollouts[k * manoeuvre_count : (k + 1) * manoeuvre_count]
+            most = least_found if is_last_segment else np.inf
+            continue_rollout(generation[continued[k]], manoeuvres, discs, scene, most, continuations)
+            best, least_found = find_best_result(continuations, is_last_segment, best, least_found)
     return best
 
 
 @leaf
-def best_result(rollouts, is_last, best, cost):
+def find_best_result(rollouts, is_last, best, cost):
     """Return first manoeuvre and cost of the best rollout that ended, or reached the horizon, if any is better."""
     for m in range(len(rollouts)):
         if (is_last or rollouts[m].is_over) and rollouts[m].cost < cost:
@@ -379,17 +381,17 @@ def best_result(rollouts, is_last, best, cost):
 
 
 @kernel
-def best_rollouts(rollouts, same_place, same_speed):
+def select_best_rollouts(rollouts, same_place, same_speed):
     """Return the indices of the BEAM best rollouts that have not ended and differ by these, m and m/s, best first."""
-    kept = np.empty(BEAM, np.int64)
+    kept_indices = np.empty(BEAM, np.int64)
     n = 0
-    costs = np.array([rollout.cost for rollout in rollouts])
-    for i in np.argsort(costs, kind="mergesort"):
+    rollout_costs = np.array([rollout.cost for rollout in rollouts])
+    for i in np.argsort(rollout_costs, kind="mergesort"):
         rollout = rollouts[i]
         if rollout.is_over:
             continue
         for q in range(n):
-            other = rollouts[kept[q]]
+            other = rollouts[kept_indices[q]]
             if (
                 (rollout.x - other.x) ** 2 + (rollout.y - other.y) ** 2 < same_place * same_place
                 and abs(wrapped_angle(rollout.yaw - other.yaw)) < SAME_HEADING
@@ -397,11 +399,11 @@ def best_rollouts(rollouts, same_place, same_speed):
             ):
                 break
         else:
-            kept[n] = i
+            kept_indices[n] = i
             n += 1
         if n == BEAM:
             break
-    return kept[:n]
+    return kept_indices[:n]
 
 
 @kernel
@@ -443,17 +445,17 @@ def choose_velocities(rollouts, manoeuvres, discs, s, scene, leaders, velocities
         if leaders[m] == m and not rollouts[m].is_over:
             brakes[m] = must_brake(rollouts[m], discs, s, scene.movers.may_start, limits, settings)
     for m in range(n):
-        last = last_leaders[m]
-        if rollouts[last].is_over:
+        last_leader = last_leaders[m]
+        if rollouts[last_leader].is_over:
             continue
-        wanted = wanted_velocity(manoeuvres[m], rollouts[last], scene.line, limits, settings)
-        if brakes[last]:
-            wanted = Velocity(0.0, 0.0, wanted.turning)
-        velocity, mean = ramped_velocity(velocity_at_end(rollouts[last]), wanted, STEP, limits)
+        wanted_velocity = choose_velocity(manoeuvres[m], rollouts[last_leader], scene.line, limits, settings)
+        if brakes[last_leader]:
+            wanted_velocity = Velocity(0.0, 0.0, wanted_velocity.turning)
+        velocity, mean = ramped_velocity(velocity_at_end(rollouts[last_leader]), wanted_velocity, STEP, limits)
         put(velocities, m, (velocity.ahead, velocity.aside, velocity.turning, mean.ahead, mean.aside, mean.turning))
         leaders[m] = find_leader(velocities, last_leaders, m)
-        if leaders[m] == m != last:
-            rollouts[m], hit_distance[m] = rollouts[last], hit_distance[last]
+        if leaders[m] == m != last_leader:
+            rollouts[m], hit_distance[m] = rollouts[last_leader], hit_distance[last_leader]
 
 
 @leaf
@@ -526,7 +528,7 @@ def velocity_at_end(rollout):
 
 
 @leaf
-def wanted_velocity(manoeuvre, rollout, line, limits, settings):
+def choose_velocity(manoeuvre, rollout, line, limits, settings):
     """Return the `Velocity` that a manoeuvre wants at the end of a rollout."""
     speed, k = manoeuvre.speed, rollout.way_point
     if manoeuvre.kind == KEEP_VELOCITY:
@@ -534,12 +536,8 @@ def wanted_velocity(manoeuvre, rollout, line, limits, settings):
     if manoeuvre.kind == DRIVE_IN_DIRECTION:
         course = manoeuvre.heading if speed > 0.0 else manoeuvre.heading + math.pi
         return aimed(wrapped_angle(course - rollout.yaw), speed, limits)
-    dx, dy, is_last, arrived = (
-        line[k, 0] - rollout.x,
-        line[k, 1] - rollout.y,
-        k == len(line) - 1,
-        ARRIVED * settings.radius,
-    )
+    dx, dy = line[k, 0] - rollout.x, line[k, 1] - rollout.y
+    is_last, arrived = k == len(line) - 1, ARRIVED * settings.radius
     if dx * dx + dy * dy < (arrived * arrived if is_last else 1e-12):
         return Velocity(0.0, 0.0, 0.0)
     wanted = aimed(wrapped_angle(math.atan2(dy, dx) - rollout.yaw), speed, limits)
@@ -549,45 +547,47 @@ def wanted_velocity(manoeuvre, rollout, line, limits, settings):
 
 
 @leaf
-def must_brake(rollout, discs, s, starting, limits, settings):
+def must_brake(rollout, discs, s, starters, limits, settings):
     """Return whether a robot that brakes fully might be touched before it stops, by discs as predicted at step s.
 
     Or, from the next step on, by what might start; that is noted as `is_held`. Checked at half the braking time and at
     its end, for all discs, whether it approaches them or not: a robot that only watches those ahead is soon surrounded.
     """
-    speed, direction, radius, caution = rollout.ahead, rollout.yaw, settings.radius, settings.caution
+    robot_speed, driving_direction, radius, caution = rollout.ahead, rollout.yaw, settings.radius, settings.caution
     if rollout.aside != 0.0:
-        speed = math.hypot(rollout.ahead, rollout.aside)
-        direction += math.atan2(rollout.aside, rollout.ahead)
-    if abs(speed) < STANDING_SPEED:
+        robot_speed = math.hypot(rollout.ahead, rollout.aside)
+        driving_direction += math.atan2(rollout.aside, rollout.ahead)
+    if abs(robot_speed) < STANDING_SPEED:
         return False
-    braking, mover_speed = math.copysign(limits.max_deceleration, speed), settings.mover_speed
-    stop, needed, cosine, sine = abs(speed) / limits.max_deceleration, radius + settings.spacing, 0.0, 0.0
-    if len(starting):
-        cosine, sine = math.cos(direction), math.sin(direction)
+    braking, mover_speed = math.copysign(limits.max_deceleration, robot_speed), settings.mover_speed
+    stopping_time, needed_distance = abs(robot_speed) / limits.max_deceleration, radius + settings.spacing
+    cosine = sine = 0.0
+    if len(starters):
+        cosine, sine = math.cos(driving_direction), math.sin(driving_direction)
     for share in (0.5, 1.0):
-        t = share * stop
-        way = speed * (t + STEP) - 0.5 * braking * t * t
-        x, y, far = rollout.x + way * cosine, rollout.y + way * sine, needed + mover_speed * (t + STEP)
-        for j in range(len(starting)):
-            if (x - starting[j, 0]) ** 2 + (y - starting[j, 1]) ** 2 < far * far:
+        t = share * stopping_time
+        way = robot_speed * (t + STEP) - 0.5 * braking * t * t
+        x, y = rollout.x + way * cosine, rollout.y + way * sine
+        reach_distance = needed_distance + mover_speed * (t + STEP)
+        for j in range(len(starters)):
+            if (x - starters[j, 0]) ** 2 + (y - starters[j, 1]) ** 2 < reach_distance * reach_distance:
                 rollout.is_held = True
                 return True
-    needed += MOVING_MARGIN * radius  # again: tracks err more than hits
+    needed_distance += MOVING_MARGIN * radius  # again: tracks err more than hits
     for j in range(discs.shape[1]):
         disc = discs[s, j]
-        far = needed + disc.radius + (0.5 * abs(speed) + disc.reach) * stop + 1e-9
-        if (rollout.x - disc.x) ** 2 + (rollout.y - disc.y) ** 2 > far * far:
+        reach_distance = needed_distance + disc.radius + (0.5 * abs(robot_speed) + disc.reach) * stopping_time + 1e-9
+        if (rollout.x - disc.x) ** 2 + (rollout.y - disc.y) ** 2 > reach_distance * reach_distance:
             continue
         if not (cosine or sine):
-            cosine, sine = math.cos(direction), math.sin(direction)
+            cosine, sine = math.cos(driving_direction), math.sin(driving_direction)
         for share in (0.5, 1.0):
-            t = share * stop
-            way = speed * t - 0.5 * braking * t * t
+            t = share * stopping_time
+            way = robot_speed * t - 0.5 * braking * t * t
             dx = rollout.x + way * cosine - disc.x - (1.0 - caution) * disc.vx * t
             dy = rollout.y + way * sine - disc.y - (1.0 - caution) * disc.vy * t
-            far = needed + disc.radius + caution * mover_speed * t
-            if dx * dx + dy * dy < far * far:
+            reach_distance = needed_distance + disc.radius + caution * mover_speed * t
+            if dx * dx + dy * dy < reach_distance * reach_distance:
                 return True
     return False
 
@@ -599,21 +599,21 @@ def add_nearness(rollout, discs, s, radius):
     least_gap, risk = COMFORT, 0.0
     for j in range(discs.shape[1]):
         disc = discs[s, j]
-        dx, dy, both = rollout.x - disc.x, rollout.y - disc.y, radius + disc.radius
-        squared, far = dx * dx + dy * dy, both + max(COMFORT, disc.hazard)
-        if squared > far * far:
+        dx, dy, radius_sum = rollout.x - disc.x, rollout.y - disc.y, radius + disc.radius
+        squared_distance, reach_distance = dx * dx + dy * dy, radius_sum + max(COMFORT, disc.hazard)
+        if squared_distance > reach_distance * reach_distance:
             continue
-        distance = math.sqrt(squared)
-        gap = distance - both
+        distance = math.sqrt(squared_distance)
+        gap = distance - radius_sum
         least_gap = min(least_gap, gap)
         if gap < disc.hazard:
-            share_of_directions = math.asin(min(both / max(distance, both), 1.0)) / math.pi
+            share_of_directions = math.asin(min(radius_sum / max(distance, radius_sum), 1.0)) / math.pi
             approach = (disc.vx * dx + disc.vy * dy) / max(math.hypot(disc.vx, disc.vy) * distance, 1e-9)
             risk += (1.0 + approach) * share_of_directions * min(1.0 - gap / disc.hazard, 1.0)
     rollout.risk += certainty * CONTACT_COST * TURNING_RATE * risk * STEP
     if least_gap < COMFORT:
-        share = 1.0 - max(least_gap, 0.0) / COMFORT
-        rollout.comfort_cost = max(rollout.comfort_cost, CONTACT_COST * share**2 * certainty)
+        lost_share = 1.0 - max(least_gap, 0.0) / COMFORT
+        rollout.comfort_cost = max(rollout.comfort_cost, CONTACT_COST * lost_share**2 * certainty)
     if least_gap < 0.0:  # it is touched
         rollout.is_over = True
         rollout.comfort_cost = CONTACT_COST * (1.0 + 3.0 * (1.0 - rollout.time / HORIZON))
@@ -625,18 +625,19 @@ def comfort_to_go(rollout, discs, line, limits, radius):
 
     As if robot and movers went straight on, the robot at full speed.
     """
-    speed, comfort_cost, last, k = limits.max_speed, 0.0, len(discs) - 1, rollout.way_point
+    speed, comfort_cost, last_step, k = limits.max_speed, 0.0, len(discs) - 1, rollout.way_point
     x, y = line[k, 0] - rollout.x, line[k, 1] - rollout.y
-    way = max(math.hypot(x, y), 1e-9)
+    way_length = max(math.hypot(x, y), 1e-9)
     for j in range(discs.shape[1]):
-        disc = discs[last, j]
-        dx, dy, vx, vy = rollout.x - disc.x, rollout.y - disc.y, speed * x / way - disc.vx, speed * y / way - disc.vy
-        time = -(dx * vx + dy * vy) / max(vx * vx + vy * vy, 1e-9)  # of the closest approach
-        time = min(max(time, 0.0), way / speed)
-        distance = math.hypot(dx + time * vx, dy + time * vy)
-        share = max(1.0 - distance / (radius + disc.radius + COMFORT), 0.0)
-        certainty = max(1.0 - 0.5 * (rollout.time + time) / HORIZON, 0.0)
-        comfort_cost = max(comfort_cost, CONTACT_COST * share * share * certainty)
+        disc = discs[last_step, j]
+        dx, dy = rollout.x - disc.x, rollout.y - disc.y
+        vx, vy = speed * x / way_length - disc.vx, speed * y / way_length - disc.vy
+        closest_time = -(dx * vx + dy * vy) / max(vx * vx + vy * vy, 1e-9)  # of the closest approach
+        closest_time = min(max(closest_time, 0.0), way_length / speed)
+        distance = math.hypot(dx + closest_time * vx, dy + closest_time * vy)
+        lost_share = max(1.0 - distance / (radius + disc.radius + COMFORT), 0.0)
+        certainty = max(1.0 - 0.5 * (rollout.time + closest_time) / HORIZON, 0.0)
+        comfort_cost = max(comfort_cost, CONTACT_COST * lost_share * lost_share * certainty)
     return comfort_cost
 
 
@@ -679,13 +680,13 @@ def next_way_point(line, k, x, y, radius):
     A taut path bends around the obstacle that hides the following way point. That way point comes into view where the
     robot crosses the backward extension of the leg that leads to it.
     """
-    passed = PASSED_DISTANCE * radius
+    passed_distance = PASSED_DISTANCE * radius
     while k + 1 < len(line):
         dx, dy = x - line[k, 0], y - line[k, 1]
         leg_x, leg_y = line[k + 1, 0] - line[k, 0], line[k + 1, 1] - line[k, 1]
-        bend = (line[k, 0] - line[k - 1, 0]) * leg_y - (line[k, 1] - line[k - 1, 1]) * leg_x
-        is_inside = bend * (leg_x * dy - leg_y * dx) >= 0.0
-        if is_inside and dx * dx + dy * dy > passed * passed:
+        bend_side = (line[k, 0] - line[k - 1, 0]) * leg_y - (line[k, 1] - line[k - 1, 1]) * leg_x
+        is_inside = bend_side * (leg_x * dy - leg_y * dx) >= 0.0
+        if is_inside and dx * dx + dy * dy > passed_distance * passed_distance:
             break
         k += 1
     return k
@@ -732,15 +733,15 @@ def heading_loss(error, velocity, limits):
     The duration of the turn, unless the base needs none, plus the time lost while the speed along the path grows to the
     maximum. A base that steers turns at full speed.
     """
-    missing = limits.max_speed - velocity.ahead * math.cos(error) - velocity.aside * math.sin(error)
-    gaining = missing * missing / (2.0 * limits.max_acceleration * limits.max_speed)
+    missing_speed = limits.max_speed - velocity.ahead * math.cos(error) - velocity.aside * math.sin(error)
+    speed_up_time = missing_speed * missing_speed / (2.0 * limits.max_acceleration * limits.max_speed)
     if limits.holonomic > 0.0:
-        return gaining
+        return speed_up_time
     if limits.steers > 0.0:
         speed = limits.max_speed
         rates = speed * limits.max_yaw_rate, speed * limits.max_yaw_acceleration
-        return turning_time(error, velocity.turning * velocity.ahead, rates) + gaining
-    return turning_time(error, velocity.turning, (limits.max_yaw_rate, limits.max_yaw_acceleration)) + gaining
+        return turning_time(error, velocity.turning * velocity.ahead, rates) + speed_up_time
+    return turning_time(error, velocity.turning, (limits.max_yaw_rate, limits.max_yaw_acceleration)) + speed_up_time
 
 
 @leaf
@@ -752,10 +753,10 @@ def turning_time(angle, rate, most):
     rate_max, acceleration = most
     if angle < 0.0:
         angle, rate = -angle, -rate
-    beyond = rate * rate / (2.0 * acceleration) - angle
-    if rate > 0.0 and beyond > 0.0:  # it stops too late: past the angle, and back
-        return rate / acceleration + 2.0 * math.sqrt(beyond / acceleration)
-    peak = math.sqrt(acceleration * angle + 0.5 * rate * rate)
-    if peak <= rate_max:
-        return (2.0 * peak - rate) / acceleration
-    return (2.0 * rate_max - rate + (peak * peak - rate_max * rate_max) / rate_max) / acceleration
+    overshoot = rate * rate / (2.0 * acceleration) - angle
+    if rate > 0.0 and overshoot > 0.0:  # it stops too late: past the angle, and back
+        return rate / acceleration + 2.0 * math.sqrt(overshoot / acceleration)
+    peak_rate = math.sqrt(acceleration * angle + 0.5 * rate * rate)
+    if peak_rate <= rate_max:
+        return (2.0 * peak_rate - rate) / acceleration
+    return (2.0 * rate_max - rate + (peak_rate * peak_rate - rate_max * rate_max) / rate_max) / acceleration

@@ -17,15 +17,15 @@ STEP = math.radians(2.0)
 
 
 @kernel
-def _open(angle, near, distance, way):
+def _is_way_open(bearing, hits_near, distance, way_length):
     """Whether a way (m) along a bearing keeps a distance from hits (n, 3), x, y and how far now, or leads off them."""
-    ux, uy = math.cos(angle), math.sin(angle)
-    for k in range(len(near)):
-        x, y, now = near[k]
-        along = min(max(x * ux + y * uy, 0.0), way)
-        if math.hypot(x - along * ux, y - along * uy) < min(distance, now) - 1e-9:
+    ux, uy = math.cos(bearing), math.sin(bearing)
+    for k in range(len(hits_near)):
+        x, y, hit_distance = hits_near[k]
+        along_way = min(max(x * ux + y * uy, 0.0), way_length)
+        if math.hypot(x - along_way * ux, y - along_way * uy) < min(distance, hit_distance) - 1e-9:
             return False
-        if math.hypot(x - way * ux, y - way * uy) < min(distance, now + OFF * way):
+        if math.hypot(x - way_length * ux, y - way_length * uy) < min(distance, hit_distance + OFF * way_length):
             return False
     return True
 
@@ -44,19 +44,25 @@ def free_heading(x, y, ux, uy, hits, sizes):
         hits: shape (n, 2), as used by the certificate, W, m.
         sizes: the robot's radius, and the distance that the certificate keeps from hits, m.
     """
-    way, distance = OPEN_WAY * sizes[0], sizes[1]
-    near, count = np.empty((len(hits), 3)), 0
+    way_length, distance = OPEN_WAY * sizes[0], sizes[1]
+    hits_near, count = np.empty((len(hits), 3)), 0
     for k in range(len(hits)):
         dx, dy = hits[k, 0] - x, hits[k, 1] - y
-        if abs(dx) < distance + way and abs(dy) < distance + way and math.hypot(dx, dy) < distance + way:
-            put(near, count, (dx, dy, math.hypot(dx, dy)))
+        if (
+            abs(dx) < distance + way_length
+            and abs(dy) < distance + way_length
+            and math.hypot(dx, dy) < distance + way_length
+        ):
+            put(hits_near, count, (dx, dy, math.hypot(dx, dy)))
             count += 1
-    near, angle = near[:count], math.atan2(uy, ux)
-    if _open(angle, near, distance, way):
+    hits_near, bearing = hits_near[:count], math.atan2(uy, ux)
+    if _is_way_open(bearing, hits_near, distance, way_length):
         return ux, uy
     for k in range(1, int(FREE_HEADING_RANGE / STEP) + 1):
         for step in (STEP, -STEP):
-            turned = angle + k * step
-            if _open(turned, near, distance, way) and _open(turned + step, near, distance, way):
-                return math.cos(turned), math.sin(turned)
+            tried_bearing = bearing + k * step
+            if _is_way_open(tried_bearing, hits_near, distance, way_length) and _is_way_open(
+                tried_bearing + step, hits_near, distance, way_length
+            ):
+                return math.cos(tried_bearing), math.sin(tried_bearing)
     return ux, uy

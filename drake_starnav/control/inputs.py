@@ -39,4 +39,4 @@ class Proposal(NamedTuple):
 
 
 Propose = Callable[[ControllerInputs, RobotParameters], Proposal]
-"""A controller as a pure function, as `control.followed`."""
+"""A controller as a pure function, as `control.follow_guidance`."""

@@ -13,7 +13,7 @@ SLOW_SHARE, SLOW_STOP = 0.725, 0.357
 """A manoeuvre is driven with this share of the largest speed, or so that the robot stops within this many radii."""
 
 
-def followed_manoeuvre(pose: np.ndarray, poses: np.ndarray, robot: RobotParameters) -> tuple[np.ndarray, np.ndarray]:
+def follow_manoeuvre(pose: np.ndarray, poses: np.ndarray, robot: RobotParameters) -> tuple[np.ndarray, np.ndarray]:
     """Return the twist towards the first pose of a manoeuvre that is not reached, and the direction of motion, W.
 
     Args:

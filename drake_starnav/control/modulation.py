@@ -26,30 +26,30 @@ def boundary_at(values, slopes, bearing_0, theta):
     """Phi and Phi' of one region at a bearing, linear between samples."""
     samples = len(values)
     position = (theta - bearing_0) * samples / (2.0 * math.pi)
-    base = math.floor(position)
-    share = position - base
-    left = int(base) % samples
-    right = left + 1 if left + 1 < samples else 0
-    phi = (1.0 - share) * values[left] + share * values[right]
-    return phi, (1.0 - share) * slopes[left] + share * slopes[right]
+    sample_below = math.floor(position)
+    share = position - sample_below
+    left_sample = int(sample_below) % samples
+    right_sample = left_sample + 1 if left_sample + 1 < samples else 0
+    phi = (1.0 - share) * values[left_sample] + share * values[right_sample]
+    return phi, (1.0 - share) * slopes[left_sample] + share * slopes[right_sample]
 
 
 @kernel
-def modulated_direction(x, y, ux, uy, regions, radius):
+def modulate_direction(x, y, ux, uy, regions, radius):
     """The mean direction of the unit vector (ux, uy), modulated by each region that contains (x, y).
 
     `regions` is a union, `radius` the robot's, m. The weights Gamma - 1 are continuous where the position enters or
     leaves a region. A unit vector; (ux, uy) itself where no region contains the position.
     """
     sum_x = sum_y = total = 0.0
-    nearest, farthest = CENTER * radius, FARTHEST * radius
+    nearest_distance, farthest_distance = CENTER * radius, FARTHEST * radius
     center, bearing_0, values, slopes = regions.center, regions.bearing_0, regions.values, regions.slopes
     for k in range(len(center)):
         dx, dy = x - center[k, 0], y - center[k, 1]
         distance = math.sqrt(dx * dx + dy * dy)
-        if distance > farthest:
+        if distance > farthest_distance:
             continue
-        if distance < nearest:
+        if distance < nearest_distance:
             return ux, uy
         phi, slope = boundary_at(values[k], slopes[k], bearing_0[k], math.atan2(dy, dx))
         gamma = (phi / distance) ** SIGMA
@@ -59,11 +59,11 @@ def modulated_direction(x, y, ux, uy, regions, radius):
         if gamma <= 1.0 or length < 1e-12:
             continue
         tx, ty = tx / length, ty / length
-        det = cosine * ty - sine * tx  # phi / length: positive
-        if det < 1e-6:
+        determinant = cosine * ty - sine * tx  # phi / length: positive
+        if determinant < 1e-6:
             continue
-        radial = (ux * ty - uy * tx) / det
-        tangential = (cosine * uy - sine * ux) / det * (1.0 + 1.0 / gamma)
+        radial = (ux * ty - uy * tx) / determinant
+        tangential = (cosine * uy - sine * ux) / determinant * (1.0 + 1.0 / gamma)
         if radial > 0.0:
             radial *= 1.0 - 1.0 / gamma
         vx, vy = radial * cosine + tangential * tx, radial * sine + tangential * ty

@@ -36,10 +36,12 @@ def moving_modulation(
     distance = np.maximum(np.hypot(offset[:, 0], offset[:, 1]), 1e-9)
     normal = offset / distance[:, None]
     gamma = np.maximum((distance / radii) ** 2, 1.0 + ON_RIM)
-    relative = velocity - velocities
-    outward = (relative * normal).sum(axis=1)
-    along = relative - outward[:, None] * normal
-    kept = np.where(outward < 0.0, 1.0 - 1.0 / gamma, 1.0)
-    modulated = (kept * outward)[:, None] * normal + (1.0 + 1.0 / gamma)[:, None] * along + velocities
-    weight = 1.0 / (gamma - 1.0)
-    return weight @ modulated / weight.sum()
+    relative_velocity = velocity - velocities
+    outward_speed = (relative_velocity * normal).sum(axis=1)
+    tangential_velocity = relative_velocity - outward_speed[:, None] * normal
+    kept_share = np.where(outward_speed < 0.0, 1.0 - 1.0 / gamma, 1.0)
+    modulated_velocity = (
+        (kept_share * outward_speed)[:, None] * normal + (1.0 + 1.0 / gamma)[:, None] * tangential_velocity + velocities
+    )
+    disc_weight = 1.0 / (gamma - 1.0)
+    return disc_weight @ modulated_velocity / disc_weight.sum()

@@ -6,8 +6,8 @@ import numpy as np
 
 from drake_starnav.control.free_heading import free_heading
 from drake_starnav.control.inputs import ControllerInputs, Proposal
-from drake_starnav.control.manoeuvre_following import followed_manoeuvre
-from drake_starnav.control.modulation import modulated_direction
+from drake_starnav.control.manoeuvre_following import follow_manoeuvre
+from drake_starnav.control.modulation import modulate_direction
 from drake_starnav.geometry.compiled import kernel, leaf
 from drake_starnav.planning.guidance import PASSED_DISTANCE
 from drake_starnav.robot import Limits, RobotParameters
@@ -25,16 +25,18 @@ MODULATION_DISTANCE = 1.0
 """Nearer to the way point than this, in radii, the guiding vector is used as it is: the robot would circle about it."""
 
 
-def followed(inputs: ControllerInputs, robot: RobotParameters) -> Proposal:
+def follow_guidance(inputs: ControllerInputs, robot: RobotParameters) -> Proposal:
     """The twist with which a robot of some size and limits follows the guiding vector."""
     pose, _, guidance, surroundings = inputs
     star = surroundings.certified_star
     limits = robot.limits
     if len(guidance.poses):
-        return Proposal(*followed_manoeuvre(pose, guidance.poses, robot))
-    ahead, found = (guidance.path, guidance.arrives, tuple(guidance.regions)), np.zeros(5)
-    _followed(pose, ahead, (star.boundary.points, star.radius), robot.shape.cover_radius, tuple(limits), found)
-    return Proposal(twist_of(found[2:], robot.drive), found[:2])
+        return Proposal(*follow_manoeuvre(pose, guidance.poses, robot))
+    way_ahead, proposal = (guidance.path, guidance.arrives, tuple(guidance.regions)), np.zeros(5)
+    _follow_guidance(
+        pose, way_ahead, (star.boundary.points, star.radius), robot.shape.cover_radius, tuple(limits), proposal
+    )
+    return Proposal(twist_of(proposal[2:], robot.drive), proposal[:2])
 
 
 @leaf
@@ -44,10 +46,10 @@ def goal_slowdown(limits):
 
 
 @kernel
-def _followed(pose, ahead, seen, radius, limits, found):
-    """Write guiding vector (2,) and `Velocity` into `found` (5,), where the robot shall not stand."""
+def _follow_guidance(pose, guidance, certificate, radius, limits, proposal):
+    """Write guiding vector (2,) and `Velocity` into `proposal` (5,), where the robot shall not stand."""
     x, y, yaw = pose
-    path, arrives, regions = ahead
+    path, arrives, regions = guidance
     regions, limits = RegionUnion(*regions), Limits(*limits)  # plain tuples are handed over faster than named ones
     count = len(path)
     if count == 0 or (arrives and math.hypot(path[-1, 0] - x, path[-1, 1] - y) <= GOAL_REACHED * radius):
@@ -55,12 +57,12 @@ def _followed(pose, ahead, seen, radius, limits, found):
     ux, uy, distance = guiding_vector(x, y, path, regions, radius)
     if ux == 0.0 and uy == 0.0:
         return
-    ux, uy = free_heading(x, y, ux, uy, seen[0], (radius, seen[1]))
+    ux, uy = free_heading(x, y, ux, uy, certificate[0], (radius, certificate[1]))
     velocity = aimed(wrapped_angle(math.atan2(uy, ux) - yaw), limits.max_speed, limits)
-    most = goal_slowdown(limits) * distance + limits.max_speed / CREEP if arrives and count == 1 else np.inf
-    velocity = slowed(velocity, most)
-    found[0], found[1] = ux, uy
-    found[2], found[3], found[4] = velocity.ahead, velocity.aside, velocity.turning
+    speed_limit = goal_slowdown(limits) * distance + limits.max_speed / CREEP if arrives and count == 1 else np.inf
+    velocity = slowed(velocity, speed_limit)
+    proposal[0], proposal[1] = ux, uy
+    proposal[2], proposal[3], proposal[4] = velocity.guidance, velocity.aside, velocity.turning
 
 
 @kernel
@@ -75,7 +77,7 @@ def guiding_vector(x, y, path, regions, radius):
     """
     ux, uy, distance = way_point(x, y, path, radius)
     if distance > MODULATION_DISTANCE * radius:
-        ux, uy = modulated_direction(x, y, ux, uy, regions, radius)
+        ux, uy = modulate_direction(x, y, ux, uy, regions, radius)
     return ux, uy, distance
 
 

@@ -7,7 +7,7 @@ from pydrake.systems.framework import System
 
 from drake_starnav.baselines import BASELINES
 from drake_starnav.baselines.baseline_step import Baseline
-from drake_starnav.control import followed
+from drake_starnav.control import follow_guidance
 from drake_starnav.navigation.parts import Parts, function_of
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.robot_interface import delay_steps
@@ -90,7 +90,7 @@ def _guided(config: LoopConfig) -> System:
         config.scenario.robot,
         config.scenario.controller,
         config.margins,
-        propose=function_of(config.parts.controller) or followed,
+        propose=function_of(config.parts.controller) or follow_guidance,
         obstacles=config.obstacles,
         state_lead=config.state_lead,
         stopwatch=config.stopwatch,

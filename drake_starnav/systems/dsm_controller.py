@@ -3,7 +3,7 @@
 from pydrake.common.value import Value
 from pydrake.systems.framework import Context, InputPort
 
-from drake_starnav.control import ControllerInputs, ControllerParameters, Proposal, followed
+from drake_starnav.control import ControllerInputs, ControllerParameters, Proposal, follow_guidance
 from drake_starnav.control.avoidance import avoid_collision
 from drake_starnav.control.inputs import Propose
 from drake_starnav.planning.guidance import Guidance
@@ -53,7 +53,7 @@ class DsmController(Controller):
         controller: ControllerParameters,
         margins: Margins,
         *,
-        propose: Propose = followed,
+        propose: Propose = follow_guidance,
         obstacles: DynamicObstacleParameters | None = None,
         state_lead: float = 0.0,
         stopwatch: Stopwatch | None = None,

@@ -13,7 +13,7 @@ from unittest.mock import patch
 
 import numpy as np
 
-from drake_starnav.control.path_following import _followed, guiding_vector
+from drake_starnav.control.path_following import _follow_guidance, guiding_vector
 from drake_starnav.evaluation.workers import Pool
 from drake_starnav.lidar.field_of_view import TURN
 from drake_starnav.paper.modulation import modulated_vector
@@ -62,8 +62,8 @@ class _ReplacingExecutor(Executor):
 
 
 def interpreted_followed(*arguments: Any) -> None:
-    """For `path_following._followed`: not compiled."""
-    _followed.py_func(*arguments)
+    """For `path_following._follow_guidance`: not compiled."""
+    _follow_guidance.py_func(*arguments)
 
 
 def interpreted_guiding_vector(*arguments: Any) -> tuple:
@@ -125,7 +125,7 @@ def along_cells(state: PlannerState, check: Any, inputs: PlannerInput) -> Planne
 
 
 def paper_direction(x: float, y: float, ux: float, uy: float, regions: RegionUnion, _radius: float) -> np.ndarray:
-    """For `modulated_direction`: the paper's sum, normalised."""
+    """For `modulate_direction`: the paper's sum, normalised."""
     vector = modulated_vector(np.array((x, y)), np.array((ux, uy)), regions)
     length = np.hypot(*vector)
     return vector / length if length > 1e-9 else np.array((ux, uy))

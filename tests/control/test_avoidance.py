@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from drake_starnav.control import ControllerInputs, ControllerParameters
-from drake_starnav.control.avoidance import Scene, avoid_collision, list_manoeuvres, thinned_places, velocity_around
+from drake_starnav.control.avoidance import Scene, avoid_collision, find_velocity_around, list_manoeuvres, thin_places
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.motion import roll_out
@@ -99,13 +99,13 @@ def test_the_way_round_is_one_of_the_manoeuvres_if_it_is_wanted() -> None:
     obstacles = TrackedObstacles(tracks, 0.0, OBSTACLES)
     regions, star = known()
     among = Scene.of(ControllerInputs(np.zeros(3), still, Guidance(PATH, True, regions), star), obstacles, ROBOT)
-    aside = velocity_around(np.zeros(3), PATH, among, ROBOT)
+    aside = find_velocity_around(np.zeros(3), PATH, among, ROBOT)
     assert aside is not None
     assert aside[1] < 0.0
     row = list_manoeuvres(still, limits, aside)[-1]
     assert row["heading"] == math.atan2(aside[1], aside[0])
     assert 0.0 < row["speed"] <= ROBOT.max_speed
-    assert velocity_around(np.zeros(3), np.zeros((0, 2)), among, ROBOT) is None
+    assert find_velocity_around(np.zeros(3), np.zeros((0, 2)), among, ROBOT) is None
     assert len(list_manoeuvres(still, limits)) == len(list_manoeuvres(still, limits, aside)) - 1
 
 
@@ -127,7 +127,7 @@ def test_where_the_path_leads_too_near_by_what_might_start_another_way_is_found(
 
 def test_what_stands_is_foreseen_as_few_places() -> None:
     places = standing(1.0, 0.0).possible_starters[:, :2]
-    kept = thinned_places(places, np.zeros(2), 1.1, 0.1)
+    kept = thin_places(places, np.zeros(2), 1.1, 0.1)
     assert 3 < len(kept) < 20
     apart = np.hypot(*(kept[:, None] - kept).transpose(2, 0, 1)) + np.eye(len(kept))
     assert apart.min() >= 0.1

@@ -16,12 +16,12 @@ from drake_starnav.control.avoidance import (
     Movers,
     Scene,
     Settings,
+    choose_velocity,
     continue_rollout,
-    initial_rollout,
-    predicted_discs,
+    make_initial_rollout,
+    predict_discs,
     time_to_escape,
     times_along,
-    wanted_velocity,
 )
 from drake_starnav.robot import Limits
 from drake_starnav.safety.moving_certificate import MOVING_MARGIN
@@ -55,7 +55,7 @@ def scene(*places: tuple[float, float], limits: Limits = LIMITS) -> Scene:
 
 def begin(v: float = 0.0, limits: Limits = LIMITS) -> np.ndarray:
     twist = (v, 0.0, 0.0) if limits.holonomic else (v, 0.0)
-    return initial_rollout(np.zeros(3), np.array(twist), scene(limits=limits))
+    return make_initial_rollout(np.zeros(3), np.array(twist), scene(limits=limits))
 
 
 def follow(speed: float = 0.8) -> np.ndarray:
@@ -72,17 +72,17 @@ def head(heading: float, speed: float = 0.8) -> np.ndarray:
 
 def driven(start: np.ndarray, manoeuvre: np.ndarray, steps: int, among: Scene) -> np.void:
     rollouts = start.copy()
-    continue_rollout(start[0], manoeuvre, predicted_discs(among, 0.0, steps), among, np.inf, rollouts)
+    continue_rollout(start[0], manoeuvre, predict_discs(among, 0.0, steps), among, np.inf, rollouts)
     return rollouts[0]
 
 
 @pytest.mark.parametrize("limits", BASES.values(), ids=BASES)
 def test_each_manoeuvre_wants_its_velocity(limits: Limits) -> None:
     wants = begin(0.0, limits)[0], LINE, limits, SETTINGS
-    assert wanted_velocity(keep(0.3, 0.1, -0.5)[0], *wants) == (0.3, 0.1, -0.5)
-    assert wanted_velocity(follow()[0], *wants) == pytest.approx((0.8, 0.0, 0.0))
-    assert wanted_velocity(head(math.pi, -0.8)[0], *wants) == pytest.approx((-0.8, 0.0, 0.0))
-    left = wanted_velocity(head(0.5 * math.pi)[0], *wants)
+    assert choose_velocity(keep(0.3, 0.1, -0.5)[0], *wants) == (0.3, 0.1, -0.5)
+    assert choose_velocity(follow()[0], *wants) == pytest.approx((0.8, 0.0, 0.0))
+    assert choose_velocity(head(math.pi, -0.8)[0], *wants) == pytest.approx((-0.8, 0.0, 0.0))
+    left = choose_velocity(head(0.5 * math.pi)[0], *wants)
     if limits.holonomic:
         assert left[:2] == pytest.approx((0.0, 0.8))
     else:
@@ -164,6 +164,6 @@ def test_manoeuvres_that_begin_alike_are_driven_as_if_each_were_alone(limits: Li
     start, among = begin(0.1, limits), scene((0.9, 0.1), limits=limits)
     rollouts = np.repeat(start, len(manoeuvres))
     together = np.concatenate(manoeuvres)
-    continue_rollout(start[0], together, predicted_discs(among, 0.0, 30), among, np.inf, rollouts)
+    continue_rollout(start[0], together, predict_discs(among, 0.0, 30), among, np.inf, rollouts)
     assert np.array_equal(rollouts, np.array([driven(start, manoeuvre, 30, among) for manoeuvre in manoeuvres]))
     assert rollouts[1] == rollouts[3] and len({float(row["cost"]) for row in rollouts}) > len(manoeuvres) // 2

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from drake_starnav.control.manoeuvre_following import followed_manoeuvre
+from drake_starnav.control.manoeuvre_following import follow_manoeuvre
 from drake_starnav.geometry.footprint import disc
 from drake_starnav.planning.manoeuvre import count_reached
 from drake_starnav.robot import BASES, RobotParameters
@@ -28,7 +28,7 @@ def test_a_robot_reaches_all_poses_of_a_manoeuvre(start):
         poses = poses[count_reached(np.array(pose), poses, BASE, ROBOT.radius) :]
         if not len(poses):
             break
-        target = followed_manoeuvre(np.array(pose), poses, ROBOT)[0]
+        target = follow_manoeuvre(np.array(pose), poses, ROBOT)[0]
         twist = ramped_twist(twist, target, Actuation(LIMITS, disc(0.2), PERIOD, 0.0))
         steady = Velocity(twist[0], 0.0, twist[1])
         pose, _, _ = advanced(pose, steady, steady, PERIOD, LIMITS)
@@ -45,7 +45,7 @@ def test_a_robot_follows_the_arcs_of_a_manoeuvre(length: float, turn: float, gea
     x, y = gear * length * math.cos(0.5 * turn), gear * length * math.sin(0.5 * turn)
     poses = np.array(((x, y, turn, gear),))
     while not count_reached(np.array(pose), poses, BASE, 0.4):
-        target = followed_manoeuvre(np.array(pose), poses, ROBOT)[0]
+        target = follow_manoeuvre(np.array(pose), poses, ROBOT)[0]
         twist = ramped_twist(twist, target, Actuation(LIMITS, disc(0.2), PERIOD, 0.0))
         steady = Velocity(twist[0], 0.0, twist[1])
         pose, _, _ = advanced(pose, steady, steady, PERIOD, LIMITS)

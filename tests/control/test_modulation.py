@@ -10,7 +10,7 @@ from drake_starnav.control.modulation import (
     FARTHEST,
     SIGMA,
     boundary_at,
-    modulated_direction,
+    modulate_direction,
 )
 from drake_starnav.surroundings.star_region import StarRegion, unite_regions
 from tests.helpers.scans import RADIUS, seeds, smooth_region
@@ -43,7 +43,7 @@ def expected(point: np.ndarray, direction: np.ndarray, regions: list[StarRegion]
 
 
 def modulated(point: np.ndarray, direction: np.ndarray, regions: list[StarRegion]) -> np.ndarray:
-    return np.array(modulated_direction(*point, *direction, unite_regions(regions), RADIUS))
+    return np.array(modulate_direction(*point, *direction, unite_regions(regions), RADIUS))
 
 
 def inside(rng: np.random.Generator, region: StarRegion) -> np.ndarray:

@@ -12,7 +12,7 @@ from drake_starnav.control.path_following import (
     CREEP,
     GOAL_REACHED,
     MODULATION_DISTANCE,
-    followed,
+    follow_guidance,
     goal_slowdown,
     guiding_vector,
 )
@@ -139,7 +139,7 @@ def test_a_round_robot_of_any_base_heads_for_its_way_point_beside_hits(base: str
     surroundings = replaced(OPEN, certified_star=star)
     guidance = Guidance(np.array([(3.0, 0.0)]), False, RegionUnion.none())
     inputs = ControllerInputs(np.zeros(3), np.zeros(len(robot.drive.components)), guidance, surroundings)
-    twist = followed(inputs, robot).twist
+    twist = follow_guidance(inputs, robot).twist
     assert len(twist) == len(robot.drive.components)
     assert robot.drive.body_rates(twist)[0] > 0.5
 
@@ -148,6 +148,6 @@ def test_a_round_robot_of_any_base_heads_for_its_way_point_beside_hits(base: str
 def test_a_robot_of_any_base_without_a_way_stands(base: str) -> None:
     robot = RobotParameters(base=base)
     size = len(robot.drive.components)
-    proposal = followed(ControllerInputs(np.zeros(3), np.zeros(size), Guidance.none(), OPEN), robot)
+    proposal = follow_guidance(ControllerInputs(np.zeros(3), np.zeros(size), Guidance.none(), OPEN), robot)
     np.testing.assert_array_equal(proposal.twist, np.zeros(size))
     assert not proposal.guiding_vector.any()

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drake_starnav.control import ControllerInputs, ControllerParameters, followed
+from drake_starnav.control import ControllerInputs, ControllerParameters, follow_guidance
 from drake_starnav.control.avoidance import avoid_collision
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, plan_step
 from drake_starnav.robot import RobotParameters
@@ -39,7 +39,7 @@ def command(inputs: ControllerInputs, tracked: TrackedObstacles, robot: RobotPar
     commands = actuation(robot, 1.0 / CONTROLLER.rate)
     certificates = standard_certificates(surroundings, MARGINS.safety, commands, pose[:2], tracked)
     way = avoid_collision(inputs, tracked, certificates, commands, robot)
-    proposed = followed(inputs, robot).twist if way is None else way
+    proposed = follow_guidance(inputs, robot).twist if way is None else way
     return np.array(ramped_twist(twist, certified_twist(pose, twist, proposed, certificates, commands)[0], commands))
 
 

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from drake_starnav.control import ControllerInputs, ControllerParameters, followed
+from drake_starnav.control import ControllerInputs, ControllerParameters, follow_guidance
 from drake_starnav.geometry.footprint import disc
 from drake_starnav.robot import BASES, Limits, RobotParameters
 from drake_starnav.robot.motion import Actuation, roll_out
@@ -84,7 +84,7 @@ def stepped(
     """The twist after one period of our controller and the shield in a static world, and whether it is certified."""
     pose, twist, _, star = inputs
     period = 1.0 / parameters.rate
-    proposed = followed(inputs, robot).twist
+    proposed = follow_guidance(inputs, robot).twist
     *target, accepted = starred_twist(pose, twist, proposed, period, robot.limits, star, parameters.delay)
     return limited_twist(twist, np.array(target), robot, period), accepted
 

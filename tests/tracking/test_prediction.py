@@ -1,4 +1,4 @@
-"""Predicted places of discs: straight, and off a wall."""
+"""Places from which something may come out of hiding."""
 
 import dataclasses
 import math
@@ -14,10 +14,6 @@ from drake_starnav.tracking.prediction import (
 from tests.helpers.loop import drive
 from tests.helpers.scans import cast
 from tests.helpers.scenes import Scene, hall
-
-NOTHING = np.zeros((0, 2))
-WALL = np.column_stack((np.full(200, 2.0), np.linspace(-5.0, 5.0, 200)))
-
 
 COLUMN = (1.0, 0.0, 0.3)
 
