@@ -62,7 +62,7 @@ def _follow_guidance(pose, guidance, certificate, radius, limits, proposal):
     speed_limit = goal_slowdown(limits) * distance + limits.max_speed / CREEP if arrives and count == 1 else np.inf
     velocity = slowed(velocity, speed_limit)
     proposal[0], proposal[1] = ux, uy
-    proposal[2], proposal[3], proposal[4] = velocity.guidance, velocity.aside, velocity.turning
+    proposal[2], proposal[3], proposal[4] = velocity.ahead, velocity.aside, velocity.turning
 
 
 @kernel
