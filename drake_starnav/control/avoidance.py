@@ -5,7 +5,7 @@ backwards, as the base does it (`aimed`): turning and then driving sideways is o
 with a twist that the certificates accept. Of each generation the BEAM best rollouts that differ are continued, up to
 the horizon.
 
-In a rollout the movers go straight on; static objects are assumed to stay. The robot stops at the
+In a rollout the movers follow their predicted trajectories; static objects are assumed to stay. The robot stops at the
 edge of known free space, and brakes as soon as the certificate in time would make it, also for static objects, which
 might start: a rollout that the robot's own caution would cut short thus shows where it really ends. In seconds,
 
@@ -40,10 +40,9 @@ from drake_starnav.robot.motion import Actuation, Pose, moved, ramped_velocity, 
 from drake_starnav.safety.certificates import Certificate, accepted
 from drake_starnav.safety.moving_certificate import MOVING_MARGIN, STANDING_SPEED
 from drake_starnav.surroundings.region_union import RegionUnion, cover_at, covers
+from drake_starnav.tracking.prediction import HORIZON, PREDICTION_STEP
 from drake_starnav.tracking.tracker import TrackedObstacles
 
-HORIZON = 3.0
-"""How far ahead rollouts reach, s."""
 SEGMENT = 5
 """Steps of a manoeuvre."""
 STEP = 0.1
@@ -102,12 +101,14 @@ class Movers(NamedTuple):
     Attributes:
         position, velocity: shape (n, 2), of the n that are predicted, now, W, m and m/s.
         radius: shape (n,), m.
+        trajectory: shape (n, k, 2), places every PREDICTION_STEP from the time of the scan on, W, m.
         may_start: shape (m, 2), places on static objects that might start to move, W, m.
     """
 
     position: np.ndarray
     velocity: np.ndarray
     radius: np.ndarray
+    trajectory: np.ndarray
     may_start: np.ndarray
 
     @staticmethod
@@ -120,6 +121,7 @@ class Movers(NamedTuple):
             position=tracks.position[is_predicted] + age * velocity,
             velocity=velocity,
             radius=tracks.radius[is_predicted],
+            trajectory=tracks.predicted_trajectories[is_predicted],
             may_start=thin_places(tracks.possible_starters[:, :2], position, farthest, spacing),
         )
 
@@ -130,6 +132,7 @@ class Settings(NamedTuple):
     Attributes:
         radius: of the robot, m.
         slowdown: speed per distance to the goal, 1/s; infinite where the path ends at a frontier.
+        age: of the scan, s.
         spacing: distance that the certificate keeps from movers, m.
         caution: share of their speed that is allowed for in all directions.
         mover_speed: that is declared, m/s.
@@ -137,6 +140,7 @@ class Settings(NamedTuple):
 
     radius: float
     slowdown: float
+    age: float
     spacing: float
     caution: float
     mover_speed: float
@@ -172,6 +176,7 @@ class Scene(NamedTuple):
         settings = Settings(
             radius=robot.radius,
             slowdown=goal_slowdown(limits) if guidance.arrives or not len(guidance.path) else np.inf,
+            age=tracked.age,
             spacing=MOVING_MARGIN * robot.shape.cover_radius + obstacles.stopping_distance,
             caution=obstacles.caution,
             mover_speed=obstacles.max_speed,
@@ -306,16 +311,21 @@ def thin_places(places, position, reach, spacing):
 @kernel
 def predict_discs(scene, start_time, steps):
     """Return the movers at a time (s) and after each step from it, shape (steps + 1, n) of `DISC`."""
-    (position, velocity, radius, _), settings = scene.movers, scene.settings
-    discs = np.empty((steps + 1, len(radius)), DISC)
-    for j in range(len(radius)):
-        speed = math.hypot(velocity[j, 0], velocity[j, 1])
-        for s in range(steps + 1):
-            disc, time = discs[s, j], start_time + s * STEP
-            disc.vx, disc.vy, disc.radius = velocity[j, 0], velocity[j, 1], radius[j]
-            disc.x, disc.y = position[j, 0] + time * disc.vx, position[j, 1] + time * disc.vy
+    trajectory, radius, settings = scene.movers.trajectory, scene.movers.radius, scene.settings
+    discs, last_sample = np.empty((steps + 1, len(radius)), DISC), trajectory.shape[1] - 1.001
+    for s in range(steps + 1):
+        sample = min((settings.age + start_time) / PREDICTION_STEP, last_sample)
+        i = int(sample)
+        share = sample - i
+        for j in range(len(radius)):
+            disc, x, y = discs[s, j], trajectory[j, i, 0], trajectory[j, i, 1]
+            dx, dy = trajectory[j, i + 1, 0] - x, trajectory[j, i + 1, 1] - y
+            speed = math.hypot(dx, dy) / PREDICTION_STEP
+            disc.x, disc.y, disc.radius = x + share * dx, y + share * dy, radius[j]
+            disc.vx, disc.vy = dx / PREDICTION_STEP, dy / PREDICTION_STEP
             disc.reach = (1.0 - settings.caution) * speed + settings.caution * settings.mover_speed
             disc.hazard = speed * time_to_escape(settings.radius + radius[j], scene.limits)
+        start_time += STEP
     return discs
 
 

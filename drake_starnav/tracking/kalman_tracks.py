@@ -92,6 +92,8 @@ class Tracks:
             what was there may be by now.
         possible_starters: shape (l, 3), static hits on objects that might start to move; none unless `guarded`.
         hit_track: shape (k,), the track that each hit belongs to; -1 for none.
+        predicted_trajectories: shape (n, k, 2), where each is predicted to be, now and every `PREDICTION_STEP` from now
+            on.
         occlusion_discs: shape (m, 3), places at the edges of occluded areas, from which something may come; none unless
             `guarded`.
     """
@@ -112,6 +114,7 @@ class Tracks:
     hits: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
     hit_track: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
     possible_starters: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+    predicted_trajectories: np.ndarray = field(default_factory=lambda: np.zeros((0, 1, 2)))
     occlusion_discs: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
 
     def __len__(self) -> int:

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drake_starnav.geometry.compiled import kernel, leaf
+from drake_starnav.geometry.compiled import kernel, leaf, put
 from drake_starnav.lidar.laser_scan import DYNAMIC, HIT, LOST, STATIC, UNKNOWN, LaserScan, placed_ends
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.tracking.surfaces import find_continuing_beams, find_runs, measure_chord
@@ -103,6 +103,13 @@ class OccupancyHistory:
             )
         )
 
+    def find_walls(self, time: float, places: np.ndarray, reach: np.ndarray) -> np.ndarray:
+        """Return the centres of cells that at a time (s) have been occupied for STANDING_AFTER, shape (n, 2), W, m.
+
+        All that are within reach (k,) of places (k, 2), m, are among them.
+        """
+        return _find_standing_cells(self.first_hit, self.last_hit, time, self.first, places, reach)
+
     def add_scan(self, scan: LaserScan, pose: np.ndarray, on_large_surface: np.ndarray) -> "OccupancyHistory":
         """The grid with one more scan; arguments as for `classify_beams`."""
         grid = self.follow_robot(pose[:2])
@@ -175,6 +182,23 @@ def _classify_beams(grids, cells, beams, time, on_large_surface, max_radius):
         elif is_hit[k] and not is_standing[k] and (was_free[k] or not is_static[k]):
             motion[k] = UNKNOWN
     return motion, newly_occupied, may_start
+
+
+@kernel
+def _find_standing_cells(first_hit, last_hit, time, first, places, reach):
+    """The loop of `OccupancyHistory.find_walls`, over the box of cells that holds what is near; `first` is the grid's."""
+    begin, end, last_index = np.full(2, len(first_hit) - 1), np.zeros(2, np.int64), len(first_hit) - 1
+    for k in range(len(places)):
+        for i in range(2):
+            begin[i] = min(begin[i], max(math.floor((places[k, i] - reach[k]) / CELL) - first[i], 0))
+            end[i] = max(end[i], min(math.floor((places[k, i] + reach[k]) / CELL) - first[i], last_index))
+    centers, n = np.empty((max(end[0] + 1 - begin[0], 0) * max(end[1] + 1 - begin[1], 0), 2)), 0
+    for i in range(begin[0], end[0] + 1):
+        for j in range(begin[1], end[1] + 1):
+            if _is_standing(first_hit[i, j], last_hit[i, j], time):
+                put(centers, n, ((i + first[0] + 0.5) * CELL, (j + first[1] + 0.5) * CELL))
+                n += 1
+    return centers[:n].copy()
 
 
 @kernel

@@ -1,7 +1,9 @@
-"""Where tracked obstacles will be, straight on, and from where others may come.
+"""Where tracked obstacles will be, straight on and reflected off static ones, and from where others may come.
 
-Using a measured turning rate makes the guess worse, even for obstacles that wind: the rate is too uncertain. Lengths
-are of persons: nature.
+An obstacle keeps its velocity; where it would run into a static obstacle, it is assumed to bounce off like a ball.
+Neither needs to be true: it is the best guess for planning, and the certificate does not rely on it. Using
+a measured turning rate makes the guess worse, even for obstacles that wind: the rate is too uncertain. Lengths are
+of persons: nature.
 """
 
 import math
@@ -12,11 +14,57 @@ import numpy as np
 from drake_starnav.geometry.compiled import kernel
 from drake_starnav.lidar.laser_scan import LaserScan
 
+HORIZON = 3.0
+"""How far ahead trajectories are predicted, s."""
+PREDICTION_LEAD = 0.3
+"""Trajectories extend this far beyond the horizon, so that they last until the next scan, s."""
+PREDICTION_STEP = 0.1
+"""Time between two predicted positions, s."""
+PREDICTION_STEPS = math.ceil((HORIZON + PREDICTION_LEAD) / PREDICTION_STEP - 1e-9) + 1
+PREDICTED = PREDICTION_STEP * PREDICTION_STEPS
+"""Number of predicted positions after the present one, and how far they reach, s."""
 AGILITY = 0.7
 """Random change of velocity that is expected, per root of time, m/s/sqrt(s)."""
 OCCLUSION_SPACING = 0.15
 """Where the ranges of neighbouring beams differ by more than this, m, something may hide behind the nearer hit. The
 places on the ray between the two have this spacing."""
+
+
+@kernel
+def predict_trajectories(position, velocity, radius, walls):
+    """Return predicted positions of discs, (n, k, 2), W, m: now and then every PREDICTION_STEP, beyond the horizon.
+
+    Args:
+        position, velocity, radius: shape (n, 2), (n, 2) and (n,), of the discs now, W, m and m/s.
+        walls: shape (m, 2), points on static obstacles, which discs bounce off, W, m.
+    """
+    steps = PREDICTION_STEPS
+    n = len(radius)
+    trajectories = np.empty((n, steps + 1, 2))
+    for k in range(n):
+        x, y, vx, vy = position[k, 0], position[k, 1], velocity[k, 0], velocity[k, 1]
+        reach = radius[k] + math.hypot(vx, vy) * PREDICTION_STEP * steps
+        near_walls = np.empty((len(walls), 2))
+        m = 0
+        for q in range(len(walls)):
+            if (walls[q, 0] - x) ** 2 + (walls[q, 1] - y) ** 2 < reach * reach:
+                near_walls[m] = walls[q]
+                m += 1
+        trajectories[k, 0, 0], trajectories[k, 0, 1] = x, y
+        for i in range(1, steps + 1):
+            x += vx * PREDICTION_STEP
+            y += vy * PREDICTION_STEP
+            closest, nx, ny = radius[k], 0.0, 0.0
+            for q in range(m):
+                dx, dy = x - near_walls[q, 0], y - near_walls[q, 1]
+                distance = math.hypot(dx, dy)
+                if distance < closest and vx * dx + vy * dy < 0.0:
+                    closest, nx, ny = distance, dx / max(distance, 1e-9), dy / max(distance, 1e-9)
+            if closest < radius[k]:
+                along = vx * nx + vy * ny
+                vx, vy = vx - 2.0 * along * nx, vy - 2.0 * along * ny
+            trajectories[k, i, 0], trajectories[k, i, 1] = x, y
+    return trajectories
 
 
 def add_radius(places: np.ndarray, radius: float) -> np.ndarray:

@@ -8,17 +8,24 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_starnav.lidar.deskew import deskewed
-from drake_starnav.lidar.laser_scan import DYNAMIC, LaserScan
+from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, LaserScan
 from drake_starnav.tracking.kalman_tracks import Tracks, update_tracks
 from drake_starnav.tracking.occupancy_history import OccupancyHistory
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
-from drake_starnav.tracking.prediction import Rows, add_radius, find_view_edges, is_seen_free
+from drake_starnav.tracking.prediction import (
+    PREDICTED,
+    Rows,
+    add_radius,
+    find_view_edges,
+    is_seen_free,
+    predict_trajectories,
+)
 from drake_starnav.tracking.surfaces import find_large_surfaces
 from drake_starnav.utils.snapshot import replaced, snapshot
 
 _BLIND = LaserScan(0.0, -1.0, 1.0, 0.0, 1.0, np.full(3, np.nan), lost_beams=True)
 """A scan of lost beams only, which carries no information."""
-LISTS = ("hits", "hit_track", "possible_starters", "occlusion_discs")
+LISTS = ("hits", "hit_track", "possible_starters", "predicted_trajectories", "occlusion_discs")
 """What `Tracks` hold beside `Rows`."""
 
 
@@ -75,7 +82,11 @@ def track(
     on_large_surface = find_large_surfaces(scan, 2.0 * parameters.max_radius, range_deviation)
     beam_motion = grid.classify_beams(scan, pose, on_large_surface, parameters)
     tracks, reported_motion = update_tracks(previous_state.tracks, scan, beam_motion, pose, parameters)
-    scan = replaced(scan, motion=reported_motion)
+    reach = tracks.radius + np.hypot(*tracks.expected_velocity.T) * PREDICTED
+    static_hits = scan.points_at(scan.distances, scan.hits & (beam_motion.motion == STATIC), pose)
+    walls = np.vstack((grid.find_walls(scan.time, tracks.position, reach), static_hits))
+    trajectories = predict_trajectories(tracks.position, tracks.expected_velocity, tracks.radius, walls)
+    tracks, scan = replaced(tracks, predicted_trajectories=trajectories), replaced(scan, motion=reported_motion)
     return TrackerState(
         grid.add_scan(scan, pose, on_large_surface & (beam_motion.motion != DYNAMIC)), tracks, scan, pose
     )
@@ -115,6 +126,7 @@ def _predict_tracks(time: float, tracks: Tracks, max_speed: float, first_row: in
         tracks,
         time=time,
         position=tracks.position + displacement,
+        predicted_trajectories=tracks.predicted_trajectories + displacement[:, None],
         last_seen=tracks.last_seen + elapsed_time,
         hits=add_radius(tracks.hits, added_radius),
         possible_starters=add_radius(tracks.possible_starters, added_radius),

@@ -16,7 +16,7 @@ from drake_starnav.surroundings.star_region import scan_region, unite_regions
 from drake_starnav.surroundings.surroundings import Surroundings
 from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
-from drake_starnav.tracking.prediction import add_radius
+from drake_starnav.tracking.prediction import add_radius, predict_trajectories
 from drake_starnav.tracking.tracker import TrackedObstacles
 from tests.helpers.motions import actuation
 from tests.helpers.scans import MARGINS, cast, observe_scan
@@ -47,6 +47,7 @@ def obstacle(position: tuple[float, float], velocity: tuple[float, float]) -> Tr
         aspect_rate=np.zeros(1),
         hits=add_radius(place + RADIUS * np.column_stack((np.cos(angle), np.sin(angle))), 0.0),
         hit_track=np.zeros(40, np.int64),
+        predicted_trajectories=predict_trajectories(place, moving, np.array([RADIUS]), np.zeros((0, 2))),
     )
 
 

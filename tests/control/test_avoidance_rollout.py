@@ -27,6 +27,7 @@ from drake_starnav.robot import Limits
 from drake_starnav.safety.moving_certificate import MOVING_MARGIN
 from drake_starnav.surroundings.certified_star import CertifiedStar
 from drake_starnav.surroundings.star_region import scan_region, unite_regions
+from drake_starnav.tracking.prediction import PREDICTION_STEP
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import MARGINS, cast
 
@@ -38,7 +39,7 @@ BASES = {
 }
 LINE = np.array(((0.0, 0.0), (2.0, 0.0)))
 RADIUS = 0.25
-SETTINGS = Settings(RADIUS, slowdown=1.2, spacing=RADIUS * MOVING_MARGIN, caution=0.5, mover_speed=0.0)
+SETTINGS = Settings(RADIUS, slowdown=1.2, age=0.0, spacing=RADIUS * MOVING_MARGIN, caution=0.5, mover_speed=0.0)
 NO_HITS = np.zeros((0, 2))
 DISC_RADIUS = 0.3
 
@@ -48,7 +49,12 @@ def scene(*places: tuple[float, float], limits: Limits = LIMITS) -> Scene:
     world = World("empty", (0.0, 0.0, 0.0), (2.0, 0.0), bounds=(-4.0, -4.0, 4.0, 4.0))
     regions = unite_regions([scan_region(cast(world), np.zeros(3), 0.25, MARGINS)])
     position = np.array(places, float).reshape(-1, 2)
-    movers = Movers(position, np.zeros_like(position), np.full(len(places), DISC_RADIUS), NO_HITS)
+    still, radius, trajectory = (
+        np.zeros_like(position),
+        np.full(len(places), DISC_RADIUS),
+        np.repeat(position[:, None], 60, 1),
+    )
+    movers = Movers(position, still, radius, trajectory, NO_HITS)
     star = CertifiedStar.none().union
     return Scene(LINE, times_along(LINE, limits), regions, star, NO_HITS, movers, limits, SETTINGS)
 
@@ -139,7 +145,8 @@ def test_who_stands_is_at_risk_as_far_as_a_disc_comes_before_it_is_out_of_the_wa
 
     def risk(gap: float, velocity: tuple[float, float]) -> float:
         among = scene((0.0, RADIUS + DISC_RADIUS + gap), limits=limits)
-        among = among._replace(movers=among.movers._replace(velocity=np.array([velocity])))
+        moves = among.movers.trajectory + PREDICTION_STEP * np.arange(60)[None, :, None] * np.array(velocity)
+        among = among._replace(movers=among.movers._replace(trajectory=moves))
         return float(driven(begin(0.0, limits), keep(0.0), 1, among)["risk"])
 
     reach = speed * time_to_escape(RADIUS + DISC_RADIUS, limits)

@@ -1,4 +1,4 @@
-"""Places from which something may come out of hiding."""
+"""Predicted places of discs, straight and off a wall, and places from which something may come out of hiding."""
 
 import dataclasses
 import math
@@ -9,11 +9,34 @@ import pytest
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.tracking.prediction import (
     OCCLUSION_SPACING,
+    PREDICTION_STEP,
     find_occlusion_points,
+    predict_trajectories,
 )
 from tests.helpers.loop import drive
 from tests.helpers.scans import cast
 from tests.helpers.scenes import Scene, hall
+
+NOTHING = np.zeros((0, 2))
+WALL = np.column_stack((np.full(200, 2.0), np.linspace(-5.0, 5.0, 200)))
+
+
+def one(velocity: tuple[float, float], *, walls: np.ndarray = NOTHING) -> np.ndarray:
+    return predict_trajectories(np.zeros((1, 2)), np.array([velocity]), np.array([0.3]), walls)[0]
+
+
+def test_it_lasts_as_long_as_asked_and_begins_now() -> None:
+    trajectory = one((0.5, 0.0))
+    assert (len(trajectory) - 1) * PREDICTION_STEP >= 3.0
+    np.testing.assert_array_equal(trajectory[0], (0.0, 0.0))
+
+
+def test_it_comes_back_from_a_wall() -> None:
+    trajectory = one((0.8, 0.2), walls=WALL)
+    assert trajectory[:, 0].max() <= 2.0 - 0.3 + 0.8 * PREDICTION_STEP
+    assert trajectory[-1, 0] < trajectory[:, 0].max() - 0.3
+    np.testing.assert_allclose(np.diff(trajectory[:, 1]), 0.2 * PREDICTION_STEP, atol=0.015)
+
 
 COLUMN = (1.0, 0.0, 0.3)
 
