@@ -186,7 +186,7 @@ def _classify_beams(grids, cells, beams, time, on_large_surface, max_radius):
 
 @kernel
 def _find_standing_cells(first_hit, last_hit, time, first, places, reach):
-    """The loop of `OccupancyHistory.find_walls`, over the box of cells that holds what is near; `first` is the grid's."""
+    """The loop of `OccupancyHistory.find_walls`, over the cells near the places; `first` is the grid's first cell."""
     begin, end, last_index = np.full(2, len(first_hit) - 1), np.zeros(2, np.int64), len(first_hit) - 1
     for k in range(len(places)):
         for i in range(2):
